@@ -1,0 +1,12 @@
+# Interface target with the flags of our own targets (never handed on to consumers).
+add_library(altiro3D_warnings INTERFACE)
+target_compile_options(altiro3D_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+  $<$<BOOL:${ALTIRO3D_WARNINGS_AS_ERRORS}>:-Werror>
+  # Equal inputs give equal bytes on every compiler: no fused multiply-add behind our back.
+  -ffp-contract=off)
+if(ALTIRO3D_SANITIZE)
+  target_compile_options(altiro3D_warnings INTERFACE
+    -fsanitize=${ALTIRO3D_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(altiro3D_warnings INTERFACE -fsanitize=${ALTIRO3D_SANITIZE})
+endif()

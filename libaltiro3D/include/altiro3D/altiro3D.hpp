@@ -1,0 +1,35 @@
+#pragma once
+
+/// @file
+/// All of altiro3D.
+///
+///     visual.json ─► Calibration ──┐
+///                                  ├─► NativeLut (.map) ─────────────┐
+///                  QuiltLayout ────┘                                 ▼
+///     photo ─► DepthNetwork ─► depth map ─► Depth2Quilt ─► quilt ─► Quilt2Native ─► Native
+///
+/// Rules that hold for all image functions, which tell only their exceptions:
+/// - Pictures are `cv::Mat`, 8-bit BGR, row 0 on top; sub-matrices with a step are fine.
+/// - Depth maps are `CV_32FC1`, relative inverse depth, 0..1, 1 = nearest.
+/// - View position runs from -1 (leftmost camera) to +1 (rightmost); view 0 is the leftmost and the
+///   bottom-left tile of a quilt.
+/// - The result is the last parameter; it is allocated if its size or type does not fit and reused
+///   otherwise.
+/// - What is wrong with an argument or a file is an altiro3D::Error; nothing is printed.
+/// - Results are bit-for-bit the same for any number of threads (`cv::setNumThreads()`).
+
+#include "altiro3D/calibration.hpp"
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/depth_cues.hpp"
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/depth_network.hpp"
+#include "altiro3D/display.hpp"
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/native_lut.hpp"
+#include "altiro3D/network2quilt.hpp"
+#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/quilt.hpp"
+#include "altiro3D/quilt2native.hpp"
+#include "altiro3D/version.hpp"

@@ -1,0 +1,90 @@
+#pragma once
+
+#include "altiro3D/export.hpp"
+#include "altiro3D/quilt.hpp"
+
+#include <opencv2/core/mat.hpp>
+
+namespace altiro3D {
+
+/// How views are made from a photo and its depth.
+enum class ViewMethod {
+    Fast ///< Backward map read at the destination pixel, linear: cheap, no holes, soft at edges.
+};
+
+/// What the views look like.
+struct ViewOptions {
+    ViewMethod method = ViewMethod::Fast; ///< See ViewMethod.
+    double strengthPercent =
+        10;             ///< Parallax between the outermost views of two things that lie a
+                        ///< whole depth range apart, in % of the picture's width, 0..10000.
+    double focus = 0.5; ///< Depth of zero parallax, 0 (farthest) .. 1 (nearest): what lies there
+                        ///< appears on the panel's surface.
+};
+
+/// Checks options. @throws Error InvalidArgument that names the field, its value and the range
+ALTIRO3D_EXPORT void validate(const ViewOptions& options);
+
+/// How far things move from one view to the next.
+struct AdjacentParallax {
+    double viewPixels = 0;  ///< In px of a view.
+    double panelPixels = 0; ///< In px of the panel.
+};
+
+/// Above this parallax between adjacent views, in px of a view, hard edges begin to show double.
+constexpr double kParallaxBudgetPixels = 5;
+
+/// The largest parallax between adjacent views that a depth map gives.
+///
+/// @param options strength and focus
+/// @param quilt view count and size
+/// @param panelSize panel in px
+/// @param depthRange smallest and largest depth in the picture, each 0..1
+ALTIRO3D_EXPORT AdjacentParallax adjacentParallax(const ViewOptions& options,
+                                                  const QuiltLayout& quilt, cv::Size panelSize,
+                                                  cv::Vec2d depthRange = {0, 1});
+
+/// Makes the views of a photo with depth and lays them out as a quilt.
+///
+/// Content at depth d appears in view p (-1 leftmost .. +1 rightmost) shifted by -p (d - focus) S/2
+/// px, S = strength % of the picture's width: nearer things move against the camera. At p = 0 and
+/// for a depth map that is `focus` everywhere the view is the photo, bit for bit. Depth outside
+/// 0..1 is clamped, NaN counts as 0.
+///
+/// Immutable; its functions may run on any number of threads at once and give the same bytes for
+/// any number of threads.
+class ALTIRO3D_EXPORT Depth2Quilt {
+  public:
+    /// @throws Error InvalidArgument or TooLarge (layout, options)
+    explicit Depth2Quilt(const QuiltLayout& layout, const ViewOptions& options = {});
+
+    /// The layout of the quilts.
+    const QuiltLayout& layout() const { return layout_; }
+    /// The options in use.
+    const ViewOptions& options() const { return options_; }
+
+    /// Makes all views. They are rendered at the photo's size and, if that is not the tile's,
+    /// area-averaged into the tiles; unused tiles are black.
+    ///
+    /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px
+    /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]
+    /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; reused if it fits
+    /// @throws Error InvalidArgument (type, size), Mismatch (photo and depth differ in size)
+    void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& quilt) const;
+
+    /// Makes one view.
+    ///
+    /// @param photo as for render()
+    /// @param depth as for render()
+    /// @param position camera position, -1 leftmost .. +1 rightmost; any finite number
+    /// @param view [as photo, CV_8UC3, BGR]
+    /// @throws Error as render()
+    void renderView(const cv::Mat& photo, const cv::Mat& depth, double position,
+                    cv::Mat& view) const;
+
+  private:
+    QuiltLayout layout_;
+    ViewOptions options_;
+};
+
+} // namespace altiro3D

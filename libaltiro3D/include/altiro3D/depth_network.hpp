@@ -1,0 +1,122 @@
+#pragma once
+
+#include "altiro3D/export.hpp"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace altiro3D {
+
+/// What the numbers that a network puts out mean.
+enum class NetworkOutput {
+    InverseDepth, ///< Relative inverse depth, larger = nearer, unknown scale and shift (MiDaS).
+    MetricDepth   ///< Distance, larger = farther (FastDepth).
+};
+
+/// How a photo is resampled to the network's input.
+enum class ResizeKernel { Nearest, Linear, Cubic, Area };
+
+/// Everything that exact inference with one network needs; one entry of `models/catalog.json`, or
+/// a file of the same keys given by the user. `pixel -> (pixel * scale - mean) / std` per channel.
+struct NetworkProfile {
+    std::string name;                 ///< Short name ("midas-small").
+    std::string file;                 ///< File name of the ONNX file, without directories.
+    std::string url;                  ///< Where to download it; may be empty.
+    std::uint64_t bytes = 0;          ///< Exact file size; 0 = unknown.
+    std::string sha256;               ///< SHA-256 of the file in lower-case hex; empty = unknown.
+    std::string licence;              ///< Licence of the weights.
+    bool large = false;               ///< True for the large profile (`-l`).
+    int inputWidth = 0;               ///< Input width in px, 1..4096.
+    int inputHeight = 0;              ///< Input height in px, 1..4096.
+    int multipleOf = 32;              ///< Input sides must be multiples of this, 1..4096.
+    std::string channelOrder = "RGB"; ///< "RGB" or "BGR".
+    double scale = 1.0 / 255.0;       ///< Factor on 8-bit values.
+    std::array<double, 3> mean{0, 0, 0};             ///< Subtracted after scale, in channelOrder.
+    std::array<double, 3> std{1, 1, 1};              ///< Divisor after mean, in channelOrder, != 0.
+    ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< On float values, after scale.
+    NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
+};
+
+/// Checks a profile. @throws Error InvalidArgument that names the field, its value and the range
+ALTIRO3D_EXPORT void validate(const NetworkProfile& profile);
+
+/// Reads one profile from a JSON file. @throws Error NotFound, BadFormat (file, field, expected)
+ALTIRO3D_EXPORT NetworkProfile readNetworkProfile(const std::filesystem::path& file);
+
+/// Reads the list of known networks (`{"networks": [...]}`). @throws Error NotFound, BadFormat
+ALTIRO3D_EXPORT std::vector<NetworkProfile> readModelCatalog(const std::filesystem::path& file);
+
+/// The catalogue entry whose `file` equals the path's file name, or null.
+ALTIRO3D_EXPORT const NetworkProfile* findProfile(const std::vector<NetworkProfile>& catalog,
+                                                  const std::filesystem::path& modelFile);
+
+/// The processor a network runs on.
+enum class InferenceTarget { Cpu, Cuda };
+
+/// Chooses the processor from OpenCV's list of (back-end, target) numbers: CUDA if it is among
+/// them, else the CPU. @see availableBackends()
+ALTIRO3D_EXPORT InferenceTarget
+chooseInferenceTarget(const std::vector<std::pair<int, int>>& backends);
+
+/// The (back-end, target) numbers that this OpenCV build offers.
+ALTIRO3D_EXPORT std::vector<std::pair<int, int>> availableBackends();
+
+/// A depth network, loaded and ready. Move-only; one thread at a time per object.
+class ALTIRO3D_EXPORT DepthNetwork {
+  public:
+    /// Loads an ONNX file.
+    ///
+    /// @param file the ONNX file
+    /// @param profile how to feed it
+    /// @param target processor to run on
+    /// @throws Error NotFound; BadFormat (no ONNX file, external weights missing, a graph OpenCV
+    ///         cannot load); Mismatch (the file is fixed to another input size); Unsupported
+    ///         (weights in another file, no CUDA here); InvalidArgument (profile)
+    DepthNetwork(const std::filesystem::path& file, NetworkProfile profile,
+                 InferenceTarget target = InferenceTarget::Cpu);
+    ~DepthNetwork();
+    DepthNetwork(DepthNetwork&&) noexcept;            ///< Moves.
+    DepthNetwork& operator=(DepthNetwork&&) noexcept; ///< Moves.
+
+    /// The profile in use.
+    const NetworkProfile& profile() const;
+    /// The file it was loaded from.
+    const std::filesystem::path& file() const;
+    /// The processor it runs on.
+    InferenceTarget target() const;
+
+    /// The network's own numbers for a photo. Of several outputs the last one counts.
+    ///
+    /// @param photo [rows x cols, CV_8UC3, BGR]
+    /// @param raw [network's output size, CV_32FC1, see NetworkProfile::output]
+    /// @throws Error NetworkFailed (output of unexpected shape, NaN output, failure inside OpenCV)
+    void infer(const cv::Mat& photo, cv::Mat& raw);
+
+    /// infer() followed by normalizeDepth() with the meaning of the profile.
+    ///
+    /// @param photo [rows x cols, CV_8UC3, BGR]
+    /// @param depth [network's output size, CV_32FC1, 0..1, 1 = nearest]
+    void estimate(const cv::Mat& photo, cv::Mat& depth);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Where network files and the catalogue are looked for, in this order: `$ALTIRO3D_MODELS` (a list
+/// separated by ':'), `$XDG_DATA_HOME` or `~/.local/share` + `/altiro3D/models`, the install
+/// prefix, `models/` of the source tree and of the working directory. Directories that do not exist
+/// are left out.
+ALTIRO3D_EXPORT std::vector<std::filesystem::path> modelSearchPath();
+
+/// The file `name` in the first directory of `searchPath` that holds it; empty path if none does.
+ALTIRO3D_EXPORT std::filesystem::path
+findModelFile(const std::string& name, const std::vector<std::filesystem::path>& searchPath);
+
+} // namespace altiro3D

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "altiro3D/calibration.hpp"
+#include "altiro3D/export.hpp"
+#include "altiro3D/quilt.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace altiro3D {
+
+/// A model of display and what its maker recommends for it.
+struct DisplayModel {
+    std::string name;           ///< "Looking Glass Portrait".
+    std::string serialPrefix;   ///< Serial numbers begin with this, without regard to case.
+    cv::Size panelSize;         ///< Panel in px.
+    double dpi = 0;             ///< Panel px per inch.
+    double viewConeDegrees = 0; ///< Full horizontal view cone in degrees.
+    QuiltLayout quilt;          ///< Default quilt.
+};
+
+/// All known models, in the order in which serial prefixes are tried.
+ALTIRO3D_EXPORT const std::vector<DisplayModel>& displayModels();
+
+/// The model of a display, by its serial number, else by its panel; null if it is unknown.
+ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
+
+/// The default quilt for a display: its model's; for an unknown panel 48 views (8 columns x 6 rows,
+/// or 6 x 8 for an upright one) of the panel's shape in a quilt of about 4096 px.
+ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
+
+/// Remarks about a calibration that is valid but odd: a serial number of another model than the
+/// panel's, fringe correction that is not applied, flags that no known unit has set.
+ALTIRO3D_EXPORT std::vector<std::string> remarks(const Calibration& calibration);
+
+/// A calibration found on a display's own volume.
+struct MountedCalibration {
+    std::filesystem::path file; ///< Its visual.json.
+    std::string volume;         ///< Name of the volume ("LKG-P00655").
+};
+
+/// Looks for displays' volumes that are mounted: `LKG*/LKG_calibration/visual.json` under
+/// `media/<user>`, `run/media/<user>`, `media`, `mnt` and `Volumes`.
+///
+/// @param fileSystemRoot "/" outside of tests
+/// @return in order of their paths; unreadable directories are passed over
+ALTIRO3D_EXPORT std::vector<MountedCalibration>
+findMountedCalibrations(const std::filesystem::path& fileSystemRoot = "/");
+
+} // namespace altiro3D

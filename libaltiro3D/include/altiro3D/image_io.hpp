@@ -1,0 +1,71 @@
+#pragma once
+
+#include "altiro3D/export.hpp"
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+namespace altiro3D {
+
+/// Remarks a reader makes about a file that it could use all the same ("the file is cut off ...").
+using Notes = std::vector<std::string>;
+
+/// Pictures with more pixels than this are refused from their header, before memory is taken.
+constexpr double kMaxPicturePixels = 4.0e8;
+
+/// Reads a picture upright (EXIF orientation applied), with its full bit depth.
+///
+/// Grey, palette, CMYK and alpha pictures become BGR; what is transparent becomes black. The format
+/// is told by the contents, not by the name. Sides are limited to 65500 px. Colour profiles and PNG
+/// gamma are not applied. The codecs inside OpenCV may print warnings on stderr by themselves.
+///
+/// @param path PNG, JPEG (also MPO: its first picture), TIFF, WebP, BMP, PNM/PFM, EXR, HDR or
+///        JPEG 2000
+/// @param notes if given, remarks are added (a cut-off JPEG, several pages, ...)
+/// @return [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
+/// @throws Error NotFound, ReadFailed, Unsupported (GIF, PCX, HEIC, ... by name), TooLarge,
+///         BadFormat, OutOfMemory
+ALTIRO3D_EXPORT cv::Mat readPicture(const std::filesystem::path& path, Notes* notes = nullptr);
+
+/// Reads a photo: readPicture() brought to 8 bits (16-bit values are divided by 257 and rounded,
+/// float ones are clamped to 0..1).
+///
+/// @return [rows x cols, CV_8UC3, BGR]
+ALTIRO3D_EXPORT cv::Mat readPhoto(const std::filesystem::path& path, Notes* notes = nullptr);
+
+/// Reads the raw numbers of a depth image: 8-bit, 16-bit or float, of one channel or of the grey
+/// value of three; no normalisation (see depth_map.hpp for that). EXIF orientation is applied.
+///
+/// @param path as for readPicture(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
+/// @return [rows x cols, CV_32FC1, as in the file]
+ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes* notes = nullptr);
+
+/// Writes a picture; the format follows the extension. The file appears whole or not at all.
+///
+/// PNG files carry no resolution (DPI) and no other metadata. JPEG is written at quality 95, WebP
+/// without loss. Where the format holds 8 bits only, 16-bit values are divided by 257 and rounded.
+///
+/// @param path file name with the extension .png, .jpg, .jpeg, .jpe, .tif, .tiff, .webp, .bmp,
+///        .dib, .ppm, .pgm, .pnm or .jp2, in any case
+/// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]
+/// @throws Error InvalidArgument (empty, wrong type), Unsupported (unknown extension, too many px
+///         for the format, colours in a .pgm), WriteFailed
+ALTIRO3D_EXPORT void writePicture(const std::filesystem::path& path, const cv::Mat& picture);
+
+/// True if the file name's extension is one that writePicture() can write.
+ALTIRO3D_EXPORT bool canWritePicture(const std::filesystem::path& path);
+
+/// The pictures in a directory (files with a picture's extension, hidden ones left out), in natural
+/// order: `view9.png` before `view10.png`.
+///
+/// @throws Error NotFound or ReadFailed
+ALTIRO3D_EXPORT std::vector<std::filesystem::path>
+listPictures(const std::filesystem::path& directory);
+
+/// Natural order of names: runs of digits compare as numbers, letters without regard to case; names
+/// that differ in case or leading zeros alone compare as bytes.
+ALTIRO3D_EXPORT bool naturalLess(const std::string& a, const std::string& b);
+
+} // namespace altiro3D

@@ -1,0 +1,68 @@
+#pragma once
+
+#include "altiro3D/calibration.hpp"
+#include "altiro3D/export.hpp"
+#include "altiro3D/quilt.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <string>
+
+namespace altiro3D {
+
+/// The look-up table of a display and a quilt layout: for every sub-pixel of the panel the quilt
+/// pixel whose colour it shows.
+///
+/// Immutable and cheap to copy (copies share the tables). Safe to use from any number of threads.
+class ALTIRO3D_EXPORT NativeLut {
+  public:
+    /// Builds the table, in double precision, in parallel; equal inputs give equal bytes for any
+    /// number of threads. View of a sub-pixel and place inside the tile are the nearest ones.
+    ///
+    /// @param calibration the display
+    /// @param quilt the layout; at most 65535 px a side
+    /// @param invert whether the order of views is reversed
+    /// @throws Error BadFormat (calibration), InvalidArgument or TooLarge (layout), OutOfMemory
+    NativeLut(const Calibration& calibration, const QuiltLayout& quilt,
+              InvertViews invert = InvertViews::Auto);
+
+    /// Reads a `.map` file (docs/map-format.md) and checks all of it.
+    /// @throws Error NotFound, ReadFailed, BadFormat (foreign, truncated, corrupt, oversize)
+    static NativeLut load(const std::filesystem::path& file);
+
+    /// Writes a `.map` file; it appears whole or not at all. @throws Error WriteFailed
+    void save(const std::filesystem::path& file) const;
+
+    /// Size of the panel in px.
+    cv::Size panelSize() const;
+    /// The quilt that the coordinates point into.
+    const QuiltLayout& quilt() const;
+    /// fingerprint() of the calibration it was built from.
+    std::uint64_t calibrationFingerprint() const;
+    /// Serial number of the display; may be empty.
+    const std::string& serial() const;
+    /// Whether the order of views is reversed.
+    bool inverted() const;
+
+    /// The table of one colour.
+    /// @param channel 0 red, 1 green, 2 blue
+    /// @return [panel rows x panel cols, CV_16UC2, (X, Y) in px of the quilt, Y counted down]
+    const cv::Mat& channel(int channel) const;
+
+  private:
+    struct Tables;
+    explicit NativeLut(std::shared_ptr<const Tables> tables);
+    std::shared_ptr<const Tables> tables_;
+};
+
+/// Checks that a table was built from this calibration.
+/// @param lut the table @param lutName its name in the error message
+/// @param calibration the display @param calibrationName its name in the error message
+/// @throws Error Mismatch that names both
+ALTIRO3D_EXPORT void requireSameDisplay(const NativeLut& lut, const std::string& lutName,
+                                        const Calibration& calibration,
+                                        const std::string& calibrationName);
+
+} // namespace altiro3D

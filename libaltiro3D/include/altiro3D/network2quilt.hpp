@@ -1,0 +1,44 @@
+#pragma once
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/depth_network.hpp"
+#include "altiro3D/export.hpp"
+#include "altiro3D/photo_fit.hpp"
+
+#include <opencv2/core/mat.hpp>
+
+namespace altiro3D {
+
+/// A Depth2Quilt whose depth comes from a network: photos of any size in, quilts out.
+///
+/// Owns its network; one thread at a time per object.
+class ALTIRO3D_EXPORT Network2Quilt {
+  public:
+    /// @param network a loaded network
+    /// @param layout layout of the quilts
+    /// @param options what the views look like
+    /// @param panelAspect width : height of what the viewer sees
+    /// @param fit how photos of another shape are brought to it
+    /// @throws Error as Depth2Quilt
+    Network2Quilt(DepthNetwork network, const QuiltLayout& layout, const ViewOptions& options,
+                  double panelAspect, FitMode fit = FitMode::Cover);
+
+    /// Estimates the depth of the whole photo, fits both to the view's size and makes the views.
+    ///
+    /// @param photo [rows x cols, CV_8UC3, BGR]
+    /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; reused if it fits
+    /// @throws Error as DepthNetwork::infer() and Depth2Quilt::render()
+    void render(const cv::Mat& photo, cv::Mat& quilt);
+
+    /// The depth of the last photo, at the network's size. [CV_32FC1, 0..1, 1 = nearest]
+    const cv::Mat& depth() const { return depth_; }
+
+  private:
+    DepthNetwork network_;
+    Depth2Quilt depth2quilt_;
+    double panelAspect_;
+    FitMode fit_;
+    cv::Mat depth_;
+};
+
+} // namespace altiro3D

@@ -1,0 +1,55 @@
+#pragma once
+
+#include "altiro3D/export.hpp"
+
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+
+namespace altiro3D {
+
+/// How a picture of one shape is brought to another.
+enum class FitMode {
+    Cover,   ///< Fills the panel; what does not fit is cut off on both sides alike.
+    Contain, ///< All of it is seen; black bars fill the rest.
+    Stretch  ///< All of it is seen, distorted to the panel's shape.
+};
+
+/// Which part of a picture goes where.
+struct PhotoFit {
+    cv::Rect source; ///< Part of the picture that is used, in its px.
+    cv::Rect target; ///< Where it goes in the result, in px; the rest is black.
+    cv::Size size;   ///< Size of the result in px.
+};
+
+/// Computes the fit. The shape that counts is the panel's; the result may have another one (square
+/// tiles for a wide panel) and is then stretched by the display.
+///
+/// @param picture size of the picture in px
+/// @param panelAspect width : height of what the viewer will see, 0.01..100
+/// @param result size of the result in px
+/// @param mode see FitMode
+/// @throws Error InvalidArgument
+ALTIRO3D_EXPORT PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result,
+                                  FitMode mode = FitMode::Cover);
+
+/// Resamples a picture as a fit says: area average when shrinking, cubic when enlarging.
+///
+/// @param picture [rows x cols, CV_8UC3, BGR], of the size the fit was made for
+/// @param fit from fitPhoto()
+/// @param fitted [fit.size, CV_8UC3, BGR]
+/// @throws Error Mismatch, InvalidArgument
+ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted);
+
+/// Resamples a depth map along with its photo; bars lie at the focus, so that they do not move.
+///
+/// @param depth [any size of the photo's extent, CV_32FC1, 0..1]
+/// @param photoSize size of the photo that the fit was made for, in px
+/// @param fit from fitPhoto()
+/// @param fittedPhoto [fit.size, CV_8UC3, BGR], the photo after applyFit(): depth edges follow it
+/// @param focus depth of the bars, 0..1
+/// @param fitted [fit.size, CV_32FC1, 0..1]
+/// @throws Error Mismatch, InvalidArgument
+ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
+                                     const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted);
+
+} // namespace altiro3D

@@ -1,0 +1,111 @@
+#pragma once
+
+#include "altiro3D/calibration.hpp"
+#include "altiro3D/export.hpp"
+
+#include <filesystem>
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace altiro3D {
+
+/// Largest quilt side in px: coordinates into it are 16-bit numbers.
+constexpr int kMaxQuiltSide = 65535;
+
+/// How the views lie in a quilt: view 0 is the bottom-left tile, then to the right, then up.
+///
+///     rows = 2      3 4 5
+///     columns = 3   0 1 2
+struct ALTIRO3D_EXPORT QuiltLayout {
+    int columns = 8;             ///< Tiles side by side, 1..1024.
+    int rows = 6;                ///< Tiles above each other, 1..1024.
+    cv::Size tileSize{420, 560}; ///< Size of one view in px, >= 1 x 1.
+    int viewCount = 48; ///< Views in use, 1..columns * rows; unused tiles are at the top right.
+
+    /// Size of the quilt in px.
+    cv::Size size() const { return {columns * tileSize.width, rows * tileSize.height}; }
+
+    /// The tile of a view, in px of the quilt with y counted down.
+    /// @param view 0 (leftmost camera) .. viewCount-1
+    cv::Rect tile(int view) const {
+        return {(view % columns) * tileSize.width, (rows - 1 - view / columns) * tileSize.height,
+                tileSize.width, tileSize.height};
+    }
+
+    /// "8 columns x 6 rows, each view 420 x 560 px"
+    std::string text() const;
+};
+
+/// Equal layouts.
+ALTIRO3D_EXPORT bool operator==(const QuiltLayout& a, const QuiltLayout& b);
+inline bool operator!=(const QuiltLayout& a, const QuiltLayout& b) {
+    return !(a == b);
+}
+
+/// Checks a layout. @throws Error InvalidArgument or TooLarge, names the field and its limits
+ALTIRO3D_EXPORT void validate(const QuiltLayout& layout);
+
+/// Position of the camera of a view: 2 view / (views - 1) - 1, from -1 (leftmost) to +1
+/// (rightmost); 0 if there is one view only.
+ALTIRO3D_EXPORT double viewPosition(int view, int viewCount);
+
+/// Columns and rows, each with its name.
+struct QuiltGrid {
+    int columns = 0; ///< Tiles side by side.
+    int rows = 0;    ///< Tiles above each other.
+};
+
+/// Reads `RxC`, rows x columns as in `-q 6x8`. @throws Error InvalidArgument
+ALTIRO3D_EXPORT QuiltGrid parseQuiltGrid(const std::string& text);
+
+/// Reads `HxW`, height x width of one view as in `-r 560x420`. @throws Error InvalidArgument
+ALTIRO3D_EXPORT cv::Size parseTileSize(const std::string& text);
+
+/// What a file name says about a quilt: the last `_qs<columns>x<rows>a<aspect>` in it.
+struct QuiltName {
+    QuiltGrid grid;               ///< Columns and rows.
+    std::optional<double> aspect; ///< Width : height of the scene on the display, 0.1..10.
+};
+
+/// Reads the quilt suffix of a file name (without regard to case; the extension is not part of it).
+/// @return nothing if the name has no such suffix
+/// @throws Error InvalidArgument if it has one that makes no sense (0 columns, aspect 99)
+ALTIRO3D_EXPORT std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file);
+
+/// The file name for a quilt: `photo.png` becomes `photo_qs8x6a0.75.png`; a name that says the same
+/// already stays.
+/// @throws Error Mismatch if the name says something else
+ALTIRO3D_EXPORT std::filesystem::path quiltFileName(const std::filesystem::path& file,
+                                                    const QuiltLayout& layout, double aspect);
+
+/// What the user said about a quilt, whatever of it was said.
+struct QuiltRequest {
+    std::optional<QuiltGrid> grid;     ///< From `-q`.
+    std::optional<cv::Size> tileSize;  ///< From `-r`.
+    std::optional<QuiltName> name;     ///< From the file name; wins over the display's default.
+    std::optional<cv::Size> quiltSize; ///< Size of the picture itself, if there is one already.
+};
+
+/// A layout and what there is to say about it.
+struct ResolvedQuilt {
+    QuiltLayout layout;                ///< The layout.
+    std::vector<std::string> warnings; ///< For instance that the swapped reading fits better.
+};
+
+/// Finds the layout that a request means.
+///
+/// Columns and rows come from the file name, else from `-q`, else from `standard`; the view's size
+/// from the picture (floor of its size by columns and rows), else from `-r`, else from the size of
+/// `standard`'s quilt. Contradictions are errors. If a view's shape is off the panel's by more than
+/// 5 % while the swapped reading (columns x rows, width x height) fits, a warning names both.
+///
+/// @param request what is known
+/// @param standard the display's own layout
+/// @param panelAspect width : height of the panel
+/// @throws Error Mismatch, InvalidArgument, TooLarge
+ALTIRO3D_EXPORT ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& standard,
+                                           double panelAspect);
+
+} // namespace altiro3D

@@ -1,0 +1,116 @@
+#include "altiro3D/depth2quilt.hpp"
+
+#include "altiro3D/error.hpp"
+#include "text.hpp"
+#include "views_fast.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr int kMaxViewSide = 32766; // cv::remap's limit
+
+void checkInputs(const cv::Mat& photo, const cv::Mat& depth) {
+    const auto fail = [](ErrorCode code, const char* what, const std::string& problem) {
+        throw Error(code, what, problem);
+    };
+    if (photo.empty() || photo.type() != CV_8UC3) {
+        fail(ErrorCode::InvalidArgument, "photo",
+             "is of type " + cv::typeToString(photo.type()) + " and size " +
+                 sizeText(photo.size()) + ", expected CV_8UC3 (8-bit BGR) of at least 1 x 1 px");
+    }
+    if (depth.type() != CV_32FC1) {
+        fail(ErrorCode::InvalidArgument, "depth",
+             "is of type " + cv::typeToString(depth.type()) + ", expected CV_32FC1 of 0..1");
+    }
+    if (photo.size() != depth.size()) {
+        fail(ErrorCode::Mismatch, "depth",
+             "has " + sizeText(depth.size()) + " px, expected the photo's " +
+                 sizeText(photo.size()) + " px");
+    }
+    if (photo.cols > kMaxViewSide || photo.rows > kMaxViewSide) {
+        fail(ErrorCode::TooLarge, "photo",
+             "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
+    }
+}
+
+// p S/2 in px.
+double shiftOf(const ViewOptions& options, int width, double position) {
+    return position * (options.strengthPercent / 100 * width) / 2;
+}
+
+} // namespace
+
+void validate(const ViewOptions& options) {
+    const auto require = [](bool good, const char* field, double value, const char* expected) {
+        if (good) return;
+        throw Error(ErrorCode::InvalidArgument, field,
+                    "is " + numberText(value) + ", expected " + expected);
+    };
+    require(options.strengthPercent >= 0 && options.strengthPercent <= 10000, "strength",
+            options.strengthPercent, "0..10000 % of the width");
+    require(options.focus >= 0 && options.focus <= 1, "focus", options.focus,
+            "a depth of 0 (farthest) .. 1 (nearest)");
+}
+
+AdjacentParallax adjacentParallax(const ViewOptions& options, const QuiltLayout& quilt,
+                                  cv::Size panelSize, cv::Vec2d depthRange) {
+    if (quilt.viewCount < 2) return {};
+    const double reach =
+        std::max(std::abs(depthRange[0] - options.focus), std::abs(depthRange[1] - options.focus));
+    const double widths = options.strengthPercent / 100 * reach / (quilt.viewCount - 1);
+    return {widths * quilt.tileSize.width, widths * panelSize.width};
+}
+
+Depth2Quilt::Depth2Quilt(const QuiltLayout& layout, const ViewOptions& options)
+    : layout_(layout), options_(options) {
+    validate(layout);
+    validate(options);
+}
+
+void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& quilt) const {
+    checkInputs(photo, depth);
+    try {
+        quilt.create(layout_.size(), CV_8UC3);
+    } catch (const cv::Exception&) {
+        throw Error(ErrorCode::OutOfMemory, "quilt",
+                    "no memory for " + sizeText(layout_.size()) + " px, expected a smaller layout");
+    }
+    for (int unused = layout_.viewCount; unused < layout_.columns * layout_.rows; ++unused) {
+        quilt(layout_.tile(unused)).setTo(cv::Scalar::all(0));
+    }
+    const bool direct = photo.size() == layout_.tileSize;
+    cv::parallel_for_(cv::Range(0, layout_.viewCount), [&](const cv::Range& views) {
+        FastBuffers buffers;
+        cv::Mat whole;
+        for (int i = views.start; i < views.end; ++i) {
+            cv::Mat tile = quilt(layout_.tile(i));
+            if (!direct) whole.create(photo.size(), CV_8UC3);
+            cv::Mat& view = direct ? tile : whole;
+            const double position = viewPosition(i, layout_.viewCount);
+            renderFast(photo, depth, shiftOf(options_, photo.cols, position), options_.focus, view,
+                       buffers);
+            if (!direct) cv::resize(whole, tile, tile.size(), 0, 0, cv::INTER_AREA);
+        }
+    });
+}
+
+void Depth2Quilt::renderView(const cv::Mat& photo, const cv::Mat& depth, double position,
+                             cv::Mat& view) const {
+    checkInputs(photo, depth);
+    if (!std::isfinite(position)) {
+        throw Error(ErrorCode::InvalidArgument, "position",
+                    "is " + numberText(position) + ", expected a finite number");
+    }
+    cv::Mat result(photo.size(), CV_8UC3);
+    FastBuffers buffers;
+    renderFast(photo, depth, shiftOf(options_, photo.cols, position), options_.focus, result,
+               buffers);
+    view = result;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,532 @@
+#include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <new>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/dnn.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <set>
+#include <string_view>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::uintmax_t kMaxModelBytes = 0x7fffffff; // a protobuf message ends there
+
+// --- What an ONNX file says about itself -----------------------------------------------------
+// OpenCV reads outside of memory when weights are in another file, computes nonsense when the
+// input has another size than the graph was made for, and its texts are for its own developers.
+// So the few facts needed to say it better are read first, with a walk over the protobuf fields
+// that are involved (numbers as in the public onnx.proto).
+
+// One field of a protobuf message.
+struct Field {
+    std::uint64_t number = 0;
+    std::uint64_t value = 0; // of a varint
+    std::string_view bytes;  // of a length-delimited field
+};
+
+// Steps through the fields of one message; never reads outside of it.
+class FieldWalk {
+  public:
+    explicit FieldWalk(std::string_view message) : rest_(message) {}
+
+    // The next field; nothing at the end, and at the first thing that is no protobuf (see broken).
+    std::optional<Field> next() {
+        if (rest_.empty() || broken_) return std::nullopt;
+        Field field;
+        const std::uint64_t tag = varint();
+        field.number = tag >> 3U;
+        switch (tag & 7U) {
+        case 0:
+            field.value = varint();
+            break;
+        case 1:
+            field.bytes = take(8);
+            break;
+        case 2:
+            field.bytes = take(varint());
+            break;
+        case 5:
+            field.bytes = take(4);
+            break;
+        default: // groups, which ONNX does not use
+            broken_ = true;
+        }
+        if (field.number == 0) broken_ = true;
+        if (broken_) return std::nullopt;
+        return field;
+    }
+
+    bool broken() const { return broken_; }
+
+  private:
+    std::uint64_t varint() {
+        std::uint64_t value = 0;
+        for (unsigned shift = 0; shift < 64 && !rest_.empty(); shift += 7) {
+            const auto byte = static_cast<unsigned char>(rest_.front());
+            rest_.remove_prefix(1);
+            value |= static_cast<std::uint64_t>(byte & 0x7fU) << shift;
+            if (byte < 0x80U) return value;
+        }
+        broken_ = true;
+        return 0;
+    }
+
+    std::string_view take(std::uint64_t count) {
+        if (count > rest_.size()) {
+            broken_ = true;
+            return {};
+        }
+        const std::string_view taken = rest_.substr(0, static_cast<std::size_t>(count));
+        rest_.remove_prefix(taken.size());
+        return taken;
+    }
+
+    std::string_view rest_;
+    bool broken_ = false;
+};
+
+// An input of the graph. A side that the graph leaves open is 0.
+struct GraphInput {
+    std::string name;
+    std::vector<std::int64_t> shape;
+    bool hasShape = false;
+};
+
+// The facts about an ONNX file that the checks below need.
+struct OnnxFacts {
+    bool hasGraph = false;
+    bool broken = false;                   // a message ends before its contents do
+    std::vector<GraphInput> inputs;        // without those that are weights
+    std::set<std::string> externalWeights; // other files that hold weights
+};
+
+template <typename Visit>
+void forEachField(std::string_view message, bool& broken, Visit visit) {
+    FieldWalk walk(message);
+    while (const auto field = walk.next())
+        visit(*field);
+    broken = broken || walk.broken();
+}
+
+// TensorProto. Returns the tensor's name.
+std::string readTensor(std::string_view message, OnnxFacts& facts) {
+    std::string name;
+    std::string location;
+    bool external = false;
+    forEachField(message, facts.broken, [&](const Field& field) {
+        if (field.number == 8) name = field.bytes;
+        if (field.number == 14) external = field.value == 1;
+        if (field.number != 13) return; // external_data: a list of key and value
+        std::string_view key;
+        std::string_view value;
+        forEachField(field.bytes, facts.broken, [&](const Field& entry) {
+            if (entry.number == 1) key = entry.bytes;
+            if (entry.number == 2) value = entry.bytes;
+        });
+        if (key == "location") location = value;
+    });
+    if (external) facts.externalWeights.insert(location);
+    return name;
+}
+
+// ValueInfoProto -> TypeProto -> Tensor -> TensorShapeProto -> Dimension.
+GraphInput readGraphInput(std::string_view message, bool& broken) {
+    GraphInput input;
+    const auto readShape = [&](const Field& shape) {
+        if (shape.number != 1) return;
+        input.shape.push_back(0);
+        forEachField(shape.bytes, broken, [&](const Field& dimension) {
+            if (dimension.number == 1) {
+                input.shape.back() = static_cast<std::int64_t>(dimension.value);
+            }
+        });
+    };
+    forEachField(message, broken, [&](const Field& info) {
+        if (info.number == 1) input.name = info.bytes;
+        if (info.number != 2) return;
+        forEachField(info.bytes, broken, [&](const Field& type) {
+            if (type.number != 1) return;
+            forEachField(type.bytes, broken, [&](const Field& tensor) {
+                if (tensor.number != 2) return;
+                input.hasShape = true;
+                forEachField(tensor.bytes, broken, readShape);
+            });
+        });
+    });
+    return input;
+}
+
+// NodeProto: constants may hold their tensor here.
+void readNode(std::string_view message, OnnxFacts& facts) {
+    forEachField(message, facts.broken, [&](const Field& node) {
+        if (node.number != 5) return;
+        forEachField(node.bytes, facts.broken, [&](const Field& attribute) {
+            if (attribute.number == 5) readTensor(attribute.bytes, facts);
+        });
+    });
+}
+
+OnnxFacts readOnnxFacts(std::string_view model) {
+    OnnxFacts facts;
+    std::set<std::string> weights;
+    forEachField(model, facts.broken, [&](const Field& field) {
+        if (field.number != 7 || field.bytes.empty()) return;
+        facts.hasGraph = true;
+        forEachField(field.bytes, facts.broken, [&](const Field& graph) {
+            if (graph.number == 1) readNode(graph.bytes, facts);
+            if (graph.number == 5) weights.insert(readTensor(graph.bytes, facts));
+            if (graph.number == 11) {
+                facts.inputs.push_back(readGraphInput(graph.bytes, facts.broken));
+            }
+        });
+    });
+    // Older exporters list every weight as an input, too.
+    facts.inputs.erase(
+        std::remove_if(facts.inputs.begin(), facts.inputs.end(),
+                       [&](const GraphInput& input) { return weights.count(input.name) > 0; }),
+        facts.inputs.end());
+    return facts;
+}
+
+// --- Checks with sentences -------------------------------------------------------------------
+
+// What a file that is no ONNX file looks like, or nullptr.
+const char* familiarKind(std::string_view contents) {
+    const auto startsWith = [&](std::string_view start) {
+        return contents.substr(0, start.size()) == start;
+    };
+    if (startsWith("version https://git-lfs")) return "a Git LFS pointer, not the file itself";
+    if (startsWith("\x89PNG")) return "a PNG picture";
+    if (startsWith("\xff\xd8\xff")) return "a JPEG picture";
+    if (startsWith("PK\x03\x04")) return "a ZIP archive or a PyTorch file";
+    if (startsWith("\x1f\x8b")) return "a gzip archive";
+    if (contents.substr(0, 8).substr(std::min<std::size_t>(4, contents.size())) == "TFL3") {
+        return "a TensorFlow Lite file";
+    }
+    const std::size_t text = contents.find_first_not_of(" \t\r\n\xef\xbb\xbf");
+    if (text == std::string_view::npos) return nullptr;
+    if (contents[text] == '<') return "a web page or XML";
+    if (contents[text] == '{' && text < 16) return "a JSON text";
+    return nullptr;
+}
+
+std::string sizeText(std::int64_t width, std::int64_t height) {
+    return std::to_string(width) + " x " + std::to_string(height) + " px";
+}
+
+std::string listed(const std::vector<std::int64_t>& shape) {
+    std::string text = "[";
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        text += i == 0 ? "" : ", ";
+        text += shape[i] == 0 ? "?" : std::to_string(shape[i]);
+    }
+    return text + ']';
+}
+
+std::string listed(const cv::MatSize& size) {
+    std::vector<std::int64_t> shape;
+    for (int i = 0; i < size.dims(); ++i)
+        shape.push_back(size[i]);
+    return listed(shape);
+}
+
+void checkWeightsInside(const fs::path& file, const OnnxFacts& facts) {
+    if (facts.externalWeights.empty()) return;
+    const std::string& location = *facts.externalWeights.begin();
+    std::error_code error;
+    const bool there = fs::exists(file.parent_path() / location, error);
+    std::string problem = "keeps its weights in another file, \"" + location + '"';
+    if (!there) problem += ", which is missing";
+    if (facts.externalWeights.size() > 1) {
+        problem += " (and " + std::to_string(facts.externalWeights.size() - 1) + " more)";
+    }
+    throw Error(there ? ErrorCode::Unsupported : ErrorCode::BadFormat, file.string(),
+                problem + ", expected one ONNX file that holds its weights");
+}
+
+void checkInput(const fs::path& file, const OnnxFacts& facts, const NetworkProfile& profile) {
+    const std::string name = file.string();
+    if (facts.inputs.size() != 1) {
+        std::string names;
+        for (const GraphInput& input : facts.inputs)
+            names += (names.empty() ? " (" : ", ") + input.name;
+        throw Error(ErrorCode::BadFormat, name,
+                    "takes " + std::to_string(facts.inputs.size()) + " inputs" + names +
+                        (names.empty() ? "" : ")") + ", expected one, the picture");
+    }
+    const GraphInput& input = facts.inputs.front();
+    if (!input.hasShape) return;
+    const auto& shape = input.shape;
+    const auto open = [](std::int64_t side, std::int64_t value) {
+        return side <= 0 || side == value;
+    };
+    if (shape.size() != 4 || !open(shape[0], 1) || !open(shape[1], 3)) {
+        throw Error(ErrorCode::BadFormat, name,
+                    "takes an input of shape " + listed(shape) +
+                        ", expected [1, 3, height, width]");
+    }
+    if (!open(shape[2], profile.inputHeight) || !open(shape[3], profile.inputWidth)) {
+        throw Error(ErrorCode::Mismatch, name,
+                    "takes pictures of " + sizeText(shape[3], shape[2]) + ", expected " +
+                        sizeText(profile.inputWidth, profile.inputHeight) +
+                        " as in the profile \"" + profile.name + '"');
+    }
+}
+
+// --- OpenCV ----------------------------------------------------------------------------------
+
+// OpenCV's own words about an error, without line breaks and not longer than a line.
+std::string firstWords(const cv::Exception& exception) {
+    constexpr std::size_t kMaxShown = 200;
+    std::string text;
+    for (const char c : exception.err.empty() ? exception.msg : exception.err) {
+        const bool space = static_cast<unsigned char>(c) <= 0x20;
+        if (text.empty() && (space || c == '>')) continue; // its mark of a text of several lines
+        if (!space) text += c;
+        if (space && text.back() != ' ') text += ' ';
+        if (text.size() > kMaxShown) return text + "...";
+    }
+    return text.substr(0, text.find_last_not_of(' ') + 1);
+}
+
+// Keeps OpenCV from writing about errors on stderr, in all threads, while any such object lives.
+class QuietOpenCv {
+  public:
+    QuietOpenCv() {
+        const std::lock_guard<std::mutex> lock(mutex());
+        if (users()++ > 0) return;
+        before().level = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+        before().callback = cv::redirectError(
+            [](int, const char*, const char*, const char*, int, void*) { return 0; }, nullptr,
+            &before().userData);
+    }
+    ~QuietOpenCv() {
+        const std::lock_guard<std::mutex> lock(mutex());
+        if (--users() > 0) return;
+        cv::utils::logging::setLogLevel(before().level);
+        cv::redirectError(before().callback, before().userData);
+    }
+    QuietOpenCv(const QuietOpenCv&) = delete;
+    QuietOpenCv& operator=(const QuietOpenCv&) = delete;
+
+  private:
+    struct Settings {
+        cv::utils::logging::LogLevel level = cv::utils::logging::LOG_LEVEL_WARNING;
+        cv::ErrorCallback callback = nullptr;
+        void* userData = nullptr;
+    };
+    static std::mutex& mutex() {
+        static std::mutex theMutex;
+        return theMutex;
+    }
+    static int& users() {
+        static int count = 0;
+        return count;
+    }
+    static Settings& before() {
+        static Settings settings;
+        return settings;
+    }
+};
+
+int interpolation(ResizeKernel kernel) {
+    switch (kernel) {
+    case ResizeKernel::Nearest:
+        return cv::INTER_NEAREST;
+    case ResizeKernel::Linear:
+        return cv::INTER_LINEAR;
+    case ResizeKernel::Cubic:
+        return cv::INTER_CUBIC;
+    case ResizeKernel::Area:
+        return cv::INTER_AREA;
+    }
+    return cv::INTER_CUBIC;
+}
+
+} // namespace
+
+struct DepthNetwork::Impl {
+    fs::path file;
+    NetworkProfile profile;
+    InferenceTarget target = InferenceTarget::Cpu;
+    cv::dnn::Net net;
+    std::string outputLayer;
+    cv::Mat scaled;  // [photo's size, CV_32FC3, BGR, 8-bit values times scale]
+    cv::Mat resized; // [input's size, CV_32FC3, BGR, as scaled]
+    cv::Mat blob;    // [1 x 3 x inputHeight x inputWidth, CV_32F, planes in channelOrder]
+
+    void load();
+    void fillBlob(const cv::Mat& photo);
+};
+
+void DepthNetwork::Impl::load() {
+    const std::string name = file.string();
+    const std::string contents = readFile(file, kMaxModelBytes);
+    if (contents.empty()) {
+        throw Error(ErrorCode::BadFormat, name, "is empty, expected an ONNX file");
+    }
+    if (const char* kind = familiarKind(contents)) {
+        throw Error(ErrorCode::BadFormat, name,
+                    std::string("is ") + kind + ", expected an ONNX file");
+    }
+    const OnnxFacts facts = readOnnxFacts(contents);
+    if (!facts.hasGraph || facts.broken) {
+        // Every ONNX file begins with the number and value of its version field.
+        const bool begun = contents.front() == '\x08';
+        throw Error(ErrorCode::BadFormat, name,
+                    std::string(begun ? "is damaged or cut off" : "is no ONNX file") +
+                        ", expected a whole ONNX file");
+    }
+    checkWeightsInside(file, facts);
+    checkInput(file, facts, profile);
+
+    const QuietOpenCv quiet;
+    try {
+        net = cv::dnn::readNetFromONNX(contents.data(), contents.size());
+        if (target == InferenceTarget::Cuda) {
+            net.setPreferableBackend(cv::dnn::DNN_BACKEND_CUDA);
+            net.setPreferableTarget(cv::dnn::DNN_TARGET_CUDA);
+        } else {
+            net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
+            net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
+        }
+        // Of several outputs the last one: decoders end with their finest.
+        const std::vector<cv::String> outputs = net.getUnconnectedOutLayersNames();
+        if (!outputs.empty()) outputLayer = outputs.back();
+    } catch (const cv::Exception& exception) {
+        throw Error(ErrorCode::BadFormat, name,
+                    "OpenCV " CV_VERSION " cannot load this graph (" + firstWords(exception) +
+                        "), expected one it can");
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorCode::OutOfMemory, name, "there is not enough memory to load it");
+    } catch (const std::exception& exception) {
+        throw Error(ErrorCode::BadFormat, name,
+                    "OpenCV " CV_VERSION " cannot load this graph (" +
+                        std::string(exception.what()).substr(0, 200) + "), expected one it can");
+    }
+    if (outputLayer.empty()) {
+        throw Error(ErrorCode::BadFormat, name, "has no output, expected a depth image");
+    }
+}
+
+// Scale, then resample the float values without keeping the aspect, then mean and std: the order in
+// which the networks' own tools do it (cubic resampling of floats may leave 0..1, and shall).
+void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
+    const cv::Size size(profile.inputWidth, profile.inputHeight);
+    photo.convertTo(scaled, CV_32F, profile.scale);
+    cv::resize(scaled, resized, size, 0, 0, interpolation(profile.resizeKernel));
+    const int shape[] = {1, 3, size.height, size.width};
+    blob.create(4, shape, CV_32F);
+    std::array<cv::Mat, 3> planes;
+    const bool swap = profile.channelOrder == "RGB";
+    for (int i = 0; i < 3; ++i) {
+        cv::Mat& plane = planes[static_cast<std::size_t>(swap ? 2 - i : i)];
+        plane = cv::Mat(size, CV_32FC1, blob.ptr<float>(0, i));
+    }
+    cv::split(resized, planes.data());
+    for (int i = 0; i < 3; ++i) {
+        const double mean = profile.mean[static_cast<std::size_t>(i)];
+        const double std = profile.std[static_cast<std::size_t>(i)];
+        if (mean == 0 && std == 1) continue;
+        cv::Mat plane(size, CV_32FC1, blob.ptr<float>(0, i));
+        plane.convertTo(plane, CV_32F, 1 / std, -mean / std);
+    }
+}
+
+DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, InferenceTarget target)
+    : impl_(std::make_unique<Impl>()) {
+    validate(profile);
+    impl_->file = file;
+    impl_->profile = std::move(profile);
+    impl_->target = target;
+    if (target == InferenceTarget::Cuda &&
+        chooseInferenceTarget(availableBackends()) != InferenceTarget::Cuda) {
+        throw Error(ErrorCode::Unsupported, file.string(),
+                    "cannot run on CUDA, which this OpenCV does not offer, expected the CPU");
+    }
+    impl_->load();
+}
+
+DepthNetwork::~DepthNetwork() = default;
+DepthNetwork::DepthNetwork(DepthNetwork&&) noexcept = default;
+DepthNetwork& DepthNetwork::operator=(DepthNetwork&&) noexcept = default;
+
+const NetworkProfile& DepthNetwork::profile() const {
+    return impl_->profile;
+}
+
+const fs::path& DepthNetwork::file() const {
+    return impl_->file;
+}
+
+InferenceTarget DepthNetwork::target() const {
+    return impl_->target;
+}
+
+void DepthNetwork::infer(const cv::Mat& photo, cv::Mat& raw) {
+    if (photo.empty() || photo.type() != CV_8UC3) {
+        throw Error(ErrorCode::InvalidArgument, "photo",
+                    photo.empty() ? "is empty, expected a picture"
+                                  : "is " + cv::typeToString(photo.type()) + ", expected CV_8UC3");
+    }
+    const std::string name = impl_->file.string();
+    const QuietOpenCv quiet;
+    cv::Mat output;
+    try {
+        impl_->fillBlob(photo);
+        impl_->net.setInput(impl_->blob);
+        output = impl_->net.forward(impl_->outputLayer);
+    } catch (const cv::Exception& exception) {
+        throw Error(ErrorCode::NetworkFailed, name,
+                    "OpenCV " CV_VERSION " cannot run this graph (" + firstWords(exception) +
+                        "), expected one it can");
+    }
+    const bool image = output.dims == 3 || (output.dims == 4 && output.size[1] == 1);
+    if (!image || output.size[0] != 1 || output.type() != CV_32FC1 || output.empty()) {
+        throw Error(ErrorCode::NetworkFailed, name,
+                    "puts out " + listed(output.size) + " of " + cv::typeToString(output.type()) +
+                        ", expected [1, height, width] or [1, 1, height, width] of CV_32FC1");
+    }
+    const cv::Mat values(output.size[output.dims - 2], output.size[output.dims - 1], CV_32FC1,
+                         output.ptr<float>());
+    if (!cv::checkRange(values)) {
+        throw Error(ErrorCode::NetworkFailed, name,
+                    "puts out NaN or infinity for this picture, expected finite numbers");
+    }
+    values.copyTo(raw);
+}
+
+void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth) {
+    cv::Mat raw;
+    infer(photo, raw);
+    DepthNormalization options;
+    options.kind = impl_->profile.output == NetworkOutput::MetricDepth ? DepthKind::Metric
+                                                                       : DepthKind::NearWhite;
+    normalizeDepth(raw, depth, options);
+}
+
+InferenceTarget chooseInferenceTarget(const std::vector<std::pair<int, int>>& backends) {
+    const std::pair<int, int> cuda(cv::dnn::DNN_BACKEND_CUDA, cv::dnn::DNN_TARGET_CUDA);
+    const bool offered = std::find(backends.begin(), backends.end(), cuda) != backends.end();
+    return offered ? InferenceTarget::Cuda : InferenceTarget::Cpu;
+}
+
+std::vector<std::pair<int, int>> availableBackends() {
+    std::vector<std::pair<int, int>> backends;
+    for (const auto& entry : cv::dnn::getAvailableBackends())
+        backends.emplace_back(entry.first, entry.second);
+    return backends;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,679 @@
+#include "image_header.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <libexif/exif-data.h>
+#include <memory>
+#include <set>
+#include <vector>
+#include <zlib.h>
+
+namespace altiro3D {
+
+namespace {
+
+using std::string_view;
+
+constexpr std::size_t kMostExifBytes = std::size_t{1} << 20;
+constexpr unsigned kMostPages = 10000;
+
+// Bounds-checked numbers from a run of bytes; what lies beyond the end reads as 0.
+class Reader {
+  public:
+    Reader(string_view bytes, bool littleEndian) : bytes_(bytes), littleEndian_(littleEndian) {}
+
+    std::uint64_t number(std::uint64_t at, unsigned size) const {
+        if (!holds(at, size)) return 0;
+        std::uint64_t value = 0;
+        for (unsigned i = 0; i < size; ++i) {
+            const std::size_t from =
+                static_cast<std::size_t>(at) + (littleEndian_ ? size - 1 - i : i);
+            value = value << 8 | static_cast<unsigned char>(bytes_[from]);
+        }
+        return value;
+    }
+    unsigned u8(std::uint64_t at) const { return static_cast<unsigned>(number(at, 1)); }
+    unsigned u16(std::uint64_t at) const { return static_cast<unsigned>(number(at, 2)); }
+    std::uint32_t u32(std::uint64_t at) const { return static_cast<std::uint32_t>(number(at, 4)); }
+    std::uint64_t u64(std::uint64_t at) const { return number(at, 8); }
+    bool holds(std::uint64_t at, std::uint64_t size) const {
+        return at <= bytes_.size() && size <= bytes_.size() - at;
+    }
+    string_view text(std::uint64_t at, std::uint64_t size) const {
+        return holds(at, size)
+                   ? bytes_.substr(static_cast<std::size_t>(at), static_cast<std::size_t>(size))
+                   : string_view();
+    }
+
+  private:
+    string_view bytes_;
+    bool littleEndian_;
+};
+
+bool startsWith(string_view bytes, string_view prefix) {
+    return bytes.substr(0, prefix.size()) == prefix;
+}
+
+int validOrientation(unsigned value) {
+    return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+}
+
+// The orientation in an EXIF blob, with or without its "Exif\0\0" in front; 1 if there is none.
+int exifOrientation(string_view blob) {
+    constexpr string_view kPrefix("Exif\0\0", 6);
+    if (blob.size() < 8 || blob.size() > kMostExifBytes) return 1;
+    std::string whole(startsWith(blob, kPrefix) ? string_view() : kPrefix);
+    whole += blob;
+    const std::unique_ptr<ExifData, decltype(&exif_data_unref)> data(
+        exif_data_new_from_data(reinterpret_cast<const unsigned char*>(whole.data()),
+                                static_cast<unsigned>(whole.size())),
+        exif_data_unref);
+    if (!data) return 1;
+    const ExifEntry* const entry =
+        exif_content_get_entry(data->ifd[EXIF_IFD_0], EXIF_TAG_ORIENTATION);
+    if (entry == nullptr || entry->format != EXIF_FORMAT_SHORT || entry->size < 2) return 1;
+    return validOrientation(exif_get_short(entry->data, exif_data_get_byte_order(data.get())));
+}
+
+// ---------------------------------------------------------------------------------------- PNG
+
+// ImageMagick's way to keep EXIF in a text chunk: "\nexif\n     <length>\n<hexadecimal digits>".
+std::string rawProfile(string_view text) {
+    std::string bytes;
+    if (text.empty() || text[0] != '\n') return bytes;
+    const std::size_t name = text.find('\n', 1);
+    if (name == string_view::npos) return bytes;
+    const std::size_t length = text.find('\n', name + 1);
+    if (length == string_view::npos) return bytes;
+    int high = -1;
+    for (const char c : text.substr(length + 1)) {
+        int digit = 0;
+        if (c >= '0' && c <= '9') {
+            digit = c - '0';
+        } else if (c >= 'a' && c <= 'f') {
+            digit = c - 'a' + 10;
+        } else if (c >= 'A' && c <= 'F') {
+            digit = c - 'A' + 10;
+        } else {
+            continue;
+        }
+        if (high < 0) {
+            high = digit;
+        } else {
+            bytes.push_back(static_cast<char>(high * 16 + digit));
+            high = -1;
+        }
+    }
+    return bytes;
+}
+
+// Text of a zTXt chunk; empty if it is damaged or unreasonably long.
+std::string inflateText(string_view packed) {
+    std::string text(2 * kMostExifBytes + 1024, '\0');
+    uLongf size = static_cast<uLongf>(text.size());
+    const int result = uncompress(reinterpret_cast<Bytef*>(text.data()), &size,
+                                  reinterpret_cast<const Bytef*>(packed.data()),
+                                  static_cast<uLong>(packed.size()));
+    if (result != Z_OK) return {};
+    text.resize(size);
+    return text;
+}
+
+int orientationInPngText(string_view chunk, bool compressed) {
+    const std::size_t end = chunk.find('\0');
+    if (end == string_view::npos) return 1;
+    const string_view keyword = chunk.substr(0, end);
+    if (keyword != "Raw profile type exif" && keyword != "Raw profile type APP1") return 1;
+    if (!compressed) return exifOrientation(rawProfile(chunk.substr(end + 1)));
+    if (chunk.size() < end + 2 || chunk[end + 1] != 0) return 1; // 0: deflate, the only method
+    return exifOrientation(rawProfile(inflateText(chunk.substr(end + 2))));
+}
+
+void readPng(string_view bytes, PictureHeader& header) {
+    const Reader reader(bytes, false);
+    unsigned colorType = 0;
+    bool hasEnd = false;
+    // Real EXIF wins over the text chunk, whatever their order.
+    int exif = 1;
+    int text = 1;
+    for (std::uint64_t at = 8; reader.holds(at, 12);) {
+        const std::uint64_t size = reader.u32(at);
+        const string_view name = reader.text(at + 4, 4);
+        const string_view chunk = reader.text(at + 8, size);
+        const std::uint64_t data = at + 8;
+        if (!reader.holds(data, size + 4)) break;
+        if (name == "IHDR" && size >= 13) {
+            header.columns = reader.u32(data);
+            header.rows = reader.u32(data + 4);
+            header.bitsPerSample = static_cast<int>(reader.u8(data + 8));
+            colorType = reader.u8(data + 9);
+        } else if (name == "tRNS" && colorType == 0 && size >= 2) {
+            const unsigned grey = reader.u16(data);
+            header.transparentColor = ColorKey{grey, grey, grey};
+        } else if (name == "tRNS" && colorType == 2 && size >= 6) {
+            header.transparentColor =
+                ColorKey{reader.u16(data), reader.u16(data + 2), reader.u16(data + 4)};
+        } else if (name == "acTL") {
+            header.pictures = std::max(1u, reader.u32(data));
+        } else if (name == "eXIf") {
+            exif = exifOrientation(chunk);
+        } else if ((name == "tEXt" || name == "zTXt") && text == 1) {
+            text = orientationInPngText(chunk, name == "zTXt");
+        } else if (name == "IEND") {
+            hasEnd = true;
+            break;
+        }
+        at = data + size + 4;
+    }
+    header.orientation = exif != 1 ? exif : text;
+    header.isCutOff = !hasEnd;
+}
+
+// --------------------------------------------------------------------------------------- JPEG
+
+// Behind the entropy-coded data that starts at `at`: the position of the next marker's 0xFF.
+std::size_t skipEntropyData(string_view bytes, std::size_t at) {
+    while (at + 1 < bytes.size()) {
+        const void* const found = std::memchr(bytes.data() + at, 0xff, bytes.size() - 1 - at);
+        if (found == nullptr) break;
+        at = static_cast<std::size_t>(static_cast<const char*>(found) - bytes.data());
+        const auto code = static_cast<unsigned char>(bytes[at + 1]);
+        if (code == 0xff) { // a fill byte
+            ++at;
+        } else if (code == 0 || (code >= 0xd0 && code <= 0xd7)) { // a stuffed byte or a restart
+            at += 2;
+        } else {
+            return at;
+        }
+    }
+    return bytes.size();
+}
+
+void readJpegFrame(const Reader& reader, std::uint64_t data, unsigned marker,
+                   PictureHeader& header) {
+    header.bitsPerSample = static_cast<int>(reader.u8(data));
+    header.rows = reader.u16(data + 1);
+    header.columns = reader.u16(data + 3);
+    if (header.bitsPerSample != 8) {
+        header.unreadable = std::to_string(header.bitsPerSample) + "-bit JPEG";
+    } else if (marker == 0xc3 || (marker >= 0xc5 && marker <= 0xc7) || marker == 0xcb ||
+               marker >= 0xcd) {
+        header.unreadable = "lossless or hierarchical JPEG";
+    }
+}
+
+void readJpeg(string_view bytes, PictureHeader& header) {
+    const Reader reader(bytes, false);
+    bool hasExif = false;
+    bool hasAdobe = false;
+    bool hasEnd = false;
+    bool progressive = false;
+    unsigned components = 0;
+    unsigned scans = 0;
+    std::size_t at = 2;
+    header.usableBytes = bytes.size();
+    while (at + 1 < bytes.size()) {
+        if (static_cast<unsigned char>(bytes[at]) != 0xff) { // junk between segments is skipped
+            ++at;
+            continue;
+        }
+        const unsigned marker = reader.u8(at + 1);
+        if (marker == 0xff) {
+            ++at;
+            continue;
+        }
+        if (marker == 0xd9) {
+            hasEnd = true;
+            break;
+        }
+        if (marker == 0 || marker == 1 || (marker >= 0xd0 && marker <= 0xd8)) { // without a body
+            at += 2;
+            continue;
+        }
+        const std::size_t size = reader.u16(at + 2);
+        if (!reader.holds(at + 2, std::max<std::size_t>(size, 2))) {
+            header.usableBytes = at;
+            break;
+        }
+        if (size < 2) {
+            at += 2;
+            continue;
+        }
+        const std::size_t data = at + 4;
+        const string_view body = reader.text(data, size - 2);
+        const bool isFrame =
+            marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+        if (isFrame && header.columns == 0) {
+            readJpegFrame(reader, data, marker, header);
+            components = reader.u8(data + 5);
+            progressive = marker == 0xc2 || marker == 0xca;
+        } else if (marker == 0xe1 && !hasExif && startsWith(body, string_view("Exif\0\0", 6))) {
+            header.orientation = exifOrientation(body);
+            hasExif = true;
+        } else if (marker == 0xee && startsWith(body, "Adobe")) {
+            hasAdobe = true;
+        }
+        at += 2 + size;
+        if (marker == 0xda) {
+            at = skipEntropyData(bytes, at);
+            if (at < bytes.size()) ++scans;
+        }
+    }
+    header.isCutOff = !hasEnd;
+    header.hasWholeScan = progressive && scans > 0;
+    header.isUnmarkedCmyk = components == 4 && !hasAdobe;
+}
+
+// --------------------------------------------------------------------------------------- TIFF
+
+struct TiffShape {
+    bool big = false;
+    unsigned countBytes = 2;
+    unsigned entryBytes = 12;
+    unsigned offsetBytes = 4;
+};
+
+// The first value of an entry of type BYTE, SHORT, LONG or LONG8.
+std::uint64_t tiffValue(const Reader& reader, std::uint64_t entry, const TiffShape& shape) {
+    const unsigned type = reader.u16(entry + 2);
+    const unsigned size = type == 1 ? 1 : type == 3 ? 2 : type == 4 ? 4 : type == 16 ? 8 : 0;
+    if (size == 0) return 0;
+    const std::uint64_t count = reader.number(entry + 4, shape.offsetBytes);
+    const std::uint64_t inlineAt = entry + 4 + shape.offsetBytes;
+    const bool fits = count <= shape.offsetBytes / size;
+    return reader.number(fits ? inlineAt : reader.number(inlineAt, shape.offsetBytes), size);
+}
+
+void readTiff(string_view bytes, const std::string& extension, PictureHeader& header) {
+    const Reader reader(bytes, bytes[0] == 'I');
+    TiffShape shape;
+    header.isLittleEndian = bytes[0] == 'I';
+    shape.big = reader.u16(2) == 43;
+    if (shape.big) shape = {true, 8, 20, 8};
+    std::uint64_t directory = reader.number(shape.big ? 8 : 4, shape.offsetBytes);
+    std::set<std::uint64_t> seen;
+    unsigned photometric = 1;
+    unsigned samples = 1;
+    unsigned pages = 0;
+    header.alpha = AlphaKind::Unstated;
+    header.bitsPerSample = 1;
+    while (directory != 0 && pages < kMostPages && seen.insert(directory).second) {
+        if (!reader.holds(directory, shape.countBytes)) break;
+        const std::uint64_t entries = reader.number(directory, shape.countBytes);
+        const std::uint64_t first = directory + shape.countBytes;
+        if (entries > 65535 || !reader.holds(first, entries * shape.entryBytes)) break;
+        ++pages;
+        for (std::uint64_t i = 0; pages == 1 && i < entries; ++i) {
+            const std::uint64_t entry = first + i * shape.entryBytes;
+            const std::uint64_t value = tiffValue(reader, entry, shape);
+            switch (reader.u16(entry)) {
+            case 256:
+                header.columns = value;
+                break;
+            case 257:
+                header.rows = value;
+                break;
+            case 258:
+                header.bitsPerSample = static_cast<int>(value & 0xff);
+                break;
+            case 262:
+                photometric = static_cast<unsigned>(value & 0xffff);
+                break;
+            case 274:
+                header.orientation = validOrientation(static_cast<unsigned>(value & 0xffff));
+                header.orientationAt = static_cast<std::size_t>(entry) + 4 + shape.offsetBytes;
+                header.orientationSize = reader.u16(entry + 2) == 4 ? 4 : 2;
+                break;
+            case 277:
+                samples = static_cast<unsigned>(value & 0xffff);
+                break;
+            case 338:
+                if (value == 1) header.alpha = AlphaKind::Premultiplied;
+                if (value == 2) header.alpha = AlphaKind::Straight;
+                break;
+            case 50706:
+                header.otherFormat = "DNG";
+                break;
+            default:
+                break;
+            }
+        }
+        directory = reader.number(first + entries * shape.entryBytes, shape.offsetBytes);
+    }
+    header.pictures = std::max(1u, pages);
+    header.isWhiteZero = photometric == 0 && samples == 1;
+    header.isPalette = photometric == 3;
+    constexpr std::array<const char*, 9> kRaw = {".nef", ".nrw", ".arw", ".sr2", ".pef",
+                                                 ".srw", ".erf", ".3fr", ".iiq"};
+    if (std::find(kRaw.begin(), kRaw.end(), extension) != kRaw.end()) {
+        header.otherFormat = "camera raw (" + extension.substr(1) + ")";
+    }
+    if (extension == ".dng") header.otherFormat = "DNG";
+    if (!header.otherFormat.empty()) {
+        header.format = PictureFormat::Unknown;
+        return;
+    }
+    if (photometric == 5 && header.bitsPerSample != 8) {
+        header.unreadable = std::to_string(header.bitsPerSample) + "-bit CMYK TIFF";
+    } else if (photometric == 3 && header.bitsPerSample > 8) {
+        header.unreadable = std::to_string(header.bitsPerSample) + "-bit palette TIFF";
+    } else if ((photometric == 8 || photometric == 9) && header.bitsPerSample != 8) {
+        header.unreadable = std::to_string(header.bitsPerSample) + "-bit Lab TIFF";
+    } else if (photometric <= 1 && samples == 2 &&
+               (header.bitsPerSample != 8 || header.alpha != AlphaKind::Premultiplied)) {
+        header.unreadable = "grey TIFF with alpha"; // OpenCV drops the alpha and half of 16 bits
+    }
+}
+
+// --------------------------------------------------------------------------------------- WebP
+
+void readWebP(string_view bytes, PictureHeader& header) {
+    const Reader reader(bytes, true);
+    bool hasPicture = false;
+    unsigned frames = 0;
+    for (std::uint64_t at = 12; reader.holds(at, 8);) {
+        const string_view name = reader.text(at, 4);
+        const std::uint64_t size = reader.u32(at + 4);
+        const std::uint64_t data = at + 8;
+        if (name == "VP8X") {
+            if ((reader.u8(data) & 2u) != 0) header.unreadable = "animated WebP";
+            header.columns = reader.number(data + 4, 3) + 1;
+            header.rows = reader.number(data + 7, 3) + 1;
+        } else if (name == "VP8 ") {
+            hasPicture = true;
+            if (header.columns == 0) {
+                header.columns = reader.u16(data + 6) & 0x3fffu;
+                header.rows = reader.u16(data + 8) & 0x3fffu;
+            }
+        } else if (name == "VP8L") {
+            hasPicture = true;
+            if (header.columns == 0) {
+                const std::uint32_t sizes = reader.u32(data + 1);
+                header.columns = (sizes & 0x3fffu) + 1;
+                header.rows = (sizes >> 14 & 0x3fffu) + 1;
+            }
+        } else if (name == "ANMF") {
+            ++frames;
+        } else if (name == "EXIF") {
+            header.orientation = exifOrientation(reader.text(data, size));
+        }
+        if (!reader.holds(data, size)) header.isCutOff = true;
+        at = data + size + (size & 1);
+    }
+    header.pictures = std::max(1u, frames);
+    if (!hasPicture && frames == 0) header.isCutOff = true;
+}
+
+// --------------------------------------------------------------------------- the simple formats
+
+void readBmp(string_view bytes, PictureHeader& header) {
+    const Reader reader(bytes, true);
+    const std::uint32_t size = reader.u32(14);
+    if (size < 16) {
+        header.columns = reader.u16(18);
+        header.rows = reader.u16(20);
+        return;
+    }
+    header.columns = reader.u32(18);
+    const std::uint32_t rows = reader.u32(22); // negative: top row first
+    header.rows = rows > 0x7fffffffu ? std::uint64_t{0x100000000} - rows : rows;
+    // Without an alpha mask the fourth byte is padding, often 0.
+    header.alpha = size >= 56 && reader.u32(66) != 0 ? AlphaKind::Straight : AlphaKind::Unstated;
+}
+
+// The next number of a Netpbm header; comments reach from # to the end of the line.
+std::uint64_t netpbmNumber(string_view bytes, std::size_t& at) {
+    while (at < bytes.size() && (bytes[at] < '0' || bytes[at] > '9')) {
+        if (bytes[at] == '#') {
+            while (at < bytes.size() && bytes[at] != '\n' && bytes[at] != '\r')
+                ++at;
+        } else {
+            ++at;
+        }
+    }
+    std::uint64_t value = 0;
+    while (at < bytes.size() && bytes[at] >= '0' && bytes[at] <= '9') {
+        value = std::min<std::uint64_t>(value * 10 + static_cast<unsigned>(bytes[at] - '0'),
+                                        std::uint64_t{1} << 40);
+        ++at;
+    }
+    return value;
+}
+
+void readNetpbm(string_view bytes, PictureHeader& header) {
+    std::size_t at = 2;
+    header.columns = netpbmNumber(bytes, at);
+    header.rows = netpbmNumber(bytes, at);
+    const bool isBitmap = bytes[1] == '1' || bytes[1] == '4';
+    if (header.format == PictureFormat::Pnm && !isBitmap) {
+        const std::uint64_t largest = netpbmNumber(bytes, at);
+        header.largestSample = static_cast<unsigned>(std::min<std::uint64_t>(largest, 65535));
+    }
+}
+
+void readExr(string_view bytes, PictureHeader& header) {
+    const Reader reader(bytes, true);
+    header.alpha = AlphaKind::Premultiplied;
+    std::size_t at = 8;
+    while (at < bytes.size() && bytes[at] != 0) { // name \0 type \0 size value
+        const std::size_t name = bytes.find('\0', at);
+        if (name == string_view::npos) return;
+        const std::size_t type = bytes.find('\0', name + 1);
+        if (type == string_view::npos) return;
+        const std::uint64_t size = reader.u32(type + 1);
+        const std::uint64_t data = type + 5;
+        if (bytes.substr(at, name - at) == "dataWindow" && size == 16 && reader.holds(data, 16)) {
+            const auto extent = [&](std::uint64_t low, std::uint64_t high) {
+                const std::int64_t span =
+                    static_cast<std::int64_t>(static_cast<std::int32_t>(reader.u32(high))) -
+                    static_cast<std::int32_t>(reader.u32(low)) + 1;
+                return span > 0 ? static_cast<std::uint64_t>(span) : 0;
+            };
+            header.columns = extent(data, data + 8);
+            header.rows = extent(data + 4, data + 12);
+        }
+        if (!reader.holds(data, size)) return;
+        at = static_cast<std::size_t>(data + size);
+    }
+}
+
+void readHdr(string_view bytes, PictureHeader& header) {
+    // Lines up to an empty one, then "-Y rows +X columns".
+    std::size_t at = bytes.find("\n\n");
+    if (at == string_view::npos) return;
+    at += 2;
+    const string_view line =
+        bytes.substr(at, std::min<std::size_t>(bytes.find('\n', at) - at, 100));
+    std::size_t next = 0;
+    header.rows = netpbmNumber(line, next);
+    header.columns = netpbmNumber(line, next);
+    if (!startsWith(line, "-Y")) header.unreadable = "turned or mirrored HDR";
+}
+
+void readJpeg2000(string_view bytes, PictureHeader& header) {
+    // SIZ follows SOC at once; in a .jp2 the codestream is somewhere behind the boxes.
+    constexpr string_view kStart("\xff\x4f\xff\x51", 4);
+    const Reader reader(bytes, false);
+    const std::size_t at = bytes.find(kStart);
+    if (at == string_view::npos) return;
+    const auto extent = [&](std::uint64_t high, std::uint64_t low) -> std::uint64_t {
+        return reader.u32(high) > reader.u32(low) ? reader.u32(high) - reader.u32(low) : 0;
+    };
+    header.columns = extent(at + 8, at + 16);
+    header.rows = extent(at + 12, at + 20);
+}
+
+// -------------------------------------------------------------------------- what is not read
+
+struct Signature {
+    std::size_t at;
+    string_view bytes;
+    const char* name;
+};
+
+constexpr std::array<Signature, 38> kOthers = {{
+    {0, string_view("GIF8", 4), "GIF"},
+    {0, string_view("\xff\x0a", 2), "JPEG XL"},
+    {4, string_view("JXL \r\n\x87\n", 8), "JPEG XL"},
+    {0, string_view("8BPS", 4), "PSD"},
+    {0, string_view("%PDF", 4), "PDF"},
+    {0, string_view("%!PS", 4), "PostScript"},
+    {0, string_view("\xc5\xd0\xd3\xc6", 4), "PostScript"},
+    {0, string_view("gimp xcf", 8), "XCF"},
+    {0, string_view("DDS ", 4), "DDS"},
+    {0, string_view("qoif", 4), "QOI"},
+    {0, string_view("FLIF", 4), "FLIF"},
+    {0, string_view("BPG\xfb", 4), "BPG"},
+    {0, string_view("icns", 4), "ICNS"},
+    {0, string_view("\0\0\1\0", 4), "ICO"},
+    {0, string_view("\0\0\2\0", 4), "CUR"},
+    {0, string_view("SIMPLE  =", 9), "FITS"},
+    {0, string_view("\x59\xa6\x6a\x95", 4), "Sun raster"},
+    {0, string_view("\x01\xda", 2), "SGI"},
+    {0, string_view("P7\n", 3), "PAM"},
+    {0, string_view("II\xbc", 3), "JPEG XR"},
+    {0, string_view("FUJIFILMCCD-RAW", 15), "camera raw (raf)"},
+    {0, string_view("IIRO", 4), "camera raw (orf)"},
+    {0, string_view("IIRS", 4), "camera raw (orf)"},
+    {0, string_view("MMOR", 4), "camera raw (orf)"},
+    {0, string_view("IIU\0", 4), "camera raw (rw2)"},
+    {0, string_view("FOVb", 4), "camera raw (x3f)"},
+    {128, string_view("DICM", 4), "DICOM"},
+    {0, string_view("\x93NUMPY", 6), "NumPy"},
+    {0, string_view("PK\3\4", 4), "ZIP"},
+    {0, string_view("\x1f\x8b", 2), "gzip"},
+    {0, string_view("\x1a\x45\xdf\xa3", 4), "Matroska video"},
+    {8, string_view("AVI ", 4), "AVI video"},
+    {0, string_view("\x89MNG", 4), "MNG"},
+    {0, string_view("\x8bJNG", 4), "JNG"},
+    {0, string_view("FORM", 4), "IFF"},
+    {0, string_view("AT&TFORM", 8), "DjVu"},
+    {0, string_view("glTF", 4), "glTF"},
+    {0, string_view("\xd7\xcd\xc6\x9a", 4), "WMF"},
+}};
+
+bool isPcx(string_view bytes) {
+    return bytes.size() >= 128 && bytes[0] == 0x0a && bytes[1] >= 0 && bytes[1] <= 5 &&
+           bytes[2] == 1 && (bytes[3] == 1 || bytes[3] == 2 || bytes[3] == 4 || bytes[3] == 8);
+}
+
+// ISO base media files: the brand tells pictures from videos.
+std::string isoMediaName(string_view bytes) {
+    const string_view brand = bytes.substr(8, 4);
+    if (brand == "avif" || brand == "avis") return "AVIF";
+    if (brand == "crx ") return "camera raw (cr3)";
+    for (const char* heic : {"heic", "heix", "heim", "heis", "hevc", "hevx", "mif1", "msf1"}) {
+        if (brand == heic) return "HEIC";
+    }
+    return "MP4 video";
+}
+
+bool containsOnlyText(string_view bytes) {
+    const string_view begin = bytes.substr(0, 4096);
+    return std::all_of(begin.begin(), begin.end(), [](char c) {
+        const auto code = static_cast<unsigned char>(c);
+        return code >= 0x20 || code == '\n' || code == '\r' || code == '\t';
+    });
+}
+
+// A known format without a reader, or empty.
+std::string otherFormatName(string_view bytes, const std::string& extension) {
+    if (extension == ".tga") return "TGA"; // without a signature, and often taken for CUR
+    for (const Signature& signature : kOthers) {
+        if (bytes.size() >= signature.at + signature.bytes.size() &&
+            bytes.substr(signature.at, signature.bytes.size()) == signature.bytes) {
+            return signature.name;
+        }
+    }
+    if (isPcx(bytes)) return "PCX";
+    if (bytes.size() >= 12 && bytes.substr(4, 4) == "ftyp") return isoMediaName(bytes);
+    if (containsOnlyText(bytes)) {
+        const string_view begin = bytes.substr(0, 4096);
+        if (begin.find("<svg") != string_view::npos) return "SVG";
+        if (startsWith(bytes, "/* XPM */")) return "XPM";
+        if (startsWith(bytes, "#define") && begin.find("_width") != string_view::npos) return "XBM";
+        if (begin.find("<html") != string_view::npos || begin.find("<HTML") != string_view::npos ||
+            begin.find("<!DOCTYPE html") != string_view::npos) {
+            return "HTML";
+        }
+        return {};
+    }
+    return {};
+}
+
+PictureFormat formatOf(string_view bytes) {
+    if (startsWith(bytes, string_view("\x89PNG\r\n\x1a\n", 8))) return PictureFormat::Png;
+    if (startsWith(bytes, string_view("\xff\xd8", 2))) return PictureFormat::Jpeg;
+    // Canon's CR2 carries its own mark inside a TIFF header.
+    const bool isCr2 = bytes.size() >= 10 && bytes.substr(8, 2) == "CR";
+    if (!isCr2) {
+        for (const string_view mark : {string_view("II*\0", 4), string_view("MM\0*", 4),
+                                       string_view("II+\0", 4), string_view("MM\0+", 4)}) {
+            if (startsWith(bytes, mark)) return PictureFormat::Tiff;
+        }
+    }
+    if (startsWith(bytes, "RIFF") && bytes.size() >= 12 && bytes.substr(8, 4) == "WEBP") {
+        return PictureFormat::WebP;
+    }
+    if (startsWith(bytes, "BM") && bytes.size() >= 18 && !containsOnlyText(bytes)) {
+        return PictureFormat::Bmp;
+    }
+    if (bytes.size() >= 3 && bytes[0] == 'P' && std::strchr(" \t\r\n#", bytes[2]) != nullptr) {
+        if (bytes[1] >= '1' && bytes[1] <= '6') return PictureFormat::Pnm;
+        if (bytes[1] == 'f' || bytes[1] == 'F') return PictureFormat::Pfm;
+    }
+    if (startsWith(bytes, string_view("\x76\x2f\x31\x01", 4))) return PictureFormat::Exr;
+    if (startsWith(bytes, "#?RADIANCE") || startsWith(bytes, "#?RGBE")) return PictureFormat::Hdr;
+    if (startsWith(bytes, string_view("\0\0\0\x0cjP  \r\n\x87\n", 12)) ||
+        startsWith(bytes, string_view("\xff\x4f\xff\x51", 4))) {
+        return PictureFormat::Jpeg2000;
+    }
+    return PictureFormat::Unknown;
+}
+
+} // namespace
+
+PictureHeader readPictureHeader(string_view bytes, const std::string& extension) {
+    PictureHeader header;
+    header.format = formatOf(bytes);
+    switch (header.format) {
+    case PictureFormat::Png:
+        readPng(bytes, header);
+        break;
+    case PictureFormat::Jpeg:
+        readJpeg(bytes, header);
+        if (extension == ".mpo") header.pictures = 2; // at least; the first is the one to show
+        break;
+    case PictureFormat::Tiff:
+        readTiff(bytes, extension, header);
+        break;
+    case PictureFormat::WebP:
+        readWebP(bytes, header);
+        break;
+    case PictureFormat::Bmp:
+        readBmp(bytes, header);
+        break;
+    case PictureFormat::Pnm:
+    case PictureFormat::Pfm:
+        readNetpbm(bytes, header);
+        break;
+    case PictureFormat::Exr:
+        readExr(bytes, header);
+        break;
+    case PictureFormat::Hdr:
+        readHdr(bytes, header);
+        break;
+    case PictureFormat::Jpeg2000:
+        readJpeg2000(bytes, header);
+        break;
+    case PictureFormat::Unknown:
+        header.isText = containsOnlyText(bytes);
+        header.otherFormat =
+            startsWith(bytes, "II*") ? "camera raw (cr2)" : otherFormatName(bytes, extension);
+        break;
+    }
+    return header;
+}
+
+} // namespace altiro3D

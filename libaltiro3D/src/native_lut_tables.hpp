@@ -1,0 +1,29 @@
+#pragma once
+
+#include "altiro3D/native_lut.hpp"
+
+#include <array>
+
+namespace altiro3D {
+
+/// What a NativeLut holds; shared by building (native_lut.cpp) and the file (native_lut_file.cpp).
+struct NativeLut::Tables {
+    cv::Size panelSize;
+    QuiltLayout quilt;
+    std::uint64_t calibrationFingerprint = 0;
+    std::string serial;
+    bool inverted = true;
+    std::array<cv::Mat, 3>
+        channels; ///< R, G, B: [panel rows x cols, CV_16UC2, (X, Y)], continuous.
+
+    /// Takes the memory for the three tables. @throws Error OutOfMemory
+    void allocate();
+};
+
+/// The pixel of a side of `samples` px that lies under the centre of pixel `index` of a side of
+/// `count` px: floor((index + 0.5) / count * samples), exact.
+inline int nearestSample(int index, int count, int samples) {
+    return static_cast<int>((2 * std::int64_t{index} + 1) * samples / (2 * std::int64_t{count}));
+}
+
+} // namespace altiro3D

@@ -1,0 +1,21 @@
+#include "altiro3D/network2quilt.hpp"
+
+namespace altiro3D {
+
+Network2Quilt::Network2Quilt(DepthNetwork network, const QuiltLayout& layout,
+                             const ViewOptions& options, double panelAspect, FitMode fit)
+    : network_(std::move(network)), depth2quilt_(layout, options), panelAspect_(panelAspect),
+      fit_(fit) {}
+
+void Network2Quilt::render(const cv::Mat& photo, cv::Mat& quilt) {
+    const PhotoFit fit = fitPhoto(photo.size(), panelAspect_, depth2quilt_.layout().tileSize, fit_);
+    network_.estimate(photo, depth_);
+    cv::Mat fittedPhoto;
+    cv::Mat fittedDepth;
+    applyFit(photo, fit, fittedPhoto);
+    applyFitToDepth(depth_, photo.size(), fit, fittedPhoto, depth2quilt_.options().focus,
+                    fittedDepth);
+    depth2quilt_.render(fittedPhoto, fittedDepth, quilt);
+}
+
+} // namespace altiro3D

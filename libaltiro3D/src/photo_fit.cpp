@@ -1,0 +1,109 @@
+#include "altiro3D/photo_fit.hpp"
+
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/error.hpp"
+#include "text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+// `part` of `whole`, at least 1 px, centred.
+cv::Range centred(int whole, double part) {
+    const int length = std::clamp(static_cast<int>(std::lround(part)), 1, whole);
+    const int start = (whole - length) / 2;
+    return {start, start + length};
+}
+
+} // namespace
+
+PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode mode) {
+    if (picture.width < 1 || picture.height < 1 || result.width < 1 || result.height < 1) {
+        throw Error(ErrorCode::InvalidArgument, "picture",
+                    "of " + sizeText(picture) + " px cannot be brought to " + sizeText(result) +
+                        " px, expected at least 1 x 1");
+    }
+    if (!(panelAspect >= 0.01 && panelAspect <= 100)) {
+        throw Error(ErrorCode::InvalidArgument, "panel aspect",
+                    "is " + numberText(panelAspect) + ", expected 0.01..100");
+    }
+    PhotoFit fit;
+    fit.size = result;
+    cv::Range columns(0, picture.width);
+    cv::Range rows(0, picture.height);
+    cv::Range targetColumns(0, result.width);
+    cv::Range targetRows(0, result.height);
+    const double aspect = static_cast<double>(picture.width) / picture.height;
+    const bool wider = aspect > panelAspect;
+    if (mode == FitMode::Cover) {
+        if (wider) {
+            columns = centred(picture.width, picture.height * panelAspect);
+        } else {
+            rows = centred(picture.height, picture.width / panelAspect);
+        }
+    } else if (mode == FitMode::Contain) {
+        if (wider) {
+            targetRows = centred(result.height, result.height * panelAspect / aspect);
+        } else {
+            targetColumns = centred(result.width, result.width * aspect / panelAspect);
+        }
+    }
+    fit.source = {columns.start, rows.start, columns.size(), rows.size()};
+    fit.target = {targetColumns.start, targetRows.start, targetColumns.size(), targetRows.size()};
+    return fit;
+}
+
+void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted) {
+    if (picture.type() != CV_8UC3) {
+        throw Error(ErrorCode::InvalidArgument, "photo",
+                    "is of type " + cv::typeToString(picture.type()) +
+                        ", expected CV_8UC3 (8-bit BGR)");
+    }
+    const cv::Rect whole(cv::Point(0, 0), picture.size());
+    if ((fit.source & whole) != fit.source || fit.source.empty()) {
+        throw Error(ErrorCode::Mismatch, "photo",
+                    "has " + sizeText(picture.size()) +
+                        " px, expected the size that the fit was made for");
+    }
+    const cv::Mat source = picture(fit.source);
+    cv::Mat result(fit.size, CV_8UC3); // not `fitted`: it may be the picture itself
+    if (fit.target.size() != fit.size) result.setTo(cv::Scalar::all(0));
+    cv::Mat target = result(fit.target);
+    // What shrinks is averaged first, then what grows is interpolated; each may be one axis only.
+    const cv::Size smaller(std::min(source.cols, target.cols), std::min(source.rows, target.rows));
+    cv::Mat shrunk = source;
+    if (smaller != source.size()) cv::resize(source, shrunk, smaller, 0, 0, cv::INTER_AREA);
+    if (smaller == target.size()) {
+        shrunk.copyTo(target);
+    } else {
+        cv::resize(shrunk, target, target.size(), 0, 0, cv::INTER_CUBIC);
+    }
+    fitted = result;
+}
+
+void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
+                     const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted) {
+    if (fittedPhoto.size() != fit.size) {
+        throw Error(ErrorCode::Mismatch, "photo",
+                    "has " + sizeText(fittedPhoto.size()) + " px, expected " + sizeText(fit.size));
+    }
+    const double scaleX = static_cast<double>(depth.cols) / photoSize.width;
+    const double scaleY = static_cast<double>(depth.rows) / photoSize.height;
+    const cv::Rect2d part(fit.source.x * scaleX, fit.source.y * scaleY, fit.source.width * scaleX,
+                          fit.source.height * scaleY);
+    cv::Mat inside;
+    fitDepth(depth, part, fittedPhoto(fit.target), inside);
+    if (fit.target.size() == fit.size) {
+        fitted = inside;
+        return;
+    }
+    fitted.create(fit.size, CV_32FC1);
+    fitted.setTo(focus);
+    inside.copyTo(fitted(fit.target));
+}
+
+} // namespace altiro3D

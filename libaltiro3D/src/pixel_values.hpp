@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+namespace altiro3D {
+
+/// 16 bits to 8: v / 257, rounded, so that 0 and 65535 become 0 and 255.
+inline std::uint8_t toEightBits(std::uint16_t value) {
+    return static_cast<std::uint8_t>((value + 128u) / 257u);
+}
+
+/// A number of 0..1 (others are clamped, NaN is 0) as a whole number of 0..largest, rounded.
+template <typename T>
+T toWhole(float value, float largest) {
+    const float inRange = value > 0 ? (value < 1 ? value : 1.0f) : 0.0f;
+    return static_cast<T>(inRange * largest + 0.5f);
+}
+
+/// The grey values of a BGR row: the value itself where the channels agree, else Rec. 601 luma.
+template <typename T>
+void greyRow(const T* bgr, float* grey, int columns) {
+    for (int x = 0; x < columns; ++x, bgr += 3) {
+        const double blue = static_cast<double>(bgr[0]);
+        const double green = static_cast<double>(bgr[1]);
+        const double red = static_cast<double>(bgr[2]);
+        const bool isGrey = blue == green && green == red;
+        grey[x] = static_cast<float>(isGrey ? green : 0.114 * blue + 0.587 * green + 0.299 * red);
+    }
+}
+
+} // namespace altiro3D

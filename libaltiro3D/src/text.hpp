@@ -1,0 +1,27 @@
+#pragma once
+
+#include <charconv>
+#include <opencv2/core/types.hpp>
+#include <string>
+
+namespace altiro3D {
+
+/// A number as people write it ("0.75"), whatever the locale.
+inline std::string numberText(double value, int significantDigits = 6) {
+    char text[64];
+    const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general,
+                                   significantDigits);
+    return {text, end.ptr};
+}
+
+/// "1536 x 2048": width x height, or any other pair.
+inline std::string pairText(long long a, long long b) {
+    return std::to_string(a) + " x " + std::to_string(b);
+}
+
+/// "1536 x 2048": width x height.
+inline std::string sizeText(cv::Size size) {
+    return pairText(size.width, size.height);
+}
+
+} // namespace altiro3D

@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# The slow checks, for before a release: everything of .ci/run and more.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+scripts/test.sh
+scripts/check-format.sh
+scripts/check-docs.sh
+scripts/check-tidy.sh --all
+
+echo "== AddressSanitizer and UndefinedBehaviorSanitizer"
+cmake --preset asan
+cmake --build --preset asan
+ctest --preset asan -LE install
+
+echo "== Clang"
+cmake --preset clang
+cmake --build --preset clang
+ctest --preset clang -j "$(nproc)" -LE install
+
+echo "== GCC and Clang give the same bytes"
+scripts/compare-builds.sh build/dev build/clang

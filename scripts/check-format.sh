@@ -1,0 +1,8 @@
+#!/usr/bin/env bash
+# Fails if a source file is not formatted as .clang-format says; -i formats them instead.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+mode=(--dry-run -Werror)
+[[ ${1:-} != -i ]] || mode=(-i)
+find libaltiro3D tools tests docs -name '*.cpp' -print0 -o -name '*.hpp' -print0 |
+    xargs -0 clang-format "${mode[@]}"

@@ -1,0 +1,62 @@
+#include "support/files.hpp"
+
+#include "altiro3D/error.hpp"
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <unistd.h>
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+
+fs::path dataPath(const std::string& relative) {
+    const char* variable = std::getenv("ALTIRO3D_TEST_DATA");
+    const fs::path root = variable != nullptr
+                              ? fs::path(variable)
+                              : fs::path(ALTIRO3D_TEST_SOURCE_DIR) / ".." / "shared" / "data";
+    std::error_code error;
+    const fs::path path = root / relative;
+    return fs::exists(path, error) ? fs::canonical(path) : fs::path();
+}
+
+fs::path sourcePath(const std::string& relative) {
+    return fs::path(ALTIRO3D_TEST_SOURCE_DIR) / relative;
+}
+
+TemporaryDirectory::TemporaryDirectory() {
+    std::string name = (fs::temp_directory_path() / "altiro3D-test-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
+    path_ = name;
+}
+
+TemporaryDirectory::~TemporaryDirectory() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+}
+
+std::string errorOf(const std::function<void()>& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        return error.what();
+    } catch (const std::exception& other) {
+        return std::string("(no altiro3D::Error but) ") + other.what();
+    }
+    return "(no error)";
+}
+
+std::string slurp(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+void spill(const fs::path& file, const std::string& contents) {
+    std::ofstream stream(file, std::ios::binary);
+    stream << contents;
+    if (!stream.flush()) throw std::runtime_error("cannot write " + file.string());
+}
+
+} // namespace altiro3D::test

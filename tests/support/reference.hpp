@@ -1,0 +1,30 @@
+#pragma once
+
+#include "altiro3D/calibration.hpp"
+#include "altiro3D/quilt.hpp"
+
+#include <opencv2/core.hpp>
+
+/// Slow, obvious twins of the library's fast paths, written from the formulas alone.
+namespace altiro3D::test {
+
+/// Position under the lens of a sub-pixel, 0..1, in long double: the formula of docs/mathematics.md
+/// section 1, with nothing taken from the library.
+/// @param y row from the top @param channel 0 red, 1 green, 2 blue
+long double referencePhase(const Calibration& calibration, bool inverted, int x, int y,
+                           int channel);
+
+/// View of a sub-pixel: min(floor(phase * views), views - 1).
+int referenceView(const Calibration& calibration, bool inverted, int views, int x, int y,
+                  int channel);
+
+/// Quilt pixel that a sub-pixel shows: tile of its view, nearest pixel in it.
+cv::Point referenceQuiltPixel(const Calibration& calibration, bool inverted,
+                              const QuiltLayout& layout, int x, int y, int channel);
+
+/// Method Fast in double, without cv::remap: photo(x + shift (depth - focus), y), linear, clamped.
+/// @param photo [CV_8UC3] @param depth [CV_32FC1] @param shiftPixels p S/2
+/// @return [CV_64FC3], not rounded
+cv::Mat referenceFast(const cv::Mat& photo, const cv::Mat& depth, double shiftPixels, double focus);
+
+} // namespace altiro3D::test

@@ -1,0 +1,230 @@
+#include "altiro3D/depth2quilt.hpp"
+
+#include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/reference.hpp"
+
+#include <gtest/gtest.h>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D::test {
+namespace {
+
+cv::Mat randomPhoto(cv::Size size, int seed = 1) {
+    cv::RNG rng(static_cast<std::uint64_t>(seed));
+    cv::Mat photo(size, CV_8UC3);
+    rng.fill(photo, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(photo, photo, {5, 5}, 1.2);
+    return photo;
+}
+
+cv::Mat randomDepth(cv::Size size, int seed = 2) {
+    cv::RNG rng(static_cast<std::uint64_t>(seed));
+    cv::Mat depth(size, CV_32FC1);
+    rng.fill(depth, cv::RNG::UNIFORM, 0, 1);
+    return depth;
+}
+
+Depth2Quilt maker(double strength, double focus) {
+    return Depth2Quilt({3, 2, {64, 48}, 6}, {ViewMethod::Fast, strength, focus});
+}
+
+TEST(Depth2Quilt, FastIsTheFormulaUpToRemapsFixedPoint) {
+    const cv::Size sizes[] = {{1, 1}, {2, 3}, {61, 37}, {64, 48}, {128, 5}, {1, 40}, {40, 1}};
+    for (const cv::Size size : sizes) {
+        const cv::Mat photo = randomPhoto(size);
+        const cv::Mat depth = randomDepth(size);
+        for (double position : {-1.0, -0.4, 0.3, 1.0}) {
+            cv::Mat view;
+            maker(20, 0.4).renderView(photo, depth, position, view);
+            const cv::Mat reference =
+                referenceFast(photo, depth, position * 0.2 * size.width / 2, 0.4);
+            cv::Mat expected;
+            reference.convertTo(expected, CV_8UC3);
+            // cv::remap places samples in steps of 1/32 px: up to 1/64 of the largest step of 255
+            EXPECT_TRUE(samePicture(view, expected, 255 / 64.0 + 1)) << size << " " << position;
+        }
+    }
+}
+
+// The rule of signs: nearer things move against the camera.
+TEST(Depth2Quilt, NearThingsMoveAgainstTheCamera) {
+    cv::Mat photo(9, 200, CV_8UC3, cv::Scalar::all(0));
+    photo.colRange(100, 104).setTo(cv::Scalar::all(255)); // a bright bar
+    const cv::Mat near(photo.size(), CV_32FC1, cv::Scalar::all(1));
+    const cv::Mat far(photo.size(), CV_32FC1, cv::Scalar::all(0));
+    const auto barAt = [&](const cv::Mat& depth, double position) {
+        cv::Mat view;
+        Depth2Quilt({1, 1, {9, 9}, 1}, {ViewMethod::Fast, 10, 0.5})
+            .renderView(photo, depth, position, view);
+        cv::Mat grey;
+        cv::cvtColor(view, grey, cv::COLOR_BGR2GRAY);
+        const cv::Moments moments = cv::moments(grey);
+        return moments.m10 / moments.m00;
+    };
+    // S = 10 % of 200 = 20 px; shift = -p (d - f) S/2 = -p * 0.5 * 10 = 5 px against the camera
+    EXPECT_NEAR(barAt(near, 1), 101.5 - 5, 0.01);
+    EXPECT_NEAR(barAt(near, -1), 101.5 + 5, 0.01);
+    EXPECT_NEAR(barAt(far, 1), 101.5 + 5, 0.01);
+    EXPECT_NEAR(barAt(far, -1), 101.5 - 5, 0.01);
+}
+
+TEST(Depth2Quilt, CentreViewFocusDepthAndZeroStrengthGiveThePhotoBitForBit) {
+    const cv::Size size(61, 47);
+    const cv::Mat photo = randomPhoto(size);
+    cv::Mat view;
+    maker(30, 0.5).renderView(photo, randomDepth(size), 0, view);
+    EXPECT_TRUE(samePicture(view, photo));
+    maker(30, 0.25).renderView(photo, cv::Mat(size, CV_32FC1, cv::Scalar::all(0.25)), 1, view);
+    EXPECT_TRUE(samePicture(view, photo));
+    maker(0, 0.5).renderView(photo, randomDepth(size), -1, view);
+    EXPECT_TRUE(samePicture(view, photo));
+}
+
+TEST(Depth2Quilt, FlatDepthGivesIdenticalViews) {
+    const cv::Mat photo = randomPhoto({64, 48});
+    cv::Mat quilt;
+    const Depth2Quilt flat = maker(10, 0.5);
+    flat.render(photo, cv::Mat(photo.size(), CV_32FC1, cv::Scalar::all(0.5)), quilt);
+    for (int i = 0; i < 6; ++i)
+        EXPECT_TRUE(samePicture(quilt(flat.layout().tile(i)), photo));
+}
+
+TEST(Depth2Quilt, TilesAreTheSingleViewsInOrder) {
+    const cv::Mat photo = randomPhoto({64, 48});
+    const cv::Mat depth = randomDepth({64, 48});
+    const Depth2Quilt quiltMaker = maker(25, 0.3);
+    cv::Mat quilt;
+    quiltMaker.render(photo, depth, quilt);
+    for (int i = 0; i < 6; ++i) {
+        cv::Mat view;
+        quiltMaker.renderView(photo, depth, viewPosition(i, 6), view);
+        EXPECT_TRUE(samePicture(quilt(quiltMaker.layout().tile(i)), view)) << i;
+    }
+}
+
+TEST(Depth2Quilt, MirroredInputGivesMirroredViewsInReversedOrder) {
+    const cv::Size size(64, 48);
+    const cv::Mat photo = randomPhoto(size);
+    const cv::Mat depth = randomDepth(size);
+    cv::Mat mirroredPhoto;
+    cv::Mat mirroredDepth;
+    cv::flip(photo, mirroredPhoto, 1);
+    cv::flip(depth, mirroredDepth, 1);
+    cv::Mat view;
+    cv::Mat mirrored;
+    maker(15, 0.5).renderView(photo, depth, 0.7, view);
+    maker(15, 0.5).renderView(mirroredPhoto, mirroredDepth, -0.7, mirrored);
+    cv::flip(mirrored, mirrored, 1);
+    // cv::remap rounds 1/32 px halves to one side: mirrored weights may differ by one step
+    EXPECT_TRUE(samePicture(mirrored, view, 255 / 32.0 + 1));
+    EXPECT_LT(compare(mirrored, view).mean, 0.2);
+}
+
+TEST(Depth2Quilt, LargerPhotosAreAveragedIntoTheTiles) {
+    const cv::Mat photo = randomPhoto({128, 96});
+    const cv::Mat depth = randomDepth({128, 96});
+    const Depth2Quilt quiltMaker = maker(10, 0.5);
+    cv::Mat quilt;
+    quiltMaker.render(photo, depth, quilt);
+    EXPECT_EQ(quilt.size(), quiltMaker.layout().size());
+    cv::Mat view;
+    quiltMaker.renderView(photo, depth, 1, view);
+    cv::resize(view, view, {64, 48}, 0, 0, cv::INTER_AREA);
+    EXPECT_TRUE(samePicture(quilt(quiltMaker.layout().tile(5)), view));
+}
+
+TEST(Depth2Quilt, IsTheSameForAnyNumberOfThreadsAndForSubMatrices) {
+    const cv::Mat bigPhoto = randomPhoto({100, 80});
+    const cv::Mat bigDepth = randomDepth({100, 80});
+    const cv::Rect part(13, 7, 64, 48);
+    const int before = cv::getNumThreads();
+    cv::setNumThreads(1);
+    cv::Mat one;
+    maker(20, 0.5).render(bigPhoto(part).clone(), bigDepth(part).clone(), one);
+    for (int threads : {2, 3, 5}) {
+        cv::setNumThreads(threads);
+        cv::Mat many;
+        maker(20, 0.5).render(bigPhoto(part), bigDepth(part), many);
+        EXPECT_TRUE(samePicture(many, one));
+    }
+    cv::setNumThreads(before);
+}
+
+TEST(Depth2Quilt, UnusedTilesAreBlackEvenInAReusedQuilt) {
+    const cv::Mat photo = randomPhoto({8, 8});
+    cv::Mat quilt(16, 24, CV_8UC3, cv::Scalar::all(99));
+    const Depth2Quilt five({3, 2, {8, 8}, 5});
+    const uchar* memory = quilt.data;
+    five.render(photo, randomDepth({8, 8}), quilt);
+    EXPECT_EQ(quilt.data, memory);
+    EXPECT_EQ(cv::countNonZero(quilt(five.layout().tile(4)).clone().reshape(1)) > 0, true);
+    EXPECT_EQ(cv::countNonZero(quilt(cv::Rect(16, 0, 8, 8)).clone().reshape(1)), 0);
+}
+
+TEST(Depth2Quilt, WildDepthIsClampedAndNanIsFar) {
+    const cv::Size size(33, 9);
+    const cv::Mat photo = randomPhoto(size);
+    const float kWild[] = {std::numeric_limits<float>::infinity(), 7.0F, 1e38F};
+    cv::Mat expected;
+    cv::Mat view;
+    maker(40, 0.5).renderView(photo, cv::Mat(size, CV_32FC1, cv::Scalar::all(1)), 1, expected);
+    for (float value : kWild) {
+        maker(40, 0.5).renderView(photo, cv::Mat(size, CV_32FC1, cv::Scalar::all(value)), 1, view);
+        EXPECT_TRUE(samePicture(view, expected)) << value;
+    }
+    maker(40, 0.5).renderView(photo, cv::Mat(size, CV_32FC1, cv::Scalar::all(0)), 1, expected);
+    for (float value : {std::nanf(""), -3.0F, -std::numeric_limits<float>::infinity(), 1e-42F}) {
+        maker(40, 0.5).renderView(photo, cv::Mat(size, CV_32FC1, cv::Scalar::all(value)), 1, view);
+        EXPECT_TRUE(samePicture(view, expected)) << value;
+    }
+}
+
+TEST(Depth2Quilt, OffsetsOfManyWidthsRepeatTheBorder) {
+    const cv::Mat photo = randomPhoto({50, 7});
+    const cv::Mat near(photo.size(), CV_32FC1, cv::Scalar::all(1));
+    cv::Mat view;
+    maker(10000, 0).renderView(photo, near, 1, view);
+    EXPECT_TRUE(samePicture(view, cv::repeat(photo.col(49), 1, 50)));
+    maker(10000, 0).renderView(photo, near, -1e300, view);
+    EXPECT_TRUE(samePicture(view, cv::repeat(photo.col(0), 1, 50)));
+}
+
+TEST(Depth2Quilt, WrongInputsAreRefusedByName) {
+    cv::Mat out;
+    const cv::Mat photo(48, 64, CV_8UC3);
+    const cv::Mat depth(48, 64, CV_32FC1);
+    const auto error = [&](const cv::Mat& p, const cv::Mat& d) {
+        return errorOf([&] { maker(10, 0.5).render(p, d, out); });
+    };
+    EXPECT_NE(error(cv::Mat(), depth).find("photo: "), std::string::npos);
+    EXPECT_NE(error(cv::Mat(48, 64, CV_8UC1), depth).find("CV_8UC1"), std::string::npos);
+    EXPECT_NE(error(photo, cv::Mat(48, 64, CV_8UC1)).find("depth: is of type"), std::string::npos);
+    EXPECT_NE(error(photo, cv::Mat(47, 64, CV_32FC1)).find("depth: has 64 x 47 px"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] {
+                  maker(10, 0.5).renderView(photo, depth, std::nan(""), out);
+              }).find("position"),
+              std::string::npos);
+    EXPECT_NE(errorOf([] { maker(-1, 0.5); }).find("strength: is -1"), std::string::npos);
+    EXPECT_NE(errorOf([] { maker(std::nan(""), 0.5); }).find("strength: is nan"),
+              std::string::npos);
+    EXPECT_NE(errorOf([] { maker(10, 1.5); }).find("focus: is 1.5, expected a depth"),
+              std::string::npos);
+}
+
+TEST(AdjacentParallax, IsTheFormulaInBothUnits) {
+    const QuiltLayout portrait;
+    const AdjacentParallax p =
+        adjacentParallax({ViewMethod::Fast, 10, 0.5}, portrait, {1536, 2048}, {0, 1});
+    EXPECT_NEAR(p.viewPixels, 0.1 * 420 * 0.5 / 47, 1e-12);
+    EXPECT_NEAR(p.panelPixels, 0.1 * 1536 * 0.5 / 47, 1e-12);
+    EXPECT_EQ(adjacentParallax({}, {1, 1, {10, 10}, 1}, {16, 16}).viewPixels, 0);
+    EXPECT_NEAR(adjacentParallax({ViewMethod::Fast, 10, 0.5}, portrait, {1536, 2048}, {0.5, 0.6})
+                    .viewPixels,
+                0.1 * 420 * 0.1 / 47, 1e-12);
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,0 +1,632 @@
+#include "altiro3D/depth_map.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+namespace altiro3D::test {
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+DepthNormalization wholeRange(DepthKind kind = DepthKind::NearWhite) {
+    DepthNormalization options;
+    options.kind = kind;
+    options.lowPercentile = 0;
+    options.highPercentile = 100;
+    return options;
+}
+
+cv::Mat row(const std::vector<float>& values) {
+    return cv::Mat(values, true).reshape(1, 1);
+}
+
+cv::Mat normalized(const cv::Mat& raw, const DepthNormalization& options = {}) {
+    cv::Mat depth;
+    normalizeDepth(raw, depth, options);
+    return depth;
+}
+
+cv::Mat randomPicture(cv::Size size, int type, double low, double high, int seed) {
+    cv::Mat picture(size, type);
+    cv::RNG random(static_cast<std::uint64_t>(seed));
+    random.fill(picture, cv::RNG::UNIFORM, low, high);
+    return picture;
+}
+
+// The slow twin: doubles, a full sort, searches in all directions.
+cv::Mat slowNormalize(const cv::Mat& raw, const DepthNormalization& options) {
+    cv::Mat numbers;
+    raw.convertTo(numbers, CV_64F);
+    const double unknown = std::numeric_limits<double>::quiet_NaN();
+    std::vector<double> known;
+    for (int y = 0; y < raw.rows; ++y) {
+        for (int x = 0; x < raw.cols; ++x) {
+            double& v = numbers.at<double>(y, x);
+            if (options.kind == DepthKind::Metric) {
+                v = v > 0 ? 1 / v : unknown;
+            } else if (!std::isfinite(v)) {
+                v = unknown;
+            } else if (options.kind == DepthKind::FarWhite) {
+                v = -v;
+            }
+            if (!std::isnan(v)) known.push_back(v);
+        }
+    }
+    const cv::Mat flat(raw.size(), CV_32FC1, cv::Scalar(options.flatDepth));
+    if (known.empty()) return flat;
+    std::sort(known.begin(), known.end());
+    const double last = static_cast<double>(known.size() - 1);
+    const double low = known[static_cast<std::size_t>(options.lowPercentile / 100 * last)];
+    const double high =
+        known[static_cast<std::size_t>(std::ceil(options.highPercentile / 100 * last))];
+    if (high - low <= 1e-6 * std::max(std::abs(low), std::abs(high))) return flat;
+    const auto at = [&](int y, int x) {
+        const double v = numbers.at<double>(y, x);
+        return static_cast<float>(std::clamp((v - low) / (high - low), 0.0, 1.0));
+    };
+    cv::Mat depth(raw.size(), CV_32FC1);
+    const auto fillRow = [&](int from, int to) {
+        for (int x = 0; x < raw.cols; ++x) {
+            std::vector<float> found;
+            for (const int step : {-1, 1}) {
+                for (int i = x; i >= 0 && i < raw.cols; i += step) {
+                    if (std::isnan(numbers.at<double>(from, i))) continue;
+                    found.push_back(at(from, i));
+                    break;
+                }
+            }
+            if (found.empty()) return false;
+            depth.at<float>(to, x) = *std::min_element(found.begin(), found.end());
+        }
+        return true;
+    };
+    for (int y = 0; y < raw.rows; ++y) {
+        for (int distance = 0; distance < raw.rows; ++distance) {
+            if (y - distance >= 0 && fillRow(y - distance, y)) break;
+            if (y + distance < raw.rows && fillRow(y + distance, y)) break;
+        }
+    }
+    return depth;
+}
+
+TEST(DepthMap, AFullByteRampIsLinearAndMonotonic) {
+    cv::Mat ramp(1, 256, CV_8UC1);
+    for (int x = 0; x < 256; ++x)
+        ramp.at<uchar>(0, x) = static_cast<uchar>(x);
+    const cv::Mat depth = normalized(ramp, wholeRange());
+    for (int x = 0; x < 256; ++x) {
+        EXPECT_EQ(depth.at<float>(0, x), static_cast<float>(x / 255.0));
+    }
+    const cv::Mat clipped = normalized(ramp);
+    for (int x = 1; x < 256; ++x) {
+        EXPECT_GE(clipped.at<float>(0, x), clipped.at<float>(0, x - 1));
+    }
+    EXPECT_EQ(clipped.at<float>(0, 0), 0);
+    EXPECT_EQ(clipped.at<float>(0, 255), 1);
+}
+
+TEST(DepthMap, EverySixteenBitValueStaysApart) {
+    cv::Mat ramp(256, 256, CV_16UC1);
+    for (int i = 0; i < 65536; ++i)
+        ramp.at<ushort>(i / 256, i % 256) = static_cast<ushort>(i);
+    const cv::Mat depth = normalized(ramp, wholeRange());
+    EXPECT_TRUE(samePicture(depthTo16Bit(depth), ramp));
+}
+
+TEST(DepthMap, EachKindTurnsItsNumbersIntoInverseDepth) {
+    const cv::Mat raw = row({1, 2, 4});
+    EXPECT_TRUE(
+        samePicture(normalized(raw, wholeRange()), row({0, static_cast<float>(1 / 3.0), 1})));
+    EXPECT_TRUE(samePicture(normalized(raw, wholeRange(DepthKind::FarWhite)),
+                            row({1, static_cast<float>(2 / 3.0), 0})));
+    EXPECT_TRUE(samePicture(normalized(raw, wholeRange(DepthKind::Metric)),
+                            row({1, static_cast<float>(1 / 3.0), 0})));
+}
+
+TEST(DepthMap, TheMetricUnitDoesNotMatter) {
+    const cv::Mat metres = randomPicture({31, 17}, CV_32FC1, 0.5, 8, 1);
+    const cv::Mat millimetres = metres * 1024; // a power of two: no rounding
+    EXPECT_TRUE(samePicture(normalized(millimetres, wholeRange(DepthKind::Metric)),
+                            normalized(metres, wholeRange(DepthKind::Metric))));
+}
+
+TEST(DepthMap, PercentilesAgreeWithSortingEverything) {
+    for (const int type : {CV_8UC1, CV_16UC1, CV_32FC1, CV_64FC1}) {
+        for (const DepthKind kind :
+             {DepthKind::NearWhite, DepthKind::FarWhite, DepthKind::Metric}) {
+            for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 1), cv::Size(1, 7),
+                                        cv::Size(13, 29), cv::Size(211, 97)}) {
+                cv::Mat raw = randomPicture(size, type, type == CV_32FC1 ? -50 : 0, 200, 5);
+                if (raw.depth() >= CV_32F) { // holes of every sort
+                    for (int i = 0; i < size.area(); i += 3) {
+                        const double hole = i % 2 != 0 ? kNan : i % 4 != 0 ? kInfinity : 0;
+                        raw.row(i / size.width).col(i % size.width).setTo(hole);
+                    }
+                }
+                if (size.height > 8) raw.rowRange(2, 5).setTo(0); // rows without any, for metric
+                DepthNormalization options;
+                options.kind = kind;
+                options.lowPercentile = 2.5;
+                options.highPercentile = 90;
+                EXPECT_TRUE(samePicture(normalized(raw, options), slowNormalize(raw, options)))
+                    << cv::typeToString(type) << " " << size << " kind " << static_cast<int>(kind);
+            }
+        }
+    }
+}
+
+TEST(DepthMap, SubMatricesAreReadByTheirStep) {
+    const cv::Mat whole = randomPicture({40, 30}, CV_32FC1, 0, 9, 7);
+    const cv::Mat part = whole(cv::Rect(3, 5, 23, 11));
+    EXPECT_TRUE(samePicture(normalized(part), normalized(part.clone())));
+}
+
+TEST(DepthMap, SingleWildValuesDoNotSqueezeTheRest) {
+    cv::Mat raw = randomPicture({100, 100}, CV_32FC1, 0, 1, 3);
+    const cv::Mat calm = normalized(raw);
+    raw.at<float>(50, 50) = 1e30f;
+    raw.at<float>(20, 70) = -1e30f;
+    const cv::Mat wild = normalized(raw);
+    EXPECT_EQ(wild.at<float>(50, 50), 1);
+    EXPECT_EQ(wild.at<float>(20, 70), 0);
+    // One rank more at either end: neighbouring order statistics of 10000 uniform numbers.
+    EXPECT_LT(compare(wild(cv::Rect(0, 0, 100, 20)), calm(cv::Rect(0, 0, 100, 20))).largest, 2e-3);
+}
+
+TEST(DepthMap, WhereThereIsNoRangeTheResultIsFlat) {
+    DepthNormalization options;
+    options.flatDepth = 0.25;
+    std::vector<cv::Mat> pictures = {cv::Mat(3, 4, CV_32FC1, cv::Scalar(7)),
+                                     cv::Mat(3, 4, CV_32FC1, cv::Scalar(0)),
+                                     cv::Mat(3, 4, CV_32FC1, cv::Scalar(-2)),
+                                     cv::Mat(3, 4, CV_32FC1, cv::Scalar(kNan)),
+                                     cv::Mat(3, 4, CV_32FC1, cv::Scalar(kInfinity)),
+                                     cv::Mat(3, 4, CV_32FC1, cv::Scalar(-kInfinity)),
+                                     cv::Mat(3, 4, CV_8UC1, cv::Scalar(255)),
+                                     cv::Mat(3, 4, CV_16UC1, cv::Scalar(65535)),
+                                     cv::Mat(1, 1, CV_32FC1, cv::Scalar(3)),
+                                     cv::Mat(1, 1, CV_8UC1, cv::Scalar(0)),
+                                     row({1e-40f, 2e-40f, 3e-40f}),
+                                     row({0, 1e-42f}),
+                                     row({1e6f, 1e6f + 0.0625f, 1e6f - 0.0625f}),
+                                     row({-0.0f, 0.0f}),
+                                     row({kNan, 4, kInfinity, 4})};
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+        for (const DepthKind kind : {DepthKind::NearWhite, DepthKind::FarWhite}) {
+            options.kind = kind;
+            const cv::Mat expected(pictures[i].size(), CV_32FC1, cv::Scalar(0.25));
+            EXPECT_TRUE(samePicture(normalized(pictures[i], options), expected)) << "picture " << i;
+        }
+    }
+    options.kind = DepthKind::Metric;
+    for (const cv::Mat& raw :
+         {row({0, 0, 0}), row({-1, -2, kNan}), row({kInfinity, kInfinity}), row({3, 3, 0})}) {
+        const cv::Mat expected(raw.size(), CV_32FC1, cv::Scalar(0.25));
+        EXPECT_TRUE(samePicture(normalized(raw, options), expected)) << raw;
+    }
+}
+
+TEST(DepthMap, TinyAndHugeHonestRangesWork) {
+    const cv::Mat expected = row({0, 0.5f, 1});
+    EXPECT_TRUE(samePicture(normalized(row({1e-30f, 1.5e-30f, 2e-30f}), wholeRange()), expected,
+                            1e-6)); // 1.5e-30f is not exactly in the middle
+    EXPECT_TRUE(samePicture(normalized(row({-3e38f, 0, 3e38f}), wholeRange()), expected));
+    EXPECT_TRUE(samePicture(normalized(row({1000, 1000.5f, 1001}), wholeRange()), expected));
+    const double huge = std::numeric_limits<double>::max();
+    const cv::Mat doubles = (cv::Mat_<double>(1, 3) << -huge, 0, huge);
+    EXPECT_TRUE(samePicture(normalized(doubles, wholeRange()), expected));
+    const double denormal = std::numeric_limits<double>::denorm_min();
+    const cv::Mat distances = (cv::Mat_<double>(1, 2) << denormal, 1);
+    EXPECT_TRUE(samePicture(normalized(distances, wholeRange(DepthKind::Metric)), row({1, 0})));
+}
+
+TEST(DepthMap, TheResultIsAlwaysWithinZeroAndOne) {
+    const std::vector<float> values = {kNan,    kInfinity, -kInfinity, 0,  -0.0f,  1e-42f, -1e-42f,
+                                       3.4e38f, -3.4e38f,  1,          -1, 1e-30f, 2,      0.5f};
+    cv::RNG random(11);
+    for (int trial = 0; trial < 600; ++trial) {
+        cv::Mat raw(random.uniform(1, 5), random.uniform(1, 8), CV_32FC1);
+        for (int i = 0; i < static_cast<int>(raw.total()); ++i) {
+            raw.at<float>(i / raw.cols, i % raw.cols) = values[static_cast<std::size_t>(
+                random.uniform(0, static_cast<int>(values.size())))];
+        }
+        DepthNormalization options;
+        options.kind = static_cast<DepthKind>(trial % 3);
+        const cv::Mat depth = normalized(raw, options);
+        ASSERT_TRUE(cv::checkRange(depth, true, nullptr, 0, 1.0000001)) << raw << depth;
+    }
+}
+
+TEST(DepthMap, UnknownSamplesTakeTheFartherNeighbour) {
+    const DepthNormalization options = wholeRange();
+    EXPECT_TRUE(samePicture(normalized(row({kNan, 1, kNan, kNan, 0, kNan}), options),
+                            row({1, 1, 0, 0, 0, 0})));
+    // Metric: 0, negative and NaN are unknown; +inf is the farthest.
+    EXPECT_TRUE(samePicture(
+        normalized(row({1, 0, 2, -3, kInfinity, kNan, 1}), wholeRange(DepthKind::Metric)),
+        row({1, 0.5f, 0.5f, 0, 0, 0, 1})));
+}
+
+TEST(DepthMap, RowsWithoutAnyKnownSampleTakeTheNearestRow) {
+    const cv::Mat raw =
+        (cv::Mat_<float>(6, 2) << kNan, kNan, 0, 1, kNan, kNan, kNan, kNan, kNan, kNan, 1, kNan);
+    const cv::Mat expected = (cv::Mat_<float>(6, 2) << 0, 1, 0, 1, 0, 1, 0, 1, 1, 1, 1, 1);
+    EXPECT_TRUE(samePicture(normalized(raw, wholeRange()), expected));
+}
+
+TEST(DepthMap, NormalizingInPlaceGivesTheSame) {
+    const cv::Mat raw = randomPicture({37, 23}, CV_32FC1, -3, 3, 9);
+    const cv::Mat expected = normalized(raw);
+    cv::Mat inPlace = raw.clone();
+    normalizeDepth(inPlace, inPlace);
+    EXPECT_TRUE(samePicture(inPlace, expected));
+    cv::Mat bytes = randomPicture({37, 23}, CV_8UC1, 0, 256, 9);
+    const cv::Mat expectedOfBytes = normalized(bytes.clone());
+    normalizeDepth(bytes, bytes);
+    EXPECT_TRUE(samePicture(bytes, expectedOfBytes));
+}
+
+TEST(DepthMap, WrongOptionsAndTypesAreNamed) {
+    const cv::Mat raw(2, 2, CV_32FC1, cv::Scalar(1));
+    DepthNormalization options;
+    options.lowPercentile = 51;
+    EXPECT_EQ(errorOf([&] { normalized(raw, options); }),
+              "lowPercentile: is 51.000000, expected 0..50 %");
+    options = {};
+    options.highPercentile = std::nan("");
+    EXPECT_EQ(errorOf([&] { normalized(raw, options); }),
+              "highPercentile: is nan, expected 50..100 %");
+    options = {};
+    options.flatDepth = 2;
+    EXPECT_EQ(errorOf([&] { normalized(raw, options); }), "flatDepth: is 2.000000, expected 0..1");
+    EXPECT_EQ(errorOf([&] { normalized(cv::Mat(), {}); }),
+              "depth: is empty, expected one channel of 8-bit, 16-bit, float or double numbers");
+    EXPECT_EQ(errorOf([&] { normalized(cv::Mat(2, 3, CV_8UC3), {}); }),
+              "depth: is 3 x 2 px of CV_8UC3, expected one channel of 8-bit, 16-bit, float or "
+              "double numbers");
+}
+
+// ------------------------------------------------------------------------------------ fitDepth
+
+cv::Mat fitted(const cv::Mat& depth, const cv::Mat& guide, cv::Rect2d part = {}) {
+    if (part.empty()) part = cv::Rect2d(0, 0, depth.cols, depth.rows);
+    cv::Mat result;
+    fitDepth(depth, part, guide, result);
+    return result;
+}
+
+// The slow twin of enlarging: per pixel and in double, straight from the definition.
+cv::Mat slowFit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide) {
+    const double stepX = part.width / guide.cols;
+    const double stepY = part.height / guide.rows;
+    const auto spline = [](double d) {
+        d = std::abs(d);
+        if (d >= 2) return 0.0;
+        return d >= 1 ? std::pow(2 - d, 3) / 6 : (4 - 6 * d * d + 3 * d * d * d) / 6;
+    };
+    const int firstX = static_cast<int>(std::floor(part.x));
+    const int firstY = static_cast<int>(std::floor(part.y));
+    const int lastX = static_cast<int>(std::ceil(part.x + part.width)) - 1;
+    const int lastY = static_cast<int>(std::ceil(part.y + part.height)) - 1;
+    cv::Mat colors(depth.size(), CV_64FC3, cv::Scalar::all(0));
+    for (int j = firstY; j <= lastY; ++j) {
+        for (int i = firstX; i <= lastX; ++i) {
+            cv::Vec3d sum(0, 0, 0);
+            int count = 0;
+            for (int y = 0; y < guide.rows; ++y) {
+                if (std::floor(part.y + (y + 0.5) * stepY) != j) continue;
+                for (int x = 0; x < guide.cols; ++x) {
+                    if (std::floor(part.x + (x + 0.5) * stepX) != i) continue;
+                    sum += cv::Vec3d(guide.at<cv::Vec3b>(y, x));
+                    ++count;
+                }
+            }
+            for (int c = 0; c < 3; ++c) {
+                colors.at<cv::Vec3d>(j, i)[c] = std::floor(sum[c] / count + 0.5);
+            }
+        }
+    }
+    cv::Mat result(guide.size(), CV_32FC1);
+    for (int y = 0; y < guide.rows; ++y) {
+        for (int x = 0; x < guide.cols; ++x) {
+            const double atX = part.x + (x + 0.5) * stepX - 0.5;
+            const double atY = part.y + (y + 0.5) * stepY - 0.5;
+            double sum = 0;
+            double weights = 0;
+            for (int j = static_cast<int>(std::floor(atY)) - 1; j <= std::floor(atY) + 2; ++j) {
+                for (int i = static_cast<int>(std::floor(atX)) - 1; i <= std::floor(atX) + 2; ++i) {
+                    const cv::Point from(std::clamp(i, firstX, lastX),
+                                         std::clamp(j, firstY, lastY));
+                    const cv::Vec3d distance =
+                        colors.at<cv::Vec3d>(from) - cv::Vec3d(guide.at<cv::Vec3b>(y, x));
+                    const double step = std::floor(distance.dot(distance) / 8);
+                    const double likeness =
+                        step < 1024 ? std::exp(-(step + 0.5) * 8 / (2 * 16.0 * 16.0)) : 0;
+                    const double weight = spline(atX - i) * spline(atY - j) * (likeness + 1e-4);
+                    sum += weight * static_cast<double>(depth.at<float>(from));
+                    weights += weight;
+                }
+            }
+            result.at<float>(y, x) = static_cast<float>(sum / weights);
+        }
+    }
+    return result;
+}
+
+TEST(DepthMap, FittingAgreesWithTheSlowReference) {
+    struct Case {
+        cv::Size depth;
+        cv::Rect2d part;
+        cv::Size guide;
+    };
+    for (const Case& c :
+         {Case{{1, 1}, {0, 0, 1, 1}, {5, 3}}, Case{{2, 2}, {0, 0, 2, 2}, {7, 4}},
+          Case{{9, 7}, {0, 0, 9, 7}, {31, 29}}, Case{{9, 7}, {1.25, 0.5, 5.5, 6.125}, {37, 43}},
+          Case{{20, 4}, {2, 1, 17, 2}, {23, 19}}}) {
+        const cv::Mat depth = randomPicture(c.depth, CV_32FC1, 0, 1, 3);
+        const cv::Mat guide = randomPicture(c.guide, CV_8UC3, 90, 160, 4);
+        // float sums of 16 weighed samples against double
+        EXPECT_TRUE(samePicture(fitted(depth, guide, c.part), slowFit(depth, c.part, guide), 2e-6))
+            << c.depth << c.part << c.guide;
+    }
+}
+
+TEST(DepthMap, EqualSizesAreCopiedExactly) {
+    for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 1), cv::Size(13, 7)}) {
+        const cv::Mat depth = randomPicture(size, CV_32FC1, 0, 1, 2);
+        EXPECT_TRUE(samePicture(fitted(depth, randomPicture(size, CV_8UC3, 0, 256, 3)), depth));
+    }
+    const cv::Mat whole = randomPicture({20, 20}, CV_32FC1, 0, 1, 2);
+    EXPECT_TRUE(samePicture(fitted(whole, cv::Mat(7, 5, CV_8UC3, cv::Scalar()), {3, 4, 5, 7}),
+                            whole(cv::Rect(3, 4, 5, 7))));
+}
+
+TEST(DepthMap, ConstantDepthStaysExactlyConstant) {
+    const cv::Mat guide = randomPicture({53, 41}, CV_8UC3, 0, 256, 6);
+    for (const float value : {0.0f, 0.1f, 1.0f / 3, 0.7f, 1.0f}) {
+        const cv::Mat depth(6, 5, CV_32FC1, cv::Scalar(value));
+        const cv::Mat expected(guide.size(), CV_32FC1, cv::Scalar(value));
+        EXPECT_TRUE(samePicture(fitted(depth, guide), expected));
+    }
+}
+
+TEST(DepthMap, FittedDepthStaysInTheRangeOfItsSamples) {
+    for (int seed = 0; seed < 20; ++seed) {
+        const cv::Mat depth = randomPicture({11, 13}, CV_32FC1, 0.3, 0.6, seed);
+        double least = 0;
+        double most = 0;
+        cv::minMaxLoc(depth, &least, &most);
+        const cv::Mat result = fitted(depth, randomPicture({71, 83}, CV_8UC3, 0, 256, seed));
+        double low = 0;
+        double high = 0;
+        cv::minMaxLoc(result, &low, &high);
+        EXPECT_GE(low, least);
+        EXPECT_LE(high, most);
+    }
+}
+
+TEST(DepthMap, ARampUnderAPlainPictureStaysARamp) {
+    cv::Mat depth(4, 12, CV_32FC1);
+    for (int x = 0; x < 12; ++x)
+        depth.col(x).setTo(x / 16.0);
+    const cv::Rect2d part(2.25, 0, 7.5, 4);
+    const cv::Mat result = fitted(depth, cv::Mat(9, 45, CV_8UC3, cv::Scalar(9, 99, 199)), part);
+    for (int x = 9; x < 36; ++x) { // away from the border, where samples repeat
+        const double at = part.x + (x + 0.5) * part.width / 45 - 0.5;
+        EXPECT_NEAR(result.at<float>(4, x), at / 16, 1e-6) << x; // float rounding
+    }
+}
+
+TEST(DepthMap, ShrinkingTakesTheSampleUnderEachPixelCentre) {
+    cv::Mat depth(3, 9, CV_32FC1);
+    for (int i = 0; i < 27; ++i)
+        depth.at<float>(i / 9, i % 9) = static_cast<float>(i) / 27;
+    const cv::Mat expected = (cv::Mat_<float>(1, 3) << depth.at<float>(1, 1), depth.at<float>(1, 4),
+                              depth.at<float>(1, 7));
+    EXPECT_TRUE(samePicture(fitted(depth, cv::Mat(1, 3, CV_8UC3, cv::Scalar())), expected));
+    cv::Mat inPlace = depth.clone();
+    fitDepth(inPlace, cv::Rect2d(0, 0, 9, 3), cv::Mat(1, 3, CV_8UC3, cv::Scalar()), inPlace);
+    EXPECT_TRUE(samePicture(inPlace, expected));
+}
+
+TEST(DepthMap, AStepInDepthMovesToThePicturesEdge) {
+    // 16 samples over 128 px: 8 px each. The true edge is at px 69, inside sample 8 (px 64..71);
+    // the coarse depth can only say 64 or 72.
+    constexpr int kEdge = 69;
+    cv::Mat truth(64, 128, CV_32FC1, cv::Scalar(0.2));
+    truth.colRange(kEdge, 128).setTo(0.8);
+    cv::Mat guide(truth.size(), CV_8UC3, cv::Scalar(40, 60, 50));
+    guide.colRange(kEdge, 128).setTo(cv::Scalar(180, 150, 200));
+    for (const int coarseEdge : {8, 9}) {
+        cv::Mat depth(8, 16, CV_32FC1, cv::Scalar(0.2));
+        depth.colRange(coarseEdge, 16).setTo(0.8);
+        cv::Mat bilinear;
+        cv::resize(depth, bilinear, truth.size(), 0, 0, cv::INTER_LINEAR);
+        const cv::Mat result = fitted(depth, guide);
+        const double error = compare(result, truth).mean;
+        EXPECT_LT(error, 0.25 * compare(bilinear, truth).mean) << coarseEdge;
+        // The half-way value is crossed exactly at the edge.
+        EXPECT_LT(result.at<float>(32, kEdge - 1), 0.5f) << coarseEdge;
+        EXPECT_GT(result.at<float>(32, kEdge), 0.5f) << coarseEdge;
+    }
+}
+
+TEST(DepthMap, FittingDoesNotDependOnTheNumberOfThreads) {
+    const cv::Mat depth = randomPicture({64, 48}, CV_32FC1, 0, 1, 3);
+    const cv::Mat guide = randomPicture({301, 211}, CV_8UC3, 0, 256, 4);
+    const cv::Mat raw = randomPicture({1201, 997}, CV_32FC1, -5, 5, 4);
+    const int before = cv::getNumThreads();
+    cv::setNumThreads(1);
+    const cv::Mat one = fitted(depth, guide);
+    const cv::Mat oneNormalized = normalized(raw);
+    for (const int threads : {2, 3, 8}) {
+        cv::setNumThreads(threads);
+        EXPECT_TRUE(samePicture(fitted(depth, guide), one)) << threads;
+        EXPECT_TRUE(samePicture(normalized(raw), oneNormalized)) << threads;
+    }
+    cv::setNumThreads(before);
+}
+
+TEST(DepthMap, SubMatricesFitAsTheirCopiesDo) {
+    const cv::Mat depth = randomPicture({30, 30}, CV_32FC1, 0, 1, 3)(cv::Rect(3, 2, 11, 17));
+    const cv::Mat guide = randomPicture({90, 90}, CV_8UC3, 0, 256, 4)(cv::Rect(5, 7, 61, 67));
+    EXPECT_TRUE(samePicture(fitted(depth, guide), fitted(depth.clone(), guide.clone())));
+}
+
+TEST(DepthMap, PartsOutsideTheDepthMapAreRefused) {
+    const cv::Mat depth(8, 10, CV_32FC1, cv::Scalar(0.5));
+    const cv::Mat guide(20, 20, CV_8UC3, cv::Scalar());
+    for (const cv::Rect2d& part :
+         {cv::Rect2d(-1, 0, 5, 5), cv::Rect2d(0, 0, 10.1, 8), cv::Rect2d(6, 0, 5, 5),
+          cv::Rect2d(0, 0, -1, 4), cv::Rect2d(std::nan(""), 0, 5, 5)}) {
+        cv::Mat result;
+        const std::string said = errorOf([&] { fitDepth(depth, part, guide, result); });
+        EXPECT_EQ(said.rfind("part: is ", 0), 0u) << said;
+        EXPECT_NE(said.find("expected a part of the depth map of 10 x 8 px"), std::string::npos);
+    }
+    EXPECT_EQ(errorOf([&] { fitted(depth, cv::Mat(3, 3, CV_8UC1)); }),
+              "guide: is 3 x 3 px of CV_8UC1, expected CV_8UC3");
+    EXPECT_EQ(errorOf([&] { fitted(cv::Mat(3, 3, CV_8UC1), guide); }),
+              "depth: is 3 x 3 px of CV_8UC1, expected CV_32FC1");
+}
+
+// ---------------------------------------------------------------------------------------- RGB-D
+
+TEST(DepthMap, JoinedPicturesSplitIntoWhatTheyWereMadeOf) {
+    for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 1), cv::Size(13, 7), cv::Size(6, 17)}) {
+        const cv::Mat photo = randomPicture(size, CV_8UC3, 0, 256, 3);
+        const cv::Mat depth = randomPicture(size, CV_32FC1, 0, 1, 4);
+        cv::Mat bytes;
+        depth.convertTo(bytes, CV_8U, 255);
+        cv::Mat expected;
+        bytes.convertTo(expected, CV_32F);
+        for (const DepthSide side :
+             {DepthSide::Right, DepthSide::Left, DepthSide::Top, DepthSide::Bottom}) {
+            cv::Mat picture;
+            joinRgbd(photo, depth, side, picture);
+            cv::Mat photoAgain;
+            cv::Mat depthAgain;
+            splitRgbd(picture, side, photoAgain, depthAgain);
+            EXPECT_TRUE(samePicture(photoAgain, photo));
+            EXPECT_TRUE(samePicture(depthAgain, expected));
+        }
+    }
+}
+
+TEST(DepthMap, TheHalvesLieWhereTheSideSays) {
+    cv::Mat picture(4, 5, CV_8UC3); // odd: the column in the middle belongs to neither
+    for (int i = 0; i < 20; ++i) {
+        picture.at<cv::Vec3b>(i / 5, i % 5) = cv::Vec3b::all(static_cast<uchar>(10 * i));
+    }
+    cv::Mat photo;
+    cv::Mat depth;
+    splitRgbd(picture, DepthSide::Right, photo, depth);
+    EXPECT_TRUE(samePicture(photo, picture(cv::Rect(0, 0, 2, 4))));
+    EXPECT_EQ(depth.size(), cv::Size(2, 4));
+    EXPECT_EQ(depth.at<float>(0, 0), 30);
+    splitRgbd(picture, DepthSide::Left, photo, depth);
+    EXPECT_EQ(photo.at<cv::Vec3b>(0, 0)[0], 30);
+    EXPECT_EQ(depth.at<float>(0, 0), 0);
+    splitRgbd(picture, DepthSide::Top, photo, depth);
+    EXPECT_EQ(photo.at<cv::Vec3b>(0, 0)[0], 100);
+    EXPECT_EQ(depth.at<float>(1, 4), 90);
+    splitRgbd(picture, DepthSide::Bottom, photo, depth);
+    EXPECT_EQ(photo.at<cv::Vec3b>(0, 0)[0], 0);
+    EXPECT_EQ(depth.at<float>(0, 0), 100);
+}
+
+TEST(DepthMap, SixteenBitRgbdKeepsItsDepthValues) {
+    cv::Mat picture(1, 4, CV_16UC3);
+    picture.at<cv::Vec3w>(0, 0) = cv::Vec3w(0, 257, 65535);
+    picture.at<cv::Vec3w>(0, 1) = cv::Vec3w(128, 129, 385);
+    picture.at<cv::Vec3w>(0, 2) = cv::Vec3w(12345, 12345, 12345);
+    picture.at<cv::Vec3w>(0, 3) = cv::Vec3w(65535, 65535, 65535);
+    cv::Mat photo;
+    cv::Mat depth;
+    splitRgbd(picture, DepthSide::Right, photo, depth);
+    EXPECT_EQ(photo.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 1, 255));
+    EXPECT_EQ(photo.at<cv::Vec3b>(0, 1), cv::Vec3b(0, 1, 1));
+    EXPECT_TRUE(samePicture(depth, row({12345, 65535})));
+}
+
+TEST(DepthMap, PicturesTooSmallToSplitAndUnequalHalvesAreRefused) {
+    cv::Mat photo;
+    cv::Mat depth;
+    EXPECT_EQ(errorOf([&] { splitRgbd(cv::Mat(5, 1, CV_8UC3), DepthSide::Left, photo, depth); }),
+              "RGB-D picture: is 1 x 5 px of CV_8UC3, too small to split, expected at least 2 px "
+              "across");
+    EXPECT_EQ(errorOf([&] { splitRgbd(cv::Mat(1, 5, CV_8UC3), DepthSide::Top, photo, depth); }),
+              "RGB-D picture: is 5 x 1 px of CV_8UC3, too small to split, expected at least 2 px "
+              "down");
+    EXPECT_EQ(errorOf([&] { splitRgbd(cv::Mat(4, 4, CV_8UC1), DepthSide::Top, photo, depth); }),
+              "RGB-D picture: is 4 x 4 px of CV_8UC1, expected three channels of 8 or 16 bits");
+    cv::Mat picture;
+    EXPECT_EQ(errorOf([&] {
+                  joinRgbd(cv::Mat(2, 3, CV_8UC3), cv::Mat(3, 2, CV_32FC1), DepthSide::Right,
+                           picture);
+              }),
+              "depth: is 2 x 3 px of CV_32FC1, expected the photo's 3 x 2 px");
+}
+
+TEST(DepthMap, SixteenBitPicturesSpanZeroToOne) {
+    const cv::Mat expected = (cv::Mat_<ushort>(1, 6) << 0, 0, 32768, 65535, 65535, 0);
+    EXPECT_TRUE(samePicture(depthTo16Bit(row({-1, 0, 0.5f, 1, 7, kNan})), expected));
+}
+
+// ------------------------------------------------------------------------------------ real data
+
+TEST(DepthMap, RealCoarseDepthFitsBetterThanInterpolated) {
+    ALTIRO3D_REQUIRE_DATA("middlebury/Cones/disp2.png");
+    double ours = 0;
+    double plain = 0;
+    for (const char* scene : {"Cones", "Teddy"}) {
+        const cv::Mat photo = readPhoto(dataPath("middlebury") / scene / "im2.png");
+        cv::Mat raw = readDepthImage(dataPath("middlebury") / scene / "disp2.png");
+        raw.setTo(kNan, raw == 0);
+        const cv::Mat truth = normalized(raw);
+        cv::Mat coarse;
+        cv::resize(truth, coarse, truth.size() / 4, 0, 0, cv::INTER_AREA);
+        cv::Mat bilinear;
+        cv::resize(coarse, bilinear, truth.size(), 0, 0, cv::INTER_LINEAR);
+        ours += cv::norm(fitted(coarse, photo), truth, cv::NORM_L2SQR);
+        plain += cv::norm(bilinear, truth, cv::NORM_L2SQR);
+    }
+    EXPECT_LT(ours, 0.75 * plain); // 0.69 measured
+}
+
+TEST(DepthMap, RealSensorDepthWithHolesComesOutWhole) {
+    ALTIRO3D_REQUIRE_DATA("rgbd/slambook2/ch5_rgbd/depth/1.pgm");
+    const cv::Mat raw = readDepthImage(dataPath("rgbd/slambook2/ch5_rgbd/depth/1.pgm"));
+    DepthNormalization options;
+    options.kind = DepthKind::Metric;
+    const cv::Mat depth = normalized(raw, options);
+    EXPECT_TRUE(samePicture(depth, slowNormalize(raw, options)));
+    EXPECT_TRUE(cv::checkRange(depth, true, nullptr, 0, 1.0000001));
+}
+
+TEST(DepthMap, RealSideBySidePicturesSplitInTheMiddle) {
+    ALTIRO3D_REQUIRE_DATA("rgbd/side_by_side/misc_dp03.jpg");
+    cv::Mat photo;
+    cv::Mat raw;
+    splitRgbd(readPicture(dataPath("rgbd/side_by_side/misc_dp03.jpg")), DepthSide::Right, photo,
+              raw);
+    EXPECT_EQ(photo.size(), cv::Size(2560, 1600));
+    DepthNormalization options;
+    options.kind = DepthKind::FarWhite;
+    const cv::Mat depth = normalized(raw, options);
+    // The child in front is nearer than the building behind.
+    EXPECT_GT(cv::mean(depth(cv::Rect(1300, 1100, 200, 200)))[0],
+              cv::mean(depth(cv::Rect(1400, 100, 200, 200)))[0] + 0.4);
+}
+
+} // namespace
+} // namespace altiro3D::test

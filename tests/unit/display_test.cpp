@@ -1,0 +1,116 @@
+#include "altiro3D/display.hpp"
+
+#include "support/files.hpp"
+
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+Calibration panel(int width, int height, double dpi = 300) {
+    Calibration c;
+    c.pitch = 50;
+    c.slope = -7;
+    c.DPI = dpi;
+    c.screenW = width;
+    c.screenH = height;
+    return c;
+}
+
+std::string modelOf(const std::string& serial) {
+    Calibration c = panel(100, 100);
+    c.serial = serial;
+    const DisplayModel* model = findDisplayModel(c);
+    return model != nullptr ? model->name : "";
+}
+
+TEST(Display, SerialNumberTellsTheModel) {
+    EXPECT_EQ(modelOf("LKG-PORT-19930"), "Looking Glass Portrait");
+    EXPECT_EQ(modelOf("LKG-P00655"), "Looking Glass Portrait");
+    EXPECT_EQ(modelOf("lkg-2k-04409"), "Looking Glass 8.9\"");
+    EXPECT_EQ(modelOf("LKG-APW92011"), "Looking Glass 16\" (2nd generation)");
+    EXPECT_EQ(modelOf("LKG-J00133"), "Looking Glass 16\" landscape");
+    EXPECT_EQ(modelOf("LKG-E05304"), "Looking Glass Go");
+    EXPECT_EQ(modelOf("00112"), "");
+}
+
+// Default quilts as the display's maker publishes them: columns, rows, view width and height.
+TEST(Display, PanelTellsTheDefaultQuiltWithoutASerialNumber) {
+    const struct {
+        Calibration calibration;
+        int columns, rows, width, height;
+    } kTable[] = {{panel(1536, 2048), 8, 6, 420, 560},   {panel(2560, 1600), 5, 9, 819, 455},
+                  {panel(3840, 2160), 5, 9, 819, 455},   {panel(1440, 2560), 11, 6, 372, 682},
+                  {panel(2160, 3840), 11, 6, 545, 1000}, {panel(4320, 7680), 11, 6, 744, 1364},
+                  {panel(7680, 4320), 5, 9, 1638, 910},  {panel(7680, 4320, 136), 8, 9, 1024, 910}};
+    for (const auto& row : kTable) {
+        const QuiltLayout quilt = defaultQuilt(row.calibration);
+        EXPECT_EQ(quilt.columns, row.columns);
+        EXPECT_EQ(quilt.rows, row.rows);
+        EXPECT_EQ(quilt.tileSize, cv::Size(row.width, row.height));
+        EXPECT_EQ(quilt.viewCount, row.columns * row.rows);
+    }
+    Calibration third = panel(3840, 2160);
+    third.viewCone = 50;
+    EXPECT_EQ(defaultQuilt(third).tileSize, cv::Size(857, 857));
+    third.viewCone = 0;
+    third.subpixelCells.resize(1);
+    EXPECT_EQ(defaultQuilt(third).columns, 7);
+}
+
+TEST(Display, UnknownPanelsGetAQuiltOfTheirShape) {
+    for (const cv::Size size : {cv::Size(1920, 1080), cv::Size(1080, 1920), cv::Size(16, 16384),
+                                cv::Size(16384, 16), cv::Size(333, 777)}) {
+        const QuiltLayout quilt = defaultQuilt(panel(size.width, size.height));
+        EXPECT_NO_THROW(validate(quilt));
+        EXPECT_EQ(quilt.viewCount, 48);
+    }
+    const QuiltLayout hd = defaultQuilt(panel(1920, 1080));
+    EXPECT_NEAR(static_cast<double>(hd.tileSize.width) / hd.tileSize.height, 16.0 / 9, 0.01);
+}
+
+TEST(Display, EveryTemplatesQuiltIsItsDefault) {
+    ALTIRO3D_REQUIRE_DATA("calibrations");
+    for (const Calibration& c :
+         readCalibrations(dataPath("calibrations/templates_LKG-Toolkit_nominal.json"))) {
+        const DisplayModel* model = findDisplayModel(c);
+        ASSERT_NE(model, nullptr) << c.serial;
+        EXPECT_EQ(model->panelSize, cv::Size(c.screenW, c.screenH)) << c.serial;
+        EXPECT_EQ(remarks(c).size(), 0U) << c.serial;
+    }
+}
+
+TEST(Display, OddCalibrationsGetRemarks) {
+    Calibration c = panel(1440, 2560);
+    c.serial = "LKG-PORT-1";
+    c.fringe = 0.1;
+    c.flipImageX = 1;
+    const auto found = remarks(c);
+    ASSERT_EQ(found.size(), 3U);
+    EXPECT_NE(found[0].find("1536 x 2048"), std::string::npos);
+}
+
+TEST(Display, MountedVolumesAreFoundWhereSystemsMountThem) {
+    const TemporaryDirectory root;
+    EXPECT_TRUE(findMountedCalibrations(root.path()).empty());
+    const auto mount = [&](const std::string& volume) {
+        fs::create_directories(root / volume / "LKG_calibration");
+        spill(root / volume / "LKG_calibration" / "visual.json", "{}");
+    };
+    mount("media/user/LKG-P00655");
+    mount("run/media/user/LKG-E04406");
+    mount("mnt/lkg-j1");
+    mount("media/user/OTHER");                      // another disk
+    fs::create_directories(root / "mnt/LKG-EMPTY"); // a display's volume without its file
+    const auto found = findMountedCalibrations(root.path());
+    ASSERT_EQ(found.size(), 3U);
+    EXPECT_EQ(found[0].volume, "LKG-P00655");
+    EXPECT_EQ(found[1].volume, "lkg-j1");
+    EXPECT_EQ(found[2].volume, "LKG-E04406");
+    EXPECT_EQ(found[0].file, root / "media/user/LKG-P00655/LKG_calibration/visual.json");
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,0 +1,157 @@
+#include "altiro3D/native_lut.hpp"
+
+#include "support/compare.hpp"
+#include "support/files.hpp"
+
+#include <cstring>
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+Calibration panel() {
+    Calibration c;
+    c.serial = "LKG-PORT-00001";
+    c.pitch = 52.58;
+    c.slope = -7.18;
+    c.center = 0.46;
+    c.DPI = 324;
+    c.screenW = 31;
+    c.screenH = 23;
+    return c;
+}
+
+std::uint32_t u32(const std::string& bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 4; i-- > 0;) {
+        value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+    }
+    return value;
+}
+
+// Bitwise CRC-32 as in PNG and zip, written from its definition.
+std::uint32_t slowCrc(const std::string& bytes) {
+    std::uint32_t crc = 0xffffffffU;
+    for (char byte : bytes) {
+        crc ^= static_cast<unsigned char>(byte);
+        for (int bit = 0; bit < 8; ++bit)
+            crc = (crc >> 1) ^ ((crc & 1) != 0 ? 0xedb88320U : 0U);
+    }
+    return ~crc;
+}
+
+class NativeLutFile : public ::testing::Test {
+  protected:
+    NativeLutFile() {
+        lut.save(file);
+        bytes = slurp(file);
+    }
+
+    // Error of loading other bytes.
+    std::string errorWith(const std::string& contents) {
+        spill(file, contents);
+        return errorOf([&] { NativeLut::load(file); });
+    }
+
+    // Header with a field changed and its checksum made right again: a hostile file.
+    std::string forged(std::size_t at, std::uint32_t value) const {
+        std::string contents = bytes;
+        std::memcpy(&contents[at], &value, 4);
+        const std::uint32_t crc = slowCrc(contents.substr(0, 124));
+        std::memcpy(&contents[124], &crc, 4);
+        return contents;
+    }
+
+    TemporaryDirectory directory;
+    std::filesystem::path file = directory / "a.map";
+    NativeLut lut{panel(), {8, 6, {42, 56}, 47}};
+    std::string bytes;
+};
+
+TEST_F(NativeLutFile, HasThePublishedLayout) {
+    EXPECT_EQ(bytes.substr(0, 8), "ALTIRO3D");
+    const std::uint32_t kExpected[] = {1, 128, 31, 23, 8 * 42, 6 * 56, 8, 6, 47};
+    for (std::size_t i = 0; i < 9; ++i)
+        EXPECT_EQ(u32(bytes, 8 + 4 * i), kExpected[i]) << i;
+    ASSERT_EQ(bytes.size(), 128U + 12 * 31 * 23);
+    EXPECT_EQ(bytes.substr(64, 15), std::string("LKG-PORT-00001") + '\0');
+    EXPECT_EQ(u32(bytes, 120), slowCrc(bytes.substr(128)));
+    EXPECT_EQ(u32(bytes, 124), slowCrc(bytes.substr(0, 124)));
+    // R, G, B, each rows x columns x (X, Y)
+    const std::size_t green = 128 + 4 * 31 * 23 + 4 * (7 * 31 + 5);
+    const auto at = lut.channel(1).at<cv::Vec<std::uint16_t, 2>>(7, 5);
+    EXPECT_EQ(u32(bytes, green), at[0] | static_cast<std::uint32_t>(at[1]) << 16);
+}
+
+TEST_F(NativeLutFile, ComesBackAsItWas) {
+    const NativeLut loaded = NativeLut::load(file);
+    EXPECT_EQ(loaded.quilt(), lut.quilt());
+    EXPECT_EQ(loaded.panelSize(), lut.panelSize());
+    EXPECT_EQ(loaded.serial(), "LKG-PORT-00001");
+    EXPECT_EQ(loaded.calibrationFingerprint(), fingerprint(panel()));
+    EXPECT_TRUE(loaded.inverted());
+    for (int k = 0; k < 3; ++k)
+        EXPECT_TRUE(samePicture(loaded.channel(k), lut.channel(k)));
+}
+
+TEST_F(NativeLutFile, AnyChangedByteIsNoticed) {
+    for (std::size_t at = 0; at < bytes.size(); at += at < 128 ? 1 : 97) {
+        std::string broken = bytes;
+        broken[at] = static_cast<char>(broken[at] ^ 0x10);
+        EXPECT_NE(errorWith(broken), "(no error)") << "byte " << at;
+    }
+}
+
+TEST_F(NativeLutFile, TruncatedForeignAndOversizeFilesAreRefusedWithASentence) {
+    EXPECT_NE(errorWith("").find("is no look-up table"), std::string::npos);
+    EXPECT_NE(errorWith("hello, this is some text").find("is no look-up table"), std::string::npos);
+    EXPECT_NE(errorWith(bytes.substr(0, 60)), "(no error)");
+    EXPECT_NE(errorWith(bytes.substr(0, 1000)).find("is cut off: it has 1000 bytes, expected 8684"),
+              std::string::npos);
+    EXPECT_NE(errorWith(bytes + "x").find("is too long"), std::string::npos);
+    EXPECT_NE(errorOf([&] { NativeLut::load(directory / "none.map"); }).find("does not exist"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] { NativeLut::load(directory.path()); }).find("is no regular file"),
+              std::string::npos);
+}
+
+TEST_F(NativeLutFile, ForgedHeadersTakeNoMemoryAndNoFaith) {
+    EXPECT_NE(errorWith(forged(8, 2)).find("format version 2"), std::string::npos);
+    EXPECT_NE(errorWith(forged(16, 4000000000U)).find("names a panel"), std::string::npos);
+    EXPECT_NE(errorWith(forged(16, 16384)).find("is cut off"), std::string::npos);
+    EXPECT_NE(errorWith(forged(32, 0)).find("names a quilt"), std::string::npos);
+    EXPECT_NE(errorWith(forged(24, 70000)).find("names a quilt"), std::string::npos);
+    EXPECT_NE(errorWith(forged(40, 49)).find("names a quilt"), std::string::npos);
+    EXPECT_NE(errorWith(forged(44, 1)).find("view filter 1"), std::string::npos);
+}
+
+TEST_F(NativeLutFile, CoordinatesOutsideTheQuiltAreRefused) {
+    std::string broken = bytes;
+    broken[129] = '\xff'; // X of the first red sub-pixel
+    const std::uint32_t crc = slowCrc(broken.substr(128));
+    std::memcpy(&broken[120], &crc, 4);
+    const std::uint32_t headerCrc = slowCrc(broken.substr(0, 124));
+    std::memcpy(&broken[124], &headerCrc, 4);
+    EXPECT_NE(errorWith(broken).find("is corrupt"), std::string::npos);
+}
+
+TEST_F(NativeLutFile, AnExistingMapSurvivesAFailedSave) {
+    EXPECT_NE(errorOf([&] { lut.save(directory / "missing" / "b.map"); }), "(no error)");
+    EXPECT_EQ(slurp(file), bytes);
+}
+
+TEST_F(NativeLutFile, AnotherDisplaysCalibrationIsNamed) {
+    EXPECT_EQ(errorOf([&] { requireSameDisplay(lut, "a.map", panel(), "visual.json"); }),
+              "(no error)");
+    Calibration other = panel();
+    other.serial = "LKG-PORT-00002";
+    other.center = 0.1;
+    const std::string error =
+        errorOf([&] { requireSameDisplay(lut, "a.map", other, "visual.json"); });
+    for (const char* part : {"a.map: ", "LKG-PORT-00001", "visual.json", "LKG-PORT-00002"}) {
+        EXPECT_NE(error.find(part), std::string::npos) << error;
+    }
+}
+
+} // namespace
+} // namespace altiro3D::test

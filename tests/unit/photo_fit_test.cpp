@@ -1,0 +1,122 @@
+#include "altiro3D/photo_fit.hpp"
+
+#include "support/compare.hpp"
+#include "support/files.hpp"
+
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+TEST(PhotoFit, CoverCutsBothSidesAlike) {
+    const PhotoFit wide = fitPhoto({1000, 300}, 0.75, {420, 560});
+    EXPECT_EQ(wide.source, cv::Rect(387, 0, 225, 300));
+    EXPECT_EQ(wide.target, cv::Rect(0, 0, 420, 560));
+    const PhotoFit tall = fitPhoto({300, 1000}, 0.75, {420, 560});
+    EXPECT_EQ(tall.source, cv::Rect(0, 300, 300, 400));
+    EXPECT_EQ(fitPhoto({1536, 2048}, 0.75, {420, 560}).source, cv::Rect(0, 0, 1536, 2048));
+}
+
+TEST(PhotoFit, ContainLeavesBarsAndStretchTakesAll) {
+    const PhotoFit wide = fitPhoto({1000, 500}, 0.75, {420, 560}, FitMode::Contain);
+    EXPECT_EQ(wide.source, cv::Rect(0, 0, 1000, 500));
+    EXPECT_EQ(wide.target, cv::Rect(0, 175, 420, 210));
+    const PhotoFit tall = fitPhoto({100, 1000}, 0.75, {420, 560}, FitMode::Contain);
+    EXPECT_EQ(tall.target, cv::Rect(182, 0, 56, 560));
+    const PhotoFit stretched = fitPhoto({100, 1000}, 0.75, {420, 560}, FitMode::Stretch);
+    EXPECT_EQ(stretched.target, cv::Rect(0, 0, 420, 560));
+    EXPECT_EQ(stretched.source, cv::Rect(0, 0, 100, 1000));
+}
+
+TEST(PhotoFit, TheShapeThatCountsIsThePanelsNotTheTiles) {
+    // a square tile of a 16:9 panel: a 16:9 photo is used whole
+    EXPECT_EQ(fitPhoto({1600, 900}, 16.0 / 9, {857, 857}).source, cv::Rect(0, 0, 1600, 900));
+    const PhotoFit square = fitPhoto({900, 900}, 16.0 / 9, {800, 800}, FitMode::Contain);
+    EXPECT_EQ(square.target, cv::Rect(175, 0, 450, 800));
+}
+
+TEST(PhotoFit, ExtremeShapesKeepAtLeastOnePixel) {
+    for (const cv::Size photo : {cv::Size(1, 1), cv::Size(1, 20000), cv::Size(20000, 1)}) {
+        for (FitMode mode : {FitMode::Cover, FitMode::Contain, FitMode::Stretch}) {
+            const PhotoFit fit = fitPhoto(photo, 0.75, {7, 5}, mode);
+            EXPECT_GT(fit.source.area(), 0);
+            EXPECT_GT(fit.target.area(), 0);
+            cv::Mat fitted;
+            applyFit(cv::Mat(photo, CV_8UC3, cv::Scalar(10, 20, 30)), fit, fitted);
+            EXPECT_EQ(fitted.size(), cv::Size(7, 5));
+            EXPECT_EQ(fitted.at<cv::Vec3b>(2, 3), cv::Vec3b(10, 20, 30));
+        }
+    }
+    EXPECT_NE(errorOf([] { fitPhoto({0, 5}, 1, {5, 5}); }), "(no error)");
+    EXPECT_NE(errorOf([] {
+                  fitPhoto({5, 5}, std::nan(""), {5, 5});
+              }).find("panel aspect"),
+              std::string::npos);
+}
+
+TEST(PhotoFit, EqualSizesAreCopiedAndShrinkingAverages) {
+    cv::Mat photo(4, 4, CV_8UC3);
+    cv::randu(photo, 0, 256);
+    cv::Mat fitted;
+    applyFit(photo, fitPhoto(photo.size(), 1, photo.size()), fitted);
+    EXPECT_TRUE(samePicture(fitted, photo));
+    applyFit(photo, fitPhoto(photo.size(), 1, {2, 2}), fitted);
+    for (int y = 0; y < 2; ++y) {
+        for (int x = 0; x < 2; ++x) {
+            const cv::Scalar mean = cv::mean(photo(cv::Rect(2 * x, 2 * y, 2, 2)));
+            for (int k = 0; k < 3; ++k) {
+                EXPECT_NEAR(fitted.at<cv::Vec3b>(y, x)[k], mean[k], 0.51); // rounding
+            }
+        }
+    }
+}
+
+TEST(PhotoFit, OneAxisMayShrinkWhileTheOtherGrows) {
+    // columns alternate black and white; averaged they are grey, however tall the result
+    cv::Mat photo(4, 64, CV_8UC3);
+    for (int x = 0; x < 64; ++x)
+        photo.col(x).setTo(cv::Scalar::all(x % 2 == 0 ? 0 : 254));
+    cv::Mat fitted;
+    applyFit(photo, fitPhoto(photo.size(), 1, {16, 32}, FitMode::Stretch), fitted);
+    EXPECT_TRUE(samePicture(fitted, cv::Mat(32, 16, CV_8UC3, cv::Scalar::all(127)), 1));
+}
+
+TEST(PhotoFit, BarsAreBlackAndLieAtTheFocus) {
+    const cv::Mat photo(20, 40, CV_8UC3, cv::Scalar::all(200));
+    const cv::Mat depth(10, 20, CV_32FC1, cv::Scalar::all(0.9));
+    const PhotoFit fit = fitPhoto(photo.size(), 1, {40, 40}, FitMode::Contain);
+    cv::Mat fittedPhoto;
+    cv::Mat fittedDepth;
+    applyFit(photo, fit, fittedPhoto);
+    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, 0.3, fittedDepth);
+    EXPECT_EQ(fittedPhoto.at<cv::Vec3b>(5, 20), cv::Vec3b(0, 0, 0));
+    EXPECT_EQ(fittedPhoto.at<cv::Vec3b>(20, 20), cv::Vec3b(200, 200, 200));
+    EXPECT_EQ(fittedDepth.at<float>(5, 20), 0.3F);
+    EXPECT_EQ(fittedDepth.at<float>(20, 20), 0.9F);
+}
+
+TEST(PhotoFit, DepthFollowsTheSameCropAsThePhoto) {
+    // depth = column / 99 of the photo; after the crop it must still say which column it came from
+    cv::Mat depth(30, 100, CV_32FC1);
+    for (int x = 0; x < 100; ++x)
+        depth.col(x).setTo(x / 99.0);
+    const PhotoFit fit = fitPhoto({100, 30}, 1, {30, 30});
+    ASSERT_EQ(fit.source, cv::Rect(35, 0, 30, 30));
+    cv::Mat fitted;
+    applyFitToDepth(depth, {100, 30}, fit, cv::Mat(30, 30, CV_8UC3, cv::Scalar::all(0)), 0.5,
+                    fitted);
+    EXPECT_FLOAT_EQ(fitted.at<float>(3, 0), 35 / 99.0F);
+    EXPECT_FLOAT_EQ(fitted.at<float>(3, 29), 64 / 99.0F);
+}
+
+TEST(PhotoFit, WrongInputsAreNamed) {
+    const PhotoFit fit = fitPhoto({40, 40}, 1, {20, 20});
+    cv::Mat out;
+    EXPECT_NE(errorOf([&] { applyFit(cv::Mat(30, 30, CV_8UC3), fit, out); }).find("photo: has 30"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] { applyFit(cv::Mat(40, 40, CV_8UC1), fit, out); }).find("CV_8UC1"),
+              std::string::npos);
+}
+
+} // namespace
+} // namespace altiro3D::test

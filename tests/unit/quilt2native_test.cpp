@@ -1,0 +1,220 @@
+#include "altiro3D/quilt2native.hpp"
+
+#include "altiro3D/display.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/reference.hpp"
+
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+Calibration panel(int width = 101, int height = 67) {
+    Calibration c;
+    c.pitch = 52.58;
+    c.slope = -7.18;
+    c.center = 0.46;
+    c.DPI = 324;
+    c.screenW = width;
+    c.screenH = height;
+    return c;
+}
+
+// Colour of a view that no other view and no other channel has.
+cv::Vec3b colourOf(int view) {
+    return {static_cast<uchar>(view + 1), static_cast<uchar>(view + 81),
+            static_cast<uchar>(view + 161)};
+}
+
+cv::Mat constantTiles(const QuiltLayout& layout) {
+    cv::Mat quilt(layout.size(), CV_8UC3, cv::Scalar::all(0));
+    for (int i = 0; i < layout.viewCount; ++i)
+        quilt(layout.tile(i)).setTo(colourOf(i));
+    return quilt;
+}
+
+cv::Mat randomQuilt(cv::Size size) {
+    cv::RNG rng(5);
+    cv::Mat quilt(size, CV_8UC3);
+    rng.fill(quilt, cv::RNG::UNIFORM, 0, 256);
+    return quilt;
+}
+
+// Constant tiles give, at every sub-pixel, the predicted view's colour in its own channel.
+void expectPredictedViews(const Calibration& c, const QuiltLayout& layout) {
+    cv::Mat native;
+    Quilt2Native(NativeLut(c, layout)).render(constantTiles(layout), native);
+    const LensGeometry g = lensGeometry(c);
+    std::size_t wrong = 0;
+    for (int y = 0; y < c.screenH; ++y) {
+        for (int x = 0; x < c.screenW; ++x) {
+            for (int k = 0; k < 3; ++k) {
+                const int view = LensGeometry::viewOfPhase(g.phase(x, y, k), layout.viewCount);
+                wrong += native.at<cv::Vec3b>(y, x)[2 - k] != colourOf(view)[2 - k] ? 1U : 0U;
+            }
+        }
+    }
+    EXPECT_EQ(wrong, 0U);
+}
+
+TEST(Quilt2Native, EverySubPixelShowsItsOwnChannelOfThePredictedView) {
+    expectPredictedViews(panel(), {8, 6, {42, 56}, 48});
+    Calibration c = panel(48, 31);
+    c.CellPatternMode = 2;
+    c.subpixelCells.resize(2);
+    c.subpixelCells[0].x = {-0.31, 0.28, 0};
+    c.subpixelCells[1].y = {0.25, 0.25, -0.25};
+    expectPredictedViews(c, {7, 7, {3, 3}, 49});
+}
+
+TEST(Quilt2Native, ThePredictionHoldsForEveryRealCalibration) {
+    ALTIRO3D_REQUIRE_DATA("calibrations");
+    for (const auto& entry : std::filesystem::directory_iterator(dataPath("calibrations"))) {
+        const std::string name = entry.path().filename().string();
+        if (entry.path().extension() != ".json" || name.find("samples") != std::string::npos ||
+            name.find("templates") != std::string::npos) {
+            continue;
+        }
+        SCOPED_TRACE(name);
+        const Calibration c = readCalibration(entry.path());
+        QuiltLayout layout = defaultQuilt(c);
+        layout.tileSize = {4, 3}; // constant tiles look alike at any size
+        expectPredictedViews(c, layout);
+    }
+}
+
+TEST(Quilt2Native, TakesTheReferencesQuiltPixel) {
+    const Calibration c = panel();
+    const QuiltLayout layout{5, 9, {37, 23}, 45};
+    const cv::Mat quilt = randomQuilt(layout.size());
+    cv::Mat native;
+    Quilt2Native(c, layout, {}).render(quilt, native);
+    cv::Mat expected(c.screenH, c.screenW, CV_8UC3);
+    for (int y = 0; y < c.screenH; ++y) {
+        for (int x = 0; x < c.screenW; ++x) {
+            for (int k = 0; k < 3; ++k) {
+                const cv::Point at = referenceQuiltPixel(c, true, layout, x, y, k);
+                expected.at<cv::Vec3b>(y, x)[2 - k] = quilt.at<cv::Vec3b>(at)[2 - k];
+            }
+        }
+    }
+    EXPECT_TRUE(samePicture(native, expected));
+}
+
+// A value that is linear in the view index must come out linear in the phase.
+TEST(Quilt2Native, LinearViewFilterBlendsTheTwoNearestViews) {
+    const Calibration c = panel();
+    const QuiltLayout layout{8, 6, {2, 2}, 48};
+    cv::Mat quilt(layout.size(), CV_8UC3);
+    for (int i = 0; i < 48; ++i)
+        quilt(layout.tile(i)).setTo(cv::Scalar::all(5 * i));
+    cv::Mat native;
+    Quilt2Native(c, layout, {ViewFilter::Linear, TileSampling::Nearest}).render(quilt, native);
+    for (int y = 0; y < c.screenH; ++y) {
+        for (int x = 0; x < c.screenW; ++x) {
+            for (int k = 0; k < 3; ++k) {
+                const double phase = static_cast<double>(referencePhase(c, true, x, y, k));
+                const double view = std::min(std::max(phase * 48 - 0.5, 0.0), 47.0);
+                EXPECT_NEAR(native.at<cv::Vec3b>(y, x)[2 - k], 5 * view, 0.501); // rounding
+            }
+        }
+    }
+}
+
+// A ramp inside each tile must come out as the same ramp over the panel, clamped at the borders.
+TEST(Quilt2Native, LinearSamplingInterpolatesInsideTheTileOnly) {
+    const Calibration c = panel();
+    const QuiltLayout layout{3, 2, {20, 10}, 6};
+    cv::Mat quilt(layout.size(), CV_8UC3);
+    for (int y = 0; y < quilt.rows; ++y) {
+        for (int x = 0; x < quilt.cols; ++x) {
+            quilt.at<cv::Vec3b>(y, x) =
+                cv::Vec3b::all(static_cast<uchar>(8 * (x % 20) + 9 * (y % 10)));
+        }
+    }
+    cv::Mat native;
+    Quilt2Native(c, layout, {ViewFilter::Nearest, TileSampling::Linear}).render(quilt, native);
+    for (int y = 0; y < c.screenH; ++y) {
+        for (int x = 0; x < c.screenW; ++x) {
+            const double tx = std::min(std::max((x + 0.5) / c.screenW * 20 - 0.5, 0.0), 19.0);
+            const double ty = std::min(std::max((y + 0.5) / c.screenH * 10 - 0.5, 0.0), 9.0);
+            for (int k = 0; k < 3; ++k) {
+                EXPECT_NEAR(native.at<cv::Vec3b>(y, x)[k], 8 * tx + 9 * ty, 0.501); // rounding
+            }
+        }
+    }
+}
+
+TEST(Quilt2Native, WhiteTilesDoNotBleedIntoBlackNeighbours) {
+    const Calibration c = panel();
+    const QuiltLayout layout{2, 1, {16, 16}, 2};
+    cv::Mat quilt(layout.size(), CV_8UC3, cv::Scalar::all(0));
+    quilt(layout.tile(1)).setTo(cv::Scalar::all(255));
+    cv::Mat native;
+    Quilt2Native(c, layout, {ViewFilter::Nearest, TileSampling::Linear}).render(quilt, native);
+    cv::Mat extremes = (native == 0) | (native == 255);
+    EXPECT_EQ(cv::countNonZero(extremes.reshape(1)), native.rows * native.cols * 3);
+}
+
+TEST(Quilt2Native, SubMatricesReusedOutputsAndThreadsChangeNothing) {
+    const Calibration c = panel();
+    const QuiltLayout layout{4, 3, {17, 13}, 12};
+    const cv::Mat big = randomQuilt({100, 60});
+    const cv::Rect part({9, 5}, layout.size());
+    const QuiltSampling samplings[] = {{}, {ViewFilter::Linear, TileSampling::Linear}};
+    const int before = cv::getNumThreads();
+    for (const QuiltSampling sampling : samplings) {
+        const Quilt2Native renderer(c, layout, sampling);
+        cv::setNumThreads(1);
+        cv::Mat expected;
+        renderer.render(big(part).clone(), expected);
+        for (int threads : {2, 5}) {
+            cv::setNumThreads(threads);
+            cv::Mat frame(c.screenH + 6, c.screenW + 4, CV_8UC3, cv::Scalar::all(7));
+            cv::Mat native = frame(cv::Rect(3, 2, c.screenW, c.screenH));
+            renderer.render(big(part), native);
+            EXPECT_TRUE(samePicture(frame(cv::Rect(3, 2, c.screenW, c.screenH)), expected));
+            EXPECT_EQ(frame.at<cv::Vec3b>(1, 1), cv::Vec3b(7, 7, 7));
+            EXPECT_EQ(frame.at<cv::Vec3b>(frame.rows - 1, frame.cols - 1), cv::Vec3b(7, 7, 7));
+        }
+    }
+    cv::setNumThreads(before);
+}
+
+TEST(Quilt2Native, UnusedColumnsAtTheRightAndRowsAtTheTopAreLeftOut) {
+    const QuiltLayout layout{5, 9, {8, 4}, 45};
+    cv::Mat large(38, 43, CV_8UC3, cv::Scalar::all(255)); // 40 x 36 and 3 columns, 2 rows more
+    constantTiles(layout).copyTo(large(cv::Rect(0, 2, 40, 36)));
+    std::vector<std::string> notes;
+    EXPECT_TRUE(samePicture(fitQuilt(large, layout, &notes), constantTiles(layout)));
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_NE(notes[0].find("3 columns at the right and 2 rows at the top"), std::string::npos);
+    cv::Mat native;
+    cv::Mat expected;
+    const Quilt2Native renderer{NativeLut(panel(), layout)};
+    renderer.render(large, native);
+    renderer.render(constantTiles(layout), expected);
+    EXPECT_TRUE(samePicture(native, expected));
+}
+
+TEST(Quilt2Native, WrongSizesTypesAndSharedMemoryAreRefused) {
+    const QuiltLayout layout{2, 2, {60, 40}, 4};
+    const Quilt2Native renderer{NativeLut(panel(120, 80), layout)};
+    cv::Mat native;
+    EXPECT_NE(errorOf([&] {
+                  renderer.render(cv::Mat(80, 118, CV_8UC3), native);
+              }).find("quilt: has 118 x 80 px, expected 120 x 80 px for 2 columns x 2 rows"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] {
+                  renderer.render(cv::Mat(80, 120, CV_16UC3), native);
+              }).find("quilt: is of type CV_16UC3"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] { renderer.render(cv::Mat(), native); }), "(no error)");
+    cv::Mat same(80, 120, CV_8UC3);
+    EXPECT_NE(errorOf([&] { renderer.render(same, same); }).find("shares its memory"),
+              std::string::npos);
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,0 +1,157 @@
+#include "altiro3D/quilt.hpp"
+
+#include "support/files.hpp"
+
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+constexpr double kPortraitAspect = 0.75;
+
+std::string gridText(const std::string& text) {
+    const QuiltGrid grid = parseQuiltGrid(text);
+    return std::to_string(grid.columns) + " columns " + std::to_string(grid.rows) + " rows";
+}
+
+ResolvedQuilt resolve(const char* q, const char* r, double aspect = kPortraitAspect) {
+    QuiltRequest request;
+    if (q != nullptr) request.grid = parseQuiltGrid(q);
+    if (r != nullptr) request.tileSize = parseTileSize(r);
+    return resolveQuilt(request, QuiltLayout(), aspect);
+}
+
+TEST(QuiltLayout, ViewZeroIsTheBottomLeftTileThenRightThenUp) {
+    const QuiltLayout layout{3, 2, {10, 20}, 6};
+    EXPECT_EQ(layout.size(), cv::Size(30, 40));
+    EXPECT_EQ(layout.tile(0), cv::Rect(0, 20, 10, 20));
+    EXPECT_EQ(layout.tile(2), cv::Rect(20, 20, 10, 20));
+    EXPECT_EQ(layout.tile(3), cv::Rect(0, 0, 10, 20));
+    EXPECT_EQ(layout.text(), "3 columns x 2 rows, each view 10 x 20 px");
+}
+
+TEST(QuiltLayout, PositionsRunFromLeftToRightAndOneViewIsTheCentre) {
+    EXPECT_EQ(viewPosition(0, 48), -1);
+    EXPECT_EQ(viewPosition(47, 48), 1);
+    EXPECT_EQ(viewPosition(1, 3), 0);
+    EXPECT_EQ(viewPosition(0, 1), 0);
+    EXPECT_EQ(viewPosition(0, 2), -1);
+}
+
+TEST(QuiltLayout, LimitsAreNamed) {
+    const auto error = [](const QuiltLayout& layout) { return errorOf([&] { validate(layout); }); };
+    EXPECT_EQ(error({1, 1, {65535, 65535}, 1}), "(no error)");
+    EXPECT_NE(error({1, 1, {65536, 10}, 1}).find("at most 65535 a side"), std::string::npos);
+    EXPECT_NE(error({1024, 1, {65535, 1}, 1}).find("at most 65535"), std::string::npos);
+    EXPECT_NE(error({0, 6, {420, 560}, 1}).find("0 columns"), std::string::npos);
+    EXPECT_NE(error({8, 6, {0, 560}, 1}).find("views of 0 x 560"), std::string::npos);
+    EXPECT_NE(error({8, 6, {420, 560}, 49}).find("49 views, expected 1..48"), std::string::npos);
+}
+
+TEST(QuiltOption, IsRowsTimesColumnsAndHeightTimesWidth) {
+    EXPECT_EQ(gridText("6x8"), "8 columns 6 rows");
+    EXPECT_EQ(gridText("9X5"), "5 columns 9 rows");
+    EXPECT_EQ(parseTileSize("560x420"), cv::Size(420, 560));
+    for (const char* bad : {"", "6", "6x", "x8", "6x8x2", "0x8", "6x-8", "6 x 8", "6x8 ", "sixx8",
+                            "999999x1", "2000x2"}) {
+        EXPECT_NE(errorOf([&] { parseQuiltGrid(bad); }).find("-q: \"" + std::string(bad) + "\""),
+                  std::string::npos)
+            << bad;
+    }
+    EXPECT_NE(errorOf([] { parseTileSize("560"); }).find("HEIGHTxWIDTH"), std::string::npos);
+}
+
+TEST(QuiltName, IsTheLastSuffixOfTheName) {
+    const auto text = [](const char* file) -> std::string {
+        const auto name = parseQuiltName(file);
+        if (!name) return "none";
+        return std::to_string(name->grid.columns) + "," + std::to_string(name->grid.rows) + "," +
+               (name->aspect ? std::to_string(*name->aspect) : "none");
+    };
+    EXPECT_EQ(text("a_qs8x6a0.75.png"), "8,6,0.750000");
+    EXPECT_EQ(text("a_qs11x6a0.5625.mp4"), "11,6,0.562500");
+    EXPECT_EQ(text("a_qs8x13.jpg"), "8,13,none");
+    EXPECT_EQ(text("a_qs5x9a1.78_qs8x6a0.75.png"), "8,6,0.750000");
+    EXPECT_EQ(text("A_QS5X9A1.77778.JPG"), "5,9,1.777780");
+    EXPECT_EQ(text("dir_qs2x2/photo.png"), "none");
+    EXPECT_EQ(text("qs8x6.png"), "none");
+    EXPECT_EQ(text("a_qs8x6b.png"), "none");
+    EXPECT_EQ(text("a_qs8x6a0.75"), "8,6,0.750000");
+    EXPECT_NE(errorOf([] { parseQuiltName("_qs0x6a1.png"); }).find("2..1024 views"),
+              std::string::npos);
+    EXPECT_NE(errorOf([] { parseQuiltName("a_qs8x6a99.png"); }).find("0.1..10"), std::string::npos);
+}
+
+TEST(QuiltName, IsWrittenOnceAndNeverAgainstTheName) {
+    const QuiltLayout layout;
+    EXPECT_EQ(quiltFileName("out/photo.png", layout, 0.75), "out/photo_qs8x6a0.75.png");
+    EXPECT_EQ(quiltFileName("photo_qs8x6a0.75.png", layout, 0.75), "photo_qs8x6a0.75.png");
+    EXPECT_EQ(quiltFileName("photo_qs8x6.png", layout, 0.75), "photo_qs8x6.png");
+    EXPECT_EQ(quiltFileName("p", layout, 16.0 / 9), "p_qs8x6a1.77778");
+    EXPECT_NE(errorOf([&] {
+                  quiltFileName("p_qs6x8a0.75.png", layout, 0.75);
+              }).find("expected a name that ends in _qs8x6a0.75"),
+              std::string::npos);
+}
+
+TEST(ResolveQuilt, TakesTheDisplaysOwnLayoutWhenNothingIsSaid) {
+    EXPECT_EQ(resolve(nullptr, nullptr).layout, QuiltLayout());
+    EXPECT_TRUE(resolve(nullptr, nullptr).warnings.empty());
+}
+
+TEST(ResolveQuilt, PublishedExamplesMeanWhatTheirFigureShows) {
+    const ResolvedQuilt portrait = resolve("6x8", "560x420");
+    EXPECT_EQ(portrait.layout.text(), "8 columns x 6 rows, each view 420 x 560 px");
+    EXPECT_TRUE(portrait.warnings.empty());
+    const ResolvedQuilt wide = resolve("9x5", "455x819", 16.0 / 9);
+    EXPECT_EQ(wide.layout.text(), "5 columns x 9 rows, each view 819 x 455 px");
+    EXPECT_TRUE(wide.warnings.empty());
+}
+
+TEST(ResolveQuilt, WarnsWithBothReadingsWhereTheSwappedOneFitsThePanel) {
+    const ResolvedQuilt swapped = resolve("8x6", "420x560");
+    ASSERT_EQ(swapped.warnings.size(), 1U);
+    EXPECT_NE(swapped.warnings[0].find("6 columns x 8 rows, each view 560 x 420 px"),
+              std::string::npos);
+    EXPECT_NE(swapped.warnings[0].find("8 columns x 6 rows, each view 420 x 560 px"),
+              std::string::npos);
+    EXPECT_EQ(resolve("8x6", nullptr).warnings.size(), 1U); // 560 x 420 views on an upright panel
+    // neither reading fits: that may be meant so
+    EXPECT_TRUE(resolve("9x5", "455x819").warnings.empty());
+}
+
+TEST(ResolveQuilt, ViewSizeComesFromThePictureWithoutItsUnusedPixels) {
+    QuiltRequest request;
+    request.quiltSize = cv::Size(4096, 4096);
+    request.grid = QuiltGrid{5, 9};
+    EXPECT_EQ(resolveQuilt(request, QuiltLayout(), 1.6).layout.tileSize, cv::Size(819, 455));
+    request.tileSize = cv::Size(819, 455);
+    EXPECT_NO_THROW(resolveQuilt(request, QuiltLayout(), 1.6));
+    request.tileSize = cv::Size(820, 455);
+    EXPECT_NE(errorOf([&] {
+                  resolveQuilt(request, QuiltLayout(), 1.6);
+              }).find("-r: says views of 820 x 455 px"),
+              std::string::npos);
+    request = {};
+    request.quiltSize = cv::Size(3, 3);
+    EXPECT_NE(errorOf([&] { resolveQuilt(request, QuiltLayout(), 1.6); }).find("do not fit"),
+              std::string::npos);
+}
+
+TEST(ResolveQuilt, FileNameWinsAndAConflictIsAnError) {
+    QuiltRequest request;
+    request.name = parseQuiltName("a_qs4x8a1.6.png");
+    request.quiltSize = cv::Size(2048, 2048);
+    EXPECT_EQ(resolveQuilt(request, QuiltLayout(), 1.6).layout.text(),
+              "4 columns x 8 rows, each view 512 x 256 px");
+    request.grid = parseQuiltGrid("8x4"); // rows x columns: the same
+    EXPECT_NO_THROW(resolveQuilt(request, QuiltLayout(), 1.6));
+    request.grid = parseQuiltGrid("4x8");
+    EXPECT_NE(errorOf([&] {
+                  resolveQuilt(request, QuiltLayout(), 1.6);
+              }).find("-q: says 8 columns x 4 rows, but the file name says 4 columns x 8 rows"),
+              std::string::npos);
+}
+
+} // namespace
+} // namespace altiro3D::test

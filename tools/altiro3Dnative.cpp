@@ -1,0 +1,160 @@
+// altiro3Dnative: the look-up table of a display, and what its calibration means.
+
+#include "altiro3D/altiro3D.hpp"
+#include "common/display_options.hpp"
+#include "common/outputs.hpp"
+#include "common/run_tool.hpp"
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+using namespace altiro3D;
+using namespace altiro3D::tools;
+
+namespace {
+
+std::string number(double value, int digits = 12) {
+    std::ostringstream text;
+    text.precision(digits);
+    text << value;
+    return text.str();
+}
+
+void printInfo(const Calibration& c, const LensGeometry& g, const QuiltLayout& layout,
+               const Messages& messages) {
+    const DisplayModel* model = findDisplayModel(c);
+    const double lensColumns = g.lensPeriodSubpixels / 3;
+    messages.say("display       " +
+                 (model != nullptr ? model->name : std::string("unknown model")) +
+                 (c.serial.empty() ? "" : ", serial " + c.serial));
+    messages.say("panel         " + std::to_string(g.panelWidth) + " x " +
+                 std::to_string(g.panelHeight) + " px, " + number(c.DPI, 6) + " dpi, " +
+                 (g.cells.empty() ? (g.blueFirst ? "BGR stripes" : "RGB stripes")
+                                  : std::to_string(g.cells.size()) + " sub-pixel cells, pattern " +
+                                        std::to_string(g.cellPattern)));
+    messages.say("lenses (P)    " + number(g.periodsPerWidth) + " across the panel's width");
+    messages.say("tilt (T)      " + number(g.tilt) + " panel widths over the panel's height");
+    messages.say("sub-pixel     " + number(g.subpixelStep) + " panel widths");
+    messages.say("lens (Px)     " + number(g.lensPeriodSubpixels) + " sub-pixels, " +
+                 number(lensColumns, 6) + " px");
+    messages.say("offset (i_off) " + number(g.offsetSubpixels) + " sub-pixels");
+    messages.say("view order    " +
+                 std::string(g.inverted ? "reversed under each lens" : "as it is"));
+    messages.say("views per px  " + number(layout.viewCount / lensColumns, 6) + " with " +
+                 std::to_string(layout.viewCount) + " views");
+    messages.say("default quilt " + defaultQuilt(c).text());
+    messages.say("fingerprint   " + fingerprintText(fingerprint(c)));
+}
+
+nlohmann::ordered_json layoutJson(const QuiltLayout& layout) {
+    return {{"columns", layout.columns},          {"rows", layout.rows},
+            {"viewWidth", layout.tileSize.width}, {"viewHeight", layout.tileSize.height},
+            {"width", layout.size().width},       {"height", layout.size().height},
+            {"views", layout.viewCount}};
+}
+
+void printJson(const Calibration& c, const LensGeometry& g, const QuiltLayout& layout,
+               const Messages& messages) {
+    const DisplayModel* model = findDisplayModel(c);
+    const nlohmann::ordered_json info = {
+        {"model", model != nullptr ? nlohmann::ordered_json(model->name) : nullptr},
+        {"serial", c.serial},
+        {"panelWidth", g.panelWidth},
+        {"panelHeight", g.panelHeight},
+        {"dpi", c.DPI},
+        {"viewConeDegrees", c.viewCone},
+        {"P", g.periodsPerWidth},
+        {"T", g.tilt},
+        {"subpixelStep", g.subpixelStep},
+        {"Px", g.lensPeriodSubpixels},
+        {"iOff", g.offsetSubpixels},
+        {"center", g.center},
+        {"inverted", g.inverted},
+        {"subpixelCells", g.cells.size()},
+        {"cellPattern", g.cellPattern},
+        {"viewsPerPixel", 3.0 * layout.viewCount / g.lensPeriodSubpixels},
+        {"quilt", layoutJson(layout)},
+        {"defaultQuilt", layoutJson(defaultQuilt(c))},
+        {"fingerprint", fingerprintText(fingerprint(c))}};
+    messages.say(info.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+int run(const CommandLine& commandLine, Messages& messages) {
+    if (commandLine.files().size() != 1) {
+        throw UsageError("expected one calibration file, got " +
+                         std::to_string(commandLine.files().size()) +
+                         "; see altiro3Dnative --help");
+    }
+    const std::filesystem::path& file = commandLine.files().front();
+    Display display;
+    display.invert = invertOption(commandLine);
+    display.calibration = readChosenCalibration(file, commandLine, messages);
+    display.source = file.string();
+    display.panelSize = {display.calibration->screenW, display.calibration->screenH};
+    display.standardQuilt = defaultQuilt(*display.calibration);
+    const Calibration& calibration = *display.calibration;
+    messages.warn(remarks(calibration));
+
+    const bool info = commandLine.has("info") || commandLine.has("json");
+    const bool json = commandLine.has("json");
+    const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
+    if (!json) messages.say("quilt: " + layout.text());
+    if (info) {
+        const LensGeometry geometry = lensGeometry(calibration, display.invert);
+        if (json) {
+            printJson(calibration, geometry, layout, messages);
+        } else {
+            printInfo(calibration, geometry, layout, messages);
+        }
+        if (!commandLine.has("m")) return kExitDone;
+    }
+
+    const std::string stem = calibration.serial.empty() ? file.stem().string() : calibration.serial;
+    const std::filesystem::path output = commandLine.value("m").value_or(
+        stem + "-" + std::to_string(layout.rows) + "x" + std::to_string(layout.columns) + ".map");
+    Outputs outputs(commandLine.has("y"));
+    outputs.addInput(file);
+    outputs.addOutput(output);
+    outputs.check();
+    StageTimes times;
+    const NativeLut lut(calibration, layout, display.invert);
+    times.end("build");
+    lut.save(output);
+    times.end("write");
+    if (!json) {
+        messages.say(output.string() + ": look-up table for " +
+                     std::to_string(lut.panelSize().width) + " x " +
+                     std::to_string(lut.panelSize().height) + " px");
+    }
+    messages.detail(times.text());
+    return kExitDone;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    CommandLine commandLine("altiro3Dnative",
+                            "Makes the look-up table of a display from its calibration file: for "
+                            "every sub-pixel of the panel, the quilt pixel that it shows.");
+    commandLine.addUsage("[-m OUT.map] [-q RxC] [-r HxW] visual.json");
+    commandLine.addUsage("--info [--json] visual.json");
+    commandLine.addSection("Output");
+    commandLine.add({"m", "map"}, "Table to write (default: SERIAL-RxC.map).", "OUT.map");
+    commandLine.add({"y"}, "Replace the output if it exists.");
+    commandLine.add({"info"}, "Show what the calibration means; writes a table only with -m.");
+    commandLine.add({"json"}, "As --info, for programs.");
+    commandLine.addSection("Display and quilt");
+    commandLine.add({"q", "quilt"},
+                    "Views in the quilt, rows x columns (default: the display model's; 6x8 on a "
+                    "Portrait: 6 rows of 8 columns).",
+                    "RxC");
+    commandLine.add({"r", "resolution"},
+                    "Size of one view, height x width in px (default: the display model's; 560x420 "
+                    "on a Portrait).",
+                    "HxW");
+    commandLine.add({"serial"}, "Choose among several calibrations in the file.", "NAME");
+    addInvertOption(commandLine);
+    commandLine.addNote("The calibration file lies on the display's own USB volume as "
+                        "LKG_calibration/visual.json.");
+    return runTool(argc, argv, commandLine, run);
+}

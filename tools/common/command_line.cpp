@@ -1,0 +1,163 @@
+#include "common/command_line.hpp"
+
+#include <charconv>
+#include <sstream>
+
+namespace altiro3D::tools {
+
+namespace {
+
+constexpr std::size_t kHelpColumn = 30;
+constexpr std::size_t kHelpWidth = 96;
+
+// One byte is one character, there and back, so that any file name survives.
+QString fromBytes(const std::string& bytes) {
+    return QString::fromLatin1(bytes.data(), static_cast<int>(bytes.size()));
+}
+
+std::string toBytes(const QString& text) {
+    return text.toLatin1().toStdString();
+}
+
+// Appends words, broken into lines that begin at `indent`; `column` is where the first one begins.
+void wrap(std::string& out, const std::string& text, std::size_t indent, std::size_t column) {
+    std::istringstream words(text);
+    std::string word;
+    bool first = true;
+    while (words >> word) {
+        if (!first && column + 1 + word.size() > kHelpWidth) {
+            out += "\n" + std::string(indent, ' ');
+            column = indent;
+            first = true;
+        }
+        if (!first) out += ' ';
+        column += word.size() + (first ? 0 : 1);
+        out += word;
+        first = false;
+    }
+    out += "\n";
+}
+
+} // namespace
+
+CommandLine::CommandLine(std::string name, std::string summary)
+    : name_(std::move(name)), summary_(std::move(summary)) {
+    parser_.setOptionsAfterPositionalArgumentsMode(QCommandLineParser::ParseAsOptions);
+}
+
+std::string CommandLine::dashed(const std::string& name) {
+    return (name.size() == 1 ? "-" : "--") + name;
+}
+
+void CommandLine::addUsage(const std::string& usage) {
+    usages_.push_back(usage);
+}
+
+void CommandLine::addSection(const std::string& title) {
+    entries_.push_back({"", title});
+}
+
+void CommandLine::add(const std::vector<std::string>& names, const std::string& description,
+                      const std::string& valueName) {
+    QStringList qtNames;
+    std::string left;
+    for (const std::string& name : names) {
+        qtNames << fromBytes(name);
+        left += (left.empty() ? "" : ", ") + dashed(name);
+    }
+    if (!valueName.empty()) left += " " + valueName;
+    entries_.push_back({left, description});
+    parser_.addOption(QCommandLineOption(qtNames, QString(), fromBytes(valueName)));
+}
+
+void CommandLine::addNote(const std::string& text) {
+    notes_.push_back(text);
+}
+
+void CommandLine::parse(int argc, char** argv) {
+    QStringList arguments;
+    for (int i = 0; i < argc; ++i)
+        arguments << fromBytes(argv[i]);
+    if (!parser_.parse(arguments)) {
+        std::string problem = toBytes(parser_.errorText());
+        if (!problem.empty() && problem.back() == '.') problem.pop_back();
+        throw UsageError(problem + "; see " + name_ + " --help");
+    }
+    for (const QString& file : parser_.positionalArguments())
+        files_.emplace_back(toBytes(file));
+}
+
+std::string CommandLine::help() const {
+    std::string out;
+    for (std::size_t i = 0; i < usages_.size(); ++i) {
+        out += (i == 0 ? "Usage: " : "       ") + name_ + " " + usages_[i] + "\n";
+    }
+    out += "\n";
+    wrap(out, summary_, 0, 0);
+    for (const HelpEntry& entry : entries_) {
+        if (entry.left.empty()) {
+            out += "\n" + entry.text + ":\n";
+            continue;
+        }
+        std::string left = "  " + entry.left;
+        if (left.size() + 2 > kHelpColumn) {
+            out += left + "\n" + std::string(kHelpColumn, ' ');
+        } else {
+            left.resize(kHelpColumn, ' ');
+            out += left;
+        }
+        wrap(out, entry.text, kHelpColumn, kHelpColumn);
+    }
+    for (const std::string& note : notes_) {
+        out += "\n";
+        wrap(out, note, 0, 0);
+    }
+    return out;
+}
+
+bool CommandLine::has(const std::string& option) const {
+    return parser_.isSet(fromBytes(option));
+}
+
+std::optional<std::string> CommandLine::value(const std::string& option) const {
+    if (!has(option)) return std::nullopt;
+    return toBytes(parser_.value(fromBytes(option)));
+}
+
+std::optional<double> CommandLine::number(const std::string& option, double low,
+                                          double high) const {
+    const std::optional<std::string> text = value(option);
+    if (!text) return std::nullopt;
+    double result = 0;
+    const char* end = text->data() + text->size();
+    const auto parsed = std::from_chars(text->data(), end, result);
+    if (parsed.ec != std::errc() || parsed.ptr != end || !(result >= low && result <= high)) {
+        std::ostringstream range;
+        range.imbue(std::locale::classic());
+        range << low << ".." << high;
+        throw UsageError(dashed(option) + " is \"" + *text + "\", expected a number " +
+                         range.str());
+    }
+    return result;
+}
+
+std::optional<std::size_t> CommandLine::choice(const std::string& option,
+                                               const std::vector<std::string>& words) const {
+    const std::optional<std::string> text = value(option);
+    if (!text) return std::nullopt;
+    std::string list;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        if (*text == words[i]) return i;
+        list += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
+    }
+    throw UsageError(dashed(option) + " is \"" + *text + "\", expected " + list);
+}
+
+void CommandLine::exclude(const std::string& option, const std::string& other) const {
+    if (has(option) && has(other)) {
+        throw UsageError(dashed(option) + " and " + dashed(other) + " exclude each other; see " +
+                         name_ + " --help");
+    }
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <QCommandLineParser>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace altiro3D::tools {
+
+/// The user called the tool in a way it cannot be called: exit status 2.
+class UsageError : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+/// The options of one tool, their help and their values.
+///
+/// Arguments are kept byte for byte (file names need not be UTF-8).
+class CommandLine {
+  public:
+    /// @param name the tool's name @param summary one sentence: what it does
+    CommandLine(std::string name, std::string summary);
+
+    /// A way to call the tool, without its name: "[options] PHOTO OUT.png".
+    void addUsage(const std::string& usage);
+    /// Begins a group of options in the help.
+    void addSection(const std::string& title);
+    /// An option; `names` without dashes, `valueName` empty if it takes no value.
+    void add(const std::vector<std::string>& names, const std::string& description,
+             const std::string& valueName = {});
+    /// A paragraph at the end of the help.
+    void addNote(const std::string& text);
+
+    /// Reads the arguments. @throws UsageError
+    void parse(int argc, char** argv);
+
+    const std::string& name() const { return name_; }
+    std::string help() const;
+
+    bool has(const std::string& option) const;
+    std::optional<std::string> value(const std::string& option) const;
+    /// What stands without an option, in order.
+    const std::vector<std::filesystem::path>& files() const { return files_; }
+
+    /// A number in a range. @throws UsageError that names option, value and range
+    std::optional<double> number(const std::string& option, double low, double high) const;
+    /// One of some words: its index. @throws UsageError that lists them
+    std::optional<std::size_t> choice(const std::string& option,
+                                      const std::vector<std::string>& words) const;
+    /// Refuses options that make no sense together. @throws UsageError
+    void exclude(const std::string& option, const std::string& other) const;
+
+  private:
+    struct HelpEntry {
+        std::string left; // empty: a section title or, at the end, a note
+        std::string text;
+    };
+    static std::string dashed(const std::string& name);
+
+    std::string name_;
+    std::string summary_;
+    std::vector<std::string> usages_;
+    std::vector<HelpEntry> entries_;
+    std::vector<std::string> notes_;
+    QCommandLineParser parser_;
+    std::vector<std::filesystem::path> files_;
+};
+
+} // namespace altiro3D::tools

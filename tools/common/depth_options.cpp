@@ -1,0 +1,227 @@
+#include "common/depth_options.hpp"
+
+#include "altiro3D/depth_cues.hpp"
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+
+#include <charconv>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kCatalogName = "catalog.json";
+constexpr const char* kDefaultLarge = "midas-large";
+
+std::vector<NetworkProfile> catalogOf(const std::vector<fs::path>& searchPath) {
+    const fs::path file = findModelFile(kCatalogName, searchPath);
+    return file.empty() ? std::vector<NetworkProfile>() : readModelCatalog(file);
+}
+
+const NetworkProfile* named(const std::vector<NetworkProfile>& catalog, const std::string& name) {
+    for (const NetworkProfile& profile : catalog) {
+        if (profile.name == name) return &profile;
+    }
+    return nullptr;
+}
+
+// near-white | far-white | metric[:SCALE]. The scale names the unit; relative depth does not need
+// it.
+DepthKind kindOption(const CommandLine& commandLine) {
+    const auto text = commandLine.value("depth-kind");
+    if (!text || *text == "near-white") return DepthKind::NearWhite;
+    if (*text == "far-white") return DepthKind::FarWhite;
+    const std::string prefix = "metric:";
+    if (*text == "metric") return DepthKind::Metric;
+    if (text->compare(0, prefix.size(), prefix) == 0) {
+        double scale = 0;
+        const char* end = text->data() + text->size();
+        const auto parsed = std::from_chars(text->data() + prefix.size(), end, scale);
+        if (parsed.ec == std::errc() && parsed.ptr == end && scale > 0 && scale < 1e12) {
+            return DepthKind::Metric;
+        }
+    }
+    throw UsageError("--depth-kind is \"" + *text +
+                     "\", expected near-white, far-white, metric or metric:UNITS_PER_METRE");
+}
+
+std::string processorName(InferenceTarget target) {
+    return target == InferenceTarget::Cuda ? "CUDA" : "the CPU";
+}
+
+} // namespace
+
+void addDepthOptions(CommandLine& commandLine) {
+    commandLine.addSection("Depth");
+    commandLine.add({"n", "network"},
+                    "Depth network: an ONNX file, or the name of one in the catalogue (default: "
+                    "midas-small if its file is found, else an estimator that is built in).",
+                    "NETWORK");
+    commandLine.add({"l", "large"}, "Use the large MiDaS network, or treat -n as one.");
+    commandLine.add({"net-profile"},
+                    "How to feed a network that is not in the catalogue (JSON, the keys of "
+                    "models/catalog.json).",
+                    "FILE.json");
+    commandLine.add({"d", "depthmode"}, "Depth is given: PHOTO DEPTH instead of PHOTO.");
+    commandLine.add({"rgbd"},
+                    "Photo and depth are one picture; depth is on the right, left, top or bottom.",
+                    "SIDE");
+    commandLine.add({"depth-kind"},
+                    "Meaning of given depth: near-white (default), far-white, or metric[:SCALE] "
+                    "(distances, 0 = unknown).",
+                    "KIND");
+}
+
+DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages) {
+    fromFiles_ = commandLine.has("d");
+    constexpr DepthSide kSides[] = {DepthSide::Right, DepthSide::Left, DepthSide::Top,
+                                    DepthSide::Bottom};
+    if (const auto side = commandLine.choice("rgbd", {"right", "left", "top", "bottom"})) {
+        rgbdSide_ = kSides[*side];
+    }
+    kind_ = kindOption(commandLine);
+    commandLine.exclude("d", "rgbd");
+    for (const char* networkOption : {"n", "l", "net-profile"}) {
+        commandLine.exclude("d", networkOption);
+        commandLine.exclude("rgbd", networkOption);
+    }
+    if (fromFiles_) {
+        description_ = "depth image";
+    } else if (rgbdSide_) {
+        description_ = "depth half of the picture (" + *commandLine.value("rgbd") + ")";
+    } else if (commandLine.has("depth-kind")) {
+        throw UsageError("--depth-kind says what given depth means, expected -d or --rgbd with it");
+    } else {
+        chooseNetwork(commandLine, messages);
+    }
+}
+
+void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
+    const std::vector<fs::path> searchPath = modelSearchPath();
+    const std::vector<NetworkProfile> catalog = catalogOf(searchPath);
+    const bool large = commandLine.has("l");
+    std::optional<NetworkProfile> profile;
+    if (const auto file = commandLine.value("net-profile")) {
+        if (!commandLine.has("n")) {
+            throw UsageError("--net-profile describes a network file, expected -n FILE with it");
+        }
+        profile = readNetworkProfile(*file);
+    }
+
+    fs::path networkFile;
+    if (const auto wanted = commandLine.value("n")) {
+        std::error_code error;
+        const NetworkProfile* known = named(catalog, *wanted);
+        const bool isFile = fs::exists(*wanted, error);
+        networkFile = isFile ? fs::path(*wanted)
+                             : findModelFile(known != nullptr ? known->file : *wanted, searchPath);
+        if (networkFile.empty()) {
+            throw Error(ErrorCode::NotFound, *wanted,
+                        "does not exist, expected an ONNX file or a network of the catalogue that "
+                        "has been downloaded (scripts/get-models.sh NAME)");
+        }
+        if (!profile) {
+            known = findProfile(catalog, networkFile);
+            if (known != nullptr && large && !known->large) {
+                throw UsageError("-l says that " + *wanted +
+                                 " is a large network, but the catalogue knows it as " +
+                                 known->name + "; expected no -l");
+            }
+            if (known == nullptr && large) known = named(catalog, kDefaultLarge);
+            if (known == nullptr) {
+                throw Error(ErrorCode::NotFound, *wanted,
+                            "is not in the catalogue of networks, expected --net-profile FILE.json "
+                            "that says how to feed it");
+            }
+            profile = *known;
+        }
+    } else {
+        for (const NetworkProfile& candidate : catalog) {
+            if (candidate.large != large) continue;
+            networkFile = findModelFile(candidate.file, searchPath);
+            if (networkFile.empty()) continue;
+            profile = candidate;
+            break;
+        }
+        if (networkFile.empty() && large) {
+            const NetworkProfile* entry = named(catalog, kDefaultLarge);
+            throw Error(ErrorCode::NotFound, entry != nullptr ? entry->file : "-l",
+                        "the large network was not found, expected it in the model search path "
+                        "(scripts/get-models.sh midas-large) or given with -n");
+        }
+    }
+    if (networkFile.empty()) {
+        description_ = "built-in estimator";
+        messages.say("depth: built-in estimator; for better depth get a network "
+                     "(scripts/get-models.sh midas-small) or give a depth image (-d)");
+        return;
+    }
+    const InferenceTarget target = chooseInferenceTarget(availableBackends());
+    network_.emplace(networkFile, *profile, target);
+    description_ = "network " + profile->name + " (" + networkFile.string() + ")";
+    messages.say("depth: " + description_);
+    messages.detail("depth network runs on " + processorName(target));
+}
+
+void DepthSource::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
+                       cv::Mat& photo, cv::Mat& depth, Messages& messages, StageTimes& times) {
+    Notes notes;
+    const auto tell = [&](const fs::path& file) {
+        for (const std::string& note : notes)
+            messages.warn(file.string() + ": " + note);
+        notes.clear();
+    };
+    DepthNormalization normalization;
+    normalization.kind = kind_;
+    normalization.flatDepth = flatDepth;
+    cv::Mat rawDepth;
+    if (rgbdSide_) {
+        cv::Mat picture;
+        {
+            const QuietStandardError quiet;
+            picture = readPicture(photoFile, &notes);
+        }
+        tell(photoFile);
+        try {
+            splitRgbd(picture, *rgbdSide_, photo, rawDepth);
+        } catch (const Error& error) {
+            throw Error(error.code(), photoFile.string(), error.what());
+        }
+    } else {
+        const QuietStandardError quiet;
+        photo = readPhoto(photoFile, &notes);
+    }
+    tell(photoFile);
+    times.end("read");
+    if (fromFiles_) {
+        {
+            const QuietStandardError quiet;
+            rawDepth = readDepthImage(depthFile, &notes);
+        }
+        tell(depthFile);
+        const double photoAspect = static_cast<double>(photo.cols) / photo.rows;
+        const double depthAspect = static_cast<double>(rawDepth.cols) / rawDepth.rows;
+        if (photoAspect / depthAspect > 1.05 || depthAspect / photoAspect > 1.05) {
+            messages.warn(depthFile.string() + ": has another shape than the photo (" +
+                          std::to_string(rawDepth.cols) + " x " + std::to_string(rawDepth.rows) +
+                          " and " + std::to_string(photo.cols) + " x " +
+                          std::to_string(photo.rows) + " px); it is stretched over it");
+        }
+    }
+    if (network_) {
+        network_->infer(photo, rawDepth);
+        normalization.kind = network_->profile().output == NetworkOutput::MetricDepth
+                                 ? DepthKind::Metric
+                                 : DepthKind::NearWhite;
+    }
+    if (rawDepth.empty()) {
+        estimateDepthFromCues(photo, depth);
+    } else {
+        normalizeDepth(rawDepth, depth, normalization);
+    }
+    times.end("depth");
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,49 @@
+#pragma once
+
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/depth_network.hpp"
+#include "common/run_tool.hpp"
+
+#include <opencv2/core/mat.hpp>
+#include <optional>
+
+namespace altiro3D::tools {
+
+/// -n -l --net-profile -d --rgbd --depth-kind
+void addDepthOptions(CommandLine& commandLine);
+
+/// Where the depth of photos comes from.
+class DepthSource {
+  public:
+    /// Reads the options and loads the network, if one is to be used.
+    /// @throws UsageError, Error
+    DepthSource(const CommandLine& commandLine, Messages& messages);
+
+    /// Depth is read from a file of its own (`-d`).
+    bool fromFiles() const { return fromFiles_; }
+    /// Depth is part of the picture (`--rgbd`): where.
+    std::optional<DepthSide> rgbdSide() const { return rgbdSide_; }
+    /// What it is, for people and reports.
+    const std::string& description() const { return description_; }
+
+    /// Reads photo and depth of one item, by whatever way the options say.
+    /// @param photoFile photo, or one-picture RGB-D
+    /// @param depthFile depth image with `-d`, else empty
+    /// @param flatDepth depth where there is no range
+    /// @param photo [rows x cols, CV_8UC3]
+    /// @param depth [any size, CV_32FC1, 0..1], shows all of the photo
+    void read(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
+              double flatDepth, cv::Mat& photo, cv::Mat& depth, Messages& messages,
+              StageTimes& times);
+
+  private:
+    void chooseNetwork(const CommandLine& commandLine, Messages& messages);
+
+    bool fromFiles_ = false;
+    std::optional<DepthSide> rgbdSide_;
+    DepthKind kind_ = DepthKind::NearWhite;
+    std::optional<DepthNetwork> network_;
+    std::string description_;
+};
+
+} // namespace altiro3D::tools

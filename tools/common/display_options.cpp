@@ -1,0 +1,326 @@
+#include "common/display_options.hpp"
+
+#include "altiro3D/display.hpp"
+#include "altiro3D/error.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kSampleName = "portrait-sample.json";
+constexpr std::uintmax_t kCacheBytes = std::uintmax_t{1} << 30;
+
+std::optional<std::string> environment(const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && *value != '\0' ? std::optional<std::string>(value) : std::nullopt;
+}
+
+bool sameWord(const std::string& a, const std::string& b) {
+    return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
+               return std::tolower(static_cast<unsigned char>(x)) ==
+                      std::tolower(static_cast<unsigned char>(y));
+           });
+}
+
+// The one volume of a display that is mounted, or the one that --serial names.
+std::optional<MountedCalibration> mountedVolume(const std::optional<std::string>& serial) {
+    std::vector<MountedCalibration> volumes = findMountedCalibrations();
+    if (serial) {
+        const auto named = [&](const MountedCalibration& volume) {
+            if (sameWord(volume.volume, *serial)) return true;
+            try {
+                return sameWord(readCalibration(volume.file).serial, *serial);
+            } catch (const Error&) {
+                return false;
+            }
+        };
+        std::string list;
+        for (const MountedCalibration& volume : volumes) {
+            if (named(volume)) return volume;
+            list += (list.empty() ? "" : ", ") + volume.volume;
+        }
+        throw Error(ErrorCode::NotFound, "--serial",
+                    "no mounted display is " + *serial + ", expected " +
+                        (list.empty() ? "a display's volume to be mounted" : "one of " + list));
+    }
+    if (volumes.empty()) return std::nullopt;
+    if (volumes.size() == 1) return volumes.front();
+    std::string list;
+    for (const MountedCalibration& volume : volumes) {
+        list += (list.empty() ? "" : ", ") + volume.volume + " (" + volume.file.string() + ")";
+    }
+    throw Error(ErrorCode::InvalidArgument, "calibration",
+                "several displays are mounted: " + list + "; expected --serial to choose one");
+}
+
+fs::path sampleCalibration() {
+    for (const fs::path& directory : {fs::path(ALTIRO3D_SOURCE_CALIBRATION_DIR),
+                                      fs::path(ALTIRO3D_INSTALL_DATA_DIR) / "calibration"}) {
+        std::error_code error;
+        if (fs::exists(directory / kSampleName, error)) return directory / kSampleName;
+    }
+    throw Error(ErrorCode::NotFound, "calibration",
+                "none was found, expected -c visual.json or -m FILE.map");
+}
+
+void useCalibration(Display& display, const fs::path& file, const std::string& source,
+                    const CommandLine& commandLine, Messages& messages) {
+    display.calibration = readChosenCalibration(file, commandLine, messages);
+    display.source = source;
+}
+
+// -c, or the first that is found.
+void findCalibration(Display& display, const CommandLine& commandLine, Messages& messages) {
+    std::error_code error;
+    if (const auto file = commandLine.value("c")) {
+        useCalibration(display, *file, *file, commandLine, messages);
+    } else if (const auto named = environment("LKG_CALIBRATION")) {
+        try {
+            useCalibration(display, *named, *named + " ($LKG_CALIBRATION)", commandLine, messages);
+        } catch (const Error& problem) {
+            throw Error(problem.code(), "$LKG_CALIBRATION", problem.what());
+        }
+    } else if (fs::exists("visual.json", error)) {
+        useCalibration(display, "visual.json", "visual.json", commandLine, messages);
+    } else if (const auto volume = mountedVolume(commandLine.value("serial"))) {
+        // the volume is chosen already: its file's serial may be cut short
+        display.calibration = readCalibration(volume->file);
+        display.source = volume->file.string();
+    } else {
+        const fs::path sample = sampleCalibration();
+        display.calibration = readCalibration(sample);
+        display.source = "the sample calibration of a Portrait";
+        messages.warn(
+            "no calibration was given or found: the sample one of a Portrait is used, and "
+            "the picture will not be in register on a real display; give the display's "
+            "own file with -c visual.json");
+    }
+}
+
+fs::path cacheDirectory() {
+    if (const auto cache = environment("XDG_CACHE_HOME")) return fs::path(*cache) / "altiro3D";
+    if (const auto home = environment("HOME")) return fs::path(*home) / ".cache" / "altiro3D";
+    return {};
+}
+
+// Keeps the cache below its limit: the tables that were not used for longest go first.
+void trimCache(const fs::path& directory) {
+    struct Entry {
+        fs::file_time_type used;
+        std::uintmax_t bytes;
+        fs::path file;
+    };
+    std::vector<Entry> entries;
+    std::uintmax_t total = 0;
+    std::error_code error;
+    for (fs::directory_iterator it(directory, error), end; !error && it != end;
+         it.increment(error)) {
+        std::error_code ignored;
+        if (it->path().extension() != ".map" || !it->is_regular_file(ignored)) continue;
+        entries.push_back({it->last_write_time(ignored), it->file_size(ignored), it->path()});
+        total += entries.back().bytes;
+    }
+    std::sort(entries.begin(), entries.end(),
+              [](const Entry& a, const Entry& b) { return a.used < b.used; });
+    for (const Entry& entry : entries) {
+        if (total <= kCacheBytes) break;
+        fs::remove(entry.file, error);
+        total -= entry.bytes;
+    }
+}
+
+// The table of a display from the user's cache; built and kept there if it is not. The cache is a
+// convenience: whatever is wrong with it, the table is built.
+NativeLut cachedLut(const Calibration& calibration, const QuiltLayout& layout, InvertViews invert,
+                    Messages& messages) {
+    const bool inverted = lensGeometry(calibration, invert).inverted;
+    const fs::path directory = cacheDirectory();
+    fs::path file;
+    if (!directory.empty()) {
+        file = directory /
+               (fingerprintText(fingerprint(calibration)) + "-" + std::to_string(layout.columns) +
+                "x" + std::to_string(layout.rows) + "-" + std::to_string(layout.tileSize.width) +
+                "x" + std::to_string(layout.tileSize.height) + "-" +
+                std::to_string(layout.viewCount) + (inverted ? "-inverted" : "") + ".map");
+        std::error_code error;
+        if (fs::exists(file, error)) {
+            try {
+                NativeLut lut = NativeLut::load(file);
+                if (lut.quilt() == layout && lut.inverted() == inverted &&
+                    lut.calibrationFingerprint() == fingerprint(calibration)) {
+                    fs::last_write_time(file, fs::file_time_type::clock::now(), error);
+                    messages.detail("look-up table: from the cache, " + file.string());
+                    return lut;
+                }
+            } catch (const Error& problem) {
+                messages.detail(std::string("look-up table in the cache is not used: ") +
+                                problem.what());
+            }
+        }
+    }
+    NativeLut lut(calibration, layout, invert);
+    if (!file.empty()) {
+        try {
+            std::error_code ignored;
+            fs::create_directories(directory, ignored);
+            lut.save(file);
+            trimCache(directory);
+            messages.detail("look-up table: built and kept as " + file.string());
+        } catch (const Error& problem) {
+            messages.detail(std::string("look-up table: built, not kept: ") + problem.what());
+        }
+    }
+    return lut;
+}
+
+QuiltSampling samplingOption(const CommandLine& commandLine) {
+    const auto views = commandLine.choice("view-filter", {"nearest", "linear"});
+    const auto inTile = commandLine.choice("sampling", {"nearest", "linear"});
+    QuiltSampling sampling;
+    if (views.value_or(0) == 1) sampling.views = ViewFilter::Linear;
+    if (inTile.value_or(0) == 1) sampling.inTile = TileSampling::Linear;
+    return sampling;
+}
+
+} // namespace
+
+void addInvertOption(CommandLine& commandLine) {
+    commandLine.add({"invert"},
+                    "Order of the views under a lens: on, off or auto (default: as the calibration "
+                    "says; always on with sub-pixel cells).",
+                    "MODE");
+}
+
+InvertViews invertOption(const CommandLine& commandLine) {
+    constexpr InvertViews kModes[] = {InvertViews::Auto, InvertViews::On, InvertViews::Off};
+    return kModes[commandLine.choice("invert", {"auto", "on", "off"}).value_or(0)];
+}
+
+void addDisplayOptions(CommandLine& commandLine) {
+    commandLine.addSection("Display");
+    commandLine.add({"m", "map"}, "Look-up table of the display, made by altiro3Dnative.",
+                    "FILE.map");
+    commandLine.add({"c", "calibration"},
+                    "Calibration of the display. Without -m and -c: $LKG_CALIBRATION, "
+                    "./visual.json, a display's own volume if it is mounted, else a sample.",
+                    "visual.json");
+    commandLine.add({"serial"}, "Choose among several displays by serial number or volume name.",
+                    "NAME");
+    addInvertOption(commandLine);
+    commandLine.addSection("Quilt");
+    commandLine.add({"q", "quilt"},
+                    "Views in the quilt, rows x columns (default: the display model's; 6x8 on a "
+                    "Portrait: 6 rows of 8 columns).",
+                    "RxC");
+    commandLine.add({"r", "resolution"},
+                    "Size of one view, height x width in px (default: the display model's; 560x420 "
+                    "on a Portrait).",
+                    "HxW");
+}
+
+void addSamplingOptions(CommandLine& commandLine) {
+    commandLine.add({"view-filter"},
+                    "Views that a sub-pixel shows: nearest (default) or linear, a blend of two; "
+                    "not with -m.",
+                    "MODE");
+    commandLine.add({"sampling"},
+                    "Pixels inside a view: nearest (default) or linear, a blend of four; not with "
+                    "-m.",
+                    "MODE");
+}
+
+Calibration readChosenCalibration(const fs::path& file, const CommandLine& commandLine,
+                                  Messages& messages) {
+    const std::vector<Calibration> all = readCalibrations(file);
+    const auto serial = commandLine.value("serial");
+    if (serial) {
+        for (const Calibration& calibration : all) {
+            if (sameWord(calibration.serial, *serial)) return calibration;
+        }
+        throw Error(ErrorCode::NotFound, file.string(),
+                    "holds no calibration of " + *serial + ", expected the serial number of " +
+                        (all.front().serial.empty() ? "a display in it" : all.front().serial));
+    }
+    if (all.size() > 1) {
+        messages.warn(file.string() + " holds " + std::to_string(all.size()) +
+                      " calibrations; the first, " + all.front().serial +
+                      ", is used (--serial chooses another)");
+    }
+    return all.front();
+}
+
+Display findDisplay(const CommandLine& commandLine, Messages& messages) {
+    Display display;
+    display.invert = invertOption(commandLine);
+    if (const auto file = commandLine.value("m")) {
+        commandLine.exclude("m", "invert");
+        commandLine.exclude("m", "view-filter");
+        commandLine.exclude("m", "sampling");
+        display.map = NativeLut::load(*file);
+        display.source = *file;
+        display.panelSize = display.map->panelSize();
+        display.standardQuilt = display.map->quilt();
+        if (const auto calibrationFile = commandLine.value("c")) {
+            display.calibration = readChosenCalibration(*calibrationFile, commandLine, messages);
+            requireSameDisplay(*display.map, *file, *display.calibration, *calibrationFile);
+        }
+    } else {
+        findCalibration(display, commandLine, messages);
+        display.panelSize = {display.calibration->screenW, display.calibration->screenH};
+        display.standardQuilt = defaultQuilt(*display.calibration);
+    }
+    if (display.calibration) messages.warn(remarks(*display.calibration));
+    messages.detail("display: " + display.source + ", panel " +
+                    std::to_string(display.panelSize.width) + " x " +
+                    std::to_string(display.panelSize.height) + " px");
+    return display;
+}
+
+QuiltLayout chooseQuilt(const CommandLine& commandLine, const Display& display, Messages& messages,
+                        const std::optional<fs::path>& quiltFile,
+                        std::optional<cv::Size> quiltSize) {
+    QuiltRequest request;
+    try {
+        if (const auto grid = commandLine.value("q")) request.grid = parseQuiltGrid(*grid);
+        if (const auto tile = commandLine.value("r")) request.tileSize = parseTileSize(*tile);
+    } catch (const Error& error) {
+        throw UsageError(error.what());
+    }
+    if (quiltFile) request.name = parseQuiltName(*quiltFile);
+    request.quiltSize = quiltSize;
+    const ResolvedQuilt resolved =
+        resolveQuilt(request, display.standardQuilt, display.panelAspect());
+    QuiltLayout layout = resolved.layout;
+    if (display.map) {
+        const QuiltLayout& mapped = display.map->quilt();
+        layout.viewCount = mapped.viewCount;
+        if (layout != mapped) {
+            throw Error(ErrorCode::Mismatch, display.source,
+                        "is made for a quilt of " + std::to_string(mapped.size().width) + " x " +
+                            std::to_string(mapped.size().height) + " px with " + mapped.text() +
+                            ", but this one has " + std::to_string(layout.size().width) + " x " +
+                            std::to_string(layout.size().height) + " px with " + layout.text() +
+                            "; expected the map's");
+        }
+    }
+    messages.warn(resolved.warnings);
+    return layout;
+}
+
+Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const Display& display,
+                              const QuiltLayout& layout, Messages& messages) {
+    if (display.map) return Quilt2Native(*display.map);
+    const QuiltSampling sampling = samplingOption(commandLine);
+    if (sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest) {
+        return {*display.calibration, layout, sampling, display.invert};
+    }
+    return Quilt2Native(cachedLut(*display.calibration, layout, display.invert, messages));
+}
+
+} // namespace altiro3D::tools

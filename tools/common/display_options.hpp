@@ -1,0 +1,55 @@
+#pragma once
+
+#include "altiro3D/calibration.hpp"
+#include "altiro3D/native_lut.hpp"
+#include "altiro3D/quilt2native.hpp"
+#include "common/run_tool.hpp"
+
+#include <optional>
+
+namespace altiro3D::tools {
+
+/// The display that a run is for.
+struct Display {
+    std::string source;                     ///< What it was taken from, for people.
+    std::optional<Calibration> calibration; ///< Absent if only a map was given.
+    std::optional<NativeLut> map;           ///< Present with `-m`.
+    InvertViews invert = InvertViews::Auto; ///< From `--invert`.
+    cv::Size panelSize;                     ///< Panel in px.
+    QuiltLayout standardQuilt;              ///< The map's layout, else the model's default.
+
+    /// width : height of the panel
+    double panelAspect() const { return static_cast<double>(panelSize.width) / panelSize.height; }
+};
+
+/// -m -c --serial --invert, -q -r
+void addDisplayOptions(CommandLine& commandLine);
+/// --view-filter --sampling
+void addSamplingOptions(CommandLine& commandLine);
+/// --invert as such, for the tool that makes maps
+void addInvertOption(CommandLine& commandLine);
+InvertViews invertOption(const CommandLine& commandLine);
+
+/// Finds the display: `-m` and `-c`, else `$LKG_CALIBRATION`, `./visual.json`, a mounted display
+/// volume, and at last the sample calibration, with a warning.
+/// @throws UsageError, Error
+Display findDisplay(const CommandLine& commandLine, Messages& messages);
+
+/// Reads one calibration; of several, `--serial` chooses, or the first is taken with a warning.
+Calibration readChosenCalibration(const std::filesystem::path& file, const CommandLine& commandLine,
+                                  Messages& messages);
+
+/// The quilt's layout from `-q`, `-r`, a quilt's file name and its size. Tell the user what was
+/// understood (QuiltLayout::text()).
+/// @param quiltFile the quilt that is read, if one is
+/// @param quiltSize its size in px
+QuiltLayout chooseQuilt(const CommandLine& commandLine, const Display& display, Messages& messages,
+                        const std::optional<std::filesystem::path>& quiltFile = std::nullopt,
+                        std::optional<cv::Size> quiltSize = std::nullopt);
+
+/// The renderer for a display: through the map of `-m`, else through a table that is kept in the
+/// user's cache directory, else by blending if `--view-filter` or `--sampling` ask for it.
+Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const Display& display,
+                              const QuiltLayout& layout, Messages& messages);
+
+} // namespace altiro3D::tools

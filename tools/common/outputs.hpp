@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace altiro3D::tools {
+
+/// What a run reads and writes, checked before any work is done: no output is an input, no two
+/// outputs are one file, and what exists is replaced only if the user wants it.
+class Outputs {
+  public:
+    /// @param replace existing files may be replaced (`-y`)
+    explicit Outputs(bool replace) : replace_(replace) {}
+
+    /// A file that is read.
+    void addInput(const std::filesystem::path& file) { inputs_.push_back(file); }
+    /// A file that will be written.
+    void addOutput(const std::filesystem::path& file) { outputs_.push_back(file); }
+
+    /// Checks all of it; asks on a terminal where a file exists and `-y` was not given.
+    /// @throws UsageError (output = input, two outputs in one), Error (exists, no directory)
+    void check() const;
+
+  private:
+    bool replace_;
+    std::vector<std::filesystem::path> inputs_;
+    std::vector<std::filesystem::path> outputs_;
+};
+
+/// Makes a directory for outputs if it is not there. @throws Error WriteFailed
+void makeOutputDirectory(const std::filesystem::path& directory);
+
+/// Refuses a file name that no picture can be written to. @throws UsageError
+void requirePictureName(const std::filesystem::path& file);
+
+} // namespace altiro3D::tools

@@ -1,0 +1,188 @@
+#include "common/run_tool.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/version.hpp"
+
+#include <QCoreApplication>
+#include <algorithm>
+#include <clocale>
+#include <csignal>
+#include <cstdio>
+#include <fcntl.h>
+#include <new>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utils/logger.hpp>
+#include <unistd.h>
+
+namespace altiro3D::tools {
+
+namespace {
+
+void printLine(std::FILE* stream, const std::string& line) {
+    std::fwrite(line.data(), 1, line.size(), stream);
+    std::fputc('\n', stream);
+}
+
+std::string millisecondsText(double milliseconds) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.1f ms", milliseconds);
+    return text;
+}
+
+// Standard output may be a full disk or a closed pipe: then the user has not got the answer.
+bool flushed() {
+    return std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+}
+
+} // namespace
+
+void Messages::say(const std::string& line) const {
+    printLine(stdout, line);
+}
+
+void Messages::detail(const std::string& line) const {
+    if (verbose_) printLine(stdout, line);
+}
+
+void Messages::warn(const std::string& line) {
+    if (std::find(all_.begin(), all_.end(), line) != all_.end()) return;
+    all_.push_back(line);
+    waiting_.push_back(line);
+}
+
+void Messages::warn(const std::vector<std::string>& lines) {
+    for (const std::string& line : lines)
+        warn(line);
+}
+
+void Messages::flushWarnings() {
+    for (const std::string& line : waiting_)
+        printLine(stderr, tool_ + ": warning: " + line);
+    waiting_.clear();
+}
+
+void Messages::fail(const std::string& line) const {
+    std::fflush(stdout);
+    printLine(stderr, tool_ + ": error: " + line);
+}
+
+void StageTimes::end(const std::string& stage) {
+    const auto now = std::chrono::steady_clock::now();
+    stages_.emplace_back(stage, std::chrono::duration<double, std::milli>(now - last_).count());
+    last_ = now;
+}
+
+std::string StageTimes::text() const {
+    std::string text;
+    for (const auto& [stage, milliseconds] : stages_) {
+        text += (text.empty() ? "" : ", ") + stage + " " + millisecondsText(milliseconds);
+    }
+    return text;
+}
+
+Progress::Progress(std::size_t steps)
+    : steps_(steps), terminal_(steps > 1 && isatty(STDERR_FILENO) != 0) {}
+
+Progress::~Progress() {
+    clear();
+}
+
+void Progress::step(const std::string& what) {
+    if (terminal_) {
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
+        std::fprintf(stderr, "\r\033[K[%zu/%zu] %s", done_ + 1, steps_, what.c_str());
+        if (done_ > 0) {
+            const double left =
+                spent.count() / static_cast<double>(done_) * static_cast<double>(steps_ - done_);
+            std::fprintf(stderr, " (%.0f s left)", left);
+        }
+        std::fflush(stderr);
+    }
+    ++done_;
+}
+
+void Progress::clear() {
+    if (terminal_) std::fputs("\r\033[K", stderr);
+}
+
+QuietStandardError::QuietStandardError() {
+    std::fflush(stderr);
+    const int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (null < 0) return;
+    saved_ = fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
+    if (saved_ >= 0) dup2(null, STDERR_FILENO);
+    close(null);
+}
+
+QuietStandardError::~QuietStandardError() {
+    if (saved_ < 0) return;
+    std::fflush(stderr);
+    dup2(saved_, STDERR_FILENO);
+    close(saved_);
+}
+
+std::string sentenceOf(const std::exception& error) {
+    if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
+        return "out of memory, expected more to be free or smaller pictures";
+    }
+    std::string text = error.what();
+    if (const auto* fromOpenCv = dynamic_cast<const cv::Exception*>(&error)) {
+        text = fromOpenCv->code == cv::Error::StsNoMem
+                   ? "out of memory, expected more to be free or smaller pictures"
+                   : "OpenCV: " + fromOpenCv->err;
+    }
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return text;
+}
+
+int runTool(int argc, char** argv, CommandLine& commandLine,
+            const std::function<int(const CommandLine&, Messages&)>& body) {
+    std::signal(SIGPIPE, SIG_IGN); // a closed pipe is a failed write, not the end of the process
+    const QCoreApplication application(argc, argv);
+    std::setlocale(LC_NUMERIC, "C"); // Qt takes the user's; numbers in files have a point
+    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+    cv::redirectError([](int, const char*, const char*, const char*, int, void*) { return 0; });
+
+    commandLine.addSection("General");
+    commandLine.add({"j"}, "Use N threads (default: all processors).", "N");
+    commandLine.add({"v", "verbose"}, "Say what is done and how long each stage takes.");
+    commandLine.add({"h", "help"}, "Show this help.");
+    commandLine.add({"version"}, "Show the version.");
+    Messages messages(commandLine.name(), false);
+    try {
+        commandLine.parse(argc, argv);
+        if (commandLine.has("help")) {
+            std::fputs(commandLine.help().c_str(), stdout);
+            return flushed() ? kExitDone : kExitFailed;
+        }
+        if (commandLine.has("version")) {
+            messages.say(commandLine.name() + " (altiro3D) " ALTIRO3D_VERSION);
+            return flushed() ? kExitDone : kExitFailed;
+        }
+        if (const auto threads = commandLine.number("j", 1, 1024)) {
+            if (*threads != static_cast<int>(*threads)) {
+                throw UsageError("-j is not a whole number, expected 1..1024");
+            }
+            cv::setNumThreads(static_cast<int>(*threads));
+        }
+        messages = Messages(commandLine.name(), commandLine.has("verbose"));
+        const int status = body(commandLine, messages);
+        messages.flushWarnings();
+        if (!flushed()) {
+            messages.fail("standard output cannot be written");
+            return kExitFailed;
+        }
+        return status;
+    } catch (const UsageError& error) {
+        messages.fail(sentenceOf(error));
+        return kExitUsage;
+    } catch (const std::exception& error) {
+        messages.fail(sentenceOf(error));
+        return kExitFailed;
+    } catch (...) {
+        messages.fail("unknown failure");
+        return kExitFailed;
+    }
+}
+
+} // namespace altiro3D::tools

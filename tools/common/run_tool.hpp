@@ -1,0 +1,102 @@
+#pragma once
+
+#include "common/command_line.hpp"
+
+#include <chrono>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace altiro3D::tools {
+
+constexpr int kExitDone = 0;
+constexpr int kExitFailed = 1;
+constexpr int kExitUsage = 2;
+
+/// What a tool says while it works.
+///
+/// Results go to standard output, warnings and errors to standard error, each on one line. Warnings
+/// wait until the work they belong to is done: a run that fails says one thing, its error.
+class Messages {
+  public:
+    Messages(std::string tool, bool verbose) : tool_(std::move(tool)), verbose_(verbose) {}
+
+    bool verbose() const { return verbose_; }
+    /// A line about the result.
+    void say(const std::string& line) const;
+    /// A line that only `-v` shows.
+    void detail(const std::string& line) const;
+    /// A warning; shown by flushWarnings(), the same text once only.
+    void warn(const std::string& line);
+    void warn(const std::vector<std::string>& lines);
+    /// Shows the warnings that wait.
+    void flushWarnings();
+    /// Forgets the warnings that wait.
+    void dropWarnings() { waiting_.clear(); }
+    /// The warnings so far, shown or waiting.
+    const std::vector<std::string>& warnings() const { return all_; }
+    /// An error line.
+    void fail(const std::string& line) const;
+
+  private:
+    std::string tool_;
+    bool verbose_;
+    std::vector<std::string> waiting_;
+    std::vector<std::string> all_;
+};
+
+/// Stage names with the milliseconds they took.
+class StageTimes {
+  public:
+    /// Ends the stage that began with the last call (or the construction).
+    void end(const std::string& stage);
+    const std::vector<std::pair<std::string, double>>& milliseconds() const { return stages_; }
+    /// "read 12.3 ms, depth 40.1 ms, ..."
+    std::string text() const;
+
+  private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+    std::vector<std::pair<std::string, double>> stages_;
+};
+
+/// A progress line on a terminal, for work of several steps; nothing elsewhere.
+class Progress {
+  public:
+    explicit Progress(std::size_t steps);
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+    /// Shows that a step begins.
+    void step(const std::string& what);
+    /// Takes the line away, so that other lines can be written.
+    void clear();
+
+  private:
+    std::size_t steps_;
+    std::size_t done_ = 0;
+    bool terminal_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Keeps what decoders print by themselves off standard error while it lives.
+class QuietStandardError {
+  public:
+    QuietStandardError();
+    ~QuietStandardError();
+    QuietStandardError(const QuietStandardError&) = delete;
+    QuietStandardError& operator=(const QuietStandardError&) = delete;
+
+  private:
+    int saved_ = -1;
+};
+
+/// Runs a tool: adds the options that all tools have (--help, --version, -v, -j), reads the command
+/// line, calls the body and turns every failure into one line and an exit status.
+int runTool(int argc, char** argv, CommandLine& commandLine,
+            const std::function<int(const CommandLine&, Messages&)>& body);
+
+/// The sentence of any exception, on one line.
+std::string sentenceOf(const std::exception& error);
+
+} // namespace altiro3D::tools

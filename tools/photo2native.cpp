@@ -1,0 +1,400 @@
+// photo2native: photos become Natives.
+
+#include "altiro3D/altiro3D.hpp"
+#include "common/depth_options.hpp"
+#include "common/display_options.hpp"
+#include "common/outputs.hpp"
+#include "common/picture_options.hpp"
+#include "common/run_tool.hpp"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+using namespace altiro3D;
+using namespace altiro3D::tools;
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+// One photo and all that is made of it. Empty paths: not wanted.
+struct Item {
+    fs::path photo;
+    fs::path depth;
+    fs::path native;
+    fs::path quilt;
+    fs::path savedDepth;
+    fs::path rgbd;
+    fs::path views;
+};
+
+struct Job {
+    std::vector<Item> items;
+    bool batch = false;
+    fs::path report;
+};
+
+// Several outputs of one kind go into a directory, one alone has the name that was given.
+fs::path outputName(const std::optional<std::string>& wanted, bool batch, const std::string& stem,
+                    const std::string& ending) {
+    if (!wanted) return {};
+    return batch ? fs::path(*wanted) / (stem + ending) : fs::path(*wanted);
+}
+
+// The photos (and depths) among the names; the last name is the output.
+std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>& names,
+                                                    bool pairs) {
+    std::vector<std::pair<fs::path, fs::path>> inputs;
+    std::vector<fs::path> given(names.begin(), names.end() - 1);
+    if (pairs && given.size() == 2 && fs::is_directory(given[0]) && fs::is_directory(given[1])) {
+        std::map<std::string, fs::path> depths;
+        for (const fs::path& depth : listPictures(given[1]))
+            depths[depth.stem().string()] = depth;
+        for (const fs::path& photo : listPictures(given[0])) {
+            const auto found = depths.find(photo.stem().string());
+            inputs.emplace_back(photo, found != depths.end()
+                                           ? found->second
+                                           : given[1] / photo.filename()); // fails by name, later
+        }
+    } else if (pairs) {
+        if (given.size() % 2 != 0) {
+            throw UsageError("-d takes pairs PHOTO DEPTH and one output, got " +
+                             std::to_string(names.size()) + " names; see photo2native --help");
+        }
+        for (std::size_t i = 0; i < given.size(); i += 2) {
+            inputs.emplace_back(given[i], given[i + 1]);
+        }
+    } else {
+        for (const fs::path& name : given) {
+            if (!fs::is_directory(name)) {
+                inputs.emplace_back(name, fs::path());
+                continue;
+            }
+            for (const fs::path& photo : listPictures(name))
+                inputs.emplace_back(photo, fs::path());
+        }
+    }
+    if (inputs.empty()) {
+        throw Error(ErrorCode::NotFound, given.front().string(),
+                    "holds no pictures, expected photos");
+    }
+    return inputs;
+}
+
+Job planJob(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout) {
+    const std::vector<fs::path>& names = commandLine.files();
+    const bool pairs = commandLine.has("d");
+    const std::size_t least = pairs ? 3 : 2;
+    if (names.size() < least) {
+        throw UsageError(std::string("expected ") + (pairs ? "PHOTO DEPTH OUT" : "PHOTO and OUT") +
+                         ", got " + std::to_string(names.size()) +
+                         " names; see photo2native --help");
+    }
+    const auto inputs = inputsOf(names, pairs);
+    const fs::path& last = names.back();
+    Job job;
+    job.batch = names.size() > least || fs::is_directory(last) || fs::is_directory(names.front());
+    if (job.batch && fs::exists(last) && !fs::is_directory(last)) {
+        throw UsageError(last.string() +
+                         ": is a file, expected a directory for the outputs of several photos");
+    }
+    std::map<std::string, int> stems;
+    for (const auto& input : inputs)
+        ++stems[input.first.stem().string()];
+    for (const auto& [photo, depth] : inputs) {
+        // a.jpg and a.png keep their extensions, or their outputs would have one name
+        const std::string stem =
+            stems[photo.stem().string()] > 1 ? photo.filename().string() : photo.stem().string();
+        Item item;
+        item.photo = photo;
+        item.depth = depth;
+        item.native = job.batch ? last / (stem + "_native.png") : last;
+        item.quilt = outputName(commandLine.value("save-quilt"), job.batch, stem, ".png");
+        item.savedDepth =
+            outputName(commandLine.value("save-depth"), job.batch, stem, "_depth.png");
+        item.rgbd = outputName(commandLine.value("save-rgbd"), job.batch, stem, "_rgbd.png");
+        item.views = outputName(commandLine.value("save-views"), job.batch, stem, "_views");
+        if (!item.quilt.empty()) {
+            const auto named = parseQuiltName(item.quilt);
+            const double aspect = named && named->aspect ? *named->aspect : display.panelAspect();
+            item.quilt = quiltFileName(item.quilt, layout, aspect);
+        }
+        job.items.push_back(item);
+    }
+    job.report = commandLine.value("report").value_or("");
+    return job;
+}
+
+std::string viewFileName(int view, int views) {
+    const std::size_t digits = std::to_string(views - 1).size();
+    const std::string number = std::to_string(view);
+    return "view_" + std::string(digits - number.size(), '0') + number + ".png";
+}
+
+// Makes the directories that outputs go into and checks every name before any work is done.
+void prepareOutputs(const CommandLine& commandLine, const Job& job, int views) {
+    Outputs outputs(commandLine.has("y"));
+    for (const char* option : {"m", "c", "n", "net-profile"}) {
+        if (const auto file = commandLine.value(option)) outputs.addInput(*file);
+    }
+    for (const Item& item : job.items) {
+        outputs.addInput(item.photo);
+        if (!item.depth.empty()) outputs.addInput(item.depth);
+        if (job.batch) {
+            for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
+                if (!file.empty()) makeOutputDirectory(file.parent_path());
+            }
+        }
+        for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
+            if (file.empty()) continue;
+            requirePictureName(file);
+            outputs.addOutput(file);
+        }
+        if (!item.views.empty()) {
+            makeOutputDirectory(item.views);
+            for (int i = 0; i < views; ++i) {
+                outputs.addOutput(item.views / viewFileName(i, views));
+            }
+        }
+    }
+    if (!job.report.empty()) outputs.addOutput(job.report);
+    outputs.check();
+}
+
+// Everything that is the same for all photos of a run.
+struct Studio {
+    Display display;
+    QuiltLayout layout;
+    ViewOptions views;
+    FitMode fit = FitMode::Cover;
+    bool keep = false;
+    DepthSource depthSource;
+    Quilt2Native renderer;
+    cv::Mat quilt;  // reused from photo to photo
+    cv::Mat native; // reused
+};
+
+Json parallaxJson(const AdjacentParallax& parallax) {
+    return {{"viewPixels", parallax.viewPixels}, {"panelPixels", parallax.panelPixels}};
+}
+
+std::string fixed(double value, int decimals) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.*f", decimals, value);
+    return text;
+}
+
+AdjacentParallax tellParallax(const Studio& studio, const cv::Mat& depth, Messages& messages) {
+    double nearest = 0;
+    double farthest = 0;
+    cv::minMaxLoc(depth, &farthest, &nearest);
+    const AdjacentParallax parallax = adjacentParallax(
+        studio.views, studio.layout, studio.display.panelSize, {farthest, nearest});
+    messages.say("parallax: strength " + fixed(studio.views.strengthPercent, 1) + " %, focus " +
+                 fixed(studio.views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) +
+                 " view px (" + fixed(parallax.panelPixels, 2) +
+                 " panel px) between adjacent views");
+    if (parallax.viewPixels > kParallaxBudgetPixels) {
+        messages.warn("parallax between adjacent views is " + fixed(parallax.viewPixels, 1) +
+                      " view px, above " + fixed(kParallaxBudgetPixels, 0) +
+                      ": hard edges will show double; lower --strength or move --focus");
+    }
+    return parallax;
+}
+
+// Makes all that is wanted of one photo; the report of it.
+Json makePicture(const Item& item, Studio& studio, Messages& messages) {
+    StageTimes times;
+    cv::Mat photo;
+    cv::Mat depth;
+    studio.depthSource.read(item.photo, item.depth, studio.views.focus, photo, depth, messages,
+                            times);
+    double aspect = studio.display.panelAspect();
+    if (!item.quilt.empty()) aspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
+    const cv::Size workSize = studio.keep ? studio.display.panelSize : studio.layout.tileSize;
+    const PhotoFit fit = fitPhoto(photo.size(), aspect, workSize, studio.fit);
+    cv::Mat fittedPhoto;
+    cv::Mat fittedDepth;
+    applyFit(photo, fit, fittedPhoto);
+    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, studio.views.focus, fittedDepth);
+    times.end("fit");
+    Depth2Quilt(studio.layout, studio.views).render(fittedPhoto, fittedDepth, studio.quilt);
+    times.end("views");
+    studio.renderer.render(studio.quilt, studio.native);
+    times.end("native");
+    const AdjacentParallax parallax = tellParallax(studio, fittedDepth, messages);
+
+    warnAboutNativeFormat(item.native, messages);
+    if (!item.quilt.empty()) writePicture(item.quilt, studio.quilt);
+    if (!item.savedDepth.empty() || !item.rgbd.empty()) {
+        cv::Mat wholeDepth;
+        fitDepth(depth, {0, 0, double(depth.cols), double(depth.rows)}, photo, wholeDepth);
+        if (!item.savedDepth.empty()) writePicture(item.savedDepth, depthTo16Bit(wholeDepth));
+        if (!item.rgbd.empty()) {
+            cv::Mat rgbd;
+            joinRgbd(photo, wholeDepth, DepthSide::Right, rgbd);
+            writePicture(item.rgbd, rgbd);
+        }
+    }
+    if (!item.views.empty()) {
+        const int views = studio.layout.viewCount;
+        cv::parallel_for_(cv::Range(0, views), [&](const cv::Range& range) {
+            for (int i = range.start; i < range.end; ++i) {
+                writePicture(item.views / viewFileName(i, views),
+                             studio.quilt(studio.layout.tile(i)));
+            }
+        });
+    }
+    writePicture(item.native, studio.native); // last: where it is, the rest is too
+    times.end("write");
+
+    Json report = {{"photo", item.photo.string()},
+                   {"photoWidth", photo.cols},
+                   {"photoHeight", photo.rows},
+                   {"native", item.native.string()}};
+    const std::pair<const char*, fs::path> others[] = {{"depthImage", item.depth},
+                                                       {"quilt", item.quilt},
+                                                       {"savedDepth", item.savedDepth},
+                                                       {"rgbd", item.rgbd},
+                                                       {"views", item.views}};
+    for (const auto& [key, file] : others) {
+        if (!file.empty()) report[key] = file.string();
+    }
+    report["crop"] = {fit.source.x, fit.source.y, fit.source.width, fit.source.height};
+    report["adjacentParallax"] = parallaxJson(parallax);
+    for (const auto& [stage, milliseconds] : times.milliseconds()) {
+        report["milliseconds"][stage] = milliseconds;
+    }
+    messages.say(item.native.string() + ": Native, " + std::to_string(studio.native.cols) + " x " +
+                 std::to_string(studio.native.rows) + " px");
+    for (const auto& [key, file] : others) {
+        if (!file.empty() && file != item.depth) messages.say(file.string() + ": " + key);
+    }
+    messages.detail(times.text());
+    return report;
+}
+
+Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messages& messages) {
+    const QuiltLayout& layout = studio.layout;
+    Json report = {{"tool", commandLine.name()},
+                   {"version", ALTIRO3D_VERSION},
+                   {"openCv", CV_VERSION},
+                   {"threads", cv::getNumThreads()}};
+    Json display = {{"source", studio.display.source},
+                    {"panelWidth", studio.display.panelSize.width},
+                    {"panelHeight", studio.display.panelSize.height}};
+    if (studio.display.calibration) {
+        display["serial"] = studio.display.calibration->serial;
+        display["fingerprint"] = fingerprintText(fingerprint(*studio.display.calibration));
+    } else {
+        display["serial"] = studio.display.map->serial();
+        display["fingerprint"] = fingerprintText(studio.display.map->calibrationFingerprint());
+    }
+    report["settings"] = {{"display", display},
+                          {"invert", commandLine.value("invert").value_or("auto")},
+                          {"viewFilter", commandLine.value("view-filter").value_or("nearest")},
+                          {"sampling", commandLine.value("sampling").value_or("nearest")},
+                          {"quilt",
+                           {{"columns", layout.columns},
+                            {"rows", layout.rows},
+                            {"viewWidth", layout.tileSize.width},
+                            {"viewHeight", layout.tileSize.height},
+                            {"views", layout.viewCount}}},
+                          {"method", "fast"},
+                          {"strengthPercent", studio.views.strengthPercent},
+                          {"focus", studio.views.focus},
+                          {"fit", fitName(studio.fit)},
+                          {"keepResolution", studio.keep},
+                          {"depth", studio.depthSource.description()},
+                          {"depthKind", commandLine.value("depth-kind").value_or("near-white")}};
+    report["warnings"] = messages.warnings();
+    return report;
+}
+
+int run(const CommandLine& commandLine, Messages& messages) {
+    const ViewOptions views = viewOptions(commandLine);
+    const FitMode fit = fitOption(commandLine, FitMode::Cover);
+    const Display display = findDisplay(commandLine, messages);
+    const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
+    const Job job = planJob(commandLine, display, layout);
+    prepareOutputs(commandLine, job, layout.viewCount);
+    messages.say("quilt: " + layout.text());
+    DepthSource depthSource(commandLine, messages);
+    Studio studio{display,
+                  layout,
+                  views,
+                  fit,
+                  commandLine.has("k"),
+                  std::move(depthSource),
+                  makeQuilt2Native(commandLine, display, layout, messages),
+                  {},
+                  {}};
+
+    Json pictures = Json::array();
+    std::size_t failed = 0;
+    Progress progress(job.items.size());
+    for (const Item& item : job.items) {
+        progress.step(item.photo.filename().string());
+        if (!job.batch) {
+            pictures.push_back(makePicture(item, studio, messages));
+            continue;
+        }
+        try {
+            Json picture = makePicture(item, studio, messages);
+            progress.clear();
+            messages.flushWarnings();
+            pictures.push_back(std::move(picture));
+        } catch (const std::exception& error) {
+            progress.clear();
+            messages.dropWarnings();
+            messages.fail(sentenceOf(error));
+            pictures.push_back({{"photo", item.photo.string()}, {"error", sentenceOf(error)}});
+            ++failed;
+        }
+    }
+    progress.clear();
+    if (job.batch) {
+        messages.say(std::to_string(job.items.size() - failed) + " of " +
+                     std::to_string(job.items.size()) + " photos done");
+    }
+    if (!job.report.empty()) {
+        Json report = reportOf(commandLine, studio, messages);
+        report["pictures"] = std::move(pictures);
+        writeFile(job.report, report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    }
+    return failed == 0 ? kExitDone : kExitFailed;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    CommandLine commandLine("photo2native",
+                            "Turns photos into Native pictures for a light-field display: depth is "
+                            "estimated (or given), the views are made, and every sub-pixel of the "
+                            "panel takes its colour from its own view.");
+    commandLine.addUsage("[options] PHOTO OUT.png");
+    commandLine.addUsage("[options] -d PHOTO DEPTH OUT.png");
+    commandLine.addUsage("[options] --rgbd right RGBD OUT.png");
+    commandLine.addUsage("[options] PHOTO PHOTO... | DIR  OUTDIR");
+    addDepthOptions(commandLine);
+    addViewOptions(commandLine);
+    addFitOption(commandLine, "cover");
+    commandLine.addSection("Output");
+    commandLine.add({"save-quilt"}, "Also write the quilt (named ..._qs<columns>x<rows>a<aspect>).",
+                    "FILE");
+    commandLine.add({"save-depth"}, "Also write the depth, 16-bit, near = white.", "FILE.png");
+    commandLine.add({"save-rgbd"}, "Also write photo and depth side by side.", "FILE");
+    commandLine.add({"save-views"}, "Also write the single views, leftmost camera first.", "DIR");
+    commandLine.add({"report"}, "Write all settings used and the time of each stage, for programs.",
+                    "FILE.json");
+    commandLine.add({"y"}, "Replace outputs that exist.");
+    addDisplayOptions(commandLine);
+    addSamplingOptions(commandLine);
+    commandLine.addNote("With several photos or a directory the last name is the directory for the "
+                        "outputs, and so are the names of --save-...; one bad photo does not stop "
+                        "the rest.");
+    return runTool(argc, argv, commandLine, run);
+}

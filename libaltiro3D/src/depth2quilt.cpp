@@ -2,7 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "text.hpp"
-#include "views_fast.hpp"
+#include "view_renderer.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,6 +36,12 @@ void checkInputs(const cv::Mat& photo, const cv::Mat& depth) {
         fail(ErrorCode::TooLarge, "photo",
              "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
     }
+}
+
+std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
+                                           const ViewOptions& options) {
+    checkInputs(photo, depth);
+    return makeFastRenderer(photo, depth, options);
 }
 
 // p S/2 in px.
@@ -73,7 +79,7 @@ Depth2Quilt::Depth2Quilt(const QuiltLayout& layout, const ViewOptions& options)
 }
 
 void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& quilt) const {
-    checkInputs(photo, depth);
+    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(photo, depth, options_);
     try {
         quilt.create(layout_.size(), CV_8UC3);
     } catch (const cv::Exception&) {
@@ -85,15 +91,13 @@ void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& qu
     }
     const bool direct = photo.size() == layout_.tileSize;
     cv::parallel_for_(cv::Range(0, layout_.viewCount), [&](const cv::Range& views) {
-        FastBuffers buffers;
         cv::Mat whole;
         for (int i = views.start; i < views.end; ++i) {
             cv::Mat tile = quilt(layout_.tile(i));
             if (!direct) whole.create(photo.size(), CV_8UC3);
             cv::Mat& view = direct ? tile : whole;
             const double position = viewPosition(i, layout_.viewCount);
-            renderFast(photo, depth, shiftOf(options_, photo.cols, position), options_.focus, view,
-                       buffers);
+            renderer->render(shiftOf(options_, photo.cols, position), view);
             if (!direct) cv::resize(whole, tile, tile.size(), 0, 0, cv::INTER_AREA);
         }
     });
@@ -101,15 +105,13 @@ void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& qu
 
 void Depth2Quilt::renderView(const cv::Mat& photo, const cv::Mat& depth, double position,
                              cv::Mat& view) const {
-    checkInputs(photo, depth);
     if (!std::isfinite(position)) {
         throw Error(ErrorCode::InvalidArgument, "position",
                     "is " + numberText(position) + ", expected a finite number");
     }
+    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(photo, depth, options_);
     cv::Mat result(photo.size(), CV_8UC3);
-    FastBuffers buffers;
-    renderFast(photo, depth, shiftOf(options_, photo.cols, position), options_.focus, result,
-               buffers);
+    renderer->render(shiftOf(options_, photo.cols, position), result);
     view = result;
 }
 

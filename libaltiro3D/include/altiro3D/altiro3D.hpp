@@ -30,6 +30,7 @@
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/network2quilt.hpp"
 #include "altiro3D/photo_fit.hpp"
+#include "altiro3D/picture_quality.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/version.hpp"

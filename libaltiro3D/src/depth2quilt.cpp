@@ -1,6 +1,7 @@
 #include "altiro3D/depth2quilt.hpp"
 
 #include "altiro3D/error.hpp"
+#include "checks.hpp"
 #include "text.hpp"
 #include "view_renderer.hpp"
 
@@ -15,26 +16,16 @@ namespace {
 constexpr int kMaxViewSide = 32766; // cv::remap's limit
 
 void checkInputs(const cv::Mat& photo, const cv::Mat& depth) {
-    const auto fail = [](ErrorCode code, const char* what, const std::string& problem) {
-        throw Error(code, what, problem);
-    };
-    if (photo.empty() || photo.type() != CV_8UC3) {
-        fail(ErrorCode::InvalidArgument, "photo",
-             "is of type " + cv::typeToString(photo.type()) + " and size " +
-                 sizeText(photo.size()) + ", expected CV_8UC3 (8-bit BGR) of at least 1 x 1 px");
-    }
-    if (depth.type() != CV_32FC1) {
-        fail(ErrorCode::InvalidArgument, "depth",
-             "is of type " + cv::typeToString(depth.type()) + ", expected CV_32FC1 of 0..1");
-    }
+    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
+    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1 of 0..1");
     if (photo.size() != depth.size()) {
-        fail(ErrorCode::Mismatch, "depth",
-             "has " + sizeText(depth.size()) + " px, expected the photo's " +
-                 sizeText(photo.size()) + " px");
+        throw Error(ErrorCode::Mismatch, "depth",
+                    "has " + sizeText(depth.size()) + " px, expected the photo's " +
+                        sizeText(photo.size()) + " px");
     }
     if (photo.cols > kMaxViewSide || photo.rows > kMaxViewSide) {
-        fail(ErrorCode::TooLarge, "photo",
-             "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
+        throw Error(ErrorCode::TooLarge, "photo",
+                    "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/error.hpp"
+#include "checks.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -58,11 +59,7 @@ PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode
 }
 
 void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted) {
-    if (picture.type() != CV_8UC3) {
-        throw Error(ErrorCode::InvalidArgument, "photo",
-                    "is of type " + cv::typeToString(picture.type()) +
-                        ", expected CV_8UC3 (8-bit BGR)");
-    }
+    checkType(picture, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     const cv::Rect whole(cv::Point(0, 0), picture.size());
     if ((fit.source & whole) != fit.source || fit.source.empty()) {
         throw Error(ErrorCode::Mismatch, "photo",

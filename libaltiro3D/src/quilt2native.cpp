@@ -1,6 +1,7 @@
 #include "altiro3D/quilt2native.hpp"
 
 #include "altiro3D/error.hpp"
+#include "checks.hpp"
 #include "native_lut_tables.hpp"
 #include "text.hpp"
 
@@ -125,11 +126,7 @@ const QuiltLayout& Quilt2Native::quilt() const {
 }
 
 void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native) const {
-    if (quilt.type() != CV_8UC3) {
-        throw Error(ErrorCode::InvalidArgument, "quilt",
-                    "is of type " + cv::typeToString(quilt.type()) +
-                        ", expected CV_8UC3 (8-bit BGR)");
-    }
+    checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
     const cv::Mat source = fitQuilt(quilt, impl_->quilt);
     native.create(impl_->panelSize, CV_8UC3);
     if (native.data >= source.datastart && native.data < source.dataend) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <sstream>
 
@@ -57,17 +56,6 @@ Difference compare(const cv::Mat& actual, const cv::Mat& expected, double tolera
     const Difference difference = compare(actual, expected, tolerance);
     if (difference.sameShape && difference.count == 0) return ::testing::AssertionSuccess();
     return ::testing::AssertionFailure() << difference.report;
-}
-
-double psnr(const cv::Mat& a, const cv::Mat& b) {
-    cv::Mat difference;
-    cv::absdiff(a, b, difference);
-    difference.convertTo(difference, CV_64F);
-    const cv::Scalar squares = cv::sum(difference.mul(difference));
-    const double sum = squares[0] + squares[1] + squares[2] + squares[3];
-    if (sum == 0) return std::numeric_limits<double>::infinity();
-    const double mse = sum / (static_cast<double>(a.total()) * a.channels());
-    return 10 * std::log10(255.0 * 255.0 / mse);
 }
 
 namespace {

@@ -22,9 +22,6 @@ Difference compare(const cv::Mat& actual, const cv::Mat& expected, double tolera
 ::testing::AssertionResult samePicture(const cv::Mat& actual, const cv::Mat& expected,
                                        double tolerance = 0);
 
-/// Peak signal-to-noise ratio in dB of two 8-bit pictures; infinity if equal.
-double psnr(const cv::Mat& a, const cv::Mat& b);
-
 /// Spearman's rank correlation of two CV_32FC1 pictures where the mask is non-zero (ties share
 /// their mean rank).
 double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask = {});

@@ -200,7 +200,8 @@ TEST(Depth2Quilt, WrongInputsAreRefusedByName) {
     };
     EXPECT_NE(error(cv::Mat(), depth).find("photo: "), std::string::npos);
     EXPECT_NE(error(cv::Mat(48, 64, CV_8UC1), depth).find("CV_8UC1"), std::string::npos);
-    EXPECT_NE(error(photo, cv::Mat(48, 64, CV_8UC1)).find("depth: is of type"), std::string::npos);
+    EXPECT_NE(error(photo, cv::Mat(48, 64, CV_8UC1)).find("depth: is 64 x 48 px of CV_8UC1"),
+              std::string::npos);
     EXPECT_NE(error(photo, cv::Mat(47, 64, CV_32FC1)).find("depth: has 64 x 47 px"),
               std::string::npos);
     EXPECT_NE(errorOf([&] {

@@ -1,6 +1,7 @@
 #include "altiro3D/image_io.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/picture_quality.hpp"
 #include "image_header.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"

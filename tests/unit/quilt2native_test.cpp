@@ -208,7 +208,7 @@ TEST(Quilt2Native, WrongSizesTypesAndSharedMemoryAreRefused) {
               std::string::npos);
     EXPECT_NE(errorOf([&] {
                   renderer.render(cv::Mat(80, 120, CV_16UC3), native);
-              }).find("quilt: is of type CV_16UC3"),
+              }).find("quilt: is 120 x 80 px of CV_16UC3"),
               std::string::npos);
     EXPECT_NE(errorOf([&] { renderer.render(cv::Mat(), native); }), "(no error)");
     cv::Mat same(80, 120, CV_8UC3);

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "altiro3D/error.hpp"
+
+#include <algorithm>
+#include <initializer_list>
+#include <opencv2/core.hpp>
+#include <string>
+
+/// Checks at the door of the image functions.
+namespace altiro3D {
+
+/// Throws InvalidArgument unless the condition holds.
+inline void check(bool condition, const char* subject, const std::string& problem) {
+    if (!condition) throw Error(ErrorCode::InvalidArgument, subject, problem);
+}
+
+/// "is 640 x 480 px of CV_8UC3"
+inline std::string shapeText(const cv::Mat& picture) {
+    if (picture.empty()) return "is empty";
+    return "is " + std::to_string(picture.cols) + " x " + std::to_string(picture.rows) + " px of " +
+           cv::typeToString(picture.type());
+}
+
+/// Throws InvalidArgument unless the picture has at least one px and one of the types.
+inline void checkType(const cv::Mat& picture, std::initializer_list<int> types, const char* subject,
+                      const char* expected) {
+    const bool fits = !picture.empty() && picture.dims == 2 &&
+                      std::find(types.begin(), types.end(), picture.type()) != types.end();
+    check(fits, subject, shapeText(picture) + ", expected " + expected);
+}
+
+} // namespace altiro3D

@@ -52,6 +52,8 @@ void validate(const ViewOptions& options) {
             options.strengthPercent, "0..10000 % of the width");
     require(options.focus >= 0 && options.focus <= 1, "focus", options.focus,
             "a depth of 0 (farthest) .. 1 (nearest)");
+    require(options.refinement >= 0 && options.refinement <= 16, "refinement", options.refinement,
+            "0..16 steps");
 }
 
 AdjacentParallax adjacentParallax(const ViewOptions& options, const QuiltLayout& quilt,

@@ -26,8 +26,16 @@ cv::Mat randomDepth(cv::Size size, int seed = 2) {
     return depth;
 }
 
+ViewOptions viewsOf(double strength, double focus, int refinement = 0) {
+    ViewOptions options;
+    options.strengthPercent = strength;
+    options.focus = focus;
+    options.refinement = refinement;
+    return options;
+}
+
 Depth2Quilt maker(double strength, double focus) {
-    return Depth2Quilt({3, 2, {64, 48}, 6}, {ViewMethod::Fast, strength, focus});
+    return Depth2Quilt({3, 2, {64, 48}, 6}, viewsOf(strength, focus));
 }
 
 TEST(Depth2Quilt, FastIsTheFormulaUpToRemapsFixedPoint) {
@@ -56,8 +64,7 @@ TEST(Depth2Quilt, NearThingsMoveAgainstTheCamera) {
     const cv::Mat far(photo.size(), CV_32FC1, cv::Scalar::all(0));
     const auto barAt = [&](const cv::Mat& depth, double position) {
         cv::Mat view;
-        Depth2Quilt({1, 1, {9, 9}, 1}, {ViewMethod::Fast, 10, 0.5})
-            .renderView(photo, depth, position, view);
+        Depth2Quilt({1, 1, {9, 9}, 1}, viewsOf(10, 0.5)).renderView(photo, depth, position, view);
         cv::Mat grey;
         cv::cvtColor(view, grey, cv::COLOR_BGR2GRAY);
         const cv::Moments moments = cv::moments(grey);
@@ -68,6 +75,38 @@ TEST(Depth2Quilt, NearThingsMoveAgainstTheCamera) {
     EXPECT_NEAR(barAt(near, -1), 101.5 + 5, 0.01);
     EXPECT_NEAR(barAt(far, 1), 101.5 + 5, 0.01);
     EXPECT_NEAR(barAt(far, -1), 101.5 - 5, 0.01);
+}
+
+// On a slanted plane the place that a px comes from has a closed form: x' = x - s (a + b x - f).
+TEST(Depth2Quilt, RefinementReadsDepthWhereThePixelComesFrom) {
+    const cv::Size size(200, 3);
+    cv::Mat photo(size, CV_8UC3);
+    cv::Mat depth(size, CV_32FC1);
+    for (int x = 0; x < size.width; ++x) {
+        photo.col(x).setTo(cv::Scalar::all(x));
+        depth.col(x).setTo(0.1 + 0.004 * x);
+    }
+    const double shift = 40; // S = 80 px
+    const auto largestError = [&](int refinement) {
+        cv::Mat view;
+        Depth2Quilt({1, 1, {9, 9}, 1}, viewsOf(40, 0.5, refinement))
+            .renderView(photo, depth, 1, view);
+        double largest = 0;
+        for (int x = 0; x < size.width; ++x) {
+            const double from = (x + shift * (0.1 - 0.5)) / (1 - shift * 0.004);
+            if (from < 1 || from > 198) continue;
+            largest = std::max(largest, std::abs(view.at<cv::Vec3b>(1, x)[0] - from));
+        }
+        return largest;
+    };
+    // the error falls by shift * slope = 0.16 with each step, down to 8-bit rounding
+    EXPECT_GT(largestError(0), 2);
+    EXPECT_LT(largestError(1), 0.16 * largestError(0) + 1);
+    EXPECT_LT(largestError(4), 0.6);
+    EXPECT_NE(errorOf([] {
+                  Depth2Quilt({1, 1, {9, 9}, 1}, viewsOf(10, 0.5, 17));
+              }).find("refinement: is 17, expected 0..16"),
+              std::string::npos);
 }
 
 TEST(Depth2Quilt, CentreViewFocusDepthAndZeroStrengthGiveThePhotoBitForBit) {
@@ -217,13 +256,11 @@ TEST(Depth2Quilt, WrongInputsAreRefusedByName) {
 
 TEST(AdjacentParallax, IsTheFormulaInBothUnits) {
     const QuiltLayout portrait;
-    const AdjacentParallax p =
-        adjacentParallax({ViewMethod::Fast, 10, 0.5}, portrait, {1536, 2048}, {0, 1});
+    const AdjacentParallax p = adjacentParallax(viewsOf(10, 0.5), portrait, {1536, 2048}, {0, 1});
     EXPECT_NEAR(p.viewPixels, 0.1 * 420 * 0.5 / 47, 1e-12);
     EXPECT_NEAR(p.panelPixels, 0.1 * 1536 * 0.5 / 47, 1e-12);
     EXPECT_EQ(adjacentParallax({}, {1, 1, {10, 10}, 1}, {16, 16}).viewPixels, 0);
-    EXPECT_NEAR(adjacentParallax({ViewMethod::Fast, 10, 0.5}, portrait, {1536, 2048}, {0.5, 0.6})
-                    .viewPixels,
+    EXPECT_NEAR(adjacentParallax(viewsOf(10, 0.5), portrait, {1536, 2048}, {0.5, 0.6}).viewPixels,
                 0.1 * 420 * 0.1 / 47, 1e-12);
 }
 

@@ -20,6 +20,8 @@ struct ViewOptions {
                         ///< whole depth range apart, in % of the picture's width, 0..10000.
     double focus = 0.5; ///< Depth of zero parallax, 0 (farthest) .. 1 (nearest): what lies there
                         ///< appears on the panel's surface.
+    int refinement = 0; ///< Fast: fixed-point steps that read depth where a px comes from instead
+                        ///< of where it goes to, 0 (as published) .. 16.
 };
 
 /// Checks options. @throws Error InvalidArgument that names the field, its value and the range

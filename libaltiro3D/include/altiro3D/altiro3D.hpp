@@ -33,4 +33,5 @@
 #include "altiro3D/picture_quality.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"

@@ -1,0 +1,91 @@
+#pragma once
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/export.hpp"
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+namespace altiro3D {
+
+/// A way to make views, with a name for tables.
+struct NamedViewOptions {
+    std::string name;    ///< "fast", "layered", ...
+    ViewOptions options; ///< Method and knobs.
+};
+
+/// The settings that are worth comparing: every method with its defaults, and its knobs at other
+/// values, cheapest method first.
+///
+/// @param base strength and focus of all of them
+ALTIRO3D_EXPORT std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base = {});
+
+/// Each method with its default knobs, cheapest first; named as the method.
+///
+/// @param base strength and focus of all of them
+ALTIRO3D_EXPORT std::vector<NamedViewOptions> defaultSettings(const ViewOptions& base = {});
+
+/// What views cost.
+struct ViewCost {
+    double millisecondsPerView = 0; ///< Wall time of a whole set of views, divided by their number.
+    double preparationMilliseconds = 0; ///< Part of that which is spent once for all views, in all.
+};
+
+/// Measures what views cost on this machine, with the threads of `cv::setNumThreads()`.
+///
+/// @param photo [rows x cols, CV_8UC3, BGR]
+/// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]
+/// @param options method and knobs
+/// @param views number of views of a set, 1..1024, evenly spaced
+/// @param repetitions sets to make; the fastest counts, 1..1000
+/// @throws Error as Depth2Quilt::render()
+ALTIRO3D_EXPORT ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth,
+                                      const ViewOptions& options, int views, int repetitions);
+
+/// Accuracy of a view.
+struct ViewAccuracy {
+    double psnrWhole = 0;  ///< PSNR of the whole frame in dB.
+    double ssimWhole = 0;  ///< SSIM of the whole frame.
+    double psnrInside = 0; ///< PSNR without the bands at both sides in dB.
+    double ssimInside = 0; ///< SSIM without the bands at both sides.
+};
+
+/// Compares a view with the true one.
+///
+/// @param view [rows x cols, CV_8UC3, BGR]
+/// @param truth [as view]
+/// @param band width in px of the bands that "inside" leaves out at the left and at the right; both
+///        are kept if nothing would be left
+/// @throws Error Mismatch, InvalidArgument
+ALTIRO3D_EXPORT ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth, int band);
+
+/// A measured stereo scene: a photo, its true disparity, and what a second camera saw.
+struct StereoScene {
+    std::string name;            ///< For tables.
+    cv::Mat photo;               ///< [rows x cols, CV_8UC3, BGR]
+    cv::Mat depth;               ///< [as photo, CV_32FC1, 0..1]: disparity / largest disparity.
+    cv::Mat truth;               ///< [as photo]: the second camera's photo.
+    double largestDisparity = 0; ///< In px; content at depth d stands d times this further left.
+
+    /// Options with which the view at position +1 is the second camera's.
+    ViewOptions options(const ViewOptions& knobs) const;
+    /// Width of the band that "inside" leaves out: ceil(largest disparity) + 2 px.
+    int band() const;
+};
+
+/// Makes a scene from its pictures.
+///
+/// @param name for tables and errors
+/// @param photo [rows x cols, CV_8UC3, BGR]
+/// @param rawDisparity [as photo, CV_32FC1], 0 and non-finite = unknown: filled along the row by
+/// the
+///        smaller of the two valid neighbours
+/// @param scale raw values per px of disparity, > 0
+/// @param truth [as photo]
+/// @throws Error Mismatch, InvalidArgument
+ALTIRO3D_EXPORT StereoScene makeStereoScene(const std::string& name, const cv::Mat& photo,
+                                            const cv::Mat& rawDisparity, double scale,
+                                            const cv::Mat& truth);
+
+} // namespace altiro3D

@@ -5,6 +5,7 @@
 #include "common/outputs.hpp"
 #include "common/run_tool.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -109,7 +110,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
         if (!commandLine.has("m")) return kExitDone;
     }
 
-    const std::string stem = calibration.serial.empty() ? file.stem().string() : calibration.serial;
+    std::string stem = calibration.serial.empty() ? file.stem().string() : calibration.serial;
+    std::replace(stem.begin(), stem.end(), '/', '_'); // the serial is the file's word, not a path
     const std::filesystem::path output = commandLine.value("m").value_or(
         stem + "-" + std::to_string(layout.rows) + "x" + std::to_string(layout.columns) + ".map");
     Outputs outputs(commandLine.has("y"));
@@ -126,7 +128,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
                      std::to_string(lut.panelSize().width) + " x " +
                      std::to_string(lut.panelSize().height) + " px");
     }
-    messages.detail(times.text());
+    if (!json) messages.detail(times.text());
     return kExitDone;
 }
 

@@ -37,6 +37,12 @@ struct Job {
     fs::path report;
 };
 
+// No for names that cannot be looked up: whoever opens them says why.
+bool isDirectory(const fs::path& name) {
+    std::error_code error;
+    return fs::is_directory(name, error);
+}
+
 // Several outputs of one kind go into a directory, one alone has the name that was given.
 fs::path outputName(const std::optional<std::string>& wanted, bool batch, const std::string& stem,
                     const std::string& ending) {
@@ -49,7 +55,7 @@ std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>&
                                                     bool pairs) {
     std::vector<std::pair<fs::path, fs::path>> inputs;
     std::vector<fs::path> given(names.begin(), names.end() - 1);
-    if (pairs && given.size() == 2 && fs::is_directory(given[0]) && fs::is_directory(given[1])) {
+    if (pairs && given.size() == 2 && isDirectory(given[0]) && isDirectory(given[1])) {
         std::map<std::string, fs::path> depths;
         for (const fs::path& depth : listPictures(given[1]))
             depths[depth.stem().string()] = depth;
@@ -69,7 +75,7 @@ std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>&
         }
     } else {
         for (const fs::path& name : given) {
-            if (!fs::is_directory(name)) {
+            if (!isDirectory(name)) {
                 inputs.emplace_back(name, fs::path());
                 continue;
             }
@@ -95,11 +101,13 @@ Job planJob(const CommandLine& commandLine, const Display& display, const QuiltL
     }
     const auto inputs = inputsOf(names, pairs);
     const fs::path& last = names.back();
+    std::error_code error;
     Job job;
-    job.batch = names.size() > least || fs::is_directory(last) || fs::is_directory(names.front());
-    if (job.batch && fs::exists(last) && !fs::is_directory(last)) {
-        throw UsageError(last.string() +
-                         ": is a file, expected a directory for the outputs of several photos");
+    job.batch = names.size() > least || isDirectory(last) || isDirectory(names.front());
+    if (job.batch && !isDirectory(last) && (fs::exists(last, error) || canWritePicture(last))) {
+        throw UsageError(
+            last.string() +
+            ": names one file, expected a directory for the outputs of several photos");
     }
     std::map<std::string, int> stems;
     for (const auto& input : inputs)
@@ -134,10 +142,13 @@ std::string viewFileName(int view, int views) {
     return "view_" + std::string(digits - number.size(), '0') + number + ".png";
 }
 
-// Makes the directories that outputs go into and checks every name before any work is done.
-void prepareOutputs(const CommandLine& commandLine, const Job& job, int views) {
+// Checks every name before any work is done.
+Outputs checkedOutputs(const CommandLine& commandLine, const Job& job, const Display& display,
+                       int views) {
     Outputs outputs(commandLine.has("y"));
-    for (const char* option : {"m", "c", "n", "net-profile"}) {
+    for (const fs::path& file : display.files)
+        outputs.addInput(file);
+    for (const char* option : {"n", "net-profile"}) {
         if (const auto file = commandLine.value(option)) outputs.addInput(*file);
     }
     for (const Item& item : job.items) {
@@ -145,16 +156,16 @@ void prepareOutputs(const CommandLine& commandLine, const Job& job, int views) {
         if (!item.depth.empty()) outputs.addInput(item.depth);
         if (job.batch) {
             for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
-                if (!file.empty()) makeOutputDirectory(file.parent_path());
+                if (!file.empty()) outputs.addDirectory(file.parent_path());
             }
         }
         for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
             if (file.empty()) continue;
-            requirePictureName(file);
+            requirePictureName(file, file != item.savedDepth);
             outputs.addOutput(file);
         }
         if (!item.views.empty()) {
-            makeOutputDirectory(item.views);
+            outputs.addDirectory(item.views);
             for (int i = 0; i < views; ++i) {
                 outputs.addOutput(item.views / viewFileName(i, views));
             }
@@ -162,6 +173,7 @@ void prepareOutputs(const CommandLine& commandLine, const Job& job, int views) {
     }
     if (!job.report.empty()) outputs.addOutput(job.report);
     outputs.check();
+    return outputs;
 }
 
 // Everything that is the same for all photos of a run.
@@ -255,14 +267,15 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
                    {"photoWidth", photo.cols},
                    {"photoHeight", photo.rows},
                    {"native", item.native.string()}};
-    const std::pair<const char*, fs::path> others[] = {{"depthImage", item.depth},
-                                                       {"quilt", item.quilt},
-                                                       {"savedDepth", item.savedDepth},
+    if (!item.depth.empty()) report["depthImage"] = item.depth.string();
+    const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
+                                                       {"depth", item.savedDepth},
                                                        {"rgbd", item.rgbd},
                                                        {"views", item.views}};
     for (const auto& [key, file] : others) {
         if (!file.empty()) report[key] = file.string();
     }
+    report["aspect"] = aspect;
     report["crop"] = {fit.source.x, fit.source.y, fit.source.width, fit.source.height};
     report["adjacentParallax"] = parallaxJson(parallax);
     for (const auto& [stage, milliseconds] : times.milliseconds()) {
@@ -271,10 +284,31 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     messages.say(item.native.string() + ": Native, " + std::to_string(studio.native.cols) + " x " +
                  std::to_string(studio.native.rows) + " px");
     for (const auto& [key, file] : others) {
-        if (!file.empty() && file != item.depth) messages.say(file.string() + ": " + key);
+        if (!file.empty()) messages.say(file.string() + ": " + key);
     }
     messages.detail(times.text());
     return report;
+}
+
+// The value of an option, or null.
+Json given(const CommandLine& commandLine, const std::string& option) {
+    const auto value = commandLine.value(option);
+    return value ? Json(*value) : Json(nullptr);
+}
+
+Json networkJson(const CommandLine& commandLine, const DepthSource& source) {
+    if (source.network() == nullptr) return nullptr;
+    return {{"name", source.network()->profile().name},
+            {"file", source.network()->file().string()},
+            {"profile", given(commandLine, "net-profile")},
+            {"large", commandLine.has("l")}};
+}
+
+Json filesJson(const std::vector<fs::path>& files) {
+    Json names = Json::array();
+    for (const fs::path& file : files)
+        names.push_back(file.string());
+    return names;
 }
 
 Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messages& messages) {
@@ -284,6 +318,7 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
                    {"openCv", CV_VERSION},
                    {"threads", cv::getNumThreads()}};
     Json display = {{"source", studio.display.source},
+                    {"files", filesJson(studio.display.files)},
                     {"panelWidth", studio.display.panelSize.width},
                     {"panelHeight", studio.display.panelSize.height}};
     if (studio.display.calibration) {
@@ -309,6 +344,9 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
                           {"fit", fitName(studio.fit)},
                           {"keepResolution", studio.keep},
                           {"depth", studio.depthSource.description()},
+                          {"depthImages", studio.depthSource.fromFiles()},
+                          {"rgbdSide", given(commandLine, "rgbd")},
+                          {"network", networkJson(commandLine, studio.depthSource)},
                           {"depthKind", commandLine.value("depth-kind").value_or("near-white")}};
     report["warnings"] = messages.warnings();
     return report;
@@ -320,7 +358,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const Display display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
     const Job job = planJob(commandLine, display, layout);
-    prepareOutputs(commandLine, job, layout.viewCount);
+    const Outputs outputs = checkedOutputs(commandLine, job, display, layout.viewCount);
     messages.say("quilt: " + layout.text());
     DepthSource depthSource(commandLine, messages);
     Studio studio{display,
@@ -332,7 +370,9 @@ int run(const CommandLine& commandLine, Messages& messages) {
                   makeQuilt2Native(commandLine, display, layout, messages),
                   {},
                   {}};
+    outputs.makeDirectories();
 
+    if (job.batch) messages.flushWarnings(); // these belong to no photo
     Json pictures = Json::array();
     std::size_t failed = 0;
     Progress progress(job.items.size());

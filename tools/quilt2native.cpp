@@ -44,13 +44,15 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const std::filesystem::path& output = commandLine.files()[1];
     const FitMode fit = fitOption(commandLine, FitMode::Stretch);
     requirePictureName(output);
+    StageTimes times;
+    const Display display = findDisplay(commandLine, messages);
     Outputs outputs(commandLine.has("y"));
     outputs.addInput(quiltFile);
+    for (const std::filesystem::path& file : display.files)
+        outputs.addInput(file);
     outputs.addOutput(output);
     outputs.check();
 
-    StageTimes times;
-    const Display display = findDisplay(commandLine, messages);
     cv::Mat quilt = readPhotoFile(quiltFile, messages);
     times.end("read");
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages, quiltFile, quilt.size());

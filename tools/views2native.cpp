@@ -45,6 +45,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     std::optional<fs::path> quiltOutput;
     StageTimes times;
     const Display display = findDisplay(commandLine, messages);
+    for (const fs::path& file : display.files)
+        outputs.addInput(file);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
     if (const auto name = commandLine.value("save-quilt")) {
         quiltOutput = quiltFileName(*name, layout, display.panelAspect());

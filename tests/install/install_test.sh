@@ -14,23 +14,21 @@ for file in "$calibration" "$prefix/share/altiro3D/models/catalog.json" "$prefix
     "$prefix/include/altiro3D/altiro3D.hpp"; do
     [[ -e $file ]] || { echo "not installed: $file"; exit 1; }
 done
-export LD_LIBRARY_PATH
-LD_LIBRARY_PATH=$(dirname "$(find "$prefix" -name 'libaltiro3D.so' | head -1)")
+libraries=$(dirname "$(find "$prefix" -name 'libaltiro3D.so' | head -1)")
 
 echo "== by find_package"
 cmake -S "$consumer" -B "$work/cmake" -DCMAKE_PREFIX_PATH="$prefix" \
     -DCMAKE_CXX_COMPILER="$compiler" >/dev/null
 cmake --build "$work/cmake" >/dev/null
-"$work/cmake/consumer" "$calibration"
+LD_LIBRARY_PATH=$libraries "$work/cmake/consumer" "$calibration"
 
 echo "== by pkg-config"
-export PKG_CONFIG_PATH=$LD_LIBRARY_PATH/pkgconfig
-# the file names the prefix of the configuration; this test installed elsewhere
-flags=$(pkg-config --define-variable=prefix="$prefix" --cflags altiro3D)
-libs=$(pkg-config --define-variable=prefix="$prefix" --libs altiro3D)
+export PKG_CONFIG_PATH=$libraries/pkgconfig
+flags=$(pkg-config --cflags altiro3D)
+libs=$(pkg-config --libs altiro3D)
 # shellcheck disable=SC2086
 "$compiler" -std=c++17 $flags "$consumer/main.cpp" -o "$work/plain" $libs
-"$work/plain" "$calibration"
+LD_LIBRARY_PATH=$libraries "$work/plain" "$calibration"
 
 echo "== the installed tool"
 "$prefix/bin/photo2native" --version

@@ -83,8 +83,10 @@ void CommandLine::parse(int argc, char** argv) {
         if (!problem.empty() && problem.back() == '.') problem.pop_back();
         throw UsageError(problem + "; see " + name_ + " --help");
     }
-    for (const QString& file : parser_.positionalArguments())
+    for (const QString& file : parser_.positionalArguments()) {
+        if (file.isEmpty()) throw UsageError("a name is empty; see " + name_ + " --help");
         files_.emplace_back(toBytes(file));
+    }
 }
 
 std::string CommandLine::help() const {
@@ -121,7 +123,9 @@ bool CommandLine::has(const std::string& option) const {
 
 std::optional<std::string> CommandLine::value(const std::string& option) const {
     if (!has(option)) return std::nullopt;
-    return toBytes(parser_.value(fromBytes(option)));
+    const std::string text = toBytes(parser_.value(fromBytes(option)));
+    if (text.empty()) throw UsageError(dashed(option) + " is empty; see " + name_ + " --help");
+    return text;
 }
 
 std::optional<double> CommandLine::number(const std::string& option, double low,

@@ -40,6 +40,7 @@ class CommandLine {
     std::string help() const;
 
     bool has(const std::string& option) const;
+    /// What was given with an option. @throws UsageError if that is empty
     std::optional<std::string> value(const std::string& option) const;
     /// What stands without an option, in order.
     const std::vector<std::filesystem::path>& files() const { return files_; }

@@ -114,7 +114,7 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
     if (const auto wanted = commandLine.value("n")) {
         std::error_code error;
         const NetworkProfile* known = named(catalog, *wanted);
-        const bool isFile = fs::exists(*wanted, error);
+        const bool isFile = fs::exists(*wanted, error) && !fs::is_directory(*wanted, error);
         networkFile = isFile ? fs::path(*wanted)
                              : findModelFile(known != nullptr ? known->file : *wanted, searchPath);
         if (networkFile.empty()) {

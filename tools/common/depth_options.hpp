@@ -23,6 +23,8 @@ class DepthSource {
     bool fromFiles() const { return fromFiles_; }
     /// Depth is part of the picture (`--rgbd`): where.
     std::optional<DepthSide> rgbdSide() const { return rgbdSide_; }
+    /// The network, if one is used.
+    const DepthNetwork* network() const { return network_ ? &*network_ : nullptr; }
     /// What it is, for people and reports.
     const std::string& description() const { return description_; }
 

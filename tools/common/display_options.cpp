@@ -72,6 +72,7 @@ fs::path sampleCalibration() {
 void useCalibration(Display& display, const fs::path& file, const std::string& source,
                     const CommandLine& commandLine, Messages& messages) {
     display.calibration = readChosenCalibration(file, commandLine, messages);
+    display.files = {file};
     display.source = source;
 }
 
@@ -91,10 +92,12 @@ void findCalibration(Display& display, const CommandLine& commandLine, Messages&
     } else if (const auto volume = mountedVolume(commandLine.value("serial"))) {
         // the volume is chosen already: its file's serial may be cut short
         display.calibration = readCalibration(volume->file);
+        display.files = {volume->file};
         display.source = volume->file.string();
     } else {
         const fs::path sample = sampleCalibration();
         display.calibration = readCalibration(sample);
+        display.files = {sample};
         display.source = "the sample calibration of a Portrait";
         messages.warn(
             "no calibration was given or found: the sample one of a Portrait is used, and "
@@ -104,7 +107,8 @@ void findCalibration(Display& display, const CommandLine& commandLine, Messages&
 }
 
 fs::path cacheDirectory() {
-    if (const auto cache = environment("XDG_CACHE_HOME")) return fs::path(*cache) / "altiro3D";
+    const auto cache = environment("XDG_CACHE_HOME");
+    if (cache && fs::path(*cache).is_absolute()) return fs::path(*cache) / "altiro3D";
     if (const auto home = environment("HOME")) return fs::path(*home) / ".cache" / "altiro3D";
     return {};
 }
@@ -256,6 +260,7 @@ Calibration readChosenCalibration(const fs::path& file, const CommandLine& comma
 }
 
 Display findDisplay(const CommandLine& commandLine, Messages& messages) {
+    samplingOption(commandLine); // wrong usage is said before any work
     Display display;
     display.invert = invertOption(commandLine);
     if (const auto file = commandLine.value("m")) {
@@ -263,11 +268,13 @@ Display findDisplay(const CommandLine& commandLine, Messages& messages) {
         commandLine.exclude("m", "view-filter");
         commandLine.exclude("m", "sampling");
         display.map = NativeLut::load(*file);
+        display.files = {*file};
         display.source = *file;
         display.panelSize = display.map->panelSize();
         display.standardQuilt = display.map->quilt();
         if (const auto calibrationFile = commandLine.value("c")) {
             display.calibration = readChosenCalibration(*calibrationFile, commandLine, messages);
+            display.files.emplace_back(*calibrationFile);
             requireSameDisplay(*display.map, *file, *display.calibration, *calibrationFile);
         }
     } else {

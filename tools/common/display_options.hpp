@@ -11,12 +11,13 @@ namespace altiro3D::tools {
 
 /// The display that a run is for.
 struct Display {
-    std::string source;                     ///< What it was taken from, for people.
-    std::optional<Calibration> calibration; ///< Absent if only a map was given.
-    std::optional<NativeLut> map;           ///< Present with `-m`.
-    InvertViews invert = InvertViews::Auto; ///< From `--invert`.
-    cv::Size panelSize;                     ///< Panel in px.
-    QuiltLayout standardQuilt;              ///< The map's layout, else the model's default.
+    std::string source;                       ///< What it was taken from, for people.
+    std::vector<std::filesystem::path> files; ///< What was read: map, calibration.
+    std::optional<Calibration> calibration;   ///< Absent if only a map was given.
+    std::optional<NativeLut> map;             ///< Present with `-m`.
+    InvertViews invert = InvertViews::Auto;   ///< From `--invert`.
+    cv::Size panelSize;                       ///< Panel in px.
+    QuiltLayout standardQuilt;                ///< The map's layout, else the model's default.
 
     /// width : height of the panel
     double panelAspect() const { return static_cast<double>(panelSize.width) / panelSize.height; }

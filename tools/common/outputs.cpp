@@ -6,9 +6,12 @@
 
 #include <cstdio>
 #include <iostream>
+#include <optional>
 #include <set>
 #include <string>
+#include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 namespace altiro3D::tools {
 
@@ -23,9 +26,11 @@ fs::path place(const fs::path& file) {
     return error ? file : resolved;
 }
 
-bool sameFile(const fs::path& a, const fs::path& b) {
-    std::error_code error;
-    return place(a) == place(b) || fs::equivalent(a, b, error); // the latter sees hard links
+// Device and number of a file that exists: hard links share them.
+std::optional<std::pair<dev_t, ino_t>> identity(const fs::path& file) {
+    struct stat state {};
+    if (::stat(file.c_str(), &state) != 0) return std::nullopt;
+    return std::make_pair(state.st_dev, state.st_ino);
 }
 
 bool userAgrees(const fs::path& file) {
@@ -39,13 +44,22 @@ bool userAgrees(const fs::path& file) {
 } // namespace
 
 void Outputs::check() const {
+    std::set<fs::path> inputPlaces;
+    std::set<std::pair<dev_t, ino_t>> inputIdentities;
+    for (const fs::path& input : inputs_) {
+        inputPlaces.insert(place(input));
+        if (const auto number = identity(input)) inputIdentities.insert(*number);
+    }
+    std::set<fs::path> newDirectories;
+    for (const fs::path& directory : directories_)
+        newDirectories.insert(place(directory / "file").parent_path()); // whatever slash it ends in
+
     std::set<fs::path> places;
     for (const fs::path& output : outputs_) {
-        for (const fs::path& input : inputs_) {
-            if (sameFile(output, input)) {
-                throw UsageError(output.string() +
-                                 ": is an input too, expected an output of its own");
-            }
+        const fs::path outputPlace = place(output);
+        const auto number = identity(output);
+        if (inputPlaces.count(outputPlace) > 0 || (number && inputIdentities.count(*number) > 0)) {
+            throw UsageError(output.string() + ": is an input too, expected an output of its own");
         }
         std::error_code error;
         const fs::file_status status = fs::status(output, error);
@@ -53,13 +67,13 @@ void Outputs::check() const {
             throw Error(ErrorCode::WriteFailed, output.string(),
                         "is a directory, expected the name of a file to write");
         }
-        const fs::path directory = place(output).parent_path();
-        if (!fs::is_directory(directory, error)) {
+        const fs::path directory = outputPlace.parent_path();
+        if (newDirectories.count(directory) == 0 && !fs::is_directory(directory, error)) {
             throw Error(ErrorCode::WriteFailed, output.string(),
                         "cannot be written: there is no directory " + directory.string());
         }
         const bool special = fs::exists(status) && !fs::is_regular_file(status);
-        if (!special && !places.insert(place(output)).second) {
+        if (!special && !places.insert(outputPlace).second) {
             throw UsageError(output.string() +
                              ": is written twice, expected a name for each output");
         }
@@ -70,17 +84,22 @@ void Outputs::check() const {
     }
 }
 
-void makeOutputDirectory(const fs::path& directory) {
-    std::error_code error;
-    fs::create_directories(directory, error);
-    if (!fs::is_directory(directory)) {
-        throw Error(ErrorCode::WriteFailed, directory.string(),
-                    "cannot be made a directory" + (error ? " (" + error.message() + ")" : "") +
-                        ", expected a place for the outputs");
+void Outputs::makeDirectories() const {
+    for (const fs::path& directory : directories_) {
+        std::error_code error;
+        fs::create_directories(directory, error);
+        if (!fs::is_directory(directory, error)) {
+            throw Error(ErrorCode::WriteFailed, directory.string(),
+                        "cannot be made a directory, expected a place for the outputs");
+        }
     }
 }
 
-void requirePictureName(const fs::path& file) {
+void requirePictureName(const fs::path& file, bool colours) {
+    const std::string extension = file.extension().string();
+    if (colours && (extension == ".pgm" || extension == ".PGM")) {
+        throw UsageError(file.string() + ": PGM holds no colours, expected .ppm or .png");
+    }
     if (!canWritePicture(file)) {
         throw UsageError(file.string() +
                          ": no picture format is known by this extension, expected .png");

@@ -17,20 +17,25 @@ class Outputs {
     /// A file that will be written.
     void addOutput(const std::filesystem::path& file) { outputs_.push_back(file); }
 
+    /// A directory that outputs go into; makeDirectories() makes it if it is not there.
+    void addDirectory(const std::filesystem::path& directory) { directories_.push_back(directory); }
+
     /// Checks all of it; asks on a terminal where a file exists and `-y` was not given.
     /// @throws UsageError (output = input, two outputs in one), Error (exists, no directory)
     void check() const;
+    /// Makes the directories; call it when nothing but the work itself can fail any more.
+    /// @throws Error WriteFailed
+    void makeDirectories() const;
 
   private:
     bool replace_;
     std::vector<std::filesystem::path> inputs_;
     std::vector<std::filesystem::path> outputs_;
+    std::vector<std::filesystem::path> directories_;
 };
 
-/// Makes a directory for outputs if it is not there. @throws Error WriteFailed
-void makeOutputDirectory(const std::filesystem::path& directory);
-
-/// Refuses a file name that no picture can be written to. @throws UsageError
-void requirePictureName(const std::filesystem::path& file);
+/// Refuses a file name that no picture can be written to.
+/// @param colours the picture has colours @throws UsageError
+void requirePictureName(const std::filesystem::path& file, bool colours = true);
 
 } // namespace altiro3D::tools

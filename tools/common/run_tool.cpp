@@ -29,9 +29,19 @@ std::string millisecondsText(double milliseconds) {
     return text;
 }
 
+// File names may hold line breaks; a message stays one line.
+std::string oneLine(std::string text) {
+    for (char& c : text) {
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+    }
+    return text;
+}
+
 // Standard output may be a full disk or a closed pipe: then the user has not got the answer.
-bool flushed() {
-    return std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+int finish(const Messages& messages, int status) {
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
+    messages.fail("standard output cannot be written");
+    return kExitFailed;
 }
 
 } // namespace
@@ -45,9 +55,10 @@ void Messages::detail(const std::string& line) const {
 }
 
 void Messages::warn(const std::string& line) {
-    if (std::find(all_.begin(), all_.end(), line) != all_.end()) return;
-    all_.push_back(line);
-    waiting_.push_back(line);
+    const std::string text = oneLine(line);
+    if (std::find(all_.begin(), all_.end(), text) != all_.end()) return;
+    all_.push_back(text);
+    waiting_.push_back(text);
 }
 
 void Messages::warn(const std::vector<std::string>& lines) {
@@ -61,9 +72,14 @@ void Messages::flushWarnings() {
     waiting_.clear();
 }
 
+void Messages::dropWarnings() {
+    all_.resize(all_.size() - waiting_.size()); // those that wait are the newest
+    waiting_.clear();
+}
+
 void Messages::fail(const std::string& line) const {
     std::fflush(stdout);
-    printLine(stderr, tool_ + ": error: " + line);
+    printLine(stderr, tool_ + ": error: " + oneLine(line));
 }
 
 void StageTimes::end(const std::string& stage) {
@@ -131,13 +147,13 @@ std::string sentenceOf(const std::exception& error) {
                    ? "out of memory, expected more to be free or smaller pictures"
                    : "OpenCV: " + fromOpenCv->err;
     }
-    std::replace(text.begin(), text.end(), '\n', ' ');
-    return text;
+    return oneLine(text);
 }
 
 int runTool(int argc, char** argv, CommandLine& commandLine,
             const std::function<int(const CommandLine&, Messages&)>& body) {
     std::signal(SIGPIPE, SIG_IGN); // a closed pipe is a failed write, not the end of the process
+    std::signal(SIGXFSZ, SIG_IGN); // and so is a file beyond the user's limit
     const QCoreApplication application(argc, argv);
     std::setlocale(LC_NUMERIC, "C"); // Qt takes the user's; numbers in files have a point
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
@@ -153,26 +169,24 @@ int runTool(int argc, char** argv, CommandLine& commandLine,
         commandLine.parse(argc, argv);
         if (commandLine.has("help")) {
             std::fputs(commandLine.help().c_str(), stdout);
-            return flushed() ? kExitDone : kExitFailed;
+            return finish(messages, kExitDone);
         }
         if (commandLine.has("version")) {
             messages.say(commandLine.name() + " (altiro3D) " ALTIRO3D_VERSION);
-            return flushed() ? kExitDone : kExitFailed;
+            return finish(messages, kExitDone);
         }
         if (const auto threads = commandLine.number("j", 1, 1024)) {
             if (*threads != static_cast<int>(*threads)) {
-                throw UsageError("-j is not a whole number, expected 1..1024");
+                throw UsageError("-j is \"" + *commandLine.value("j") +
+                                 "\", expected a whole number 1..1024");
             }
-            cv::setNumThreads(static_cast<int>(*threads));
+            // more than there are processors gain nothing, and TBB would complain of them
+            cv::setNumThreads(std::min(static_cast<int>(*threads), cv::getNumberOfCPUs()));
         }
         messages = Messages(commandLine.name(), commandLine.has("verbose"));
         const int status = body(commandLine, messages);
         messages.flushWarnings();
-        if (!flushed()) {
-            messages.fail("standard output cannot be written");
-            return kExitFailed;
-        }
-        return status;
+        return finish(messages, status);
     } catch (const UsageError& error) {
         messages.fail(sentenceOf(error));
         return kExitUsage;

@@ -33,7 +33,7 @@ class Messages {
     /// Shows the warnings that wait.
     void flushWarnings();
     /// Forgets the warnings that wait.
-    void dropWarnings() { waiting_.clear(); }
+    void dropWarnings();
     /// The warnings so far, shown or waiting.
     const std::vector<std::string>& warnings() const { return all_; }
     /// An error line.

@@ -1,0 +1,201 @@
+// What all tools have in common: options, numbers, messages, threads, file names.
+
+#include "sandbox.hpp"
+
+#include <clocale>
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+
+class EveryTool : public ::testing::TestWithParam<std::string> {
+  protected:
+    const std::string& tool() const { return GetParam(); }
+    std::string output(const std::string& stem) const {
+        return stem + (tool() == "altiro3Dnative" ? ".map" : ".png");
+    }
+    Outcome good(const std::string& output, const Arguments& more = {}) const {
+        return studio_.run(tool(), more + studio_.goodCall(tool(), output));
+    }
+
+    SmallStudio studio_;
+};
+
+INSTANTIATE_TEST_SUITE_P(Tools, EveryTool, ::testing::ValuesIn(allTools()),
+                         [](const auto& tool) { return tool.param; });
+
+TEST_P(EveryTool, HelpTellsHowToCallItAndNamesEveryOption) {
+    for (const Arguments& arguments : {Arguments{"--help"}, Arguments{"-h"}}) {
+        const Outcome outcome = studio_.run(tool(), arguments);
+        EXPECT_TRUE(isDone(outcome));
+        EXPECT_EQ(outcome.out.rfind("Usage: " + tool() + " ", 0), 0U) << outcome.out;
+        for (const char* option : {"-q, --quilt RxC", "-r, --resolution HxW", "-m, --map", "-j N",
+                                   "-v, --verbose", "--version", "-y ", "--invert"}) {
+            EXPECT_NE(outcome.out.find(option), std::string::npos) << option << outcome.out;
+        }
+        std::istringstream lines(outcome.out);
+        for (std::string line; std::getline(lines, line);)
+            EXPECT_LE(line.size(), 100U) << line;
+    }
+}
+
+TEST_P(EveryTool, VersionNamesToolAndPackage) {
+    const Outcome outcome = studio_.run(tool(), {"--version"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_EQ(outcome.out.rfind(tool() + " (altiro3D) ", 0), 0U) << outcome.out;
+}
+
+TEST_P(EveryTool, WithoutArgumentsIsWrongUsage) {
+    EXPECT_TRUE(fails(studio_.run(tool(), {}), 2, tool() + " --help"));
+}
+
+TEST_P(EveryTool, UnknownOptionsAreWrongUsage) {
+    for (const char* option : {"--wrong=3", "-Z", "-y=1", "--quil", "--\xff\xfe"}) {
+        EXPECT_TRUE(fails(good(output("a"), {option}), 2, tool() + " --help"));
+    }
+    EXPECT_FALSE(fs::exists(studio_ / output("a")));
+}
+
+TEST_P(EveryTool, MissingValuesAreWrongUsage) {
+    for (const char* option : {"-q", "-j", "--serial", "-m"}) {
+        const Arguments call = studio_.goodCall(tool(), output("a"));
+        EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{option}), 2, option));
+        EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{option, ""}), 2, option));
+    }
+    EXPECT_FALSE(fs::exists(studio_ / output("a")));
+}
+
+TEST_P(EveryTool, EmptyAndSurplusNamesAreWrongUsage) {
+    const Arguments call = studio_.goodCall(tool(), output("a"));
+    EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{""}), 2, "empty"));
+    EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{"b.png", "c.png"}), 2, ""));
+    EXPECT_FALSE(fs::exists(studio_ / output("a")));
+    EXPECT_FALSE(fs::exists(studio_ / "c.png"));
+}
+
+TEST_P(EveryTool, BadNumbersAreWrongUsage) {
+    for (const char* threads : {"0", "1.5", "7x"})
+        EXPECT_TRUE(fails(good(output("a"), {"-j", threads}), 2, "-j is "));
+    // after the good call, so that these are the ones that count
+    const Arguments call = studio_.goodCall(tool(), output("a"));
+    for (const char* pair : {"0x3", "99999999999x1"}) {
+        EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{"-q", pair}), 2, "-q"));
+        EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{"-r", pair}), 2, "-r"));
+    }
+    EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{"--invert", "maybe"}), 2, "--invert"));
+    EXPECT_FALSE(fs::exists(studio_ / output("a")));
+}
+
+TEST(CommandLine, NothingButPlainNumbersCounts) { // one reader for all tools
+    SmallStudio studio;
+    const Arguments call = studio.goodCall("quilt2native", "a.png");
+    for (const char* threads : {"-1", "nan", "inf", "1e999", "1,5", " 2", "0x2", "2000"}) {
+        EXPECT_TRUE(
+            fails(studio.run("quilt2native", call + Arguments{"-j", threads}), 2, "-j is "));
+    }
+    for (const char* pair : {"3x0", "-1x3", "2x3x4", "2x", "1025x1", " 2x3"})
+        EXPECT_TRUE(fails(studio.run("quilt2native", call + Arguments{"-q", pair}), 2, "-q"));
+    for (const char* pair : {"-1x3", "2x3x4"})
+        EXPECT_TRUE(fails(studio.run("quilt2native", call + Arguments{"-r", pair}), 2, "-r"));
+    EXPECT_TRUE(fails(studio.run("altiro3Dnative", {"-r", "70000x1", "small.json"}), 1, "65535"));
+    EXPECT_FALSE(fs::exists(studio / "a.png"));
+}
+
+TEST_P(EveryTool, NumbersHaveAPointInEveryLocale) {
+    if (std::setlocale(LC_ALL, "de_DE.UTF-8") == nullptr) GTEST_SKIP() << "needs de_DE.UTF-8";
+    std::setlocale(LC_ALL, "C");
+    ASSERT_TRUE(isDone(good(output("a"))));
+    studio_.set("LC_ALL", "de_DE.UTF-8");
+    ASSERT_TRUE(isDone(good(output("b"))));
+    EXPECT_EQ(slurp(studio_ / output("a")), slurp(studio_ / output("b")));
+    EXPECT_TRUE(fails(good(output("c"), {"-j", "1,5"}), 2, "-j"));
+    const Outcome verbose = good(output("d"), {"-v"});
+    EXPECT_EQ(verbose.out.find(','), verbose.out.find(", ")) << verbose.out;
+}
+
+TEST_P(EveryTool, AnyNumberOfThreadsGivesTheSameBytesInSilence) {
+    ASSERT_TRUE(isDone(good(output("all"))));
+    const std::string expected = slurp(studio_ / output("all"));
+    ASSERT_FALSE(expected.empty());
+    for (const char* threads : {"1", "2", "64"}) {
+        const std::string name = output(threads);
+        EXPECT_TRUE(isDone(good(name, {"-j", threads})));
+        EXPECT_EQ(slurp(studio_ / name), expected) << threads;
+    }
+}
+
+TEST_P(EveryTool, SaysHowItUnderstoodTheQuilt) {
+    const Outcome outcome = good(output("a"));
+    EXPECT_NE(outcome.out.find("3 columns x 2 rows, each view 30 x 40 px"), std::string::npos)
+        << outcome.text();
+}
+
+TEST_P(EveryTool, VerboseTellsTheTimeOfEachStage) {
+    const Outcome outcome = good(output("a"), {"-v"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_NE(outcome.out.find("write "), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find(" ms"), std::string::npos) << outcome.out;
+    EXPECT_EQ(good(output("b")).out.find(" ms"), std::string::npos);
+}
+
+TEST_P(EveryTool, AFullStandardOutputIsAnError) {
+    if (!fs::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
+    studio_.sendOutputTo("/dev/full");
+    for (const Arguments& arguments :
+         {Arguments{"--help"}, Arguments{"--version"}, studio_.goodCall(tool(), output("a"))}) {
+        EXPECT_TRUE(fails(studio_.run(tool(), arguments), 1, "standard output"));
+    }
+}
+
+TEST_P(EveryTool, AnyByteMayStandInFileNames) {
+    for (const std::string name : {"with blank", "new\nline\tand tab", "\xc3\xa4\xe6\xbc\xa2",
+                                   "bytes \xff\xfe\x80", "100%s%n'\"*=b"}) {
+        const std::string file = output(name);
+        EXPECT_TRUE(isDone(good(file)));
+        EXPECT_FALSE(slurp(studio_ / file).empty()) << file;
+        EXPECT_TRUE(fails(good(file), 1, "exists")); // one line, whatever is in the name
+        EXPECT_TRUE(isDone(good(file, {"-y"})));
+    }
+}
+
+TEST_P(EveryTool, AnyByteMayStandInInputNames) {
+    for (const std::string name : {"new\nline", "bytes \xff\xfe\x80"}) {
+        Arguments call = studio_.goodCall(tool(), output(name + " out"));
+        // the last of the inputs stands before the output, or at the end for altiro3Dnative
+        std::string& input = tool() == "altiro3Dnative" ? call.back() : call[call.size() - 2];
+        const std::string renamed = name + fs::path(input).extension().string();
+        fs::copy(studio_ / input, studio_ / renamed, fs::copy_options::recursive);
+        input = renamed;
+        EXPECT_TRUE(isDone(studio_.run(tool(), call)));
+        fs::remove_all(studio_ / renamed);
+        EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{"-y"}), 1, ""));
+    }
+}
+
+TEST_P(EveryTool, LeadingDashesComeAfterTwoDashes) {
+    Arguments call = studio_.goodCall(tool(), output("-out"));
+    std::string& input = tool() == "altiro3Dnative" ? call.back() : call[call.size() - 2];
+    fs::rename(studio_ / input, studio_ / ("-" + input));
+    input = "-" + input;
+    // all that stands without an option goes behind "--"
+    const std::size_t names = tool() == "altiro3Dnative" ? 1 : tool() == "photo2native" ? 3 : 2;
+    call.insert(call.end() - static_cast<std::ptrdiff_t>(names), "--");
+    EXPECT_TRUE(isDone(studio_.run(tool(), call)));
+    EXPECT_TRUE(fs::exists(studio_ / output("-out")));
+}
+
+TEST_P(EveryTool, WorksInAHostileEnvironment) {
+    for (const char* name : {"HOME", "LANG", "PATH", "ALTIRO3D_MODELS"})
+        studio_.set(name, std::nullopt);
+    EXPECT_TRUE(isDone(good(output("a"))));
+    studio_.set("LC_ALL", "xx_YY.nonsense");
+    studio_.set("XDG_CACHE_HOME", "/proc/nothing");
+    studio_.set("XDG_DATA_HOME", "/proc/nothing");
+    studio_.set("TMPDIR", "/proc/nothing");
+    studio_.set("DISPLAY", ":77");
+    studio_.set("QT_QPA_PLATFORM", "nonsense");
+    EXPECT_TRUE(isDone(good(output("b"))));
+    EXPECT_EQ(slurp(studio_ / output("a")), slurp(studio_ / output("b")));
+}
+
+} // namespace altiro3D::test

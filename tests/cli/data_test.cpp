@@ -1,0 +1,361 @@
+// The large test data through the tools: every photo, quilt, light field and RGB-D pair.
+
+#include "altiro3D/altiro3D.hpp"
+#include "sandbox.hpp"
+#include "support/compare.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+namespace {
+
+std::vector<std::string> filesIn(const fs::path& directory) {
+    std::vector<std::string> files;
+    for (const auto& entry : fs::directory_iterator(directory)) {
+        const std::string name = entry.path().filename().string();
+        if (entry.is_regular_file() && name != "LICENSE" && name != "README.md")
+            files.push_back(entry.path().string());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+// Every line on standard error is one of ours.
+void expectOwnLines(const Outcome& outcome) {
+    for (const std::string& line : outcome.errLines()) {
+        EXPECT_TRUE(line.rfind(outcome.tool + ": error: ", 0) == 0 ||
+                    line.rfind(outcome.tool + ": warning: ", 0) == 0)
+            << line;
+    }
+}
+
+// Runs all files of a folder at once; a file fails exactly if the library cannot read it.
+// Returns how many failed.
+std::size_t walkPhotos(const std::string& folder) {
+    SmallStudio studio;
+    const std::vector<std::string> files = filesIn(dataPath(folder));
+    const Outcome outcome =
+        studio.run("photo2native",
+                   studio.display() + Arguments{"--report", "r.json"} + files + Arguments{"out"});
+    expectOwnLines(outcome);
+    EXPECT_LE(outcome.status, 1) << outcome.text();
+    if (outcome.status > 1) return 0;
+    const Json pictures = Json::parse(slurp(studio / "r.json")).at("pictures");
+    EXPECT_EQ(pictures.size(), files.size());
+    std::size_t failed = 0;
+    for (const Json& picture : pictures) {
+        const std::string photo = picture.at("photo");
+        if (picture.contains("error")) {
+            const std::string problem = errorOf([&] { readPhoto(photo); });
+            ++failed;
+            EXPECT_EQ(picture.at("error"), problem);
+            const std::string line = "photo2native: error: " + problem;
+            const std::vector<std::string> lines = outcome.errLines();
+            EXPECT_EQ(std::count(lines.begin(), lines.end(), line), 1) << line << outcome.err;
+            EXPECT_NE(line.find(photo), std::string::npos) << line;
+        } else {
+            const std::string native = picture.at("native");
+            EXPECT_EQ(readBack(studio / native).size(), cv::Size(96, 128)) << photo;
+        }
+    }
+    EXPECT_EQ(outcome.status, failed == 0 ? 0 : 1);
+    return failed;
+}
+
+} // namespace
+
+TEST(Data, PhotosBecomeNatives) {
+    for (const char* folder : {"photos/skimage", "photos/derived", "photos/exif_orientation"}) {
+        ALTIRO3D_REQUIRE_DATA(folder);
+        EXPECT_EQ(walkPhotos(folder), 0U) << folder;
+    }
+}
+
+TEST(Data, PhotosOfTheKodakSetBecomeNatives) {
+    ALTIRO3D_REQUIRE_DATA("photos/kodak");
+    EXPECT_EQ(walkPhotos("photos/kodak"), 0U);
+}
+
+TEST(Data, FormatsBecomeNativesOrAreRefused) {
+    ALTIRO3D_REQUIRE_DATA("photos/pillow");
+    walkPhotos("photos/pillow"); // GIF and PCX among them, for which there is no reader
+}
+
+TEST(Data, BrokenPhotosAreRefusedInOneLine) {
+    ALTIRO3D_REQUIRE_DATA("photos/pillow_broken");
+    EXPECT_GE(walkPhotos("photos/pillow_broken"), 5U);
+    SmallStudio studio;
+    for (const char* name : {"truncated_image.png", "decompression_bomb.gif", "zero_width.gif"}) {
+        const std::string photo = dataPath("photos/pillow_broken").string() + "/" + name;
+        EXPECT_TRUE(fails(studio.run("photo2native", studio.display() + Arguments{photo, "a.png"}),
+                          1, photo));
+        EXPECT_TRUE(fails(studio.run("quilt2native", studio.display() + Arguments{photo, "a.png"}),
+                          1, photo));
+    }
+}
+
+TEST(Data, UprightPhotosAreEqualInEveryOrientation) {
+    ALTIRO3D_REQUIRE_DATA("photos/exif_orientation");
+    SmallStudio studio;
+    cv::Mat first;
+    for (int i = 1; i <= 8; i += 5) { // 1 upright, 6 turned
+        const std::string photo = dataPath("photos/exif_orientation").string() + "/Landscape_" +
+                                  std::to_string(i) + ".jpg";
+        ASSERT_TRUE(
+            isDone(studio.run("photo2native", Arguments{"-y", "--strength", "0"} +
+                                                  studio.display() + Arguments{photo, "a.png"})));
+        const cv::Mat native = readBack(studio / "a.png");
+        if (first.empty()) first = native;
+        EXPECT_GT(psnr(native, first), 30) << photo; // two JPEG files of one picture
+    }
+}
+
+TEST(Data, QuiltsBecomeNatives) {
+    struct Case {
+        const char* file;
+        int columns;
+        int rows;
+    };
+    for (const auto& [file, columns, rows] :
+         {Case{"quilts/kirurobo/example01.png", 4, 8}, Case{"quilts/kirurobo/example02.png", 4, 8},
+          Case{"quilts/kirurobo/startup.png", 4, 8}, Case{"quilts/modprods/unity_quilt.png", 4, 8},
+          Case{"quilts/greenbuddha/GreenBuddha_qs7x5a0.5625.jpg", 7, 5}}) {
+        ALTIRO3D_REQUIRE_DATA(file);
+        SmallStudio studio;
+        const Outcome outcome =
+            studio.run("quilt2native", {"-c", "small.json", "-q",
+                                        std::to_string(rows) + "x" + std::to_string(columns),
+                                        dataPath(file).string(), "a.png"});
+        EXPECT_EQ(outcome.status, 0) << outcome.text();
+        expectOwnLines(outcome);
+        const cv::Mat quilt = readPhoto(dataPath(file));
+        QuiltLayout layout;
+        layout.columns = columns;
+        layout.rows = rows;
+        layout.tileSize = {quilt.cols / columns, quilt.rows / rows};
+        layout.viewCount = columns * rows;
+        cv::Mat native;
+        Quilt2Native(readCalibration(studio / "small.json"), layout, {}).render(quilt, native);
+        EXPECT_TRUE(samePicture(readBack(studio / "a.png"), native)) << file;
+    }
+}
+
+TEST(Data, AQuiltOf4096PixelsFitsAMapOfFiveColumnsWithANote) {
+    ALTIRO3D_REQUIRE_DATA("quilts/lkg_sdk/example-quilt.jpg");
+    SmallStudio studio;
+    ASSERT_EQ(
+        studio.run("altiro3Dnative", {"-m", "a.map", "-q", "9x5", "-r", "455x819", "small.json"})
+            .status,
+        0);
+    const cv::Mat quilt = readPhoto(dataPath("quilts/lkg_sdk/example-quilt.jpg"));
+    ASSERT_EQ(quilt.size(), cv::Size(4095, 4095));
+    cv::Mat larger;
+    cv::copyMakeBorder(quilt, larger, 1, 0, 0, 1, cv::BORDER_CONSTANT, cv::Scalar::all(255));
+    writePicture(studio / "q4096.bmp", larger);
+    EXPECT_TRUE(warns(studio.run("quilt2native", {"-m", "a.map", "q4096.bmp", "a.png"}), "4096"));
+    writePicture(studio / "q4095.bmp", quilt);
+    EXPECT_TRUE(isDone(studio.run("quilt2native", {"-m", "a.map", "q4095.bmp", "b.png"})));
+    EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
+    EXPECT_TRUE(
+        fails(studio.run("quilt2native", {"-m", "a.map", "quilt.png", "c.png"}), 1, "4095 x 4095"));
+}
+
+TEST(Data, NumberedViewsStandInOrder) {
+    ALTIRO3D_REQUIRE_DATA("lightfields/numbers_64");
+    SmallStudio studio;
+    const fs::path views = dataPath("lightfields/numbers_64");
+    ASSERT_EQ(
+        studio
+            .run("views2native", {"-c", "small.json", "-q", "8x8", "-r", "55x55", "--fit",
+                                  "stretch", "--save-quilt", "q.png", views.string(), "a.png"})
+            .status,
+        0);
+    const cv::Mat quilt = readBack(studio / "q_qs8x8a0.75.png");
+    for (int i = 0; i < 64; ++i) {
+        const std::string name = std::string(i < 9 ? "0" : "") + std::to_string(i + 1) + ".png";
+        const cv::Rect tile(i % 8 * 55, (7 - i / 8) * 55, 55, 55);
+        EXPECT_TRUE(samePicture(quilt(tile), readPhoto(views / name))) << name;
+    }
+}
+
+TEST(Data, AViewSequenceBecomesTheQuiltMadeOfIt) {
+    ALTIRO3D_REQUIRE_DATA("lightfields/greenbuddha_33");
+    ALTIRO3D_REQUIRE_DATA("quilts/greenbuddha");
+    SmallStudio studio;
+    const Outcome outcome =
+        studio.run("views2native", {"-c", "small.json", "-q", "3x11", "-r", "662x372", "--fit",
+                                    "stretch", "--save-quilt", "q.png",
+                                    dataPath("lightfields/greenbuddha_33").string(), "a.png"});
+    ASSERT_EQ(outcome.status, 0) << outcome.text();
+    expectOwnLines(outcome);
+    const cv::Mat quilt = readBack(studio / "q_qs11x3a0.75.png");
+    const cv::Mat known = readPhoto(dataPath("quilts/greenbuddha/GreenBuddha_qs7x5a0.5625.jpg"));
+    for (int i = 0; i < 33; ++i) {
+        const cv::Rect ours(i % 11 * 372, (2 - i / 11) * 662, 372, 662);
+        const cv::Rect theirs(i % 7 * 372, (4 - i / 7) * 662, 372, 662);
+        EXPECT_LT(compare(quilt(ours), known(theirs)).mean, 4) << i; // JPEG twice over: about 2
+    }
+}
+
+TEST(Data, PairsOfPhotoAndDepthBecomeNatives) {
+    struct Case {
+        Arguments arguments;
+        std::vector<const char*> inputs;
+        int pictures;
+    };
+    const std::string rgbd = "rgbd/";
+    const Case cases[] = {
+        {{"-d"}, {"moon_3dphoto/image/moon.jpg", "moon_3dphoto/depth/moon.png"}, 1},
+        {{"-d", "--depth-kind", "metric"},
+         {"slambook2/ch5_rgbd/color", "slambook2/ch5_rgbd/depth"},
+         5},
+        {{"-d", "--depth-kind", "metric:5000"},
+         {"slambook2/ch12_dense_rgbd/color", "slambook2/ch12_dense_rgbd/depth"},
+         5},
+        {{"--rgbd", "right", "--depth-kind", "far-white"},
+         {"side_by_side/dphn03.jpg", "side_by_side/misc_dp03.jpg"},
+         2},
+        {{"--rgbd", "right"},
+         {"side_by_side/Bricks076C_1K_rgba_near_bright.png",
+          "side_by_side/qoocam_qc010_near_bright.jpg"},
+         2},
+        {{"--rgbd", "bottom"}, {"top_bottom/360_02.jpg"}, 1}};
+    for (const Case& one : cases) {
+        SmallStudio studio;
+        fs::create_directory(studio / "out");
+        Arguments call = one.arguments + studio.display() + Arguments{"--save-depth", "depth"};
+        for (const char* input : one.inputs) {
+            ALTIRO3D_REQUIRE_DATA(rgbd + input);
+            call.push_back(dataPath(rgbd + input).string());
+        }
+        const Outcome outcome = studio.run("photo2native", call + Arguments{"out"});
+        EXPECT_EQ(outcome.status, 0) << outcome.text();
+        expectOwnLines(outcome);
+        EXPECT_EQ(listPictures(studio / "out").size(), static_cast<std::size_t>(one.pictures));
+        for (const fs::path& file : listPictures(studio / "depth")) {
+            const cv::Mat depth = readBack(file);
+            double low = 0;
+            double high = 0;
+            cv::minMaxLoc(depth, &low, &high);
+            EXPECT_EQ(low, 0) << file;
+            EXPECT_EQ(high, 65535) << file;
+        }
+    }
+}
+
+TEST(Data, FlowersAreNearInDepthWhereNearIsDark) {
+    ALTIRO3D_REQUIRE_DATA("rgbd/side_by_side/dphn03.jpg");
+    SmallStudio studio;
+    ASSERT_EQ(studio
+                  .run("photo2native",
+                       Arguments{"--rgbd", "right", "--depth-kind", "far-white", "--save-depth",
+                                 "d.png"} +
+                           studio.display() +
+                           Arguments{dataPath("rgbd/side_by_side/dphn03.jpg").string(), "a.png"})
+                  .status,
+              0);
+    const cv::Mat picture = readPhoto(dataPath("rgbd/side_by_side/dphn03.jpg"));
+    cv::Mat raw;
+    cv::extractChannel(picture(cv::Rect(picture.cols / 2, 0, picture.cols / 2, picture.rows)), raw,
+                       1);
+    cv::Mat ours;
+    readBack(studio / "d.png").convertTo(ours, CV_32F);
+    raw.convertTo(raw, CV_32F);
+    cv::Scalar meanOurs;
+    cv::Scalar deviationOurs;
+    cv::Scalar meanRaw;
+    cv::Scalar deviationRaw;
+    cv::meanStdDev(ours, meanOurs, deviationOurs);
+    cv::meanStdDev(raw, meanRaw, deviationRaw);
+    const double covariance =
+        cv::Mat(ours - meanOurs).dot(cv::Mat(raw - meanRaw)) / static_cast<double>(raw.total());
+    EXPECT_LT(covariance / (deviationOurs[0] * deviationRaw[0]), -0.95);
+}
+
+TEST(Data, ANetworkGivesTheNativeOfTheLibrary) {
+    ALTIRO3D_REQUIRE_DATA("models/fastdepth/fastdepth_224_op10.onnx");
+    const fs::path network = dataPath("models/fastdepth/fastdepth_224_op10.onnx");
+    const fs::path photo = dataPath("models/fastdepth/rgb.png");
+    SmallStudio studio;
+    QuiltLayout layout;
+    layout.columns = 3;
+    layout.rows = 2;
+    layout.tileSize = {30, 40};
+    layout.viewCount = 6;
+    const auto catalog = readModelCatalog(sourcePath("models/catalog.json"));
+    const NetworkProfile* profile = findProfile(catalog, network);
+    ASSERT_NE(profile, nullptr);
+    cv::Mat quilt;
+    cv::Mat native;
+    Network2Quilt(DepthNetwork(network, *profile), layout, {}, 0.75)
+        .render(readPhoto(photo), quilt);
+    Quilt2Native(readCalibration(studio / "small.json"), layout, {}).render(quilt, native);
+
+    studio.set("ALTIRO3D_MODELS",
+               sourcePath("models").string() + ":" + network.parent_path().string());
+    for (const std::string& name :
+         {network.string(), std::string("fastdepth"), std::string("fastdepth_224_op10.onnx")}) {
+        for (const char* threads : {"1", "2"}) {
+            const Outcome outcome = studio.run(
+                "photo2native", Arguments{"-y", "-j", threads, "-n", name, "--report", "r.json"} +
+                                    studio.display() + Arguments{photo.string(), "a.png"});
+            EXPECT_TRUE(isDone(outcome));
+            EXPECT_NE(outcome.out.find("network fastdepth"), std::string::npos) << outcome.out;
+            // the network's sums depend on the number of threads in the last digits
+            EXPECT_TRUE(samePicture(readBack(studio / "a.png"), native, 2));
+            const Json settings = Json::parse(slurp(studio / "r.json")).at("settings");
+            EXPECT_EQ(settings.at("network").at("name"), "fastdepth");
+            EXPECT_EQ(settings.at("network").at("file"), network.string());
+        }
+    }
+    EXPECT_TRUE(
+        fails(studio.run("photo2native", Arguments{"-l", "-n", "fastdepth"} + studio.display() +
+                                             Arguments{photo.string(), "b.png"}),
+              2, "fastdepth"));
+    // out of the catalogue the way to feed it must be told
+    fs::copy(network, studio / "mine.onnx");
+    spill(studio / "mine.json", R"({"name": "mine", "inputWidth": 224, "inputHeight": 224,
+          "resizeKernel": "linear", "output": "metricDepth"})");
+    const Arguments mine = studio.display() + Arguments{"-y", "-n", "mine.onnx"};
+    EXPECT_TRUE(fails(studio.run("photo2native", mine + Arguments{photo.string(), "a.png"}), 1,
+                      "--net-profile"));
+    EXPECT_TRUE(isDone(studio.run(
+        "photo2native", mine + Arguments{"--net-profile", "mine.json", photo.string(), "a.png"})));
+    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), native, 2));
+}
+
+TEST(Data, NetworksThatCannotBeUsedAreRefusedInOneLine) {
+    ALTIRO3D_REQUIRE_DATA("models/midas_small_graph_only/midas_small.onnx");
+    SmallStudio studio;
+    spill(studio / "p.json", R"({"name": "p", "inputWidth": 256, "inputHeight": 256})");
+    for (const std::string& network :
+         {dataPath("models/midas_small_graph_only/midas_small.onnx").string(),
+          (studio / "photo.png").string(), std::string("p.json"), std::string("views")}) {
+        EXPECT_TRUE(fails(studio.run("photo2native",
+                                     studio.display() + Arguments{"-n", network, "--net-profile",
+                                                                  "p.json", "photo.png", "a.png"}),
+                          1, network));
+    }
+}
+
+TEST(Data, EveryCalibrationGivesATable) {
+    ALTIRO3D_REQUIRE_DATA("calibrations");
+    SmallStudio studio;
+    for (const std::string& file : filesIn(dataPath("calibrations"))) {
+        const bool partial = file.find("partial") != std::string::npos;
+        const bool other = file.find("reference_samples") != std::string::npos ||
+                           file.find("templates") != std::string::npos;
+        const Outcome outcome = studio.run("altiro3Dnative", {"--json", file});
+        expectOwnLines(outcome);
+        EXPECT_TRUE(partial || other ? outcome.status <= 1 : outcome.status == 0) << outcome.text();
+        EXPECT_EQ(Json::accept(outcome.out), outcome.status == 0) << outcome.text();
+    }
+}
+
+} // namespace altiro3D::test

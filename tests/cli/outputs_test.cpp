@@ -1,0 +1,228 @@
+// When outputs are written, when not, and what is left if a run fails.
+
+#include "altiro3D/image_io.hpp"
+#include "sandbox.hpp"
+
+#include <opencv2/core.hpp>
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+
+class OutputsOf : public ::testing::TestWithParam<std::string> {
+  protected:
+    const std::string& tool() const { return GetParam(); }
+    std::string output(const std::string& stem) const {
+        return stem + (tool() == "altiro3Dnative" ? ".map" : ".png");
+    }
+    Outcome good(const std::string& output, const Arguments& more = {}) const {
+        return studio_.run(tool(), more + studio_.goodCall(tool(), output));
+    }
+    // One of the files that goodCall() reads.
+    std::string anInput() const {
+        if (tool() == "altiro3Dnative") return "small.json";
+        if (tool() == "photo2native") return "depth.png";
+        if (tool() == "quilt2native") return "quilt.png";
+        return "views/view3.png";
+    }
+
+    SmallStudio studio_;
+};
+
+INSTANTIATE_TEST_SUITE_P(Tools, OutputsOf, ::testing::ValuesIn(allTools()),
+                         [](const auto& tool) { return tool.param; });
+
+TEST_P(OutputsOf, ExistingFilesAreReplacedOnlyWithY) {
+    spill(studio_ / output("a"), "precious");
+    EXPECT_TRUE(fails(good(output("a")), 1, output("a") + ": exists"));
+    EXPECT_EQ(slurp(studio_ / output("a")), "precious");
+    EXPECT_TRUE(isDone(good(output("a"), {"-y"})));
+    EXPECT_TRUE(isDone(good(output("b"))));
+    EXPECT_EQ(slurp(studio_ / output("a")), slurp(studio_ / output("b")));
+}
+
+TEST_P(OutputsOf, AnInputIsNeverReplaced) {
+    const std::string input = anInput();
+    const std::string before = slurp(studio_ / input);
+    fs::create_symlink(input, studio_ / output("symlink"));
+    fs::create_hard_link(studio_ / input, studio_ / output("hardlink"));
+    fs::create_directory_symlink(".", studio_ / "here");
+    for (const std::string& name :
+         {output("symlink"), output("hardlink"), "here/./" + input, (studio_ / input).string()}) {
+        EXPECT_TRUE(fails(good(name, {"-y"}), 2, "is an input too"));
+        EXPECT_EQ(slurp(studio_ / input), before);
+    }
+}
+
+TEST_P(OutputsOf, AnInputThatIsALinkIsNeverReplacedEither) {
+    const fs::path input = studio_ / anInput();
+    const fs::path target = studio_ / output("target");
+    fs::rename(input, target);
+    fs::create_symlink(target, input);
+    const std::string before = slurp(target);
+    EXPECT_TRUE(fails(good(output("target"), {"-y"}), 2, "is an input too"));
+    EXPECT_EQ(slurp(target), before);
+}
+
+TEST_P(OutputsOf, ALinkIsFollowedAndStays) {
+    fs::create_directory(studio_ / "store");
+    spill(studio_ / output("store/real"), "old");
+    fs::create_symlink(output("store/real"), studio_ / output("link"));
+    EXPECT_TRUE(fails(good(output("link")), 1, "exists"));
+    EXPECT_TRUE(isDone(good(output("link"), {"-y"})));
+    EXPECT_TRUE(fs::is_symlink(studio_ / output("link")));
+    EXPECT_TRUE(isDone(good(output("plain"))));
+    EXPECT_EQ(slurp(studio_ / output("store/real")), slurp(studio_ / output("plain")));
+}
+
+TEST_P(OutputsOf, MissingDirectoriesAreNamed) {
+    EXPECT_TRUE(fails(good(output("missing/a")), 1, "there is no directory"));
+    EXPECT_FALSE(fs::exists(studio_ / "missing"));
+    EXPECT_TRUE(fails(good(output("small.json/a")), 1, output("small.json/a")));
+}
+
+TEST_P(OutputsOf, AFullDiskIsAnErrorAndTheDeviceStays) {
+    if (!fs::is_character_file("/dev/full")) GTEST_SKIP() << "needs /dev/full";
+    fs::create_symlink("/dev/full", studio_ / output("full"));
+    EXPECT_TRUE(fails(good(output("full")), 1, output("full") + ": cannot be written"));
+    EXPECT_TRUE(fails(good(output("full"), {"-y"}), 1, "No space left"));
+    EXPECT_TRUE(fs::is_character_file("/dev/full"));
+}
+
+TEST_P(OutputsOf, AFileThatMayNotGrowIsAnErrorAndLeavesNothing) {
+    studio_.limitFiles(2048);
+    EXPECT_TRUE(fails(good(output("a")), 1, output("a") + ": cannot be written"));
+    EXPECT_FALSE(fs::exists(studio_ / output("a")));
+}
+
+TEST_P(OutputsOf, NamesThatAreTooLongAreNamed) {
+    const std::string name = output(std::string(300, 'a'));
+    const Outcome outcome = good(name);
+    EXPECT_TRUE(fails(outcome, 1, name + ": cannot be written"));
+    Arguments call = studio_.goodCall(tool(), output("b"));
+    // the last of the inputs
+    (tool() == "altiro3Dnative" ? call.back() : call[call.size() - 2]) = name;
+    EXPECT_TRUE(fails(studio_.run(tool(), call), 1, name + ": "));
+}
+
+TEST_P(OutputsOf, AFailedRunLeavesWhatWasThere) {
+    spill(studio_ / output("a"), "precious");
+    const std::string input = tool() == "views2native" ? "views/view0.png" : anInput();
+    spill(studio_ / input, "broken");
+    EXPECT_TRUE(fails(good(output("a"), {"-y"}), 1, input));
+    EXPECT_EQ(slurp(studio_ / output("a")), "precious");
+    EXPECT_TRUE(fails(good(output("b")), 1, input));
+    EXPECT_FALSE(fs::exists(studio_ / output("b")));
+    fs::remove_all(studio_ / input);
+    if (tool() == "views2native") fs::remove_all(studio_ / "views");
+    EXPECT_TRUE(fails(good(output("a"), {"-y"}), 1, "does not exist"));
+    EXPECT_EQ(slurp(studio_ / output("a")), "precious");
+}
+
+TEST_P(OutputsOf, EmptyInputsAreNamed) {
+    const std::string input = tool() == "views2native" ? "views/view0.png" : anInput();
+    spill(studio_ / input, "");
+    EXPECT_TRUE(fails(good(output("b")), 1, input));
+    EXPECT_FALSE(fs::exists(studio_ / output("b")));
+}
+
+TEST_P(OutputsOf, PicturesNeedAKnownExtension) {
+    if (tool() == "altiro3Dnative") GTEST_SKIP() << "writes no picture";
+    for (const char* name : {"a.gif", "a", ".png", "a.png.", "a.pgm"}) {
+        EXPECT_TRUE(fails(good(name), 2, std::string(name) + ": "));
+        EXPECT_FALSE(fs::exists(studio_ / name));
+    }
+}
+
+TEST_P(OutputsOf, LossyNativesAreWarnedOf) {
+    if (tool() == "altiro3Dnative") GTEST_SKIP() << "writes no picture";
+    EXPECT_TRUE(isDone(good("a.png")));
+    const cv::Mat expected = readBack(studio_ / "a.png");
+    for (const char* name : {"b.jpg", "b.JPEG"})
+        EXPECT_TRUE(warns(good(name), std::string(name) + ": this format mixes"));
+    for (const char* name : {"b.png", "b.tif", "b.bmp", "b.ppm"}) {
+        EXPECT_TRUE(isDone(good(name)));
+        EXPECT_EQ(cv::norm(readBack(studio_ / name), expected, cv::NORM_INF), 0) << name;
+    }
+}
+
+TEST(Outputs, ADirectoryIsNoOutputFile) {
+    SmallStudio studio;
+    fs::create_directory(studio / "dir.png");
+    fs::create_directory(studio / "dir.map");
+    for (const std::string& tool : allTools()) {
+        if (tool == "photo2native") continue; // takes it for a place for outputs
+        const std::string name = tool == "altiro3Dnative" ? "dir.map" : "dir.png";
+        for (const Arguments& more : {Arguments{}, Arguments{"-y"}})
+            EXPECT_TRUE(fails(studio.run(tool, more + studio.goodCall(tool, name)), 1, name));
+    }
+}
+
+TEST(Outputs, CalibrationAndMapAreInputsHoweverTheyWereFound) {
+    SmallStudio studio;
+    fs::rename(studio / "small.json", studio / "visual.json");
+    const std::string before = slurp(studio / "visual.json");
+    const Arguments photo{"-q", "2x3",       "-r",        "40x30", "-y",
+                          "-d", "photo.png", "depth.png", "a.png"};
+    EXPECT_TRUE(fails(studio.run("photo2native", Arguments{"--report", "visual.json"} + photo), 2,
+                      "is an input too"));
+    studio.set("LKG_CALIBRATION", (studio / "visual.json").string());
+    EXPECT_TRUE(fails(studio.run("photo2native", Arguments{"--report", "./visual.json"} + photo), 2,
+                      "is an input too"));
+    EXPECT_EQ(slurp(studio / "visual.json"), before);
+    fs::create_hard_link(studio / "visual.json", studio / "calibration.png");
+    EXPECT_TRUE(
+        fails(studio.run("quilt2native", {"-q", "2x3", "-y", "quilt.png", "calibration.png"}), 2,
+              "is an input too"));
+    EXPECT_TRUE(fails(studio.run("views2native", {"-q", "2x3", "-y", "views", "calibration.png"}),
+                      2, "is an input too"));
+    EXPECT_EQ(slurp(studio / "visual.json"), before);
+}
+
+TEST(Outputs, NoTwoOutputsAreOneFile) {
+    SmallStudio studio;
+    const Arguments photo =
+        Arguments{"-y"} + studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
+    for (const Arguments& more :
+         {Arguments{"--save-depth", "a.png"}, Arguments{"--save-rgbd", "./a.png"},
+          Arguments{"--report", "a.png"},
+          Arguments{"--save-depth", "b.png", "--save-rgbd", "b.png"}}) {
+        EXPECT_TRUE(fails(studio.run("photo2native", more + photo), 2, "is written twice"));
+    }
+    EXPECT_FALSE(fs::exists(studio / "a.png"));
+}
+
+TEST(Outputs, WrongUsageMakesNoDirectories) {
+    SmallStudio studio;
+    const Arguments call = studio.display() + Arguments{"photo.png", "photo.png", "out"};
+    for (const Arguments& more :
+         {Arguments{}, Arguments{"--sampling", "x"}, Arguments{"--depth-kind", "metric"},
+          Arguments{"--rgbd", "up"}, Arguments{"-n", "nothere.onnx"}}) {
+        EXPECT_NE(studio.run("photo2native", more + call).status, 0);
+        EXPECT_FALSE(fs::exists(studio / "out"));
+    }
+}
+
+TEST(Outputs, AllExistingOutputsAreChecked) {
+    SmallStudio studio;
+    const Arguments call = studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
+    spill(studio / "b.png", "precious");
+    spill(studio / "b_qs3x2a0.75.png", "precious");
+    fs::create_directory(studio / "v");
+    spill(studio / "v/view_3.png", "precious");
+    for (const Arguments& more :
+         {Arguments{"--save-depth", "b.png"}, Arguments{"--save-rgbd", "b.png"},
+          Arguments{"--save-quilt", "b.png"}, Arguments{"--report", "b.png"},
+          Arguments{"--save-views", "v"}}) {
+        EXPECT_TRUE(fails(studio.run("photo2native", more + call), 1, "exists"));
+    }
+    EXPECT_FALSE(fs::exists(studio / "a.png"));
+    EXPECT_EQ(slurp(studio / "v/view_3.png"), "precious");
+    spill(studio / "c_qs3x2a0.75.png", "precious");
+    EXPECT_TRUE(
+        fails(studio.run("views2native",
+                         studio.display() + Arguments{"--save-quilt", "c.png", "views", "a.png"}),
+              1, "exists"));
+}
+
+} // namespace altiro3D::test

@@ -1,0 +1,493 @@
+#include "altiro3D/altiro3D.hpp"
+#include "sandbox.hpp"
+#include "support/compare.hpp"
+
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+namespace {
+
+constexpr const char* kTool = "photo2native";
+
+struct LibraryRoad {
+    ViewOptions views;
+    FitMode fit = FitMode::Cover;
+    bool keep = false;
+    QuiltSampling sampling;
+    DepthKind kind = DepthKind::NearWhite;
+    bool fromCues = false;
+};
+
+QuiltLayout smallLayout() {
+    QuiltLayout layout;
+    layout.columns = 3;
+    layout.rows = 2;
+    layout.tileSize = {30, 40};
+    layout.viewCount = 6;
+    return layout;
+}
+
+// photo.png and depth.png of a SmallStudio on small.json, by calls of the library alone.
+cv::Mat libraryNative(const Sandbox& sandbox, const LibraryRoad& road) {
+    const Calibration calibration = readCalibration(sandbox / "small.json");
+    const cv::Mat photo = readPhoto(sandbox / "photo.png");
+    cv::Mat depth;
+    if (road.fromCues) {
+        estimateDepthFromCues(photo, depth);
+    } else {
+        DepthNormalization normalization;
+        normalization.kind = road.kind;
+        normalization.flatDepth = road.views.focus;
+        normalizeDepth(readDepthImage(sandbox / "depth.png"), depth, normalization);
+    }
+    const QuiltLayout layout = smallLayout();
+    const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
+    const cv::Size size =
+        road.keep ? cv::Size(calibration.screenW, calibration.screenH) : layout.tileSize;
+    const PhotoFit fit = fitPhoto(photo.size(), aspect, size, road.fit);
+    cv::Mat fittedPhoto;
+    cv::Mat fittedDepth;
+    cv::Mat quilt;
+    cv::Mat native;
+    applyFit(photo, fit, fittedPhoto);
+    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, road.views.focus, fittedDepth);
+    Depth2Quilt(layout, road.views).render(fittedPhoto, fittedDepth, quilt);
+    Quilt2Native(calibration, layout, road.sampling).render(quilt, native);
+    return native;
+}
+
+// Centre of gravity, in columns, of what is brighter than the background.
+double brightColumn(const cv::Mat& picture) {
+    cv::Mat grey;
+    cv::reduce(picture.reshape(1, picture.rows * picture.cols), grey, 1, cv::REDUCE_AVG, CV_32F);
+    grey = grey.reshape(1, picture.rows);
+    double sum = 0;
+    double weight = 0;
+    for (int y = 0; y < grey.rows; ++y) {
+        for (int x = 0; x < grey.cols; ++x) {
+            const double light = grey.at<float>(y, x) - 10;
+            sum += light * x;
+            weight += light;
+        }
+    }
+    return weight > 0 ? sum / weight : -1;
+}
+
+std::vector<std::string> names(const fs::path& directory) {
+    std::vector<std::string> result;
+    for (const fs::path& file : listPictures(directory))
+        result.push_back(file.filename().string());
+    return result;
+}
+
+} // namespace
+
+TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
+    SmallStudio studio;
+    writePicture(studio / "photo.png", madePhoto(150, 110)); // not of the panel's shape
+    struct Case {
+        Arguments arguments;
+        LibraryRoad road;
+    };
+    std::vector<Case> cases(9);
+    cases[1] = {{"-k"}, {}};
+    cases[1].road.keep = true;
+    cases[2] = {{"--strength", "37.5", "--focus", "0.25"}, {}};
+    cases[2].road.views.strengthPercent = 37.5;
+    cases[2].road.views.focus = 0.25;
+    cases[3] = {{"--fit", "contain"}, {}};
+    cases[3].road.fit = FitMode::Contain;
+    cases[4] = {{"--fit", "stretch", "-k", "-j", "1"}, {}};
+    cases[4].road.fit = FitMode::Stretch;
+    cases[4].road.keep = true;
+    cases[5] = {{"--view-filter", "linear"}, {}};
+    cases[5].road.sampling.views = ViewFilter::Linear;
+    cases[6] = {{"--view-filter", "linear", "--sampling", "linear"}, {}};
+    cases[6].road.sampling = {ViewFilter::Linear, TileSampling::Linear};
+    cases[7] = {{"--depth-kind", "far-white"}, {}};
+    cases[7].road.kind = DepthKind::FarWhite;
+    cases[8] = {{"--depth-kind", "metric:5000"}, {}};
+    cases[8].road.kind = DepthKind::Metric;
+    for (const auto& [arguments, road] : cases) {
+        const Outcome outcome =
+            studio.run(kTool, arguments + Arguments{"-y"} + studio.display() +
+                                  Arguments{"-d", "photo.png", "depth.png", "native.png"});
+        ASSERT_EQ(outcome.status, 0) << outcome.text();
+        EXPECT_TRUE(samePicture(readBack(studio / "native.png"), libraryNative(studio, road)))
+            << outcome.call;
+    }
+}
+
+TEST(Photo2Native, WithoutANetworkItUsesTheBuiltInEstimatorAndSaysSo) {
+    SmallStudio studio;
+    const Outcome outcome = studio.run(kTool, studio.display() + Arguments{"photo.png", "a.png"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_NE(outcome.out.find("built-in estimator"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("get-models.sh"), std::string::npos) << outcome.out;
+    LibraryRoad road;
+    road.fromCues = true;
+    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, road)));
+}
+
+TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
+    SmallStudio studio;
+    fs::create_directory(studio / "net");
+    fs::copy(sourcePath("models/catalog.json"), studio / "net/catalog.json");
+    studio.set("ALTIRO3D_MODELS", (studio / "net").string());
+    const Arguments photo = studio.display() + Arguments{"photo.png", "a.png"};
+    if (fs::exists(sourcePath("models/model-small.onnx")) ||
+        fs::exists(sourcePath("models/model-f6b98070.onnx"))) {
+        GTEST_SKIP() << "networks lie in the source tree";
+    }
+    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-l"} + photo), 1, "model-f6b98070.onnx"));
+    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1, "midas-small"));
+    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "no.onnx"} + photo), 1, "no.onnx"));
+    fs::create_directory(studio / "midas-small"); // a folder of that name is no network
+    EXPECT_TRUE(
+        fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1, "does not exist"));
+    EXPECT_TRUE(isDone(studio.run(kTool, photo)));
+}
+
+TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {
+    SmallStudio studio;
+    fs::create_directory(studio / "net");
+    fs::copy(sourcePath("models/catalog.json"), studio / "net/catalog.json");
+    studio.set("ALTIRO3D_MODELS", (studio / "net").string());
+    spill(studio / "net/model-small.onnx", "no network");
+    spill(studio / "net/model-f6b98070.onnx", "no network either");
+    spill(studio / "other.onnx", "nor this");
+    const Arguments photo = studio.display() + Arguments{"photo.png", "a.png"};
+    const auto with = [&](const Arguments& arguments) {
+        return studio.run(kTool, arguments + photo);
+    };
+    EXPECT_TRUE(
+        fails(with({"-l", "-n", "midas-small"}), 2, "the catalogue knows it as midas-small"));
+    EXPECT_TRUE(fails(with({"-l", "-n", "net/model-small.onnx"}), 2, "midas-small"));
+    // right usage; that the files are no networks comes to light when they are loaded
+    EXPECT_TRUE(fails(with({"-l"}), 1, "net/model-f6b98070.onnx"));
+    EXPECT_TRUE(fails(with({}), 1, "net/model-small.onnx"));
+    EXPECT_TRUE(fails(with({"-l", "-n", "midas-large"}), 1, "model-f6b98070.onnx"));
+    EXPECT_TRUE(fails(with({"-n", "net/model-f6b98070.onnx"}), 1, "model-f6b98070.onnx"));
+    EXPECT_TRUE(fails(with({"-l", "-n", "other.onnx"}), 1, "other.onnx"));
+    EXPECT_TRUE(fails(with({"-n", "other.onnx"}), 1, "--net-profile"));
+    EXPECT_FALSE(fs::exists(studio / "a.png"));
+}
+
+TEST(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
+    SmallStudio studio;
+    for (const Arguments& more :
+         {Arguments{"-d", "--rgbd", "left"}, Arguments{"-d", "-n", "x.onnx"},
+          Arguments{"--rgbd", "left", "-l"}, Arguments{"--rgbd", "up"},
+          Arguments{"--depth-kind", "metric"}, Arguments{"-d", "--depth-kind", "near"},
+          Arguments{"-d", "--depth-kind", "metric:0"},
+          Arguments{"-d", "--depth-kind", "metric:5,5"}, Arguments{"--net-profile", "x.json"},
+          Arguments{"--strength", "-1"}, Arguments{"--strength", "nan"},
+          Arguments{"--strength", "1e999"}, Arguments{"--focus", "1.01"},
+          Arguments{"--fit", "fill"}, Arguments{"--sampling", "cubic"}}) {
+        Arguments call = more + studio.display() + Arguments{"photo.png"};
+        if (more.front() == "-d") call.emplace_back("depth.png");
+        EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"a.png"}), 2, "--"));
+    }
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "a.png"}),
+                      2, "PHOTO DEPTH OUT"));
+    EXPECT_FALSE(fs::exists(studio / "a.png"));
+}
+
+TEST(Photo2Native, OnePictureRgbdIsAsGoodAsTwoFiles) {
+    SmallStudio studio;
+    const cv::Mat photo = readBack(studio / "photo.png");
+    cv::Mat depth(photo.size(), CV_8UC3, cv::Scalar::all(40));
+    depth(cv::Rect(20, 30, 40, 50)) = cv::Scalar::all(220);
+    cv::Mat grey;
+    cv::extractChannel(depth, grey, 0);
+    writePicture(studio / "grey.png", grey);
+    ASSERT_TRUE(isDone(
+        studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "grey.png", "two.png"})));
+    const cv::Mat expected = readBack(studio / "two.png");
+    for (const std::string side : {"right", "left", "top", "bottom"}) {
+        const cv::Mat& first = side == "right" || side == "bottom" ? photo : depth;
+        const cv::Mat& second = side == "right" || side == "bottom" ? depth : photo;
+        cv::Mat both;
+        if (side == "right" || side == "left") {
+            cv::hconcat(first, second, both);
+        } else {
+            cv::vconcat(first, second, both);
+        }
+        writePicture(studio / "rgbd.png", both);
+        EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"-y", "--rgbd", side} + studio.display() +
+                                                 Arguments{"rgbd.png", "one.png"})));
+        EXPECT_TRUE(samePicture(readBack(studio / "one.png"), expected)) << side;
+    }
+}
+
+TEST(Photo2Native, FlatDepthGivesEqualViewsWhateverTheFocus) {
+    SmallStudio studio;
+    for (const int value : {0, 40000}) {
+        writePicture(studio / "flat.png", cv::Mat(60, 45, CV_16UC1, cv::Scalar(value)));
+        for (const char* focus : {"0", "0.77", "1"}) {
+            const Outcome outcome = studio.run(
+                kTool, Arguments{"-y", "--strength", "80", "--focus", focus, "--save-views", "v"} +
+                           studio.display() + Arguments{"-d", "photo.png", "flat.png", "a.png"});
+            ASSERT_EQ(outcome.status, 0) << outcome.text();
+            EXPECT_NE(outcome.out.find("at most 0.00 view px"), std::string::npos) << outcome.out;
+            const std::string first = slurp(studio / "v/view_0.png");
+            for (int i = 1; i < 6; ++i)
+                EXPECT_EQ(slurp(studio / ("v/view_" + std::to_string(i) + ".png")), first);
+        }
+    }
+}
+
+TEST(Photo2Native, NearerThingsMoveLeftFromViewToView) {
+    SmallStudio studio;
+    cv::Mat photo(160, 120, CV_8UC3, cv::Scalar::all(10));
+    cv::Mat depth(160, 120, CV_8UC1, cv::Scalar(20));
+    photo(cv::Rect(50, 60, 20, 40)) = cv::Scalar::all(250);
+    depth(cv::Rect(35, 50, 50, 60)) = 230; // wider than the white bar: Fast is exact inside
+    writePicture(studio / "photo.png", photo);
+    writePicture(studio / "depth.png", depth);
+    ASSERT_EQ(studio
+                  .run(kTool, {"-c", "small.json", "-q", "2x3", "-r", "160x120", "--save-views",
+                               "v", "-d", "photo.png", "depth.png", "a.png"})
+                  .status,
+              0);
+    // S = 12 px between the outermost views for a whole depth range, half of it before the focus;
+    // 0.1: resampling in steps of 1/32 px and rounding of colours
+    std::vector<double> columns;
+    for (int i = 0; i < 6; ++i)
+        columns.push_back(
+            brightColumn(readBack(studio / ("v/view_" + std::to_string(i) + ".png"))));
+    EXPECT_NEAR(columns.front() - columns.back(), 6, 0.1);
+    for (std::size_t i = 1; i < 6; ++i)
+        EXPECT_NEAR(columns[i - 1] - columns[i], 1.2, 0.1) << "view " << i;
+}
+
+TEST(Photo2Native, NoStrengthGivesEqualViews) {
+    SmallStudio studio;
+    ASSERT_TRUE(isDone(studio.run(kTool, Arguments{"--strength", "0", "--save-views", "v"} +
+                                             studio.display() +
+                                             Arguments{"-d", "photo.png", "depth.png", "a.png"})));
+    for (int i = 1; i < 6; ++i) {
+        EXPECT_EQ(slurp(studio / ("v/view_" + std::to_string(i) + ".png")),
+                  slurp(studio / "v/view_0.png"));
+    }
+}
+
+TEST(Photo2Native, TellsTheParallaxAndWarnsAboveFivePixels) {
+    SmallStudio studio;
+    const Arguments call{"-c", "small.json", "-q",        "2x3",   "-r", "160x120",
+                         "-d", "photo.png",  "depth.png", "a.png", "-y"};
+    // S/2 = 60 % of 120 px, 6 views, half of the range before the focus: 72 * 0.5 * 2 / 5 px
+    const Outcome much = studio.run(kTool, Arguments{"--strength", "60"} + call);
+    EXPECT_TRUE(warns(much, "parallax between adjacent views is 7.2 view px"));
+    EXPECT_NE(much.out.find("parallax: strength 60.0 %, focus 0.50: at most 7.20 view px"),
+              std::string::npos)
+        << much.out;
+    EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"--strength", "40"} + call)));
+}
+
+TEST(Photo2Native, WhatItSavesLeadsToTheSameNativeAgain) {
+    SmallStudio studio;
+    for (const Arguments& keep : {Arguments{}, Arguments{"-k"}}) {
+        const Outcome outcome = studio.run(
+            kTool, keep +
+                       Arguments{"-y", "--save-quilt", "q.png", "--save-views", "v", "--save-depth",
+                                 "d.png", "--save-rgbd", "r.png"} +
+                       studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"});
+        ASSERT_TRUE(isDone(outcome));
+        EXPECT_NE(outcome.out.find("q_qs3x2a0.75.png"), std::string::npos) << outcome.out;
+        const std::string expected = slurp(studio / "a.png");
+        EXPECT_TRUE(isDone(studio.run(
+            "quilt2native", {"-y", "-c", "small.json", "q_qs3x2a0.75.png", "fromQuilt.png"})));
+        EXPECT_EQ(slurp(studio / "fromQuilt.png"), expected);
+        EXPECT_EQ(names(studio / "v").size(), 6U);
+        EXPECT_TRUE(isDone(studio.run("views2native", Arguments{"-y"} + studio.display() +
+                                                          Arguments{"v", "fromViews.png"})));
+        EXPECT_EQ(slurp(studio / "fromViews.png"), expected);
+        EXPECT_EQ(readBack(studio / "d.png").type(), CV_16UC1);
+        EXPECT_EQ(readBack(studio / "d.png").size(), cv::Size(90, 120));
+        EXPECT_EQ(readBack(studio / "r.png").size(), cv::Size(180, 120));
+        EXPECT_TRUE(samePicture(readBack(studio / "r.png")(cv::Rect(0, 0, 90, 120)),
+                                readBack(studio / "photo.png")));
+    }
+}
+
+TEST(Photo2Native, SavedDepthIsNearWhite) {
+    SmallStudio studio;
+    cv::Mat metres(60, 45, CV_16UC1, cv::Scalar(4000));
+    metres(cv::Rect(10, 10, 20, 20)) = 1000;
+    metres(cv::Rect(0, 50, 45, 10)) = 0; // unknown
+    writePicture(studio / "metres.png", metres);
+    ASSERT_TRUE(isDone(studio.run(
+        kTool, Arguments{"--depth-kind", "metric", "--save-depth", "d.png"} + studio.display() +
+                   Arguments{"-d", "photo.png", "metres.png", "a.png"})));
+    const cv::Mat depth = readBack(studio / "d.png");
+    EXPECT_EQ(depth.at<ushort>(40, 40), 65535);
+    EXPECT_EQ(depth.at<ushort>(40, 85), 0);
+    EXPECT_EQ(depth.at<ushort>(118, 40), 0); // unknown is far
+}
+
+TEST(Photo2Native, TheReportLetsOneMakeThePictureAgain) {
+    SmallStudio studio;
+    fs::rename(studio / "small.json", studio / "visual.json"); // found, not given
+    ASSERT_TRUE(isDone(studio.run(
+        kTool, {"-q",        "2x3",      "-r",        "40x30",         "--strength", "17.3",
+                "--focus",   "0.31",     "-k",        "--fit",         "contain",    "--depth-kind",
+                "far-white", "--invert", "off",       "--view-filter", "linear",     "--report",
+                "r.json",    "-d",       "photo.png", "depth.png",     "a.png"})));
+    const Json report = Json::parse(slurp(studio / "r.json"));
+    const Json& settings = report.at("settings");
+    const Json& picture = report.at("pictures").at(0);
+    const Json& quilt = settings.at("quilt");
+    const auto text = [](const Json& value) {
+        return value.is_string() ? value.get<std::string>() : value.dump();
+    };
+    Arguments again{"-c", text(settings.at("display").at("files").at(0))};
+    again = again + Arguments{"-q",
+                              text(quilt.at("rows")) + "x" + text(quilt.at("columns")),
+                              "-r",
+                              text(quilt.at("viewHeight")) + "x" + text(quilt.at("viewWidth")),
+                              "--strength",
+                              text(settings.at("strengthPercent")),
+                              "--focus",
+                              text(settings.at("focus")),
+                              "--fit",
+                              text(settings.at("fit")),
+                              "--depth-kind",
+                              text(settings.at("depthKind")),
+                              "--invert",
+                              text(settings.at("invert")),
+                              "--view-filter",
+                              text(settings.at("viewFilter")),
+                              "--sampling",
+                              text(settings.at("sampling"))};
+    if (settings.at("keepResolution").get<bool>()) again.emplace_back("-k");
+    ASSERT_TRUE(settings.at("depthImages").get<bool>());
+    again = again +
+            Arguments{"-d", text(picture.at("photo")), text(picture.at("depthImage")), "again.png"};
+    ASSERT_TRUE(isDone(studio.run(kTool, again)));
+    EXPECT_EQ(slurp(studio / "again.png"), slurp(studio / text(picture.at("native"))));
+
+    EXPECT_EQ(report.at("tool"), kTool);
+    EXPECT_EQ(settings.at("method"), "fast");
+    EXPECT_TRUE(settings.at("network").is_null());
+    EXPECT_TRUE(settings.at("rgbdSide").is_null());
+    EXPECT_EQ(settings.at("display").at("serial"), "TEST-1");
+    EXPECT_TRUE(report.at("warnings").empty());
+    EXPECT_EQ(picture.at("photoWidth"), 90);
+    for (const char* stage : {"read", "depth", "fit", "views", "native", "write"})
+        EXPECT_GE(picture.at("milliseconds").at(stage).get<double>(), 0) << stage;
+}
+
+TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
+    SmallStudio studio;
+    fs::create_directory(studio / "photos");
+    for (const char* name : {"photos/a.png", "photos/c.png", "photos/d.png"})
+        writePicture(studio / name, madePhoto(40, 50));
+    spill(studio / "photos/b.png", "broken");
+    spill(studio / "photos/notes.txt", "not a picture");
+    fs::create_directory(studio / "photos/deeper");
+    const Outcome outcome =
+        studio.run(kTool, studio.display() + Arguments{"--report", "r.json", "--save-quilt", "q",
+                                                       "--save-views", "v", "photos", "out"});
+    EXPECT_TRUE(fails(outcome, 1, "photos/b.png"));
+    EXPECT_NE(outcome.out.find("3 of 4 photos done"), std::string::npos) << outcome.out;
+    EXPECT_EQ(names(studio / "out"),
+              (std::vector<std::string>{"a_native.png", "c_native.png", "d_native.png"}));
+    EXPECT_EQ(names(studio / "q").size(), 3U);
+    EXPECT_EQ(names(studio / "v/c_views").size(), 6U);
+    const Json pictures = Json::parse(slurp(studio / "r.json")).at("pictures");
+    ASSERT_EQ(pictures.size(), 4U);
+    for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_EQ(pictures[i].contains("error"), i == 1) << i;
+
+    // alone it is the same Native
+    ASSERT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos/c.png", "c.png"})));
+    EXPECT_EQ(slurp(studio / "c.png"), slurp(studio / "out/c_native.png"));
+}
+
+TEST(Photo2Native, WarningsOfTheDisplaySurviveABadFirstPhoto) {
+    SmallStudio studio;
+    writeCalibration(studio / "odd.json", {96, 128}, 52.58, "LKG-PORT-1"); // no Portrait's panel
+    spill(studio / "a.png", "broken");
+    const Outcome outcome = studio.run(
+        kTool, {"-c", "odd.json", "-q", "2x3", "-r", "40x30", "a.png", "photo.png", "out"});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_EQ(outcome.errLines().size(), 2U) << outcome.text();
+    EXPECT_NE(outcome.err.find("warning: serial number LKG-PORT-1"), std::string::npos)
+        << outcome.text();
+}
+
+TEST(Photo2Native, SeveralPhotosGoIntoADirectory) {
+    SmallStudio studio;
+    fs::create_directory(studio / "more");
+    fs::copy(studio / "photo.png", studio / "more/photo.png");
+    writePicture(studio / "photo.ppm", madePhoto(40, 50));
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, studio.display() + Arguments{"photo.png", "photo.ppm", "out"})));
+    EXPECT_EQ(names(studio / "out"),
+              (std::vector<std::string>{"photo.png_native.png", "photo.ppm_native.png"}));
+    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photo.png", "more"})));
+    EXPECT_TRUE(fs::exists(studio / "more/photo_native.png"));
+    for (const char* name : {"new.png", "quilt.png"}) {
+        EXPECT_TRUE(fails(
+            studio.run(kTool, studio.display() + Arguments{"-y", "photo.png", "photo.ppm", name}),
+            2, "expected a directory"));
+    }
+    EXPECT_TRUE(fails(
+        studio.run(kTool, studio.display() + Arguments{"photo.png", "more/photo.png", "out2"}), 2,
+        "is written twice"));
+    fs::create_directory(studio / "empty");
+    EXPECT_TRUE(
+        fails(studio.run(kTool, studio.display() + Arguments{"empty", "out3"}), 1, "no pictures"));
+    EXPECT_FALSE(fs::exists(studio / "out3"));
+}
+
+TEST(Photo2Native, DepthImagesComeInPairs) {
+    SmallStudio studio;
+    writePicture(studio / "photo2.png", madePhoto(60, 80));
+    fs::copy(studio / "depth.png", studio / "depth2.png");
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "depth.png",
+                                                              "photo2.png", "depth2.png", "out"})));
+    EXPECT_EQ(names(studio / "out"),
+              (std::vector<std::string>{"photo2_native.png", "photo_native.png"}));
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "depth.png",
+                                                                     "photo2.png", "out"}),
+                      2, "pairs"));
+    fs::create_directory(studio / "P");
+    fs::create_directory(studio / "D");
+    for (const char* name : {"one", "two", "three"})
+        fs::copy(studio / "photo.png", studio / ("P/" + std::string(name) + ".png"));
+    for (const char* name : {"two", "one"})
+        fs::copy(studio / "depth.png", studio / ("D/" + std::string(name) + ".png"));
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-d", "P", "D", "paired"}), 1,
+                      "D/three.png"));
+    EXPECT_EQ(names(studio / "paired"),
+              (std::vector<std::string>{"one_native.png", "two_native.png"}));
+}
+
+TEST(Photo2Native, DepthOfAnotherShapeIsStretchedWithAWarning) {
+    SmallStudio studio;
+    writePicture(studio / "wide.png", madeDepth(80, 40));
+    EXPECT_TRUE(warns(
+        studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "wide.png", "a.png"}),
+        "wide.png: has another shape"));
+}
+
+TEST(Photo2Native, TheAspectOfTheQuiltsNameCounts) {
+    SmallStudio studio;
+    const Arguments call = studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
+    EXPECT_TRUE(isDone(studio.run(
+        kTool, Arguments{"--save-quilt", "q_qs3x2a1.5.png", "--report", "r.json"} + call)));
+    EXPECT_TRUE(fs::exists(studio / "q_qs3x2a1.5.png"));
+    EXPECT_EQ(Json::parse(slurp(studio / "r.json")).at("pictures").at(0).at("aspect"), 1.5);
+    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-y", "--save-quilt", "q_qs5x9.png"} + call), 1,
+                      "q_qs5x9.png"));
+}
+
+} // namespace altiro3D::test

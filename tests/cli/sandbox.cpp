@@ -1,0 +1,236 @@
+#include "sandbox.hpp"
+
+#include "altiro3D/image_io.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fcntl.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+#include <stdexcept>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr unsigned kTimeLimitSeconds = 300; // also under sanitizers on a busy machine
+
+std::string toolPath(const std::string& tool) {
+    if (tool == "altiro3Dnative") return ALTIRO3D_TOOL_ALTIRO3DNATIVE;
+    if (tool == "photo2native") return ALTIRO3D_TOOL_PHOTO2NATIVE;
+    if (tool == "quilt2native") return ALTIRO3D_TOOL_QUILT2NATIVE;
+    if (tool == "views2native") return ALTIRO3D_TOOL_VIEWS2NATIVE;
+    throw std::invalid_argument("unknown tool " + tool);
+}
+
+std::vector<char*> pointers(std::vector<std::string>& strings) {
+    std::vector<char*> result;
+    for (std::string& text : strings)
+        result.push_back(text.data());
+    result.push_back(nullptr);
+    return result;
+}
+
+// In the child, between fork and exec: only what is safe there.
+[[noreturn]] void becomeTool(char* const* arguments, char* const* environment,
+                             const char* directory, const char* out, const char* err,
+                             rlim_t largestFile) {
+    const int in = open("/dev/null", O_RDONLY);
+    const int outNumber = open(out, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    const int errNumber = open(err, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    if (in < 0 || outNumber < 0 || errNumber < 0 || chdir(directory) != 0) _exit(126);
+    dup2(in, STDIN_FILENO);
+    dup2(outNumber, STDOUT_FILENO);
+    dup2(errNumber, STDERR_FILENO);
+    alarm(kTimeLimitSeconds); // survives exec
+    const rlimit limit{largestFile, largestFile};
+    if (largestFile > 0) setrlimit(RLIMIT_FSIZE, &limit);
+    execve(arguments[0], arguments, environment);
+    _exit(127);
+}
+
+} // namespace
+
+Arguments operator+(Arguments first, const Arguments& second) {
+    first.insert(first.end(), second.begin(), second.end());
+    return first;
+}
+
+std::vector<std::string> Outcome::errLines() const {
+    std::vector<std::string> lines;
+    std::istringstream stream(err);
+    for (std::string line; std::getline(stream, line);)
+        lines.push_back(line);
+    return lines;
+}
+
+std::string Outcome::text() const {
+    std::string text = call + "\nexit status " + std::to_string(status) + "\nstandard output:\n" +
+                       out + "standard error:\n" + err;
+    for (const std::string& file : odd)
+        text += "left behind: " + file + "\n";
+    return text;
+}
+
+::testing::AssertionResult isDone(const Outcome& outcome) {
+    if (outcome.status == 0 && outcome.err.empty() && outcome.odd.empty()) {
+        return ::testing::AssertionSuccess();
+    }
+    return ::testing::AssertionFailure() << outcome.text();
+}
+
+::testing::AssertionResult warns(const Outcome& outcome, const std::string& part) {
+    const std::string start = outcome.tool + ": warning: ";
+    const std::vector<std::string> lines = outcome.errLines();
+    if (outcome.status == 0 && lines.size() == 1 && lines[0].rfind(start, 0) == 0 &&
+        lines[0].find(part) != std::string::npos && outcome.odd.empty()) {
+        return ::testing::AssertionSuccess();
+    }
+    return ::testing::AssertionFailure() << "expected one warning with \"" << part << "\"\n"
+                                         << outcome.text();
+}
+
+::testing::AssertionResult fails(const Outcome& outcome, int status, const std::string& part) {
+    const std::string start = outcome.tool + ": error: ";
+    const std::vector<std::string> lines = outcome.errLines();
+    if (outcome.status == status && lines.size() == 1 && lines[0].rfind(start, 0) == 0 &&
+        lines[0].find(part) != std::string::npos && outcome.odd.empty()) {
+        return ::testing::AssertionSuccess();
+    }
+    return ::testing::AssertionFailure()
+           << "expected exit status " << status << " and one error with \"" << part << "\"\n"
+           << outcome.text();
+}
+
+Sandbox::Sandbox() : work_(root_ / "work"), home_(root_ / "home") {
+    fs::create_directories(work_);
+    fs::create_directories(home_);
+    fs::create_directories(root_ / "models");
+    spill(root_ / "models" / "catalog.json", R"({"networks": []})");
+    environment_ = {{"HOME", home_.string()},
+                    {"LANG", "C.UTF-8"},
+                    {"PATH", "/usr/bin:/bin"},
+                    {"ALTIRO3D_MODELS", (root_ / "models").string()}};
+    for (const char* name : {"ASAN_OPTIONS", "LSAN_OPTIONS", "UBSAN_OPTIONS", "TSAN_OPTIONS",
+                             "LD_LIBRARY_PATH", "TMPDIR"}) {
+        if (const char* value = std::getenv(name)) environment_[name] = value;
+    }
+}
+
+fs::path Sandbox::operator/(const std::string& name) const {
+    return work_ / name;
+}
+
+void Sandbox::set(const std::string& name, const std::optional<std::string>& value) {
+    environment_.erase(name);
+    if (value) environment_[name] = *value;
+}
+
+Outcome Sandbox::run(const std::string& tool, const Arguments& arguments) const {
+    Outcome outcome;
+    outcome.tool = tool;
+    outcome.call = tool;
+    std::vector<std::string> words{toolPath(tool)};
+    for (const std::string& argument : arguments) {
+        words.push_back(argument);
+        outcome.call += " '" + argument + "'";
+    }
+    std::vector<std::string> variables;
+    for (const auto& [name, value] : environment_)
+        variables.push_back(name + "=" + value);
+    const std::vector<char*> argumentPointers = pointers(words);
+    const std::vector<char*> variablePointers = pointers(variables);
+    const fs::path out = outputFile_.empty() ? root_ / "out.txt" : outputFile_;
+    const fs::path err = root_ / "err.txt";
+
+    const pid_t child = fork();
+    if (child < 0) throw std::runtime_error("cannot fork");
+    if (child == 0) {
+        becomeTool(argumentPointers.data(), variablePointers.data(), work_.c_str(), out.c_str(),
+                   err.c_str(), largestFile_);
+    }
+    int status = 0;
+    if (waitpid(child, &status, 0) != child) throw std::runtime_error("lost " + tool);
+    outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    if (outputFile_.empty()) outcome.out = slurp(out);
+    outcome.err = slurp(err);
+    for (const auto& entry : fs::recursive_directory_iterator(root_.path())) {
+        const std::string name = entry.path().filename().string();
+        if (name.rfind(".altiro3D-", 0) == 0) outcome.odd.push_back(entry.path().string());
+    }
+    return outcome;
+}
+
+void writeCalibration(const fs::path& file, cv::Size panel, double pitch,
+                      const std::string& serial) {
+    std::ostringstream text;
+    text << R"({"configVersion": "1.0", "serial": ")" << serial << R"(", "pitch": {"value": )"
+         << pitch << R"(}, "slope": {"value": -7.17}, "center": {"value": 0.5},)"
+         << R"( "viewCone": {"value": 40}, "invView": {"value": 1}, "DPI": {"value": 324},)"
+         << R"( "screenW": {"value": )" << panel.width << R"(}, "screenH": {"value": )"
+         << panel.height << "}}";
+    spill(file, text.str());
+}
+
+cv::Mat madePhoto(int cols, int rows) {
+    cv::Mat photo(rows, cols, CV_8UC3);
+    cv::RNG random(7); // the same picture every time
+    for (int y = 0; y < rows; ++y) {
+        for (int x = 0; x < cols; ++x) {
+            const auto noise = static_cast<int>(random.uniform(0, 64));
+            photo.at<cv::Vec3b>(y, x) = {cv::saturate_cast<uchar>(x * 191 / cols + noise),
+                                         cv::saturate_cast<uchar>(y * 191 / rows + noise),
+                                         cv::saturate_cast<uchar>((x + y) % 17 * 11 + noise)};
+        }
+    }
+    return photo;
+}
+
+cv::Mat madeDepth(int cols, int rows) {
+    cv::Mat depth(rows, cols, CV_16UC1);
+    for (int y = 0; y < rows; ++y) {
+        for (int x = 0; x < cols; ++x)
+            depth.at<ushort>(y, x) = cv::saturate_cast<ushort>(1000 + 20000 * y / rows);
+    }
+    depth(cv::Rect(cols / 4, rows / 4, cols / 3, rows / 3)) = 60000;
+    return depth;
+}
+
+cv::Mat readBack(const fs::path& file) {
+    return cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+}
+
+SmallStudio::SmallStudio() {
+    writeCalibration(*this / "small.json");
+    writePicture(*this / "photo.png", madePhoto(90, 120));
+    writePicture(*this / "depth.png", madeDepth(45, 60));
+    const cv::Mat quilt = madePhoto(90, 80);
+    writePicture(*this / "quilt.png", quilt);
+    fs::create_directory(*this / "views");
+    for (int i = 0; i < 6; ++i) {
+        const cv::Rect tile(i % 3 * 30, (1 - i / 3) * 40, 30, 40);
+        writePicture(*this / ("views/view" + std::to_string(i) + ".png"), quilt(tile));
+    }
+}
+
+Arguments SmallStudio::goodCall(const std::string& tool, const std::string& output) const {
+    if (tool == "altiro3Dnative") return {"-m", output, "-q", "2x3", "-r", "40x30", "small.json"};
+    if (tool == "photo2native")
+        return display() + Arguments{"-d", "photo.png", "depth.png", output};
+    if (tool == "quilt2native") return display() + Arguments{"quilt.png", output};
+    return display() + Arguments{"views", output};
+}
+
+const std::vector<std::string>& allTools() {
+    static const std::vector<std::string> tools{"altiro3Dnative", "photo2native", "quilt2native",
+                                                "views2native"};
+    return tools;
+}
+
+} // namespace altiro3D::test

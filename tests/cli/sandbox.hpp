@@ -1,0 +1,97 @@
+#pragma once
+
+#include "support/files.hpp"
+
+#include <gtest/gtest.h>
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace altiro3D::test {
+
+using Arguments = std::vector<std::string>;
+
+/// Several lists of arguments, one after the other.
+Arguments operator+(Arguments first, const Arguments& second);
+
+/// What a tool left behind.
+struct Outcome {
+    std::string call;             ///< The command line, for messages of tests.
+    std::string tool;             ///< The tool's name.
+    int status = -1;              ///< Exit status; 128 + signal if one ended it.
+    std::string out;              ///< Standard output.
+    std::string err;              ///< Standard error.
+    std::vector<std::string> odd; ///< Temporary files that it left in the sandbox.
+
+    std::vector<std::string> errLines() const;
+    /// Everything, for messages of tests.
+    std::string text() const;
+};
+
+/// Success without a word on standard error.
+::testing::AssertionResult isDone(const Outcome& outcome);
+/// Success with one warning, which holds `part`.
+::testing::AssertionResult warns(const Outcome& outcome, const std::string& part);
+/// This exit status, one line on standard error, `tool: error: ...`, which holds `part`, and no
+/// temporary files.
+::testing::AssertionResult fails(const Outcome& outcome, int status, const std::string& part);
+
+/// A place for runs of the tools: an empty working directory and a home of its own. Nothing from
+/// the environment of the tests comes in; the catalogue of networks is empty.
+class Sandbox {
+  public:
+    Sandbox();
+
+    /// A file in the working directory.
+    std::filesystem::path operator/(const std::string& name) const;
+    const std::filesystem::path& work() const { return work_; }
+    const std::filesystem::path& home() const { return home_; }
+
+    /// Sets a variable for the runs to come; nothing: takes it away.
+    void set(const std::string& name, const std::optional<std::string>& value);
+    /// Standard output of the runs to come goes to this file and is not captured.
+    void sendOutputTo(const std::filesystem::path& file) { outputFile_ = file; }
+
+    /// Files of the runs to come can grow to this size only.
+    void limitFiles(std::size_t bytes) { largestFile_ = bytes; }
+
+    /// Runs a tool in the working directory, without a terminal.
+    Outcome run(const std::string& tool, const Arguments& arguments) const;
+
+  private:
+    TemporaryDirectory root_;
+    std::filesystem::path work_;
+    std::filesystem::path home_;
+    std::filesystem::path outputFile_;
+    std::size_t largestFile_ = 0; // 0: no limit
+    std::map<std::string, std::string> environment_;
+};
+
+/// Writes a calibration of a made-up panel.
+void writeCalibration(const std::filesystem::path& file, cv::Size panel = {96, 128},
+                      double pitch = 52.58, const std::string& serial = "TEST-1");
+
+/// A picture of smooth colours and fine detail. [rows x cols, CV_8UC3, BGR]
+cv::Mat madePhoto(int cols, int rows);
+/// A near box in front of a far ramp. [rows x cols, CV_16UC1, near = white]
+cv::Mat madeDepth(int cols, int rows);
+/// Reads a picture back as it is in the file.
+cv::Mat readBack(const std::filesystem::path& file);
+
+/// A sandbox with small.json (a panel of 96 x 128 px), photo.png, depth.png, quilt.png (3 columns x
+/// 2 rows of 30 x 40 px) and the same views in views/.
+class SmallStudio : public Sandbox {
+  public:
+    SmallStudio();
+    /// -c small.json -q 2x3 -r 40x30
+    Arguments display() const { return {"-c", "small.json", "-q", "2x3", "-r", "40x30"}; }
+    /// The arguments of a run that succeeds and writes one file.
+    Arguments goodCall(const std::string& tool, const std::string& output) const;
+};
+
+/// The tools' names.
+const std::vector<std::string>& allTools();
+
+} // namespace altiro3D::test

@@ -7,6 +7,7 @@ target_compile_options(altiro3D_warnings INTERFACE
   -ffp-contract=off)
 if(ALTIRO3D_SANITIZE)
   target_compile_options(altiro3D_warnings INTERFACE
-    -fsanitize=${ALTIRO3D_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+    -fsanitize=${ALTIRO3D_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>) # GCC is mistaken about the standard library's code with sanitizers
   target_link_options(altiro3D_warnings INTERFACE -fsanitize=${ALTIRO3D_SANITIZE})
 endif()

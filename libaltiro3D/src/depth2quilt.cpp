@@ -4,6 +4,7 @@
 #include "checks.hpp"
 #include "text.hpp"
 #include "view_renderer.hpp"
+#include "views_real.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,6 +33,12 @@ void checkInputs(const cv::Mat& photo, const cv::Mat& depth) {
 std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
                                            const ViewOptions& options) {
     checkInputs(photo, depth);
+    switch (options.method) {
+    case ViewMethod::Real:
+        return makeRealRenderer(photo, depth, options.focus, options.real);
+    case ViewMethod::Fast:
+        break;
+    }
     return makeFastRenderer(photo, depth, options);
 }
 
@@ -54,6 +61,7 @@ void validate(const ViewOptions& options) {
             "a depth of 0 (farthest) .. 1 (nearest)");
     require(options.refinement >= 0 && options.refinement <= 16, "refinement", options.refinement,
             "0..16 steps");
+    validate(options.real);
 }
 
 AdjacentParallax adjacentParallax(const ViewOptions& options, const QuiltLayout& quilt,

@@ -48,7 +48,8 @@ void disparityRow(const float* raw, int width, double scale, float* row) {
 
 std::vector<NamedViewOptions> defaultSettings(const ViewOptions& base) {
     std::vector<NamedViewOptions> settings;
-    for (const auto& [name, method] : {std::pair("fast", ViewMethod::Fast)}) {
+    for (const auto& [name, method] :
+         {std::pair("fast", ViewMethod::Fast), std::pair("real", ViewMethod::Real)}) {
         settings.push_back({name, base});
         settings.back().options.method = method;
     }

@@ -17,7 +17,7 @@ done
 libraries=$(dirname "$(find "$prefix" -name 'libaltiro3D.so' | head -1)")
 
 echo "== by find_package"
-cmake -S "$consumer" -B "$work/cmake" -DCMAKE_PREFIX_PATH="$prefix" \
+cmake -G Ninja -S "$consumer" -B "$work/cmake" -DCMAKE_PREFIX_PATH="$prefix" \
     -DCMAKE_CXX_COMPILER="$compiler" >/dev/null
 cmake --build "$work/cmake" >/dev/null
 LD_LIBRARY_PATH=$libraries "$work/cmake/consumer" "$calibration"

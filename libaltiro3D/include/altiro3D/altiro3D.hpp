@@ -19,6 +19,7 @@
 /// - Results are bit-for-bit the same for any number of threads (`cv::setNumThreads()`).
 
 #include "altiro3D/calibration.hpp"
+#include "altiro3D/camera.hpp"
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_cues.hpp"
 #include "altiro3D/depth_map.hpp"

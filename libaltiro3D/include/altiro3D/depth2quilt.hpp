@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/camera.hpp"
 #include "altiro3D/export.hpp"
 #include "altiro3D/quilt.hpp"
 
@@ -9,19 +10,23 @@ namespace altiro3D {
 
 /// How views are made from a photo and its depth.
 enum class ViewMethod {
-    Fast ///< Backward map read at the destination pixel, linear: cheap, no holes, soft at edges.
+    Fast, ///< Backward map read at the destination pixel, linear: cheap, no holes, soft at edges.
+    Real  ///< Each pixel projected into the virtual camera, nearest first; holes inpainted.
 };
 
 /// What the views look like.
 struct ViewOptions {
     ViewMethod method = ViewMethod::Fast; ///< See ViewMethod.
-    double strengthPercent =
-        10;             ///< Parallax between the outermost views of two things that lie a
-                        ///< whole depth range apart, in % of the picture's width, 0..10000.
-    double focus = 0.5; ///< Depth of zero parallax, 0 (farthest) .. 1 (nearest): what lies there
-                        ///< appears on the panel's surface.
-    int refinement = 0; ///< Fast: fixed-point steps that read depth where a px comes from instead
-                        ///< of where it goes to, 0 (as published) .. 16.
+    /// Parallax between the outermost views of two things that lie a whole depth range apart, in %
+    /// of the picture's width, 0..10000.
+    double strengthPercent = 10;
+    /// Depth of zero parallax, 0 (farthest) .. 1 (nearest): it appears on the panel's surface.
+    double focus = 0.5;
+    /// Fast: fixed-point steps that read depth where a px comes from instead of where it goes to, 0
+    /// (as published) .. 16.
+    int refinement = 0;
+    /// Real: what is done about holes.
+    RealOptions real;
 };
 
 /// Checks options. @throws Error InvalidArgument that names the field, its value and the range

@@ -1,0 +1,175 @@
+#pragma once
+
+#include "altiro3D/export.hpp"
+
+#include <filesystem>
+#include <limits>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+#include <string>
+
+namespace altiro3D {
+
+// The pinhole camera of method Real. x to the right, y down, z away from the camera; a point
+// (X, Y, Z) is seen at
+//
+//     u = fx X / Z + cx,   v = fy Y / Z + cy            px; (0, 0) is the upper left pixel's centre
+//
+// Lengths (Z, zNear, zFar, baseline, T) may have any unit, as long as it is one.
+
+/// The intrinsic matrix K of a camera, in px of one picture.
+struct CameraIntrinsics {
+    double fx = 0; ///< Focal length in columns, > 0.
+    double fy = 0; ///< Focal length in rows, > 0.
+    double cx = 0; ///< Column of the principal point; (columns - 1) / 2 is the middle.
+    double cy = 0; ///< Row of the principal point; (rows - 1) / 2 is the middle.
+};
+
+/// The camera that took a photo, the distances in it, and how far the virtual cameras move.
+struct Camera {
+    CameraIntrinsics intrinsics;                           ///< Of the photo.
+    double zNear = 1;                                      ///< Distance at depth 1, 1e-6..1e9.
+    double zFar = std::numeric_limits<double>::infinity(); ///< Distance at depth 0, more than
+                                                           ///< zNear; may be infinite.
+    double baseline = 0; ///< How far the outermost cameras stand beside the photo's, 0..1e9: view p
+                         ///< has T_x = p baseline.
+};
+
+/// The horizontal field of view that is taken where nothing is known about the camera.
+constexpr double kDefaultFieldOfViewDegrees = 40;
+
+/// Checks intrinsics. @throws Error InvalidArgument that names the field, its value and the range
+ALTIRO3D_EXPORT void validate(const CameraIntrinsics& intrinsics);
+
+/// Checks a camera. @throws Error InvalidArgument that names the field, its value and the range
+ALTIRO3D_EXPORT void validate(const Camera& camera);
+
+/// Reads a camera from a JSON object with the numbers fx, fy, cx, cy, zNear, zFar and baseline, all
+/// of them required. zFar may be null: infinitely far. Other fields are passed over.
+///
+/// @param path the file, at most 1 MiB
+/// @throws Error NotFound, ReadFailed, TooLarge, or BadFormat that names the file, the field, its
+///         value and what was expected
+ALTIRO3D_EXPORT Camera readCamera(const std::filesystem::path& path);
+
+/// As readCamera(), from text.
+///
+/// @param json the file's contents
+/// @param source the file's name, for errors
+ALTIRO3D_EXPORT Camera parseCamera(const std::string& json, const std::string& source);
+
+/// Focal length in px from the horizontal field of view: W / (2 tan(fov / 2)).
+///
+/// @param columns width of the picture in px, > 0
+/// @param fovDegrees 0.1..179
+/// @throws Error InvalidArgument
+ALTIRO3D_EXPORT double focalLengthFromFieldOfView(int columns, double fovDegrees);
+
+/// Focal length in px from that of a 35 mm camera with the same view (EXIF
+/// FocalLengthIn35mmFilm): f35 / 36 mm of the picture's longer side.
+///
+/// @param size the whole picture in px, before any crop, upright or not
+/// @param focalLength35mm 1..10000 mm
+/// @throws Error InvalidArgument
+ALTIRO3D_EXPORT double focalLengthFrom35mm(cv::Size size, double focalLength35mm);
+
+/// Intrinsics with square pixels and the principal point in the middle.
+ALTIRO3D_EXPORT CameraIntrinsics centredIntrinsics(cv::Size size, double focalLength);
+
+/// Intrinsics after a part of the picture was cut out and brought to another size.
+///
+/// @param part the part, px of the picture that the intrinsics belong to
+/// @param size the result's size in px
+ALTIRO3D_EXPORT CameraIntrinsics fitted(const CameraIntrinsics& intrinsics, const cv::Rect2d& part,
+                                        cv::Size size);
+
+/// Distance from relative inverse depth: 1/Z = d (1/zNear - 1/zFar) + 1/zFar; infinite at d = 0 if
+/// zFar is.
+///
+/// @param depth 0..1; clamped, NaN counts as 0
+ALTIRO3D_EXPORT double metricDistance(double depth, double zNear, double zFar);
+
+/// @overload
+/// @param depth [rows x cols, CV_32FC1, 0..1, 1 = nearest]
+/// @param distance [as depth, CV_32FC1, in the unit of zNear, may be +inf]
+/// @throws Error InvalidArgument
+ALTIRO3D_EXPORT void metricDistance(const cv::Mat& depth, double zNear, double zFar,
+                                    cv::Mat& distance);
+
+/// Relative inverse depth of a distance: the inverse of metricDistance(), 0..1, 0 for NaN and for
+/// what is not in front of the camera.
+ALTIRO3D_EXPORT double relativeDepth(double distance, double zNear, double zFar);
+
+/// Parallax S between the outermost views of two things that lie a whole depth range apart:
+/// 2 fx baseline (1/zNear - 1/zFar), px. It takes the place of strength % of the width.
+/// @throws Error InvalidArgument
+ALTIRO3D_EXPORT double parallaxOf(const Camera& camera);
+
+/// The baseline that gives a parallax: the inverse of parallaxOf(); that of `camera` is not read.
+/// @throws Error InvalidArgument
+ALTIRO3D_EXPORT double baselineFor(const Camera& camera, double parallaxPixels);
+
+/// How holes are painted that no pixel of the photo belongs to.
+enum class Inpainting {
+    Telea,       ///< Fast marching (Telea 2004).
+    NavierStokes ///< Continues lines of equal brightness (Bertalmio et al. 2001).
+};
+
+/// What method Real does with what the photo does not show.
+struct RealOptions {
+    Inpainting inpainting = Inpainting::Telea; ///< See Inpainting.
+    double inpaintingRadius = 3; ///< How far around a hole's pixel is looked, px, 1..20.
+    bool backgroundOnly = false; ///< Paint what was hidden from what lies behind only, not from the
+                                 ///< thing that hid it, too; false is the published method.
+};
+
+/// Checks options. @throws Error InvalidArgument that names the field, its value and the range
+ALTIRO3D_EXPORT void validate(const RealOptions& options);
+
+/// Where a camera stands and looks: a point X of the photo's camera is R X + T for this one. A
+/// camera at C has T = -R C: moved to the right by b and not turned, (-b, 0, 0).
+struct CameraPose {
+    cv::Matx33d rotation = cv::Matx33d::eye(); ///< R, orthonormal, determinant 1.
+    cv::Vec3d translation{0, 0, 0};            ///< T, in the unit of the distances.
+};
+
+/// Checks a pose. @throws Error InvalidArgument
+ALTIRO3D_EXPORT void validate(const CameraPose& pose);
+
+/// A virtual camera.
+struct ViewCamera {
+    CameraIntrinsics intrinsics; ///< K_v.
+    CameraPose pose;             ///< [R|T].
+};
+
+/// The camera of the view at a position: p baseline to the right, with the principal point moved so
+/// that what lies at the focus stays put.
+///
+/// @param focus depth of zero parallax, 0..1
+/// @param position camera position, -1 leftmost .. +1 rightmost; any finite number
+/// @throws Error InvalidArgument
+ALTIRO3D_EXPORT ViewCamera viewCamera(const Camera& camera, double focus, double position);
+
+/// Renders a photo as another camera sees it (method Real, any pose): each pixel is back-projected
+/// with its distance, moved, projected and spread over the pixels it falls between; the nearest
+/// wins. Cracks get a median, what was hidden is inpainted. Black if no pixel of the photo is seen.
+///
+/// Positions are computed in double (there is no float road) and then rounded to 1/256 px. Warps on
+/// one thread; any number of threads may call it at once. For cameras side by side Depth2Quilt
+/// gives the same views without matrices.
+///
+/// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px
+/// @param distance [as photo, CV_32FC1, Z; +inf = infinitely far; NaN, 0 and less = not known, such
+///        pixels are left out]
+/// @param photoCamera K_o
+/// @param viewCamera K_v
+/// @param pose [R|T]
+/// @param options see RealOptions
+/// @param view [as photo, CV_8UC3, BGR]
+/// @throws Error InvalidArgument, TooLarge, Mismatch
+ALTIRO3D_EXPORT void renderReal(const cv::Mat& photo, const cv::Mat& distance,
+                                const CameraIntrinsics& photoCamera,
+                                const CameraIntrinsics& viewCamera, const CameraPose& pose,
+                                const RealOptions& options, cv::Mat& view);
+
+} // namespace altiro3D

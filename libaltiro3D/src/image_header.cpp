@@ -59,21 +59,43 @@ int validOrientation(unsigned value) {
     return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
 }
 
-// The orientation in an EXIF blob, with or without its "Exif\0\0" in front; 1 if there is none.
-int exifOrientation(string_view blob) {
+// What is used of an EXIF blob.
+struct ExifFacts {
+    int orientation = 1;
+    unsigned focalLength35mm = 0;
+};
+
+// A 16-bit number of an EXIF directory; nothing if it is not there.
+std::optional<unsigned> exifShort(const ExifData& data, ExifIfd directory, ExifTag tag) {
+    const ExifEntry* const entry = exif_content_get_entry(data.ifd[directory], tag);
+    if (entry == nullptr || entry->format != EXIF_FORMAT_SHORT || entry->size < 2) {
+        return std::nullopt;
+    }
+    return exif_get_short(entry->data, exif_data_get_byte_order(const_cast<ExifData*>(&data)));
+}
+
+// Reads an EXIF blob, with or without its "Exif\0\0" in front.
+ExifFacts readExif(string_view blob) {
     constexpr string_view kPrefix("Exif\0\0", 6);
-    if (blob.size() < 8 || blob.size() > kMostExifBytes) return 1;
+    ExifFacts facts;
+    if (blob.size() < 8 || blob.size() > kMostExifBytes) return facts;
     std::string whole(startsWith(blob, kPrefix) ? string_view() : kPrefix);
     whole += blob;
     const std::unique_ptr<ExifData, decltype(&exif_data_unref)> data(
         exif_data_new_from_data(reinterpret_cast<const unsigned char*>(whole.data()),
                                 static_cast<unsigned>(whole.size())),
         exif_data_unref);
-    if (!data) return 1;
-    const ExifEntry* const entry =
-        exif_content_get_entry(data->ifd[EXIF_IFD_0], EXIF_TAG_ORIENTATION);
-    if (entry == nullptr || entry->format != EXIF_FORMAT_SHORT || entry->size < 2) return 1;
-    return validOrientation(exif_get_short(entry->data, exif_data_get_byte_order(data.get())));
+    if (!data) return facts;
+    facts.orientation =
+        validOrientation(exifShort(*data, EXIF_IFD_0, EXIF_TAG_ORIENTATION).value_or(1));
+    facts.focalLength35mm =
+        exifShort(*data, EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM).value_or(0);
+    return facts;
+}
+
+void useExif(const ExifFacts& facts, PictureHeader& header) {
+    header.orientation = facts.orientation;
+    header.focalLength35mm = facts.focalLength35mm;
 }
 
 // ---------------------------------------------------------------------------------------- PNG
@@ -120,14 +142,14 @@ std::string inflateText(string_view packed) {
     return text;
 }
 
-int orientationInPngText(string_view chunk, bool compressed) {
+ExifFacts exifInPngText(string_view chunk, bool compressed) {
     const std::size_t end = chunk.find('\0');
-    if (end == string_view::npos) return 1;
+    if (end == string_view::npos) return {};
     const string_view keyword = chunk.substr(0, end);
-    if (keyword != "Raw profile type exif" && keyword != "Raw profile type APP1") return 1;
-    if (!compressed) return exifOrientation(rawProfile(chunk.substr(end + 1)));
-    if (chunk.size() < end + 2 || chunk[end + 1] != 0) return 1; // 0: deflate, the only method
-    return exifOrientation(rawProfile(inflateText(chunk.substr(end + 2))));
+    if (keyword != "Raw profile type exif" && keyword != "Raw profile type APP1") return {};
+    if (!compressed) return readExif(rawProfile(chunk.substr(end + 1)));
+    if (chunk.size() < end + 2 || chunk[end + 1] != 0) return {}; // 0: deflate, the only method
+    return readExif(rawProfile(inflateText(chunk.substr(end + 2))));
 }
 
 void readPng(string_view bytes, PictureHeader& header) {
@@ -135,8 +157,8 @@ void readPng(string_view bytes, PictureHeader& header) {
     unsigned colorType = 0;
     bool hasEnd = false;
     // Real EXIF wins over the text chunk, whatever their order.
-    int exif = 1;
-    int text = 1;
+    std::optional<ExifFacts> exif;
+    std::optional<ExifFacts> text;
     for (std::uint64_t at = 8; reader.holds(at, 12);) {
         const std::uint64_t size = reader.u32(at);
         const string_view name = reader.text(at + 4, 4);
@@ -157,16 +179,17 @@ void readPng(string_view bytes, PictureHeader& header) {
         } else if (name == "acTL") {
             header.pictures = std::max(1u, reader.u32(data));
         } else if (name == "eXIf") {
-            exif = exifOrientation(chunk);
-        } else if ((name == "tEXt" || name == "zTXt") && text == 1) {
-            text = orientationInPngText(chunk, name == "zTXt");
+            exif = readExif(chunk);
+        } else if ((name == "tEXt" || name == "zTXt") && (!text || text->orientation == 1)) {
+            text = exifInPngText(chunk, name == "zTXt");
         } else if (name == "IEND") {
             hasEnd = true;
             break;
         }
         at = data + size + 4;
     }
-    header.orientation = exif != 1 ? exif : text;
+    const bool textOnly = text && (!exif || exif->orientation == 1);
+    useExif(textOnly ? *text : exif.value_or(ExifFacts()), header);
     header.isCutOff = !hasEnd;
 }
 
@@ -249,7 +272,7 @@ void readJpeg(string_view bytes, PictureHeader& header) {
             components = reader.u8(data + 5);
             progressive = marker == 0xc2 || marker == 0xca;
         } else if (marker == 0xe1 && !hasExif && startsWith(body, string_view("Exif\0\0", 6))) {
-            header.orientation = exifOrientation(body);
+            useExif(readExif(body), header);
             hasExif = true;
         } else if (marker == 0xee && startsWith(body, "Adobe")) {
             hasAdobe = true;
@@ -396,7 +419,7 @@ void readWebP(string_view bytes, PictureHeader& header) {
         } else if (name == "ANMF") {
             ++frames;
         } else if (name == "EXIF") {
-            header.orientation = exifOrientation(reader.text(data, size));
+            useExif(readExif(reader.text(data, size)), header);
         }
         if (!reader.holds(data, size)) header.isCutOff = true;
         at = data + size + (size & 1);

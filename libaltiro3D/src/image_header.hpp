@@ -46,6 +46,7 @@ struct PictureHeader {
     std::uint64_t columns = 0;       ///< 0 if the header could not be read.
     std::uint64_t rows = 0;          ///< 0 if the header could not be read.
     int orientation = 1;             ///< EXIF and TIFF orientation, 1..8.
+    unsigned focalLength35mm = 0;    ///< EXIF focal length of a 35 mm camera, mm; 0 = not given.
     std::size_t orientationAt = 0;   ///< TIFF: where the orientation's number stands, 0 if nowhere.
     std::size_t orientationSize = 0; ///< TIFF: its length in bytes.
     bool isLittleEndian = false;     ///< TIFF: its byte order.

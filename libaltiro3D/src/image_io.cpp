@@ -450,6 +450,10 @@ cv::Mat readPhoto(const fs::path& path, Notes* notes) {
     return photo;
 }
 
+double readFocalLength35mm(const fs::path& path) {
+    return readPictureHeader(readFile(path, kMaxFileBytes), lowerExtension(path)).focalLength35mm;
+}
+
 cv::Mat readDepthImage(const fs::path& path, Notes* notes) {
     const cv::Mat picture = load(path, notes).picture;
     if (picture.channels() == 3) {

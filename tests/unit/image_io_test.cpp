@@ -238,6 +238,24 @@ class ImageIo : public ::testing::Test {
 
 // ------------------------------------------------------------------------------------ reading
 
+// EXIF with a directory of its own for the camera, as cameras write it.
+TEST_F(ImageIo, FocalLengthOf35mmIsReadFromExif) {
+    const std::string exif = std::string("II*\0", 4) + littleEndian(8) + littleEndian(1, 2) +
+                             littleEndian(0x8769, 2) + littleEndian(4, 2) + littleEndian(1) +
+                             littleEndian(26) + littleEndian(0) + littleEndian(1, 2) +
+                             littleEndian(0xa405, 2) + littleEndian(3, 2) + littleEndian(1) +
+                             littleEndian(28, 2) + std::string(2, '\0') + littleEndian(0);
+    const std::string body = kExifPrefix + exif;
+    const auto length = static_cast<std::uint32_t>(body.size() + 2);
+    const cv::Mat picture(8, 8, CV_8UC3, cv::Scalar::all(50));
+    spill(directory / "a.jpg",
+          encoded(".jpg", picture).insert(2, "\xff\xe1" + bigEndian(length, 2) + body));
+    EXPECT_EQ(readFocalLength35mm(directory / "a.jpg"), 28);
+    spill(directory / "b.jpg", encoded(".jpg", picture));
+    EXPECT_EQ(readFocalLength35mm(directory / "b.jpg"), 0);
+    EXPECT_NE(errorOf([&] { readFocalLength35mm(directory / "none.jpg"); }), "(no error)");
+}
+
 TEST_F(ImageIo, LosslessFormatsReadBackWhatWasWritten) {
     for (const char* name : {"a.png", "a.tif", "a.tiff", "a.pnm", "A.PNG"}) {
         for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {

@@ -148,7 +148,7 @@ Outputs checkedOutputs(const CommandLine& commandLine, const Job& job, const Dis
     Outputs outputs(commandLine.has("y"));
     for (const fs::path& file : display.files)
         outputs.addInput(file);
-    for (const char* option : {"n", "net-profile"}) {
+    for (const char* option : {"n", "net-profile", "camera"}) {
         if (const auto file = commandLine.value(option)) outputs.addInput(*file);
     }
     for (const Item& item : job.items) {
@@ -181,6 +181,7 @@ struct Studio {
     Display display;
     QuiltLayout layout;
     ViewOptions views;
+    CameraOptions camera;
     FitMode fit = FitMode::Cover;
     bool keep = false;
     DepthSource depthSource;
@@ -199,14 +200,15 @@ std::string fixed(double value, int decimals) {
     return text;
 }
 
-AdjacentParallax tellParallax(const Studio& studio, const cv::Mat& depth, Messages& messages) {
+AdjacentParallax tellParallax(const Studio& studio, const ViewOptions& views, const cv::Mat& depth,
+                              Messages& messages) {
     double nearest = 0;
     double farthest = 0;
     cv::minMaxLoc(depth, &farthest, &nearest);
-    const AdjacentParallax parallax = adjacentParallax(
-        studio.views, studio.layout, studio.display.panelSize, {farthest, nearest});
-    messages.say("parallax: strength " + fixed(studio.views.strengthPercent, 1) + " %, focus " +
-                 fixed(studio.views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) +
+    const AdjacentParallax parallax =
+        adjacentParallax(views, studio.layout, studio.display.panelSize, {farthest, nearest});
+    messages.say("parallax: strength " + fixed(views.strengthPercent, 1) + " %, focus " +
+                 fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) +
                  " view px (" + fixed(parallax.panelPixels, 2) +
                  " panel px) between adjacent views");
     if (parallax.viewPixels > kParallaxBudgetPixels) {
@@ -233,11 +235,13 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     applyFit(photo, fit, fittedPhoto);
     applyFitToDepth(depth, photo.size(), fit, fittedPhoto, studio.views.focus, fittedDepth);
     times.end("fit");
-    Depth2Quilt(studio.layout, studio.views).render(fittedPhoto, fittedDepth, studio.quilt);
+    const ViewOptions views =
+        studio.camera.apply(studio.views, item.photo, photo.size(), fit, messages);
+    Depth2Quilt(studio.layout, views).render(fittedPhoto, fittedDepth, studio.quilt);
     times.end("views");
     studio.renderer.render(studio.quilt, studio.native);
     times.end("native");
-    const AdjacentParallax parallax = tellParallax(studio, fittedDepth, messages);
+    const AdjacentParallax parallax = tellParallax(studio, views, fittedDepth, messages);
 
     warnAboutNativeFormat(item.native, messages);
     if (!item.quilt.empty()) writePicture(item.quilt, studio.quilt);
@@ -252,10 +256,10 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
         }
     }
     if (!item.views.empty()) {
-        const int views = studio.layout.viewCount;
-        cv::parallel_for_(cv::Range(0, views), [&](const cv::Range& range) {
+        const int count = studio.layout.viewCount;
+        cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& range) {
             for (int i = range.start; i < range.end; ++i) {
-                writePicture(item.views / viewFileName(i, views),
+                writePicture(item.views / viewFileName(i, count),
                              studio.quilt(studio.layout.tile(i)));
             }
         });
@@ -304,6 +308,18 @@ Json networkJson(const CommandLine& commandLine, const DepthSource& source) {
             {"large", commandLine.has("l")}};
 }
 
+// What shapes the views besides strength and focus, by the names of the options.
+Json knobsJson(const CommandLine& commandLine, const ViewOptions& views) {
+    return {{"refine", views.refinement},
+            {"dilate", views.layered.edgeDilationPixels},
+            {"soft-edges", views.layered.softEdgePixels},
+            {"fill", views.layered.fill == LayeredFill::Continue ? "continue" : "background"},
+            {"inpaint", views.real.inpainting == Inpainting::Telea ? "telea" : "ns"},
+            {"inpaint-from", views.real.backgroundOnly ? "behind" : "around"},
+            {"camera", given(commandLine, "camera")},
+            {"fov", given(commandLine, "fov")}};
+}
+
 Json filesJson(const std::vector<fs::path>& files) {
     Json names = Json::array();
     for (const fs::path& file : files)
@@ -338,7 +354,8 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
                             {"viewWidth", layout.tileSize.width},
                             {"viewHeight", layout.tileSize.height},
                             {"views", layout.viewCount}}},
-                          {"method", "fast"},
+                          {"method", methodName(studio.views.method)},
+                          {"knobs", knobsJson(commandLine, studio.views)},
                           {"strengthPercent", studio.views.strengthPercent},
                           {"focus", studio.views.focus},
                           {"fit", fitName(studio.fit)},
@@ -364,6 +381,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     Studio studio{display,
                   layout,
                   views,
+                  CameraOptions(commandLine),
                   fit,
                   commandLine.has("k"),
                   std::move(depthSource),
@@ -421,6 +439,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] PHOTO PHOTO... | DIR  OUTDIR");
     addDepthOptions(commandLine);
     addViewOptions(commandLine);
+    CameraOptions::add(commandLine);
     addFitOption(commandLine, "cover");
     commandLine.addSection("Output");
     commandLine.add({"save-quilt"}, "Also write the quilt (named ..._qs<columns>x<rows>a<aspect>).",

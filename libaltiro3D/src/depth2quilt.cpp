@@ -4,6 +4,7 @@
 #include "checks.hpp"
 #include "text.hpp"
 #include "view_renderer.hpp"
+#include "views_layered.hpp"
 #include "views_real.hpp"
 
 #include <algorithm>
@@ -30,21 +31,26 @@ void checkInputs(const cv::Mat& photo, const cv::Mat& depth) {
     }
 }
 
-std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
-                                           const ViewOptions& options) {
-    checkInputs(photo, depth);
-    switch (options.method) {
-    case ViewMethod::Real:
-        return makeRealRenderer(photo, depth, options.focus, options.real);
-    case ViewMethod::Fast:
-        break;
-    }
-    return makeFastRenderer(photo, depth, options);
-}
-
 // p S/2 in px.
 double shiftOf(const ViewOptions& options, int width, double position) {
     return position * (options.strengthPercent / 100 * width) / 2;
+}
+
+// @param reach largest |position| that views will be made for
+std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
+                                           const ViewOptions& options, double reach) {
+    checkInputs(photo, depth);
+    switch (options.method) {
+    case ViewMethod::Fast:
+        return makeFastRenderer(photo, depth, options);
+    case ViewMethod::Real:
+        return makeRealRenderer(photo, depth, options.focus, options.real);
+    case ViewMethod::Layered:
+        break;
+    }
+    LayeredSettings settings{options.layered};
+    settings.reachPixels = shiftOf(options, photo.cols, reach);
+    return makeLayeredRenderer(photo, depth, options.focus, settings);
 }
 
 } // namespace
@@ -62,6 +68,12 @@ void validate(const ViewOptions& options) {
     require(options.refinement >= 0 && options.refinement <= 16, "refinement", options.refinement,
             "0..16 steps");
     validate(options.real);
+    require(options.layered.tearPixels > 0 && options.layered.tearPixels <= 1000, "tear",
+            options.layered.tearPixels, "more than 0 and at most 1000 px");
+    require(options.layered.edgeDilationPixels >= 0 && options.layered.edgeDilationPixels <= 8,
+            "edge dilation", options.layered.edgeDilationPixels, "0..8 px");
+    require(options.layered.softEdgePixels >= 0 && options.layered.softEdgePixels <= 8,
+            "soft edges", options.layered.softEdgePixels, "0..8 px");
 }
 
 AdjacentParallax adjacentParallax(const ViewOptions& options, const QuiltLayout& quilt,
@@ -80,7 +92,7 @@ Depth2Quilt::Depth2Quilt(const QuiltLayout& layout, const ViewOptions& options)
 }
 
 void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& quilt) const {
-    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(photo, depth, options_);
+    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(photo, depth, options_, 1);
     try {
         quilt.create(layout_.size(), CV_8UC3);
     } catch (const cv::Exception&) {
@@ -110,7 +122,8 @@ void Depth2Quilt::renderView(const cv::Mat& photo, const cv::Mat& depth, double 
         throw Error(ErrorCode::InvalidArgument, "position",
                     "is " + numberText(position) + ", expected a finite number");
     }
-    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(photo, depth, options_);
+    const std::unique_ptr<ViewRenderer> renderer =
+        makeRenderer(photo, depth, options_, std::max(1.0, std::abs(position)));
     cv::Mat result(photo.size(), CV_8UC3);
     renderer->render(shiftOf(options_, photo.cols, position), result);
     view = result;

@@ -48,8 +48,9 @@ void disparityRow(const float* raw, int width, double scale, float* row) {
 
 std::vector<NamedViewOptions> defaultSettings(const ViewOptions& base) {
     std::vector<NamedViewOptions> settings;
-    for (const auto& [name, method] :
-         {std::pair("fast", ViewMethod::Fast), std::pair("real", ViewMethod::Real)}) {
+    const std::pair<const char*, ViewMethod> kMethods[] = {
+        {"fast", ViewMethod::Fast}, {"layered", ViewMethod::Layered}, {"real", ViewMethod::Real}};
+    for (const auto& [name, method] : kMethods) {
         settings.push_back({name, base});
         settings.back().options.method = method;
     }
@@ -64,12 +65,32 @@ std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base) {
         settings.push_back({name, options});
     };
     for (int steps : {0, 1, 2, 4}) {
-        const std::string name = steps == 0 ? "fast" : "fast, refinement " + std::to_string(steps);
-        add(name, [steps](ViewOptions& o) {
-            o.method = ViewMethod::Fast;
-            o.refinement = steps;
-        });
+        add(steps == 0 ? "fast" : "fast, refinement " + std::to_string(steps),
+            [steps](ViewOptions& o) {
+                o.method = ViewMethod::Fast;
+                o.refinement = steps;
+            });
     }
+    const auto layered = [&](const std::string& name, const auto& change) {
+        add(name, [&](ViewOptions& o) {
+            o.method = ViewMethod::Layered;
+            change(o.layered);
+        });
+    };
+    layered("layered, fill continue", [](LayeredOptions& o) { o.fill = LayeredFill::Continue; });
+    layered("layered, dilation 0", [](LayeredOptions& o) { o.edgeDilationPixels = 0; });
+    layered("layered, dilation 2", [](LayeredOptions& o) { o.edgeDilationPixels = 2; });
+    layered("layered, soft edges 0", [](LayeredOptions& o) { o.softEdgePixels = 0; });
+    const auto real = [&](const std::string& name, const auto& change) {
+        add(name, [&](ViewOptions& o) {
+            o.method = ViewMethod::Real;
+            change(o.real);
+        });
+    };
+    real("real", [](RealOptions&) {});
+    real("real, Navier-Stokes", [](RealOptions& o) { o.inpainting = Inpainting::NavierStokes; });
+    real("real, from behind", [](RealOptions& o) { o.backgroundOnly = true; });
+    layered("layered", [](LayeredOptions&) {}); // the reference where there is no truth
     return settings;
 }
 

@@ -67,10 +67,17 @@ const NativeLut& lut() {
     return table;
 }
 
+ViewOptions methodOf(ViewMethod method) {
+    ViewOptions options;
+    options.method = method;
+    return options;
+}
+
 const cv::Mat& quilt() {
     static const cv::Mat picture = [] {
         cv::Mat views;
-        Depth2Quilt(kLayout).render(photo(kLayout.tileSize), depth(kLayout.tileSize), views);
+        Depth2Quilt(kLayout, methodOf(ViewMethod::Fast))
+            .render(photo(kLayout.tileSize), depth(kLayout.tileSize), views);
         return views;
     }();
     return picture;
@@ -131,18 +138,30 @@ void BM_LutLoad(benchmark::State& state) {
     std::filesystem::remove(file);
 }
 
-void BM_FastQuilt(benchmark::State& state) {
+void renderQuilts(benchmark::State& state, ViewMethod method) {
     const Threads threads(state);
     const cv::Mat source = photo(kLayout.tileSize);
     const cv::Mat map = depth(kLayout.tileSize);
-    const Depth2Quilt maker(kLayout);
+    const Depth2Quilt maker(kLayout, methodOf(method));
     cv::Mat result;
     maker.render(source, map, result);
-    require(equal(result, quilt()), "FastQuilt");
+    cv::Mat view; // the first tile is the leftmost view
+    maker.renderView(source, map, -1, view);
+    require(equal(result(kLayout.tile(0)), view), "quilt");
     for (auto _ : state) {
         maker.render(source, map, result);
         benchmark::DoNotOptimize(result.data);
     }
+}
+
+void BM_FastQuilt(benchmark::State& state) {
+    renderQuilts(state, ViewMethod::Fast);
+}
+void BM_RealQuilt(benchmark::State& state) {
+    renderQuilts(state, ViewMethod::Real);
+}
+void BM_LayeredQuilt(benchmark::State& state) {
+    renderQuilts(state, ViewMethod::Layered);
 }
 
 void BM_QuiltToNative(benchmark::State& state) {
@@ -179,6 +198,8 @@ BENCHMARK(BM_CopyLut)->Unit(benchmark::kMillisecond)->UseRealTime();
 ALTIRO3D_STAGE(BM_LutBuild);
 ALTIRO3D_STAGE(BM_LutLoad);
 ALTIRO3D_STAGE(BM_FastQuilt);
+ALTIRO3D_STAGE(BM_LayeredQuilt);
+ALTIRO3D_STAGE(BM_RealQuilt);
 ALTIRO3D_STAGE(BM_QuiltToNative);
 
 } // namespace

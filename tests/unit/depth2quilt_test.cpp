@@ -28,6 +28,7 @@ cv::Mat randomDepth(cv::Size size, int seed = 2) {
 
 ViewOptions viewsOf(double strength, double focus, int refinement = 0) {
     ViewOptions options;
+    options.method = ViewMethod::Fast;
     options.strengthPercent = strength;
     options.focus = focus;
     options.refinement = refinement;

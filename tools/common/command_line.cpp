@@ -145,6 +145,17 @@ std::optional<double> CommandLine::number(const std::string& option, double low,
     return result;
 }
 
+std::optional<int> CommandLine::wholeNumber(const std::string& option, int low, int high) const {
+    const std::optional<double> value = number(option, low, high);
+    if (!value) return std::nullopt;
+    if (*value != static_cast<int>(*value)) {
+        throw UsageError(dashed(option) + " is \"" + *this->value(option) +
+                         "\", expected a whole number " + std::to_string(low) + ".." +
+                         std::to_string(high));
+    }
+    return static_cast<int>(*value);
+}
+
 std::optional<std::size_t> CommandLine::choice(const std::string& option,
                                                const std::vector<std::string>& words) const {
     const std::optional<std::string> text = value(option);

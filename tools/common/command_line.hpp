@@ -47,6 +47,8 @@ class CommandLine {
 
     /// A number in a range. @throws UsageError that names option, value and range
     std::optional<double> number(const std::string& option, double low, double high) const;
+    /// A whole number in a range. @throws UsageError that names option, value and range
+    std::optional<int> wholeNumber(const std::string& option, int low, int high) const;
     /// One of some words: its index. @throws UsageError that lists them
     std::optional<std::size_t> choice(const std::string& option,
                                       const std::vector<std::string>& words) const;

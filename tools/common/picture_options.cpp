@@ -9,6 +9,13 @@ namespace altiro3D::tools {
 
 void addViewOptions(CommandLine& commandLine) {
     commandLine.addSection("Views");
+    commandLine.add(
+        {"method"},
+        "How views are made: layered (default: surfaces over a painted background), fast (the "
+        "published quick way, soft at edges) or real (the published geometric way, "
+        "slow).",
+        "METHOD");
+    commandLine.add({"g", "geometric"}, "The same as --method real.");
     commandLine.add({"strength"},
                     "Parallax of the whole depth range between the outermost views, in % of the "
                     "picture's width, 0..100 (default 10).",
@@ -20,14 +27,133 @@ void addViewOptions(CommandLine& commandLine) {
     commandLine.add({"k", "keep"},
                     "Make the views at the panel's resolution and average them into the quilt: "
                     "cleaner detail, more work.");
+    commandLine.add({"dilate"},
+                    "Layered: background pixels at a depth edge that go with the foreground, 0..8 "
+                    "(default 1).",
+                    "PX");
+    commandLine.add({"soft-edges"},
+                    "Layered: depth edges spread over some twice as many pixels are made sharp, "
+                    "0..8 (default 2; 0 if the depth is exact).",
+                    "PX");
+    commandLine.add({"fill"},
+                    "Layered: what was hidden is a painted background (background, default) or "
+                    "the repeated border (continue).",
+                    "WAY");
+    commandLine.add({"refine"},
+                    "Fast: steps that read depth where a pixel comes from, 0 (as published, the "
+                    "default) .. 16.",
+                    "STEPS");
+    commandLine.add({"inpaint"},
+                    "Real: how holes are painted, telea (default) or ns (Navier-Stokes).", "WAY");
+    commandLine.add({"inpaint-from"},
+                    "Real: what holes are painted from, around (as published, the default) or "
+                    "behind (only what lies behind the thing that hid it).",
+                    "WHAT");
 }
 
 ViewOptions viewOptions(const CommandLine& commandLine) {
     ViewOptions options;
+    constexpr ViewMethod kMethods[] = {ViewMethod::Fast, ViewMethod::Real, ViewMethod::Layered};
+    const auto method = commandLine.choice("method", {"fast", "real", "layered"});
+    if (method) options.method = kMethods[*method];
+    if (commandLine.has("g")) {
+        if (method && options.method != ViewMethod::Real) {
+            throw UsageError("-g means --method real, expected not another --method with it");
+        }
+        options.method = ViewMethod::Real;
+    }
     options.strengthPercent =
         commandLine.number("strength", 0, 100).value_or(options.strengthPercent);
     options.focus = commandLine.number("focus", 0, 1).value_or(options.focus);
+    LayeredOptions& layered = options.layered;
+    layered.edgeDilationPixels =
+        commandLine.wholeNumber("dilate", 0, 8).value_or(layered.edgeDilationPixels);
+    layered.softEdgePixels =
+        commandLine.wholeNumber("soft-edges", 0, 8).value_or(layered.softEdgePixels);
+    if (commandLine.choice("fill", {"background", "continue"}).value_or(0) == 1) {
+        layered.fill = LayeredFill::Continue;
+    }
+    options.refinement = commandLine.wholeNumber("refine", 0, 16).value_or(options.refinement);
+    if (commandLine.choice("inpaint", {"telea", "ns"}).value_or(0) == 1) {
+        options.real.inpainting = Inpainting::NavierStokes;
+    }
+    options.real.backgroundOnly =
+        commandLine.choice("inpaint-from", {"around", "behind"}).value_or(0) == 1;
     return options;
+}
+
+std::string methodName(ViewMethod method) {
+    switch (method) {
+    case ViewMethod::Fast:
+        return "fast";
+    case ViewMethod::Real:
+        return "real";
+    case ViewMethod::Layered:
+        break;
+    }
+    return "layered";
+}
+
+void CameraOptions::add(CommandLine& commandLine) {
+    commandLine.add({"camera"},
+                    "Real: the camera of the photo and the distances in it, JSON with fx fy cx cy "
+                    "(px of the photo), zNear zFar baseline (one unit); takes the place of "
+                    "--strength.",
+                    "FILE.json");
+    commandLine.add({"fov"},
+                    "Real: horizontal field of view of the photo in degrees, 0.1..179 (default: "
+                    "from its EXIF, else 40).",
+                    "DEGREES");
+}
+
+CameraOptions::CameraOptions(const CommandLine& commandLine)
+    : fovDegrees_(commandLine.number("fov", 0.1, 179)) {
+    commandLine.exclude("camera", "fov");
+    commandLine.exclude("camera", "strength");
+    if (const auto file = commandLine.value("camera")) {
+        camera_ = readCamera(*file);
+        source_ = *file;
+    }
+    const ViewMethod method = viewOptions(commandLine).method;
+    if ((camera_ || fovDegrees_) && method != ViewMethod::Real) {
+        throw UsageError("--camera and --fov describe the camera of method real, expected -g "
+                         "with them");
+    }
+}
+
+ViewOptions CameraOptions::apply(const ViewOptions& options, const std::filesystem::path& photoFile,
+                                 cv::Size photoSize, const PhotoFit& fit,
+                                 Messages& messages) const {
+    if (options.method != ViewMethod::Real) return options;
+    ViewOptions result = options;
+    const double width = fit.size.width;
+    if (camera_) {
+        Camera camera = *camera_;
+        camera.intrinsics = fitted(camera.intrinsics, fit.source, fit.target.size());
+        result.strengthPercent = 100 * parallaxOf(camera) / width;
+        messages.detail("camera: " + source_ + ", " + std::to_string(camera.intrinsics.fx) +
+                        " px in the view");
+        return result;
+    }
+    // Distances are relative: the nearest is 1, the farthest infinity; the baseline follows.
+    std::string source = "40 degrees field of view";
+    double focalLength = focalLengthFromFieldOfView(photoSize.width, kDefaultFieldOfViewDegrees);
+    const double equivalent = fovDegrees_ ? 0 : readFocalLength35mm(photoFile);
+    if (fovDegrees_) {
+        focalLength = focalLengthFromFieldOfView(photoSize.width, *fovDegrees_);
+        source = "--fov";
+    } else if (equivalent >= 1 && equivalent <= 10000) {
+        focalLength = focalLengthFrom35mm(photoSize, equivalent);
+        source = "EXIF";
+    }
+    Camera camera;
+    camera.intrinsics =
+        fitted(centredIntrinsics(photoSize, focalLength), fit.source, fit.target.size());
+    camera.baseline = baselineFor(camera, options.strengthPercent / 100 * width);
+    messages.detail("camera: focal length " + std::to_string(focalLength) + " px (" + source +
+                    "), baseline " + std::to_string(camera.baseline) +
+                    " of the nearest distance to either side");
+    return result;
 }
 
 void addFitOption(CommandLine& commandLine, const std::string& standard) {

@@ -1,14 +1,42 @@
 #pragma once
 
+#include "altiro3D/camera.hpp"
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "common/run_tool.hpp"
 
+#include <optional>
+#include <string>
+
 namespace altiro3D::tools {
 
-/// --strength --focus -k
+/// --method -g --strength --focus -k, and the knobs of the methods
 void addViewOptions(CommandLine& commandLine);
+/// @throws UsageError
 ViewOptions viewOptions(const CommandLine& commandLine);
+/// "fast", "real" or "layered"
+std::string methodName(ViewMethod method);
+
+/// --camera --fov: the camera of method Real.
+class CameraOptions {
+  public:
+    static void add(CommandLine& commandLine);
+    /// @throws UsageError, Error (camera file)
+    explicit CameraOptions(const CommandLine& commandLine);
+
+    /// Options for one photo: with `--camera` the file's camera gives the strength.
+    ///
+    /// @param options of the command line
+    /// @param photoFile the photo, whose EXIF may know the focal length
+    /// @param fit how the photo is fitted
+    ViewOptions apply(const ViewOptions& options, const std::filesystem::path& photoFile,
+                      cv::Size photoSize, const PhotoFit& fit, Messages& messages) const;
+
+  private:
+    std::optional<Camera> camera_;
+    std::optional<double> fovDegrees_;
+    std::string source_;
+};
 
 /// --fit
 void addFitOption(CommandLine& commandLine, const std::string& standard);

@@ -175,13 +175,9 @@ int runTool(int argc, char** argv, CommandLine& commandLine,
             messages.say(commandLine.name() + " (altiro3D) " ALTIRO3D_VERSION);
             return finish(messages, kExitDone);
         }
-        if (const auto threads = commandLine.number("j", 1, 1024)) {
-            if (*threads != static_cast<int>(*threads)) {
-                throw UsageError("-j is \"" + *commandLine.value("j") +
-                                 "\", expected a whole number 1..1024");
-            }
+        if (const auto threads = commandLine.wholeNumber("j", 1, 1024)) {
             // more than there are processors gain nothing, and TBB would complain of them
-            cv::setNumThreads(std::min(static_cast<int>(*threads), cv::getNumberOfCPUs()));
+            cv::setNumThreads(std::min(*threads, cv::getNumberOfCPUs()));
         }
         messages = Messages(commandLine.name(), commandLine.has("verbose"));
         const int status = body(commandLine, messages);

@@ -10,13 +10,35 @@ namespace altiro3D {
 
 /// How views are made from a photo and its depth.
 enum class ViewMethod {
-    Fast, ///< Backward map read at the destination pixel, linear: cheap, no holes, soft at edges.
-    Real  ///< Each pixel projected into the virtual camera, nearest first; holes inpainted.
+    Fast,   ///< Backward map read at the destination pixel, linear: cheap, no holes, soft at edges.
+    Real,   ///< Each pixel projected into the virtual camera, nearest first; holes inpainted.
+    Layered ///< Rows of surfaces, cut at depth steps, over a background that is painted once.
+};
+
+/// What a disocclusion shows: the part of the background that the photo does not.
+enum class LayeredFill {
+    Continue,       ///< The background's border pixel, repeated along the row.
+    BackgroundLayer ///< A hidden background, painted once behind the foreground, for all views.
+};
+
+/// Knobs of method Layered; the defaults were measured (docs/tradeoff.md).
+struct LayeredOptions {
+    /// Neighbours are torn apart where their depth step moves them apart by more than this in the
+    /// outermost view, px, > 0; less stretches the surface between them.
+    double tearPixels = 1;
+    /// Background pixels at a tear that go with the foreground, since they are mixed with its
+    /// colour, px, 0..8. Where the photo shows the border clearly, it decides.
+    int edgeDilationPixels = 1;
+    /// Depth steps spread over some twice as many px are made sharp, as networks draw them soft,
+    /// px, 0..8; 0 if depth is exact.
+    int softEdgePixels = 2;
+    /// See LayeredFill.
+    LayeredFill fill = LayeredFill::BackgroundLayer;
 };
 
 /// What the views look like.
 struct ViewOptions {
-    ViewMethod method = ViewMethod::Fast; ///< See ViewMethod.
+    ViewMethod method = ViewMethod::Layered; ///< See ViewMethod.
     /// Parallax between the outermost views of two things that lie a whole depth range apart, in %
     /// of the picture's width, 0..10000.
     double strengthPercent = 10;
@@ -27,6 +49,8 @@ struct ViewOptions {
     int refinement = 0;
     /// Real: what is done about holes.
     RealOptions real;
+    /// Layered: edges and what they hide.
+    LayeredOptions layered;
 };
 
 /// Checks options. @throws Error InvalidArgument that names the field, its value and the range

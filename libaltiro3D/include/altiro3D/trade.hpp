@@ -16,7 +16,7 @@ struct NamedViewOptions {
 };
 
 /// The settings that are worth comparing: every method with its defaults, and its knobs at other
-/// values, cheapest method first.
+/// values. The most accurate one comes last.
 ///
 /// @param base strength and focus of all of them
 ALTIRO3D_EXPORT std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base = {});
@@ -61,7 +61,7 @@ struct ViewAccuracy {
 ALTIRO3D_EXPORT ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth, int band);
 
 /// A measured stereo scene: a photo, its true disparity, and what a second camera saw.
-struct StereoScene {
+struct ALTIRO3D_EXPORT StereoScene {
     std::string name;            ///< For tables.
     cv::Mat photo;               ///< [rows x cols, CV_8UC3, BGR]
     cv::Mat depth;               ///< [as photo, CV_32FC1, 0..1]: disparity / largest disparity.

@@ -1,0 +1,253 @@
+// altiro3D_view_accuracy: how near views come to true pictures taken from another place, and what
+// they cost.
+//
+// Usage: altiro3D_view_accuracy [folder of the test data [folder for the views]]
+//
+// Prints two Markdown tables. The first: the left picture of each Middlebury pair and its true
+// disparity are made into the right picture, over the full baseline; `inside` leaves out, at both
+// sides, the band that can come from outside the frame. Then the Stanford cards, from the centre to
+// the cameras at the sides. The second: time of one view in a quilt of 48, one thread, by the side
+// of method Fast. What is missing is named and left out.
+
+#include "altiro3D/picture_quality.hpp"
+#include "support/files.hpp"
+#include "view_renderer.hpp"
+#include "views_layered.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+using altiro3D::LayeredFill;
+using altiro3D::LayeredSettings;
+using altiro3D::ViewRenderer;
+
+struct Pair {
+    std::string name;
+    cv::Mat photo; // [rows x cols, CV_8UC3, BGR]
+    cv::Mat truth; // [as photo]
+    cv::Mat depth; // [as photo, CV_32FC1, 0..1]
+    double focus = 0;
+    double shift = 0; // px
+    int band = 0;     // columns at each side that may show what the photo does not
+};
+
+struct Method {
+    std::string name;
+    std::function<std::unique_ptr<ViewRenderer>(const Pair&)> make;
+};
+
+std::vector<Method> methods() {
+    std::vector<Method> list;
+    list.push_back({"Fast", [](const Pair& pair) {
+                        altiro3D::ViewOptions options;
+                        options.focus = pair.focus;
+                        return altiro3D::makeFastRenderer(pair.photo, pair.depth, options);
+                    }});
+    const auto layered = [&](const std::string& name, const LayeredSettings& options) {
+        list.push_back({name, [options](const Pair& pair) {
+                            LayeredSettings fitting = options;
+                            fitting.reachPixels = std::abs(pair.shift);
+                            return altiro3D::makeLayeredRenderer(pair.photo, pair.depth, pair.focus,
+                                                                 fitting);
+                        }});
+    };
+    LayeredSettings options;
+    layered("Layered", options);
+    options.fill = LayeredFill::Continue;
+    layered("Layered, fill Continue", options);
+    options = {};
+    options.softEdgePixels = 0;
+    layered("Layered, depth taken as exact", options);
+    return list;
+}
+
+// Unknown disparities take the smaller of their two neighbours in the row.
+void fillUnknown(cv::Mat& disparity) {
+    const auto known = [](float value) { return std::isfinite(value) && value > 0; };
+    for (int y = 0; y < disparity.rows; ++y) {
+        auto* row = disparity.ptr<float>(y);
+        for (int x = 0; x < disparity.cols; ++x) {
+            if (known(row[x])) continue;
+            int next = x;
+            while (next < disparity.cols && !known(row[next]))
+                ++next;
+            float value = 0;
+            if (x > 0) value = row[x - 1];
+            if (next < disparity.cols) value = x > 0 ? std::min(value, row[next]) : row[next];
+            std::fill(row + x, row + next, value);
+            x = next - 1;
+        }
+    }
+}
+
+// scenes.csv: scene, year, left, right, disparity of the left, of the right, scale, ...
+std::vector<Pair> middlebury(const fs::path& folder) {
+    std::vector<Pair> pairs;
+    std::ifstream list(folder / "scenes.csv");
+    if (!list) std::cout << "missing: " << (folder / "scenes.csv").string() << "\n\n";
+    std::string line;
+    std::getline(list, line);
+    while (std::getline(list, line)) {
+        std::vector<std::string> fields;
+        std::stringstream stream(line);
+        for (std::string field; std::getline(stream, field, ',');)
+            fields.push_back(field);
+        if (fields.size() < 7) continue;
+        Pair pair;
+        pair.name = fields[0];
+        pair.photo = cv::imread((folder / fields[0] / fields[2]).string());
+        pair.truth = cv::imread((folder / fields[0] / fields[3]).string());
+        cv::Mat disparity =
+            cv::imread((folder / fields[0] / fields[4]).string(), cv::IMREAD_UNCHANGED);
+        if (pair.photo.empty() || pair.truth.size() != pair.photo.size() ||
+            disparity.size() != pair.photo.size() || disparity.channels() != 1) {
+            std::cout << "missing or unreadable: " << fields[0] << "\n\n";
+            continue;
+        }
+        disparity.convertTo(disparity, CV_32F, 1 / std::stod(fields[6]));
+        fillUnknown(disparity);
+        cv::minMaxLoc(disparity, nullptr, &pair.shift);
+        pair.depth = disparity / pair.shift;
+        pair.band = static_cast<int>(std::ceil(pair.shift)) + 2;
+        pairs.push_back(pair);
+    }
+    return pairs;
+}
+
+// Camera c8 is the centre; shift in x from there to c(8+k) is k 0.195 (v - 127.8) px, v the value
+// in depth_center.png (see the README there).
+std::vector<Pair> cards(const fs::path& folder) {
+    std::vector<Pair> pairs;
+    const cv::Mat centre = cv::imread((folder / "r08_c08.jpg").string());
+    const cv::Mat raw = cv::imread((folder / "depth_center.png").string(), cv::IMREAD_GRAYSCALE);
+    if (centre.empty() || raw.size() != centre.size()) {
+        std::cout << "missing or unreadable: " << folder.string() << "\n\n";
+        return pairs;
+    }
+    for (const int column : {0, 4, 12, 16}) {
+        Pair pair;
+        char name[32];
+        std::snprintf(name, sizeof(name), "r08_c%02d.jpg", column);
+        pair.name = "cards c" + std::to_string(column);
+        pair.photo = centre;
+        pair.truth = cv::imread((folder / name).string());
+        if (pair.truth.size() != centre.size()) continue;
+        raw.convertTo(pair.depth, CV_32F, 1 / 255.0);
+        pair.focus = 127.8 / 255;
+        pair.shift = -(column - 8) * 0.195 * 255;
+        pair.band = static_cast<int>(std::ceil(std::abs(pair.shift) * 0.51)) + 2;
+        pairs.push_back(pair);
+    }
+    return pairs;
+}
+
+struct Quality {
+    double values[4] = {0, 0, 0, 0}; // PSNR and SSIM whole, PSNR and SSIM inside
+};
+
+void printRow(const std::string& scene, const std::string& method, const Quality& quality) {
+    std::printf("| %s | %s | %.2f / %.4f | %.2f / %.4f |\n", scene.c_str(), method.c_str(),
+                quality.values[0], quality.values[1], quality.values[2], quality.values[3]);
+}
+
+void printAccuracy(const std::string& title, const std::vector<Pair>& pairs,
+                   const fs::path& views) {
+    if (pairs.empty()) return;
+    std::printf("| %s | method | whole: PSNR / SSIM | inside: PSNR / SSIM |\n|---|---|---|---|\n",
+                title.c_str());
+    for (const Method& method : methods()) {
+        Quality mean;
+        for (const Pair& pair : pairs) {
+            cv::Mat view(pair.photo.size(), CV_8UC3);
+            method.make(pair)->render(pair.shift, view);
+            const cv::Range inside(pair.band, view.cols - pair.band);
+            const Quality quality{
+                {altiro3D::psnr(view, pair.truth), altiro3D::ssim(view, pair.truth),
+                 altiro3D::psnr(view.colRange(inside), pair.truth.colRange(inside)),
+                 altiro3D::ssim(view.colRange(inside), pair.truth.colRange(inside))}};
+            printRow(pair.name, method.name, quality);
+            for (int i = 0; i < 4; ++i)
+                mean.values[i] += quality.values[i] / static_cast<double>(pairs.size());
+            if (!views.empty())
+                cv::imwrite((views / (pair.name + ", " + method.name + ".png")).string(), view);
+        }
+        printRow("mean", method.name, mean);
+    }
+    std::printf("\n");
+}
+
+// Best of some runs, ms.
+double milliseconds(const std::function<void()>& work) {
+    double best = 1e9;
+    for (int run = 0; run < 5; ++run) {
+        const auto start = std::chrono::steady_clock::now();
+        work();
+        const std::chrono::duration<double, std::milli> time =
+            std::chrono::steady_clock::now() - start;
+        best = std::min(best, time.count());
+    }
+    return best;
+}
+
+// 48 views of 420 x 560 at strength 10 %.
+void printTimes(const std::vector<Pair>& pairs) {
+    constexpr int kViews = 48;
+    const cv::Size size(420, 560);
+    std::printf("| scene | method | preparation, ms | view, ns/px | view / Fast | with preparation "
+                "/ Fast |\n|---|---|---:|---:|---:|---:|\n");
+    for (const Pair& original : pairs) {
+        Pair pair = original;
+        cv::resize(original.photo, pair.photo, size, 0, 0, cv::INTER_AREA);
+        cv::resize(original.depth, pair.depth, size, 0, 0, cv::INTER_NEAREST);
+        pair.shift = 0.1 * size.width / 2;
+        pair.focus = 0.5;
+        double fast = 0;
+        for (const Method& method : methods()) {
+            std::unique_ptr<ViewRenderer> renderer;
+            const double preparation = milliseconds([&] { renderer = method.make(pair); });
+            cv::Mat view(size, CV_8UC3);
+            const double all = milliseconds([&] {
+                for (int i = 0; i < kViews; ++i)
+                    renderer->render((2.0 * i / (kViews - 1) - 1) * pair.shift, view);
+            });
+            if (fast == 0) fast = all;
+            std::printf("| %s | %s | %.1f | %.2f | %.2f | %.2f |\n", pair.name.c_str(),
+                        method.name.c_str(), preparation, all * 1e6 / kViews / size.area(),
+                        all / fast, (all + preparation) / fast);
+        }
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    try {
+        cv::setNumThreads(1);
+        const fs::path data = argc > 1 ? fs::path(argv[1]) : altiro3D::test::dataPath("");
+        const fs::path views = argc > 2 ? fs::path(argv[2]) : fs::path();
+        const std::vector<Pair> pairs = middlebury(data / "middlebury");
+        printAccuracy("Middlebury", pairs, views);
+        printAccuracy("Stanford", cards(data / "lightfields" / "stanford_cards"), views);
+        printTimes(pairs);
+        return pairs.empty() ? 1 : 0;
+    } catch (const std::exception& error) {
+        std::cerr << "altiro3D_view_accuracy: error: " << error.what() << "\n";
+        return 1;
+    }
+}

@@ -1,0 +1,478 @@
+#include "views_layered.hpp"
+
+#include "altiro3D/picture_quality.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+#include "views_layered_scene.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <thread>
+
+namespace altiro3D::test {
+namespace {
+
+cv::Mat randomPhoto(cv::Size size, int seed = 1) {
+    cv::RNG rng(static_cast<std::uint64_t>(seed));
+    cv::Mat photo(size, CV_8UC3);
+    rng.fill(photo, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(photo, photo, {5, 5}, 1.2);
+    return photo;
+}
+
+// Blobs with steps between them, and slopes.
+cv::Mat blobDepth(cv::Size size, int seed = 2) {
+    cv::RNG rng(static_cast<std::uint64_t>(seed));
+    cv::Mat depth(size, CV_32FC1);
+    for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x)
+            depth.at<float>(y, x) = 0.1F + 0.2F * static_cast<float>(x) / 100;
+    for (int i = 0; i < 12; ++i) {
+        const cv::Point centre(rng.uniform(0, size.width), rng.uniform(0, size.height));
+        const cv::Size half(rng.uniform(2, 16), rng.uniform(2, 12));
+        cv::ellipse(depth, centre, half, 0, 0, 360, cv::Scalar(rng.uniform(0.2, 1.0)), -1);
+    }
+    return depth;
+}
+
+cv::Mat rendered(const cv::Mat& photo, const cv::Mat& depth, double focus, double shift,
+                 const LayeredSettings& options = {}) {
+    cv::Mat view(photo.size(), CV_8UC3, cv::Scalar(1, 2, 3));
+    makeLayeredRenderer(photo, depth, focus, options)->render(shift, view);
+    return view;
+}
+
+const cv::Size kSizes[] = {{1, 1},   {2, 1},   {1, 2},  {2, 3}, {61, 37},
+                           {64, 48}, {128, 5}, {1, 40}, {40, 1}};
+
+// A red board, columns 20..39, before a wall that is blue at its left and green at its right.
+struct Board {
+    cv::Mat photo = cv::Mat(9, 64, CV_8UC3);
+    cv::Mat depth = cv::Mat(9, 64, CV_32FC1);
+    const cv::Vec3b blue{200, 40, 20};
+    const cv::Vec3b green{30, 180, 60};
+    const cv::Vec3b red{20, 10, 220};
+
+    Board(float wall, float board) {
+        for (int y = 0; y < photo.rows; ++y) {
+            for (int x = 0; x < photo.cols; ++x) {
+                const bool isBoard = x >= 20 && x < 40;
+                photo.at<cv::Vec3b>(y, x) = isBoard ? red : x < 20 ? blue : green;
+                depth.at<float>(y, x) = isBoard ? board : wall;
+            }
+        }
+    }
+};
+
+cv::Vec3b mean(const cv::Vec3b& a, const cv::Vec3b& b) {
+    cv::Vec3b result;
+    for (int c = 0; c < 3; ++c)
+        result[c] = static_cast<uchar>((a[c] + b[c] + 1) / 2);
+    return result;
+}
+
+TEST(ViewsLayered, NoShiftGivesThePhotoBitForBit) {
+    for (const cv::Size size : kSizes) {
+        const cv::Mat photo = randomPhoto(size);
+        EXPECT_TRUE(samePicture(rendered(photo, blobDepth(size), 0.4, 0), photo)) << size;
+        EXPECT_TRUE(samePicture(rendered(photo, blobDepth(size), 0.4, -0.0), photo)) << size;
+    }
+}
+
+TEST(ViewsLayered, DepthAtTheFocusGivesThePhotoBitForBit) {
+    for (const cv::Size size : kSizes) {
+        const cv::Mat photo = randomPhoto(size);
+        const cv::Mat depth(size, CV_32FC1, cv::Scalar(0.25));
+        for (const double shift : {0.3, -7.0, 31.9, 1e6})
+            EXPECT_TRUE(samePicture(rendered(photo, depth, 0.25, shift), photo)) << size << shift;
+        const cv::Mat unclean(size, CV_32FC1, cv::Scalar(0.3));
+        for (const double shift : {0.3, -7.0, 31.9, 1e6}) // 0.3F is not 0.3
+            EXPECT_TRUE(samePicture(rendered(photo, unclean, 0.3, shift), photo)) << size << shift;
+    }
+}
+
+TEST(ViewsLayered, WholePixelsAreMovedWithoutLoss) {
+    const cv::Mat photo = randomPhoto({64, 48});
+    const cv::Mat view =
+        rendered(photo, cv::Mat(photo.size(), CV_32FC1, cv::Scalar(0.75)), 0.25, 8);
+    EXPECT_TRUE(samePicture(view.colRange(0, 60), photo.colRange(4, 64)));
+}
+
+TEST(ViewsLayered, NearThingsMoveAgainstTheCamera) {
+    cv::Mat photo(5, 200, CV_8UC3, cv::Scalar::all(0));
+    photo.colRange(100, 104).setTo(cv::Scalar::all(255)); // a bright bar
+    const auto barAt = [&](float depth, double shift) {
+        const cv::Mat flat(photo.size(), CV_32FC1, cv::Scalar(depth));
+        cv::Mat grey;
+        cv::cvtColor(rendered(photo, flat, 0.5, shift), grey, cv::COLOR_BGR2GRAY);
+        const cv::Moments moments = cv::moments(grey);
+        return moments.m10 / moments.m00;
+    };
+    EXPECT_NEAR(barAt(1, 10), 101.5 - 5, 0.01);
+    EXPECT_NEAR(barAt(1, -10), 101.5 + 5, 0.01);
+    EXPECT_NEAR(barAt(0, 10), 101.5 + 5, 0.01);
+    EXPECT_NEAR(barAt(1, 4.5), 101.5 - 2.25, 0.06); // white cannot get whiter: overshoot is cut off
+}
+
+// Shift 10: the board moves by 10 (0.75 - 0.25) = 5 px, the wall at the focus stays.
+TEST(ViewsLayered, BoardBeforeAWallHidesAndReveals) {
+    const Board board(0.25F, 0.75F);
+    for (const int dilation : {0, 1, 2}) {
+        LayeredSettings options;
+        options.edgeDilationPixels = dilation;
+        for (const int direction : {1, -1}) {
+            const cv::Mat view = rendered(board.photo, board.depth, 0.25, 10 * direction, options);
+            for (int x = 0; x < 64; ++x) {
+                const int first = 20 - 5 * direction;
+                cv::Vec3b expected = x < 20 ? board.blue : board.green;
+                if (direction < 0 && x >= 20 && x < first) expected = board.blue; // revealed
+                if (x >= first && x < first + 20) expected = board.red;
+                EXPECT_EQ(view.at<cv::Vec3b>(4, x), expected) << x << " " << direction;
+            }
+        }
+    }
+}
+
+TEST(ViewsLayered, BordersOfThingsAreExactToAPartOfAPixel) {
+    const Board board(0.25F, 0.75F);
+    const cv::Mat view = rendered(board.photo, board.depth, 0.25, 5); // by 2.5 px: 17.5 .. 37.5
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 16), board.blue);
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 17), mean(board.blue, board.red));
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 18), board.red);
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 36), board.red);
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 37), mean(board.green, board.red));
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 38), board.green);
+}
+
+// The photo's border pixels are mixed: in the view they must not lie around as a line.
+TEST(ViewsLayered, MixedBorderPixelsStayWithTheBorder) {
+    Board board(0.25F, 0.75F);
+    board.photo.col(19).setTo(cv::Scalar(mean(board.blue, board.red)));
+    board.photo.col(40).setTo(cv::Scalar(mean(board.green, board.red)));
+    const cv::Mat view = rendered(board.photo, board.depth, 0.25, 10); // 14.5 .. 35.5
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 13), board.blue);
+    EXPECT_LE(cv::norm(view.at<cv::Vec3b>(4, 14), mean(board.blue, board.red), cv::NORM_INF), 1);
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 15), board.red);
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 34), board.red);
+    EXPECT_LE(cv::norm(view.at<cv::Vec3b>(4, 35), mean(board.green, board.red), cv::NORM_INF), 1);
+    for (int x = 36; x < 64; ++x)
+        EXPECT_EQ(view.at<cv::Vec3b>(4, x), board.green) << x;
+}
+
+TEST(ViewsLayered, SoftDepthStepsOfNetworksAreMadeSharp) {
+    Board board(0.25F, 0.75F);
+    for (const int x : {19, 40}) { // three px of slope on each side
+        const int out = x == 19 ? -1 : 1;
+        for (int k = 0; k < 3; ++k)
+            board.depth.col(x + out * (k - 1)).setTo(0.625F - 0.125F * static_cast<float>(k));
+    }
+    const cv::Mat view = rendered(board.photo, board.depth, 0.25, 10);
+    for (int x = 0; x < 64; ++x) {
+        const cv::Vec3b expected = x < 15 ? board.blue : x < 35 ? board.red : board.green;
+        EXPECT_EQ(view.at<cv::Vec3b>(4, x), expected) << x;
+    }
+}
+
+TEST(ViewsLayered, HiddenThingsLookTheSameInAllViews) {
+    cv::Mat photo = randomPhoto({64, 9});
+    const Board board(0.25F, 0.75F);
+    board.photo.colRange(18, 42).copyTo(photo.colRange(18, 42));
+    const auto renderer = makeLayeredRenderer(photo, board.depth, 0, {});
+    cv::Mat first(photo.size(), CV_8UC3);
+    cv::Mat second(photo.size(), CV_8UC3);
+    renderer->render(16, first);  // the board moves by 12, the wall by 4
+    renderer->render(24, second); // by 18 and 6
+    // behind the board 40 - 8 .. 39 came to light in both
+    EXPECT_TRUE(samePicture(second.colRange(33 - 6, 58 - 6), first.colRange(33 - 4, 58 - 4)));
+}
+
+TEST(ViewsLayered, FillContinueRepeatsTheBackgroundsBorderPixel) {
+    const cv::Mat photo = randomPhoto({64, 9});
+    const Board board(0.25F, 0.75F);
+    LayeredSettings options;
+    options.fill = LayeredFill::Continue;
+    options.edgeDilationPixels = 0;
+    options.softEdgePixels = 0;
+    const cv::Mat view = rendered(photo, board.depth, 0.25, 10, options);
+    for (int y = 0; y < 9; ++y)
+        EXPECT_EQ(view.at<cv::Vec3b>(y, 37), view.at<cv::Vec3b>(y, 38)) << y;
+}
+
+// What is left and right of the frame continues what is seen there.
+TEST(ViewsLayered, FrameBordersAreFilledFromTheSurfaceBesideThem) {
+    const cv::Mat photo(12, 64, CV_8UC3, cv::Scalar(10, 120, 200));
+    for (const float depth : {0.0F, 1.0F})
+        for (const double shift : {20.0, -20.0, 500.0})
+            EXPECT_TRUE(samePicture(
+                rendered(photo, cv::Mat(photo.size(), CV_32FC1, cv::Scalar(depth)), 0.5, shift),
+                photo));
+}
+
+TEST(ViewsLayered, DepthIsClampedAndNanCountsAsZero) {
+    const cv::Mat photo = randomPhoto({61, 37});
+    cv::Mat depth = blobDepth(photo.size());
+    cv::Mat clean = depth.clone();
+    const auto set = [&](cv::Point at, float value, float meaning) {
+        cv::rectangle(depth, {at, cv::Size(5, 5)}, cv::Scalar(value), -1);
+        cv::rectangle(clean, {at, cv::Size(5, 5)}, cv::Scalar(meaning), -1);
+    };
+    set({5, 5}, std::numeric_limits<float>::quiet_NaN(), 0);
+    set({15, 9}, -3, 0);
+    set({25, 20}, 7, 1);
+    set({40, 20}, std::numeric_limits<float>::infinity(), 1);
+    set({50, 3}, -std::numeric_limits<float>::infinity(), 0);
+    EXPECT_TRUE(samePicture(rendered(photo, depth, 0.5, 9), rendered(photo, clean, 0.5, 9)));
+}
+
+TEST(ViewsLayered, MirroredInputGivesTheMirroredViewOfTheOtherSide) {
+    for (const cv::Size size : kSizes) {
+        const cv::Mat photo = randomPhoto(size);
+        const cv::Mat depth = blobDepth(size);
+        cv::Mat mirroredPhoto;
+        cv::Mat mirroredDepth;
+        cv::flip(photo, mirroredPhoto, 1);
+        cv::flip(depth, mirroredDepth, 1);
+        for (const double shift : {0.7, 13.3, 150.0}) {
+            cv::Mat mirrored;
+            cv::flip(rendered(mirroredPhoto, mirroredDepth, 0.4, -shift), mirrored, 1);
+            EXPECT_TRUE(samePicture(mirrored, rendered(photo, depth, 0.4, shift))) << size;
+        }
+    }
+}
+
+TEST(ViewsLayered, SurfacesOfAMirroredRowAreTheMirroredSurfaces) {
+    const cv::Mat photo = randomPhoto({97, 30});
+    const cv::Mat depth = blobDepth(photo.size());
+    for (int y = 0; y < photo.rows; ++y) {
+        std::vector<float> offsets(depth.ptr<float>(y), depth.ptr<float>(y) + depth.cols);
+        std::vector<float> mirroredOffsets(offsets.rbegin(), offsets.rend());
+        cv::Mat mirrored;
+        cv::flip(photo.row(y), mirrored, 1);
+        std::vector<LayeredSurface> surfaces;
+        std::vector<LayeredSurface> others;
+        cutSurfaces(photo.ptr(y), offsets, {}, surfaces);
+        cutSurfaces(mirrored.ptr(), mirroredOffsets, {}, others);
+        EXPECT_EQ(std::vector<float>(offsets.rbegin(), offsets.rend()), mirroredOffsets) << y;
+        ASSERT_EQ(surfaces.size(), others.size()) << y;
+        for (std::size_t i = 0; i < surfaces.size(); ++i) {
+            const LayeredSurface& other = others[others.size() - 1 - i];
+            EXPECT_EQ(surfaces[i].first, photo.cols - 1 - other.last) << y;
+            EXPECT_EQ(surfaces[i].last, photo.cols - 1 - other.first) << y;
+            EXPECT_EQ(surfaces[i].leftExtra, other.rightExtra) << y;
+        }
+    }
+}
+
+TEST(ViewsLayered, AnySizeDepthAndShiftIsDefined) {
+    for (const cv::Size size : kSizes) {
+        const cv::Mat photo = randomPhoto(size);
+        cv::Mat noise(size, CV_32FC1);
+        cv::RNG(7).fill(noise, cv::RNG::UNIFORM, -0.2, 1.2);
+        cv::Mat board(size, CV_32FC1);
+        cv::Mat spikes(size, CV_32FC1, cv::Scalar(0.5));
+        for (int y = 0; y < size.height; ++y) {
+            for (int x = 0; x < size.width; ++x) {
+                board.at<float>(y, x) = static_cast<float>((x + y) % 2);
+                if ((x * 7 + y * 3) % 11 == 0) spikes.at<float>(y, x) = 1;
+            }
+        }
+        for (const cv::Mat& depth : {noise, board, spikes, blobDepth(size)}) {
+            for (const double reach : {0.0, 1e-6, 0.5, 30.0, 1e5}) {
+                LayeredSettings options;
+                options.reachPixels = reach;
+                const auto renderer = makeLayeredRenderer(photo, depth, 0.3, options);
+                for (const double shift : {1e-300, 0.01, -1.0, 29.99, -400.0, 1e5, -1e12, 1e300}) {
+                    cv::Mat once(size, CV_8UC3, cv::Scalar::all(0));
+                    cv::Mat again(size, CV_8UC3, cv::Scalar::all(255));
+                    renderer->render(shift, once);
+                    renderer->render(shift, again);
+                    ASSERT_TRUE(samePicture(again, once)) << size << shift; // all is written
+                }
+            }
+        }
+    }
+}
+
+TEST(ViewsLayered, SubMatricesGiveTheSameView) {
+    const cv::Mat photo = randomPhoto({61, 37});
+    const cv::Mat depth = blobDepth(photo.size());
+    cv::Mat largePhoto(60, 90, CV_8UC3, cv::Scalar::all(77));
+    cv::Mat largeDepth(60, 90, CV_32FC1, cv::Scalar(0.9));
+    cv::Mat largeView(60, 90, CV_8UC3, cv::Scalar::all(9));
+    const cv::Rect part(11, 7, 61, 37);
+    photo.copyTo(largePhoto(part));
+    depth.copyTo(largeDepth(part));
+    cv::Mat view = largeView(part);
+    for (const double shift : {8.5, -8.5, 0.0}) {
+        makeLayeredRenderer(largePhoto(part), largeDepth(part), 0.4, {})->render(shift, view);
+        EXPECT_TRUE(samePicture(view, rendered(photo, depth, 0.4, shift)));
+    }
+    view.setTo(cv::Scalar::all(9));
+    EXPECT_EQ(cv::countNonZero(largeView.reshape(1) != 9), 0); // nothing outside was touched
+}
+
+TEST(ViewsLayered, ThreadsAndOrderDoNotMatter) {
+    const cv::Mat photo = randomPhoto({97, 61});
+    const cv::Mat depth = blobDepth(photo.size());
+    const int threads = cv::getNumThreads();
+    cv::setNumThreads(1);
+    std::vector<cv::Mat> expected;
+    for (int i = 0; i < 8; ++i)
+        expected.push_back(rendered(photo, depth, 0.4, 4.3 * (i - 3)));
+    cv::setNumThreads(3);
+    const auto renderer = makeLayeredRenderer(photo, depth, 0.4, {});
+    std::vector<cv::Mat> views(8);
+    std::vector<std::thread> workers;
+    for (int i = 7; i >= 0; --i) {
+        workers.emplace_back([&, i] {
+            views[static_cast<std::size_t>(i)].create(photo.size(), CV_8UC3);
+            renderer->render(4.3 * (i - 3), views[static_cast<std::size_t>(i)]);
+        });
+    }
+    for (std::thread& worker : workers)
+        worker.join();
+    cv::setNumThreads(threads);
+    for (std::size_t i = 0; i < 8; ++i)
+        EXPECT_TRUE(samePicture(views[i], expected[i])) << i;
+}
+
+TEST(ViewsLayered, SmoothDepthIsOneSurfacePerRowWithNothingHiddenInTheFrame) {
+    cv::Mat depth(20, 100, CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y)
+        for (int x = 0; x < depth.cols; ++x)
+            depth.at<float>(y, x) = 0.3F + 0.1F * std::sin(0.1F * static_cast<float>(x + y));
+    for (const LayeredRowData& row : layeredScene(randomPhoto(depth.size()), depth, 0.5, {})) {
+        ASSERT_EQ(row.surfaces.size(), 1U);
+        EXPECT_EQ(row.surfaces[0].first, 0);
+        EXPECT_EQ(row.surfaces[0].last, 99);
+    }
+}
+
+TEST(ViewsLayered, ThinSurfacesKeepAPixelHoweverTheirBordersMove) {
+    cv::RNG rng(11);
+    cv::Mat photo(1, 120, CV_8UC3);
+    std::vector<LayeredSurface> surfaces;
+    for (int i = 0; i < 500; ++i) {
+        std::vector<float> offsets(120);
+        for (int x = 0; x < 120; x += 2 + i % 2) {
+            const cv::Scalar colour(rng.uniform(0, 256), rng.uniform(0, 256), rng.uniform(0, 256));
+            photo.colRange(x, std::min(x + 3, 120)).setTo(colour);
+            const float offset = rng.uniform(0.0F, 1.0F);
+            std::fill(offsets.begin() + x, offsets.begin() + std::min(x + 3, 120), offset);
+        }
+        cutSurfaces(photo.ptr(), offsets, {}, surfaces);
+        int next = 0;
+        for (const LayeredSurface& surface : surfaces) {
+            ASSERT_LE(next, surface.first);
+            ASSERT_LE(surface.first, surface.last);
+            next = surface.last + 1;
+        }
+        ASSERT_LE(next, 120);
+    }
+}
+
+TEST(ViewsLayered, APictureAtTheFocusNeedsNoTables) {
+    const cv::Mat depth(8, 60, CV_32FC1, cv::Scalar(0.3));
+    for (const LayeredRowData& row : layeredScene(randomPhoto(depth.size()), depth, 0.3, {})) {
+        EXPECT_TRUE(row.still);
+        EXPECT_TRUE(row.colour.empty());
+    }
+}
+
+TEST(ViewsLayered, MemoryIsBoundedForDepthThatIsNoise) {
+    cv::Mat depth(8, 600, CV_32FC1);
+    cv::RNG(3).fill(depth, cv::RNG::UNIFORM, 0, 1);
+    LayeredSettings options;
+    options.reachPixels = 1e6;
+    for (const LayeredRowData& row : layeredScene(randomPhoto(depth.size()), depth, 0.5, options))
+        EXPECT_LT(row.offset.size(), 600U * 12 + 3 * 4096);
+}
+
+TEST(ViewsLayered, SinglePixelsAreThoseOfTheRow) {
+    const cv::Mat photo = randomPhoto({97, 30});
+    const cv::Mat depth = blobDepth(photo.size());
+    LayeredTrace trace;
+    std::vector<std::uint8_t> pixels(97 * 3);
+    for (const LayeredRowData& data : layeredScene(photo, depth, 0.4, {})) {
+        const LayeredRow row = data.tables();
+        traceRow(row, 17.3, 97, trace);
+        sampleRow(row, trace, 97, pixels.data());
+        for (int x = 0; x < 97; ++x) {
+            std::uint8_t bgr[3];
+            samplePixel(row, trace, x, bgr);
+            for (int c = 0; c < 3; ++c)
+                ASSERT_EQ(bgr[c], pixels[static_cast<std::size_t>(3 * x + c)]);
+        }
+    }
+}
+
+// Left picture and true disparity to the right picture; see altiro3D_view_accuracy for the table.
+struct Floor {
+    const char* scene;
+    const char* left;
+    const char* right;
+    const char* disparity;
+    double scale;
+    double wholePsnr;
+    double wholeSsim;
+    double insidePsnr;
+    double insideSsim;
+};
+
+class ViewsLayeredAccuracy : public ::testing::TestWithParam<Floor> {};
+
+TEST_P(ViewsLayeredAccuracy, ReachesItsFloorOnStereoPairs) {
+    ALTIRO3D_REQUIRE_DATA("middlebury");
+    const Floor& floor = GetParam();
+    const std::string folder = (dataPath("middlebury") / floor.scene).string() + "/";
+    const cv::Mat left = cv::imread(folder + floor.left);
+    const cv::Mat right = cv::imread(folder + floor.right);
+    cv::Mat disparity = cv::imread(folder + floor.disparity, cv::IMREAD_UNCHANGED);
+    ASSERT_FALSE(left.empty() || right.empty() || disparity.empty());
+    disparity.convertTo(disparity, CV_32F, 1 / floor.scale);
+    const auto known = [](float d) { return std::isfinite(d) && d > 0; };
+    double largest = 0;
+    for (int y = 0; y < disparity.rows; ++y) {
+        auto* row = disparity.ptr<float>(y);
+        for (int x = 0; x < disparity.cols; ++x) {
+            if (known(row[x])) {
+                largest = std::max(largest, static_cast<double>(row[x]));
+                continue;
+            }
+            int next = x;
+            while (next < disparity.cols && !known(row[next]))
+                ++next;
+            float value = x > 0 ? row[x - 1] : row[std::min(next, disparity.cols - 1)];
+            if (next < disparity.cols) value = std::min(value, row[next]);
+            std::fill(row + x, row + next, known(value) ? value : 0.0F);
+            x = next - 1;
+        }
+    }
+    LayeredSettings options;
+    options.reachPixels = largest;
+    const cv::Mat view = rendered(left, disparity / largest, 0, largest, options);
+    const int band = static_cast<int>(std::ceil(largest)) + 2;
+    const cv::Range inside(band, left.cols - band);
+    EXPECT_GT(altiro3D::psnr(view, right), floor.wholePsnr);
+    EXPECT_GT(altiro3D::ssim(view, right), floor.wholeSsim);
+    EXPECT_GT(altiro3D::psnr(view.colRange(inside), right.colRange(inside)), floor.insidePsnr);
+    EXPECT_GT(altiro3D::ssim(view.colRange(inside), right.colRange(inside)), floor.insideSsim);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    ViewsLayered, ViewsLayeredAccuracy,
+    ::testing::Values(
+        Floor{"Venus", "im2.png", "im6.png", "disp2.pgm", 8, 31.6, .893, 33.6, .903},
+        Floor{"Cones", "im2.png", "im6.png", "disp2.png", 4, 23.1, .815, 26.5, .856},
+        Floor{"Teddy", "im2.png", "im6.png", "disp2.png", 4, 27.3, .850, 29.7, .874},
+        Floor{"Art", "view1.png", "view5.png", "disp1.png", 3, 24.6, .849, 26.4, .885},
+        Floor{"Books", "view1.png", "view5.png", "disp1.png", 3, 23.1, .884, 28.5, .925},
+        Floor{"Motorcycle", "motorcycle_left.png", "motorcycle_right.png", "motorcycle_disp.pfm", 1,
+              24.6, .905, 25.0, .911}),
+    [](const auto& floor) { return std::string(floor.param.scene); });
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,0 +1,394 @@
+// altiro3Dtradeoff: what each way to make views costs and gives.
+
+#include "altiro3D/altiro3D.hpp"
+#include "altiro3D/trade.hpp"
+#include "common/depth_options.hpp"
+#include "common/outputs.hpp"
+#include "common/picture_options.hpp"
+#include "common/run_tool.hpp"
+#include "common/trade_plot.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <sstream>
+
+using namespace altiro3D;
+using namespace altiro3D::tools;
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr int kViews = 48;
+
+// One setting on one scene, or the mean of several.
+struct Row {
+    std::string setting;
+    std::string scene;
+    ViewAccuracy accuracy;
+    ViewCost cost;
+    double peakMegabytes = 0;
+};
+
+std::string fixed(double value, int decimals) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.*f", decimals, value);
+    return text;
+}
+
+std::string lineOf(const Row& row) {
+    char text[256];
+    std::snprintf(text, sizeof text, "%-22s %8.2f ms %7.2f dB %6.4f %9.2f dB %6.4f %8.0f MB",
+                  row.setting.c_str(), row.cost.millisecondsPerView, row.accuracy.psnrWhole,
+                  row.accuracy.ssimWhole, row.accuracy.psnrInside, row.accuracy.ssimInside,
+                  row.peakMegabytes);
+    return text;
+}
+
+const char* const kHeading =
+    "setting                 per view      whole frame        inside            memory";
+
+// Peak memory of this process since the last call of resetPeak(), where the system tells.
+double peakMegabytes() {
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);) {
+        if (line.compare(0, 6, "VmHWM:") == 0) return std::atof(line.c_str() + 6) / 1024;
+    }
+    return 0;
+}
+
+void resetPeak() {
+    std::ofstream("/proc/self/clear_refs") << "5";
+}
+
+Row measure(const NamedViewOptions& setting, const StereoScene& scene) {
+    Row row;
+    row.setting = setting.name;
+    row.scene = scene.name;
+    const ViewOptions options = scene.options(setting.options);
+    cv::Mat view;
+    Depth2Quilt({1, 1, scene.photo.size(), 1}, options)
+        .renderView(scene.photo, scene.depth, 1, view);
+    row.accuracy = compareViews(view, scene.truth, scene.band());
+    resetPeak();
+    row.cost = measureViews(scene.photo, scene.depth, options, kViews, 3);
+    row.peakMegabytes = peakMegabytes();
+    return row;
+}
+
+std::vector<Row> meansOf(const std::vector<Row>& rows, std::size_t settings) {
+    std::vector<Row> means;
+    const std::size_t scenes = rows.size() / settings;
+    for (std::size_t s = 0; s < settings; ++s) {
+        Row mean;
+        mean.setting = rows[s].setting;
+        mean.scene = "mean";
+        for (std::size_t i = s; i < rows.size(); i += settings) {
+            const Row& row = rows[i];
+            const double share = 1.0 / static_cast<double>(scenes);
+            mean.accuracy.psnrWhole += share * row.accuracy.psnrWhole;
+            mean.accuracy.ssimWhole += share * row.accuracy.ssimWhole;
+            mean.accuracy.psnrInside += share * row.accuracy.psnrInside;
+            mean.accuracy.ssimInside += share * row.accuracy.ssimInside;
+            mean.cost.millisecondsPerView += share * row.cost.millisecondsPerView;
+            mean.cost.preparationMilliseconds += share * row.cost.preparationMilliseconds;
+            mean.peakMegabytes = std::max(mean.peakMegabytes, row.peakMegabytes);
+        }
+        means.push_back(mean);
+    }
+    return means;
+}
+
+double numberOf(const std::string& text, const std::string& file, const std::string& field) {
+    double value = 0;
+    const char* end = text.data() + text.size();
+    const auto parsed = std::from_chars(text.data(), end, value);
+    if (parsed.ec == std::errc() && parsed.ptr == end) return value;
+    throw Error(ErrorCode::BadFormat, file, field + " is \"" + text + "\", expected a number");
+}
+
+StereoScene readScene(const std::string& name, const fs::path& photo, const fs::path& disparity,
+                      double scale, const fs::path& truth) {
+    const QuietStandardError quiet;
+    return makeStereoScene(name, readPhoto(photo), readDepthImage(disparity), scale,
+                           readPhoto(truth));
+}
+
+// scenes.csv: scene, left, right, disp_left, disp_scale by name; files in a folder named as the
+// scene.
+std::vector<StereoScene> readScenes(const fs::path& file) {
+    std::istringstream text(readFile(file, 1 << 20));
+    std::vector<StereoScene> scenes;
+    std::vector<std::string> columns;
+    for (std::string line; std::getline(text, line);) {
+        if (!line.empty() && line.back() == '\r') line.pop_back();
+        std::vector<std::string> cells;
+        std::istringstream split(line);
+        for (std::string cell; std::getline(split, cell, ',');)
+            cells.push_back(cell);
+        if (cells.empty()) continue;
+        if (columns.empty()) {
+            columns = cells;
+            continue;
+        }
+        std::map<std::string, std::string> row;
+        for (std::size_t i = 0; i < std::min(columns.size(), cells.size()); ++i) {
+            row[columns[i]] = cells[i];
+        }
+        for (const char* needed : {"scene", "left", "right", "disp_left", "disp_scale"}) {
+            if (!row[needed].empty()) continue;
+            throw Error(ErrorCode::BadFormat, file.string(),
+                        std::string("has no ") + needed + " in \"" + line +
+                            "\", expected the columns scene, left, right, disp_left, disp_scale");
+        }
+        const fs::path folder = file.parent_path() / row["scene"];
+        scenes.push_back(readScene(row["scene"], folder / row["left"], folder / row["disp_left"],
+                                   numberOf(row["disp_scale"], file.string(), "disp_scale"),
+                                   folder / row["right"]));
+    }
+    if (scenes.empty()) {
+        throw Error(ErrorCode::BadFormat, file.string(), "lists no scenes, expected one a line");
+    }
+    return scenes;
+}
+
+// Without a truth the most accurate setting stands for it.
+StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
+    const std::vector<fs::path>& files = commandLine.files();
+    DepthSource source(commandLine, messages);
+    StageTimes times;
+    StereoScene scene;
+    const fs::path depthFile = source.fromFiles() ? files[1] : fs::path();
+    cv::Mat photo;
+    cv::Mat depth;
+    const ViewOptions views = viewOptions(commandLine);
+    source.read(files[0], depthFile, views.focus, photo, depth, messages, times);
+    const PhotoFit fit = fitPhoto(photo.size(), 0.75, QuiltLayout().tileSize);
+    applyFit(photo, fit, scene.photo);
+    applyFitToDepth(depth, photo.size(), fit, scene.photo, views.focus, scene.depth);
+    scene.name = files[0].filename().string();
+    return scene;
+}
+
+std::vector<Row> measurePhoto(const CommandLine& commandLine, Messages& messages) {
+    const StereoScene scene = sceneOfPhoto(commandLine, messages);
+    const std::vector<NamedViewOptions> settings = tradeSettings(viewOptions(commandLine));
+    cv::Mat reference;
+    Depth2Quilt({1, 1, scene.photo.size(), 1}, settings.back().options)
+        .renderView(scene.photo, scene.depth, 1, reference);
+    messages.say("reference: " + settings.back().name + ", outermost view, " +
+                 std::to_string(scene.photo.cols) + " x " + std::to_string(scene.photo.rows) +
+                 " px");
+    messages.say(kHeading);
+    std::vector<Row> rows;
+    Progress progress(settings.size());
+    for (const NamedViewOptions& setting : settings) {
+        progress.step(setting.name);
+        Row row;
+        row.setting = setting.name;
+        row.scene = scene.name;
+        cv::Mat view;
+        Depth2Quilt({1, 1, scene.photo.size(), 1}, setting.options)
+            .renderView(scene.photo, scene.depth, 1, view);
+        const int band =
+            static_cast<int>(setting.options.strengthPercent / 200 * scene.photo.cols) + 2;
+        row.accuracy = compareViews(view, reference, band);
+        resetPeak();
+        row.cost = measureViews(scene.photo, scene.depth, setting.options, kViews, 3);
+        row.peakMegabytes = peakMegabytes();
+        progress.clear();
+        messages.say(lineOf(row));
+        rows.push_back(row);
+    }
+    return rows;
+}
+
+// The views with default knobs, for the eye.
+void saveViews(const StereoScene& scene, const fs::path& directory) {
+    for (const NamedViewOptions& method : defaultSettings()) {
+        cv::Mat view;
+        Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options(method.options))
+            .renderView(scene.photo, scene.depth, 1, view);
+        writePicture(directory / (method.name + ".png"), view);
+    }
+}
+
+std::vector<Row> measureScenes(const std::vector<StereoScene>& scenes, Messages& messages) {
+    const std::vector<NamedViewOptions> settings = tradeSettings();
+    std::vector<Row> rows;
+    Progress progress(scenes.size() * settings.size());
+    for (const StereoScene& scene : scenes) {
+        messages.say(scene.name + ", " + std::to_string(scene.photo.cols) + " x " +
+                     std::to_string(scene.photo.rows) + " px, disparity up to " +
+                     fixed(scene.largestDisparity, 2) + " px");
+        messages.say(kHeading);
+        for (const NamedViewOptions& setting : settings) {
+            progress.step(scene.name + ", " + setting.name);
+            rows.push_back(measure(setting, scene));
+            progress.clear();
+            messages.say(lineOf(rows.back()));
+        }
+    }
+    if (scenes.size() > 1) {
+        messages.say("mean of " + std::to_string(scenes.size()) + " scenes");
+        messages.say(kHeading);
+        for (const Row& row : meansOf(rows, settings.size())) {
+            messages.say(lineOf(row));
+            rows.push_back(row);
+        }
+    }
+    return rows;
+}
+
+// JSON has no infinity: equal pictures have no PSNR.
+Json finite(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+std::string jsonOf(const std::vector<Row>& rows, bool truth) {
+    Json list = Json::array();
+    for (const Row& row : rows) {
+        list.push_back({{"scene", row.scene},
+                        {"setting", row.setting},
+                        {"millisecondsPerView", row.cost.millisecondsPerView},
+                        {"preparationMilliseconds", row.cost.preparationMilliseconds},
+                        {"psnrWhole", finite(row.accuracy.psnrWhole)},
+                        {"ssimWhole", row.accuracy.ssimWhole},
+                        {"psnrInside", finite(row.accuracy.psnrInside)},
+                        {"ssimInside", row.accuracy.ssimInside},
+                        {"peakMegabytes", row.peakMegabytes}});
+    }
+    const Json report = {{"tool", "altiro3Dtradeoff"},
+                         {"version", ALTIRO3D_VERSION},
+                         {"openCv", CV_VERSION},
+                         {"threads", cv::getNumThreads()},
+                         {"views", kViews},
+                         {"against", truth ? "true view" : "most accurate setting"},
+                         {"rows", list}};
+    return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string csvOf(const std::vector<Row>& rows) {
+    std::string text = "scene,setting,ms_per_view,preparation_ms,psnr_whole,ssim_whole,psnr_inside,"
+                       "ssim_inside,peak_mb\n";
+    for (const Row& row : rows) {
+        text += row.scene + ",\"" + row.setting + "\"," + fixed(row.cost.millisecondsPerView, 4) +
+                "," + fixed(row.cost.preparationMilliseconds, 3) + "," +
+                fixed(row.accuracy.psnrWhole, 4) + "," + fixed(row.accuracy.ssimWhole, 5) + "," +
+                fixed(row.accuracy.psnrInside, 4) + "," + fixed(row.accuracy.ssimInside, 5) + "," +
+                fixed(row.peakMegabytes, 1) + "\n";
+    }
+    return text;
+}
+
+std::string plotOf(const std::vector<Row>& rows) {
+    std::vector<TradePoint> points;
+    const std::string scene = rows.back().scene; // the mean, or the only scene
+    for (const Row& row : rows) {
+        if (row.scene != scene || !std::isfinite(row.accuracy.psnrInside)) continue;
+        points.push_back({row.setting, row.cost.millisecondsPerView, row.accuracy.psnrInside});
+    }
+    return tradePlotSvg(points, scene);
+}
+
+int run(const CommandLine& commandLine, Messages& messages) {
+    const bool single = commandLine.has("photo");
+    const bool collection = commandLine.has("scenes");
+    commandLine.exclude("photo", "scenes");
+    for (const char* needed : {"disparity", "truth"}) {
+        if (single == commandLine.has(needed)) continue;
+        throw UsageError("--photo, --disparity and --truth belong together; see "
+                         "altiro3Dtradeoff --help");
+    }
+    const std::size_t wanted = single || collection ? 0 : commandLine.has("d") ? 2 : 1;
+    if (commandLine.files().size() != wanted) {
+        throw UsageError("expected " + std::to_string(wanted) + " names, got " +
+                         std::to_string(commandLine.files().size()) +
+                         "; see altiro3Dtradeoff --help");
+    }
+    Outputs outputs(commandLine.has("y"));
+    for (const char* input : {"photo", "disparity", "truth", "scenes"}) {
+        if (const auto file = commandLine.value(input)) outputs.addInput(*file);
+    }
+    for (const fs::path& file : commandLine.files())
+        outputs.addInput(file);
+    for (const char* output : {"json", "csv", "plot"}) {
+        if (const auto file = commandLine.value(output)) outputs.addOutput(*file);
+    }
+    const auto views = commandLine.value("save-views");
+    if (views && !single) {
+        throw UsageError("--save-views shows one scene, expected --photo, --disparity and --truth");
+    }
+    if (views) {
+        outputs.addDirectory(*views);
+        for (const NamedViewOptions& method : defaultSettings()) {
+            outputs.addOutput(fs::path(*views) / (method.name + ".png"));
+        }
+    }
+    outputs.check();
+    outputs.makeDirectories();
+
+    std::vector<Row> rows;
+    if (single) {
+        const fs::path photo = *commandLine.value("photo");
+        const std::vector<StereoScene> scene = {
+            readScene(photo.filename().string(), photo, *commandLine.value("disparity"),
+                      commandLine.number("disparity-scale", 1e-6, 1e6).value_or(1),
+                      *commandLine.value("truth"))};
+        rows = measureScenes(scene, messages);
+        if (views) saveViews(scene.front(), *views);
+    } else if (collection) {
+        rows = measureScenes(readScenes(*commandLine.value("scenes")), messages);
+    } else {
+        rows = measurePhoto(commandLine, messages);
+    }
+    if (const auto file = commandLine.value("json")) {
+        writeFile(*file, jsonOf(rows, single || collection));
+    }
+    if (const auto file = commandLine.value("csv")) writeFile(*file, csvOf(rows));
+    if (const auto file = commandLine.value("plot")) writeFile(*file, plotOf(rows));
+    return kExitDone;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    CommandLine commandLine("altiro3Dtradeoff",
+                            "Measures what each way to make views costs on this machine and how "
+                            "accurate it is: time per view, PSNR, SSIM and memory.");
+    commandLine.addUsage("[options] PHOTO");
+    commandLine.addUsage("[options] -d PHOTO DEPTH");
+    commandLine.addUsage("--photo L.png --disparity D.png --disparity-scale S --truth R.png");
+    commandLine.addUsage("--scenes scenes.csv");
+    commandLine.addSection("Against a true view");
+    commandLine.add({"photo"}, "Photo of the left camera.", "L.png");
+    commandLine.add({"disparity"},
+                    "Its disparity: larger is nearer, content moves to the left; 0 is unknown.",
+                    "D.png");
+    commandLine.add({"disparity-scale"}, "Values per px of disparity (default 1).", "S");
+    commandLine.add({"truth"}, "What the right camera saw.", "R.png");
+    commandLine.add({"scenes"},
+                    "Many scenes: a table with the columns scene, left, right, disp_left and "
+                    "disp_scale; each scene's files in a folder of its name.",
+                    "FILE.csv");
+    commandLine.addSection("Output");
+    commandLine.add({"json"}, "Write all numbers, for programs.", "FILE");
+    commandLine.add({"csv"}, "Write all numbers as a table.", "FILE");
+    commandLine.add({"plot"}, "Draw accuracy over time, the best settings marked.", "FILE.svg");
+    commandLine.add({"save-views"}, "Write each method's view with default knobs.", "DIR");
+    commandLine.add({"y"}, "Replace outputs that exist.");
+    addDepthOptions(commandLine);
+    addViewOptions(commandLine);
+    commandLine.addNote(
+        "Without a true view the most accurate setting stands for it: the numbers "
+        "then say how far the others are from it. Times are those of a set of 48 "
+        "views, divided by 48; -j 1 shows the work of one thread. \"Inside\" leaves "
+        "out what came from outside the frame.");
+    return runTool(argc, argv, commandLine, run);
+}

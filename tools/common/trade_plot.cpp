@@ -1,0 +1,128 @@
+#include "common/trade_plot.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace altiro3D::tools {
+
+namespace {
+
+constexpr double kWidth = 760;
+constexpr double kHeight = 460;
+constexpr double kLeft = 60;
+constexpr double kRight = 190; // room for labels
+constexpr double kTop = 40;
+constexpr double kBottom = 50;
+
+std::string number(double value, int decimals = 1) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.*f", decimals, value);
+    return text;
+}
+
+std::string escaped(const std::string& text) {
+    std::string result;
+    for (char c : text) {
+        if (c == '<') {
+            result += "&lt;";
+        } else if (c == '&') {
+            result += "&amp;";
+        } else {
+            result += c;
+        }
+    }
+    return result;
+}
+
+std::string label(double x, double y, const std::string& text, const std::string& anchor,
+                  const std::string& more = "") {
+    return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" text-anchor=\"" + anchor + "\"" +
+           more + ">" + escaped(text) + "</text>\n";
+}
+
+bool beaten(const TradePoint& point, const std::vector<TradePoint>& points) {
+    return std::any_of(points.begin(), points.end(), [&](const TradePoint& other) {
+        return other.milliseconds <= point.milliseconds && other.decibels >= point.decibels &&
+               (other.milliseconds < point.milliseconds || other.decibels > point.decibels);
+    });
+}
+
+} // namespace
+
+std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::string& title) {
+    double fastest = 1;
+    double slowest = 10;
+    double lowest = 20;
+    double highest = 30;
+    if (!points.empty()) {
+        const auto [quick, slow] = std::minmax_element(
+            points.begin(), points.end(), [](const TradePoint& a, const TradePoint& b) {
+                return a.milliseconds < b.milliseconds;
+            });
+        const auto [low, high] = std::minmax_element(
+            points.begin(), points.end(),
+            [](const TradePoint& a, const TradePoint& b) { return a.decibels < b.decibels; });
+        fastest = std::max(quick->milliseconds, 1e-6) / 1.5;
+        slowest = std::max(slow->milliseconds, 1e-6) * 1.5;
+        lowest = std::floor(low->decibels - 0.5);
+        highest = std::ceil(high->decibels + 0.5);
+    }
+    const auto xOf = [&](double milliseconds) {
+        const double place = std::log(milliseconds / fastest) / std::log(slowest / fastest);
+        return kLeft + place * (kWidth - kLeft - kRight);
+    };
+    const auto yOf = [&](double decibels) {
+        return kHeight - kBottom -
+               (decibels - lowest) / (highest - lowest) * (kHeight - kTop - kBottom);
+    };
+    std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(kWidth, 0) +
+                      "\" height=\"" + number(kHeight, 0) +
+                      "\" font-family=\"sans-serif\" font-size=\"12\">\n"
+                      "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
+    svg += label(kLeft, kTop - 16, "Accuracy over time per view: " + title, "start",
+                 " font-size=\"15\"");
+    for (double decibels = lowest; decibels <= highest; decibels += 1) {
+        svg += "<line x1=\"" + number(kLeft) + "\" y1=\"" + number(yOf(decibels)) + "\" x2=\"" +
+               number(kWidth - kRight) + "\" y2=\"" + number(yOf(decibels)) +
+               "\" stroke=\"#ddd\"/>\n" +
+               label(kLeft - 6, yOf(decibels) + 4, number(decibels, 0), "end");
+    }
+    for (double decade = std::pow(10, std::floor(std::log10(fastest))); decade < slowest;
+         decade *= 10) {
+        for (double step : {1.0, 2.0, 5.0}) {
+            const double tick = decade * step;
+            if (tick < fastest || tick > slowest) continue;
+            char text[32];
+            std::snprintf(text, sizeof text, "%g", tick);
+            svg += "<line x1=\"" + number(xOf(tick)) + "\" y1=\"" + number(kTop) + "\" x2=\"" +
+                   number(xOf(tick)) + "\" y2=\"" + number(kHeight - kBottom) +
+                   "\" stroke=\"#ddd\"/>\n" +
+                   label(xOf(tick), kHeight - kBottom + 16, text, "middle");
+        }
+    }
+    svg += label((kLeft + kWidth - kRight) / 2, kHeight - 12, "ms per view", "middle");
+    svg += label(16, kTop - 16, "dB", "start");
+
+    std::vector<TradePoint> front;
+    std::copy_if(points.begin(), points.end(), std::back_inserter(front),
+                 [&](const TradePoint& point) { return !beaten(point, points); });
+    std::sort(front.begin(), front.end(), [](const TradePoint& a, const TradePoint& b) {
+        return a.milliseconds < b.milliseconds;
+    });
+    svg += "<polyline fill=\"none\" stroke=\"#2a7\" stroke-width=\"2\" points=\"";
+    for (const TradePoint& point : front) {
+        svg += number(xOf(point.milliseconds)) + "," + number(yOf(point.decibels)) + " ";
+    }
+    svg += "\"/>\n";
+    for (const TradePoint& point : points) {
+        const bool best = !beaten(point, points);
+        svg += "<circle cx=\"" + number(xOf(point.milliseconds)) + "\" cy=\"" +
+               number(yOf(point.decibels)) + "\" r=\"5\" fill=\"" + (best ? "#2a7" : "#888") +
+               "\"/>\n" +
+               label(xOf(point.milliseconds) + 9, yOf(point.decibels) + 4, point.name, "start");
+    }
+    return svg + "</svg>\n";
+}
+
+} // namespace altiro3D::tools

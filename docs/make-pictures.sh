@@ -16,3 +16,10 @@ convert "$sample-depth.png" -depth 8 -resize 400x docs/images/depth.png
 convert "$work"/quilt_qs*.png -resize 400x533! -quality 85 docs/images/quilt.jpg
 # pixel for pixel, from the middle: a Native that is scaled is none
 convert "$work/native.png" -gravity center -crop 400x533+0+200 +repage docs/images/native.png
+# the same depth edge by each method, outermost view, three times enlarged
+for method in fast real layered; do
+    "$tools/photo2native" -c calibration/portrait-sample.json -d --method "$method" --strength 14 \
+        --save-views "$work/$method" "$sample.jpg" "$sample-depth.png" "$work/$method.png"
+    convert "$work/$method/view_47.png" -crop 100x110+25+175 +repage -filter point -resize 300% \
+        "docs/images/$method.png"
+done

@@ -14,6 +14,7 @@ constexpr double kLeft = 60;
 constexpr double kRight = 190; // room for labels
 constexpr double kTop = 40;
 constexpr double kBottom = 50;
+constexpr double kLabelHeight = 15;
 
 std::string number(double value, int decimals = 1) {
     char text[32];
@@ -115,12 +116,26 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
         svg += number(xOf(point.milliseconds)) + "," + number(yOf(point.decibels)) + " ";
     }
     svg += "\"/>\n";
-    for (const TradePoint& point : points) {
-        const bool best = !beaten(point, points);
-        svg += "<circle cx=\"" + number(xOf(point.milliseconds)) + "\" cy=\"" +
-               number(yOf(point.decibels)) + "\" r=\"5\" fill=\"" + (best ? "#2a7" : "#888") +
-               "\"/>\n" +
-               label(xOf(point.milliseconds) + 9, yOf(point.decibels) + 4, point.name, "start");
+    // Labels stand in a column at the right, by accuracy, each joined to its point.
+    std::vector<TradePoint> labelled = points;
+    std::stable_sort(
+        labelled.begin(), labelled.end(),
+        [](const TradePoint& a, const TradePoint& b) { return a.decibels > b.decibels; });
+    double lastLabel = kTop - kLabelHeight;
+    const double column = kWidth - kRight + 24;
+    for (std::size_t i = 0; i < labelled.size(); ++i) {
+        const TradePoint& point = labelled[i];
+        const double below = static_cast<double>(labelled.size() - i) * kLabelHeight;
+        const double y = std::max(lastLabel + kLabelHeight,
+                                  std::min(yOf(point.decibels), kHeight - kBottom + 10 - below));
+        lastLabel = y;
+        const std::string colour = beaten(point, points) ? "#888" : "#2a7";
+        svg += "<line x1=\"" + number(xOf(point.milliseconds)) + "\" y1=\"" +
+               number(yOf(point.decibels)) + "\" x2=\"" + number(column - 4) + "\" y2=\"" +
+               number(y) + "\" stroke=\"" + colour + "\" stroke-width=\"0.5\"/>\n<circle cx=\"" +
+               number(xOf(point.milliseconds)) + "\" cy=\"" + number(yOf(point.decibels)) +
+               "\" r=\"4\" fill=\"" + colour + "\"/>\n" +
+               label(column, y + 4, point.name, "start", " fill=\"" + colour + "\"");
     }
     return svg + "</svg>\n";
 }

@@ -83,16 +83,18 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
                       "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
     svg += label(kLeft, kTop - 16, "Accuracy over time per view: " + title, "start",
                  " font-size=\"15\"");
-    for (double decibels = lowest; decibels <= highest; decibels += 1) {
+    for (int line = 0; line <= static_cast<int>(highest - lowest); ++line) {
+        const double decibels = lowest + line;
         svg += "<line x1=\"" + number(kLeft) + "\" y1=\"" + number(yOf(decibels)) + "\" x2=\"" +
                number(kWidth - kRight) + "\" y2=\"" + number(yOf(decibels)) +
                "\" stroke=\"#ddd\"/>\n" +
                label(kLeft - 6, yOf(decibels) + 4, number(decibels, 0), "end");
     }
-    for (double decade = std::pow(10, std::floor(std::log10(fastest))); decade < slowest;
-         decade *= 10) {
+    const auto firstDecade = static_cast<int>(std::floor(std::log10(fastest)));
+    const auto lastDecade = static_cast<int>(std::floor(std::log10(slowest)));
+    for (int decade = firstDecade; decade <= lastDecade; ++decade) {
         for (double step : {1.0, 2.0, 5.0}) {
-            const double tick = decade * step;
+            const double tick = std::pow(10, decade) * step;
             if (tick < fastest || tick > slowest) continue;
             char text[32];
             std::snprintf(text, sizeof text, "%g", tick);

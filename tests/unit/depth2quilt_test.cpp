@@ -2,6 +2,7 @@
 
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/random_pictures.hpp"
 #include "support/reference.hpp"
 
 #include <gtest/gtest.h>
@@ -10,21 +11,6 @@
 
 namespace altiro3D::test {
 namespace {
-
-cv::Mat randomPhoto(cv::Size size, int seed = 1) {
-    cv::RNG rng(static_cast<std::uint64_t>(seed));
-    cv::Mat photo(size, CV_8UC3);
-    rng.fill(photo, cv::RNG::UNIFORM, 0, 256);
-    cv::GaussianBlur(photo, photo, {5, 5}, 1.2);
-    return photo;
-}
-
-cv::Mat randomDepth(cv::Size size, int seed = 2) {
-    cv::RNG rng(static_cast<std::uint64_t>(seed));
-    cv::Mat depth(size, CV_32FC1);
-    rng.fill(depth, cv::RNG::UNIFORM, 0, 1);
-    return depth;
-}
 
 ViewOptions viewsOf(double strength, double focus, int refinement = 0) {
     ViewOptions options;

@@ -3,6 +3,7 @@
 #include "altiro3D/picture_quality.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/random_pictures.hpp"
 #include "views_layered_scene.hpp"
 
 #include <cmath>
@@ -14,14 +15,6 @@
 
 namespace altiro3D::test {
 namespace {
-
-cv::Mat randomPhoto(cv::Size size, int seed = 1) {
-    cv::RNG rng(static_cast<std::uint64_t>(seed));
-    cv::Mat photo(size, CV_8UC3);
-    rng.fill(photo, cv::RNG::UNIFORM, 0, 256);
-    cv::GaussianBlur(photo, photo, {5, 5}, 1.2);
-    return photo;
-}
 
 // Blobs with steps between them, and slopes.
 cv::Mat blobDepth(cv::Size size, int seed = 2) {

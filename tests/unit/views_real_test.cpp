@@ -4,6 +4,7 @@
 #include "altiro3D/picture_quality.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/random_pictures.hpp"
 #include "support/scene.hpp"
 
 #include <cmath>
@@ -17,21 +18,6 @@ namespace altiro3D::test {
 namespace {
 
 const cv::Size kSizes[] = {{1, 1}, {1, 9}, {9, 1}, {2, 2}, {3, 3}, {61, 37}, {64, 48}, {127, 3}};
-
-cv::Mat randomPhoto(cv::Size size, int seed = 1, double blur = 1.2) {
-    cv::RNG rng(static_cast<std::uint64_t>(seed));
-    cv::Mat photo(size, CV_8UC3);
-    rng.fill(photo, cv::RNG::UNIFORM, 0, 256);
-    if (blur > 0) cv::GaussianBlur(photo, photo, {0, 0}, blur);
-    return photo;
-}
-
-cv::Mat randomDepth(cv::Size size, int seed = 2) {
-    cv::RNG rng(static_cast<std::uint64_t>(seed));
-    cv::Mat depth(size, CV_32FC1);
-    rng.fill(depth, cv::RNG::UNIFORM, 0, 1);
-    return depth;
-}
 
 cv::Mat flat(cv::Size size, double depth) {
     return cv::Mat(size, CV_32FC1, cv::Scalar::all(depth));

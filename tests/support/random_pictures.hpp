@@ -1,0 +1,15 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+
+namespace altiro3D::test {
+
+/// A photo of noise, the same for the same seed.
+/// @param blur sigma in px, 0 = none: what neighbouring px have in common
+/// @return [size, CV_8UC3]
+cv::Mat randomPhoto(cv::Size size, int seed = 1, double blur = 1.2);
+
+/// A depth map of noise, 0..1, the same for the same seed. [size, CV_32FC1]
+cv::Mat randomDepth(cv::Size size, int seed = 2);
+
+} // namespace altiro3D::test

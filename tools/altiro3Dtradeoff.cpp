@@ -116,8 +116,9 @@ double numberOf(const std::string& text, const std::string& file, const std::str
 StereoScene readScene(const std::string& name, const fs::path& photo, const fs::path& disparity,
                       double scale, const fs::path& truth) {
     const QuietStandardError quiet;
-    return makeStereoScene(name, readPhoto(photo), readDepthImage(disparity), scale,
-                           readPhoto(truth));
+    const cv::Mat left = readPhoto(photo); // in this order: the first that is broken is named
+    const cv::Mat raw = readDepthImage(disparity);
+    return makeStereoScene(name, left, raw, scale, readPhoto(truth));
 }
 
 // scenes.csv: scene, left, right, disp_left, disp_scale by name; files in a folder named as the

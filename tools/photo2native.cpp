@@ -1,6 +1,7 @@
 // photo2native: photos become Natives.
 
 #include "altiro3D/altiro3D.hpp"
+#include "common/budget.hpp"
 #include "common/depth_options.hpp"
 #include "common/display_options.hpp"
 #include "common/outputs.hpp"
@@ -182,6 +183,7 @@ struct Studio {
     QuiltLayout layout;
     ViewOptions views;
     CameraOptions camera;
+    Budget budget;
     FitMode fit = FitMode::Cover;
     bool keep = false;
     DepthSource depthSource;
@@ -235,6 +237,11 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     applyFit(photo, fit, fittedPhoto);
     applyFitToDepth(depth, photo.size(), fit, fittedPhoto, studio.views.focus, fittedDepth);
     times.end("fit");
+    if (studio.budget.mustChoose()) {
+        studio.views =
+            studio.budget.choose(studio.views, studio.layout, fittedPhoto, fittedDepth, messages);
+        times.end("budget");
+    }
     const ViewOptions views =
         studio.camera.apply(studio.views, item.photo, photo.size(), fit, messages);
     Depth2Quilt(studio.layout, views).render(fittedPhoto, fittedDepth, studio.quilt);
@@ -281,6 +288,7 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     }
     report["aspect"] = aspect;
     report["crop"] = {fit.source.x, fit.source.y, fit.source.width, fit.source.height};
+    report["strengthPercent"] = views.strengthPercent;
     report["adjacentParallax"] = parallaxJson(parallax);
     for (const auto& [stage, milliseconds] : times.milliseconds()) {
         report["milliseconds"][stage] = milliseconds;
@@ -344,6 +352,9 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
         display["serial"] = studio.display.map->serial();
         display["fingerprint"] = fingerprintText(studio.display.map->calibrationFingerprint());
     }
+    // with a camera each picture has a strength of its own, which is no option
+    const Json strength =
+        commandLine.has("camera") ? Json(nullptr) : Json(studio.views.strengthPercent);
     report["settings"] = {{"display", display},
                           {"invert", commandLine.value("invert").value_or("auto")},
                           {"viewFilter", commandLine.value("view-filter").value_or("nearest")},
@@ -356,7 +367,7 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
                             {"views", layout.viewCount}}},
                           {"method", methodName(studio.views.method)},
                           {"knobs", knobsJson(commandLine, studio.views)},
-                          {"strengthPercent", studio.views.strengthPercent},
+                          {"strengthPercent", strength},
                           {"focus", studio.views.focus},
                           {"fit", fitName(studio.fit)},
                           {"keepResolution", studio.keep},
@@ -365,11 +376,13 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
                           {"rgbdSide", given(commandLine, "rgbd")},
                           {"network", networkJson(commandLine, studio.depthSource)},
                           {"depthKind", commandLine.value("depth-kind").value_or("near-white")}};
+    report["budget"] = studio.budget.report();
     report["warnings"] = messages.warnings();
     return report;
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
+    const Budget budget(commandLine);
     const ViewOptions views = viewOptions(commandLine);
     const FitMode fit = fitOption(commandLine, FitMode::Cover);
     const Display display = findDisplay(commandLine, messages);
@@ -382,6 +395,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
                   layout,
                   views,
                   CameraOptions(commandLine),
+                  budget,
                   fit,
                   commandLine.has("k"),
                   std::move(depthSource),
@@ -440,6 +454,7 @@ int main(int argc, char** argv) {
     addDepthOptions(commandLine);
     addViewOptions(commandLine);
     CameraOptions::add(commandLine);
+    Budget::add(commandLine);
     addFitOption(commandLine, "cover");
     commandLine.addSection("Output");
     commandLine.add({"save-quilt"}, "Also write the quilt (named ..._qs<columns>x<rows>a<aspect>).",

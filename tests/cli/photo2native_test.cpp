@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <set>
 
 namespace altiro3D::test {
 
@@ -331,56 +332,95 @@ TEST(Photo2Native, SavedDepthIsNearWhite) {
     EXPECT_EQ(depth.at<ushort>(118, 40), 0); // unknown is far
 }
 
+namespace {
+
+std::string textOf(const Json& value) {
+    return value.is_string() ? value.get<std::string>() : value.dump();
+}
+
+// The call that a report describes, without the names of photo, depth and output.
+Arguments callOf(const Json& settings) {
+    const Json& quilt = settings.at("quilt");
+    Arguments call{"-c", textOf(settings.at("display").at("files").at(0)),
+                   "-q", textOf(quilt.at("rows")) + "x" + textOf(quilt.at("columns")),
+                   "-r", textOf(quilt.at("viewHeight")) + "x" + textOf(quilt.at("viewWidth"))};
+    const std::pair<const char*, const char*> options[] = {{"--method", "method"},
+                                                           {"--strength", "strengthPercent"},
+                                                           {"--focus", "focus"},
+                                                           {"--fit", "fit"},
+                                                           {"--depth-kind", "depthKind"},
+                                                           {"--invert", "invert"},
+                                                           {"--view-filter", "viewFilter"},
+                                                           {"--sampling", "sampling"}};
+    for (const auto& [option, key] : options) {
+        if (!settings.at(key).is_null()) call = call + Arguments{option, textOf(settings.at(key))};
+    }
+    for (const auto& [knob, value] : settings.at("knobs").items()) {
+        if (!value.is_null()) call = call + Arguments{"--" + knob, textOf(value)};
+    }
+    if (settings.at("keepResolution").get<bool>()) call.emplace_back("-k");
+    return call;
+}
+
+} // namespace
+
 TEST(Photo2Native, TheReportLetsOneMakeThePictureAgain) {
     SmallStudio studio;
     fs::rename(studio / "small.json", studio / "visual.json"); // found, not given
-    ASSERT_TRUE(isDone(studio.run(
-        kTool, {"-q",        "2x3",      "-r",        "40x30",         "--strength", "17.3",
-                "--focus",   "0.31",     "-k",        "--fit",         "contain",    "--depth-kind",
-                "far-white", "--invert", "off",       "--view-filter", "linear",     "--report",
-                "r.json",    "-d",       "photo.png", "depth.png",     "a.png"})));
-    const Json report = Json::parse(slurp(studio / "r.json"));
-    const Json& settings = report.at("settings");
-    const Json& picture = report.at("pictures").at(0);
-    const Json& quilt = settings.at("quilt");
-    const auto text = [](const Json& value) {
-        return value.is_string() ? value.get<std::string>() : value.dump();
+    spill(studio / "camera.json", R"({"fx": 80, "fy": 80, "cx": 44.5, "cy": 59.5, "zNear": 1,
+                                      "zFar": 10, "baseline": 0.2})");
+    struct Case {
+        const char* method;
+        Arguments arguments;
     };
-    Arguments again{"-c", text(settings.at("display").at("files").at(0))};
-    again = again + Arguments{"-q",
-                              text(quilt.at("rows")) + "x" + text(quilt.at("columns")),
-                              "-r",
-                              text(quilt.at("viewHeight")) + "x" + text(quilt.at("viewWidth")),
-                              "--strength",
-                              text(settings.at("strengthPercent")),
-                              "--focus",
-                              text(settings.at("focus")),
-                              "--fit",
-                              text(settings.at("fit")),
-                              "--depth-kind",
-                              text(settings.at("depthKind")),
-                              "--invert",
-                              text(settings.at("invert")),
-                              "--view-filter",
-                              text(settings.at("viewFilter")),
-                              "--sampling",
-                              text(settings.at("sampling"))};
-    if (settings.at("keepResolution").get<bool>()) again.emplace_back("-k");
-    ASSERT_TRUE(settings.at("depthImages").get<bool>());
-    again = again +
-            Arguments{"-d", text(picture.at("photo")), text(picture.at("depthImage")), "again.png"};
-    ASSERT_TRUE(isDone(studio.run(kTool, again)));
-    EXPECT_EQ(slurp(studio / "again.png"), slurp(studio / text(picture.at("native"))));
+    const Arguments strength{"--strength", "17.3"};
+    const Case cases[] = {
+        {"layered", strength},
+        {"layered",
+         strength + Arguments{"--dilate", "3", "--soft-edges", "0", "--fill", "continue"}},
+        {"fast", strength + Arguments{"--method", "fast"}},
+        {"fast", strength + Arguments{"--method", "fast", "--refine", "3"}},
+        {"real", strength + Arguments{"-g"}},
+        {"real", strength + Arguments{"--method", "real", "--inpaint", "ns", "--inpaint-from",
+                                      "behind", "--fov", "55.5"}},
+        {"real", {"-g", "--camera", "camera.json"}}};
+    std::set<std::string> natives;
+    for (const auto& [method, arguments] : cases) {
+        const Outcome first =
+            studio.run(kTool, arguments + Arguments{"-y",           "-q",        "2x3",
+                                                    "-r",           "40x30",     "--focus",
+                                                    "0.31",         "-k",        "--fit",
+                                                    "contain",      "--invert",  "off",
+                                                    "--report",     "r.json",    "-d",
+                                                    "--depth-kind", "far-white", "--view-filter",
+                                                    "linear",       "photo.png", "depth.png",
+                                                    "a.png"});
+        ASSERT_TRUE(isDone(first));
+        const Json report = Json::parse(slurp(studio / "r.json"));
+        const Json& settings = report.at("settings");
+        const Json& picture = report.at("pictures").at(0);
+        ASSERT_TRUE(settings.at("depthImages").get<bool>());
+        ASSERT_TRUE(isDone(studio.run(
+            kTool, callOf(settings) + Arguments{"-y", "-d", textOf(picture.at("photo")),
+                                                textOf(picture.at("depthImage")), "again.png"})));
+        const std::string native = slurp(studio / textOf(picture.at("native")));
+        EXPECT_EQ(slurp(studio / "again.png"), native) << first.call;
+        EXPECT_TRUE(natives.insert(native).second) << "a knob does nothing: " << first.call;
 
-    EXPECT_EQ(report.at("tool"), kTool);
-    EXPECT_EQ(settings.at("method"), "fast");
-    EXPECT_TRUE(settings.at("network").is_null());
-    EXPECT_TRUE(settings.at("rgbdSide").is_null());
-    EXPECT_EQ(settings.at("display").at("serial"), "TEST-1");
-    EXPECT_TRUE(report.at("warnings").empty());
-    EXPECT_EQ(picture.at("photoWidth"), 90);
-    for (const char* stage : {"read", "depth", "fit", "views", "native", "write"})
-        EXPECT_GE(picture.at("milliseconds").at(stage).get<double>(), 0) << stage;
+        EXPECT_EQ(report.at("tool"), kTool);
+        EXPECT_EQ(settings.at("method"), method);
+        // a camera takes the place of the strength: 2 80 0.2 (1/1 - 1/10) = 28.8 px of 90
+        const bool camera = arguments.back() == "camera.json";
+        EXPECT_EQ(settings.at("strengthPercent").is_null(), camera);
+        EXPECT_NEAR(picture.at("strengthPercent").get<double>(), camera ? 32 : 17.3, 1e-9);
+        EXPECT_TRUE(settings.at("network").is_null());
+        EXPECT_TRUE(settings.at("rgbdSide").is_null());
+        EXPECT_EQ(settings.at("display").at("serial"), "TEST-1");
+        EXPECT_TRUE(report.at("warnings").empty());
+        EXPECT_EQ(picture.at("photoWidth"), 90);
+        for (const char* stage : {"read", "depth", "fit", "views", "native", "write"})
+            EXPECT_GE(picture.at("milliseconds").at(stage).get<double>(), 0) << stage;
+    }
 }
 
 TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {

@@ -106,13 +106,6 @@ void findCalibration(Display& display, const CommandLine& commandLine, Messages&
     }
 }
 
-fs::path cacheDirectory() {
-    const auto cache = environment("XDG_CACHE_HOME");
-    if (cache && fs::path(*cache).is_absolute()) return fs::path(*cache) / "altiro3D";
-    if (const auto home = environment("HOME")) return fs::path(*home) / ".cache" / "altiro3D";
-    return {};
-}
-
 // Keeps the cache below its limit: the tables that were not used for longest go first.
 void trimCache(const fs::path& directory) {
     struct Entry {
@@ -193,6 +186,13 @@ QuiltSampling samplingOption(const CommandLine& commandLine) {
 }
 
 } // namespace
+
+fs::path cacheDirectory() {
+    const auto cache = environment("XDG_CACHE_HOME");
+    if (cache && fs::path(*cache).is_absolute()) return fs::path(*cache) / "altiro3D";
+    if (const auto home = environment("HOME")) return fs::path(*home) / ".cache" / "altiro3D";
+    return {};
+}
 
 void addInvertOption(CommandLine& commandLine) {
     commandLine.add({"invert"},

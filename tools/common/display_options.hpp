@@ -23,6 +23,10 @@ struct Display {
     double panelAspect() const { return static_cast<double>(panelSize.width) / panelSize.height; }
 };
 
+/// Where look-up tables and measured costs are kept from run to run; empty if the user has no such
+/// place. It need not exist.
+std::filesystem::path cacheDirectory();
+
 /// -m -c --serial --invert, -q -r
 void addDisplayOptions(CommandLine& commandLine);
 /// --view-filter --sampling

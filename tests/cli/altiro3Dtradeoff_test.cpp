@@ -1,0 +1,276 @@
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/trade.hpp"
+#include "sandbox.hpp"
+#include "support/compare.hpp"
+
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <sstream>
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+namespace {
+
+constexpr const char* kTool = "altiro3Dtradeoff";
+
+// A board 6 px before a wall of 2 px, and what the right camera sees of them; a disparity's value
+// is 10 times its px.
+class Tradeoff : public ::testing::Test {
+  protected:
+    Tradeoff() { writeScene("", 7); }
+
+    void writeScene(const std::string& folder, int boardWidth) const {
+        const cv::Size size(60, 40);
+        const cv::Mat photo = madePhoto(size.width, size.height);
+        cv::Mat disparity(size, CV_8UC1, cv::Scalar::all(20));
+        disparity(cv::Rect(25, 10, boardWidth, 20)) = 60;
+        cv::Mat truth(size, CV_8UC3);
+        for (int y = 0; y < size.height; ++y) {
+            for (const int px : {2, 6}) { // the board covers the wall
+                for (int x = 0; x < size.width; ++x) {
+                    const bool here = disparity.at<uchar>(y, x) == 10 * px;
+                    if (here && x >= px) truth.at<cv::Vec3b>(y, x - px) = photo.at<cv::Vec3b>(y, x);
+                }
+            }
+            for (const int x : {58, 59}) // came in at the frame
+                truth.at<cv::Vec3b>(y, x) = photo.at<cv::Vec3b>(y, 59);
+        }
+        // what the board hid: the wall goes on
+        for (int y = 10; y < 30; ++y) {
+            for (int x = 19 + boardWidth; x < 23 + boardWidth; ++x)
+                truth.at<cv::Vec3b>(y, x) = photo.at<cv::Vec3b>(y, 25 + boardWidth);
+        }
+        if (!folder.empty()) fs::create_directory(sandbox_ / folder);
+        const std::string prefix = folder.empty() ? "" : folder + "/";
+        writePicture(sandbox_ / (prefix + "L.png"), photo);
+        writePicture(sandbox_ / (prefix + "D.png"), disparity);
+        writePicture(sandbox_ / (prefix + "R.png"), truth);
+    }
+    Outcome run(const Arguments& arguments) const { return sandbox_.run(kTool, arguments); }
+    Arguments scene() const {
+        return {"--photo",           "L.png", "--disparity", "D.png",
+                "--disparity-scale", "10",    "--truth",     "R.png"};
+    }
+    Json json() const { return Json::parse(slurp(sandbox_ / "t.json")); }
+
+    Sandbox sandbox_;
+};
+
+std::vector<std::string> linesOf(const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);)
+        lines.push_back(line);
+    return lines;
+}
+
+bool isIn(const std::string& part, const std::string& text) {
+    return text.find(part) != std::string::npos;
+}
+
+} // namespace
+
+TEST_F(Tradeoff, PrintsEverySettingOfAScene) {
+    const Outcome outcome = run(scene());
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_TRUE(isIn("L.png, 60 x 40 px, disparity up to 6.00 px", outcome.out)) << outcome.out;
+    const std::vector<std::string> lines = linesOf(outcome.out);
+    const std::vector<NamedViewOptions> settings = tradeSettings();
+    ASSERT_EQ(lines.size(), settings.size() + 2) << outcome.out; // scene, heading
+    for (std::size_t i = 0; i < settings.size(); ++i) {
+        EXPECT_EQ(lines[i + 2].rfind(settings[i].name + " ", 0), 0U) << lines[i + 2];
+        EXPECT_TRUE(isIn(" dB ", lines[i + 2])) << lines[i + 2];
+    }
+}
+
+TEST_F(Tradeoff, WritesWhatIsAskedForAndReplacesItOnlyWithY) {
+    const Arguments outputs{"--json", "t.json", "--csv",        "t.csv",
+                            "--plot", "t.svg",  "--save-views", "views"};
+    ASSERT_TRUE(isDone(run(scene() + outputs)));
+    const std::size_t settings = tradeSettings().size();
+
+    const Json report = json();
+    EXPECT_EQ(report.at("tool"), kTool);
+    EXPECT_EQ(report.at("against"), "true view");
+    ASSERT_EQ(report.at("rows").size(), settings);
+    for (const Json& row : report.at("rows")) {
+        EXPECT_EQ(row.at("scene"), "L.png");
+        EXPECT_GT(row.at("millisecondsPerView").get<double>(), 0);
+        EXPECT_GT(row.at("psnrWhole").get<double>(), 15) << row;
+        EXPECT_LE(row.at("ssimInside").get<double>(), 1);
+    }
+    // whole px and exact depth: only what was hidden had to be made up, and here it is known
+    const auto psnrOf = [&](const std::string& setting) {
+        for (const Json& row : report.at("rows"))
+            if (row.at("setting") == setting) return row.at("psnrInside");
+        return Json();
+    };
+    const Json exact = psnrOf("layered, fill continue");
+    EXPECT_TRUE(exact.is_null() || exact.get<double>() > 25) << exact; // null: no difference at all
+
+    const std::vector<std::string> lines = linesOf(slurp(sandbox_ / "t.csv"));
+    ASSERT_EQ(lines.size(), settings + 1);
+    EXPECT_EQ(lines[0].rfind("scene,setting,ms_per_view,", 0), 0U) << lines[0];
+    EXPECT_EQ(lines[1].rfind("L.png,\"fast\",", 0), 0U) << lines[1];
+
+    const std::string plot = slurp(sandbox_ / "t.svg");
+    EXPECT_EQ(plot.rfind("<svg", 0), 0U) << plot.substr(0, 80);
+    EXPECT_TRUE(isIn("</svg>", plot));
+    EXPECT_TRUE(isIn("L.png", plot));
+
+    const StereoScene stereo =
+        makeStereoScene("s", readPhoto(sandbox_ / "L.png"), readDepthImage(sandbox_ / "D.png"), 10,
+                        readPhoto(sandbox_ / "R.png"));
+    for (const NamedViewOptions& method : defaultSettings()) {
+        cv::Mat view;
+        Depth2Quilt({1, 1, stereo.photo.size(), 1}, stereo.options(method.options))
+            .renderView(stereo.photo, stereo.depth, 1, view);
+        EXPECT_TRUE(samePicture(readBack(sandbox_ / ("views/" + method.name + ".png")), view))
+            << method.name;
+    }
+    EXPECT_EQ(listPictures(sandbox_ / "views").size(), 3U);
+
+    for (const Arguments& output :
+         {Arguments{"--json", "t.json"}, Arguments{"--csv", "t.csv"}, Arguments{"--plot", "t.svg"},
+          Arguments{"--save-views", "views"}}) {
+        EXPECT_TRUE(fails(run(scene() + output), 1, "exists"));
+    }
+    EXPECT_EQ(slurp(sandbox_ / "t.svg"), plot);
+    EXPECT_EQ(json(), report);
+    spill(sandbox_ / "t.json", "old");
+    EXPECT_TRUE(isDone(run(scene() + Arguments{"-y", "--json", "t.json"})));
+    EXPECT_EQ(json().at("rows").size(), settings);
+    EXPECT_TRUE(fails(run(scene() + Arguments{"-y", "--json", "L.png"}), 2, "is an input too"));
+    EXPECT_TRUE(fails(run(scene() + Arguments{"--csv", "x", "--json", "x"}), 2, "written twice"));
+    EXPECT_TRUE(fails(run(scene() + Arguments{"--json", "none/x"}), 1, "there is no directory"));
+}
+
+TEST_F(Tradeoff, ScenesOfATableGetMeans) {
+    writeScene("one", 9);
+    writeScene("two", 20);
+    spill(sandbox_ / "scenes.csv", "disp_scale,scene,left,right,disp_left,note\r\n"
+                                   "10,one,L.png,R.png,D.png,nothing\r\n"
+                                   "\n"
+                                   "10,two,L.png,R.png,D.png\n");
+    const Outcome outcome =
+        run({"--scenes", "scenes.csv", "--json", "t.json", "--plot", "t.svg", "-j", "1"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_TRUE(isIn("mean of 2 scenes", outcome.out)) << outcome.out;
+    const Json rows = json().at("rows");
+    const std::size_t settings = tradeSettings().size();
+    ASSERT_EQ(rows.size(), 3 * settings);
+    for (std::size_t i = 0; i < settings; ++i) {
+        const Json& one = rows[i];
+        const Json& two = rows[settings + i];
+        const Json& mean = rows[2 * settings + i];
+        EXPECT_EQ(one.at("scene"), "one");
+        EXPECT_EQ(two.at("scene"), "two");
+        EXPECT_EQ(mean.at("scene"), "mean");
+        EXPECT_EQ(mean.at("setting"), one.at("setting"));
+        for (const char* key : {"millisecondsPerView", "psnrWhole", "ssimWhole", "ssimInside"}) {
+            EXPECT_NEAR(mean.at(key).get<double>(),
+                        (one.at(key).get<double>() + two.at(key).get<double>()) / 2, 1e-9)
+                << key;
+        }
+    }
+    EXPECT_TRUE(isIn("mean", slurp(sandbox_ / "t.svg")));
+}
+
+TEST_F(Tradeoff, BrokenTablesAreOneErrorLineThatNamesTheColumn) {
+    writeScene("one", 9);
+    const std::string head = "scene,left,right,disp_left,disp_scale\n";
+    const std::pair<std::string, const char*> tables[] = {
+        {"", "lists no scenes"},
+        {head, "lists no scenes"},
+        {"scene,left,right,disp_left\none,L.png,R.png,D.png\n", "has no disp_scale"},
+        {"scene,left,disp_left,disp_scale\none,L.png,D.png,10\n", "has no right"},
+        {head + "one,L.png,R.png,D.png\n", "has no disp_scale"},
+        {head + ",L.png,R.png,D.png,10\n", "has no scene"},
+        {head + "one,,R.png,D.png,10\n", "has no left"},
+        {head + "one,L.png,R.png,D.png,ten\n", "disp_scale is \"ten\""},
+        {head + "one,L.png,R.png,D.png,0\n", "disparity scale"},
+        {head + "one,L.png,R.png,none.png,10\n", "none.png"},
+        {head + "none,L.png,R.png,D.png,10\n", "none/L.png"}};
+    for (const auto& [table, part] : tables) {
+        spill(sandbox_ / "scenes.csv", table);
+        EXPECT_TRUE(fails(run({"--scenes", "scenes.csv", "--json", "t.json"}), 1, part)) << table;
+    }
+    EXPECT_TRUE(fails(run({"--scenes", "none.csv"}), 1, "none.csv"));
+    EXPECT_TRUE(fails(run({"--scenes", "one"}), 1, "one"));
+    EXPECT_FALSE(fs::exists(sandbox_ / "t.json"));
+}
+
+TEST_F(Tradeoff, BrokenScenesAreOneErrorLine) {
+    writePicture(sandbox_ / "small.png", madePhoto(59, 40));
+    spill(sandbox_ / "broken.png", "broken");
+    const auto with = [&](const char* option, const char* file) {
+        Arguments call = scene();
+        for (std::size_t i = 0; i + 1 < call.size(); i += 2)
+            if (call[i] == option) call[i + 1] = file;
+        return run(call + Arguments{"--json", "t.json"});
+    };
+    for (const char* option : {"--photo", "--disparity", "--truth"}) {
+        EXPECT_TRUE(fails(with(option, "none.png"), 1, "none.png: does not exist"));
+        EXPECT_TRUE(fails(with(option, "broken.png"), 1, "broken.png"));
+    }
+    EXPECT_TRUE(fails(with("--truth", "small.png"), 1, "59 x 40"));
+    for (const char* scale : {"0", "nan", "ten"})
+        EXPECT_TRUE(fails(with("--disparity-scale", scale), 2, "--disparity-scale"));
+    EXPECT_FALSE(fs::exists(sandbox_ / "t.json"));
+}
+
+TEST_F(Tradeoff, APhotoAloneIsComparedWithTheMostAccurateSetting) {
+    // without strength all views are the photo, and soon made
+    const Outcome outcome =
+        run({"--strength", "0", "--json", "t.json", "--csv", "t.csv", "--plot", "t.svg", "L.png"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_TRUE(isIn("reference: layered, outermost view, 420 x 560 px", outcome.out))
+        << outcome.out;
+    const Json report = json();
+    EXPECT_EQ(report.at("against"), "most accurate setting");
+    ASSERT_EQ(report.at("rows").size(), tradeSettings().size());
+    for (const Json& row : report.at("rows")) {
+        EXPECT_TRUE(row.at("psnrWhole").is_null()); // no difference: infinite
+        EXPECT_NEAR(row.at("ssimWhole").get<double>(), 1, 1e-12);
+    }
+    EXPECT_EQ(slurp(sandbox_ / "t.svg").rfind("<svg", 0), 0U);
+    EXPECT_TRUE(fails(run({"none.png"}), 1, "none.png"));
+    EXPECT_TRUE(fails(run({"-d", "L.png"}), 2, "expected 2 names, got 1"));
+    EXPECT_TRUE(fails(run({"-d", "L.png", "none.png"}), 1, "none.png"));
+}
+
+TEST_F(Tradeoff, WrongCombinationsAreWrongUsage) {
+    spill(sandbox_ / "scenes.csv", "");
+    for (const Arguments& arguments :
+         {Arguments{}, Arguments{"L.png", "R.png"}, Arguments{"--photo", "L.png"},
+          Arguments{"--photo", "L.png", "--truth", "R.png"}, Arguments{"--truth", "R.png", "L.png"},
+          Arguments{"--disparity", "D.png", "L.png"}, scene() + Arguments{"L.png"},
+          scene() + Arguments{"--scenes", "scenes.csv"},
+          Arguments{"--scenes", "scenes.csv", "L.png"},
+          Arguments{"--scenes", "scenes.csv", "--save-views", "views"},
+          Arguments{"--save-views", "views", "L.png"}, Arguments{"--wrong", "L.png"},
+          Arguments{"--json", "", "L.png"}, Arguments{"--strength", "101", "L.png"},
+          Arguments{"--scenes"}}) {
+        EXPECT_TRUE(fails(run(arguments), 2, ""));
+    }
+    EXPECT_FALSE(fs::exists(sandbox_ / "views"));
+}
+
+TEST_F(Tradeoff, HelpAndVersionAreAsOfTheOtherTools) {
+    for (const char* option : {"--help", "-h"}) {
+        const Outcome outcome = run({option});
+        EXPECT_TRUE(isDone(outcome));
+        EXPECT_EQ(outcome.out.rfind("Usage: altiro3Dtradeoff ", 0), 0U) << outcome.out;
+        for (const std::string& line : linesOf(outcome.out))
+            EXPECT_LE(line.size(), 100U) << line;
+    }
+    EXPECT_EQ(run({"--version"}).out.rfind("altiro3Dtradeoff (altiro3D) ", 0), 0U);
+    if (!fs::exists("/dev/full")) return;
+    sandbox_.sendOutputTo("/dev/full");
+    EXPECT_TRUE(fails(run(scene()), 1, "standard output"));
+}
+
+} // namespace altiro3D::test

@@ -1,0 +1,333 @@
+// How the methods are chosen, their knobs and camera, and the budget that chooses by itself.
+
+#include "altiro3D/altiro3D.hpp"
+#include "altiro3D/trade.hpp"
+#include "common/budget.hpp"
+#include "sandbox.hpp"
+#include "support/compare.hpp"
+
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using tools::BudgetChoice;
+using tools::chooseWithinBudget;
+using tools::SettingCost;
+
+namespace {
+
+constexpr const char* kTool = "photo2native";
+
+// Options and the Native of photo.png and depth.png of a SmallStudio.
+class Methods : public ::testing::Test {
+  protected:
+    Outcome make(const Arguments& options, const std::string& output = "a.png") const {
+        return studio_.run(kTool, options + Arguments{"-y"} + studio_.display() +
+                                      Arguments{"-d", "photo.png", "depth.png", output});
+    }
+    cv::Mat native(const Arguments& options) const {
+        const Outcome outcome = make(options);
+        EXPECT_TRUE(isDone(outcome));
+        return readBack(studio_ / "a.png");
+    }
+    Json report(const Arguments& options) const {
+        EXPECT_EQ(make(options + Arguments{"--report", "r.json"}).status, 0);
+        return Json::parse(slurp(studio_ / "r.json"));
+    }
+    // By calls of the library alone.
+    cv::Mat libraryNative(const ViewOptions& views) const {
+        const Calibration calibration = readCalibration(studio_ / "small.json");
+        const cv::Mat photo = readPhoto(studio_ / "photo.png");
+        cv::Mat depth;
+        DepthNormalization normalization;
+        normalization.flatDepth = views.focus;
+        normalizeDepth(readDepthImage(studio_ / "depth.png"), depth, normalization);
+        const QuiltLayout layout{3, 2, {30, 40}, 6};
+        const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
+        const PhotoFit fit = fitPhoto(photo.size(), aspect, layout.tileSize, FitMode::Cover);
+        cv::Mat fittedPhoto;
+        cv::Mat fittedDepth;
+        cv::Mat quilt;
+        cv::Mat native;
+        applyFit(photo, fit, fittedPhoto);
+        applyFitToDepth(depth, photo.size(), fit, fittedPhoto, views.focus, fittedDepth);
+        Depth2Quilt(layout, views).render(fittedPhoto, fittedDepth, quilt);
+        Quilt2Native(calibration, layout, QuiltSampling()).render(quilt, native);
+        return native;
+    }
+    std::vector<fs::path> cachedBudgets() const {
+        std::vector<fs::path> files;
+        std::error_code error;
+        for (const auto& entry :
+             fs::directory_iterator(studio_.home() / ".cache/altiro3D", error)) {
+            if (entry.path().filename().string().rfind("budget-", 0) == 0)
+                files.push_back(entry.path());
+        }
+        return files;
+    }
+    void writeCamera(const std::string& change = R"("zFar": 10)") const {
+        spill(studio_ / "camera.json", R"({"fx": 80, "fy": 80, "cx": 44.5, "cy": 59.5,
+              "zNear": 1, "baseline": 0.2, )" +
+                                           change + "}");
+    }
+
+    SmallStudio studio_;
+};
+
+ViewOptions optionsOf(ViewMethod method) {
+    ViewOptions options;
+    options.method = method;
+    return options;
+}
+
+} // namespace
+
+TEST_F(Methods, EachGivesTheNativeOfTheLibraryWithItsKnobs) {
+    std::vector<std::pair<Arguments, ViewOptions>> cases{
+        {{}, optionsOf(ViewMethod::Layered)},
+        {{"--method", "layered"}, optionsOf(ViewMethod::Layered)},
+        {{"--method", "fast"}, optionsOf(ViewMethod::Fast)},
+        {{"--method", "real"}, optionsOf(ViewMethod::Real)},
+        {{"--dilate", "0", "--soft-edges", "4", "--fill", "continue"}, {}},
+        {{"--method", "fast", "--refine", "2"}, optionsOf(ViewMethod::Fast)},
+        {{"-g", "--inpaint", "ns", "--inpaint-from", "behind"}, optionsOf(ViewMethod::Real)}};
+    cases[4].second.layered.edgeDilationPixels = 0;
+    cases[4].second.layered.softEdgePixels = 4;
+    cases[4].second.layered.fill = LayeredFill::Continue;
+    cases[5].second.refinement = 2;
+    cases[6].second.real.inpainting = Inpainting::NavierStokes;
+    cases[6].second.real.backgroundOnly = true;
+    const Arguments strength{"--strength", "40"}; // at the tile's 30 px, 10 % would show little
+    for (auto& [arguments, options] : cases) {
+        options.strengthPercent = 40;
+        EXPECT_TRUE(samePicture(native(strength + arguments), libraryNative(options)))
+            << arguments.size();
+    }
+}
+
+TEST_F(Methods, GeometricIsMethodReal) {
+    ASSERT_TRUE(isDone(make({"--method", "real"}, "real.png")));
+    const std::string expected = slurp(studio_ / "real.png");
+    for (const Arguments& same :
+         {Arguments{"-g"}, Arguments{"--geometric"}, Arguments{"-g", "--method", "real"}}) {
+        ASSERT_TRUE(isDone(make(same)));
+        EXPECT_EQ(slurp(studio_ / "a.png"), expected);
+    }
+    ASSERT_TRUE(isDone(make({"--method", "fast"})));
+    EXPECT_NE(slurp(studio_ / "a.png"), expected);
+    for (const char* other : {"fast", "layered"})
+        EXPECT_TRUE(fails(make({"-g", "--method", other}), 2, "-g means --method real"));
+}
+
+TEST_F(Methods, BadValuesAreWrongUsage) {
+    const std::pair<const char*, std::vector<const char*>> bad[] = {
+        {"--method", {"slow", "Fast", ""}},
+        {"--refine", {"-1", "17", "1.5", ""}},
+        {"--dilate", {"9", "x"}},
+        {"--soft-edges", {"-1", "1e999"}},
+        {"--fill", {"paint", ""}},
+        {"--inpaint", {"navier"}},
+        {"--inpaint-from", {"before"}},
+        {"--budget", {"0", "1e7", "nan", "5ms", ""}},
+        {"--fov", {"0", "179.5", "nan", "40deg"}}};
+    for (const auto& [option, values] : bad) {
+        for (const char* value : values) {
+            const Arguments method = option == std::string("--fov") ? Arguments{"-g"} : Arguments{};
+            EXPECT_TRUE(fails(make(method + Arguments{option, value}), 2, option));
+        }
+    }
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
+}
+
+TEST_F(Methods, TheCameraGivesTheStrength) {
+    writeCamera(); // S = 2 80 0.2 (1/1 - 1/10) = 28.8 px of the photo's 90
+    ViewOptions options = optionsOf(ViewMethod::Real);
+    options.strengthPercent = 32;
+    for (const Arguments& keep : {Arguments{}, Arguments{"-k"}}) { // whatever the view's size
+        const Json json = report(keep + Arguments{"-g", "--camera", "camera.json"});
+        EXPECT_NEAR(json.at("pictures").at(0).at("strengthPercent").get<double>(), 32, 1e-9);
+        EXPECT_TRUE(json.at("settings").at("strengthPercent").is_null());
+    }
+    EXPECT_TRUE(samePicture(native({"-g", "--camera", "camera.json"}), libraryNative(options)));
+    EXPECT_TRUE(samePicture(native({"-g", "--strength", "32"}), libraryNative(options)));
+    writeCamera(R"("zFar": null)"); // infinitely far: 2 80 0.2 = 32 px
+    const Json json = report({"-g", "--camera", "camera.json"});
+    EXPECT_NEAR(json.at("pictures").at(0).at("strengthPercent").get<double>(), 3200 / 90.0, 1e-9);
+}
+
+TEST_F(Methods, TheCameraIsCroppedWithThePhoto) {
+    writePicture(studio_ / "photo.png", madePhoto(150, 120)); // 90 of the 150 columns are used
+    writePicture(studio_ / "depth.png", madeDepth(75, 60));
+    writeCamera();
+    const Json picture = report({"-g", "--camera", "camera.json"}).at("pictures").at(0);
+    EXPECT_EQ(picture.at("crop").at(2), 90);
+    EXPECT_NEAR(picture.at("strengthPercent").get<double>(), 32, 1e-9);
+    EXPECT_TRUE(isDone(make({"-g", "--fov", "60"})));
+}
+
+TEST_F(Methods, BadCamerasAreOneErrorLine) {
+    const auto with = [&] { return make({"-g", "--camera", "camera.json"}); };
+    EXPECT_TRUE(fails(with(), 1, "camera.json"));
+    for (const char* text : {"", "no json", "[]", "{}", R"({"fx": 80})", "\xff\xfe"}) {
+        spill(studio_ / "camera.json", text);
+        EXPECT_TRUE(fails(with(), 1, "camera.json"));
+    }
+    for (const char* change : {R"("zFar": 1)", R"("zFar": "far")", R"("zFar": 10, "baseline": -1)",
+                               R"("zFar": 10, "fx": 0)", R"("zFar": 10, "fx": 1e999)"}) {
+        writeCamera(change);
+        EXPECT_TRUE(fails(with(), 1, "camera.json"));
+    }
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
+}
+
+TEST_F(Methods, ACameraNeedsMethodReal) {
+    writeCamera();
+    for (const Arguments& camera :
+         {Arguments{"--camera", "camera.json"}, Arguments{"--fov", "50"}}) {
+        EXPECT_TRUE(fails(make(camera), 2, "expected -g"));
+        EXPECT_TRUE(fails(make(camera + Arguments{"--method", "fast"}), 2, "expected -g"));
+        EXPECT_TRUE(isDone(make(camera + Arguments{"-g"})));
+    }
+    for (const Arguments& more : {Arguments{"--fov", "50"}, Arguments{"--strength", "5"}}) {
+        EXPECT_TRUE(fails(make(Arguments{"-g", "--camera", "camera.json"} + more), 2,
+                          "exclude each other"));
+    }
+    EXPECT_TRUE(fails(make({"-g", "--camera", "camera.json"}, "camera.json"), 2, ""));
+    EXPECT_TRUE(fails(make({"-g", "--camera", "camera.json", "--report", "camera.json"}), 2,
+                      "is an input too"));
+}
+
+TEST(ChooseWithinBudget, TakesTheFirstThatFitsAndElseTheLast) {
+    const std::vector<SettingCost> costs{{"best", 100, 10}, {"good", 10, 12}, {"quick", 0, 5}};
+    const auto choose = [&](int views, double budget) {
+        return chooseWithinBudget(costs, views, budget);
+    };
+    EXPECT_EQ(choose(10, 200).index, 0U); // just fits
+    EXPECT_EQ(choose(10, 200).milliseconds, 200);
+    EXPECT_EQ(choose(10, 199.9).index, 1U);
+    EXPECT_EQ(choose(10, 199.9).milliseconds, 130);
+    EXPECT_EQ(choose(100, 1100).index, 0U); // preparation weighs less in many views
+    EXPECT_EQ(choose(100, 1099).index, 2U); // a better one need not be the slower one
+    EXPECT_TRUE(choose(10, 50).fits);
+    const BudgetChoice none = choose(10, 49);
+    EXPECT_EQ(none.index, 2U);
+    EXPECT_EQ(none.milliseconds, 50);
+    EXPECT_FALSE(none.fits);
+}
+
+TEST_F(Methods, ABudgetChoosesTheBestThatFitsAndSaysSo) {
+    const Outcome outcome = make({"--budget", "60000", "--report", "r.json"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_NE(outcome.out.find("budget: layered, 6 views in "), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find(" ms of 60000 ms\n"), std::string::npos) << outcome.out;
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative({})));
+    const Json report = Json::parse(slurp(studio_ / "r.json"));
+    EXPECT_EQ(report.at("settings").at("method"), "layered");
+    const Json& budget = report.at("budget");
+    EXPECT_EQ(budget.at("milliseconds"), 60000);
+    EXPECT_EQ(budget.at("chosen"), "layered");
+    EXPECT_EQ(budget.at("views"), 6);
+    EXPECT_TRUE(budget.at("fits").get<bool>());
+    EXPECT_FALSE(budget.at("fromCache").get<bool>());
+    std::vector<std::string> settings;
+    for (const Json& cost : budget.at("measured")) {
+        settings.push_back(cost.at("setting"));
+        EXPECT_GE(cost.at("preparationMilliseconds").get<double>(), 0);
+        EXPECT_GE(cost.at("millisecondsPerView").get<double>(), 0);
+        EXPECT_GT(cost.at("milliseconds").get<double>(), 0);
+    }
+    EXPECT_EQ(settings, (std::vector<std::string>{"layered", "layered, fill continue",
+                                                  "fast, refinement 2", "fast"}));
+    EXPECT_TRUE(this->report({}).at("budget").is_null());
+}
+
+TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
+    ASSERT_TRUE(isDone(make({"--budget", "60000"})));
+    ASSERT_EQ(cachedBudgets().size(), 1U);
+    const fs::path cache = cachedBudgets().front();
+    // costs that no machine has: what is chosen by them was read
+    Json kept = Json::parse(slurp(cache));
+    const double perView[] = {1000, 100, 10, 1};
+    for (std::size_t i = 0; i < 4; ++i) {
+        kept.at("costs").at(i).at("preparationMilliseconds") = 0;
+        kept.at("costs").at(i).at("millisecondsPerView") = perView[i];
+    }
+    spill(cache, kept.dump());
+    ViewOptions fill;
+    fill.layered.fill = LayeredFill::Continue;
+    ViewOptions refined = optionsOf(ViewMethod::Fast);
+    refined.refinement = 2;
+    const std::tuple<const char*, const char*, ViewOptions> cases[] = {
+        {"6000", "budget: layered, 6 views in 6000 ms of 6000 ms", {}},
+        {"5999", "budget: layered, fill continue, 6 views in 600 ms of 5999 ms", fill},
+        {"99.5", "budget: fast, refinement 2, 6 views in 60 ms of 100 ms", refined},
+        {"6", "budget: fast, 6 views in 6 ms of 6 ms", optionsOf(ViewMethod::Fast)}};
+    for (auto [milliseconds, line, options] : cases) {
+        options.strengthPercent = 40;
+        const Outcome outcome = make({"--strength", "40", "--budget", milliseconds});
+        EXPECT_TRUE(isDone(outcome));
+        EXPECT_NE(outcome.out.find(line), std::string::npos) << outcome.out;
+        EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative(options))) << line;
+    }
+    const Outcome tight = make({"--budget", "5.5"});
+    EXPECT_TRUE(warns(tight, "keeps the budget of 5.5 ms"));
+    EXPECT_NE(tight.out.find("budget: fast, 6 views in 6 ms of 5.5 ms"), std::string::npos);
+    EXPECT_TRUE(
+        samePicture(readBack(studio_ / "a.png"), libraryNative(optionsOf(ViewMethod::Fast))));
+    // another size of the work or number of threads is another measurement
+    EXPECT_TRUE(isDone(make({"--budget", "60000", "-k"})));
+    EXPECT_EQ(cachedBudgets().size(), 2U);
+    for (const char* broken : {"", "{}", "[1, 2", R"({"format": 1, "costs": "none"})"}) {
+        spill(cache, broken);
+        EXPECT_TRUE(isDone(make({"--budget", "60000"})));
+        EXPECT_EQ(Json::parse(slurp(cache)).at("costs").size(), 4U) << broken;
+    }
+    studio_.set("HOME", std::nullopt); // no cache: measured each time
+    EXPECT_TRUE(isDone(make({"--budget", "60000"})));
+    studio_.set("XDG_CACHE_HOME", "/proc/nothing");
+    EXPECT_TRUE(isDone(make({"--budget", "60000"})));
+}
+
+TEST_F(Methods, ABudgetIsForAllPicturesOfARun) {
+    spill(studio_ / "broken.png", "broken");
+    const Outcome outcome = studio_.run(
+        kTool, Arguments{"--budget", "60000", "--report", "r.json"} + studio_.display() +
+                   Arguments{"broken.png", "photo.png", "quilt.png", "out"});
+    EXPECT_EQ(outcome.status, 1); // the broken one
+    const std::size_t first = outcome.out.find("budget: ");
+    EXPECT_NE(first, std::string::npos) << outcome.out;
+    EXPECT_EQ(outcome.out.find("budget: ", first + 1), std::string::npos) << outcome.out;
+    EXPECT_EQ(Json::parse(slurp(studio_ / "r.json")).at("budget").at("chosen"), "layered");
+    EXPECT_EQ(studio_
+                  .run(kTool, Arguments{"-y", "--budget", "9", "--report", "r.json"} +
+                                  studio_.display() + Arguments{"broken.png", "broken.png", "out"})
+                  .status,
+              2); // two in one file
+    fs::create_directory(studio_ / "bad");
+    fs::copy(studio_ / "broken.png", studio_ / "bad");
+    EXPECT_EQ(studio_
+                  .run(kTool, Arguments{"-y", "--budget", "9", "--report", "r.json"} +
+                                  studio_.display() + Arguments{"bad", "out"})
+                  .status,
+              1);
+    EXPECT_EQ(Json::parse(slurp(studio_ / "r.json")).at("budget"), Json({{"milliseconds", 9}}));
+}
+
+TEST_F(Methods, ABudgetChoosesByItself) {
+    writeCamera();
+    for (const Arguments& more :
+         {Arguments{"--method", "fast"}, Arguments{"-g"}, Arguments{"--refine", "1"},
+          Arguments{"--dilate", "1"}, Arguments{"--soft-edges", "1"},
+          Arguments{"--fill", "continue"}, Arguments{"--inpaint", "ns"},
+          Arguments{"--inpaint-from", "behind"}, Arguments{"--camera", "camera.json"},
+          Arguments{"--fov", "50"}}) {
+        EXPECT_TRUE(fails(make(more + Arguments{"--budget", "100"}), 2, "--budget and -"));
+    }
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
+    EXPECT_TRUE(cachedBudgets().empty());
+}
+
+} // namespace altiro3D::test

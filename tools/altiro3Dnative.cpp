@@ -146,14 +146,7 @@ int main(int argc, char** argv) {
     commandLine.add({"info"}, "Show what the calibration means; writes a table only with -m.");
     commandLine.add({"json"}, "As --info, for programs.");
     commandLine.addSection("Display and quilt");
-    commandLine.add({"q", "quilt"},
-                    "Views in the quilt, rows x columns (default: the display model's; 6x8 on a "
-                    "Portrait: 6 rows of 8 columns).",
-                    "RxC");
-    commandLine.add({"r", "resolution"},
-                    "Size of one view, height x width in px (default: the display model's; 560x420 "
-                    "on a Portrait).",
-                    "HxW");
+    addQuiltOptions(commandLine);
     commandLine.add({"serial"}, "Choose among several calibrations in the file.", "NAME");
     addInvertOption(commandLine);
     commandLine.addNote("The calibration file lies on the display's own USB volume as "

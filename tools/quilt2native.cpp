@@ -73,14 +73,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     }
     const Quilt2Native renderer = makeQuilt2Native(commandLine, display, layout, messages);
     times.end("look-up table");
-    cv::Mat native;
-    renderer.render(quilt, native);
-    times.end("render");
-    warnAboutNativeFormat(output, messages);
-    writePicture(output, native);
-    times.end("write");
-    messages.say(output.string() + ": Native, " + std::to_string(native.cols) + " x " +
-                 std::to_string(native.rows) + " px");
+    makeNativeFile(renderer, quilt, output, messages, times);
     messages.detail(times.text());
     return kExitDone;
 }

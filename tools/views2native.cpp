@@ -89,24 +89,18 @@ int run(const CommandLine& commandLine, Messages& messages) {
     progress.clear();
     times.end("read views");
     const double aspect = static_cast<double>(viewSize.width) / viewSize.height;
-    if (std::abs(aspect / display.panelAspect() - 1) > 0.05) {
+    if (!commandLine.has("fit") && std::abs(aspect / display.panelAspect() - 1) > 0.05) {
         messages.warn("the views have another shape than the panel: --fit " + fitName(mode) +
                       " is applied");
     }
     const Quilt2Native renderer = makeQuilt2Native(commandLine, display, layout, messages);
     times.end("look-up table");
-    cv::Mat native;
-    renderer.render(quilt, native);
-    times.end("render");
-    warnAboutNativeFormat(output, messages);
-    writePicture(output, native);
-    messages.say(output.string() + ": Native, " + std::to_string(native.cols) + " x " +
-                 std::to_string(native.rows) + " px");
+    makeNativeFile(renderer, quilt, output, messages, times);
     if (quiltOutput) {
         writePicture(*quiltOutput, quilt);
+        times.end("write quilt");
         messages.say(quiltOutput->string() + ": quilt");
     }
-    times.end("write");
     messages.detail(times.text());
     return kExitDone;
 }

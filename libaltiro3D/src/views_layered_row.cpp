@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 #include <opencv2/core/hal/intrin.hpp>
 
 namespace altiro3D {
@@ -151,6 +152,29 @@ void traceSpan(const LayeredRow& row, const LayeredSpan& span, double shiftPixel
     }
 }
 
+// The surface's end that went out of the frame least far, where nothing is left in it.
+std::int32_t nearestNode(const LayeredRow& row, double shiftPixels, int width) {
+    std::int32_t nearest = row.spans[0].first << kSubNodeBits;
+    double least = std::numeric_limits<double>::infinity();
+    int column = 0;
+    for (int i = 0; i < row.spanCount; ++i) {
+        const LayeredSpan& span = row.spans[i];
+        for (const int end : {0, span.count - 1}) {
+            const int node = span.first + end;
+            const int x = static_cast<int>(span.x) + end;
+            const double place = x - shiftPixels * static_cast<double>(row.offset[node]);
+            const double out = place < 0 ? -place : place - (width - 1);
+            // where distances are too large to differ, the last to leave is on the frame's side
+            const bool later = place < 0 ? x > column : x < column;
+            if (out > least || (out == least && !later)) continue;
+            least = out;
+            column = x;
+            nearest = node << kSubNodeBits;
+        }
+    }
+    return nearest;
+}
+
 } // namespace
 
 void traceRow(const LayeredRow& row, double shiftPixels, int width, LayeredTrace& trace) {
@@ -166,7 +190,7 @@ void traceRow(const LayeredRow& row, double shiftPixels, int width, LayeredTrace
     // Beyond the reach nothing is prepared: the farther side of a gap is the one at its right.
     for (int x = width - 2; x >= 0; --x)
         if (code[x] == kNothing) code[x] = code[x + 1];
-    if (code[0] == kNothing) code[0] = row.spans[0].first << kSubNodeBits;
+    if (code[0] == kNothing) code[0] = nearestNode(row, shiftPixels, width);
     for (int x = 1; x < width; ++x)
         if (code[x] == kNothing) code[x] = code[x - 1];
 }

@@ -431,7 +431,8 @@ class RealRenderer : public ViewRenderer {
             for (int x = 0; x < photo_.cols; ++x) {
                 const double place = x - shiftPixels * (static_cast<double>(depth[x]) - focus_);
                 const double out = place < 0 ? -place : place - (photo_.cols - 1);
-                if (out < least) {
+                // where distances are too large to differ, the last to leave is at the right
+                if (out < least || (out == least && place < 0)) {
                     least = out;
                     best = x;
                 }

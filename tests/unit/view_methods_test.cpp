@@ -217,7 +217,7 @@ TEST_P(ViewMethods, WhatGoesOutOfTheFrameByManyWidthsLeavesItsLastColour) {
     photo.colRange(25, 50).setTo(cv::Scalar(right));
     const cv::Mat near = flat(photo.size(), 1);
     const ViewOptions wide = options(10000, 0); // S/2 = 50 widths
-    for (const double position : {0.1, 1.0}) {
+    for (const double position : {0.1, 1.0, 3.0, 1e6, 1e300}) {
         const auto plain = [&](const cv::Vec3b& colour) {
             return cv::Mat(photo.size(), CV_8UC3, cv::Scalar(colour));
         };

@@ -206,6 +206,17 @@ InvertViews invertOption(const CommandLine& commandLine) {
     return kModes[commandLine.choice("invert", {"auto", "on", "off"}).value_or(0)];
 }
 
+void addQuiltOptions(CommandLine& commandLine) {
+    commandLine.add({"q", "quilt"},
+                    "Views in the quilt, rows x columns (default: the display model's; 6x8 on a "
+                    "Portrait: 6 rows of 8 columns).",
+                    "RxC");
+    commandLine.add({"r", "resolution"},
+                    "Size of one view, height x width in px (default: the display model's; 560x420 "
+                    "on a Portrait).",
+                    "HxW");
+}
+
 void addDisplayOptions(CommandLine& commandLine) {
     commandLine.addSection("Display");
     commandLine.add({"m", "map"}, "Look-up table of the display, made by altiro3Dnative.",
@@ -218,14 +229,7 @@ void addDisplayOptions(CommandLine& commandLine) {
                     "NAME");
     addInvertOption(commandLine);
     commandLine.addSection("Quilt");
-    commandLine.add({"q", "quilt"},
-                    "Views in the quilt, rows x columns (default: the display model's; 6x8 on a "
-                    "Portrait: 6 rows of 8 columns).",
-                    "RxC");
-    commandLine.add({"r", "resolution"},
-                    "Size of one view, height x width in px (default: the display model's; 560x420 "
-                    "on a Portrait).",
-                    "HxW");
+    addQuiltOptions(commandLine);
 }
 
 void addSamplingOptions(CommandLine& commandLine) {

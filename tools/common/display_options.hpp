@@ -29,6 +29,8 @@ std::filesystem::path cacheDirectory();
 
 /// -m -c --serial --invert, -q -r
 void addDisplayOptions(CommandLine& commandLine);
+/// -q -r as such, for the tool that makes maps
+void addQuiltOptions(CommandLine& commandLine);
 /// --view-filter --sampling
 void addSamplingOptions(CommandLine& commandLine);
 /// --invert as such, for the tool that makes maps

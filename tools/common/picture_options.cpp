@@ -194,6 +194,18 @@ void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages
     }
 }
 
+void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
+                    const std::filesystem::path& output, Messages& messages, StageTimes& times) {
+    cv::Mat native;
+    renderer.render(quilt, native);
+    times.end("render");
+    warnAboutNativeFormat(output, messages);
+    writePicture(output, native);
+    times.end("write");
+    messages.say(output.string() + ": Native, " + std::to_string(native.cols) + " x " +
+                 std::to_string(native.rows) + " px");
+}
+
 cv::Mat readPhotoFile(const std::filesystem::path& file, Messages& messages) {
     Notes notes;
     cv::Mat photo;

@@ -3,6 +3,7 @@
 #include "altiro3D/camera.hpp"
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/photo_fit.hpp"
+#include "altiro3D/quilt2native.hpp"
 #include "common/run_tool.hpp"
 
 #include <optional>
@@ -47,6 +48,10 @@ std::string fitName(FitMode mode);
 
 /// Warns where a Native loses its sub-pixels on the way to the file.
 void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages);
+
+/// Renders a quilt and writes the Native; stages "render" and "write".
+void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
+                    const std::filesystem::path& output, Messages& messages, StageTimes& times);
 
 /// Reads a photo or quilt; remarks about the file become warnings.
 cv::Mat readPhotoFile(const std::filesystem::path& file, Messages& messages);

@@ -89,7 +89,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     progress.clear();
     times.end("read views");
     const double aspect = static_cast<double>(viewSize.width) / viewSize.height;
-    if (!commandLine.has("fit") && std::abs(aspect / display.panelAspect() - 1) > 0.05) {
+    if (std::abs(aspect / display.panelAspect() - 1) > 0.05) {
         messages.warn("the views have another shape than the panel: --fit " + fitName(mode) +
                       " is applied");
     }

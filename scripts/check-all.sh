@@ -10,7 +10,7 @@ scripts/check-tidy.sh --all
 echo "== AddressSanitizer and UndefinedBehaviorSanitizer"
 cmake --preset asan
 cmake --build --preset asan
-ctest --preset asan -LE install
+ctest --preset asan -j "$(nproc)" -LE install
 
 echo "== Clang"
 cmake --preset clang

@@ -13,6 +13,7 @@
 #include "support/files.hpp"
 #include "view_renderer.hpp"
 #include "views_layered.hpp"
+#include "views_real.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -58,6 +59,9 @@ std::vector<Method> methods() {
                         altiro3D::ViewOptions options;
                         options.focus = pair.focus;
                         return altiro3D::makeFastRenderer(pair.photo, pair.depth, options);
+                    }});
+    list.push_back({"Real", [](const Pair& pair) {
+                        return altiro3D::makeRealRenderer(pair.photo, pair.depth, pair.focus, {});
                     }});
     const auto layered = [&](const std::string& name, const LayeredSettings& options) {
         list.push_back({name, [options](const Pair& pair) {

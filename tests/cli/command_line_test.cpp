@@ -8,18 +8,7 @@ namespace altiro3D::test {
 
 namespace fs = std::filesystem;
 
-class EveryTool : public ::testing::TestWithParam<std::string> {
-  protected:
-    const std::string& tool() const { return GetParam(); }
-    std::string output(const std::string& stem) const {
-        return stem + (tool() == "altiro3Dnative" ? ".map" : ".png");
-    }
-    Outcome good(const std::string& output, const Arguments& more = {}) const {
-        return studio_.run(tool(), more + studio_.goodCall(tool(), output));
-    }
-
-    SmallStudio studio_;
-};
+class EveryTool : public ToolTest {};
 
 INSTANTIATE_TEST_SUITE_P(Tools, EveryTool, ::testing::ValuesIn(allTools()),
                          [](const auto& tool) { return tool.param; });

@@ -135,14 +135,9 @@ TEST(Data, QuiltsBecomeNatives) {
         EXPECT_EQ(outcome.status, 0) << outcome.text();
         expectOwnLines(outcome);
         const cv::Mat quilt = readPhoto(dataPath(file));
-        QuiltLayout layout;
-        layout.columns = columns;
-        layout.rows = rows;
-        layout.tileSize = {quilt.cols / columns, quilt.rows / rows};
-        layout.viewCount = columns * rows;
-        cv::Mat native;
-        Quilt2Native(readCalibration(studio / "small.json"), layout, {}).render(quilt, native);
-        EXPECT_TRUE(samePicture(readBack(studio / "a.png"), native)) << file;
+        EXPECT_TRUE(
+            samePicture(readBack(studio / "a.png"), libraryNative(studio, quilt, columns, rows)))
+            << file;
     }
 }
 

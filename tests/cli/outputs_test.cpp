@@ -9,15 +9,8 @@ namespace altiro3D::test {
 
 namespace fs = std::filesystem;
 
-class OutputsOf : public ::testing::TestWithParam<std::string> {
+class OutputsOf : public ToolTest {
   protected:
-    const std::string& tool() const { return GetParam(); }
-    std::string output(const std::string& stem) const {
-        return stem + (tool() == "altiro3Dnative" ? ".map" : ".png");
-    }
-    Outcome good(const std::string& output, const Arguments& more = {}) const {
-        return studio_.run(tool(), more + studio_.goodCall(tool(), output));
-    }
     // One of the files that goodCall() reads.
     std::string anInput() const {
         if (tool() == "altiro3Dnative") return "small.json";
@@ -25,8 +18,6 @@ class OutputsOf : public ::testing::TestWithParam<std::string> {
         if (tool() == "quilt2native") return "quilt.png";
         return "views/view3.png";
     }
-
-    SmallStudio studio_;
 };
 
 INSTANTIATE_TEST_SUITE_P(Tools, OutputsOf, ::testing::ValuesIn(allTools()),

@@ -14,19 +14,6 @@ namespace {
 
 constexpr const char* kTool = "quilt2native";
 
-cv::Mat libraryNative(const Sandbox& sandbox, const cv::Mat& quilt, int columns, int rows,
-                      const QuiltSampling& sampling = {}) {
-    QuiltLayout layout;
-    layout.columns = columns;
-    layout.rows = rows;
-    layout.tileSize = {quilt.cols / columns, quilt.rows / rows};
-    layout.viewCount = columns * rows;
-    cv::Mat native;
-    Quilt2Native(readCalibration(sandbox / "small.json"), layout, sampling)
-        .render(fitQuilt(quilt, layout), native);
-    return native;
-}
-
 } // namespace
 
 TEST(Quilt2NativeTool, GivesTheNativeOfTheLibrary) {

@@ -1,5 +1,6 @@
 #include "sandbox.hpp"
 
+#include "altiro3D/calibration.hpp"
 #include "altiro3D/image_io.hpp"
 
 #include <algorithm>
@@ -232,6 +233,19 @@ const std::vector<std::string>& allTools() {
     static const std::vector<std::string> tools{"altiro3Dnative", "photo2native", "quilt2native",
                                                 "views2native"};
     return tools;
+}
+
+cv::Mat libraryNative(const Sandbox& sandbox, const cv::Mat& quilt, int columns, int rows,
+                      const QuiltSampling& sampling) {
+    QuiltLayout layout;
+    layout.columns = columns;
+    layout.rows = rows;
+    layout.tileSize = {quilt.cols / columns, quilt.rows / rows};
+    layout.viewCount = columns * rows;
+    cv::Mat native;
+    Quilt2Native(readCalibration(sandbox / "small.json"), layout, sampling)
+        .render(fitQuilt(quilt, layout), native);
+    return native;
 }
 
 } // namespace altiro3D::test

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/quilt2native.hpp"
 #include "support/files.hpp"
 
 #include <gtest/gtest.h>
@@ -93,5 +94,25 @@ class SmallStudio : public Sandbox {
 
 /// The tools' names.
 const std::vector<std::string>& allTools();
+
+/// A test that runs for each tool, in a studio of its own.
+class ToolTest : public ::testing::TestWithParam<std::string> {
+  protected:
+    const std::string& tool() const { return GetParam(); }
+    /// A name for the tool's output, with the extension that it writes.
+    std::string output(const std::string& stem) const {
+        return stem + (tool() == "altiro3Dnative" ? ".map" : ".png");
+    }
+    /// A run that succeeds and writes one file.
+    Outcome good(const std::string& output, const Arguments& more = {}) const {
+        return studio_.run(tool(), more + studio_.goodCall(tool(), output));
+    }
+
+    SmallStudio studio_;
+};
+
+/// The Native that the library makes of a quilt for a sandbox's small.json.
+cv::Mat libraryNative(const Sandbox& sandbox, const cv::Mat& quilt, int columns, int rows,
+                      const QuiltSampling& sampling = {});
 
 } // namespace altiro3D::test

@@ -2,14 +2,17 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "native_lut_kernels.hpp"
 #include "native_lut_tables.hpp"
 #include "text.hpp"
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <cstring>
-#include <fstream>
+#include <fcntl.h>
 #include <opencv2/core.hpp>
+#include <unistd.h>
 #include <zlib.h>
 
 #if defined(__BYTE_ORDER__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
@@ -52,27 +55,63 @@ std::uint32_t crcOf(const void* data, std::size_t size) {
         crc32_z(crc32(0, nullptr, 0), static_cast<const Bytef*>(data), size));
 }
 
-// CRC-32 of several runs of bytes, each one computed in parallel pieces.
-std::uint32_t crcOf(const std::vector<Bytes>& runs) {
-    constexpr std::size_t kPiece = std::size_t{1} << 20;
-    std::uint32_t total = crcOf(nullptr, 0);
-    for (const Bytes& run : runs) {
-        const std::size_t pieces = (run.size + kPiece - 1) / kPiece;
-        std::vector<std::uint32_t> crcs(pieces);
-        const auto sizeOf = [&](std::size_t i) { return std::min(kPiece, run.size - i * kPiece); };
-        cv::parallel_for_(cv::Range(0, static_cast<int>(pieces)), [&](const cv::Range& range) {
-            for (auto i = static_cast<std::size_t>(range.start);
-                 i < static_cast<std::size_t>(range.end); ++i) {
-                crcs[i] = crcOf(static_cast<const char*>(run.data) + i * kPiece, sizeOf(i));
-            }
-        });
-        for (std::size_t i = 0; i < pieces; ++i) {
-            total = static_cast<std::uint32_t>(
-                crc32_combine(total, crcs[i], static_cast<z_off_t>(sizeOf(i))));
+// The data is worked on in pieces that fit into a processor's own cache, whole pairs each.
+constexpr std::size_t kPiece = std::size_t{1} << 19;
+
+// CRC-32 of `size` bytes, from crcOfPiece(begin, size) of each piece; pieces run in parallel.
+template <class F>
+std::uint32_t crcOfPieces(std::size_t size, const F& crcOfPiece) {
+    const std::size_t pieces = (size + kPiece - 1) / kPiece;
+    std::vector<std::uint32_t> crcs(pieces);
+    const auto sizeOf = [&](std::size_t i) { return std::min(kPiece, size - i * kPiece); };
+    cv::parallel_for_(cv::Range(0, static_cast<int>(pieces)), [&](const cv::Range& range) {
+        for (auto i = static_cast<std::size_t>(range.start);
+             i < static_cast<std::size_t>(range.end); ++i) {
+            crcs[i] = crcOfPiece(i * kPiece, sizeOf(i));
         }
+    });
+    std::uint32_t total = crcOf(nullptr, 0);
+    for (std::size_t i = 0; i < pieces; ++i) {
+        total = static_cast<std::uint32_t>(
+            crc32_combine(total, crcs[i], static_cast<z_off_t>(sizeOf(i))));
     }
     return total;
 }
+
+// A file to read from, closed at the end.
+class File {
+  public:
+    explicit File(const std::filesystem::path& path) {
+        do {
+            number_ = ::open(path.c_str(), O_RDONLY | O_NOCTTY | O_CLOEXEC);
+        } while (number_ < 0 && errno == EINTR);
+    }
+    ~File() {
+        if (number_ >= 0) ::close(number_);
+    }
+    File(const File&) = delete;
+    File& operator=(const File&) = delete;
+
+    bool isOpen() const { return number_ >= 0; }
+
+    // Reads up to `size` bytes that begin at `begin`; how many there were. Any number of threads.
+    std::size_t read(void* to, std::size_t begin, std::size_t size) const {
+        std::size_t done = 0;
+        while (done < size) {
+            const ssize_t count = ::pread(number_, static_cast<char*>(to) + done, size - done,
+                                          static_cast<off_t>(begin + done));
+            if (count > 0) {
+                done += static_cast<std::size_t>(count);
+            } else if (count == 0 || errno != EINTR) {
+                break;
+            }
+        }
+        return done;
+    }
+
+  private:
+    int number_ = -1;
+};
 
 void checkHeader(const Header& h, const std::string& name) {
     const auto fail = [&](const std::string& problem) {
@@ -110,32 +149,10 @@ void checkHeader(const Header& h, const std::string& name) {
     }
 }
 
-// All coordinates must lie inside the quilt: rendering trusts them.
-bool coordinatesInside(const cv::Mat& channel, cv::Size quilt) {
-    std::atomic<bool> inside{true};
-    cv::parallel_for_(cv::Range(0, channel.rows), [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y) {
-            const auto* row = channel.ptr<std::uint16_t>(y);
-            int largestX = 0;
-            int largestY = 0;
-            for (int x = 0; x < channel.cols; ++x) {
-                largestX = std::max<int>(largestX, row[2 * x]);
-                largestY = std::max<int>(largestY, row[2 * x + 1]);
-            }
-            if (largestX >= quilt.width || largestY >= quilt.height) inside = false;
-        }
-    });
-    return inside;
-}
-
 } // namespace
 
 void NativeLut::save(const std::filesystem::path& file) const {
     const Tables& t = *tables_;
-    std::vector<Bytes> parts(1);
-    for (const cv::Mat& channel : t.channels) {
-        parts.push_back({channel.data, channel.total() * channel.elemSize()});
-    }
     Header h{};
     std::memcpy(h.magic, kMagic, sizeof kMagic);
     h.version = kVersion;
@@ -151,10 +168,11 @@ void NativeLut::save(const std::filesystem::path& file) const {
     h.flags = t.inverted ? kFlagInverted : 0;
     h.fingerprint = t.calibrationFingerprint;
     t.serial.copy(h.serial, sizeof h.serial - 1);
-    h.dataCrc = crcOf({parts.begin() + 1, parts.end()});
+    h.dataCrc = crcOfPieces(t.size(), [&](std::size_t begin, std::size_t size) {
+        return crcOf(t.data() + begin, size);
+    });
     h.headerCrc = crcOf(&h, offsetof(Header, headerCrc));
-    parts[0] = {&h, sizeof h};
-    writeFile(file, parts);
+    writeFile(file, {{&h, sizeof h}, {t.data(), t.size()}});
 }
 
 NativeLut NativeLut::load(const std::filesystem::path& file) {
@@ -168,13 +186,12 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
     if (error || !std::filesystem::is_regular_file(file, error)) {
         throw Error(ErrorCode::ReadFailed, name, "is no regular file, expected a .map file");
     }
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) {
+    const File opened(file);
+    if (!opened.isOpen()) {
         throw Error(ErrorCode::ReadFailed, name, "cannot be opened, expected a readable file");
     }
     Header h{};
-    stream.read(reinterpret_cast<char*>(&h), sizeof h);
-    if (stream.gcount() < static_cast<std::streamsize>(sizeof kMagic)) {
+    if (opened.read(&h, 0, sizeof h) < sizeof kMagic) {
         throw Error(ErrorCode::BadFormat, name,
                     "is no look-up table, expected a .map file made by altiro3Dnative");
     }
@@ -198,19 +215,24 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
     tables->serial.assign(h.serial, strnlen(h.serial, sizeof h.serial));
     tables->inverted = (h.flags & kFlagInverted) != 0;
     tables->allocate();
-    std::vector<Bytes> data;
-    for (cv::Mat& channel : tables->channels) {
-        const std::size_t size = channel.total() * channel.elemSize();
-        stream.read(reinterpret_cast<char*>(channel.data), static_cast<std::streamsize>(size));
-        data.push_back({channel.data, size});
-    }
-    if (!stream) {
+    const cv::Size quilt = tables->quilt.size();
+    std::atomic<bool> complete{true};
+    std::atomic<bool> inside{true}; // rendering trusts the coordinates
+    const auto readPiece = [&](std::size_t begin, std::size_t size) {
+        std::uint8_t* const to = tables->data() + begin;
+        if (opened.read(to, sizeof h + begin, size) != size) {
+            complete = false;
+            return std::uint32_t{0};
+        }
+        const LargestPair largest =
+            largestPair(reinterpret_cast<const std::uint16_t*>(to), size / 4);
+        if (largest.x >= quilt.width || largest.y >= quilt.height) inside = false;
+        return crcOf(to, size);
+    };
+    const bool good = crcOfPieces(tables->size(), readPiece) == h.dataCrc && inside;
+    if (!complete) {
         throw Error(ErrorCode::ReadFailed, name,
                     "cannot be read to its end, expected " + std::to_string(expected) + " bytes");
-    }
-    bool good = crcOf(data) == h.dataCrc;
-    for (const cv::Mat& channel : tables->channels) {
-        good = good && coordinatesInside(channel, tables->quilt.size());
     }
     if (!good) {
         throw Error(ErrorCode::BadFormat, name,

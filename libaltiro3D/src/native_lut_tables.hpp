@@ -13,11 +13,15 @@ struct NativeLut::Tables {
     std::uint64_t calibrationFingerprint = 0;
     std::string serial;
     bool inverted = true;
-    std::array<cv::Mat, 3>
-        channels; ///< R, G, B: [panel rows x cols, CV_16UC2, (X, Y)], continuous.
+    /// R, G, B: [panel rows x cols, CV_16UC2, (X, Y)], continuous, one behind the other.
+    std::array<cv::Mat, 3> channels;
 
     /// Takes the memory for the three tables. @throws Error OutOfMemory
     void allocate();
+
+    /// All three tables, as they lie in the file.
+    std::uint8_t* data() const { return channels[0].data; }
+    std::size_t size() const { return 3 * channels[0].total() * channels[0].elemSize(); }
 };
 
 /// The pixel of a side of `samples` px that lies under the centre of pixel `index` of a side of

@@ -4,6 +4,7 @@
 #include "checks.hpp"
 #include "native_lut_tables.hpp"
 #include "text.hpp"
+#include "view_table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -56,7 +57,8 @@ Tap viewsOf(double phase, int views, ViewFilter filter) {
 struct Quilt2Native::Impl {
     QuiltLayout quilt;
     cv::Size panelSize;
-    std::optional<NativeLut> lut; // absent when blending
+    std::optional<ViewTable> table; // absent when blending, and where there is only the lut
+    std::optional<NativeLut> lut;   // of another form than ViewTable
     LensGeometry geometry;
     QuiltSampling sampling;
     std::vector<Tap> columnTaps; // x inside a tile, per panel column
@@ -88,7 +90,8 @@ Quilt2Native::Quilt2Native(NativeLut lut) {
     auto impl = std::make_shared<Impl>();
     impl->quilt = lut.quilt();
     impl->panelSize = lut.panelSize();
-    impl->lut = std::move(lut);
+    impl->table = viewTable(lut);
+    if (!impl->table) impl->lut = std::move(lut);
     impl_ = std::move(impl);
 }
 
@@ -97,13 +100,13 @@ Quilt2Native::Quilt2Native(const Calibration& calibration, const QuiltLayout& qu
     auto impl = std::make_shared<Impl>();
     impl->quilt = quilt;
     impl->sampling = sampling;
+    validate(quilt);
+    const LensGeometry g = lensGeometry(calibration, invert);
+    impl->panelSize = {g.panelWidth, g.panelHeight};
     if (sampling.views == ViewFilter::Nearest && sampling.inTile == TileSampling::Nearest) {
-        impl->lut = NativeLut(calibration, quilt, invert);
-        impl->panelSize = impl->lut->panelSize();
+        impl->table = viewTable(g, quilt);
+        if (!impl->table) impl->lut = NativeLut(calibration, quilt, invert);
     } else {
-        validate(quilt);
-        const LensGeometry g = lensGeometry(calibration, invert);
-        impl->panelSize = {g.panelWidth, g.panelHeight};
         for (int x = 0; x < g.panelWidth; ++x) {
             impl->columnTaps.push_back(tapOf(g.mirrorX ? g.panelWidth - 1 - x : x, g.panelWidth,
                                              quilt.tileSize.width, sampling.inTile));
@@ -133,13 +136,16 @@ void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native) const {
         throw Error(ErrorCode::InvalidArgument, "native",
                     "shares its memory with the quilt, expected a picture of its own");
     }
-    if (impl_->lut) {
+    if (impl_->table) {
+        impl_->table->render(source, native);
+    } else if (impl_->lut) {
         impl_->renderThroughLut(source, native);
     } else {
         impl_->renderBlended(source, native);
     }
 }
 
+// For tables that are no ViewTable.
 // Reads 4 bytes of table and 1 byte of quilt per sub-pixel, the latter scattered over some tiles'
 // rows; writes 1 byte. Bound by the table's bandwidth and the quilt's cache misses.
 void Quilt2Native::Impl::renderThroughLut(const cv::Mat& source, cv::Mat& native) const {

@@ -1,36 +1,32 @@
-// Speed of each stage at a Portrait's real sizes (panel 1536 x 2048, 48 views of 420 x 560 px).
-// Every output is checked once before it is timed; quote ratios to the memcpy yardsticks.
+// Speed of each stage at the real sizes of two displays: a Portrait (panel 1536 x 2048, 48 views of
+// 420 x 560 px) and an 8K panel (7680 x 4320, 45 views of 819 x 455 px).
+//
+// BM_<stage>/<display> runs on all threads, BM_<stage>/<display>/threads:1 on one. Every output is
+// checked against a plain reference before it is timed; memory is warm and reused. Quote ratios to
+// the yardsticks BM_Copy..., each a memcpy on one thread.
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
 
+#include <algorithm>
 #include <benchmark/benchmark.h>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string>
 #include <unistd.h>
+#include <vector>
 
 namespace {
 
 using namespace altiro3D;
-
-Calibration portrait() {
-    Calibration c;
-    c.serial = "LKG-PORT-BENCH";
-    c.pitch = 52.58;
-    c.slope = -7.17;
-    c.center = 0.5;
-    c.DPI = 324;
-    c.screenW = 1536;
-    c.screenH = 2048;
-    return c;
-}
 
 void require(bool good, const char* what) {
     if (good) return;
@@ -43,8 +39,8 @@ bool equal(const cv::Mat& a, const cv::Mat& b) {
            cv::norm(a.reshape(1), b.reshape(1), cv::NORM_INF) == 0;
 }
 
-// A photo with detail and a depth map with steps, the same each time.
-cv::Mat photo(cv::Size size) {
+// A photo with detail, the same each time.
+cv::Mat makePhoto(cv::Size size) {
     cv::Mat picture(size, CV_8UC3);
     cv::RNG rng(7);
     rng.fill(picture, cv::RNG::UNIFORM, 0, 256);
@@ -52,19 +48,13 @@ cv::Mat photo(cv::Size size) {
     return picture;
 }
 
-cv::Mat depth(cv::Size size) {
+// A depth map with slopes and steps.
+cv::Mat makeDepth(cv::Size size) {
     cv::Mat map(size, CV_32FC1);
     for (int y = 0; y < size.height; ++y)
         map.row(y).setTo(0.6 * y / size.height);
     cv::circle(map, {size.width / 2, size.height / 2}, size.width / 4, cv::Scalar(0.9), cv::FILLED);
     return map;
-}
-
-const QuiltLayout kLayout; // 8 columns x 6 rows of 420 x 560 px
-
-const NativeLut& lut() {
-    static const NativeLut table(portrait(), kLayout);
-    return table;
 }
 
 ViewOptions methodOf(ViewMethod method) {
@@ -73,26 +63,127 @@ ViewOptions methodOf(ViewMethod method) {
     return options;
 }
 
-const cv::Mat& quilt() {
-    static const cv::Mat picture = [] {
-        cv::Mat views;
-        Depth2Quilt(kLayout, methodOf(ViewMethod::Fast))
-            .render(photo(kLayout.tileSize), depth(kLayout.tileSize), views);
-        return views;
-    }();
-    return picture;
+// Quilt pixel of a sub-pixel, by the formula alone.
+cv::Point quiltPixel(const LensGeometry& g, const QuiltLayout& layout, int x, int y, int channel) {
+    const int view = LensGeometry::viewOfPhase(g.phase(x, y, channel), layout.viewCount);
+    const cv::Size tile = layout.tileSize;
+    const std::int64_t inX = (2 * std::int64_t{x} + 1) * tile.width / (2 * g.panelWidth);
+    const std::int64_t inY = (2 * std::int64_t{y} + 1) * tile.height / (2 * g.panelHeight);
+    return layout.tile(view).tl() + cv::Point(static_cast<int>(inX), static_cast<int>(inY));
 }
 
-// Number of threads of a variant: 1, or all.
+// A display and, made when they are first asked for, the pictures and tables that belong to it.
+class Display {
+  public:
+    Display(std::string displayName, Calibration displayCalibration, QuiltLayout quiltLayout)
+        : name(std::move(displayName)), calibration(std::move(displayCalibration)),
+          layout(quiltLayout) {}
+
+    const std::string name;
+    const Calibration calibration; // without mirrors
+    const QuiltLayout layout;
+
+    cv::Size panel() const { return {calibration.screenW, calibration.screenH}; }
+
+    // Bytes of a Native, and of a look-up table of 4 bytes per sub-pixel.
+    std::size_t nativeBytes() const { return static_cast<std::size_t>(panel().area()) * 3; }
+    std::size_t lutBytes() const { return nativeBytes() * 4; }
+
+    const cv::Mat& photo() const {
+        if (photo_.empty()) photo_ = makePhoto(layout.tileSize);
+        return photo_;
+    }
+
+    const cv::Mat& depth() const {
+        if (depth_.empty()) depth_ = makeDepth(layout.tileSize);
+        return depth_;
+    }
+
+    const cv::Mat& quilt() const {
+        if (quilt_.empty()) {
+            Depth2Quilt(layout, methodOf(ViewMethod::Fast)).render(photo(), depth(), quilt_);
+        }
+        return quilt_;
+    }
+
+    // Checked against the formula on every 61st row.
+    const NativeLut& lut() const {
+        if (lut_) return *lut_;
+        lut_.emplace(calibration, layout);
+        const LensGeometry g = lensGeometry(calibration);
+        for (int y = 0; y < g.panelHeight; y += 61) {
+            for (int x = 0; x < g.panelWidth; ++x) {
+                for (int k = 0; k < 3; ++k) {
+                    const auto at = lut_->channel(k).at<cv::Vec<std::uint16_t, 2>>(y, x);
+                    require(cv::Point(at[0], at[1]) == quiltPixel(g, layout, x, y, k), "LUT");
+                }
+            }
+        }
+        return *lut_;
+    }
+
+    // What the table says of a quilt, one sub-pixel after the other.
+    cv::Mat slowNative(const cv::Mat& source) const {
+        cv::Mat native(panel(), CV_8UC3);
+        for (int y = 0; y < native.rows; ++y) {
+            for (int x = 0; x < native.cols; ++x) {
+                for (int k = 0; k < 3; ++k) {
+                    const auto at = lut().channel(k).at<cv::Vec<std::uint16_t, 2>>(y, x);
+                    native.at<cv::Vec3b>(y, x)[2 - k] = source.at<cv::Vec3b>(at[1], at[0])[2 - k];
+                }
+            }
+        }
+        return native;
+    }
+
+    // That of quilt().
+    const cv::Mat& native() const {
+        if (native_.empty()) native_ = slowNative(quilt());
+        return native_;
+    }
+
+  private:
+    mutable cv::Mat photo_;
+    mutable cv::Mat depth_;
+    mutable cv::Mat quilt_;
+    mutable cv::Mat native_;
+    mutable std::optional<NativeLut> lut_;
+};
+
+Calibration portraitCalibration() {
+    Calibration c;
+    c.serial = "LKG-PORT-BENCH";
+    c.pitch = 52.58;
+    c.slope = -7.17;
+    c.center = 0.5;
+    c.DPI = 324;
+    c.screenW = 1536;
+    c.screenH = 2048;
+    return c;
+}
+
+Calibration largeCalibration() {
+    Calibration c;
+    c.serial = "LKG-8K-BENCH";
+    c.pitch = 38.6;
+    c.slope = -6.6;
+    c.center = 0.3;
+    c.DPI = 280;
+    c.screenW = 7680;
+    c.screenH = 4320;
+    return c;
+}
+
+// Number of threads of a variant: one, or all.
 class Threads {
   public:
-    explicit Threads(const benchmark::State& state) {
-        cv::setNumThreads(state.range(0) == 1 ? 1 : -1);
-    }
+    explicit Threads(bool one) { cv::setNumThreads(one ? 1 : -1); }
     ~Threads() { cv::setNumThreads(-1); }
     Threads(const Threads&) = delete;
     Threads& operator=(const Threads&) = delete;
 };
+
+// ---- yardsticks
 
 void copyBytes(benchmark::State& state, std::size_t bytes) {
     const std::vector<char> source(bytes, 1);
@@ -106,102 +197,341 @@ void copyBytes(benchmark::State& state, std::size_t bytes) {
                             static_cast<std::int64_t>(state.iterations()));
 }
 
-void BM_CopyNative(benchmark::State& state) {
-    copyBytes(state, std::size_t{1536} * 2048 * 3);
-}
-void BM_CopyLut(benchmark::State& state) {
-    copyBytes(state, std::size_t{1536} * 2048 * 12);
-}
-void BM_CopyQuilt(benchmark::State& state) {
-    copyBytes(state, std::size_t{3360} * 3360 * 3);
+void BM_CopyNative(benchmark::State& state, const Display& display) {
+    copyBytes(state, display.nativeBytes());
 }
 
-void BM_LutBuild(benchmark::State& state) {
-    const Threads threads(state);
-    const NativeLut built(portrait(), kLayout);
-    for (int k = 0; k < 3; ++k)
-        require(equal(built.channel(k), lut().channel(k)), "LutBuild");
+void BM_CopyQuilt(benchmark::State& state, const Display& display) {
+    copyBytes(state, static_cast<std::size_t>(display.layout.size().area()) * 3);
+}
+
+void BM_CopyLut(benchmark::State& state, const Display& display) {
+    copyBytes(state, display.lutBytes());
+}
+
+// As many bytes as a quilt's way to a Native must move at least. It reads the quilt's cache lines
+// of 64 bytes that hold a sample it needs (memory hands out no less) and one byte of table per
+// sub-pixel (which view), and writes the Native. A memcpy of n bytes reads n and writes n, so n is
+// half of the sum.
+void BM_CopyQuiltToNative(benchmark::State& state, const Display& display) {
+    const cv::Size quilt = display.layout.size();
+    const std::size_t rowBytes = 3 * static_cast<std::size_t>(quilt.width);
+    std::vector<char> lines(rowBytes * static_cast<std::size_t>(quilt.height) / 64 + 1);
+    for (int k = 0; k < 3; ++k) {
+        const cv::Mat& table = display.lut().channel(k);
+        for (int y = 0; y < table.rows; ++y) {
+            const auto* row = table.ptr<std::uint16_t>(y);
+            for (int x = 0; x < table.cols; ++x)
+                lines[(row[2 * x + 1] * rowBytes + 3U * row[2 * x]) / 64] = 1;
+        }
+    }
+    std::size_t needed = 0;
+    for (char line : lines)
+        needed += line != 0 ? 64U : 0U;
+    state.counters["quilt_bytes"] = static_cast<double>(needed);
+    copyBytes(state, (needed + 2 * display.nativeBytes()) / 2);
+}
+
+// ---- the look-up table
+
+void BM_LutBuild(benchmark::State& state, const Display& display) {
+    for (int i = 0; i < 2; ++i) { // the second time in memory that the system had at hand
+        const NativeLut built(display.calibration, display.layout);
+        for (int k = 0; k < 3; ++k)
+            require(equal(built.channel(k), display.lut().channel(k)), "LutBuild");
+    }
     for (auto _ : state) {
-        const NativeLut table(portrait(), kLayout);
+        const NativeLut table(display.calibration, display.layout);
         benchmark::DoNotOptimize(table.channel(0).data);
     }
 }
 
-void BM_LutLoad(benchmark::State& state) {
-    const Threads threads(state);
+void BM_LutLoad(benchmark::State& state, const Display& display) {
     const auto file = std::filesystem::temp_directory_path() /
                       ("altiro3D-bench-" + std::to_string(getpid()) + ".map");
-    lut().save(file);
-    require(equal(NativeLut::load(file).channel(1), lut().channel(1)), "LutLoad");
+    display.lut().save(file);
+    for (int i = 0; i < 2; ++i) {
+        const NativeLut loaded = NativeLut::load(file);
+        for (int k = 0; k < 3; ++k)
+            require(equal(loaded.channel(k), display.lut().channel(k)), "LutLoad");
+    }
     for (auto _ : state)
         benchmark::DoNotOptimize(NativeLut::load(file).channel(0).data);
     std::filesystem::remove(file);
 }
 
-void renderQuilts(benchmark::State& state, ViewMethod method) {
-    const Threads threads(state);
-    const cv::Mat source = photo(kLayout.tileSize);
-    const cv::Mat map = depth(kLayout.tileSize);
-    const Depth2Quilt maker(kLayout, methodOf(method));
+// ---- photo and depth to quilt
+
+void renderQuilts(benchmark::State& state, const Display& display, ViewMethod method) {
+    const Depth2Quilt maker(display.layout, methodOf(method));
     cv::Mat result;
-    maker.render(source, map, result);
+    maker.render(display.photo(), display.depth(), result);
     cv::Mat view; // the first tile is the leftmost view
-    maker.renderView(source, map, -1, view);
-    require(equal(result(kLayout.tile(0)), view), "quilt");
+    maker.renderView(display.photo(), display.depth(), -1, view);
+    require(equal(result(display.layout.tile(0)), view), "quilt");
     for (auto _ : state) {
-        maker.render(source, map, result);
+        maker.render(display.photo(), display.depth(), result);
         benchmark::DoNotOptimize(result.data);
     }
 }
 
-void BM_FastQuilt(benchmark::State& state) {
-    renderQuilts(state, ViewMethod::Fast);
+void BM_QuiltFast(benchmark::State& state, const Display& display) {
+    renderQuilts(state, display, ViewMethod::Fast);
 }
-void BM_RealQuilt(benchmark::State& state) {
-    renderQuilts(state, ViewMethod::Real);
+void BM_QuiltReal(benchmark::State& state, const Display& display) {
+    renderQuilts(state, display, ViewMethod::Real);
 }
-void BM_LayeredQuilt(benchmark::State& state) {
-    renderQuilts(state, ViewMethod::Layered);
+void BM_QuiltLayered(benchmark::State& state, const Display& display) {
+    renderQuilts(state, display, ViewMethod::Layered);
 }
 
-void BM_QuiltToNative(benchmark::State& state) {
-    const Threads threads(state);
-    const Quilt2Native renderer(lut());
+// ---- quilt to Native
+
+void BM_QuiltToNative(benchmark::State& state, const Display& display) {
+    const Quilt2Native renderer(display.lut());
     cv::Mat native;
-    renderer.render(quilt(), native);
-    for (int i = 0; i < 1000; ++i) { // against the table read by hand
-        const int x = i * 641 % 1536;
-        const int y = i * 1009 % 2048;
-        for (int k = 0; k < 3; ++k) {
-            const auto at = lut().channel(k).at<cv::Vec<std::uint16_t, 2>>(y, x);
-            require(native.at<cv::Vec3b>(y, x)[2 - k] == quilt().at<cv::Vec3b>(at[1], at[0])[2 - k],
-                    "QuiltToNative");
-        }
-    }
+    renderer.render(display.quilt(), native);
+    require(equal(native, display.native()), "QuiltToNative");
     for (auto _ : state) {
-        renderer.render(quilt(), native);
+        renderer.render(display.quilt(), native);
         benchmark::DoNotOptimize(native.data);
     }
 }
 
-BENCHMARK(BM_CopyNative)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK(BM_CopyQuilt)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK(BM_CopyLut)->Unit(benchmark::kMillisecond)->UseRealTime();
-// threads: 0 = all, 1 = one
-#define ALTIRO3D_STAGE(function)                                                                   \
-    BENCHMARK(function)                                                                            \
-        ->ArgName("threads")                                                                       \
-        ->Arg(0)                                                                                   \
-        ->Arg(1)                                                                                   \
-        ->Unit(benchmark::kMillisecond)                                                            \
-        ->UseRealTime()
-ALTIRO3D_STAGE(BM_LutBuild);
-ALTIRO3D_STAGE(BM_LutLoad);
-ALTIRO3D_STAGE(BM_FastQuilt);
-ALTIRO3D_STAGE(BM_LayeredQuilt);
-ALTIRO3D_STAGE(BM_RealQuilt);
-ALTIRO3D_STAGE(BM_QuiltToNative);
+// The same table by OpenCV: the quilt's colours apart, each one through its map, and together.
+void BM_CvRemapNearest(benchmark::State& state, const Display& display) {
+    std::vector<cv::Mat> maps; // blue, green, red; a map of whole px is one of CV_16SC2
+    for (int k = 2; k >= 0; --k) {
+        const cv::Mat& table = display.lut().channel(k);
+        maps.emplace_back(table.size(), CV_16SC2, table.data, table.step);
+    }
+    std::vector<cv::Mat> planes;
+    std::vector<cv::Mat> mapped(3);
+    cv::Mat native;
+    const auto render = [&] {
+        cv::split(display.quilt(), planes);
+        for (std::size_t k = 0; k < 3; ++k)
+            cv::remap(planes[k], mapped[k], maps[k], cv::Mat(), cv::INTER_NEAREST);
+        cv::merge(mapped, native);
+    };
+    render();
+    require(equal(native, display.native()), "CvRemapNearest");
+    for (auto _ : state) {
+        render();
+        benchmark::DoNotOptimize(native.data);
+    }
+}
+
+// Without a table: the phase of every sub-pixel in double, when it is needed.
+void BM_NativeDirectNoLut(benchmark::State& state, const Display& display) {
+    const LensGeometry g = lensGeometry(display.calibration);
+    const QuiltLayout& layout = display.layout;
+    const cv::Mat& quilt = display.quilt();
+    cv::Mat native(display.panel(), CV_8UC3);
+    std::vector<cv::Point> origins;
+    for (int view = 0; view < layout.viewCount; ++view)
+        origins.push_back(layout.tile(view).tl());
+    const auto render = [&] {
+        cv::parallel_for_(cv::Range(0, native.rows), [&](const cv::Range& rows) {
+            for (int y = rows.start; y < rows.end; ++y) {
+                const int inY = (2 * y + 1) * layout.tileSize.height / (2 * g.panelHeight);
+                std::uint8_t* out = native.ptr(y);
+                for (int x = 0; x < g.panelWidth; ++x, out += 3) {
+                    const int inX = (2 * x + 1) * layout.tileSize.width / (2 * g.panelWidth);
+                    for (int k = 0; k < 3; ++k) {
+                        const cv::Point origin = origins[static_cast<std::size_t>(
+                            LensGeometry::viewOfPhase(g.phase(x, y, k), layout.viewCount))];
+                        out[2 - k] = quilt.ptr(origin.y + inY)[3 * (origin.x + inX) + 2 - k];
+                    }
+                }
+            }
+        });
+    };
+    render();
+    require(equal(native, display.native()), "NativeDirectNoLut");
+    for (auto _ : state) {
+        render();
+        benchmark::DoNotOptimize(native.data);
+    }
+}
+
+// ---- photo and depth to Native
+
+// The published way, made with care: per view a map x + p (depth - focus) S/2 and a linear
+// cv::remap straight into its tile, in parallel over the views; then through the table, in parallel
+// over the rows. All memory is taken before.
+class PaperPipeline {
+  public:
+    explicit PaperPipeline(const Display& display)
+        : display_(display), quilt_(display.layout.size(), CV_8UC3, cv::Scalar::all(0)),
+          native_(display.panel(), CV_8UC3),
+          mapsX_(static_cast<std::size_t>(display.layout.viewCount)),
+          mapY_(display.layout.tileSize, CV_32FC1),
+          sourceRows_(static_cast<std::size_t>(quilt_.rows)) {
+        for (cv::Mat& map : mapsX_)
+            map.create(display.layout.tileSize, CV_32FC1);
+        for (int y = 0; y < quilt_.rows; ++y)
+            sourceRows_[static_cast<std::size_t>(y)] = quilt_.ptr(y);
+    }
+
+    static double shiftPixels(const Display& display, int view) {
+        const ViewOptions options;
+        const int width = display.layout.tileSize.width;
+        return viewPosition(view, display.layout.viewCount) * options.strengthPercent / 100 *
+               width / 2;
+    }
+
+    void run() {
+        makeViews();
+        mapToNative();
+    }
+
+    const cv::Mat& quilt() const { return quilt_; }
+    const cv::Mat& native() const { return native_; }
+
+  private:
+    void makeViews() {
+        const QuiltLayout& layout = display_.layout;
+        const cv::Mat& photo = display_.photo();
+        const cv::Mat& depth = display_.depth();
+        const auto focus = static_cast<float>(ViewOptions().focus);
+        for (int y = 0; y < mapY_.rows; ++y)
+            mapY_.row(y).setTo(y);
+        cv::parallel_for_(cv::Range(0, layout.viewCount), [&](const cv::Range& views) {
+            for (int view = views.start; view < views.end; ++view) {
+                const auto shift = static_cast<float>(shiftPixels(display_, view));
+                cv::Mat& map = mapsX_[static_cast<std::size_t>(view)];
+                for (int y = 0; y < map.rows; ++y) {
+                    auto* to = map.ptr<float>(y);
+                    const auto* d = depth.ptr<float>(y);
+                    for (int x = 0; x < map.cols; ++x)
+                        to[x] = static_cast<float>(x) + shift * (d[x] - focus);
+                }
+                cv::Mat tile = quilt_(layout.tile(view));
+                cv::remap(photo, tile, map, mapY_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+            }
+        });
+    }
+
+    void mapToNative() {
+        const NativeLut& lut = display_.lut();
+        const std::uint8_t* const* rowOf = sourceRows_.data();
+        cv::parallel_for_(cv::Range(0, native_.rows), [&](const cv::Range& rows) {
+            for (int y = rows.start; y < rows.end; ++y) {
+                std::uint8_t* out = native_.ptr(y);
+                const auto* red = lut.channel(0).ptr<std::uint16_t>(y);
+                const auto* green = lut.channel(1).ptr<std::uint16_t>(y);
+                const auto* blue = lut.channel(2).ptr<std::uint16_t>(y);
+                for (int i = 0; i < 2 * native_.cols; i += 2, out += 3) {
+                    out[0] = rowOf[blue[i + 1]][3 * blue[i]];
+                    out[1] = rowOf[green[i + 1]][3 * green[i] + 1];
+                    out[2] = rowOf[red[i + 1]][3 * red[i] + 2];
+                }
+            }
+        });
+    }
+
+    const Display& display_;
+    cv::Mat quilt_;
+    cv::Mat native_;
+    std::vector<cv::Mat> mapsX_; // one per view
+    cv::Mat mapY_;
+    std::vector<const std::uint8_t*> sourceRows_;
+};
+
+// Some rows of some views by the formula in double. cv::remap places samples in steps of 1/32 px
+// and rounds, which moves a value by at most 1/64 of the step between two px, and 1.
+void checkViews(const Display& display, const cv::Mat& quilt) {
+    const double focus = ViewOptions().focus;
+    const cv::Mat& photo = display.photo();
+    for (int view : {0, display.layout.viewCount / 3, display.layout.viewCount - 1}) {
+        const cv::Mat tile = quilt(display.layout.tile(view));
+        const double shift = PaperPipeline::shiftPixels(display, view);
+        for (int y = 0; y < photo.rows; y += 41) {
+            for (int x = 0; x < photo.cols; ++x) {
+                const double place = x + shift * (display.depth().at<float>(y, x) - focus);
+                const double inside = std::min(std::max(place, 0.0), photo.cols - 1.0);
+                const int left = static_cast<int>(inside);
+                const int right = std::min(left + 1, photo.cols - 1);
+                for (int k = 0; k < 3; ++k) {
+                    const double a = photo.at<cv::Vec3b>(y, left)[k];
+                    const double b = photo.at<cv::Vec3b>(y, right)[k];
+                    const double off =
+                        tile.at<cv::Vec3b>(y, x)[k] - (a + (inside - left) * (b - a));
+                    require(std::abs(off) <= 1 + 255.0 / 64, "PaperPipeline's views");
+                }
+            }
+        }
+    }
+}
+
+void BM_PaperPipeline(benchmark::State& state, const Display& display) {
+    PaperPipeline pipeline(display);
+    pipeline.run();
+    checkViews(display, pipeline.quilt());
+    require(equal(pipeline.native(), display.slowNative(pipeline.quilt())), "PaperPipeline");
+    for (auto _ : state) {
+        pipeline.run();
+        benchmark::DoNotOptimize(pipeline.native().data);
+    }
+}
+
+// ---- photo and depth to Native without a quilt
+// (BM_NativeFast, BM_NativeLayered)
+
+using Stage = void (*)(benchmark::State&, const Display&);
+
+// The time shown is real time; UseRealTime() would add to the names.
+template <class F>
+void registerAs([[maybe_unused]] const std::string& name, [[maybe_unused]] const F& run) {
+#ifndef __clang_analyzer__ // which takes what the registry owns for lost
+    benchmark::RegisterBenchmark(name.c_str(), run)->Unit(benchmark::kMillisecond);
+#endif
+}
+
+void registerYardstick(const std::string& name, Stage stage, const Display& display) {
+    registerAs(name + "/" + display.name,
+               [stage, &display](benchmark::State& state) { stage(state, display); });
+}
+
+// All threads, and one.
+void registerStage(const std::string& name, Stage stage, const Display& display) {
+    for (bool one : {false, true}) {
+        registerAs(name + "/" + display.name + (one ? "/threads:1" : ""),
+                   [stage, &display, one](benchmark::State& state) {
+                       const Threads threads(one);
+                       stage(state, display);
+                   });
+    }
+}
+
+void registerAll(const Display& display) {
+    registerYardstick("BM_CopyNative", BM_CopyNative, display);
+    registerYardstick("BM_CopyQuilt", BM_CopyQuilt, display);
+    registerYardstick("BM_CopyLut", BM_CopyLut, display);
+    registerYardstick("BM_CopyQuiltToNative", BM_CopyQuiltToNative, display);
+    registerStage("BM_LutBuild", BM_LutBuild, display);
+    registerStage("BM_LutLoad", BM_LutLoad, display);
+    registerStage("BM_QuiltFast", BM_QuiltFast, display);
+    registerStage("BM_QuiltLayered", BM_QuiltLayered, display);
+    registerStage("BM_QuiltReal", BM_QuiltReal, display);
+    registerStage("BM_QuiltToNative", BM_QuiltToNative, display);
+    registerStage("BM_CvRemapNearest", BM_CvRemapNearest, display);
+    registerStage("BM_NativeDirectNoLut", BM_NativeDirectNoLut, display);
+    registerStage("BM_PaperPipeline", BM_PaperPipeline, display);
+    // BM_NativeFast and BM_NativeLayered: here
+}
 
 } // namespace
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+    benchmark::Initialize(&argc, argv);
+    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+    const Display portrait("portrait", portraitCalibration(), {8, 6, {420, 560}, 48});
+    const Display large("8k", largeCalibration(), {5, 9, {819, 455}, 45});
+    registerAll(portrait);
+    registerAll(large);
+    benchmark::RunSpecifiedBenchmarks();
+    benchmark::Shutdown();
+    return 0;
+}

@@ -1,0 +1,69 @@
+#pragma once
+
+#include "altiro3D/calibration.hpp"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace altiro3D {
+
+/// LensGeometry::phase in whole numbers, fast: the phase of sub-pixel (x, y, channel) is
+/// columnPhases(y, channel)[x] + rowPhase(y, channel) modulo 2^32, in 2^-32 of a lens period; at
+/// most phaseError() from the double value. View orders, mirrors and cells are taken into account.
+///
+/// Immutable; safe to use from any number of threads.
+class LensPhases {
+  public:
+    /// @param geometry from lensGeometry()
+    explicit LensPhases(LensGeometry geometry);
+
+    /// What it was made of.
+    const LensGeometry& geometry() const { return geometry_; }
+
+    /// The part of the phase that depends on the column: `panelWidth` numbers. Rows and channels
+    /// often share them: all on stripe panels, every fourth row on panels with cells.
+    /// @param y row from the top @param channel 0 red, 1 green, 2 blue
+    const std::uint32_t* columnPhases(int y, int channel) const {
+        return columns_[tableOf(y, channel)].data();
+    }
+
+    /// The part of the phase that depends on the row.
+    /// @param y row from the top @param channel 0 red, 1 green, 2 blue
+    std::uint32_t rowPhase(int y, int channel) const {
+        return rows_[static_cast<std::size_t>(channel)][static_cast<std::size_t>(y)];
+    }
+
+    /// How far a phase may be from LensGeometry::phase, in 2^-32 of a lens period; 3 on real
+    /// displays, at most 40.
+    std::uint32_t phaseError() const { return phaseError_; }
+
+    /// Views of a row, the same as LensGeometry::viewOfPhase of LensGeometry::phase: sub-pixels
+    /// that lie too near to the border between two views are computed again in double.
+    /// @param y row from the top @param channel 0 red, 1 green, 2 blue
+    /// @param views number of views: 1..256, 1..65536 or 1..2^20, by the type of `out`
+    /// @param out `panelWidth` views
+    void viewsOfRow(int y, int channel, int views, std::uint8_t* out) const;
+    void viewsOfRow(int y, int channel, int views, std::uint16_t* out) const;
+    void viewsOfRow(int y, int channel, int views, std::uint32_t* out) const;
+
+  private:
+    template <class T>
+    void fillViews(int y, int channel, int views, T* out) const;
+
+    std::size_t tableOf(int y, int channel) const {
+        if (geometry_.cells.empty()) return 0;
+        const int pattern = (geometry_.panelHeight - 1 - y) % kRowPatterns;
+        return static_cast<std::size_t>(3 * pattern + channel);
+    }
+
+    // Cells repeat after 4 rows at most, counted from the bottom.
+    static constexpr int kRowPatterns = 4;
+
+    LensGeometry geometry_;
+    std::vector<std::vector<std::uint32_t>> columns_; // one, or 3 per row pattern
+    std::array<std::vector<std::uint32_t>, 3> rows_;  // per channel
+    std::uint32_t phaseError_ = 0;
+};
+
+} // namespace altiro3D

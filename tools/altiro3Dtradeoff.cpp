@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -54,19 +53,6 @@ std::string lineOf(const Row& row) {
 const char* const kHeading =
     "setting                 per view      whole frame        inside            memory";
 
-// Peak memory of this process since the last call of resetPeak(), where the system tells.
-double peakMegabytes() {
-    std::ifstream status("/proc/self/status");
-    for (std::string line; std::getline(status, line);) {
-        if (line.compare(0, 6, "VmHWM:") == 0) return std::atof(line.c_str() + 6) / 1024;
-    }
-    return 0;
-}
-
-void resetPeak() {
-    std::ofstream("/proc/self/clear_refs") << "5";
-}
-
 Row measure(const NamedViewOptions& setting, const StereoScene& scene) {
     Row row;
     row.setting = setting.name;
@@ -76,7 +62,7 @@ Row measure(const NamedViewOptions& setting, const StereoScene& scene) {
     Depth2Quilt({1, 1, scene.photo.size(), 1}, options)
         .renderView(scene.photo, scene.depth, 1, view);
     row.accuracy = compareViews(view, scene.truth, scene.band());
-    resetPeak();
+    resetPeakMemory();
     row.cost = measureViews(scene.photo, scene.depth, options, kViews, 3);
     row.peakMegabytes = peakMegabytes();
     return row;
@@ -200,7 +186,7 @@ std::vector<Row> measurePhoto(const CommandLine& commandLine, Messages& messages
         const int band =
             static_cast<int>(setting.options.strengthPercent / 200 * scene.photo.cols) + 2;
         row.accuracy = compareViews(view, reference, band);
-        resetPeak();
+        resetPeakMemory();
         row.cost = measureViews(scene.photo, scene.depth, setting.options, kViews, 3);
         row.peakMegabytes = peakMegabytes();
         progress.clear();

@@ -9,6 +9,7 @@
 #include "common/run_tool.hpp"
 
 #include <algorithm>
+#include <ctime>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -221,6 +222,39 @@ AdjacentParallax tellParallax(const Studio& studio, const ViewOptions& views, co
     return parallax;
 }
 
+// Writes what is wanted besides the Native; false if nothing is. Takes photo and depth.
+bool saveOthers(const Item& item, const Studio& studio, cv::Mat& photo, cv::Mat& depth,
+                Messages& messages) {
+    if (!item.quilt.empty()) writePicture(item.quilt, studio.quilt);
+    if (!item.savedDepth.empty() || !item.rgbd.empty()) {
+        cv::Mat wholeDepth;
+        fitDepth(depth, {0, 0, double(depth.cols), double(depth.rows)}, photo, wholeDepth);
+        depth.release();
+        if (!item.savedDepth.empty()) {
+            warnAboutDepthFormat(item.savedDepth, messages);
+            writePicture(item.savedDepth, depthTo16Bit(wholeDepth));
+        }
+        if (!item.rgbd.empty()) {
+            cv::Mat rgbd;
+            joinRgbd(photo, wholeDepth, DepthSide::Right, rgbd);
+            photo.release();
+            wholeDepth.release();
+            writePicture(item.rgbd, rgbd);
+        }
+    }
+    if (!item.views.empty()) {
+        const int count = studio.layout.viewCount;
+        cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& range) {
+            for (int i = range.start; i < range.end; ++i) {
+                writePicture(item.views / viewFileName(i, count),
+                             studio.quilt(studio.layout.tile(i)));
+            }
+        });
+    }
+    return !item.quilt.empty() || !item.savedDepth.empty() || !item.rgbd.empty() ||
+           !item.views.empty();
+}
+
 // Makes all that is wanted of one photo; the report of it.
 Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     StageTimes times;
@@ -234,8 +268,13 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     const PhotoFit fit = fitPhoto(photo.size(), aspect, workSize, studio.fit);
     cv::Mat fittedPhoto;
     cv::Mat fittedDepth;
+    const cv::Size photoSize = photo.size();
     applyFit(photo, fit, fittedPhoto);
-    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, studio.views.focus, fittedDepth);
+    applyFitToDepth(depth, photoSize, fit, fittedPhoto, studio.views.focus, fittedDepth);
+    if (item.savedDepth.empty() && item.rgbd.empty()) { // large, and no longer needed
+        photo.release();
+        depth.release();
+    }
     times.end("fit");
     if (studio.budget.mustChoose()) {
         studio.views =
@@ -243,7 +282,7 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
         times.end("budget");
     }
     const ViewOptions views =
-        studio.camera.apply(studio.views, item.photo, photo.size(), fit, messages);
+        studio.camera.apply(studio.views, item.photo, photoSize, fit, messages);
     Depth2Quilt(studio.layout, views).render(fittedPhoto, fittedDepth, studio.quilt);
     times.end("views");
     studio.renderer.render(studio.quilt, studio.native);
@@ -251,32 +290,13 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     const AdjacentParallax parallax = tellParallax(studio, views, fittedDepth, messages);
 
     warnAboutNativeFormat(item.native, messages);
-    if (!item.quilt.empty()) writePicture(item.quilt, studio.quilt);
-    if (!item.savedDepth.empty() || !item.rgbd.empty()) {
-        cv::Mat wholeDepth;
-        fitDepth(depth, {0, 0, double(depth.cols), double(depth.rows)}, photo, wholeDepth);
-        if (!item.savedDepth.empty()) writePicture(item.savedDepth, depthTo16Bit(wholeDepth));
-        if (!item.rgbd.empty()) {
-            cv::Mat rgbd;
-            joinRgbd(photo, wholeDepth, DepthSide::Right, rgbd);
-            writePicture(item.rgbd, rgbd);
-        }
-    }
-    if (!item.views.empty()) {
-        const int count = studio.layout.viewCount;
-        cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& range) {
-            for (int i = range.start; i < range.end; ++i) {
-                writePicture(item.views / viewFileName(i, count),
-                             studio.quilt(studio.layout.tile(i)));
-            }
-        });
-    }
+    if (saveOthers(item, studio, photo, depth, messages)) times.end("save");
     writePicture(item.native, studio.native); // last: where it is, the rest is too
     times.end("write");
 
     Json report = {{"photo", item.photo.string()},
-                   {"photoWidth", photo.cols},
-                   {"photoHeight", photo.rows},
+                   {"photoWidth", photoSize.width},
+                   {"photoHeight", photoSize.height},
                    {"native", item.native.string()}};
     if (!item.depth.empty()) report["depthImage"] = item.depth.string();
     const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
@@ -382,6 +402,8 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
+    StageTimes setup; // start: processor time until here, nearly all for loading libraries
+    setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
     const Budget budget(commandLine);
     const ViewOptions views = viewOptions(commandLine);
     const FitMode fit = fitOption(commandLine, FitMode::Cover);
@@ -390,7 +412,9 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const Job job = planJob(commandLine, display, layout);
     const Outputs outputs = checkedOutputs(commandLine, job, display, layout.viewCount);
     messages.say("quilt: " + layout.text());
+    setup.end("plan");
     DepthSource depthSource(commandLine, messages);
+    if (depthSource.network() != nullptr) setup.end("network");
     Studio studio{display,
                   layout,
                   views,
@@ -402,6 +426,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
                   makeQuilt2Native(commandLine, display, layout, messages),
                   {},
                   {}};
+    setup.end("display");
+    messages.detail("ready: " + setup.text());
     outputs.makeDirectories();
 
     if (job.batch) messages.flushWarnings(); // these belong to no photo
@@ -428,12 +454,17 @@ int run(const CommandLine& commandLine, Messages& messages) {
         }
     }
     progress.clear();
+    const double peak = peakMegabytes();
+    if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
     if (job.batch) {
         messages.say(std::to_string(job.items.size() - failed) + " of " +
                      std::to_string(job.items.size()) + " photos done");
     }
     if (!job.report.empty()) {
         Json report = reportOf(commandLine, studio, messages);
+        for (const auto& [stage, milliseconds] : setup.milliseconds())
+            report["setupMilliseconds"][stage] = milliseconds;
+        report["peakMegabytes"] = peak;
         report["pictures"] = std::move(pictures);
         writeFile(job.report, report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     }

@@ -176,16 +176,33 @@ Range findRange(const cv::Mat& raw, const DepthNormalization& options) {
     return range;
 }
 
-// One row to 0..1 and its unknown samples from their neighbours; false if none is known.
+// A known sample's place in the range, 0..1.
 template <typename T>
-bool normalizeRow(const T* raw, float* depth, int columns, DepthKind kind, const Range& range) {
+float placeOf(T value, DepthKind kind, const Range& range) {
+    const double place =
+        (0.5 * nearness(static_cast<double>(value), kind) - range.low) / range.span;
+    return static_cast<float>(std::min(std::max(place, 0.0), 1.0));
+}
+
+// The places of all numbers that a sample of 8 or 16 bits can be.
+template <typename T>
+std::vector<float> placesOf(DepthKind kind, const Range& range) {
+    std::vector<float> places(std::size_t{1} << (8 * sizeof(T)));
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const T value = static_cast<T>(i);
+        if (isKnown(value, kind)) places[i] = placeOf(value, kind, range);
+    }
+    return places;
+}
+
+// One row to 0..1 and its unknown samples from their neighbours; false if none is known.
+template <typename T, typename Place>
+bool normalizeRow(const T* raw, float* depth, int columns, DepthKind kind, const Place& place) {
     int lastKnown = -1;
     for (int x = 0; x < columns; ++x) {
         const T value = raw[x];
         if (!isKnown(value, kind)) continue;
-        const double place =
-            (0.5 * nearness(static_cast<double>(value), kind) - range.low) / range.span;
-        const float result = static_cast<float>(std::min(std::max(place, 0.0), 1.0));
+        const float result = place(value);
         if (lastKnown + 1 < x) {
             // The farther neighbour: what the sensor cannot see is behind what it sees.
             const float fill = lastKnown < 0 ? result : std::min(depth[lastKnown], result);
@@ -218,6 +235,18 @@ void fillRows(cv::Mat& depth, const std::vector<char>& known) {
     }
 }
 
+template <typename T, typename Place>
+void normalizeRows(const cv::Mat& raw, cv::Mat& depth, DepthKind kind, const Place& place) {
+    std::vector<char> known(static_cast<std::size_t>(raw.rows), 0);
+    cv::parallel_for_(cv::Range(0, raw.rows), [&](const cv::Range& rows) {
+        for (int y = rows.start; y < rows.end; ++y) {
+            known[static_cast<std::size_t>(y)] = static_cast<char>(
+                normalizeRow(raw.ptr<T>(y), depth.ptr<float>(y), raw.cols, kind, place));
+        }
+    });
+    fillRows(depth, known);
+}
+
 template <typename T>
 void normalize(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& options) {
     const Range range = findRange<T>(raw, options);
@@ -226,14 +255,15 @@ void normalize(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& opt
         depth.setTo(options.flatDepth);
         return;
     }
-    std::vector<char> known(static_cast<std::size_t>(raw.rows), 0);
-    cv::parallel_for_(cv::Range(0, raw.rows), [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y) {
-            known[static_cast<std::size_t>(y)] = static_cast<char>(
-                normalizeRow(raw.ptr<T>(y), depth.ptr<float>(y), raw.cols, options.kind, range));
+    if constexpr (std::is_integral_v<T>) {
+        if (raw.total() >> (8 * sizeof(T)) > 0) { // more samples than numbers: a table is quicker
+            const std::vector<float> places = placesOf<T>(options.kind, range);
+            normalizeRows<T>(raw, depth, options.kind, [&](T value) { return places[value]; });
+            return;
         }
-    });
-    fillRows(depth, known);
+    }
+    normalizeRows<T>(raw, depth, options.kind,
+                     [&](T value) { return placeOf(value, options.kind, range); });
 }
 
 } // namespace

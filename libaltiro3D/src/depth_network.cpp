@@ -185,11 +185,12 @@ struct DepthNetwork::Impl {
     InferenceTarget target = InferenceTarget::Cpu;
     cv::dnn::Net net;
     std::string outputLayer;
-    cv::Mat scaled;  // [photo's size, CV_32FC3, BGR, 8-bit values times scale]
-    cv::Mat resized; // [input's size, CV_32FC3, BGR, as scaled]
-    cv::Mat blob;    // [1 x 3 x inputHeight x inputWidth, CV_32F, planes in channelOrder]
+    cv::Mat narrowed; // [photo's rows x input's cols, CV_32FC3, BGR, 8-bit values times scale]
+    cv::Mat resized;  // [input's size, CV_32FC3, BGR, as narrowed]
+    cv::Mat blob;     // [1 x 3 x inputHeight x inputWidth, CV_32F, planes in channelOrder]
 
     void load();
+    void resample(const cv::Mat& photo);
     void fillBlob(const cv::Mat& photo);
 };
 
@@ -243,12 +244,40 @@ void DepthNetwork::Impl::load() {
     }
 }
 
-// Scale, then resample the float values without keeping the aspect, then mean and std: the order in
-// which the networks' own tools do it (cubic resampling of floats may leave 0..1, and shall).
+// Scale, then resample the float values without keeping the aspect: `resized`.
+//
+// The kernels are separable, and OpenCV's are exactly 1 where an axis keeps its size, so rows first
+// and columns then give cv::resize's numbers; the whole photo is never float at once (12 bytes/px).
+void DepthNetwork::Impl::resample(const cv::Mat& photo) {
+    const cv::Size size(profile.inputWidth, profile.inputHeight);
+    const int kernel = interpolation(profile.resizeKernel);
+    if (photo.cols <= size.width || photo.rows <= size.height) {
+        // OpenCV's area kernel is another one if either axis grows: not separable, and small.
+        cv::Mat scaled;
+        photo.convertTo(scaled, CV_32F, profile.scale);
+        cv::resize(scaled, resized, size, 0, 0, kernel);
+        return;
+    }
+    constexpr int kBandRows = 32;
+    narrowed.create(photo.rows, size.width, CV_32FC3);
+    const int bands = (photo.rows + kBandRows - 1) / kBandRows;
+    cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
+        cv::Mat scaled;
+        for (int band = range.start; band < range.end; ++band) {
+            const cv::Range rows(band * kBandRows, std::min((band + 1) * kBandRows, photo.rows));
+            photo.rowRange(rows).convertTo(scaled, CV_32F, profile.scale);
+            cv::Mat part = narrowed.rowRange(rows);
+            cv::resize(scaled, part, part.size(), 0, 0, kernel);
+        }
+    });
+    cv::resize(narrowed, resized, size, 0, 0, kernel);
+}
+
+// Scale, resample, then mean and std: the order in which the networks' own tools do it (cubic
+// resampling of floats may leave 0..1, and shall).
 void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
     const cv::Size size(profile.inputWidth, profile.inputHeight);
-    photo.convertTo(scaled, CV_32F, profile.scale);
-    cv::resize(scaled, resized, size, 0, 0, interpolation(profile.resizeKernel));
+    resample(photo);
     const int shape[] = {1, 3, size.height, size.width};
     blob.create(4, shape, CV_32F);
     std::array<cv::Mat, 3> planes;

@@ -238,6 +238,29 @@ TEST_F(Tradeoff, APhotoAloneIsComparedWithTheMostAccurateSetting) {
     }
     EXPECT_EQ(slurp(sandbox_ / "t.svg").rfind("<svg", 0), 0U);
     EXPECT_TRUE(fails(run({"none.png"}), 1, "none.png"));
+}
+
+TEST_F(Tradeoff, TheDepthOfAPhotoMayBeGiven) {
+    // a flat depth at the focus leaves every view the photo, whatever the strength
+    writePicture(sandbox_ / "flat.png", cv::Mat(40, 60, CV_8UC1, cv::Scalar::all(9)));
+    EXPECT_TRUE(isDone(run({"--strength", "4", "--json", "t.json", "-d", "L.png", "flat.png"})));
+    ASSERT_EQ(json().at("rows").size(), tradeSettings().size());
+    for (const Json& row : json().at("rows")) {
+        EXPECT_EQ(row.at("scene"), "L.png");
+        EXPECT_TRUE(row.at("psnrWhole").is_null()) << row; // no difference: infinite
+    }
+    // the board before the wall moves, and not all settings make the same of it
+    const Outcome outcome =
+        run({"--strength", "4", "-y", "--json", "t.json", "-d", "L.png", "D.png"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_TRUE(isIn("reference: layered, outermost view, 420 x 560 px", outcome.out))
+        << outcome.out;
+    EXPECT_EQ(json().at("against"), "most accurate setting");
+    const Json rows = json().at("rows");
+    ASSERT_EQ(rows.size(), tradeSettings().size());
+    EXPECT_TRUE(rows.back().at("psnrWhole").is_null()) << "the reference itself";
+    EXPECT_TRUE(rows.front().at("psnrWhole").is_number()) << rows.front();
+
     EXPECT_TRUE(fails(run({"-d", "L.png"}), 2, "expected 2 names, got 1"));
     EXPECT_TRUE(fails(run({"-d", "L.png", "none.png"}), 1, "none.png"));
 }

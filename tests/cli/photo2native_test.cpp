@@ -187,9 +187,11 @@ TEST(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
           Arguments{"--depth-kind", "metric"}, Arguments{"-d", "--depth-kind", "near"},
           Arguments{"-d", "--depth-kind", "metric:0"},
           Arguments{"-d", "--depth-kind", "metric:5,5"}, Arguments{"--net-profile", "x.json"},
-          Arguments{"--strength", "-1"}, Arguments{"--strength", "nan"},
-          Arguments{"--strength", "1e999"}, Arguments{"--focus", "1.01"},
-          Arguments{"--fit", "fill"}, Arguments{"--sampling", "cubic"}}) {
+          Arguments{"-l", "--net-profile", "x.json"},
+          Arguments{"-l", "-n", "x.onnx", "--net-profile", "x.json"}, Arguments{"--strength", "-1"},
+          Arguments{"--strength", "nan"}, Arguments{"--strength", "1e999"},
+          Arguments{"--focus", "1.01"}, Arguments{"--fit", "fill"},
+          Arguments{"--sampling", "cubic"}}) {
         Arguments call = more + studio.display() + Arguments{"photo.png"};
         if (more.front() == "-d") call.emplace_back("depth.png");
         EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"a.png"}), 2, "--"));
@@ -330,6 +332,56 @@ TEST(Photo2Native, SavedDepthIsNearWhite) {
     EXPECT_EQ(depth.at<ushort>(40, 40), 65535);
     EXPECT_EQ(depth.at<ushort>(40, 85), 0);
     EXPECT_EQ(depth.at<ushort>(118, 40), 0); // unknown is far
+}
+
+TEST(Photo2Native, FormatsThatKeepLessThanDepthHasAreWarnedOf) {
+    SmallStudio studio;
+    const auto save = [&](const char* name) {
+        return studio.run(kTool, Arguments{"-y", "--save-depth", name} + studio.display() +
+                                     Arguments{"-d", "photo.png", "depth.png", "a.png"});
+    };
+    for (const char* name : {"d.png", "d.tif", "d.TIFF", "d.pgm"})
+        EXPECT_TRUE(isDone(save(name))) << name;
+    for (const char* name : {"d.jpg", "d.JPEG", "d.jp2"}) {
+        const Outcome outcome = save(name);
+        EXPECT_TRUE(warns(outcome, std::string(name) + ": this format does not keep depth"));
+        EXPECT_TRUE(fs::exists(studio / name));
+    }
+    for (const char* name : {"d.bmp", "d.webp"})
+        EXPECT_TRUE(warns(save(name), std::string(name) + ": this format keeps 8 of the depth's"));
+}
+
+TEST(Photo2Native, VerboseTellsWhatTheRunNeeded) {
+    SmallStudio studio;
+    const Outcome outcome = studio.run(
+        kTool, Arguments{"-v", "--report", "r.json", "--save-quilt", "q.png"} + studio.display() +
+                   Arguments{"-d", "photo.png", "depth.png", "a.png"});
+    ASSERT_TRUE(isDone(outcome));
+    for (const char* part : {"ready: start ", "display ", "read ", ", save ", "peak memory "})
+        EXPECT_NE(outcome.out.find(part), std::string::npos) << part << outcome.out;
+    const Json report = Json::parse(slurp(studio / "r.json"));
+    for (const char* stage : {"start", "plan", "display"})
+        EXPECT_GE(report.at("setupMilliseconds").at(stage).get<double>(), 0) << stage;
+    EXPECT_GE(report.at("peakMegabytes").get<double>(), 0);
+    EXPECT_GE(report.at("pictures").at(0).at("milliseconds").at("save").get<double>(), 0);
+}
+
+TEST(Photo2Native, OfABrokenPhotoAndABrokenDepthThePhotoIsNamed) {
+    SmallStudio studio;
+    spill(studio / "photo.png", "broken");
+    spill(studio / "depth.png", "broken too");
+    for (const char* threads : {"1", "2"}) {
+        EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-j", threads} + studio.display() +
+                                                Arguments{"-d", "photo.png", "depth.png", "a.png"}),
+                          1, "photo.png"));
+    }
+    writePicture(studio / "photo.png", madePhoto(90, 120));
+    for (const char* threads : {"1", "2"}) {
+        EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-j", threads} + studio.display() +
+                                                Arguments{"-d", "photo.png", "depth.png", "a.png"}),
+                          1, "depth.png"));
+    }
+    EXPECT_FALSE(fs::exists(studio / "a.png"));
 }
 
 namespace {

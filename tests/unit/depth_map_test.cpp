@@ -164,6 +164,25 @@ TEST(DepthMap, PercentilesAgreeWithSortingEverything) {
     }
 }
 
+TEST(DepthMap, SamplesOfSixteenBitsGiveWhatTheSameNumbersInFloatGive) {
+    // more samples than numbers of 16 bits, and fewer
+    for (const cv::Size size : {cv::Size(300, 220), cv::Size(30, 22)}) {
+        cv::Mat raw = randomPicture(size, CV_16UC1, 0, 65536, 11);
+        raw(cv::Rect(5, 5, 9, 7)) = 0; // unknown, for metric
+        cv::Mat numbers;
+        raw.convertTo(numbers, CV_32F);
+        for (const DepthKind kind :
+             {DepthKind::NearWhite, DepthKind::FarWhite, DepthKind::Metric}) {
+            DepthNormalization options;
+            options.kind = kind;
+            const cv::Mat depth = normalized(raw, options);
+            EXPECT_TRUE(samePicture(depth, normalized(numbers, options)));
+            EXPECT_TRUE(samePicture(depth, slowNormalize(raw, options)))
+                << size << " kind " << static_cast<int>(kind);
+        }
+    }
+}
+
 TEST(DepthMap, SubMatricesAreReadByTheirStep) {
     const cv::Mat whole = randomPicture({40, 30}, CV_32FC1, 0, 9, 7);
     const cv::Mat part = whole(cv::Rect(3, 5, 23, 11));

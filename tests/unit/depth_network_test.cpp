@@ -559,24 +559,30 @@ TEST_F(DepthNetworkFile, IsFedAsMidasFeedsItself) {
 
 TEST_F(DepthNetworkFile, EachResizeKernelIsOpenCvs) {
     const cv::Size size(16, 8);
-    const cv::Mat photo = colourfulPhoto(cv::Size(61, 47));
     const std::pair<ResizeKernel, int> kernels[] = {{ResizeKernel::Nearest, cv::INTER_NEAREST},
                                                     {ResizeKernel::Linear, cv::INTER_LINEAR},
                                                     {ResizeKernel::Cubic, cv::INTER_CUBIC},
                                                     {ResizeKernel::Area, cv::INTER_AREA}};
-    for (const auto& [kernel, flag] : kernels) {
-        NetworkProfile profile = profileOf(size.width, size.height);
-        profile.resizeKernel = kernel;
-        profile.scale = 1;
-        DepthNetwork network(write(mixModel({1, 0, 0}, size)), profile);
-        cv::Mat raw;
-        network.infer(photo, raw);
-        cv::Mat expected;
-        cv::extractChannel(photo, expected, 2);
-        expected.convertTo(expected, CV_32F);
-        cv::resize(expected, expected, size, 0, 0, flag);
-        // One channel and three may be vectorised differently inside cv::resize.
-        EXPECT_TRUE(samePicture(raw, expected, 1e-4)) << flag;
+    // 1000 rows are many times what is held as float at once; 32 x 16 is twice the input; the last
+    // ones grow in one axis or both.
+    for (const cv::Size photoSize :
+         {cv::Size(61, 47), cv::Size(333, 1000), cv::Size(32, 16), cv::Size(17, 9),
+          cv::Size(16, 100), cv::Size(61, 5), cv::Size(7, 47), cv::Size(5, 5)}) {
+        const cv::Mat photo = colourfulPhoto(photoSize);
+        for (const auto& [kernel, flag] : kernels) {
+            NetworkProfile profile = profileOf(size.width, size.height);
+            profile.resizeKernel = kernel;
+            profile.scale = 1;
+            DepthNetwork network(write(mixModel({1, 0, 0}, size)), profile);
+            cv::Mat raw;
+            network.infer(photo, raw);
+            cv::Mat expected;
+            cv::extractChannel(photo, expected, 2);
+            expected.convertTo(expected, CV_32F);
+            cv::resize(expected, expected, size, 0, 0, flag);
+            // One channel and three may be vectorised differently inside cv::resize.
+            EXPECT_TRUE(samePicture(raw, expected, 1e-4)) << flag << ' ' << photoSize;
+        }
     }
 }
 

@@ -370,7 +370,7 @@ TEST_F(ImageIo, TheUnusedFourthByteOfABitmapHidesNothing) {
 }
 
 TEST_F(ImageIo, OrientationIsAppliedExactlyOnce) {
-    const cv::Mat picture = smoothPicture({23, 14});
+    const cv::Mat picture = smoothPicture({150, 137});
     const cv::Mat fromJpeg = cv::imdecode(
         [&] {
             const std::string bytes = encoded(".jpg", picture);
@@ -511,6 +511,26 @@ TEST_F(ImageIo, DepthImagesKeepTheirNumbers) {
     EXPECT_EQ(problemOf("s.tif", tiff({1, 1}, kind, littleEndian(0xfed4, 2))),
               "has signed or 32-bit whole numbers, expected 8 or 16 bits without sign or float "
               "numbers; convert it first");
+}
+
+TEST_F(ImageIo, DepthSamplesKeepTheirTypeAndAreTheNumbersOfTheDepthImage) {
+    for (const int type : {CV_8UC1, CV_16UC1, CV_8UC3, CV_16UC3}) {
+        cv::Mat picture = randomPicture({17, 11}, type, 5);
+        const int colourful = picture.channels() == 3 ? CV_32FC1 : type;
+        const fs::path path = file("d.png", encoded(".png", picture));
+        EXPECT_EQ(readDepthSamples(path).type(), colourful);
+        cv::Mat samples;
+        readDepthSamples(path).convertTo(samples, CV_32F);
+        EXPECT_TRUE(samePicture(samples, readDepthImage(path))) << cv::typeToString(type);
+        // three channels that agree are one
+        cv::Mat grey;
+        cv::extractChannel(picture, grey, 0);
+        if (picture.channels() == 3) cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+        EXPECT_TRUE(samePicture(readDepthSamples(file("g.png", encoded(".png", picture))), grey))
+            << cv::typeToString(type);
+    }
+    const cv::Mat numbers = (cv::Mat_<float>(1, 2) << -1.5f, 77777);
+    EXPECT_TRUE(samePicture(readDepthSamples(file("f.pfm", encoded(".pfm", numbers))), numbers));
 }
 
 TEST_F(ImageIo, ColouredDepthImagesGiveTheirGreyValue) {
@@ -737,6 +757,78 @@ TEST_F(ImageIo, PngFilesHoldThePictureAndNothingElse) {
         at += 12 + size;
     }
     EXPECT_EQ(names, "IHDRIDATIEND");
+}
+
+namespace {
+
+std::uint32_t bigEndianAt(const std::string& text, std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+        value = value << 8 | static_cast<uchar>(text.at(at + i));
+    return value;
+}
+
+// The deflated bytes of a PNG file; every chunk's checksum is looked at.
+std::string imageData(const std::string& png) {
+    std::string data;
+    for (std::size_t at = 8; at + 12 <= png.size();) {
+        const std::size_t size = bigEndianAt(png, at);
+        const auto* const named = reinterpret_cast<const Bytef*>(png.data() + at + 4);
+        EXPECT_EQ(bigEndianAt(png, at + 8 + size), crc32_z(0, named, size + 4)) << at;
+        if (png.compare(at + 4, 4, "IDAT") == 0) data += png.substr(at + 8, size);
+        at += 12 + size;
+    }
+    return data;
+}
+
+} // namespace
+
+TEST_F(ImageIo, PngFilesOfAnyShapeAreSoundAndReadBack) {
+    struct Case {
+        cv::Size size;
+        int type;
+    };
+    // one band, several (of some 512 kB of pixels each), rows longer than a band
+    for (const auto& [size, type] :
+         {Case{{1, 1}, CV_8UC1}, Case{{3, 2}, CV_16UC3}, Case{{700, 1000}, CV_8UC3},
+          Case{{1000, 900}, CV_16UC1}, Case{{1100, 500}, CV_8UC1}, Case{{200, 2000}, CV_16UC3},
+          Case{{60000, 2}, CV_16UC3}, Case{{1, 60000}, CV_8UC3}}) {
+        cv::Mat smooth;
+        cv::resize(randomPicture({4, 3}, type, 21), smooth, size, 0, 0, cv::INTER_CUBIC);
+        for (const cv::Mat& picture :
+             {randomPicture(size, type, 9), smooth, cv::Mat(size, type, cv::Scalar(0, 200, 77)),
+              cv::Mat(smooth.t())}) {
+            const fs::path path = directory / "a.png";
+            writePicture(path, picture);
+            const cv::Mat back = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
+            EXPECT_TRUE(samePicture(back, picture)) << size << cv::typeToString(type);
+            const std::string data = imageData(slurp(path));
+            // a row begins with its filter's number; uncompress() looks at the sum of all bytes
+            std::vector<Bytef> rows(picture.total() * picture.elemSize() +
+                                    static_cast<std::size_t>(picture.rows));
+            uLongf length = static_cast<uLongf>(rows.size());
+            EXPECT_EQ(uncompress(rows.data(), &length, reinterpret_cast<const Bytef*>(data.data()),
+                                 static_cast<uLong>(data.size())),
+                      Z_OK);
+            EXPECT_EQ(length, rows.size());
+        }
+    }
+}
+
+TEST_F(ImageIo, PngFilesAreSmallAndTheSameForAnyNumberOfThreads) {
+    const cv::Mat flat(1000, 1200, CV_8UC3, cv::Scalar(1, 2, 3));
+    writePicture(directory / "flat.png", flat);
+    EXPECT_LT(fs::file_size(directory / "flat.png"), flat.total() / 50);
+    const cv::Mat smooth = smoothPicture({1200, 1000});
+    writePicture(directory / "smooth.png", smooth);
+    EXPECT_LT(fs::file_size(directory / "smooth.png"), encoded(".png", smooth).size());
+    const int threads = cv::getNumThreads();
+    for (const int count : {1, 2, 5}) {
+        cv::setNumThreads(count);
+        writePicture(directory / "again.png", smooth);
+        EXPECT_EQ(slurp(directory / "again.png"), slurp(directory / "smooth.png")) << count;
+    }
+    cv::setNumThreads(threads);
 }
 
 TEST_F(ImageIo, JpegIsWrittenAtQuality95) {

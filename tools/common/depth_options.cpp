@@ -5,6 +5,8 @@
 #include "altiro3D/image_io.hpp"
 
 #include <charconv>
+#include <future>
+#include <opencv2/core.hpp>
 
 namespace altiro3D::tools {
 
@@ -83,6 +85,7 @@ DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages) {
     }
     kind_ = kindOption(commandLine);
     commandLine.exclude("d", "rgbd");
+    commandLine.exclude("l", "net-profile"); // the profile says itself what the network is
     for (const char* networkOption : {"n", "l", "net-profile"}) {
         commandLine.exclude("d", networkOption);
         commandLine.exclude("rgbd", networkOption);
@@ -165,42 +168,53 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
     messages.detail("depth network runs on " + processorName(target));
 }
 
-void DepthSource::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
-                       cv::Mat& photo, cv::Mat& depth, Messages& messages, StageTimes& times) {
-    Notes notes;
-    const auto tell = [&](const fs::path& file) {
+void DepthSource::readFiles(const fs::path& photoFile, const fs::path& depthFile, cv::Mat& photo,
+                            cv::Mat& rawDepth, Messages& messages) const {
+    Notes photoNotes;
+    Notes depthNotes;
+    const auto tell = [&](const fs::path& file, const Notes& notes) {
         for (const std::string& note : notes)
             messages.warn(file.string() + ": " + note);
-        notes.clear();
     };
-    DepthNormalization normalization;
-    normalization.kind = kind_;
-    normalization.flatDepth = flatDepth;
-    cv::Mat rawDepth;
     if (rgbdSide_) {
         cv::Mat picture;
         {
             const QuietStandardError quiet;
-            picture = readPicture(photoFile, &notes);
+            picture = readPicture(photoFile, &photoNotes);
         }
-        tell(photoFile);
+        tell(photoFile, photoNotes);
         try {
             splitRgbd(picture, *rgbdSide_, photo, rawDepth);
         } catch (const Error& error) {
             throw Error(error.code(), photoFile.string(), error.what());
         }
-    } else {
-        const QuietStandardError quiet;
-        photo = readPhoto(photoFile, &notes);
+        return;
     }
-    tell(photoFile);
+    {
+        const QuietStandardError quiet;
+        // each decoder is one thread's work
+        std::future<cv::Mat> depth;
+        if (fromFiles_) {
+            std::launch when = std::launch::deferred;
+            if (cv::getNumThreads() > 1) when |= std::launch::async;
+            depth = std::async(when, [&] { return readDepthSamples(depthFile, &depthNotes); });
+        }
+        photo = readPhoto(photoFile, &photoNotes); // of two that are broken this one is named
+        if (depth.valid()) rawDepth = depth.get();
+    }
+    tell(photoFile, photoNotes);
+    tell(depthFile, depthNotes);
+}
+
+void DepthSource::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
+                       cv::Mat& photo, cv::Mat& depth, Messages& messages, StageTimes& times) {
+    DepthNormalization normalization;
+    normalization.kind = kind_;
+    normalization.flatDepth = flatDepth;
+    cv::Mat rawDepth;
+    readFiles(photoFile, depthFile, photo, rawDepth, messages);
     times.end("read");
     if (fromFiles_) {
-        {
-            const QuietStandardError quiet;
-            rawDepth = readDepthImage(depthFile, &notes);
-        }
-        tell(depthFile);
         const double photoAspect = static_cast<double>(photo.cols) / photo.rows;
         const double depthAspect = static_cast<double>(rawDepth.cols) / rawDepth.rows;
         if (photoAspect / depthAspect > 1.05 || depthAspect / photoAspect > 1.05) {

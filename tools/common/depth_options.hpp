@@ -40,6 +40,8 @@ class DepthSource {
 
   private:
     void chooseNetwork(const CommandLine& commandLine, Messages& messages);
+    void readFiles(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
+                   cv::Mat& photo, cv::Mat& rawDepth, Messages& messages) const;
 
     bool fromFiles_ = false;
     std::optional<DepthSide> rgbdSide_;

@@ -4,8 +4,25 @@
 
 #include <algorithm>
 #include <cctype>
+#include <initializer_list>
 
 namespace altiro3D::tools {
+
+namespace {
+
+using Extensions = std::initializer_list<const char*>;
+
+constexpr Extensions kLossyFormats = {".jpg", ".jpeg", ".jpe", ".jp2"};
+constexpr Extensions kEightBitFormats = {".webp", ".bmp", ".dib"};
+
+bool hasExtension(const std::filesystem::path& file, Extensions extensions) {
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+}
+
+} // namespace
 
 void addViewOptions(CommandLine& commandLine) {
     commandLine.addSection("Views");
@@ -183,14 +200,20 @@ std::string fitName(FitMode mode) {
 }
 
 void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages) {
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (extension == ".jpg" || extension == ".jpeg" || extension == ".jpe" ||
-        extension == ".webp" || extension == ".jp2") {
+    if (hasExtension(file, kLossyFormats)) {
         messages.warn(file.string() +
                       ": this format mixes neighbouring sub-pixels, which belong to different "
                       "views, and depth suffers; PNG keeps a Native as it is");
+    }
+}
+
+void warnAboutDepthFormat(const std::filesystem::path& file, Messages& messages) {
+    if (hasExtension(file, kLossyFormats)) {
+        messages.warn(file.string() + ": this format does not keep depth exactly, least of all at "
+                                      "its edges; PNG keeps all 16 bits as they are");
+    } else if (hasExtension(file, kEightBitFormats)) {
+        messages.warn(file.string() +
+                      ": this format keeps 8 of the depth's 16 bits; PNG keeps them all");
     }
 }
 

@@ -49,6 +49,9 @@ std::string fitName(FitMode mode);
 /// Warns where a Native loses its sub-pixels on the way to the file.
 void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages);
 
+/// Warns where a depth map is less in the file than it could be.
+void warnAboutDepthFormat(const std::filesystem::path& file, Messages& messages);
+
 /// Renders a quilt and writes the Native; stages "render" and "write".
 void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
                     const std::filesystem::path& output, Messages& messages, StageTimes& times);

@@ -51,6 +51,10 @@ class StageTimes {
   public:
     /// Ends the stage that began with the last call (or the construction).
     void end(const std::string& stage);
+    /// A stage that was timed elsewhere, in milliseconds.
+    void add(const std::string& stage, double milliseconds) {
+        stages_.emplace_back(stage, milliseconds);
+    }
     const std::vector<std::pair<std::string, double>>& milliseconds() const { return stages_; }
     /// "read 12.3 ms, depth 40.1 ms, ..."
     std::string text() const;
@@ -59,6 +63,11 @@ class StageTimes {
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
     std::vector<std::pair<std::string, double>> stages_;
 };
+
+/// Peak memory of this process since its start or the last resetPeakMemory(), in MB of 2^20 bytes;
+/// 0 where the system does not tell.
+double peakMegabytes();
+void resetPeakMemory();
 
 /// A progress line on a terminal, for work of several steps; nothing elsewhere.
 class Progress {

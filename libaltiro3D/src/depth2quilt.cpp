@@ -1,59 +1,14 @@
 #include "altiro3D/depth2quilt.hpp"
 
 #include "altiro3D/error.hpp"
-#include "checks.hpp"
 #include "text.hpp"
 #include "view_renderer.hpp"
-#include "views_layered.hpp"
-#include "views_real.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
-
-namespace {
-
-constexpr int kMaxViewSide = 32766; // cv::remap's limit
-
-void checkInputs(const cv::Mat& photo, const cv::Mat& depth) {
-    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
-    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1 of 0..1");
-    if (photo.size() != depth.size()) {
-        throw Error(ErrorCode::Mismatch, "depth",
-                    "has " + sizeText(depth.size()) + " px, expected the photo's " +
-                        sizeText(photo.size()) + " px");
-    }
-    if (photo.cols > kMaxViewSide || photo.rows > kMaxViewSide) {
-        throw Error(ErrorCode::TooLarge, "photo",
-                    "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
-    }
-}
-
-// p S/2 in px.
-double shiftOf(const ViewOptions& options, int width, double position) {
-    return position * (options.strengthPercent / 100 * width) / 2;
-}
-
-// @param reach largest |position| that views will be made for
-std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
-                                           const ViewOptions& options, double reach) {
-    checkInputs(photo, depth);
-    switch (options.method) {
-    case ViewMethod::Fast:
-        return makeFastRenderer(photo, depth, options);
-    case ViewMethod::Real:
-        return makeRealRenderer(photo, depth, options.focus, options.real);
-    case ViewMethod::Layered:
-        break;
-    }
-    LayeredSettings settings{options.layered};
-    settings.reachPixels = shiftOf(options, photo.cols, reach);
-    return makeLayeredRenderer(photo, depth, options.focus, settings);
-}
-
-} // namespace
 
 void validate(const ViewOptions& options) {
     const auto require = [](bool good, const char* field, double value, const char* expected) {
@@ -102,15 +57,32 @@ void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& qu
     for (int unused = layout_.viewCount; unused < layout_.columns * layout_.rows; ++unused) {
         quilt(layout_.tile(unused)).setTo(cv::Scalar::all(0));
     }
+    std::vector<double> shifts;
+    for (int i = 0; i < layout_.viewCount; ++i)
+        shifts.push_back(shiftOf(options_, photo.cols, viewPosition(i, layout_.viewCount)));
     const bool direct = photo.size() == layout_.tileSize;
+    if (direct && renderer->rowRenderer() != nullptr) {
+        cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& rows) {
+            const std::unique_ptr<RowRenderer> rowRenderer = renderer->rowRenderer();
+            std::vector<std::uint8_t*> targets(shifts.size());
+            for (int y = rows.start; y < rows.end; ++y) {
+                for (int i = 0; i < layout_.viewCount; ++i) {
+                    const cv::Point corner = layout_.tile(i).tl();
+                    targets[static_cast<std::size_t>(i)] =
+                        quilt.ptr<std::uint8_t>(corner.y + y, corner.x);
+                }
+                rowRenderer->render(y, shifts, targets);
+            }
+        });
+        return;
+    }
     cv::parallel_for_(cv::Range(0, layout_.viewCount), [&](const cv::Range& views) {
         cv::Mat whole;
         for (int i = views.start; i < views.end; ++i) {
             cv::Mat tile = quilt(layout_.tile(i));
             if (!direct) whole.create(photo.size(), CV_8UC3);
             cv::Mat& view = direct ? tile : whole;
-            const double position = viewPosition(i, layout_.viewCount);
-            renderer->render(shiftOf(options_, photo.cols, position), view);
+            renderer->render(shifts[static_cast<std::size_t>(i)], view);
             if (!direct) cv::resize(whole, tile, tile.size(), 0, 0, cv::INTER_AREA);
         }
     });

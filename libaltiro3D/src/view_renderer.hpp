@@ -2,13 +2,61 @@
 
 #include "altiro3D/depth2quilt.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 namespace altiro3D {
 
+/// Beyond this nothing of the photo is left in any view; it keeps all places finite, px.
+constexpr double kLargestShift = 1e9;
+
+/// Depth as offset from the focus, clamped, NaN as 0; exactly 0 at the focus.
+inline float offsetFromFocus(float depth, double focus) {
+    const float d = depth > 0 ? (depth < 1 ? depth : 1.0F) : 0.0F;
+    if (d == static_cast<float>(focus)) return 0; // also where the focus is not a float
+    return static_cast<float>(static_cast<double>(d) - focus);
+}
+
+/// Reads single sub-pixels out of views that are never made as a whole. One for each thread.
+class SubpixelSampler {
+  public:
+    SubpixelSampler() = default;
+    SubpixelSampler(const SubpixelSampler&) = delete;
+    SubpixelSampler& operator=(const SubpixelSampler&) = delete;
+    virtual ~SubpixelSampler() = default;
+
+    /// Makes a row of the photo ready. @param row 0..photo rows - 1
+    virtual void open(int row) = 0;
+
+    /// Reads one channel of the open row, the same value as ViewRenderer::render() gives.
+    ///
+    /// @param channel 0 blue, 1 green, 2 red
+    /// @param shifts for each column that the sampler was made for, and kRowPadding more: p S/2 in
+    ///        px of the view that is asked for, at most the largest that the renderer was made for
+    /// @param values result, as many, and kRowPadding more
+    virtual void sample(int channel, const float* shifts, std::uint8_t* values) = 0;
+};
+
+/// Makes the same row of several views, so that what a row costs once is done once. One for each
+/// thread.
+class RowRenderer {
+  public:
+    RowRenderer() = default;
+    RowRenderer(const RowRenderer&) = delete;
+    RowRenderer& operator=(const RowRenderer&) = delete;
+    virtual ~RowRenderer() = default;
+
+    /// @param row 0..photo rows - 1
+    /// @param shifts p S/2 in px of each view
+    /// @param views for each view where its row goes, B G R, as many px as the photo has
+    virtual void render(int row, const std::vector<double>& shifts,
+                        const std::vector<std::uint8_t*>& views) = 0;
+};
+
 /// Makes views of one photo with its depth by one method. What all views share is done once, when
-/// it is made. render() may run on any number of threads at once.
+/// it is made. Its functions may run on any number of threads at once.
 class ViewRenderer {
   public:
     ViewRenderer() = default;
@@ -21,7 +69,33 @@ class ViewRenderer {
     /// @param shiftPixels p S/2 in px, any finite number; 0 gives the photo, bit for bit
     /// @param view [as the photo, CV_8UC3, BGR], allocated, not the photo
     virtual void render(double shiftPixels, cv::Mat& view) const = 0;
+
+    /// Null if the method makes views one by one.
+    virtual std::unique_ptr<RowRenderer> rowRenderer() const { return nullptr; }
+
+    /// Reads sub-pixels at the given columns of the photo; they may repeat. Null if the method
+    /// makes whole views only. @param columns must outlive the sampler
+    virtual std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns) const {
+        static_cast<void>(columns);
+        return nullptr;
+    }
 };
+
+/// S/2 in px for pictures of a width.
+float halfParallaxOf(const ViewOptions& options, int width);
+
+/// p S/2 in px, the product of two floats as in shiftsOfViews().
+double shiftOf(const ViewOptions& options, int width, double position);
+
+/// Makes the renderer of a method. Photo and depth must live as long as it does.
+///
+/// @param photo [rows x cols, CV_8UC3, BGR]
+/// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
+/// @param options method and knobs, valid
+/// @param reach largest |position| that views will be asked for
+/// @throws Error InvalidArgument (types, sizes), Mismatch, TooLarge
+std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
+                                           const ViewOptions& options, double reach);
 
 /// Method Fast. Photo and depth must live as long as the renderer.
 /// @param photo [rows x cols, CV_8UC3, BGR]

@@ -1,9 +1,11 @@
 // Method Fast: view(x, y) = photo(x + shift (depth(x, y) - focus), y), linear, borders repeated;
 // with refinement depth is read again where the px was found to come from.
 
+#include "native_row_kernels.hpp"
 #include "view_renderer.hpp"
+#include "views_fast_row.hpp"
 
-#include <algorithm>
+#include <array>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
@@ -13,37 +15,61 @@ namespace {
 // Few enough rows that map and pixels stay in the second-level cache.
 constexpr int kRowsAtATime = 16;
 
-float clamped(float depth) {
-    return depth > 0 ? (depth < 1 ? depth : 1) : 0; // NaN compares false: 0
+float boundedShift(double shiftPixels) {
+    return static_cast<float>(std::clamp(shiftPixels, -kLargestShift, kLargestShift));
 }
 
-// Depth between two px, linear.
-double depthAt(const float* depth, int width, double place) {
-    const int left = static_cast<int>(place);
-    const int right = std::min(left + 1, width - 1);
-    const double nearer = clamped(depth[left]);
-    return nearer + (place - left) * (clamped(depth[right]) - nearer);
+// Offsets of a row of depth, the last one twice.
+void readOffsets(const cv::Mat& depth, int row, double focus, std::vector<float>& offsets) {
+    const auto* values = depth.ptr<float>(row);
+    std::transform(values, values + depth.cols, offsets.begin(),
+                   [focus](float value) { return offsetFromFocus(value, focus); });
+    offsets[static_cast<std::size_t>(depth.cols)] =
+        offsets[static_cast<std::size_t>(depth.cols - 1)];
 }
 
-// Reads one row of depth, writes one row of map; bound by arithmetic.
-void mapRow(const float* depth, int width, double shiftPixels, double focus, float* mapX) {
-    const double right = width - 1;
-    for (int x = 0; x < width; ++x) {
-        const double place = x + shiftPixels * (clamped(depth[x]) - focus);
-        mapX[x] = static_cast<float>(std::min(std::max(place, 0.0), right));
+class FastSampler : public SubpixelSampler {
+  public:
+    FastSampler(const cv::Mat& photo, const cv::Mat& depth, double focus, int refinement,
+                const std::vector<int>& columns)
+        : photo_(photo), depth_(depth), focus_(focus), refinement_(refinement), columns_(columns),
+          offsets_(paddedRow<float>(static_cast<std::size_t>(photo.cols))),
+          places_(paddedRow<float>(columns.size())), ownOffsets_(places_), columnPlaces_(places_) {
+        for (std::vector<std::uint8_t>& plane : planes_)
+            plane = paddedRow<std::uint8_t>(static_cast<std::size_t>(photo.cols));
+        std::copy(columns.begin(), columns.end(), columnPlaces_.begin());
     }
-}
 
-// Moves each place to x + shift (depth(place) - focus): one fixed-point step towards the place that
-// the px really comes from. Bound by the scattered reads of depth.
-void refineRow(const float* depth, int width, double shiftPixels, double focus, float* mapX) {
-    const double right = width - 1;
-    for (int x = 0; x < width; ++x) {
-        const double d = depthAt(depth, width, static_cast<double>(mapX[x]));
-        const double place = x + shiftPixels * (d - focus);
-        mapX[x] = static_cast<float>(std::min(std::max(place, 0.0), right));
+    void open(int row) override {
+        const auto width = static_cast<std::size_t>(photo_.cols);
+        splitRow(photo_.ptr<std::uint8_t>(row), width, planes_[0].data(), planes_[1].data(),
+                 planes_[2].data());
+        for (std::vector<std::uint8_t>& plane : planes_)
+            std::fill_n(plane.begin() + photo_.cols, 4, plane[width - 1]);
+        readOffsets(depth_, row, focus_, offsets_);
+        for (std::size_t i = 0; i < columns_.size(); ++i)
+            ownOffsets_[i] = offsets_[static_cast<std::size_t>(columns_[i])];
     }
-}
+
+    void sample(int channel, const float* shifts, std::uint8_t* values) override {
+        fastPlaces(columnPlaces_.data(), ownOffsets_.data(), shifts, columns_.size(),
+                   offsets_.data(), photo_.cols, refinement_, places_.data());
+        fastSamples(planes_[static_cast<std::size_t>(channel)].data(), places_.data(),
+                    columns_.size(), values);
+    }
+
+  private:
+    const cv::Mat& photo_;
+    const cv::Mat& depth_;
+    double focus_;
+    int refinement_;
+    const std::vector<int>& columns_;
+    std::array<std::vector<std::uint8_t>, 3> planes_;
+    std::vector<float> offsets_; // of the photo's row
+    std::vector<float> places_;
+    std::vector<float> ownOffsets_;   // per column asked for
+    std::vector<float> columnPlaces_; // columns_ as floats
+};
 
 class FastRenderer : public ViewRenderer {
   public:
@@ -51,24 +77,32 @@ class FastRenderer : public ViewRenderer {
         : photo_(photo), depth_(depth), focus_(options.focus), refinement_(options.refinement) {}
 
     void render(double shiftPixels, cv::Mat& view) const override {
+        const auto width = static_cast<std::size_t>(photo_.cols);
         const int rowsAtATime = std::min(kRowsAtATime, photo_.rows);
-        cv::Mat mapX(rowsAtATime, photo_.cols, CV_32FC1);
+        const int padded = photo_.cols + static_cast<int>(kRowPadding);
+        cv::Mat mapX(rowsAtATime, padded, CV_32FC1);
         cv::Mat mapY(rowsAtATime, photo_.cols, CV_32FC1);
+        std::vector<float> columns = paddedRow<float>(width);
+        for (std::size_t x = 0; x < width; ++x)
+            columns[x] = static_cast<float>(x);
+        std::vector<float> offsets = paddedRow<float>(width);
+        const std::vector<float> shifts(offsets.size(), boundedShift(shiftPixels));
         for (int y0 = 0; y0 < photo_.rows; y0 += rowsAtATime) {
             const int rows = std::min(rowsAtATime, photo_.rows - y0);
             for (int i = 0; i < rows; ++i) {
-                const float* depthRow = depth_.ptr<float>(y0 + i);
-                float* mapXRow = mapX.ptr<float>(i);
-                mapRow(depthRow, photo_.cols, shiftPixels, focus_, mapXRow);
-                for (int step = 0; step < refinement_; ++step) {
-                    refineRow(depthRow, photo_.cols, shiftPixels, focus_, mapXRow);
-                }
+                readOffsets(depth_, y0 + i, focus_, offsets);
+                fastPlaces(columns.data(), offsets.data(), shifts.data(), width, offsets.data(),
+                           photo_.cols, refinement_, mapX.ptr<float>(i));
                 std::fill_n(mapY.ptr<float>(i), photo_.cols, static_cast<float>(y0 + i));
             }
             cv::Mat target = view.rowRange(y0, y0 + rows);
-            cv::remap(photo_, target, mapX.rowRange(0, rows), mapY.rowRange(0, rows),
-                      cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+            cv::remap(photo_, target, mapX(cv::Rect(0, 0, photo_.cols, rows)),
+                      mapY.rowRange(0, rows), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
         }
+    }
+
+    std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns) const override {
+        return std::make_unique<FastSampler>(photo_, depth_, focus_, refinement_, columns);
     }
 
   private:

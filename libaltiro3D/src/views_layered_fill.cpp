@@ -23,11 +23,11 @@ struct Colour {
 
 constexpr std::int32_t kNoLink = INT32_MIN;
 
-// A hidden node.
+// A painted column.
 struct Cell {
     int y = 0;
     int x = 0;
-    int node = 0;     // in its row
+    int strip = 0;    // its place in LayeredRow::strips
     int distance = 0; // from the visible part of its surface, px, >= 1
     int inwards = 1;  // direction of the visible part, 1 or -1
     float offset = 0;
@@ -38,8 +38,9 @@ struct Cell {
 
 class Background {
   public:
-    Background(const cv::Mat& photo, std::vector<LayeredRowData>& rows, double tear)
-        : photo_(photo), rows_(rows), tear_(tear) {
+    Background(const cv::Mat& photo, int direction, LayeredScene& scene, double tear)
+        : photo_(photo), rows_(scene.rows[direction]), scene_(scene), direction_(direction),
+          tear_(tear) {
         measure();
         if (cellCount_ == 0) return;
         collect();
@@ -57,7 +58,7 @@ class Background {
 
   private:
     void measure() {
-        for (const LayeredRowData& row : rows_) {
+        for (const LayeredRow& row : rows_) {
             for (const LayeredSurface& surface : row.surfaces) {
                 left_ = std::max(left_, surface.hidden - surface.first);
                 right_ = std::max(right_, surface.last + surface.beyond - (photo_.cols - 1));
@@ -72,27 +73,30 @@ class Background {
         front_ = cv::Mat(photo_.rows, photo_.cols, CV_32FC1, cv::Scalar(kNobody));
         cells_.reserve(cellCount_);
         for (int y = 0; y < photo_.rows; ++y) {
-            const LayeredRowData& row = rows_[static_cast<std::size_t>(y)];
+            const LayeredRow& row = rows_[static_cast<std::size_t>(y)];
+            const std::int16_t* words = scene_.tables(y).words + direction_ * scene_.stride();
+            const auto offset = [&](int x) {
+                return scene_.scale * static_cast<float>(wordOffset(words[x]));
+            };
             for (const LayeredSurface& surface : row.surfaces) {
-                std::copy_n(row.offset.begin() + surface.node, surface.last - surface.first + 1,
-                            front_.ptr<float>(y) + surface.first);
+                for (int x = surface.first; x <= surface.last; ++x)
+                    front_.ptr<float>(y)[x] = offset(x);
                 for (int k = 1; k <= surface.hidden; ++k)
-                    add(y, surface.first - k, surface.node - k, k, 1);
+                    add(y, surface.first - k, surface.hiddenAt(k), k, 1, offset(surface.first));
                 for (int k = 1; k <= surface.beyond; ++k)
-                    add(y, surface.last + k, surface.node + surface.last - surface.first + k, k,
-                        -1);
+                    add(y, surface.last + k, surface.beyondAt(k), k, -1, offset(surface.last));
             }
         }
     }
 
-    void add(int y, int x, int node, int distance, int inwards) {
+    void add(int y, int x, int strip, int distance, int inwards, float offset) {
         Cell cell;
         cell.y = y;
         cell.x = x;
-        cell.node = node;
+        cell.strip = strip;
         cell.distance = distance;
         cell.inwards = inwards;
-        cell.offset = rows_[static_cast<std::size_t>(y)].offset[static_cast<std::size_t>(node)];
+        cell.offset = offset;
         // Where several surfaces are hidden one behind the other, neighbours see the one that has
         // its visible part closest by.
         std::int32_t& owner = owner_.ptr<std::int32_t>(y)[x + left_];
@@ -192,24 +196,17 @@ class Background {
     void store() {
         for (std::size_t i = 0; i < cells_.size(); ++i) {
             const Cell& cell = cells_[i];
-            LayeredRowData& row = rows_[static_cast<std::size_t>(cell.y)];
-            std::uint8_t* bytes = &row.colour[4 * static_cast<std::size_t>(cell.node)];
+            LayeredRow& row = rows_[static_cast<std::size_t>(cell.y)];
+            std::uint8_t* bytes = &row.strips[4 * static_cast<std::size_t>(cell.strip)];
             for (int c = 0; c < 3; ++c)
                 bytes[c] = cv::saturate_cast<std::uint8_t>(colours_[i].bgr[c]);
-        }
-        for (LayeredRowData& row : rows_) {
-            for (const LayeredSurface& surface : row.surfaces) { // the guards
-                std::uint8_t* begin = &row.colour[4 * static_cast<std::size_t>(surface.begin())];
-                std::uint8_t* end = &row.colour[4 * static_cast<std::size_t>(surface.end())];
-                std::memcpy(begin - 4, begin, 4);
-                std::memcpy(end + 4, end, 4);
-                std::memcpy(end + 8, end, 4);
-            }
         }
     }
 
     const cv::Mat& photo_;
-    std::vector<LayeredRowData>& rows_;
+    std::vector<LayeredRow>& rows_;
+    const LayeredScene& scene_;
+    int direction_;
     double tear_;
     int left_ = 0;  // columns left of the frame
     int right_ = 0; // columns right of the frame
@@ -222,9 +219,9 @@ class Background {
 
 } // namespace
 
-void paintBackground(const cv::Mat& photo, const LayeredSettings& options,
-                     std::vector<LayeredRowData>& rows) {
-    Background(photo, rows, options.tearPixels / options.reachPixels).paint();
+void paintBackground(const cv::Mat& photo, const LayeredSettings& options, int direction,
+                     LayeredScene& scene) {
+    Background(photo, direction, scene, options.tearPixels / options.reachPixels).paint();
 }
 
 } // namespace altiro3D

@@ -1,215 +1,279 @@
 #include "views_layered_row.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstddef>
-#include <cstring>
-#include <limits>
-#include <opencv2/core/hal/intrin.hpp>
 
+// This file is compiled once per instruction set; the best one is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "views_layered_row.cpp"
+#include <hwy/foreach_target.h> // IWYU pragma: keep
+
+#include "kernel_parts_inl.hpp"
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
 namespace altiro3D {
+namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
-namespace {
+namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr int kSubNodes = 1 << kSubNodeBits;
-constexpr int kWeightBits = 14;
-constexpr int kMostBorders = 3; // that are blended in one pixel
+// Offsets stand in the upper 14 bits of a word. As 32 bits they are taken with 18 bits behind them
+// that are zero, in a unit that is as much smaller.
+constexpr float kWordUnit = 0x1p-18F;
 
-// Catmull-Rom weights of the nodes -1, 0, 1, 2 for each place between 0 and 1. At 0 only node 0
-// counts, so that what does not move is copied.
-struct Weights {
-    std::array<std::array<std::int16_t, 4>, kSubNodes + 1> of{};
+template <class D>
+HWY_INLINE hn::Vec<D> lowOffset(D d, hn::Vec<hn::RebindToSigned<D>> words) {
+    const hn::RebindToSigned<D> whole;
+    const auto bits = hn::Set(whole, static_cast<std::int32_t>(0xFFFC0000));
+    return hn::ConvertTo(d, hn::And(hn::ShiftLeft<16>(words), bits));
+}
 
-    Weights() {
-        for (int i = 0; i <= kSubNodes; ++i) {
-            const double t = static_cast<double>(i) / kSubNodes;
-            const double w[] = {((-0.5 * t + 1) * t - 0.5) * t, (1.5 * t - 2.5) * t * t + 1,
-                                ((-1.5 * t + 2) * t + 0.5) * t, (0.5 * t - 0.5) * t * t};
-            std::array<std::int16_t, 4>& weights = of[static_cast<std::size_t>(i)];
-            int sum = 0;
-            for (std::size_t k = 0; k < 4; ++k) {
-                weights[k] = static_cast<std::int16_t>(std::lround(w[k] * (1 << kWeightBits)));
-                sum += weights[k];
-            }
-            std::int16_t& largest = weights[t < 0.5 ? 1 : 2];
-            largest = static_cast<std::int16_t>(largest + (1 << kWeightBits) - sum);
-        }
-    }
+template <class D>
+HWY_INLINE hn::Vec<D> highOffset(D d, hn::Vec<hn::RebindToSigned<D>> words) {
+    const hn::RebindToSigned<D> whole;
+    const auto bits = hn::Set(whole, static_cast<std::int32_t>(0xFFFC0000));
+    return hn::ConvertTo(d, hn::And(words, bits));
+}
+
+// A vector of pixels, in the coordinates of the direction that each one needs.
+template <class F, class I>
+struct Lanes {
+    F x;
+    F unit; // px per unit of the offsets, as kWordUnit, >= 0
+    I base; // where the tables of the direction begin
 };
 
-const Weights kWeights;
-
-// B G R and a byte of no meaning.
-inline std::uint32_t samplePlace(const LayeredRow& row, std::int32_t place) {
-    const std::uint8_t* node = row.colour + 4 * static_cast<std::ptrdiff_t>(place >> kSubNodeBits);
-    const auto& w = kWeights.of[static_cast<std::size_t>(place & (kSubNodes - 1))];
-    std::uint32_t packed = 0;
-#if CV_SIMD128
-    std::int32_t pair[2];
-    std::memcpy(pair, w.data(), sizeof(pair));
-    const cv::v_uint8x16 nodes = cv::v_load(node - 4); // -1 0 1 2, four bytes each
-    cv::v_uint8x16 low;                                // channels of -1 0, then of 0 1
-    cv::v_uint8x16 high;                               // channels of 1 2, then of no use
-    cv::v_zip(nodes, cv::v_extract<4>(nodes, nodes), low, high);
-    const cv::v_int16x8 before = cv::v_reinterpret_as_s16(cv::v_expand_low(low));
-    const cv::v_int16x8 after = cv::v_reinterpret_as_s16(cv::v_expand_low(high));
-    const cv::v_int16x8 weightsBefore = cv::v_reinterpret_as_s16(cv::v_setall_s32(pair[0]));
-    const cv::v_int16x8 weightsAfter = cv::v_reinterpret_as_s16(cv::v_setall_s32(pair[1]));
-    const cv::v_int32x4 half = cv::v_setall_s32(1 << (kWeightBits - 1));
-    const cv::v_int32x4 sum =
-        cv::v_dotprod(before, weightsBefore) + cv::v_dotprod(after, weightsAfter) + half;
-    const cv::v_int16x8 words = cv::v_pack(sum >> kWeightBits, half);
-    const cv::v_uint8x16 bytes = cv::v_pack_u(words, words);
-    packed = cv::v_reinterpret_as_u32(bytes).get0();
-#else
-    std::uint8_t bytes[4] = {0, 0, 0, 0};
-    for (int c = 0; c < 3; ++c) {
-        const std::int32_t sum = w[0] * node[c - 4] + w[1] * node[c] + w[2] * node[c + 4] +
-                                 w[3] * node[c + 8] + (1 << (kWeightBits - 1));
-        bytes[c] = static_cast<std::uint8_t>(std::clamp(sum >> kWeightBits, 0, 255));
-    }
-    std::memcpy(&packed, bytes, 4);
-#endif
-    return packed;
+template <class D, class F, class I = hn::Vec<hn::RebindToSigned<D>>>
+HWY_INLINE Lanes<F, I> lanesOf(D d, const LayeredTables& tables, F column, F shift) {
+    const hn::RebindToSigned<D> whole;
+    const auto mirrored = hn::Lt(shift, hn::Zero(d));
+    const F last = hn::Set(d, static_cast<float>(tables.width - 1));
+    Lanes<F, I> lanes;
+    lanes.x = hn::IfThenElse(mirrored, hn::Sub(last, column), column);
+    lanes.unit = hn::Mul(hn::Abs(shift), hn::Set(d, tables.scale * kWordUnit));
+    lanes.base = hn::IfThenElseZero(hn::RebindMask(whole, mirrored), hn::Set(whole, tables.stride));
+    return lanes;
 }
 
-void sampleCode(const LayeredRow& row, const LayeredTrace& trace, std::int32_t code,
-                std::uint8_t* bgr, int depth) {
-    if (code >= 0) {
-        const std::uint32_t packed = samplePlace(row, code);
-        std::memcpy(bgr, &packed, 3);
-        return;
-    }
-    const LayeredBorder& border = trace.borders[static_cast<std::size_t>(-1 - code)];
-    const std::uint32_t top = samplePlace(row, border.top);
-    std::memcpy(bgr, &top, 3);
-    if (depth == 0) return;
-    std::uint8_t under[3];
-    sampleCode(row, trace, border.under, under, depth - 1);
-    for (int c = 0; c < 3; ++c) {
-        const int sum = border.coverage * bgr[c] + (kSubNodes - border.coverage) * under[c];
-        bgr[c] = static_cast<std::uint8_t>((sum + kSubNodes / 2) >> kSubNodeBits);
-    }
+// The place between two columns that appear at `from` and `to`.
+template <class D, class F, class I>
+HWY_INLINE I placeBetween(D d, const Lanes<F, I>& lanes, I column, F from, F to) {
+    const F steps = hn::Set(d, static_cast<float>(1 << kSubColumnBits));
+    const F part = hn::Div(hn::Mul(hn::Sub(lanes.x, from), steps), hn::Sub(to, from));
+    return hn::Add(hn::ShiftLeft<kSubColumnBits>(hn::Add(lanes.base, column)),
+                   smallNearestInt(d, part));
 }
 
-// The first whole column at or right of a place, 0..width.
-inline int columnFrom(double place, double width) {
-    const double inside = std::min(std::max(place, 0.0), width);
-    const int whole = static_cast<int>(inside);
-    return whole + static_cast<int>(static_cast<double>(whole) < inside);
+// First pass, for pixels that no other surface comes near: within a surface what pixels show lies
+// in order, so that any guess will do that proves right. Bound by some fifty operations and one
+// scattered read of four bytes per pixel.
+std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixels,
+                          const float* HWY_RESTRICT shifts, std::int32_t* HWY_RESTRICT places,
+                          std::int32_t* HWY_RESTRICT open) {
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    using F = hn::Vec<decltype(d)>;
+    using I = hn::Vec<decltype(whole)>;
+    const F zero = hn::Zero(d);
+    const F one = hn::Set(d, 1.0F);
+    const F half = hn::Set(d, 0.5F);
+    const F lastColumn = hn::Set(d, static_cast<float>(tables.width) - 0.5F);
+    const F riseUnit = hn::Set(d, tables.scale * 0.25F * 0x1p-16F);
+    const I none = hn::Zero(whole);
+    const I lastFlag = hn::Set(whole, 1);
+    std::size_t openCount = 0;
+    for (std::size_t i = 0; i < pixels.count; i += hn::Lanes(d)) {
+        const F shift = hn::LoadU(d, shifts + i);
+        const auto lanes = lanesOf(d, tables, hn::LoadU(d, pixels.columns + i), shift);
+        const F clear = hn::IfThenElse(hn::Lt(shift, zero), hn::LoadU(d, pixels.clear[1] + i),
+                                       hn::LoadU(d, pixels.clear[0] + i));
+        // where x = c - s (offset + slope (c - x))
+        const I guess = hn::LoadU(whole, pixels.guesses + i);
+        const F slope = hn::Mul(hn::ConvertTo(d, hn::ShiftLeft<16>(guess)), riseUnit);
+        const F away = hn::Mul(hn::Mul(lanes.unit, highOffset(d, guess)),
+                               hn::ApproximateReciprocal(hn::Sub(one, hn::Mul(shift, slope))));
+        const F near = hn::Min(hn::Max(hn::Add(lanes.x, away), half), lastColumn);
+        const I column = smallNearestInt(d, hn::Sub(near, half)); // rounded down, but for ties
+        const F columnPlace = hn::ConvertTo(d, column);
+        const I words =
+            gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(hn::Add(lanes.base, column)));
+        const F from = hn::Sub(columnPlace, hn::Mul(lanes.unit, lowOffset(d, words)));
+        const F to = hn::Sub(hn::Add(columnPlace, one), hn::Mul(lanes.unit, highOffset(d, words)));
+        const auto between = hn::And(hn::Le(from, lanes.x), hn::Lt(lanes.x, to));
+        const auto sure =
+            hn::And(hn::RebindMask(whole, hn::And(between, hn::Le(hn::Abs(shift), clear))),
+                    hn::Eq(hn::And(words, lastFlag), none));
+        hn::StoreU(placeBetween(d, lanes, column, from, to), whole, places + i);
+        if (hn::AllTrue(whole, sure)) continue;
+        const auto unsure = hn::Not(sure);
+        const I number = hn::Iota(whole, static_cast<std::int32_t>(i));
+        hn::StoreU(hn::Compress(number, unsure), whole, open + openCount);
+        openCount += hn::CountTrue(whole, unsure);
+    }
+    while (openCount > 0 && static_cast<std::size_t>(open[openCount - 1]) >= pixels.count)
+        --openCount; // padding
+    return openCount;
 }
 
-// Lays the border of a surface over a pixel.
-void drawBorder(LayeredTrace& trace, int x, int width, std::int32_t top, double coverage) {
-    if (x < 0 || x >= width || coverage <= 0) return;
-    std::int32_t& code = trace.code[static_cast<std::size_t>(x)];
-    const auto part = static_cast<std::int32_t>(std::lround(coverage * kSubNodes));
-    if (part == 0 && code != kNothing) return;
-    if (code == kNothing || part >= kSubNodes) {
-        code = top;
-        return;
-    }
-    trace.borders.push_back({top, code, part});
-    code = -static_cast<std::int32_t>(trace.borders.size());
-}
+// Goes to the left from a bound until a column is reached that comes to x or left of it; of several
+// surfaces the front-most comes first that way. Rounds are bound by the scattered reads; one is
+// enough where depth is smooth, near its steps it takes some more.
+template <class D, class F, class I>
+class Walk {
+  public:
+    Walk(D d, const LayeredTables& tables, const Lanes<F, I>& lanes)
+        : d_(d), tables_(tables), lanes_(lanes), from(hn::Zero(d)), to(hn::Zero(d)),
+          found(hn::Zero(whole_)), word(hn::Zero(whole_)) {}
 
-void traceSpan(const LayeredRow& row, const LayeredSpan& span, double shiftPixels, int width,
-               LayeredTrace& trace) {
-    const float* offset = row.offset + span.first;
-    std::int32_t* code = trace.code.data();
-    double left = span.x - shiftPixels * static_cast<double>(offset[0]);
-    const std::int32_t base = span.first << kSubNodeBits;
-    if (span.leftEnd && left > -1 && left < width + 2) {
-        const int x = static_cast<int>(std::ceil(left)) - 1;
-        const double covered = x + 1 - left + static_cast<double>(span.leftExtra);
-        drawBorder(trace, x, width, base, covered);
-        drawBorder(trace, x - 1, width, base, covered - 1);
-    }
-    int from = columnFrom(left, width);
-    for (int i = 1; i < span.count; ++i) {
-        const double right = span.x + i - shiftPixels * static_cast<double>(offset[i]);
-        const int to = columnFrom(right, width);
-        if (from < to) {
-            const double step = kSubNodes / (right - left);
-            const std::int32_t node = base + ((i - 1) << kSubNodeBits);
-            int x = from;
-            do {
-                code[x] = node + static_cast<std::int32_t>((x - left) * step + 0.5);
-            } while (++x < to);
-        }
-        left = right;
-        from = to;
-    }
-    const std::int32_t last = base + ((span.count - 1) << kSubNodeBits);
-    if (left >= 0 && left <= width - 1 && from < width && static_cast<double>(from) == left)
-        code[from] = last;
-    if (span.rightEnd && left > -3 && left < width) {
-        const int x = static_cast<int>(std::floor(left)) + 1;
-        const double covered = left + 1 - x + static_cast<double>(span.rightExtra);
-        drawBorder(trace, x, width, last, covered);
-        drawBorder(trace, x + 1, width, last, covered - 1);
-    }
-}
-
-// The surface's end that went out of the frame least far, where nothing is left in it.
-std::int32_t nearestNode(const LayeredRow& row, double shiftPixels, int width) {
-    std::int32_t nearest = row.spans[0].first << kSubNodeBits;
-    double least = std::numeric_limits<double>::infinity();
-    int column = 0;
-    for (int i = 0; i < row.spanCount; ++i) {
-        const LayeredSpan& span = row.spans[i];
-        for (const int end : {0, span.count - 1}) {
-            const int node = span.first + end;
-            const int x = static_cast<int>(span.x) + end;
-            const double place = x - shiftPixels * static_cast<double>(row.offset[node]);
-            const double out = place < 0 ? -place : place - (width - 1);
-            // where distances are too large to differ, the last to leave is on the frame's side
-            const bool later = place < 0 ? x > column : x < column;
-            if (out > least || (out == least && !later)) continue;
-            least = out;
-            column = x;
-            nearest = node << kSubNodeBits;
+    HWY_INLINE void run(bool bounded) {
+        const I none = hn::Zero(whole_);
+        const I one = hn::Set(whole_, 1);
+        const I two = hn::Set(whole_, 2);
+        const F zero = hn::Zero(d_);
+        const F lastColumn = hn::Set(d_, static_cast<float>(tables_.width - 1));
+        I boundWord = hn::Set(whole_, columnWord(kLargestOffset, true, false));
+        if (bounded) boundWord = wordAt(tables_.bounds, hn::ConvertTo(whole_, lanes_.x));
+        F column = hn::Floor(hn::Max(hn::Min(farthest(boundWord), lastColumn), zero));
+        auto open = hn::Eq(none, none); // all
+        for (;;) {
+            const I columnWhole = hn::ConvertTo(whole_, column);
+            // the words of the columns -2, -1 | 0, 1 from there
+            const I index = hn::Add(lanes_.base, hn::Sub(columnWhole, two));
+            const auto words = gatherBytes8(whole_, tables_.words, hn::ShiftLeft<1>(index));
+            const F starts[4] = {start(column, -2, lowOffset(d_, words.low)),
+                                 start(column, -1, highOffset(d_, words.low)),
+                                 start(column, 0, lowOffset(d_, words.high)),
+                                 start(column, 1, highOffset(d_, words.high))};
+            const I own[3] = {words.low, hn::ShiftRight<16>(words.low), words.high};
+            for (int k = 2; k >= 0; --k) {
+                const F begin = hn::Sub(starts[k], slack(own[k]));
+                const auto hit = hn::And(open, hn::RebindMask(whole_, hn::Le(begin, lanes_.x)));
+                const auto hitF = hn::RebindMask(d_, hit);
+                from = hn::IfThenElse(hitF, starts[k], from);
+                to = hn::IfThenElse(hitF, starts[k + 1], to);
+                found = hn::IfThenElse(hit, hn::Add(columnWhole, hn::Set(whole_, k - 2)), found);
+                word = hn::IfThenElse(hit, own[k], word);
+                open = hn::AndNot(hit, open);
+            }
+            if (hn::AllFalse(whole_, open)) return;
+            const F rest = hn::Sub(column, hn::Set(d_, 3.0F));
+            const I restWhole = hn::Max(hn::Sub(columnWhole, hn::Set(whole_, 3)), hn::Neg(one));
+            const F next = hn::Max(hn::Floor(farthest(wordAt(tables_.left, restWhole))),
+                                   hn::Sub(rest, hn::Set(d_, static_cast<float>(kWindow))));
+            column = hn::Max(hn::Min(next, rest), zero);
         }
     }
-    return nearest;
-}
 
-} // namespace
-
-void traceRow(const LayeredRow& row, double shiftPixels, int width, LayeredTrace& trace) {
-    trace.code.assign(static_cast<std::size_t>(width), kNothing);
-    trace.borders.clear();
-    for (int i = 0; i < row.spanCount; ++i)
-        traceSpan(row, row.spans[i], shiftPixels, width, trace);
-    int gaps = 0;
-    std::int32_t* code = trace.code.data();
-    for (int x = 0; x < width; ++x)
-        gaps += static_cast<int>(code[x] == kNothing);
-    if (gaps == 0) return;
-    // Beyond the reach nothing is prepared: the farther side of a gap is the one at its right.
-    for (int x = width - 2; x >= 0; --x)
-        if (code[x] == kNothing) code[x] = code[x + 1];
-    if (code[0] == kNothing) code[0] = nearestNode(row, shiftPixels, width);
-    for (int x = 1; x < width; ++x)
-        if (code[x] == kNothing) code[x] = code[x - 1];
-}
-
-void samplePixel(const LayeredRow& row, const LayeredTrace& trace, int x, std::uint8_t* bgr) {
-    sampleCode(row, trace, trace.code[static_cast<std::size_t>(x)], bgr, kMostBorders);
-}
-
-void sampleRow(const LayeredRow& row, const LayeredTrace& trace, int width, std::uint8_t* bgr) {
-    const std::int32_t* code = trace.code.data();
-    for (int x = 0; x + 1 < width; ++x, bgr += 3) { // four bytes at a time: the next px mends it
-        if (code[x] >= 0) {
-            const std::uint32_t packed = samplePlace(row, code[x]);
-            std::memcpy(bgr, &packed, 4);
-        } else {
-            sampleCode(row, trace, code[x], bgr, kMostBorders);
-        }
+  private:
+    HWY_INLINE I wordAt(const std::int16_t* table, I column) const {
+        return gatherBytes4(whole_, table, hn::ShiftLeft<1>(hn::Add(lanes_.base, column)));
     }
-    samplePixel(row, trace, width - 1, bgr);
+    // How far the border of a surface that begins here may reach.
+    HWY_INLINE F slack(I columnWords) const {
+        const I first = hn::Set(whole_, 2);
+        return hn::IfThenElseZero(hn::RebindMask(d_, hn::Eq(hn::And(columnWords, first), first)),
+                                  hn::Set(d_, static_cast<float>(kEndReach)));
+    }
+    // The column farthest right that offsets up to this word's bring to x.
+    HWY_INLINE F farthest(I boundWord) const {
+        return hn::Add(hn::Add(lanes_.x, hn::Mul(lanes_.unit, lowOffset(d_, boundWord))),
+                       slack(boundWord));
+    }
+    HWY_INLINE F start(F column, int steps, F offset) const {
+        return hn::Sub(hn::Add(column, hn::Set(d_, static_cast<float>(steps))),
+                       hn::Mul(lanes_.unit, offset));
+    }
+
+    D d_;
+    hn::RebindToSigned<D> whole_;
+    const LayeredTables& tables_;
+    const Lanes<F, I>& lanes_;
+
+  public:
+    F from;  // where the column that was found appears
+    F to;    // and the one after it
+    I found; // the column
+    I word;  // its word; only the flags count
+};
+
+std::size_t layeredPlacesOn(const LayeredTables& tables, const LayeredPixels& pixels,
+                            const float* HWY_RESTRICT shifts, bool bounded,
+                            const LayeredRoom& room) {
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    using F = hn::Vec<decltype(d)>;
+    using I = hn::Vec<decltype(whole)>;
+    const std::size_t lanesPerVector = hn::Lanes(d);
+    const std::size_t openCount = placesByGuess(tables, pixels, shifts, room.places, room.open);
+    for (std::size_t i = 0; i < lanesPerVector; ++i) {
+        room.open[openCount + i] = 0;      // any pixel
+        room.places[pixels.count + i] = 0; // any place
+    }
+    const I mark = hn::Set(whole, kSeeEnds);
+    std::size_t endCount = 0;
+    for (std::size_t i = 0; i < openCount; i += lanesPerVector) {
+        const I number = hn::LoadU(whole, room.open + i);
+        const auto lanes = lanesOf(d, tables, hn::GatherIndex(d, pixels.columns, number),
+                                   hn::GatherIndex(d, shifts, number));
+        Walk<decltype(d), F, I> walk(d, tables, lanes);
+        walk.run(bounded);
+        const I lastFlag = hn::Set(whole, 1);
+        const auto inside = hn::And(hn::Eq(hn::And(walk.word, lastFlag), hn::Zero(whole)),
+                                    hn::RebindMask(whole, hn::Le(walk.from, lanes.x)));
+        const I place = placeBetween(d, lanes, walk.found, walk.from, walk.to);
+        HWY_ALIGN std::int32_t results[HWY_LANES(std::int32_t)];
+        hn::Store(hn::IfThenElse(inside, place, mark), whole, results);
+        const std::size_t count = std::min(lanesPerVector, openCount - i);
+        for (std::size_t k = 0; k < count; ++k)
+            room.places[room.open[i + k]] = results[k];
+        const auto outside = hn::AndNot(inside, hn::FirstN(whole, count));
+        hn::StoreU(hn::Compress(walk.found, outside), whole, room.endColumns + endCount);
+        hn::StoreU(hn::Compress(number, outside), whole, room.ends + endCount);
+        endCount += hn::CountTrue(whole, outside);
+    }
+    return endCount;
+}
+
+// Bound by one scattered read of four bytes per sample, of which two count.
+void layeredSamplesOn(const std::uint8_t* HWY_RESTRICT plane,
+                      const std::int32_t* HWY_RESTRICT places, std::size_t count,
+                      std::uint8_t* HWY_RESTRICT values) {
+    const hn::ScalableTag<std::int32_t> d;
+    using I = hn::Vec<decltype(d)>;
+    const I byte = hn::Set(d, 255);
+    const I subColumns = hn::Set(d, (1 << kSubColumnBits) - 1);
+    const I round = hn::Set(d, 1 << (kSubColumnBits - 1));
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const I place = hn::Max(hn::LoadU(d, places + i), hn::Zero(d));
+        const I four = gatherBytes4(d, plane, hn::ShiftRight<kSubColumnBits>(place));
+        const I first = hn::And(four, byte);
+        const I second = hn::And(hn::ShiftRight<8>(four), byte);
+        const I part = hn::And(place, subColumns);
+        const I sum =
+            hn::Add(hn::ShiftLeft<kSubColumnBits>(first), hn::Mul(hn::Sub(second, first), part));
+        storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace altiro3D
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace altiro3D {
+
+HWY_EXPORT(layeredPlacesOn);
+HWY_EXPORT(layeredSamplesOn);
+
+std::size_t layeredPlaces(const LayeredTables& tables, const LayeredPixels& pixels,
+                          const float* shifts, bool bounded, const LayeredRoom& room) {
+    return HWY_DYNAMIC_DISPATCH(layeredPlacesOn)(tables, pixels, shifts, bounded, room);
+}
+
+void layeredSamples(const std::uint8_t* plane, const std::int32_t* places, std::size_t count,
+                    std::uint8_t* values) {
+    HWY_DYNAMIC_DISPATCH(layeredSamplesOn)(plane, places, count, values);
 }
 
 } // namespace altiro3D
+#endif

@@ -1,67 +1,106 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace altiro3D {
 
-// One row of the scene as method Layered sees it: surfaces made of nodes.
+// One row of the photo as method Layered searches it: what does a pixel of a view show?
 //
-//   photo row       0 1 2 3 | 4 5 6 7 | 8 9 ...        | = tear: a step of the depth
-//   depth           . . . . | ####### | . . .          (4..7 stand in front)
-//   surfaces        0 1 2 3 |   4 5 6 7 |   h h h h 8 9 ...
-//                                           ^^^^^^^ hidden nodes, behind 4..7
+// Content of column c appears in the view shifted by s at g(c) = c - s * offset(c). Cameras that
+// move to the right (s > 0) push near things to the left, over others; of all content that meets at
+// a pixel x the nearest is therefore the one that comes from farthest right: the largest column c
+// with g(c) <= x. If c and c + 1 belong to one surface, x lies between them, linearly. Otherwise x
+// lies at or behind the end of a surface (views_layered_ends.hpp).
 //
-// Nodes of a surface lie one px apart in the photo. A surface is followed leftwards behind what
-// hides it, because a camera that moves to the right (shift > 0) looks behind the right borders of
-// near things; for the other direction there are tables of the mirrored picture.
+// For s < 0 there are tables of the mirrored row. Both stand in one array, side by side.
 
-constexpr int kSubNodeBits = 8; ///< Places between two nodes are counted in 1/256.
-constexpr std::int32_t kNothing = INT32_MIN;
+constexpr int kOffsetBits = 14;                              ///< Offsets are whole numbers,
+constexpr int kLargestOffset = (1 << (kOffsetBits - 1)) - 1; ///< -8191..8191 of these.
+constexpr int kEndReach = 2;      ///< The border of a surface reaches less than this beyond it, px.
+constexpr int kWindow = 16;       ///< Columns that LayeredTables::left looks at.
+constexpr int kTablePadding = 8;  ///< Columns left and right of each table.
+constexpr int kSubColumnBits = 8; ///< Places between columns are counted in 1/256.
 
-/// A stretch of consecutive nodes of one surface, drawn from left to right.
-struct LayeredSpan {
-    std::int32_t first = 0; ///< Index of its first node.
-    std::int32_t count = 0; ///< Nodes, >= 1.
-    std::int32_t x = 0;     ///< Column of the first node in the photo (may lie outside of it).
-    bool leftEnd = false;   ///< The surface ends here: its border covers part of a pixel.
-    bool rightEnd = false;  ///< As leftEnd.
-    float leftExtra = 0;    ///< How far it reaches beyond its first node's pixel, px, 0..1.
-    float rightExtra = 0;   ///< As leftExtra, beyond its last node's pixel.
+// A place: 256 * column + 1/256 px, the column counted from the table of the shift's sign on, with
+// `stride`.
+constexpr std::int32_t kSeeEnds = INT32_MIN; ///< Place of a pixel at or behind a surface's end.
+
+/// An offset, and whether the column is the first or the last one of its surface.
+constexpr std::int16_t columnWord(int offset, bool first, bool last) {
+    return static_cast<std::int16_t>(offset * 4 + (first ? 2 : 0) + (last ? 1 : 0));
+}
+constexpr int wordOffset(std::int16_t word) {
+    return word >> 2;
+}
+constexpr bool wordIsFirst(std::int16_t word) {
+    return (word & 2) != 0;
+}
+constexpr bool wordIsLast(std::int16_t word) {
+    return (word & 1) != 0;
+}
+
+/// Tables of one row. Each holds the row, kTablePadding more on both sides, and then, `stride`
+/// further, the same of the mirrored row; pointers are to column 0.
+struct LayeredTables {
+    const std::int16_t* words = nullptr; ///< columnWord() of each column.
+    /// Bound of the search: the largest offset among the columns that can be seen at this one, as a
+    /// columnWord(); "first" is set if a surface begins among them.
+    const std::int16_t* bounds = nullptr;
+    /// As `bounds`, of the kWindow columns that end here.
+    const std::int16_t* left = nullptr;
+    const std::int16_t* surfaces = nullptr; ///< Index of the surface that began last.
+    /// Up to this shift nothing of another surface comes to this column, px.
+    const float* clear = nullptr;
+    int stride = 0;  ///< Columns from a table to its mirrored twin.
+    int width = 0;   ///< Columns of the photo.
+    float scale = 0; ///< Depth - focus of one unit of the offsets.
 };
 
-/// Tables of one row; the arrays belong to the renderer.
-struct LayeredRow {
-    const float* offset = nullptr;        ///< Per node: depth - focus.
-    const std::uint8_t* colour = nullptr; ///< Per node: B G R and one unused byte.
-    const LayeredSpan* spans = nullptr;   ///< In painter's order: what hides comes later.
-    int spanCount = 0;
+/// What is known of a column before any search: its columnWord() and the slope of the offsets
+/// around it, for layeredPlaces() to begin with.
+/// @param word columnWord() of the column @param rise offset two columns on minus offset two before
+constexpr std::int32_t columnGuess(std::int16_t word, int rise) {
+    const int bounded = rise < -32768 ? -32768 : rise > 32767 ? 32767 : rise;
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(word) << 16 |
+                                     static_cast<std::uint16_t>(bounded));
+}
+
+/// Pixels that are asked for. Arrays of `count` and padding (kRowPadding).
+struct LayeredPixels {
+    const float* columns = nullptr; ///< Column in the row; W - 1 - column in the mirrored row.
+    const std::int32_t* guesses = nullptr;      ///< columnGuess() of it, in the row.
+    const float* clear[2] = {nullptr, nullptr}; ///< LayeredTables::clear of it in both rows.
+    std::size_t count = 0;
 };
 
-/// A pixel at the border of a surface: `top` covers `coverage` / 256 of it, `under` the rest. Both
-/// are codes as in LayeredTrace::code.
-struct LayeredBorder {
-    std::int32_t top = 0;
-    std::int32_t under = 0;
-    std::int32_t coverage = 0;
+/// Room for layeredPlaces(): `count` and padding each.
+struct LayeredRoom {
+    std::int32_t* places = nullptr; ///< Result: for layeredSamples(), or kSeeEnds.
+    std::int32_t* ends = nullptr;   ///< Result: numbers of the pixels that got kSeeEnds.
+    /// Result: for each of `ends` the column (in its direction) from which on, to the left, the
+    /// search must go on.
+    std::int32_t* endColumns = nullptr;
+    std::int32_t* open = nullptr; ///< For its own use.
 };
 
-/// What each pixel of a row of a view shows. Reused from row to row, so that nothing is allocated.
-struct LayeredTrace {
-    std::vector<std::int32_t> code; ///< Per column: >= 0: place between nodes, in 1/256;
-                                    ///< < 0: border number -1 - code.
-    std::vector<LayeredBorder> borders;
-};
+/// Finds what pixels show.
+///
+/// @param tables the row
+/// @param pixels columns, with what the tables say about them
+/// @param shifts shift of the view that each pixel belongs to, px
+/// @param bounded whether no |shift| is larger than the one that the bounds were made for
+/// @param room results
+/// @return how many pixels got kSeeEnds
+std::size_t layeredPlaces(const LayeredTables& tables, const LayeredPixels& pixels,
+                          const float* shifts, bool bounded, const LayeredRoom& room);
 
-// Reads the offsets of all nodes of a row, writes a code for each of `width` columns: what the view
-// shifted by shiftPixels >= 0 shows there. Bound by one division per node.
-void traceRow(const LayeredRow& row, double shiftPixels, int width, LayeredTrace& trace);
-
-// Reads four neighbouring nodes (eight at a border), writes B G R of one pixel of a traced row.
-// Bound by the twelve multiplications of the cubic.
-void samplePixel(const LayeredRow& row, const LayeredTrace& trace, int x, std::uint8_t* bgr);
-
-// samplePixel() for all columns.
-void sampleRow(const LayeredRow& row, const LayeredTrace& trace, int width, std::uint8_t* bgr);
+/// Reads one channel between columns, linearly.
+///
+/// @param plane the channel: row and mirrored row, laid out as the tables
+/// @param places from layeredPlaces(), `count` and padding; kSeeEnds gives any value
+/// @param values result
+void layeredSamples(const std::uint8_t* plane, const std::int32_t* places, std::size_t count,
+                    std::uint8_t* values);
 
 } // namespace altiro3D

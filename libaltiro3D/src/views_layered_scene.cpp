@@ -11,16 +11,9 @@ namespace {
 
 constexpr int kLongestRun = 4096;    // px of hidden background at one tear
 constexpr int kMostHiddenWidths = 4; // hidden px in a row, in widths
-constexpr int kSpareNodes = 3;       // for mixed px, and for what shows under soft borders
+constexpr int kSpareColumns = 3;     // for mixed px, and for what shows under soft borders
 
-// Depth as offset from the focus, clamped, NaN as 0.
-float offsetOf(float depth, double focus) {
-    const float d = depth > 0 ? (depth < 1 ? depth : 1.0F) : 0.0F;
-    if (d == static_cast<float>(focus)) return 0; // also where the focus is not a float
-    return static_cast<float>(static_cast<double>(d) - focus);
-}
-
-// Nodes outside of the frame that views within the reach can show.
+// Columns outside of the frame that views within the reach can show.
 int outsideCount(double pixels) {
     return static_cast<int>(std::ceil(std::clamp(pixels, 0.0, 1.0 * kLongestRun))) + 1;
 }
@@ -36,82 +29,15 @@ int hiddenCount(const std::vector<float>& offsets, int first, double reach, doub
         const double front = static_cast<double>(offsets[static_cast<std::size_t>(x)]);
         if (front <= own + tear) break;
         nearest = std::max(nearest, front);
-        if (count > reach * (nearest - own) + kSpareNodes) break;
+        if (count > reach * (nearest - own) + kSpareColumns) break;
         ++count;
     }
     return count;
 }
 
-struct Run {
-    int start = 0; // first hidden column
-    std::size_t surface = 0;
-    float offset = 0;
-};
-
-// Painter's order for a camera that moves to the right: of two things that meet in a view the one
-// that was farther right is nearer. Hidden nodes come before the front nodes of their columns.
-void orderSpans(LayeredRowData& row) {
-    std::vector<std::vector<Run>> clusters; // hidden runs that share columns
-    int clusterEnd = 0;
-    for (std::size_t i = row.surfaces.size(); i-- > 0;) { // from right to left
-        const LayeredSurface& surface = row.surfaces[i];
-        if (surface.hidden == 0) continue;
-        const Run run{surface.first - surface.hidden, i,
-                      row.offset[static_cast<std::size_t>(surface.node)]};
-        if (clusters.empty() || surface.first <= clusterEnd) {
-            clusters.emplace_back();
-            clusterEnd = run.start;
-        }
-        clusterEnd = std::min(clusterEnd, run.start);
-        clusters.back().push_back(run);
-    }
-    std::size_t next = 0; // front surface that is drawn next, from column `from` of it on
-    int from = INT32_MIN;
-    const auto drawFront = [&](int until) { // columns < until
-        while (next < row.surfaces.size()) {
-            const LayeredSurface& surface = row.surfaces[next];
-            const int end = surface.last + surface.beyond; // its last column
-            if (std::max(surface.first, from) >= until) return;
-            LayeredSpan span;
-            span.x = std::max(surface.first, from);
-            span.first = surface.node + span.x - surface.first;
-            const bool whole = end < until;
-            span.count = (whole ? end : until) - span.x + 1;
-            span.leftEnd = span.x == surface.first && surface.hidden == 0;
-            span.rightEnd = whole;
-            span.leftExtra = span.leftEnd ? surface.leftExtra : 0.0F;
-            span.rightExtra = whole ? surface.rightExtra : 0.0F;
-            row.spans.push_back(span);
-            if (!whole) {
-                from = until;
-                return;
-            }
-            from = INT32_MIN;
-            ++next;
-        }
-    };
-    for (auto cluster = clusters.rbegin(); cluster != clusters.rend(); ++cluster) {
-        int start = cluster->front().start;
-        for (const Run& run : *cluster)
-            start = std::min(start, run.start);
-        drawFront(start);
-        std::stable_sort(cluster->begin(), cluster->end(),
-                         [](const Run& a, const Run& b) { return a.offset < b.offset; });
-        for (const Run& run : *cluster) {
-            const LayeredSurface& surface = row.surfaces[run.surface];
-            LayeredSpan span;
-            span.x = run.start;
-            span.first = surface.node - surface.hidden;
-            span.count = surface.hidden + 1;
-            span.leftEnd = true;
-            row.spans.push_back(span);
-        }
-    }
-    drawFront(INT32_MAX);
-}
-
+// Cuts a row and prepares what will be painted: strips in the colour of what they go on from.
 void addSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
-                 const LayeredSettings& options, LayeredRowData& row) {
+                 const LayeredSettings& options, LayeredRow& row) {
     const double tear = options.tearPixels / options.reachPixels;
     const auto offsetAt = [&](int x) {
         return static_cast<double>(offsets[static_cast<std::size_t>(x)]);
@@ -129,7 +55,7 @@ void addSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
         for (LayeredSurface& surface : row.surfaces)
             surface.hidden = std::min(surface.hidden, static_cast<int>(longest));
     }
-    int nodes = 0;
+    int painted = 0;
     for (std::size_t i = 0; i < row.surfaces.size(); ++i) {
         LayeredSurface& surface = row.surfaces[i];
         if (i + 1 == row.surfaces.size()) {
@@ -137,55 +63,221 @@ void addSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
         } else if (offsetAt(row.surfaces[i + 1].first) > offsetAt(surface.last)) {
             surface.beyond = row.surfaces[i + 1].first - surface.last; // the mixed px, and one more
         }
-        surface.node = nodes + 1 + surface.hidden;
-        nodes = surface.end() + 3;
+        surface.strip = painted;
+        painted += surface.hidden + surface.beyond;
     }
-    row.offset.resize(static_cast<std::size_t>(nodes));
-    row.colour.resize(4 * static_cast<std::size_t>(nodes));
+    row.strips.resize(4 * static_cast<std::size_t>(painted));
     for (const LayeredSurface& surface : row.surfaces) {
-        for (int node = surface.begin() - 1; node <= surface.end() + 2; ++node) {
-            const int x =
-                std::clamp(surface.first + node - surface.node, surface.first, surface.last);
-            row.offset[static_cast<std::size_t>(node)] = offsets[static_cast<std::size_t>(x)];
-            std::memcpy(&row.colour[4 * static_cast<std::size_t>(node)],
-                        bgr + 3 * static_cast<std::ptrdiff_t>(x), 3);
+        std::uint8_t* strip = row.strips.data() + 4 * static_cast<std::ptrdiff_t>(surface.strip);
+        for (int k = 0; k < surface.hidden + surface.beyond; ++k)
+            std::memcpy(strip + 4 * static_cast<std::ptrdiff_t>(k),
+                        bgr + 3 * static_cast<std::ptrdiff_t>(k < surface.hidden ? surface.first
+                                                                                 : surface.last),
+                        3);
+    }
+}
+
+// Largest values of windows of `size` numbers that begin at each, in place; what lies behind the
+// end does not count. Runs of twice the length from pairs of runs: log2(size) passes.
+void slideMaximum(std::vector<std::int16_t>& values, int size) {
+    const auto count = static_cast<int>(values.size());
+    const auto combine = [&](int step) {
+        for (int i = 0; i + step < count; ++i)
+            values[static_cast<std::size_t>(i)] = std::max(
+                values[static_cast<std::size_t>(i)], values[static_cast<std::size_t>(i + step)]);
+    };
+    int length = 1;
+    for (; 2 * length <= size; length *= 2)
+        combine(length);
+    if (length < size) combine(std::min(size, count) - length);
+}
+
+// Writes the tables of one row in one direction.
+class TableWriter {
+  public:
+    // @param reach how many columns content can move, >= 0
+    TableWriter(int width, int reach, const LayeredSettings& options)
+        : width_(width), reach_(std::min(reach, width)),
+          reachPixels_(static_cast<float>(options.reachPixels)), inOrder_(options.tearPixels <= 1),
+          right_(static_cast<std::size_t>(width)), left_(right_),
+          beginning_(static_cast<std::size_t>(width) + 1) {}
+
+    void write(const std::vector<float>& offsets, double scale, const LayeredRow& row,
+               std::int16_t* words, std::int16_t* bounds, std::int16_t* left,
+               std::int16_t* surfaceOf, float* clear) {
+        for (int x = 0; x < width_; ++x) {
+            const double offset = static_cast<double>(offsets[static_cast<std::size_t>(x)]);
+            const auto whole = static_cast<int>(std::lround(offset / scale));
+            words[x] = columnWord(std::clamp(whole, -kLargestOffset, kLargestOffset), false, false);
+        }
+        for (std::size_t k = 0; k < row.surfaces.size(); ++k) {
+            const LayeredSurface& surface = row.surfaces[k];
+            words[surface.first] = static_cast<std::int16_t>(words[surface.first] | 2);
+            const int end = k + 1 < row.surfaces.size() ? row.surfaces[k + 1].first : width_;
+            for (int x = surface.last; x < end; ++x) // mixed px as well: they are of no surface
+                words[x] = static_cast<std::int16_t>(words[x] | 1);
+        }
+        countBeginnings(words);
+        for (int x = 0; x < width_; ++x)
+            surfaceOf[x] =
+                static_cast<std::int16_t>(beginning_[static_cast<std::size_t>(x) + 1] - 1);
+        for (int x = 0; x < width_; ++x) {
+            right_[static_cast<std::size_t>(x)] = static_cast<std::int16_t>(wordOffset(words[x]));
+            left_[static_cast<std::size_t>(width_ - 1 - x)] = right_[static_cast<std::size_t>(x)];
+        }
+        std::vector<std::int16_t>& window = window_;
+        window = left_;
+        slideMaximum(window, kWindow); // backwards: of the columns that end at each
+        for (int x = 0; x < width_; ++x)
+            left[x] = columnWord(window[static_cast<std::size_t>(width_ - 1 - x)],
+                                 anyBeginning(x - kWindow + 1, x), false);
+        left[-1] = columnWord(0, false, false);
+        slideMaximum(right_, reach_ + 1);
+        slideMaximum(left_, reach_ + 1);
+        for (int x = 0; x < width_; ++x) {
+            const int ahead = right_[static_cast<std::size_t>(x)];
+            const int behind = left_[static_cast<std::size_t>(width_ - 1 - x)];
+            // what lies to the left is reached anyway, unless everything moves to the right
+            const int bound = std::max(ahead, std::min(behind, 0));
+            bounds[x] =
+                columnWord(bound, anyBeginning(ahead < 0 ? x - reach_ : x, x + reach_), false);
+        }
+        writeClear(words, static_cast<float>(scale), row, clear);
+    }
+
+  private:
+    // The shift at which something of another surface first comes to a column: a border from the
+    // right, or the own surface's begin that goes away to the right.
+    void writeClear(const std::int16_t* words, float scale, const LayeredRow& row,
+                    float* clear) const {
+        // Within a surface that is torn only further apart nothing is in order.
+        const bool known =
+            inOrder_ && static_cast<int>(row.surfaces.size()) * kFewColumns <= width_ + kFewColumns;
+        std::fill_n(clear, width_, known ? reachPixels_ : -1.0F);
+        if (!known) return;
+        for (const LayeredSurface& surface : row.surfaces) {
+            const float offset = scale * static_cast<float>(wordOffset(words[surface.first]));
+            for (int x = surface.first - 1; x >= 0 && x + reach_ >= surface.first; --x) {
+                // a little less, for what rounding adds
+                const float way = static_cast<float>(surface.first - x - kEndReach) - 0.01F;
+                if (way > 0 && way > offset * reachPixels_) break;
+                clear[x] = way > 0 ? std::min(clear[x], way / offset) : -1.0F;
+            }
+            if (offset >= 0) continue;
+            for (int x = surface.first; x <= surface.last; ++x) {
+                const float shift = static_cast<float>(surface.first - x) / offset;
+                if (shift >= reachPixels_) break;
+                clear[x] = std::min(clear[x], shift);
+            }
         }
     }
+
+    void countBeginnings(const std::int16_t* words) {
+        beginning_[0] = 0;
+        for (int x = 0; x < width_; ++x)
+            beginning_[static_cast<std::size_t>(x) + 1] =
+                beginning_[static_cast<std::size_t>(x)] + (wordIsFirst(words[x]) ? 1 : 0);
+    }
+
+    bool anyBeginning(int from, int to) const { // from..to
+        const auto at = [&](int x) {
+            return beginning_[static_cast<std::size_t>(std::clamp(x, 0, width_))];
+        };
+        return at(to + 1) > at(from);
+    }
+
+    static constexpr int kFewColumns = 8; // per surface: depth of noise
+
+    int width_;
+    int reach_;
+    float reachPixels_;
+    bool inOrder_; // what one surface shows lies in order in every view
+    std::vector<std::int16_t> right_;
+    std::vector<std::int16_t> left_; // mirrored
+    std::vector<std::int16_t> window_;
+    std::vector<int> beginning_; // surfaces that begin before each column
+};
+
+bool isStill(const cv::Mat& depth, int row, double focus) {
+    const auto* values = depth.ptr<float>(row);
+    return std::all_of(values, values + depth.cols,
+                       [&](float value) { return offsetFromFocus(value, focus) == 0; });
 }
 
 } // namespace
 
-std::vector<LayeredRowData> layeredScene(const cv::Mat& photo, const cv::Mat& depth, double focus,
-                                         const LayeredSettings& options) {
-    std::vector<LayeredRowData> rows(static_cast<std::size_t>(photo.rows));
-    const auto still = [&](int y) {
-        const auto* row = depth.ptr<float>(y);
-        return std::all_of(row, row + depth.cols,
-                           [&](float value) { return offsetOf(value, focus) == 0; });
-    };
-    int stillRows = 0; // at the top
-    while (stillRows < photo.rows && still(stillRows))
-        ++stillRows;
-    if (stillRows == photo.rows) {
-        for (LayeredRowData& row : rows)
-            row.still = true; // its tables stay empty
-        return rows;
+LayeredTables LayeredScene::tables(int row) const {
+    LayeredTables result;
+    result.words = words.ptr<std::int16_t>(row) + kTablePadding;
+    result.bounds = bounds.ptr<std::int16_t>(row) + kTablePadding;
+    result.left = left.ptr<std::int16_t>(row) + kTablePadding;
+    result.surfaces = surfaceOf.ptr<std::int16_t>(row) + kTablePadding;
+    result.clear = clear.ptr<float>(row) + kTablePadding;
+    result.stride = stride();
+    result.width = width;
+    result.scale = scale;
+    return result;
+}
+
+LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double focus,
+                          const LayeredSettings& options) {
+    const auto rowCount = static_cast<std::size_t>(photo.rows);
+    LayeredScene scene;
+    scene.width = photo.cols;
+    scene.still.resize(rowCount);
+    for (int y = 0; y < photo.rows; ++y)
+        scene.still[static_cast<std::size_t>(y)] = isStill(depth, y, focus) ? 1 : 0;
+    scene.flat = std::all_of(scene.still.begin(), scene.still.end(),
+                             [](std::uint8_t still) { return still != 0; });
+    if (scene.flat) return scene;
+    const double largest = std::max(focus, 1 - focus);
+    const double scale = largest / kLargestOffset;
+    const int reach = static_cast<int>(
+        std::min(std::ceil(options.reachPixels * largest) + kEndReach, 1.0 * photo.cols));
+    scene.scale = static_cast<float>(scale);
+    scene.reachPixels = static_cast<float>(options.reachPixels);
+    scene.clear.create(photo.rows, 2 * scene.stride(), CV_32FC1);
+    const std::int16_t outside = columnWord(0, false, true);
+    for (cv::Mat* table : {&scene.words, &scene.bounds, &scene.left, &scene.surfaceOf}) {
+        table->create(photo.rows, 2 * scene.stride(), CV_16SC1);
+        table->setTo(cv::Scalar::all(table == &scene.words ? outside : 0));
     }
-    cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
-        std::vector<float> offsets;
-        for (int y = range.start; y < range.end; ++y) {
-            LayeredRowData& row = rows[static_cast<std::size_t>(y)];
-            const auto* depthRow = depth.ptr<float>(y);
-            offsets.resize(static_cast<std::size_t>(photo.cols));
-            std::transform(depthRow, depthRow + photo.cols, offsets.begin(),
-                           [&](float value) { return offsetOf(value, focus); });
-            row.still = std::all_of(offsets.begin(), offsets.end(), [](float d) { return d == 0; });
-            addSurfaces(photo.ptr<std::uint8_t>(y), offsets, options, row);
-            orderSpans(row);
+    for (int direction = 0; direction < 2; ++direction) {
+        scene.rows[direction].resize(rowCount);
+        cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
+            std::vector<float> offsets(static_cast<std::size_t>(photo.cols));
+            cv::Mat mirrored;
+            TableWriter writer(photo.cols, reach, options);
+            const int begin = kTablePadding + direction * scene.stride();
+            for (int y = range.start; y < range.end; ++y) {
+                const auto* depthRow = depth.ptr<float>(y);
+                const std::uint8_t* bgr = photo.ptr<std::uint8_t>(y);
+                std::transform(depthRow, depthRow + photo.cols, offsets.begin(),
+                               [&](float value) { return offsetFromFocus(value, focus); });
+                if (direction == 1) {
+                    std::reverse(offsets.begin(), offsets.end());
+                    cv::flip(photo.row(y), mirrored, 1);
+                    bgr = mirrored.ptr<std::uint8_t>();
+                }
+                LayeredRow& row = scene.rows[direction][static_cast<std::size_t>(y)];
+                addSurfaces(bgr, offsets, options, row);
+                writer.write(offsets, scale, row, scene.words.ptr<std::int16_t>(y) + begin,
+                             scene.bounds.ptr<std::int16_t>(y) + begin,
+                             scene.left.ptr<std::int16_t>(y) + begin,
+                             scene.surfaceOf.ptr<std::int16_t>(y) + begin,
+                             scene.clear.ptr<float>(y) + begin);
+            }
+        });
+    }
+    if (options.fill != LayeredFill::BackgroundLayer) return scene;
+    cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& directions) {
+        for (int direction = directions.start; direction < directions.end; ++direction) {
+            cv::Mat mirrored;
+            if (direction == 1) cv::flip(photo, mirrored, 1);
+            paintBackground(direction == 1 ? mirrored : photo, options, direction, scene);
         }
     });
-    if (options.fill == LayeredFill::BackgroundLayer) paintBackground(photo, options, rows);
-    return rows;
+    return scene;
 }
 
 } // namespace altiro3D

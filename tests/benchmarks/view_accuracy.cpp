@@ -135,7 +135,7 @@ std::vector<Pair> middlebury(const fs::path& folder) {
 }
 
 // Camera c8 is the centre; shift in x from there to c(8+k) is k 0.195 (v - 127.8) px, v the value
-// in depth_center.png (see the README there).
+// in depth_center.png (see the README there): what is near has the small values.
 std::vector<Pair> cards(const fs::path& folder) {
     std::vector<Pair> pairs;
     const cv::Mat centre = cv::imread((folder / "r08_c08.jpg").string());
@@ -152,9 +152,9 @@ std::vector<Pair> cards(const fs::path& folder) {
         pair.photo = centre;
         pair.truth = cv::imread((folder / name).string());
         if (pair.truth.size() != centre.size()) continue;
-        raw.convertTo(pair.depth, CV_32F, 1 / 255.0);
-        pair.focus = 127.8 / 255;
-        pair.shift = -(column - 8) * 0.195 * 255;
+        raw.convertTo(pair.depth, CV_32F, -1 / 255.0, 1);
+        pair.focus = 1 - 127.8 / 255;
+        pair.shift = (column - 8) * 0.195 * 255;
         pair.band = static_cast<int>(std::ceil(std::abs(pair.shift) * 0.51)) + 2;
         pairs.push_back(pair);
     }

@@ -29,6 +29,7 @@
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/native_lut.hpp"
+#include "altiro3D/native_renderer.hpp"
 #include "altiro3D/network2quilt.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/picture_quality.hpp"

@@ -1,0 +1,64 @@
+#pragma once
+
+#include "altiro3D/calibration.hpp"
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/export.hpp"
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+
+namespace altiro3D {
+
+/// Where the camera of a sub-pixel stands.
+enum class ViewPositions {
+    Discrete,  ///< At one of N views, as in a quilt.
+    Continuous ///< Where its place under the lens says; N = number of views of the display.
+};
+
+/// Turns photos with depth into Natives at once: each sub-pixel of the panel is read from the photo
+/// as its own view shows it. No quilt, no view and no look-up table is made, and nothing is
+/// computed that the panel does not show.
+///
+/// With discrete views and a photo of the tile's size the Native is the one that Depth2Quilt and
+/// Quilt2Native give, bit for bit. With a photo of the panel's size no detail is lost in tiles.
+///
+/// Methods Fast and Layered; Real makes whole views only.
+///
+/// Immutable; render() may run on any number of threads at once and gives the same bytes for any
+/// number of threads and on any processor.
+class ALTIRO3D_EXPORT NativeRenderer {
+  public:
+    /// @param calibration the display
+    /// @param viewCount N, number of views of the display, 1..65536
+    /// @param options what views look like
+    /// @param positions discrete or continuous
+    /// @param invert whether the order of views is reversed
+    /// @throws Error BadFormat (calibration), InvalidArgument (options, method Real, viewCount)
+    NativeRenderer(const Calibration& calibration, int viewCount, const ViewOptions& options = {},
+                   ViewPositions positions = ViewPositions::Discrete,
+                   InvertViews invert = InvertViews::Auto);
+
+    /// Size of the Native in px.
+    cv::Size panelSize() const;
+    /// Number of views.
+    int viewCount() const;
+    /// The options in use.
+    const ViewOptions& options() const;
+
+    /// Renders one Native. Sub-pixels read the photo's px under the centre of their panel px.
+    ///
+    /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; it fills the panel
+    /// whatever
+    ///        its size
+    /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; NaN counts as 0
+    /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits, must not be the
+    ///        photo
+    /// @throws Error InvalidArgument (type, size), Mismatch (photo and depth differ in size)
+    void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& native) const;
+
+  private:
+    struct Impl;
+    std::shared_ptr<const Impl> impl_;
+};
+
+} // namespace altiro3D

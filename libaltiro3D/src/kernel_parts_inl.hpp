@@ -1,0 +1,89 @@
+// Small parts of kernels; included once per instruction set, after hwy/highway.h.
+
+#if defined(ALTIRO3D_KERNEL_PARTS_INL_HPP) == defined(HWY_TARGET_TOGGLE) // NOLINT
+#ifdef ALTIRO3D_KERNEL_PARTS_INL_HPP
+#undef ALTIRO3D_KERNEL_PARTS_INL_HPP
+#else
+#define ALTIRO3D_KERNEL_PARTS_INL_HPP
+#endif
+
+#include <cstdint>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace altiro3D {
+namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// The four bytes at base + offset, for each lane of `offsets` (in bytes, any alignment).
+//
+// A gather of AVX-512 keeps the old content of its register alive: each round of a loop would wait
+// for the one before it. Gathering over zeros does not; the mask must look as if it could be false
+// anywhere, else compilers take the zeros away.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V gatherBytes4(D d, const void* base, V offsets) {
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+    const auto all = hn::Ne(offsets, hn::Set(d, INT32_MIN));
+    return V{_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), all.raw, offsets.raw, base, 1)};
+#else
+    return hn::GatherOffset(d, static_cast<const std::int32_t*>(base), offsets);
+#endif
+}
+
+// The first four and the last four of the eight bytes at base + offset, for each lane of `offsets`.
+template <class V>
+struct EightBytes {
+    V low;
+    V high;
+};
+
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE EightBytes<V> gatherBytes8(D d, const void* base, V offsets) {
+#if HWY_TARGET == HWY_SCALAR
+    const auto* bytes = static_cast<const std::uint8_t*>(base);
+    return {gatherBytes4(d, bytes, offsets), gatherBytes4(d, bytes + 4, offsets)};
+#else
+    const hn::Half<D> half;
+    const hn::RepartitionToWide<D> wide;
+    const auto lowerOffsets = hn::LowerHalf(half, offsets);
+    const auto upperOffsets = hn::UpperHalf(half, offsets);
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+    const auto all = hn::Ne(offsets, hn::Set(d, INT32_MIN)).raw; // see above
+    const hn::Vec<decltype(wide)> lower{_mm512_mask_i32gather_epi64(
+        _mm512_setzero_si512(), static_cast<__mmask8>(all), lowerOffsets.raw, base, 1)};
+    const hn::Vec<decltype(wide)> upper{_mm512_mask_i32gather_epi64(
+        _mm512_setzero_si512(), static_cast<__mmask8>(all >> 8), upperOffsets.raw, base, 1)};
+#else
+    const auto* words = static_cast<const std::int64_t*>(base);
+    const auto lower = hn::GatherOffset(wide, words, hn::PromoteTo(wide, lowerOffsets));
+    const auto upper = hn::GatherOffset(wide, words, hn::PromoteTo(wide, upperOffsets));
+#endif
+    return {hn::ConcatEven(d, hn::BitCast(d, upper), hn::BitCast(d, lower)),
+            hn::ConcatOdd(d, hn::BitCast(d, upper), hn::BitCast(d, lower))};
+#endif
+}
+
+// The nearest whole number of 0..2^22 (halves to even). Without the care for larger ones that
+// hn::NearestInt takes.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE hn::Vec<hn::RebindToSigned<D>> smallNearestInt(D d, V value) {
+    const hn::RebindToSigned<D> whole;
+    const V magic = hn::Set(d, 0x1.8p23F); // floats beyond have no fraction
+    return hn::Sub(hn::BitCast(whole, hn::Add(value, magic)), hn::BitCast(whole, magic));
+}
+
+// Stores the lowest byte of each lane.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void storeBytes(D d, V values, std::uint8_t* to) {
+    const hn::RebindToUnsigned<D> bits;
+    const hn::Rebind<std::uint8_t, D> narrow;
+    static_cast<void>(d);
+    hn::StoreU(hn::TruncateTo(narrow, hn::BitCast(bits, values)), narrow, to);
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace altiro3D
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,57 @@
+#include "view_renderer.hpp"
+
+#include "altiro3D/error.hpp"
+#include "checks.hpp"
+#include "text.hpp"
+#include "views_layered.hpp"
+#include "views_real.hpp"
+
+namespace altiro3D {
+
+namespace {
+
+constexpr int kMaxViewSide = 32766; // cv::remap's limit
+
+void checkInputs(const cv::Mat& photo, const cv::Mat& depth) {
+    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
+    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1 of 0..1");
+    if (photo.size() != depth.size()) {
+        throw Error(ErrorCode::Mismatch, "depth",
+                    "has " + sizeText(depth.size()) + " px, expected the photo's " +
+                        sizeText(photo.size()) + " px");
+    }
+    if (photo.cols > kMaxViewSide || photo.rows > kMaxViewSide) {
+        throw Error(ErrorCode::TooLarge, "photo",
+                    "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
+    }
+}
+
+} // namespace
+
+float halfParallaxOf(const ViewOptions& options, int width) {
+    return static_cast<float>(options.strengthPercent / 100 * width / 2);
+}
+
+double shiftOf(const ViewOptions& options, int width, double position) {
+    constexpr double kLargest = 1e30; // a float holds it, and its product with any S/2
+    const auto bounded = static_cast<float>(std::clamp(position, -kLargest, kLargest));
+    return static_cast<double>(bounded * halfParallaxOf(options, width));
+}
+
+std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
+                                           const ViewOptions& options, double reach) {
+    checkInputs(photo, depth);
+    switch (options.method) {
+    case ViewMethod::Fast:
+        return makeFastRenderer(photo, depth, options);
+    case ViewMethod::Real:
+        return makeRealRenderer(photo, depth, options.focus, options.real);
+    case ViewMethod::Layered:
+        break;
+    }
+    LayeredSettings settings{options.layered};
+    settings.reachPixels = shiftOf(options, photo.cols, reach);
+    return makeLayeredRenderer(photo, depth, options.focus, settings);
+}
+
+} // namespace altiro3D

@@ -1,0 +1,290 @@
+#include "altiro3D/native_renderer.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/quilt2native.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/random_pictures.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D::test {
+namespace {
+
+Calibration stripes(int width, int height) {
+    Calibration c;
+    c.pitch = 52.58;
+    c.slope = -7.17;
+    c.center = 0.37;
+    c.DPI = 324;
+    c.screenW = width;
+    c.screenH = height;
+    return c;
+}
+
+// A display of each kind that the mapping tells apart.
+std::vector<Calibration> displays() {
+    std::vector<Calibration> all;
+    all.push_back(stripes(150, 97));
+    Calibration flipped = stripes(131, 88);
+    flipped.flipImageX = 1;
+    flipped.flipImageY = 1;
+    flipped.flipSubp = 1;
+    all.push_back(flipped);
+    Calibration notInverted = stripes(64, 200);
+    notInverted.invView = 0;
+    notInverted.slope = 5.2;
+    all.push_back(notInverted);
+    Calibration cells = stripes(140, 90);
+    cells.CellPatternMode = 3;
+    for (int i = 0; i < 4; ++i) {
+        SubpixelCell cell;
+        for (std::size_t k = 0; k < 3; ++k) {
+            cell.x[k] = (static_cast<double>(k) - 1) / 3 + 0.02 * i;
+            cell.y[k] = 0.1 * i;
+        }
+        cells.subpixelCells.push_back(cell);
+    }
+    all.push_back(cells);
+    Calibration borders = stripes(96, 64); // cell borders are hit exactly
+    borders.pitch = 81;
+    borders.DPI = 324;
+    borders.slope = -4;
+    borders.center = 0;
+    all.push_back(borders);
+    return all;
+}
+
+cv::Mat stepsAndSlopes(cv::Size size) {
+    cv::Mat depth(size, CV_32FC1);
+    for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x)
+            depth.at<float>(y, x) =
+                0.2F + 0.4F * static_cast<float>(x + 2 * y) / static_cast<float>(3 * size.width);
+    cv::circle(depth, {size.width / 3, size.height / 2}, size.height / 4, cv::Scalar(0.95), -1);
+    cv::rectangle(depth, cv::Rect(size.width / 2, 3, size.width / 5, size.height / 2),
+                  cv::Scalar(0.02), -1);
+    return depth;
+}
+
+ViewOptions optionsOf(ViewMethod method, double strength, double focus, int refinement = 0) {
+    ViewOptions options;
+    options.method = method;
+    options.strengthPercent = strength;
+    options.focus = focus;
+    options.refinement = refinement;
+    return options;
+}
+
+// Fast, Fast refined, Layered; no strength, usual, large.
+std::vector<ViewOptions> allOptions() {
+    return {optionsOf(ViewMethod::Fast, 10, 0.5),     optionsOf(ViewMethod::Fast, 60, 0.2, 3),
+            optionsOf(ViewMethod::Layered, 10, 0.5),  optionsOf(ViewMethod::Layered, 35, 0.3),
+            optionsOf(ViewMethod::Layered, 300, 0.0), optionsOf(ViewMethod::Fast, 0, 0.5),
+            optionsOf(ViewMethod::Layered, 0, 0.5)};
+}
+
+cv::Mat overTheQuilt(const Calibration& calibration, const QuiltLayout& layout,
+                     const ViewOptions& options, const cv::Mat& photo, const cv::Mat& depth) {
+    cv::Mat quilt;
+    cv::Mat native;
+    Depth2Quilt(layout, options).render(photo, depth, quilt);
+    Quilt2Native(NativeLut(calibration, layout)).render(quilt, native);
+    return native;
+}
+
+TEST(NativeRenderer, GivesTheNativeOfTheQuiltBitForBit) {
+    for (const Calibration& calibration : displays()) {
+        for (const cv::Size tile : {cv::Size(61, 37), cv::Size(40, 52)}) {
+            for (const int views : {1, 2, 8, 45, 300}) {
+                const QuiltLayout layout{20, (views + 19) / 20, tile, views};
+                const cv::Mat photo = randomPhoto(tile);
+                const cv::Mat depth = stepsAndSlopes(tile);
+                for (const ViewOptions& options : allOptions()) {
+                    cv::Mat native;
+                    NativeRenderer(calibration, views, options).render(photo, depth, native);
+                    EXPECT_TRUE(samePicture(
+                        native, overTheQuilt(calibration, layout, options, photo, depth)))
+                        << calibration.screenW << " " << tile << " " << views << " "
+                        << options.strengthPercent;
+                }
+            }
+        }
+    }
+}
+
+TEST(NativeRenderer, GivesTheNativeOfTheQuiltOnRealDisplays) {
+    ALTIRO3D_REQUIRE_DATA("calibrations");
+    const QuiltLayout layout{8, 6, {84, 112}, 48};
+    const cv::Mat photo = randomPhoto(layout.tileSize);
+    const cv::Mat depth = stepsAndSlopes(layout.tileSize);
+    int displaysSeen = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(dataPath("calibrations"))) {
+        if (entry.path().extension() != ".json") continue;
+        Calibration calibration;
+        try {
+            calibration = readCalibration(entry.path());
+        } catch (const Error&) {
+            continue; // files that are wrong on purpose have their own test
+        }
+        ++displaysSeen;
+        for (const ViewMethod method : {ViewMethod::Fast, ViewMethod::Layered}) {
+            const ViewOptions options = optionsOf(method, 12, 0.5);
+            cv::Mat native;
+            NativeRenderer(calibration, 48, options).render(photo, depth, native);
+            EXPECT_TRUE(
+                samePicture(native, overTheQuilt(calibration, layout, options, photo, depth)))
+                << entry.path();
+        }
+    }
+    EXPECT_GT(displaysSeen, 0);
+}
+
+// Position from the double phase, view made as a whole: what each sub-pixel must show.
+void expectContinuous(const Calibration& calibration, int views, const ViewOptions& options,
+                      const cv::Mat& photo, const cv::Mat& depth) {
+    cv::Mat native;
+    NativeRenderer(calibration, views, options, ViewPositions::Continuous)
+        .render(photo, depth, native);
+    const LensGeometry geometry = lensGeometry(calibration);
+    cv::RNG rng(4);
+    int unlike = 0;
+    constexpr int kSamples = 150;
+    for (int i = 0; i < kSamples; ++i) {
+        const int x = rng.uniform(0, native.cols);
+        const int y = rng.uniform(0, native.rows);
+        const int colour = rng.uniform(0, 3);
+        const double z = geometry.phase(x, y, colour);
+        const double position =
+            views > 1 ? std::clamp((2 * z * views - views) / (views - 1), -1.0, 1.0) : 0;
+        cv::Mat view;
+        Depth2Quilt({1, 1, {9, 9}, 1}, options).renderView(photo, depth, position, view);
+        const int seenX = geometry.mirrorX ? native.cols - 1 - x : x;
+        const int seenY = geometry.mirrorY ? native.rows - 1 - y : y;
+        const cv::Vec3b expected =
+            view.at<cv::Vec3b>((2 * seenY + 1) * photo.rows / (2 * native.rows),
+                               (2 * seenX + 1) * photo.cols / (2 * native.cols));
+        // positions differ in their last bits: places by a step of 1/32 or 1/256 px at most
+        if (std::abs(native.at<cv::Vec3b>(y, x)[2 - colour] - expected[2 - colour]) > 8) ++unlike;
+    }
+    EXPECT_EQ(unlike, 0) << "of " << kSamples;
+}
+
+TEST(NativeRenderer, ContinuousPositionsAreThoseOfThePhase) {
+    const cv::Mat depth = stepsAndSlopes({61, 37});
+    cv::Mat photo = randomPhoto(depth.size());
+    cv::GaussianBlur(photo, photo, {5, 5}, 1.5);
+    for (const Calibration& calibration : displays()) {
+        for (const int views : {1, 2, 48}) {
+            for (const ViewOptions& options :
+                 {optionsOf(ViewMethod::Fast, 20, 0.5), optionsOf(ViewMethod::Fast, 20, 0.4, 2),
+                  optionsOf(ViewMethod::Layered, 20, 0.5)})
+                expectContinuous(calibration, views, options, photo, depth);
+        }
+    }
+}
+
+// The centre of each view's cell is exactly that view.
+TEST(NativeRenderer, ManyViewsComeNearToContinuousPositions) {
+    const Calibration calibration = stripes(300, 200);
+    const cv::Mat depth = stepsAndSlopes({150, 100});
+    cv::Mat photo = randomPhoto(depth.size());
+    cv::GaussianBlur(photo, photo, {9, 9}, 2.5);
+    const auto meanDifference = [&](int views) {
+        cv::Mat discrete;
+        cv::Mat continuous;
+        const ViewOptions options = optionsOf(ViewMethod::Fast, 20, 0.5);
+        NativeRenderer(calibration, views, options).render(photo, depth, discrete);
+        NativeRenderer(calibration, views, options, ViewPositions::Continuous)
+            .render(photo, depth, continuous);
+        return compare(discrete, continuous).mean;
+    };
+    EXPECT_LT(meanDifference(200), 0.25 * meanDifference(12));
+    EXPECT_LT(meanDifference(4000), 0.3);
+}
+
+TEST(NativeRenderer, APhotoOfThePanelsSizeIsSampledPixelByPixel) {
+    const Calibration calibration = stripes(160, 120);
+    const cv::Mat photo = randomPhoto({160, 120});
+    const cv::Mat flat(photo.size(), CV_32FC1, cv::Scalar(0.5));
+    for (const ViewMethod method : {ViewMethod::Fast, ViewMethod::Layered}) {
+        cv::Mat native;
+        NativeRenderer(calibration, 48, optionsOf(method, 10, 0.5)).render(photo, flat, native);
+        EXPECT_TRUE(samePicture(native, photo));
+    }
+}
+
+TEST(NativeRenderer, ThreadsReuseAndSubMatricesDoNotMatter) {
+    const Calibration calibration = stripes(150, 97);
+    const cv::Rect part(7, 5, 61, 37);
+    const cv::Mat largePhoto = randomPhoto({90, 60});
+    const cv::Mat largeDepth = stepsAndSlopes({90, 60});
+    const int before = cv::getNumThreads();
+    for (const ViewOptions& options : allOptions()) {
+        const NativeRenderer renderer(calibration, 48, options);
+        cv::setNumThreads(1);
+        cv::Mat one;
+        renderer.render(largePhoto(part).clone(), largeDepth(part).clone(), one);
+        for (const int threads : {2, 3, 7}) {
+            cv::setNumThreads(threads);
+            cv::Mat many(renderer.panelSize(), CV_8UC3, cv::Scalar::all(7));
+            const uchar* memory = many.data;
+            renderer.render(largePhoto(part), largeDepth(part), many);
+            EXPECT_EQ(many.data, memory);
+            EXPECT_TRUE(samePicture(many, one));
+        }
+    }
+    cv::setNumThreads(before);
+}
+
+TEST(NativeRenderer, DepthAtItsLimitsIsDefined) {
+    const Calibration calibration = stripes(64, 48);
+    using Limits = std::numeric_limits<float>;
+    for (const cv::Size size :
+         {cv::Size(1, 1), cv::Size(1, 9), cv::Size(31, 1), cv::Size(101, 77)}) {
+        const cv::Mat photo = randomPhoto(size);
+        for (const float value : {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity(),
+                                  Limits::denorm_min(), Limits::max(), -3.0F}) {
+            cv::Mat wild(size, CV_32FC1, cv::Scalar(static_cast<double>(value)));
+            const cv::Mat tame(size, CV_32FC1, cv::Scalar(value > 1 ? 1 : 0));
+            for (const ViewOptions& options : allOptions()) {
+                const NativeRenderer renderer(calibration, 48, options);
+                cv::Mat a;
+                cv::Mat b;
+                renderer.render(photo, wild, a);
+                renderer.render(photo, tame, b);
+                EXPECT_TRUE(samePicture(a, b)) << value << size;
+            }
+        }
+    }
+}
+
+TEST(NativeRenderer, WrongInputsAreRefusedByName) {
+    const Calibration calibration = stripes(64, 48);
+    EXPECT_NE(errorOf([&] {
+                  NativeRenderer(calibration, 48, optionsOf(ViewMethod::Real, 10, 0.5));
+              }).find("method: is real"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] { NativeRenderer(calibration, 0); }).find("view count: is 0"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] { NativeRenderer(Calibration(), 48); }).find("pitch"), std::string::npos);
+    const NativeRenderer renderer(calibration, 48);
+    cv::Mat photo(48, 64, CV_8UC3);
+    const cv::Mat depth(48, 64, CV_32FC1, cv::Scalar(0));
+    cv::Mat native;
+    EXPECT_NE(errorOf([&] {
+                  renderer.render(photo, depth.colRange(0, 9), native);
+              }).find("depth: has 9 x 48 px"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] { renderer.render(depth, depth, native); }).find("photo: "),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] { renderer.render(photo, depth, photo); }).find("shares its memory"),
+              std::string::npos);
+}
+
+} // namespace
+} // namespace altiro3D::test

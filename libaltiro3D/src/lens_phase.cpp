@@ -1,6 +1,7 @@
 #include "lens_phase.hpp"
 
 #include "lens_phase_kernels.hpp"
+#include "native_row_kernels.hpp"
 
 #include <cmath>
 
@@ -36,7 +37,7 @@ LensPhases::LensPhases(LensGeometry geometry) : geometry_(std::move(geometry)) {
         const int channel = static_cast<int>(table % 3);
         const auto k = static_cast<std::size_t>(g.blueFirst ? 2 - channel : channel);
         const int y = g.panelHeight - 1 - static_cast<int>(table / 3); // a row with this pattern
-        columns_[table].resize(static_cast<std::size_t>(g.panelWidth));
+        columns_[table] = paddedRow<std::uint32_t>(static_cast<std::size_t>(g.panelWidth));
         for (int x = 0; x < g.panelWidth; ++x) {
             double u = (x + 0.5) / g.panelWidth;
             if (cells) {

@@ -21,8 +21,9 @@ class LensPhases {
     /// What it was made of.
     const LensGeometry& geometry() const { return geometry_; }
 
-    /// The part of the phase that depends on the column: `panelWidth` numbers. Rows and channels
-    /// often share them: all on stripe panels, every fourth row on panels with cells.
+    /// The part of the phase that depends on the column: `panelWidth` numbers, padded
+    /// (kRowPadding). Rows and channels often share them: all on stripe panels, every fourth row on
+    /// panels with cells.
     /// @param y row from the top @param channel 0 red, 1 green, 2 blue
     const std::uint32_t* columnPhases(int y, int channel) const {
         return columns_[tableOf(y, channel)].data();

@@ -71,7 +71,8 @@ void NativeRenderer::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat&
     const float halfParallax = halfParallaxOf(self.options, photo.cols);
     const auto width = static_cast<std::size_t>(native.cols);
     cv::parallel_for_(cv::Range(0, native.rows), [&](const cv::Range& rows) {
-        const std::unique_ptr<SubpixelSampler> sampler = renderer->sampler(columns);
+        const std::unique_ptr<SubpixelSampler> sampler =
+            renderer->sampler(columns, static_cast<double>(halfParallax));
         std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(width);
         std::vector<float> shifts = paddedRow<float>(width);
         std::array<std::vector<std::uint8_t>, 3> planes; // blue, green, red

@@ -34,7 +34,7 @@ class SubpixelSampler {
     ///
     /// @param channel 0 blue, 1 green, 2 red
     /// @param shifts for each column that the sampler was made for, and kRowPadding more: p S/2 in
-    ///        px of the view that is asked for, at most the largest that the renderer was made for
+    ///        px of the view that is asked for
     /// @param values result, as many, and kRowPadding more
     virtual void sample(int channel, const float* shifts, std::uint8_t* values) = 0;
 };
@@ -74,9 +74,13 @@ class ViewRenderer {
     virtual std::unique_ptr<RowRenderer> rowRenderer() const { return nullptr; }
 
     /// Reads sub-pixels at the given columns of the photo; they may repeat. Null if the method
-    /// makes whole views only. @param columns must outlive the sampler
-    virtual std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns) const {
+    /// makes whole views only.
+    /// @param columns in order; must outlive the sampler
+    /// @param largestShift of all |shift| that will be asked for, px
+    virtual std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,
+                                                     double largestShift) const {
         static_cast<void>(columns);
+        static_cast<void>(largestShift);
         return nullptr;
     }
 };

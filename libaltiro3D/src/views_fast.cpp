@@ -6,6 +6,7 @@
 #include "views_fast_row.hpp"
 
 #include <array>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
@@ -31,8 +32,10 @@ void readOffsets(const cv::Mat& depth, int row, double focus, std::vector<float>
 class FastSampler : public SubpixelSampler {
   public:
     FastSampler(const cv::Mat& photo, const cv::Mat& depth, double focus, int refinement,
-                const std::vector<int>& columns)
+                const std::vector<int>& columns, double largestShift)
         : photo_(photo), depth_(depth), focus_(focus), refinement_(refinement), columns_(columns),
+          reach_(static_cast<int>(
+              std::ceil(std::min(largestShift * std::max(focus, 1 - focus), 1.0 * photo.cols)))),
           offsets_(paddedRow<float>(static_cast<std::size_t>(photo.cols))),
           places_(paddedRow<float>(columns.size())), ownOffsets_(places_), columnPlaces_(places_) {
         for (std::vector<std::uint8_t>& plane : planes_)
@@ -55,7 +58,7 @@ class FastSampler : public SubpixelSampler {
         fastPlaces(columnPlaces_.data(), ownOffsets_.data(), shifts, columns_.size(),
                    offsets_.data(), photo_.cols, refinement_, places_.data());
         fastSamples(planes_[static_cast<std::size_t>(channel)].data(), places_.data(),
-                    columns_.size(), values);
+                    columnPlaces_.data(), reach_, columns_.size(), values);
     }
 
   private:
@@ -64,6 +67,7 @@ class FastSampler : public SubpixelSampler {
     double focus_;
     int refinement_;
     const std::vector<int>& columns_;
+    int reach_; // of places from their columns, px
     std::array<std::vector<std::uint8_t>, 3> planes_;
     std::vector<float> offsets_; // of the photo's row
     std::vector<float> places_;
@@ -101,8 +105,10 @@ class FastRenderer : public ViewRenderer {
         }
     }
 
-    std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns) const override {
-        return std::make_unique<FastSampler>(photo_, depth_, focus_, refinement_, columns);
+    std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,
+                                             double largestShift) const override {
+        return std::make_unique<FastSampler>(photo_, depth_, focus_, refinement_, columns,
+                                             largestShift);
     }
 
   private:

@@ -42,19 +42,36 @@ void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT o
     }
 }
 
-// Bound by one scattered read of four bytes per sample, of which two count.
+// Bound by one scattered read of four bytes per sample, of which two count, or without it by the
+// arithmetic.
 void fastSamplesOn(const std::uint8_t* HWY_RESTRICT plane, const float* HWY_RESTRICT places,
-                   std::size_t count, std::uint8_t* HWY_RESTRICT values) {
+                   const float* HWY_RESTRICT columns, int reach, std::size_t count,
+                   std::uint8_t* HWY_RESTRICT values) {
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
     const auto steps = hn::Set(d, 32.0F);
     const auto lowBits = hn::Set(whole, 31);
     const auto byte = hn::Set(whole, 255);
     const auto round = hn::Set(whole, 16);
-    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+    const std::size_t lanes = hn::Lanes(d);
+    for (std::size_t i = 0; i < count; i += lanes) {
         const auto place = smallNearestInt(d, hn::Mul(hn::LoadU(d, places + i), steps));
         const auto part = hn::And(place, lowBits);
-        const auto four = gatherBytes4(whole, plane, hn::ShiftRight<5>(place));
+        const auto column = hn::ShiftRight<5>(place);
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+        const int from = windowOf(columns[i], columns[i + lanes - 1], reach);
+        if (from >= 0) {
+            const Window window(plane + from);
+            const auto pairs = window.pairs(hn::Sub(column, hn::Set(whole, from)));
+            const auto sum = Window::mix<5>(pairs, part);
+            storeBytes(whole, hn::ShiftRight<5>(hn::Add(sum, round)), values + i);
+            continue;
+        }
+#else
+        static_cast<void>(columns);
+        static_cast<void>(reach);
+#endif
+        const auto four = gatherBytes4(whole, plane, column);
         const auto first = hn::And(four, byte);
         const auto second = hn::And(hn::ShiftRight<8>(four), byte);
         const auto sum = hn::Add(hn::ShiftLeft<5>(first), hn::Mul(hn::Sub(second, first), part));
@@ -78,9 +95,9 @@ void fastPlaces(const float* columns, const float* ownOffsets, const float* shif
     (columns, ownOffsets, shifts, count, offsets, width, refinement, places);
 }
 
-void fastSamples(const std::uint8_t* plane, const float* places, std::size_t count,
-                 std::uint8_t* values) {
-    HWY_DYNAMIC_DISPATCH(fastSamplesOn)(plane, places, count, values);
+void fastSamples(const std::uint8_t* plane, const float* places, const float* columns, int reach,
+                 std::size_t count, std::uint8_t* values) {
+    HWY_DYNAMIC_DISPATCH(fastSamplesOn)(plane, places, columns, reach, count, values);
 }
 
 } // namespace altiro3D

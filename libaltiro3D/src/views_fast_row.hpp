@@ -21,10 +21,12 @@ void fastPlaces(const float* columns, const float* ownOffsets, const float* shif
 
 /// Linear samples of a plane, at places in whole 1/32 px and with the rounding of cv::remap.
 ///
-/// @param plane one channel of a row of the photo, the last px at least four times more
+/// @param plane one channel of a row of the photo, the last px at least four times more, padded
 /// @param places columns, 0..width-1, `count` and padding
+/// @param columns what the places belong to, in order (ascending or descending) but for the padding
+/// @param reach how far places lie from their columns at most, px
 /// @param values result, `count` and padding
-void fastSamples(const std::uint8_t* plane, const float* places, std::size_t count,
-                 std::uint8_t* values);
+void fastSamples(const std::uint8_t* plane, const float* places, const float* columns, int reach,
+                 std::size_t count, std::uint8_t* values);
 
 } // namespace altiro3D

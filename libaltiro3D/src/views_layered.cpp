@@ -41,7 +41,7 @@ class LayeredReader {
     const std::uint8_t* bgr() const { return photo_.ptr<std::uint8_t>(row_); }
 
     // @param bounded whether no shift will be larger than the scene was made for
-    void open(int row, bool bounded = true) {
+    void open(int row, bool bounded) {
         row_ = row;
         if (still()) return;
         tables_ = scene_.tables(row);
@@ -64,18 +64,14 @@ class LayeredReader {
     void find(const float* shifts, std::size_t begin, std::size_t size) {
         begin_ = begin;
         size_ = size;
-        const LayeredPixels pixels = {columnPlaces_.data() + begin,
-                                      guesses_.data() + begin,
-                                      {clear_[0].data() + begin, clear_[1].data() + begin},
-                                      size};
         const LayeredRoom room = {places_.data(), ends_.data(), endColumns_.data(), open_.data()};
-        endCount_ = layeredPlaces(tables_, pixels, shifts + begin, bounded_, room);
+        endCount_ = layeredPlaces(tables_, pixels(), shifts + begin, bounded_, room);
     }
 
     // Reads a channel of what find() found, but for the pixels at ends.
     // @param values of all pixels
     void read(int channel, std::uint8_t* values) const {
-        layeredSamples(plane(channel, 0), places_.data(), size_, values + begin_);
+        layeredSamples(tables_, pixels(), plane(channel, 0), places_.data(), values + begin_);
     }
 
     // Calls put(pixel, colour of a channel) for all pixels at ends that find() found.
@@ -99,6 +95,14 @@ class LayeredReader {
     }
 
   private:
+    LayeredPixels pixels() const {
+        return {columnPlaces_.data() + begin_,
+                guesses_.data() + begin_,
+                {clear_[0].data() + begin_, clear_[1].data() + begin_},
+                bounded_ ? scene_.reachColumns : scene_.width,
+                size_};
+    }
+
     const std::uint8_t* plane(int channel, int direction) const {
         return planes_[static_cast<std::size_t>(channel)].data() + kTablePadding +
                static_cast<std::ptrdiff_t>(direction) * scene_.stride();
@@ -141,10 +145,12 @@ class LayeredReader {
 
 class LayeredSampler : public SubpixelSampler {
   public:
-    LayeredSampler(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
-        : columns_(columns), reader_(photo, scene, columns) {}
+    LayeredSampler(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns,
+                   double largestShift)
+        : columns_(columns), reader_(photo, scene, columns),
+          bounded_(largestShift <= static_cast<double>(scene.reachPixels)) {}
 
-    void open(int row) override { reader_.open(row); }
+    void open(int row) override { reader_.open(row, bounded_); }
 
     void sample(int channel, const float* shifts, std::uint8_t* values) override {
         if (reader_.still()) {
@@ -164,6 +170,7 @@ class LayeredSampler : public SubpixelSampler {
   private:
     const std::vector<int>& columns_;
     LayeredReader reader_;
+    bool bounded_;
 };
 
 class LayeredRows : public RowRenderer {
@@ -228,8 +235,9 @@ class LayeredRenderer : public ViewRenderer {
         return std::make_unique<LayeredRows>(photo_, scene_, columns_);
     }
 
-    std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns) const override {
-        return std::make_unique<LayeredSampler>(photo_, scene_, columns);
+    std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,
+                                             double largestShift) const override {
+        return std::make_unique<LayeredSampler>(photo_, scene_, columns, largestShift);
     }
 
   private:

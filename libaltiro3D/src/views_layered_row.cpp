@@ -55,6 +55,39 @@ HWY_INLINE Lanes<F, I> lanesOf(D d, const LayeredTables& tables, F column, F shi
     return lanes;
 }
 
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+// Windows of a table and of its mirrored twin for the pixels of one vector.
+template <class T>
+class TwoWindows {
+  public:
+    HWY_INLINE TwoWindows(const LayeredTables& tables, const LayeredPixels& pixels, std::size_t i,
+                          std::size_t lanes, const T* table)
+        : from_(windowOf(pixels.columns[i], pixels.columns[i + lanes - 1], pixels.reach)),
+          mirroredFrom_(tables.stride + std::max(tables.width + 1 - from_ - kWindowColumns, 0)),
+          window_(table + std::max(from_, 0)), mirroredWindow_(table + mirroredFrom_) {}
+
+    HWY_INLINE bool fit() const { return from_ >= 0; }
+
+    // The entries of columns and of those after them; `column` counts from the table of its
+    // direction on, with `stride`. Columns outside of the windows give any entry.
+    template <class V, class M>
+    HWY_INLINE V pairs(V column, M mirrored) const {
+        const hn::Full512<std::int32_t> d;
+        const auto in = hn::Set(d, kWindowColumns - 1);
+        const V plain = window_.pairs(hn::And(hn::Sub(column, hn::Set(d, from_)), in));
+        const V other =
+            mirroredWindow_.pairs(hn::And(hn::Sub(column, hn::Set(d, mirroredFrom_)), in));
+        return hn::IfThenElse(mirrored, other, plain);
+    }
+
+  private:
+    int from_;
+    int mirroredFrom_;
+    Window window_;
+    Window mirroredWindow_;
+};
+#endif
+
 // The place between two columns that appear at `from` and `to`.
 template <class D, class F, class I>
 HWY_INLINE I placeBetween(D d, const Lanes<F, I>& lanes, I column, F from, F to) {
@@ -95,8 +128,15 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
         const F near = hn::Min(hn::Max(hn::Add(lanes.x, away), half), lastColumn);
         const I column = smallNearestInt(d, hn::Sub(near, half)); // rounded down, but for ties
         const F columnPlace = hn::ConvertTo(d, column);
-        const I words =
-            gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(hn::Add(lanes.base, column)));
+        const I tableColumn = hn::Add(lanes.base, column);
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+        const TwoWindows<std::int16_t> windows(tables, pixels, i, hn::Lanes(d), tables.words);
+        const I words = windows.fit()
+                            ? windows.pairs(tableColumn, hn::Ne(lanes.base, none))
+                            : gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(tableColumn));
+#else
+        const I words = gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(tableColumn));
+#endif
         const F from = hn::Sub(columnPlace, hn::Mul(lanes.unit, lowOffset(d, words)));
         const F to = hn::Sub(hn::Add(columnPlace, one), hn::Mul(lanes.unit, highOffset(d, words)));
         const auto between = hn::And(hn::Le(from, lanes.x), hn::Lt(lanes.x, to));
@@ -131,7 +171,7 @@ class Walk {
         const I two = hn::Set(whole_, 2);
         const F zero = hn::Zero(d_);
         const F lastColumn = hn::Set(d_, static_cast<float>(tables_.width - 1));
-        I boundWord = hn::Set(whole_, columnWord(kLargestOffset, true, false));
+        I boundWord = hn::Set(whole_, columnWord(kLargestOffset, false, false));
         if (bounded) boundWord = wordAt(tables_.bounds, hn::ConvertTo(whole_, lanes_.x));
         F column = hn::Floor(hn::Max(hn::Min(farthest(boundWord), lastColumn), zero));
         auto open = hn::Eq(none, none); // all
@@ -177,7 +217,7 @@ class Walk {
     // The column farthest right that offsets up to this word's bring to x.
     HWY_INLINE F farthest(I boundWord) const {
         return hn::Add(hn::Add(lanes_.x, hn::Mul(lanes_.unit, lowOffset(d_, boundWord))),
-                       slack(boundWord));
+                       hn::Set(d_, static_cast<float>(kEndReach)));
     }
     HWY_INLINE F start(F column, int steps, F offset) const {
         return hn::Sub(hn::Add(column, hn::Set(d_, static_cast<float>(steps))),
@@ -234,21 +274,35 @@ std::size_t layeredPlacesOn(const LayeredTables& tables, const LayeredPixels& pi
     return endCount;
 }
 
-// Bound by one scattered read of four bytes per sample, of which two count.
-void layeredSamplesOn(const std::uint8_t* HWY_RESTRICT plane,
-                      const std::int32_t* HWY_RESTRICT places, std::size_t count,
-                      std::uint8_t* HWY_RESTRICT values) {
+// Bound by one scattered read of four bytes per sample, of which two count, or without it by the
+// arithmetic.
+void layeredSamplesOn(const LayeredTables& tables, const LayeredPixels& pixels,
+                      const std::uint8_t* HWY_RESTRICT plane,
+                      const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
     const hn::ScalableTag<std::int32_t> d;
     using I = hn::Vec<decltype(d)>;
     const I byte = hn::Set(d, 255);
     const I subColumns = hn::Set(d, (1 << kSubColumnBits) - 1);
     const I round = hn::Set(d, 1 << (kSubColumnBits - 1));
-    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-        const I place = hn::Max(hn::LoadU(d, places + i), hn::Zero(d));
-        const I four = gatherBytes4(d, plane, hn::ShiftRight<kSubColumnBits>(place));
+    const std::size_t lanes = hn::Lanes(d);
+    for (std::size_t i = 0; i < pixels.count; i += lanes) {
+        const I place = hn::LoadU(d, places + i);
+        const I part = hn::And(place, subColumns);
+        const I column = hn::ShiftRight<kSubColumnBits>(place);
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+        const TwoWindows<std::uint8_t> windows(tables, pixels, i, lanes, plane);
+        if (windows.fit()) {
+            const auto mirrored = hn::Gt(column, hn::Set(d, tables.stride - 2));
+            const I sum = Window::mix<kSubColumnBits>(windows.pairs(column, mirrored), part);
+            storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
+            continue;
+        }
+#else
+        static_cast<void>(tables);
+#endif
+        const I four = gatherBytes4(d, plane, hn::Max(column, hn::Zero(d)));
         const I first = hn::And(four, byte);
         const I second = hn::And(hn::ShiftRight<8>(four), byte);
-        const I part = hn::And(place, subColumns);
         const I sum =
             hn::Add(hn::ShiftLeft<kSubColumnBits>(first), hn::Mul(hn::Sub(second, first), part));
         storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
@@ -270,9 +324,9 @@ std::size_t layeredPlaces(const LayeredTables& tables, const LayeredPixels& pixe
     return HWY_DYNAMIC_DISPATCH(layeredPlacesOn)(tables, pixels, shifts, bounded, room);
 }
 
-void layeredSamples(const std::uint8_t* plane, const std::int32_t* places, std::size_t count,
-                    std::uint8_t* values) {
-    HWY_DYNAMIC_DISPATCH(layeredSamplesOn)(plane, places, count, values);
+void layeredSamples(const LayeredTables& tables, const LayeredPixels& pixels,
+                    const std::uint8_t* plane, const std::int32_t* places, std::uint8_t* values) {
+    HWY_DYNAMIC_DISPATCH(layeredSamplesOn)(tables, pixels, plane, places, values);
 }
 
 } // namespace altiro3D

@@ -45,7 +45,7 @@ constexpr bool wordIsLast(std::int16_t word) {
 struct LayeredTables {
     const std::int16_t* words = nullptr; ///< columnWord() of each column.
     /// Bound of the search: the largest offset among the columns that can be seen at this one, as a
-    /// columnWord(); "first" is set if a surface begins among them.
+    /// columnWord() without flags.
     const std::int16_t* bounds = nullptr;
     /// As `bounds`, of the kWindow columns that end here.
     const std::int16_t* left = nullptr;
@@ -68,9 +68,12 @@ constexpr std::int32_t columnGuess(std::int16_t word, int rise) {
 
 /// Pixels that are asked for. Arrays of `count` and padding (kRowPadding).
 struct LayeredPixels {
-    const float* columns = nullptr; ///< Column in the row; W - 1 - column in the mirrored row.
+    /// Column in the row, in order (ascending or descending) but for the padding; W - 1 - column in
+    /// the mirrored row.
+    const float* columns = nullptr;
     const std::int32_t* guesses = nullptr;      ///< columnGuess() of it, in the row.
     const float* clear[2] = {nullptr, nullptr}; ///< LayeredTables::clear of it in both rows.
+    int reach = 0; ///< How far from its column the place of a pixel may lie, columns.
     std::size_t count = 0;
 };
 
@@ -97,10 +100,11 @@ std::size_t layeredPlaces(const LayeredTables& tables, const LayeredPixels& pixe
 
 /// Reads one channel between columns, linearly.
 ///
-/// @param plane the channel: row and mirrored row, laid out as the tables
+/// @param tables, pixels as for layeredPlaces()
+/// @param plane the channel: row and mirrored row, laid out as the tables, padded
 /// @param places from layeredPlaces(), `count` and padding; kSeeEnds gives any value
 /// @param values result
-void layeredSamples(const std::uint8_t* plane, const std::int32_t* places, std::size_t count,
-                    std::uint8_t* values);
+void layeredSamples(const LayeredTables& tables, const LayeredPixels& pixels,
+                    const std::uint8_t* plane, const std::int32_t* places, std::uint8_t* values);
 
 } // namespace altiro3D

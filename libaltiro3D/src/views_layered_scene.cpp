@@ -1,5 +1,7 @@
 #include "views_layered_scene.hpp"
 
+#include "native_row_kernels.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -35,14 +37,15 @@ int hiddenCount(const std::vector<float>& offsets, int first, double reach, doub
     return count;
 }
 
-// Cuts a row and prepares what will be painted: strips in the colour of what they go on from.
-void addSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
-                 const LayeredSettings& options, LayeredRow& row) {
+// Prepares what will be painted beside the surfaces of a row: strips in the colour of what they go
+// on from.
+// @param mirrored whether the surfaces and offsets are those of the mirrored row; bgr never is
+void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<float>& offsets,
+                   const LayeredSettings& options, LayeredRow& row) {
     const double tear = options.tearPixels / options.reachPixels;
     const auto offsetAt = [&](int x) {
         return static_cast<double>(offsets[static_cast<std::size_t>(x)]);
     };
-    cutSurfaces(bgr, offsets, options, row.surfaces);
     std::int64_t hidden = 0;
     for (LayeredSurface& surface : row.surfaces) {
         surface.hidden = hiddenCount(offsets, surface.first, options.reachPixels, tear);
@@ -67,14 +70,30 @@ void addSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
         painted += surface.hidden + surface.beyond;
     }
     row.strips.resize(4 * static_cast<std::size_t>(painted));
+    const auto pixel = [&](int x) {
+        return bgr + 3 * (mirrored ? static_cast<std::ptrdiff_t>(width) - 1 - x : x);
+    };
     for (const LayeredSurface& surface : row.surfaces) {
         std::uint8_t* strip = row.strips.data() + 4 * static_cast<std::ptrdiff_t>(surface.strip);
         for (int k = 0; k < surface.hidden + surface.beyond; ++k)
             std::memcpy(strip + 4 * static_cast<std::ptrdiff_t>(k),
-                        bgr + 3 * static_cast<std::ptrdiff_t>(k < surface.hidden ? surface.first
-                                                                                 : surface.last),
-                        3);
+                        pixel(k < surface.hidden ? surface.first : surface.last), 3);
     }
+}
+
+// The surfaces of the mirrored row.
+void mirrorSurfaces(int width, const std::vector<LayeredSurface>& surfaces,
+                    std::vector<LayeredSurface>& mirrored) {
+    mirrored.resize(surfaces.size());
+    std::transform(surfaces.rbegin(), surfaces.rend(), mirrored.begin(),
+                   [width](const LayeredSurface& surface) {
+                       LayeredSurface other;
+                       other.first = width - 1 - surface.last;
+                       other.last = width - 1 - surface.first;
+                       other.leftExtra = surface.rightExtra;
+                       other.rightExtra = surface.leftExtra;
+                       return other;
+                   });
 }
 
 // Largest values of windows of `size` numbers that begin at each, in place; what lies behind the
@@ -99,16 +118,30 @@ class TableWriter {
     TableWriter(int width, int reach, const LayeredSettings& options)
         : width_(width), reach_(std::min(reach, width)),
           reachPixels_(static_cast<float>(options.reachPixels)), inOrder_(options.tearPixels <= 1),
-          right_(static_cast<std::size_t>(width)), left_(right_),
-          beginning_(static_cast<std::size_t>(width) + 1) {}
+          ahead_(static_cast<std::size_t>(width)), behind_(ahead_), window_(ahead_) {}
 
     void write(const std::vector<float>& offsets, double scale, const LayeredRow& row,
                std::int16_t* words, std::int16_t* bounds, std::int16_t* left,
                std::int16_t* surfaceOf, float* clear) {
+        const auto perUnit = static_cast<float>(1 / scale);
+        const auto largest = static_cast<float>(kLargestOffset);
         for (int x = 0; x < width_; ++x) {
-            const double offset = static_cast<double>(offsets[static_cast<std::size_t>(x)]);
-            const auto whole = static_cast<int>(std::lround(offset / scale));
-            words[x] = columnWord(std::clamp(whole, -kLargestOffset, kLargestOffset), false, false);
+            const float units = std::abs(offsets[static_cast<std::size_t>(x)]) * perUnit + 0.5F;
+            const int whole = static_cast<int>(std::min(units, largest));
+            const bool negative = offsets[static_cast<std::size_t>(x)] < 0;
+            words[x] = static_cast<std::int16_t>((negative ? -whole : whole) * 4);
+        }
+        std::copy_n(words, width_, ahead_.begin());
+        std::reverse_copy(words, words + width_, behind_.begin());
+        window_ = behind_;
+        slideMaximum(window_, kWindow); // backwards: of the columns that end at each
+        std::reverse_copy(window_.begin(), window_.end(), left);
+        slideMaximum(ahead_, reach_ + 1);
+        slideMaximum(behind_, reach_ + 1);
+        for (int x = 0; x < width_; ++x) { // what lies to the left is reached anyway, unless
+            const int ahead = ahead_[static_cast<std::size_t>(x)]; // everything moves to the right
+            const int behind = behind_[static_cast<std::size_t>(width_ - 1 - x)];
+            bounds[x] = static_cast<std::int16_t>(std::max(ahead, std::min(behind, 0)));
         }
         for (std::size_t k = 0; k < row.surfaces.size(); ++k) {
             const LayeredSurface& surface = row.surfaces[k];
@@ -116,31 +149,7 @@ class TableWriter {
             const int end = k + 1 < row.surfaces.size() ? row.surfaces[k + 1].first : width_;
             for (int x = surface.last; x < end; ++x) // mixed px as well: they are of no surface
                 words[x] = static_cast<std::int16_t>(words[x] | 1);
-        }
-        countBeginnings(words);
-        for (int x = 0; x < width_; ++x)
-            surfaceOf[x] =
-                static_cast<std::int16_t>(beginning_[static_cast<std::size_t>(x) + 1] - 1);
-        for (int x = 0; x < width_; ++x) {
-            right_[static_cast<std::size_t>(x)] = static_cast<std::int16_t>(wordOffset(words[x]));
-            left_[static_cast<std::size_t>(width_ - 1 - x)] = right_[static_cast<std::size_t>(x)];
-        }
-        std::vector<std::int16_t>& window = window_;
-        window = left_;
-        slideMaximum(window, kWindow); // backwards: of the columns that end at each
-        for (int x = 0; x < width_; ++x)
-            left[x] = columnWord(window[static_cast<std::size_t>(width_ - 1 - x)],
-                                 anyBeginning(x - kWindow + 1, x), false);
-        left[-1] = columnWord(0, false, false);
-        slideMaximum(right_, reach_ + 1);
-        slideMaximum(left_, reach_ + 1);
-        for (int x = 0; x < width_; ++x) {
-            const int ahead = right_[static_cast<std::size_t>(x)];
-            const int behind = left_[static_cast<std::size_t>(width_ - 1 - x)];
-            // what lies to the left is reached anyway, unless everything moves to the right
-            const int bound = std::max(ahead, std::min(behind, 0));
-            bounds[x] =
-                columnWord(bound, anyBeginning(ahead < 0 ? x - reach_ : x, x + reach_), false);
+            std::fill(surfaceOf + surface.first, surfaceOf + end, static_cast<std::int16_t>(k));
         }
         writeClear(words, static_cast<float>(scale), row, clear);
     }
@@ -172,30 +181,15 @@ class TableWriter {
         }
     }
 
-    void countBeginnings(const std::int16_t* words) {
-        beginning_[0] = 0;
-        for (int x = 0; x < width_; ++x)
-            beginning_[static_cast<std::size_t>(x) + 1] =
-                beginning_[static_cast<std::size_t>(x)] + (wordIsFirst(words[x]) ? 1 : 0);
-    }
-
-    bool anyBeginning(int from, int to) const { // from..to
-        const auto at = [&](int x) {
-            return beginning_[static_cast<std::size_t>(std::clamp(x, 0, width_))];
-        };
-        return at(to + 1) > at(from);
-    }
-
     static constexpr int kFewColumns = 8; // per surface: depth of noise
 
     int width_;
     int reach_;
     float reachPixels_;
     bool inOrder_; // what one surface shows lies in order in every view
-    std::vector<std::int16_t> right_;
-    std::vector<std::int16_t> left_; // mirrored
+    std::vector<std::int16_t> ahead_;
+    std::vector<std::int16_t> behind_; // mirrored
     std::vector<std::int16_t> window_;
-    std::vector<int> beginning_; // surfaces that begin before each column
 };
 
 bool isStill(const cv::Mat& depth, int row, double focus) {
@@ -236,39 +230,40 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
         std::min(std::ceil(options.reachPixels * largest) + kEndReach, 1.0 * photo.cols));
     scene.scale = static_cast<float>(scale);
     scene.reachPixels = static_cast<float>(options.reachPixels);
+    scene.reachColumns = reach;
     scene.clear.create(photo.rows, 2 * scene.stride(), CV_32FC1);
     const std::int16_t outside = columnWord(0, false, true);
     for (cv::Mat* table : {&scene.words, &scene.bounds, &scene.left, &scene.surfaceOf}) {
-        table->create(photo.rows, 2 * scene.stride(), CV_16SC1);
+        table->create(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
         table->setTo(cv::Scalar::all(table == &scene.words ? outside : 0));
     }
-    for (int direction = 0; direction < 2; ++direction) {
-        scene.rows[direction].resize(rowCount);
-        cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
-            std::vector<float> offsets(static_cast<std::size_t>(photo.cols));
-            cv::Mat mirrored;
-            TableWriter writer(photo.cols, reach, options);
-            const int begin = kTablePadding + direction * scene.stride();
-            for (int y = range.start; y < range.end; ++y) {
-                const auto* depthRow = depth.ptr<float>(y);
-                const std::uint8_t* bgr = photo.ptr<std::uint8_t>(y);
-                std::transform(depthRow, depthRow + photo.cols, offsets.begin(),
-                               [&](float value) { return offsetFromFocus(value, focus); });
-                if (direction == 1) {
-                    std::reverse(offsets.begin(), offsets.end());
-                    cv::flip(photo.row(y), mirrored, 1);
-                    bgr = mirrored.ptr<std::uint8_t>();
-                }
-                LayeredRow& row = scene.rows[direction][static_cast<std::size_t>(y)];
-                addSurfaces(bgr, offsets, options, row);
-                writer.write(offsets, scale, row, scene.words.ptr<std::int16_t>(y) + begin,
+    for (std::vector<LayeredRow>& rows : scene.rows)
+        rows.resize(rowCount);
+    cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
+        std::vector<float> offsets(static_cast<std::size_t>(photo.cols));
+        TableWriter writer(photo.cols, reach, options);
+        for (int y = range.start; y < range.end; ++y) {
+            const auto* depthRow = depth.ptr<float>(y);
+            const auto* bgr = photo.ptr<std::uint8_t>(y);
+            std::transform(depthRow, depthRow + photo.cols, offsets.begin(),
+                           [&](float value) { return offsetFromFocus(value, focus); });
+            LayeredRow& plain = scene.rows[0][static_cast<std::size_t>(y)];
+            LayeredRow& mirrored = scene.rows[1][static_cast<std::size_t>(y)];
+            cutSurfaces(bgr, offsets, options, plain.surfaces);
+            mirrorSurfaces(photo.cols, plain.surfaces, mirrored.surfaces);
+            int begin = kTablePadding;
+            for (LayeredRow* row : {&plain, &mirrored}) {
+                if (row == &mirrored) std::reverse(offsets.begin(), offsets.end());
+                prepareStrips(bgr, row == &mirrored, offsets, options, *row);
+                writer.write(offsets, scale, *row, scene.words.ptr<std::int16_t>(y) + begin,
                              scene.bounds.ptr<std::int16_t>(y) + begin,
                              scene.left.ptr<std::int16_t>(y) + begin,
                              scene.surfaceOf.ptr<std::int16_t>(y) + begin,
                              scene.clear.ptr<float>(y) + begin);
+                begin += scene.stride();
             }
-        });
-    }
+        }
+    });
     if (options.fill != LayeredFill::BackgroundLayer) return scene;
     cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& directions) {
         for (int direction = directions.start; direction < directions.end; ++direction) {

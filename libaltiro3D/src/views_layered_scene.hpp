@@ -50,6 +50,7 @@ struct LayeredScene {
     int width = 0;                   ///< Columns of the photo.
     float scale = 0;                 ///< LayeredTables::scale
     float reachPixels = 0;           ///< Largest shift that the bounds were made for, px.
+    int reachColumns = 0;            ///< How far content moves by it at most.
     std::vector<std::uint8_t> still; ///< Rows that lie at the focus: the photo's in every view.
     bool flat = false;               ///< All of them do; there are no tables.
 

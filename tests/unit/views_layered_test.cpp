@@ -516,11 +516,15 @@ TEST(ViewsLayered, TheSearchFindsWhatTryingAllColumnsFinds) {
                     shifts[i] = rng.uniform(-25.0F, 25.0F);
                     if (x % 10 == 0) shifts[i] = x % 20 == 0 ? 25 : -25;
                 }
-                const std::size_t endCount = layeredPlaces(
-                    tables,
-                    {columns.data(), guesses.data(), {clear[0].data(), clear[1].data()}, count},
-                    shifts.data(), true,
-                    {places.data(), ends.data(), endColumns.data(), open.data()});
+                const std::size_t endCount =
+                    layeredPlaces(tables,
+                                  {columns.data(),
+                                   guesses.data(),
+                                   {clear[0].data(), clear[1].data()},
+                                   y % 2 == 0 ? scene.reachColumns : scene.width,
+                                   count},
+                                  shifts.data(), true,
+                                  {places.data(), ends.data(), endColumns.data(), open.data()});
                 std::size_t end = 0;
                 for (int x = 0; x < size.width; ++x) {
                     const auto i = static_cast<std::size_t>(x);
@@ -548,7 +552,7 @@ TEST(ViewsLayered, TheSearchFindsWhatTryingAllColumnsFinds) {
     }
 }
 
-// Sub-pixels at any columns and with any shifts are those of the views that they belong to.
+// Sub-pixels with any shifts are those of the views that they belong to.
 TEST(ViewsLayered, SinglePixelsAreThoseOfTheViews) {
     const cv::Mat photo = randomPhoto({97, 30});
     const auto renderer = makeLayeredRenderer(photo, blobDepth(photo.size()), 0.4, {});
@@ -560,9 +564,9 @@ TEST(ViewsLayered, SinglePixelsAreThoseOfTheViews) {
     }
     cv::RNG rng(3);
     std::vector<int> columns(501);
-    for (int& column : columns)
-        column = rng.uniform(0, photo.cols);
-    const auto sampler = renderer->sampler(columns);
+    for (std::size_t i = 0; i < columns.size(); ++i)
+        columns[i] = static_cast<int>(i) * photo.cols / 501;
+    const auto sampler = renderer->sampler(columns, 32);
     std::vector<float> shifts(columns.size() + kRowPadding);
     std::vector<std::size_t> viewOf(columns.size());
     std::vector<std::uint8_t> values(columns.size() + kRowPadding);

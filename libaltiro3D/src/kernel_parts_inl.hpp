@@ -88,11 +88,15 @@ class Window {
           high_(_mm512_cvtepu8_epi16(
               _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from + 32)))) {}
 
-    // Entry `index` in the lower, entry index + 1 in the upper 16 bits; index 0..62.
-    HWY_INLINE hn::Vec512<std::int32_t> pairs(hn::Vec512<std::int32_t> index) const {
+    // What pairs() takes for the entries `index` and index + 1.
+    static HWY_INLINE hn::Vec512<std::int32_t> withNext(hn::Vec512<std::int32_t> index) {
         const hn::Full512<std::int32_t> d;
-        const auto both = hn::Add(hn::Or(index, hn::ShiftLeft<16>(index)), hn::Set(d, 1 << 16));
-        return hn::Vec512<std::int32_t>{_mm512_permutex2var_epi16(low_, both.raw, high_)};
+        return hn::Add(hn::Or(index, hn::ShiftLeft<16>(index)), hn::Set(d, 1 << 16));
+    }
+
+    // One entry in the lower, one in the upper 16 bits; of both indices six bits count.
+    HWY_INLINE hn::Vec512<std::int32_t> pairs(hn::Vec512<std::int32_t> indices) const {
+        return hn::Vec512<std::int32_t>{_mm512_permutex2var_epi16(low_, indices.raw, high_)};
     }
 
     // lower * (2^bits - part) + upper * part, part 0..2^bits.
@@ -112,6 +116,8 @@ class Window {
 #else
 constexpr int kWindowColumns = 0;
 #endif
+
+constexpr std::size_t kVectorsPerWindow = 4;
 
 // The first of kWindowColumns columns that hold all that pixels can show whose columns, in order,
 // begin and end with these; -1 if there are more. Tables begin at column 0.

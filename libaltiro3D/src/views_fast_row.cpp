@@ -1,5 +1,7 @@
 #include "views_fast_row.hpp"
 
+#include <algorithm>
+
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "views_fast_row.cpp"
@@ -54,29 +56,40 @@ void fastSamplesOn(const std::uint8_t* HWY_RESTRICT plane, const float* HWY_REST
     const auto byte = hn::Set(whole, 255);
     const auto round = hn::Set(whole, 16);
     const std::size_t lanes = hn::Lanes(d);
-    for (std::size_t i = 0; i < count; i += lanes) {
+    const auto gathered = [&](std::size_t i) {
         const auto place = smallNearestInt(d, hn::Mul(hn::LoadU(d, places + i), steps));
-        const auto part = hn::And(place, lowBits);
-        const auto column = hn::ShiftRight<5>(place);
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
-        const int from = windowOf(columns[i], columns[i + lanes - 1], reach);
-        if (from >= 0) {
-            const Window window(plane + from);
-            const auto pairs = window.pairs(hn::Sub(column, hn::Set(whole, from)));
-            const auto sum = Window::mix<5>(pairs, part);
-            storeBytes(whole, hn::ShiftRight<5>(hn::Add(sum, round)), values + i);
-            continue;
-        }
-#else
-        static_cast<void>(columns);
-        static_cast<void>(reach);
-#endif
-        const auto four = gatherBytes4(whole, plane, column);
+        const auto four = gatherBytes4(whole, plane, hn::ShiftRight<5>(place));
         const auto first = hn::And(four, byte);
         const auto second = hn::And(hn::ShiftRight<8>(four), byte);
-        const auto sum = hn::Add(hn::ShiftLeft<5>(first), hn::Mul(hn::Sub(second, first), part));
+        const auto product = hn::Mul(hn::Sub(second, first), hn::And(place, lowBits));
+        const auto sum = hn::Add(hn::ShiftLeft<5>(first), product);
         storeBytes(whole, hn::ShiftRight<5>(hn::Add(sum, round)), values + i);
+    };
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+    for (std::size_t begin = 0; begin < count; begin += kVectorsPerWindow * lanes) {
+        const std::size_t end = std::min(begin + kVectorsPerWindow * lanes, count);
+        const int from = windowOf(columns[begin], columns[end - 1], reach);
+        if (from < 0) {
+            for (std::size_t i = begin; i < end; i += lanes)
+                gathered(i);
+            continue;
+        }
+        const Window window(plane + from);
+        const auto vFrom = hn::Set(whole, from);
+        for (std::size_t i = begin; i < end; i += lanes) {
+            const auto place = smallNearestInt(d, hn::Mul(hn::LoadU(d, places + i), steps));
+            const auto index = hn::Sub(hn::ShiftRight<5>(place), vFrom);
+            const auto sum =
+                Window::mix<5>(window.pairs(Window::withNext(index)), hn::And(place, lowBits));
+            storeBytes(whole, hn::ShiftRight<5>(hn::Add(sum, round)), values + i);
+        }
     }
+#else
+    static_cast<void>(columns);
+    static_cast<void>(reach);
+    for (std::size_t i = 0; i < count; i += lanes)
+        gathered(i);
+#endif
 }
 
 } // namespace HWY_NAMESPACE

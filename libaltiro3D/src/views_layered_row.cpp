@@ -56,13 +56,13 @@ HWY_INLINE Lanes<F, I> lanesOf(D d, const LayeredTables& tables, F column, F shi
 }
 
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
-// Windows of a table and of its mirrored twin for the pixels of one vector.
+// Windows of a table and of its mirrored twin for the pixels begin..end - 1.
 template <class T>
 class TwoWindows {
   public:
-    HWY_INLINE TwoWindows(const LayeredTables& tables, const LayeredPixels& pixels, std::size_t i,
-                          std::size_t lanes, const T* table)
-        : from_(windowOf(pixels.columns[i], pixels.columns[i + lanes - 1], pixels.reach)),
+    HWY_INLINE TwoWindows(const LayeredTables& tables, const LayeredPixels& pixels,
+                          std::size_t begin, std::size_t end, const T* table)
+        : from_(windowOf(pixels.columns[begin], pixels.columns[end - 1], pixels.reach)),
           mirroredFrom_(tables.stride + std::max(tables.width + 1 - from_ - kWindowColumns, 0)),
           window_(table + std::max(from_, 0)), mirroredWindow_(table + mirroredFrom_) {}
 
@@ -73,11 +73,10 @@ class TwoWindows {
     template <class V, class M>
     HWY_INLINE V pairs(V column, M mirrored) const {
         const hn::Full512<std::int32_t> d;
-        const auto in = hn::Set(d, kWindowColumns - 1);
-        const V plain = window_.pairs(hn::And(hn::Sub(column, hn::Set(d, from_)), in));
-        const V other =
-            mirroredWindow_.pairs(hn::And(hn::Sub(column, hn::Set(d, mirroredFrom_)), in));
-        return hn::IfThenElse(mirrored, other, plain);
+        const V from = hn::IfThenElse(mirrored, hn::Set(d, mirroredFrom_), hn::Set(d, from_));
+        const V index = hn::And(hn::Sub(column, from), hn::Set(d, kWindowColumns - 1));
+        const V indices = Window::withNext(index);
+        return hn::IfThenElse(mirrored, mirroredWindow_.pairs(indices), window_.pairs(indices));
     }
 
   private:
@@ -115,10 +114,12 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
     const I none = hn::Zero(whole);
     const I lastFlag = hn::Set(whole, 1);
     std::size_t openCount = 0;
-    for (std::size_t i = 0; i < pixels.count; i += hn::Lanes(d)) {
+    // @param wordsAt the word of a column in the lower, the next one's in the upper 16 bits
+    const auto guessVector = [&](std::size_t i, const auto& wordsAt) HWY_ATTR {
         const F shift = hn::LoadU(d, shifts + i);
+        const auto mirrored = hn::Lt(shift, zero);
         const auto lanes = lanesOf(d, tables, hn::LoadU(d, pixels.columns + i), shift);
-        const F clear = hn::IfThenElse(hn::Lt(shift, zero), hn::LoadU(d, pixels.clear[1] + i),
+        const F clear = hn::IfThenElse(mirrored, hn::LoadU(d, pixels.clear[1] + i),
                                        hn::LoadU(d, pixels.clear[0] + i));
         // where x = c - s (offset + slope (c - x))
         const I guess = hn::LoadU(whole, pixels.guesses + i);
@@ -128,15 +129,7 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
         const F near = hn::Min(hn::Max(hn::Add(lanes.x, away), half), lastColumn);
         const I column = smallNearestInt(d, hn::Sub(near, half)); // rounded down, but for ties
         const F columnPlace = hn::ConvertTo(d, column);
-        const I tableColumn = hn::Add(lanes.base, column);
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
-        const TwoWindows<std::int16_t> windows(tables, pixels, i, hn::Lanes(d), tables.words);
-        const I words = windows.fit()
-                            ? windows.pairs(tableColumn, hn::Ne(lanes.base, none))
-                            : gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(tableColumn));
-#else
-        const I words = gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(tableColumn));
-#endif
+        const I words = wordsAt(hn::Add(lanes.base, column), hn::RebindMask(whole, mirrored));
         const F from = hn::Sub(columnPlace, hn::Mul(lanes.unit, lowOffset(d, words)));
         const F to = hn::Sub(hn::Add(columnPlace, one), hn::Mul(lanes.unit, highOffset(d, words)));
         const auto between = hn::And(hn::Le(from, lanes.x), hn::Lt(lanes.x, to));
@@ -144,11 +137,30 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
             hn::And(hn::RebindMask(whole, hn::And(between, hn::Le(hn::Abs(shift), clear))),
                     hn::Eq(hn::And(words, lastFlag), none));
         hn::StoreU(placeBetween(d, lanes, column, from, to), whole, places + i);
-        if (hn::AllTrue(whole, sure)) continue;
+        if (hn::AllTrue(whole, sure)) return;
         const auto unsure = hn::Not(sure);
         const I number = hn::Iota(whole, static_cast<std::int32_t>(i));
         hn::StoreU(hn::Compress(number, unsure), whole, open + openCount);
         openCount += hn::CountTrue(whole, unsure);
+    };
+    const auto gathered = [&](I column, const auto&) HWY_ATTR {
+        return gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(column));
+    };
+    const std::size_t lanesPerVector = hn::Lanes(d);
+    const std::size_t step = kVectorsPerWindow * lanesPerVector;
+    for (std::size_t begin = 0; begin < pixels.count; begin += step) {
+        const std::size_t end = std::min(begin + step, pixels.count);
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+        const TwoWindows<std::int16_t> windows(tables, pixels, begin, end, tables.words);
+        if (windows.fit()) {
+            for (std::size_t i = begin; i < end; i += lanesPerVector)
+                guessVector(i, [&](I column, const auto& mirrored)
+                                   HWY_ATTR { return windows.pairs(column, mirrored); });
+            continue;
+        }
+#endif
+        for (std::size_t i = begin; i < end; i += lanesPerVector)
+            guessVector(i, gathered);
     }
     while (openCount > 0 && static_cast<std::size_t>(open[openCount - 1]) >= pixels.count)
         --openCount; // padding
@@ -285,27 +297,36 @@ void layeredSamplesOn(const LayeredTables& tables, const LayeredPixels& pixels,
     const I subColumns = hn::Set(d, (1 << kSubColumnBits) - 1);
     const I round = hn::Set(d, 1 << (kSubColumnBits - 1));
     const std::size_t lanes = hn::Lanes(d);
-    for (std::size_t i = 0; i < pixels.count; i += lanes) {
-        const I place = hn::LoadU(d, places + i);
-        const I part = hn::And(place, subColumns);
-        const I column = hn::ShiftRight<kSubColumnBits>(place);
+    const auto gathered = [&](std::size_t i) HWY_ATTR {
+        const I place = hn::Max(hn::LoadU(d, places + i), hn::Zero(d));
+        const I four = gatherBytes4(d, plane, hn::ShiftRight<kSubColumnBits>(place));
+        const I first = hn::And(four, byte);
+        const I second = hn::And(hn::ShiftRight<8>(four), byte);
+        const I product = hn::Mul(hn::Sub(second, first), hn::And(place, subColumns));
+        const I sum = hn::Add(hn::ShiftLeft<kSubColumnBits>(first), product);
+        storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
+    };
+    const std::size_t step = kVectorsPerWindow * lanes;
+    for (std::size_t begin = 0; begin < pixels.count; begin += step) {
+        const std::size_t end = std::min(begin + step, pixels.count);
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
-        const TwoWindows<std::uint8_t> windows(tables, pixels, i, lanes, plane);
+        const TwoWindows<std::uint8_t> windows(tables, pixels, begin, end, plane);
         if (windows.fit()) {
-            const auto mirrored = hn::Gt(column, hn::Set(d, tables.stride - 2));
-            const I sum = Window::mix<kSubColumnBits>(windows.pairs(column, mirrored), part);
-            storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
+            const I lastPlain = hn::Set(d, tables.stride - 2);
+            for (std::size_t i = begin; i < end; i += lanes) {
+                const I place = hn::LoadU(d, places + i);
+                const I column = hn::ShiftRight<kSubColumnBits>(place);
+                const I sum = Window::mix<kSubColumnBits>(
+                    windows.pairs(column, hn::Gt(column, lastPlain)), hn::And(place, subColumns));
+                storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
+            }
             continue;
         }
 #else
         static_cast<void>(tables);
 #endif
-        const I four = gatherBytes4(d, plane, hn::Max(column, hn::Zero(d)));
-        const I first = hn::And(four, byte);
-        const I second = hn::And(hn::ShiftRight<8>(four), byte);
-        const I sum =
-            hn::Add(hn::ShiftLeft<kSubColumnBits>(first), hn::Mul(hn::Sub(second, first), part));
-        storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
+        for (std::size_t i = begin; i < end; i += lanes)
+            gathered(i);
     }
 }
 

@@ -7,6 +7,7 @@
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/native_lut.hpp"
+#include "altiro3D/native_renderer.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
 
@@ -18,6 +19,7 @@
 #include <cstring>
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
@@ -477,7 +479,83 @@ void BM_PaperPipeline(benchmark::State& state, const Display& display) {
 }
 
 // ---- photo and depth to Native without a quilt
-// (BM_NativeFast, BM_NativeLayered)
+
+// How a Native is rendered straight from photo and depth.
+struct Road {
+    ViewOptions options;
+    ViewPositions positions = ViewPositions::Discrete;
+    bool busy = false;        // the sample photo: many things one before the other
+    bool panelPixels = false; // photo and depth of the panel's size
+};
+
+// A file of docs/examples.
+cv::Mat sample(const char* file, int flags) {
+    cv::Mat picture = cv::imread(std::string(ALTIRO3D_BENCH_SAMPLES) + "/" + file, flags);
+    require(!picture.empty(), "docs/examples cannot be read");
+    return picture;
+}
+
+void renderNatives(benchmark::State& state, const Display& display, const Road& road) {
+    cv::Mat photo = display.photo();
+    cv::Mat depth = display.depth();
+    if (road.busy) {
+        photo.release(); // these are the display's
+        depth.release();
+        const cv::Size tile = display.layout.tileSize;
+        cv::Mat wholeDepth = sample("sample-depth.png", cv::IMREAD_UNCHANGED); // 16 bits
+        cv::resize(sample("sample.jpg", cv::IMREAD_COLOR), photo, tile, 0, 0, cv::INTER_AREA);
+        cv::resize(wholeDepth, wholeDepth, tile, 0, 0, cv::INTER_NEAREST);
+        wholeDepth.convertTo(depth, CV_32F, 1 / 65535.0);
+    }
+    if (road.panelPixels) {
+        cv::Mat large;
+        cv::resize(photo, large, display.panel(), 0, 0, cv::INTER_CUBIC);
+        photo = large;
+        cv::Mat largeDepth;
+        cv::resize(depth, largeDepth, display.panel(), 0, 0, cv::INTER_NEAREST);
+        depth = largeDepth;
+    }
+    const NativeRenderer renderer(display.calibration, display.layout.viewCount, road.options,
+                                  road.positions);
+    cv::Mat native;
+    renderer.render(photo, depth, native);
+    if (road.positions == ViewPositions::Discrete && !road.panelPixels) {
+        cv::Mat quilt;
+        cv::Mat expected;
+        Depth2Quilt(display.layout, road.options).render(photo, depth, quilt);
+        Quilt2Native(display.lut()).render(quilt, expected);
+        require(equal(native, expected), "the Native of the quilt");
+    }
+    for (auto _ : state) {
+        renderer.render(photo, depth, native);
+        benchmark::DoNotOptimize(native.data);
+    }
+}
+
+void BM_NativeFast(benchmark::State& state, const Display& display) {
+    renderNatives(state, display, {methodOf(ViewMethod::Fast)});
+}
+void BM_NativeFastRefined(benchmark::State& state, const Display& display) {
+    Road road{methodOf(ViewMethod::Fast)};
+    road.options.refinement = 2;
+    renderNatives(state, display, road);
+}
+void BM_NativeFastContinuous(benchmark::State& state, const Display& display) {
+    renderNatives(state, display, {methodOf(ViewMethod::Fast), ViewPositions::Continuous});
+}
+void BM_NativeLayered(benchmark::State& state, const Display& display) {
+    renderNatives(state, display, {methodOf(ViewMethod::Layered)});
+}
+void BM_NativeLayeredBusy(benchmark::State& state, const Display& display) {
+    renderNatives(state, display, {methodOf(ViewMethod::Layered), ViewPositions::Discrete, true});
+}
+void BM_NativeLayeredContinuous(benchmark::State& state, const Display& display) {
+    renderNatives(state, display, {methodOf(ViewMethod::Layered), ViewPositions::Continuous});
+}
+void BM_NativeLayeredPanelPixels(benchmark::State& state, const Display& display) {
+    renderNatives(state, display,
+                  {methodOf(ViewMethod::Layered), ViewPositions::Continuous, false, true});
+}
 
 using Stage = void (*)(benchmark::State&, const Display&);
 
@@ -519,7 +597,13 @@ void registerAll(const Display& display) {
     registerStage("BM_CvRemapNearest", BM_CvRemapNearest, display);
     registerStage("BM_NativeDirectNoLut", BM_NativeDirectNoLut, display);
     registerStage("BM_PaperPipeline", BM_PaperPipeline, display);
-    // BM_NativeFast and BM_NativeLayered: here
+    registerStage("BM_NativeFast", BM_NativeFast, display);
+    registerStage("BM_NativeFastRefined", BM_NativeFastRefined, display);
+    registerStage("BM_NativeFastContinuous", BM_NativeFastContinuous, display);
+    registerStage("BM_NativeLayered", BM_NativeLayered, display);
+    registerStage("BM_NativeLayeredBusy", BM_NativeLayeredBusy, display);
+    registerStage("BM_NativeLayeredContinuous", BM_NativeLayeredContinuous, display);
+    registerStage("BM_NativeLayeredPanelPixels", BM_NativeLayeredPanelPixels, display);
 }
 
 } // namespace

@@ -31,6 +31,13 @@ HWY_INLINE V gatherBytes4(D d, const void* base, V offsets) {
 #endif
 }
 
+// The entries of a table of floats, for each lane of `indices`.
+template <class D, class I = hn::Vec<hn::RebindToSigned<D>>>
+HWY_INLINE hn::Vec<D> gatherFloats(D d, const float* table, I indices) {
+    const hn::RebindToSigned<D> whole;
+    return hn::BitCast(d, gatherBytes4(whole, table, hn::ShiftLeft<2>(indices)));
+}
+
 // The first four and the last four of the eight bytes at base + offset, for each lane of `offsets`.
 template <class V>
 struct EightBytes {

@@ -33,8 +33,8 @@ void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT o
         place = hn::Min(hn::Max(place, left), right);
         for (int step = 0; step < refinement; ++step) {
             const auto before = hn::ConvertTo(whole, place);
-            const auto first = hn::GatherIndex(d, offsets, before);
-            const auto second = hn::GatherIndex(d, offsets + 1, before);
+            const auto first = gatherFloats(d, offsets, before);
+            const auto second = gatherFloats(d, offsets + 1, before);
             const auto part = hn::Sub(place, hn::ConvertTo(d, before));
             const auto offset = hn::Add(first, hn::Mul(part, hn::Sub(second, first)));
             place = hn::Add(column, hn::Mul(shift, offset));

@@ -25,15 +25,11 @@ class LayeredReader {
   public:
     LayeredReader(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
         : photo_(photo), scene_(scene), columns_(columns),
-          places_(paddedRow<std::int32_t>(count())), ends_(places_), endColumns_(places_),
-          open_(places_), guesses_(places_) {
-        columnPlaces_ = paddedRow<float>(count());
+          columnPlaces_(paddedRow<float>(columns.size())),
+          guesses_(paddedRow<std::int32_t>(columns.size())), limits_{guesses_, guesses_} {
         std::copy(columns.begin(), columns.end(), columnPlaces_.begin());
-        for (std::vector<float>& clear : clear_)
-            clear = columnPlaces_;
-        const auto planeSize = 2 * static_cast<std::size_t>(scene.stride());
-        for (std::vector<std::uint8_t>& plane : planes_)
-            plane = paddedRow<std::uint8_t>(planeSize);
+        for (std::vector<std::int32_t>& list : room_)
+            list = guesses_;
     }
 
     std::size_t count() const { return columns_.size(); }
@@ -47,15 +43,16 @@ class LayeredReader {
         tables_ = scene_.tables(row);
         bounded_ = bounded;
         const std::int16_t* words = tables_.words;
-        const float* clear = tables_.clear;
-        const float* mirroredClear = clear + tables_.stride + scene_.width - 1;
+        const std::int32_t* limits = tables_.limits;
+        const std::int32_t* mirroredLimits = limits + tables_.stride + scene_.width - 1;
         for (std::size_t i = 0; i < count(); ++i) {
             const int x = columns_[i];
             const int rise = wordOffset(words[x + 2]) - wordOffset(words[x - 2]);
             guesses_[i] = columnGuess(words[x], rise);
-            clear_[0][i] = clear[x];
-            clear_[1][i] = mirroredClear[-x];
+            limits_[0][i] = limits[x];
+            limits_[1][i] = mirroredLimits[-x];
         }
+        listSurfaces();
         splitPlanes();
     }
 
@@ -64,62 +61,110 @@ class LayeredReader {
     void find(const float* shifts, std::size_t begin, std::size_t size) {
         begin_ = begin;
         size_ = size;
-        const LayeredRoom room = {places_.data(), ends_.data(), endColumns_.data(), open_.data()};
-        endCount_ = layeredPlaces(tables_, pixels(), shifts + begin, bounded_, room);
+        shifts_ = shifts + begin;
+        const LayeredRoom room = {room_[0].data(), room_[1].data(), room_[2].data(),
+                                  room_[3].data(), room_[4].data(), room_[5].data(),
+                                  room_[6].data(), room_[7].data()};
+        const LayeredSurfaces surfaces = {
+            first_.data(),         last_.data(),
+            hidden_.data(),        beyond_.data(),
+            leftBorder_.data(),    rightBorder_.data(),
+            surfaceStrips_.data(), {0, mirroredSurfaces_, surfaceCount_}};
+        counts_ = layeredPlaces(tables_, surfaces, pixels(), shifts_, bounded_, room);
+        searchHardOnes();
     }
 
-    // Reads a channel of what find() found, but for the pixels at ends.
-    // @param values of all pixels
+    // Reads a channel of what find() found. @param values of all pixels
     void read(int channel, std::uint8_t* values) const {
-        layeredSamples(tables_, pixels(), plane(channel, 0), places_.data(), values + begin_);
-    }
-
-    // Calls put(pixel, colour of a channel) for all pixels at ends that find() found.
-    template <class Put>
-    void readEnds(const float* shifts, const Put& put) const {
-        const LayeredSearch search(scene_, row_);
-        for (std::size_t k = 0; k < endCount_; ++k) {
-            const auto i = begin_ + static_cast<std::size_t>(ends_[k]);
-            const int column = columns_[i];
-            if (shifts[i] == 0) {
-                put(i, [&](int channel) { return plane(channel, 0)[column]; });
-                continue;
-            }
-            const int direction = shifts[i] < 0 ? 1 : 0;
-            const int x = direction == 0 ? column : scene_.width - 1 - column;
-            const LayeredPixel pixel = search.at(direction, x, std::abs(shifts[i]), endColumns_[k]);
-            put(i, [&](int channel) {
-                return search.colour(direction, pixel, plane(channel, direction), channel);
-            });
+        const std::uint8_t* plane =
+            planes_[static_cast<std::size_t>(channel)].data() + kTablePadding;
+        values += begin_;
+        layeredSamples(tables_, pixels(), plane, room_[0].data(), values);
+        for (std::size_t i = 0; i < counts_.mixed; ++i) {
+            std::uint8_t& value = values[room_[3][i]];
+            value = static_cast<std::uint8_t>(
+                coveredBy(sampleAt(plane, room_[4][i]), value, room_[5][i]));
         }
+        for (std::size_t i = 0; i < counts_.hard; ++i)
+            values[room_[1][i]] = static_cast<std::uint8_t>(colourOf(hard_[i], plane));
     }
 
   private:
     LayeredPixels pixels() const {
         return {columnPlaces_.data() + begin_,
                 guesses_.data() + begin_,
-                {clear_[0].data() + begin_, clear_[1].data() + begin_},
+                {limits_[0].data() + begin_, limits_[1].data() + begin_},
                 bounded_ ? scene_.reachColumns : scene_.width,
                 size_};
     }
 
-    const std::uint8_t* plane(int channel, int direction) const {
-        return planes_[static_cast<std::size_t>(channel)].data() + kTablePadding +
-               static_cast<std::ptrdiff_t>(direction) * scene_.stride();
+    void searchHardOnes() {
+        const LayeredSearch search(scene_, row_, strips_);
+        hard_.resize(counts_.hard);
+        for (std::size_t i = 0; i < counts_.hard; ++i) {
+            const auto pixel = static_cast<std::size_t>(room_[1][i]);
+            const int column = columns_[begin_ + pixel];
+            const int direction = shifts_[pixel] < 0 ? 1 : 0;
+            const int x = direction == 0 ? column : scene_.width - 1 - column;
+            hard_[i] = search.at(direction, x, std::abs(shifts_[pixel]), room_[2][i]);
+        }
     }
 
-    // Planes of the row and of the mirrored row, their last px repeated on both sides.
+    // Surfaces of both directions, as LayeredSurfaces.
+    void listSurfaces() {
+        constexpr float kNoBorder = -1e9F;
+        const LayeredRow* rows[] = {&scene_.rows[0][static_cast<std::size_t>(row_)],
+                                    &scene_.rows[1][static_cast<std::size_t>(row_)]};
+        const std::size_t all = rows[0]->surfaces.size() + rows[1]->surfaces.size();
+        for (std::vector<float>* list :
+             {&first_, &last_, &hidden_, &beyond_, &leftBorder_, &rightBorder_})
+            list->resize(all + kRowPadding);
+        surfaceStrips_.resize(all + kRowPadding);
+        strips_[0] = 2 * scene_.stride();
+        strips_[1] = strips_[0] + static_cast<int>(rows[0]->strips.size() / 4);
+        mirroredSurfaces_ = static_cast<int>(rows[0]->surfaces.size());
+        surfaceCount_ = static_cast<int>(all);
+        std::size_t i = 0;
+        for (int direction = 0; direction < 2; ++direction) {
+            for (const LayeredSurface& surface : rows[direction]->surfaces) {
+                first_[i] = static_cast<float>(surface.first);
+                last_[i] = static_cast<float>(surface.last);
+                hidden_[i] = static_cast<float>(surface.hidden);
+                beyond_[i] = static_cast<float>(surface.beyond);
+                leftBorder_[i] = surface.hidden > 0 ? kNoBorder : 1 + surface.leftExtra;
+                rightBorder_[i] = 1 + surface.rightExtra;
+                surfaceStrips_[i] = strips_[direction] + surface.hiddenAt(0);
+                ++i;
+            }
+        }
+    }
+
+    // Planes of the row and of the mirrored row, their last px repeated on both sides, and of what
+    // is painted.
     void splitPlanes() {
         const auto width = static_cast<std::size_t>(scene_.width);
+        const LayeredRow* rows[] = {&scene_.rows[0][static_cast<std::size_t>(row_)],
+                                    &scene_.rows[1][static_cast<std::size_t>(row_)]};
+        const std::size_t painted = (rows[0]->strips.size() + rows[1]->strips.size()) / 4;
+        const std::size_t size =
+            kTablePadding + 2 * static_cast<std::size_t>(scene_.stride()) + painted + kRowPadding;
+        for (std::vector<std::uint8_t>& plane : planes_)
+            plane.resize(std::max(plane.size(), size));
         splitRow(bgr(), width, planes_[0].data() + kTablePadding, planes_[1].data() + kTablePadding,
                  planes_[2].data() + kTablePadding);
-        for (std::vector<std::uint8_t>& plane : planes_) {
-            std::uint8_t* row = plane.data() + kTablePadding;
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+            std::uint8_t* row = planes_[channel].data() + kTablePadding;
             std::uint8_t* mirrored = row + scene_.stride();
             std::reverse_copy(row, row + width, mirrored);
             for (std::uint8_t* begin : {row, mirrored}) {
                 std::memset(begin - kTablePadding, begin[0], kTablePadding);
                 std::memset(begin + width, begin[width - 1], kTablePadding);
+            }
+            for (int direction = 0; direction < 2; ++direction) {
+                const std::vector<std::uint8_t>& strips = rows[direction]->strips;
+                std::uint8_t* to = row + strips_[direction];
+                for (std::size_t i = channel; i < strips.size(); i += 4)
+                    *to++ = strips[i];
             }
         }
     }
@@ -128,18 +173,27 @@ class LayeredReader {
     const LayeredScene& scene_;
     const std::vector<int>& columns_;
     int row_ = 0;
-    LayeredTables tables_;
-    std::vector<float> columnPlaces_; // see LayeredPixels
-    std::vector<float> clear_[2];
-    std::vector<std::int32_t> places_;
-    std::vector<std::int32_t> ends_;
-    std::vector<std::int32_t> endColumns_;
-    std::vector<std::int32_t> open_;
-    std::vector<std::int32_t> guesses_;
     bool bounded_ = true;
-    std::size_t endCount_ = 0;
+    LayeredTables tables_;
+    std::vector<float> columnPlaces_; // of all pixels, see LayeredPixels
+    std::vector<std::int32_t> guesses_;
+    std::vector<std::int32_t> limits_[2];
+    std::vector<std::int32_t> room_[8]; // in the order of LayeredRoom
+    LayeredCounts counts_;
+    std::vector<LayeredPixel> hard_;
     std::size_t begin_ = 0; // pixels that find() looked at
     std::size_t size_ = 0;
+    const float* shifts_ = nullptr;
+    std::vector<float> first_; // see LayeredSurfaces
+    std::vector<float> last_;
+    std::vector<float> hidden_;
+    std::vector<float> beyond_;
+    std::vector<float> leftBorder_;
+    std::vector<float> rightBorder_;
+    std::vector<std::int32_t> surfaceStrips_;
+    int mirroredSurfaces_ = 0;
+    int surfaceCount_ = 0;
+    int strips_[2] = {0, 0};
     std::array<std::vector<std::uint8_t>, 3> planes_;
 };
 
@@ -162,8 +216,6 @@ class LayeredSampler : public SubpixelSampler {
         for (std::size_t begin = 0; begin < columns_.size(); begin += kPixelsAtATime) {
             reader_.find(shifts, begin, std::min(kPixelsAtATime, columns_.size() - begin));
             reader_.read(channel, values);
-            reader_.readEnds(
-                shifts, [&](std::size_t i, const auto& colour) { values[i] = colour(channel); });
         }
     }
 
@@ -203,10 +255,6 @@ class LayeredRows : public RowRenderer {
         for (int channel = 0; channel < 3; ++channel)
             reader_.read(channel, planes_[static_cast<std::size_t>(channel)].data());
         interleaveRow(planes_[0].data(), planes_[1].data(), planes_[2].data(), width, bgr);
-        reader_.readEnds(shifts_.data(), [&](std::size_t i, const auto& colour) {
-            for (int channel = 0; channel < 3; ++channel)
-                bgr[3 * i + static_cast<std::size_t>(channel)] = colour(channel);
-        });
     }
 
     const LayeredScene& scene_;

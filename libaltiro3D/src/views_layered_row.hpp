@@ -22,9 +22,9 @@ constexpr int kWindow = 16;       ///< Columns that LayeredTables::left looks at
 constexpr int kTablePadding = 8;  ///< Columns left and right of each table.
 constexpr int kSubColumnBits = 8; ///< Places between columns are counted in 1/256.
 
-// A place: 256 * column + 1/256 px, the column counted from the table of the shift's sign on, with
-// `stride`.
-constexpr std::int32_t kSeeEnds = INT32_MIN; ///< Place of a pixel at or behind a surface's end.
+// A place: 256 * column + 1/256 px. The columns are those of a plane: the row, from `stride` on the
+// mirrored row, and from 2 * stride on what is painted beside surfaces (LayeredSurfaces::strips).
+constexpr std::int32_t kSeeEnds = INT32_MIN; ///< Place of a pixel that needs LayeredSearch.
 
 /// An offset, and whether the column is the first or the last one of its surface.
 constexpr std::int16_t columnWord(int offset, bool first, bool last) {
@@ -50,14 +50,36 @@ struct LayeredTables {
     /// As `bounds`, of the kWindow columns that end here.
     const std::int16_t* left = nullptr;
     const std::int16_t* surfaces = nullptr; ///< Index of the surface that began last.
-    /// Up to this shift nothing of another surface comes to this column, px.
-    const float* clear = nullptr;
-    int stride = 0;  ///< Columns from a table to its mirrored twin.
-    int width = 0;   ///< Columns of the photo.
-    float scale = 0; ///< Depth - focus of one unit of the offsets.
+    /// columnLimits() of each column.
+    const std::int32_t* limits = nullptr;
+    int stride = 0;       ///< Columns from a table to its mirrored twin.
+    int width = 0;        ///< Columns of the photo.
+    float scale = 0;      ///< Depth - focus of one unit of the offsets.
+    float clearScale = 0; ///< columnLimits() units of one px.
 };
 
-/// What is known of a column before any search: its columnWord() and the slope of the offsets
+/// What is known of a column before any search: where its surface begins, and up to which
+/// shift nothing of a surface further right comes to it.
+/// @param begin column, >= 0 @param clear in 1/65535 of the largest shift, 0..65535
+constexpr std::int32_t columnLimits(int begin, int clear) {
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(begin) << 16 |
+                                     static_cast<std::uint32_t>(clear));
+}
+
+/// The surfaces of a row as the search reads them: one entry each and padding (kRowPadding), first
+/// those of the row, then those of the mirrored row.
+struct LayeredSurfaces {
+    const float* first = nullptr;         ///< First column.
+    const float* last = nullptr;          ///< Last column.
+    const float* hidden = nullptr;        ///< Painted columns to the left.
+    const float* beyond = nullptr;        ///< Painted columns to the right.
+    const float* leftBorder = nullptr;    ///< How far it covers pixels left of `first`, px.
+    const float* rightBorder = nullptr;   ///< The same, right of what is painted beyond `last`.
+    const std::int32_t* strips = nullptr; ///< Column in the planes of `first`; behind it `last`.
+    int begin[3] = {0, 0, 0};             ///< Where either direction begins, and the end.
+};
+
+/// Where the search may begin: the columnWord() of a column and the slope of the offsets
 /// around it, for layeredPlaces() to begin with.
 /// @param word columnWord() of the column @param rise offset two columns on minus offset two before
 constexpr std::int32_t columnGuess(std::int16_t word, int rise) {
@@ -71,8 +93,9 @@ struct LayeredPixels {
     /// Column in the row, in order (ascending or descending) but for the padding; W - 1 - column in
     /// the mirrored row.
     const float* columns = nullptr;
-    const std::int32_t* guesses = nullptr;      ///< columnGuess() of it, in the row.
-    const float* clear[2] = {nullptr, nullptr}; ///< LayeredTables::clear of it in both rows.
+    const std::int32_t* guesses = nullptr; ///< columnGuess() of it, in the row.
+    /// LayeredTables::limits of it, in the row and in the mirrored row.
+    const std::int32_t* limits[2] = {nullptr, nullptr};
     int reach = 0; ///< How far from its column the place of a pixel may lie, columns.
     std::size_t count = 0;
 };
@@ -80,23 +103,33 @@ struct LayeredPixels {
 /// Room for layeredPlaces(): `count` and padding each.
 struct LayeredRoom {
     std::int32_t* places = nullptr; ///< Result: for layeredSamples(), or kSeeEnds.
-    std::int32_t* ends = nullptr;   ///< Result: numbers of the pixels that got kSeeEnds.
-    /// Result: for each of `ends` the column (in its direction) from which on, to the left, the
+    std::int32_t* hard = nullptr;   ///< Result: numbers of the pixels that got kSeeEnds.
+    /// Result: for each of `hard` the column (in its direction) from which on, to the left, the
     /// search must go on.
-    std::int32_t* endColumns = nullptr;
-    std::int32_t* open = nullptr; ///< For its own use.
+    std::int32_t* hardColumns = nullptr;
+    std::int32_t* mixed = nullptr;  ///< Result: numbers of the pixels that a border covers in part.
+    std::int32_t* covers = nullptr; ///< Result: for each of `mixed` the place of what covers it,
+    std::int32_t* parts = nullptr;  ///< and how much of it, 1..255 of 256.
+    std::int32_t* open = nullptr;   ///< For its own use,
+    std::int32_t* openColumns = nullptr; ///< as well.
+};
+
+/// What layeredPlaces() found besides places.
+struct LayeredCounts {
+    std::size_t hard = 0;  ///< Pixels that need LayeredSearch.
+    std::size_t mixed = 0; ///< Pixels that a border covers in part.
 };
 
 /// Finds what pixels show.
 ///
-/// @param tables the row
+/// @param tables, surfaces the row
 /// @param pixels columns, with what the tables say about them
 /// @param shifts shift of the view that each pixel belongs to, px
 /// @param bounded whether no |shift| is larger than the one that the bounds were made for
 /// @param room results
-/// @return how many pixels got kSeeEnds
-std::size_t layeredPlaces(const LayeredTables& tables, const LayeredPixels& pixels,
-                          const float* shifts, bool bounded, const LayeredRoom& room);
+LayeredCounts layeredPlaces(const LayeredTables& tables, const LayeredSurfaces& surfaces,
+                            const LayeredPixels& pixels, const float* shifts, bool bounded,
+                            const LayeredRoom& room);
 
 /// Reads one channel between columns, linearly.
 ///

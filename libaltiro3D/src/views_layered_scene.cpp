@@ -67,7 +67,7 @@ void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<flo
             surface.beyond = row.surfaces[i + 1].first - surface.last; // the mixed px, and one more
         }
         surface.strip = painted;
-        painted += surface.hidden + surface.beyond;
+        painted += surface.stripLength();
     }
     row.strips.resize(4 * static_cast<std::size_t>(painted));
     const auto pixel = [&](int x) {
@@ -75,9 +75,9 @@ void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<flo
     };
     for (const LayeredSurface& surface : row.surfaces) {
         std::uint8_t* strip = row.strips.data() + 4 * static_cast<std::ptrdiff_t>(surface.strip);
-        for (int k = 0; k < surface.hidden + surface.beyond; ++k)
+        for (int k = 0; k < surface.stripLength(); ++k)
             std::memcpy(strip + 4 * static_cast<std::ptrdiff_t>(k),
-                        pixel(k < surface.hidden ? surface.first : surface.last), 3);
+                        pixel(k <= surface.hidden ? surface.first : surface.last), 3);
     }
 }
 
@@ -122,7 +122,7 @@ class TableWriter {
 
     void write(const std::vector<float>& offsets, double scale, const LayeredRow& row,
                std::int16_t* words, std::int16_t* bounds, std::int16_t* left,
-               std::int16_t* surfaceOf, float* clear) {
+               std::int16_t* surfaceOf, std::int32_t* limits) {
         const auto perUnit = static_cast<float>(1 / scale);
         const auto largest = static_cast<float>(kLargestOffset);
         for (int x = 0; x < width_; ++x) {
@@ -151,36 +151,39 @@ class TableWriter {
                 words[x] = static_cast<std::int16_t>(words[x] | 1);
             std::fill(surfaceOf + surface.first, surfaceOf + end, static_cast<std::int16_t>(k));
         }
-        writeClear(words, static_cast<float>(scale), row, clear);
+        writeLimits(words, static_cast<float>(scale), row, limits);
     }
 
   private:
-    // The shift at which something of another surface first comes to a column: a border from the
-    // right, or the own surface's begin that goes away to the right.
-    void writeClear(const std::int16_t* words, float scale, const LayeredRow& row,
-                    float* clear) const {
-        // Within a surface that is torn only further apart nothing is in order.
+    void writeLimits(const std::int16_t* words, float scale, const LayeredRow& row,
+                     std::int32_t* limits) {
+        // Within a surface that is torn only further apart nothing is in order; of many surfaces
+        // (depth of noise) not all are looked at.
         const bool known =
             inOrder_ && static_cast<int>(row.surfaces.size()) * kFewColumns <= width_ + kFewColumns;
-        std::fill_n(clear, width_, known ? reachPixels_ : -1.0F);
-        if (!known) return;
+        clear_.assign(static_cast<std::size_t>(width_), known ? kClearForAll : 0);
         for (const LayeredSurface& surface : row.surfaces) {
+            if (!known) break;
             const float offset = scale * static_cast<float>(wordOffset(words[surface.first]));
             for (int x = surface.first - 1; x >= 0 && x + reach_ >= surface.first; --x) {
                 // a little less, for what rounding adds
                 const float way = static_cast<float>(surface.first - x - kEndReach) - 0.01F;
-                if (way > 0 && way > offset * reachPixels_) break;
-                clear[x] = way > 0 ? std::min(clear[x], way / offset) : -1.0F;
+                if (way > 0 && way >= offset * reachPixels_) break;
+                const float shift = way > 0 ? way / offset : 0;
+                const int units = static_cast<int>(shift / reachPixels_ * kClearForAll);
+                int& clear = clear_[static_cast<std::size_t>(x)];
+                clear = std::min(clear, units);
             }
-            if (offset >= 0) continue;
-            for (int x = surface.first; x <= surface.last; ++x) {
-                const float shift = static_cast<float>(surface.first - x) / offset;
-                if (shift >= reachPixels_) break;
-                clear[x] = std::min(clear[x], shift);
-            }
+        }
+        for (std::size_t k = 0; k < row.surfaces.size(); ++k) {
+            const int begin = row.surfaces[k].first;
+            const int end = k + 1 < row.surfaces.size() ? row.surfaces[k + 1].first : width_;
+            for (int x = begin; x < end; ++x)
+                limits[x] = columnLimits(begin, clear_[static_cast<std::size_t>(x)]);
         }
     }
 
+    static constexpr int kClearForAll = 65535;
     static constexpr int kFewColumns = 8; // per surface: depth of noise
 
     int width_;
@@ -190,6 +193,7 @@ class TableWriter {
     std::vector<std::int16_t> ahead_;
     std::vector<std::int16_t> behind_; // mirrored
     std::vector<std::int16_t> window_;
+    std::vector<int> clear_; // columnLimits()
 };
 
 bool isStill(const cv::Mat& depth, int row, double focus) {
@@ -206,10 +210,12 @@ LayeredTables LayeredScene::tables(int row) const {
     result.bounds = bounds.ptr<std::int16_t>(row) + kTablePadding;
     result.left = left.ptr<std::int16_t>(row) + kTablePadding;
     result.surfaces = surfaceOf.ptr<std::int16_t>(row) + kTablePadding;
-    result.clear = clear.ptr<float>(row) + kTablePadding;
+    result.limits = limits.ptr<std::int32_t>(row) + kTablePadding;
     result.stride = stride();
     result.width = width;
     result.scale = scale;
+    // so that the largest shift comes to 65535 exactly or a little less
+    result.clearScale = reachPixels > 0 ? 65534.9F / reachPixels : 0;
     return result;
 }
 
@@ -231,7 +237,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
     scene.scale = static_cast<float>(scale);
     scene.reachPixels = static_cast<float>(options.reachPixels);
     scene.reachColumns = reach;
-    scene.clear.create(photo.rows, 2 * scene.stride(), CV_32FC1);
+    scene.limits.create(photo.rows, 2 * scene.stride(), CV_32SC1);
     const std::int16_t outside = columnWord(0, false, true);
     for (cv::Mat* table : {&scene.words, &scene.bounds, &scene.left, &scene.surfaceOf}) {
         table->create(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
@@ -259,7 +265,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
                              scene.bounds.ptr<std::int16_t>(y) + begin,
                              scene.left.ptr<std::int16_t>(y) + begin,
                              scene.surfaceOf.ptr<std::int16_t>(y) + begin,
-                             scene.clear.ptr<float>(y) + begin);
+                             scene.limits.ptr<std::int32_t>(y) + begin);
                 begin += scene.stride();
             }
         }

@@ -26,16 +26,19 @@ struct LayeredSurface {
     int beyond = 0;       ///< Columns right of `last`: behind nearer things or right of the frame.
     int strip = 0;        ///< Place of its leftmost painted column in LayeredRow::strips.
 
-    /// Place in LayeredRow::strips of column first - k, k = 1..hidden.
+    /// Place in LayeredRow::strips of column first - k, k = 0..hidden.
     int hiddenAt(int k) const { return strip + hidden - k; }
-    /// Place in LayeredRow::strips of column last + k, k = 1..beyond.
-    int beyondAt(int k) const { return strip + hidden + k - 1; }
+    /// Place in LayeredRow::strips of column last + k, k = 0..beyond.
+    int beyondAt(int k) const { return strip + hidden + 1 + k; }
+    /// Columns in LayeredRow::strips.
+    int stripLength() const { return hidden + beyond + 2; }
 };
 
 /// A row of the photo, in one direction.
 struct LayeredRow {
     std::vector<LayeredSurface> surfaces; ///< From left to right.
-    std::vector<std::uint8_t> strips; ///< What is painted: B G R and one unused byte per column.
+    /// What is painted, with the columns first and last themselves: B G R and one unused byte each.
+    std::vector<std::uint8_t> strips;
 };
 
 /// All rows, as seen when the camera moves to the right (direction 0), and of the mirrored photo
@@ -46,7 +49,7 @@ struct LayeredScene {
     cv::Mat bounds;                  ///< As `words`, LayeredTables::bounds
     cv::Mat left;                    ///< As `words`, LayeredTables::left
     cv::Mat surfaceOf;               ///< As `words`, LayeredTables::surfaces
-    cv::Mat clear;                   ///< As `words` but CV_32FC1, LayeredTables::clear
+    cv::Mat limits;                  ///< As `words` but CV_32SC1, LayeredTables::limits
     int width = 0;                   ///< Columns of the photo.
     float scale = 0;                 ///< LayeredTables::scale
     float reachPixels = 0;           ///< Largest shift that the bounds were made for, px.

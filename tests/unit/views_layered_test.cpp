@@ -5,12 +5,14 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
+#include "views_layered_ends.hpp"
 #include "views_layered_scene.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <numeric>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <thread>
@@ -480,73 +482,81 @@ Found slowSearch(const LayeredScene& scene, int row, int direction, int x, float
     return {};
 }
 
-TEST(ViewsLayered, TheSearchFindsWhatTryingAllColumnsFinds) {
-    const cv::Size size(211, 12);
+// One channel of a row of the photo as the kernels read it; see LayeredSurfaces::strips.
+std::vector<std::uint8_t> planeOf(const LayeredScene& scene, const cv::Mat& photo, int row,
+                                  int channel, int (&strips)[2]) {
+    std::vector<std::uint8_t> plane(2 * static_cast<std::size_t>(scene.stride()));
+    for (int x = 0; x < photo.cols; ++x) {
+        const std::uint8_t value = photo.at<cv::Vec3b>(row, x)[channel];
+        plane[static_cast<std::size_t>(x)] = value;
+        plane[static_cast<std::size_t>(scene.stride() + photo.cols - 1 - x)] = value;
+    }
+    for (int direction = 0; direction < 2; ++direction) {
+        strips[direction] = static_cast<int>(plane.size());
+        const auto& painted = scene.rows[direction][static_cast<std::size_t>(row)].strips;
+        for (std::size_t i = static_cast<std::size_t>(channel); i < painted.size(); i += 4)
+            plane.push_back(painted[i]);
+    }
+    plane.push_back(0);
+    return plane;
+}
+
+std::vector<cv::Mat> depthsToSearch(cv::Size size) {
     cv::Mat noise(size, CV_32FC1);
     cv::RNG(7).fill(noise, cv::RNG::UNIFORM, 0, 1);
     cv::Mat waves(size, CV_32FC1);
     for (int y = 0; y < size.height; ++y)
         for (int x = 0; x < size.width; ++x)
             waves.at<float>(y, x) = 0.5F + 0.3F * std::sin(0.09F * static_cast<float>(x + y));
-    const auto count = static_cast<std::size_t>(size.width);
-    std::vector<float> columns(count + kRowPadding);
-    for (std::size_t x = 0; x < count; ++x)
-        columns[x] = static_cast<float>(x);
-    std::vector<std::int32_t> guesses(count + kRowPadding);
-    std::vector<std::int32_t> places(guesses);
-    std::vector<std::int32_t> ends(guesses);
-    std::vector<std::int32_t> endColumns(guesses);
-    std::vector<std::int32_t> open(guesses);
-    std::vector<float> clear[2] = {columns, columns};
-    std::vector<float> shifts(columns);
+    return {noise, waves, blobDepth(size), blobDepth(size, 5), blobDepth(size, 8)};
+}
+
+// Pixel by pixel: the slow search finds what trying all columns finds, and the kernels give its
+// colour, wherever the pixel lies and whatever stands before it.
+TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
+    const cv::Size size(211, 12);
+    const cv::Mat photo = randomPhoto(size);
+    std::vector<int> columns(static_cast<std::size_t>(size.width));
+    std::iota(columns.begin(), columns.end(), 0);
+    std::vector<float> shifts(columns.size() + kRowPadding);
+    std::vector<std::uint8_t> values(columns.size() + kRowPadding);
     cv::RNG rng(9);
-    for (const cv::Mat& depth : {noise, waves, blobDepth(size), blobDepth(size, 5)}) {
+    for (const cv::Mat& depth : depthsToSearch(size)) {
         for (const double tear : {1.0, 3.0}) {
             LayeredSettings options;
             options.reachPixels = 25;
             options.tearPixels = tear;
-            const LayeredScene scene = layeredScene(randomPhoto(size), depth, 0.4, options);
+            const LayeredScene scene = layeredScene(photo, depth, 0.4, options);
+            const auto renderer = makeLayeredRenderer(photo, depth, 0.4, options);
+            const double largest = tear > 2 ? 90 : 25; // beyond the reach, too
+            const auto sampler = renderer->sampler(columns, largest);
             for (int y = 0; y < size.height; ++y) {
-                const LayeredTables tables = scene.tables(y);
-                for (int x = 0; x < size.width; ++x) {
-                    const auto i = static_cast<std::size_t>(x);
-                    guesses[i] = columnGuess(tables.words[x], rng.uniform(-50, 50)); // any will do
-                    clear[0][i] = tables.clear[x];
-                    clear[1][i] = tables.clear[tables.stride + size.width - 1 - x];
-                    shifts[i] = rng.uniform(-25.0F, 25.0F);
-                    if (x % 10 == 0) shifts[i] = x % 20 == 0 ? 25 : -25;
+                const int channel = y % 3;
+                for (std::size_t i = 0; i < columns.size(); ++i) {
+                    shifts[i] = static_cast<float>(rng.uniform(-largest, largest));
+                    if (i % 10 == 0) shifts[i] = i % 20 == 0 ? 25 : -25;
                 }
-                const std::size_t endCount =
-                    layeredPlaces(tables,
-                                  {columns.data(),
-                                   guesses.data(),
-                                   {clear[0].data(), clear[1].data()},
-                                   y % 2 == 0 ? scene.reachColumns : scene.width,
-                                   count},
-                                  shifts.data(), true,
-                                  {places.data(), ends.data(), endColumns.data(), open.data()});
-                std::size_t end = 0;
+                sampler->open(y);
+                sampler->sample(channel, shifts.data(), values.data());
+                int strips[2];
+                const std::vector<std::uint8_t> plane = planeOf(scene, photo, y, channel, strips);
+                const LayeredSearch search(scene, y, strips);
                 for (int x = 0; x < size.width; ++x) {
-                    const auto i = static_cast<std::size_t>(x);
-                    const int direction = shifts[i] < 0 ? 1 : 0;
+                    const float shift = shifts[static_cast<std::size_t>(x)];
+                    const int direction = shift < 0 ? 1 : 0;
                     const int own = direction == 0 ? x : size.width - 1 - x;
-                    const Found found = slowSearch(scene, y, direction, own, std::abs(shifts[i]));
-                    ASSERT_EQ(places[i] != kSeeEnds, found.inside)
-                        << x << " " << y << " " << shifts[i] << " " << found.column << " "
-                        << places[i] / 256.0 << " " << tear << " " << clear[direction][i];
+                    const LayeredPixel pixel =
+                        search.at(direction, own, std::abs(shift), size.width - 1);
+                    const Found found = slowSearch(scene, y, direction, own, std::abs(shift));
                     if (found.inside) {
-                        const double place = places[i] / 256.0 - direction * tables.stride;
-                        ASSERT_NEAR(place, found.place, 0.5 / 256 + 1e-4) << x << " " << y;
-                        continue;
+                        ASSERT_EQ(pixel.count, 1);
+                        ASSERT_NEAR(pixel.place[0] / 256.0 - direction * scene.stride(),
+                                    found.place, 0.5 / 256 + 1e-4)
+                            << x << " " << y;
                     }
-                    const auto known = std::find(ends.begin(), ends.begin() + endCount, x);
-                    ASSERT_NE(known, ends.begin() + endCount);
-                    ASSERT_EQ(endColumns[static_cast<std::size_t>(known - ends.begin())],
-                              found.column)
-                        << x << " " << y << " " << shifts[i];
-                    ++end;
+                    ASSERT_EQ(values[static_cast<std::size_t>(x)], colourOf(pixel, plane.data()))
+                        << x << " " << y << " " << shift;
                 }
-                ASSERT_EQ(end, endCount);
             }
         }
     }

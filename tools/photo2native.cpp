@@ -4,6 +4,7 @@
 #include "common/budget.hpp"
 #include "common/depth_options.hpp"
 #include "common/display_options.hpp"
+#include "common/native_road.hpp"
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
@@ -188,8 +189,8 @@ struct Studio {
     FitMode fit = FitMode::Cover;
     bool keep = false;
     DepthSource depthSource;
-    Quilt2Native renderer;
-    cv::Mat quilt;  // reused from photo to photo
+    NativeRoad road;
+    cv::Mat quilt;  // reused from photo to photo; empty if none is needed
     cv::Mat native; // reused
 };
 
@@ -277,15 +278,24 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     }
     times.end("fit");
     if (studio.budget.mustChoose()) {
-        studio.views =
-            studio.budget.choose(studio.views, studio.layout, fittedPhoto, fittedDepth, messages);
+        const auto makeNative = [&](const ViewOptions& views) {
+            cv::Mat quilt; // in fresh memory, as that of a single photo
+            cv::Mat native;
+            if (!studio.road.direct())
+                Depth2Quilt(studio.layout, views).render(fittedPhoto, fittedDepth, quilt);
+            studio.road.makeNative(views, fittedPhoto, fittedDepth, quilt, native);
+        };
+        studio.views = studio.budget.choose(studio.views, studio.road.costKey(fittedPhoto.size()),
+                                            makeNative, messages);
         times.end("budget");
     }
     const ViewOptions views =
         studio.camera.apply(studio.views, item.photo, photoSize, fit, messages);
-    Depth2Quilt(studio.layout, views).render(fittedPhoto, fittedDepth, studio.quilt);
-    times.end("views");
-    studio.renderer.render(studio.quilt, studio.native);
+    if (!studio.road.direct() || !item.quilt.empty() || !item.views.empty()) {
+        Depth2Quilt(studio.layout, views).render(fittedPhoto, fittedDepth, studio.quilt);
+        times.end("views");
+    }
+    studio.road.makeNative(views, fittedPhoto, fittedDepth, studio.quilt, studio.native);
     times.end("native");
     const AdjacentParallax parallax = tellParallax(studio, views, fittedDepth, messages);
 
@@ -391,6 +401,8 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
                           {"focus", studio.views.focus},
                           {"fit", fitName(studio.fit)},
                           {"keepResolution", studio.keep},
+                          {"road", studio.road.name()},
+                          {"continuous", studio.road.continuous()},
                           {"depth", studio.depthSource.description()},
                           {"depthImages", studio.depthSource.fromFiles()},
                           {"rgbdSide", given(commandLine, "rgbd")},
@@ -407,6 +419,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const Budget budget(commandLine);
     const ViewOptions views = viewOptions(commandLine);
     const FitMode fit = fitOption(commandLine, FitMode::Cover);
+    NativeRoad::check(commandLine);
     const Display display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
     const Job job = planJob(commandLine, display, layout);
@@ -423,7 +436,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
                   fit,
                   commandLine.has("k"),
                   std::move(depthSource),
-                  makeQuilt2Native(commandLine, display, layout, messages),
+                  NativeRoad(commandLine, display, layout, views.method, messages),
                   {},
                   {}};
     setup.end("display");
@@ -476,14 +489,15 @@ int run(const CommandLine& commandLine, Messages& messages) {
 int main(int argc, char** argv) {
     CommandLine commandLine("photo2native",
                             "Turns photos into Native pictures for a light-field display: depth is "
-                            "estimated (or given), the views are made, and every sub-pixel of the "
-                            "panel takes its colour from its own view.");
+                            "estimated (or given), and every sub-pixel of the panel takes its "
+                            "colour from its own view of the scene.");
     commandLine.addUsage("[options] PHOTO OUT.png");
     commandLine.addUsage("[options] -d PHOTO DEPTH OUT.png");
     commandLine.addUsage("[options] --rgbd right RGBD OUT.png");
     commandLine.addUsage("[options] PHOTO PHOTO... | DIR  OUTDIR");
     addDepthOptions(commandLine);
     addViewOptions(commandLine);
+    NativeRoad::add(commandLine);
     CameraOptions::add(commandLine);
     Budget::add(commandLine);
     addFitOption(commandLine, "cover");

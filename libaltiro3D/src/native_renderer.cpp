@@ -13,8 +13,6 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kMostViews = 65536; // that a row of 16-bit views can name
-
 // The px of a side of the photo under each px of a side of the panel.
 std::vector<int> samplesOf(int panel, int photo, bool mirrored) {
     std::vector<int> samples(static_cast<std::size_t>(panel));

@@ -201,27 +201,22 @@ TEST_F(Methods, ACameraNeedsMethodReal) {
 }
 
 TEST(ChooseWithinBudget, TakesTheFirstThatFitsAndElseTheLast) {
-    const std::vector<SettingCost> costs{{"best", 100, 10}, {"good", 10, 12}, {"quick", 0, 5}};
-    const auto choose = [&](int views, double budget) {
-        return chooseWithinBudget(costs, views, budget);
-    };
-    EXPECT_EQ(choose(10, 200).index, 0U); // just fits
-    EXPECT_EQ(choose(10, 200).milliseconds, 200);
-    EXPECT_EQ(choose(10, 199.9).index, 1U);
-    EXPECT_EQ(choose(10, 199.9).milliseconds, 130);
-    EXPECT_EQ(choose(100, 1100).index, 0U); // preparation weighs less in many views
-    EXPECT_EQ(choose(100, 1099).index, 2U); // a better one need not be the slower one
-    EXPECT_TRUE(choose(10, 50).fits);
-    const BudgetChoice none = choose(10, 49);
-    EXPECT_EQ(none.index, 2U);
-    EXPECT_EQ(none.milliseconds, 50);
-    EXPECT_FALSE(none.fits);
+    // a better one need not be the slower one
+    const std::vector<SettingCost> costs{{"best", 200}, {"good", 90}, {"odd", 150}, {"quick", 50}};
+    const std::pair<double, BudgetChoice> cases[] = {{200, {0, true}}, {199.9, {1, true}},
+                                                     {90, {1, true}},  {89.9, {3, true}},
+                                                     {50, {3, true}},  {49.9, {3, false}}};
+    for (const auto& [budget, expected] : cases) {
+        const BudgetChoice choice = chooseWithinBudget(costs, budget);
+        EXPECT_EQ(choice.index, expected.index) << budget;
+        EXPECT_EQ(choice.fits, expected.fits) << budget;
+    }
 }
 
 TEST_F(Methods, ABudgetChoosesTheBestThatFitsAndSaysSo) {
     const Outcome outcome = make({"--budget", "60000", "--report", "r.json"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("budget: layered, 6 views in "), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("budget: layered, Native in "), std::string::npos) << outcome.out;
     EXPECT_NE(outcome.out.find(" ms of 60000 ms\n"), std::string::npos) << outcome.out;
     EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative({})));
     const Json report = Json::parse(slurp(studio_ / "r.json"));
@@ -229,14 +224,11 @@ TEST_F(Methods, ABudgetChoosesTheBestThatFitsAndSaysSo) {
     const Json& budget = report.at("budget");
     EXPECT_EQ(budget.at("milliseconds"), 60000);
     EXPECT_EQ(budget.at("chosen"), "layered");
-    EXPECT_EQ(budget.at("views"), 6);
     EXPECT_TRUE(budget.at("fits").get<bool>());
     EXPECT_FALSE(budget.at("fromCache").get<bool>());
     std::vector<std::string> settings;
     for (const Json& cost : budget.at("measured")) {
         settings.push_back(cost.at("setting"));
-        EXPECT_GE(cost.at("preparationMilliseconds").get<double>(), 0);
-        EXPECT_GE(cost.at("millisecondsPerView").get<double>(), 0);
         EXPECT_GT(cost.at("milliseconds").get<double>(), 0);
     }
     EXPECT_EQ(settings, (std::vector<std::string>{"layered", "layered, fill continue",
@@ -250,45 +242,70 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
     const fs::path cache = cachedBudgets().front();
     // costs that no machine has: what is chosen by them was read
     Json kept = Json::parse(slurp(cache));
-    const double perView[] = {1000, 100, 10, 1};
-    for (std::size_t i = 0; i < 4; ++i) {
-        kept.at("costs").at(i).at("preparationMilliseconds") = 0;
-        kept.at("costs").at(i).at("millisecondsPerView") = perView[i];
-    }
+    EXPECT_EQ(kept.at("format"), 2);
+    const double milliseconds[] = {6000, 600, 60, 6};
+    for (std::size_t i = 0; i < 4; ++i)
+        kept.at("costs").at(i).at("milliseconds") = milliseconds[i];
     spill(cache, kept.dump());
     ViewOptions fill;
     fill.layered.fill = LayeredFill::Continue;
     ViewOptions refined = optionsOf(ViewMethod::Fast);
     refined.refinement = 2;
     const std::tuple<const char*, const char*, ViewOptions> cases[] = {
-        {"6000", "budget: layered, 6 views in 6000 ms of 6000 ms", {}},
-        {"5999", "budget: layered, fill continue, 6 views in 600 ms of 5999 ms", fill},
-        {"99.5", "budget: fast, refinement 2, 6 views in 60 ms of 100 ms", refined},
-        {"6", "budget: fast, 6 views in 6 ms of 6 ms", optionsOf(ViewMethod::Fast)}};
-    for (auto [milliseconds, line, options] : cases) {
+        {"6000", "budget: layered, Native in 6000 ms of 6000 ms", {}},
+        {"5999", "budget: layered, fill continue, Native in 600 ms of 5999 ms", fill},
+        {"99.5", "budget: fast, refinement 2, Native in 60 ms of 100 ms", refined},
+        {"6", "budget: fast, Native in 6 ms of 6 ms", optionsOf(ViewMethod::Fast)}};
+    for (auto [budget, line, options] : cases) {
         options.strengthPercent = 40;
-        const Outcome outcome = make({"--strength", "40", "--budget", milliseconds});
+        const Outcome outcome = make({"--strength", "40", "--budget", budget});
         EXPECT_TRUE(isDone(outcome));
         EXPECT_NE(outcome.out.find(line), std::string::npos) << outcome.out;
         EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative(options))) << line;
     }
     const Outcome tight = make({"--budget", "5.5"});
     EXPECT_TRUE(warns(tight, "keeps the budget of 5.5 ms"));
-    EXPECT_NE(tight.out.find("budget: fast, 6 views in 6 ms of 5.5 ms"), std::string::npos);
+    EXPECT_NE(tight.out.find("budget: fast, Native in 6 ms of 5.5 ms"), std::string::npos);
     EXPECT_TRUE(
         samePicture(readBack(studio_ / "a.png"), libraryNative(optionsOf(ViewMethod::Fast))));
-    // another size of the work or number of threads is another measurement
-    EXPECT_TRUE(isDone(make({"--budget", "60000", "-k"})));
-    EXPECT_EQ(cachedBudgets().size(), 2U);
-    for (const char* broken : {"", "{}", "[1, 2", R"({"format": 1, "costs": "none"})"}) {
-        spill(cache, broken);
+    kept["format"] = 1;
+    const std::string older = kept.dump();
+    for (const std::string& useless : {std::string(), std::string("{}"), std::string("[1, 2"),
+                                       std::string(R"({"format": 2, "costs": "none"})"), older}) {
+        spill(cache, useless);
         EXPECT_TRUE(isDone(make({"--budget", "60000"})));
-        EXPECT_EQ(Json::parse(slurp(cache)).at("costs").size(), 4U) << broken;
+        EXPECT_EQ(Json::parse(slurp(cache)).at("costs").size(), 4U) << useless;
+        EXPECT_NE(slurp(cache), older);
     }
     studio_.set("HOME", std::nullopt); // no cache: measured each time
     EXPECT_TRUE(isDone(make({"--budget", "60000"})));
     studio_.set("XDG_CACHE_HOME", "/proc/nothing");
     EXPECT_TRUE(isDone(make({"--budget", "60000"})));
+}
+
+TEST_F(Methods, CostsAreThoseOfTheRoadThatIsTaken) {
+    ASSERT_TRUE(isDone(
+        studio_.run("altiro3Dnative", {"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
+    const Arguments photo{"-y", "--budget", "60000", "-d", "photo.png", "depth.png", "a.png"};
+    const Arguments small = studio_.display();
+    const Arguments roads[] = {small,
+                               small + Arguments{"-k"},
+                               small + Arguments{"-j", "1"},
+                               small + Arguments{"--continuous"},
+                               {"-m", "a.map"},
+                               small + Arguments{"--view-filter", "linear"}};
+    std::size_t measured = 0;
+    for (const Arguments& road : roads) {
+        ++measured;
+        for (int repetition = 0; repetition < 2; ++repetition) {
+            const Outcome outcome = studio_.run(kTool, road + photo);
+            EXPECT_TRUE(isDone(outcome));
+            EXPECT_NE(outcome.out.find("budget: layered, Native in "), std::string::npos);
+            EXPECT_EQ(cachedBudgets().size(), measured) << outcome.call;
+        }
+    }
+    EXPECT_TRUE(isDone(studio_.run(kTool, small + photo))); // choosing changes nothing
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative({})));
 }
 
 TEST_F(Methods, ABudgetIsForAllPicturesOfARun) {

@@ -19,6 +19,8 @@ struct LibraryRoad {
     ViewOptions views;
     FitMode fit = FitMode::Cover;
     bool keep = false;
+    bool quilt = true; // false: NativeRenderer
+    ViewPositions positions = ViewPositions::Discrete;
     QuiltSampling sampling;
     DepthKind kind = DepthKind::NearWhite;
     bool fromCues = false;
@@ -57,8 +59,13 @@ cv::Mat libraryNative(const Sandbox& sandbox, const LibraryRoad& road) {
     cv::Mat native;
     applyFit(photo, fit, fittedPhoto);
     applyFitToDepth(depth, photo.size(), fit, fittedPhoto, road.views.focus, fittedDepth);
-    Depth2Quilt(layout, road.views).render(fittedPhoto, fittedDepth, quilt);
-    Quilt2Native(calibration, layout, road.sampling).render(quilt, native);
+    if (road.quilt) {
+        Depth2Quilt(layout, road.views).render(fittedPhoto, fittedDepth, quilt);
+        Quilt2Native(calibration, layout, road.sampling).render(quilt, native);
+    } else {
+        NativeRenderer(calibration, layout.viewCount, road.views, road.positions)
+            .render(fittedPhoto, fittedDepth, native);
+    }
     return native;
 }
 
@@ -95,9 +102,10 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
         Arguments arguments;
         LibraryRoad road;
     };
-    std::vector<Case> cases(9);
+    std::vector<Case> cases(12);
     cases[1] = {{"-k"}, {}};
     cases[1].road.keep = true;
+    cases[1].road.quilt = false;
     cases[2] = {{"--strength", "37.5", "--focus", "0.25"}, {}};
     cases[2].road.views.strengthPercent = 37.5;
     cases[2].road.views.focus = 0.25;
@@ -106,6 +114,7 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
     cases[4] = {{"--fit", "stretch", "-k", "-j", "1"}, {}};
     cases[4].road.fit = FitMode::Stretch;
     cases[4].road.keep = true;
+    cases[4].road.quilt = false;
     cases[5] = {{"--view-filter", "linear"}, {}};
     cases[5].road.sampling.views = ViewFilter::Linear;
     cases[6] = {{"--view-filter", "linear", "--sampling", "linear"}, {}};
@@ -114,6 +123,18 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
     cases[7].road.kind = DepthKind::FarWhite;
     cases[8] = {{"--depth-kind", "metric:5000"}, {}};
     cases[8].road.kind = DepthKind::Metric;
+    cases[9] = {{"--view-filter", "linear", "-k"}, {}};
+    cases[9].road.sampling.views = ViewFilter::Linear;
+    cases[9].road.keep = true;
+    cases[10] = {{"--continuous", "--strength", "40"}, {}};
+    cases[10].road.views.strengthPercent = 40;
+    cases[10].road.quilt = false;
+    cases[10].road.positions = ViewPositions::Continuous;
+    cases[11] = {{"--continuous", "-k", "--method", "fast", "--refine", "2"}, cases[10].road};
+    cases[11].road.views.strengthPercent = 10;
+    cases[11].road.views.method = ViewMethod::Fast;
+    cases[11].road.views.refinement = 2;
+    cases[11].road.keep = true;
     for (const auto& [arguments, road] : cases) {
         const Outcome outcome =
             studio.run(kTool, arguments + Arguments{"-y"} + studio.display() +
@@ -122,6 +143,119 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
         EXPECT_TRUE(samePicture(readBack(studio / "native.png"), libraryNative(studio, road)))
             << outcome.call;
     }
+}
+
+TEST(Photo2Native, BothRoadsGiveTheSameNative) {
+    SmallStudio studio;
+    writePicture(studio / "photo.png", madePhoto(150, 110)); // not of the panel's shape
+    writePicture(studio / "depth.png", madeDepth(75, 55));
+    const Arguments table{"-q", "2x3", "-r", "40x30", "small.json"};
+    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", Arguments{"-m", "a.map"} + table)));
+    ASSERT_TRUE(isDone(
+        studio.run("altiro3Dnative", Arguments{"--invert", "off", "-m", "off.map"} + table)));
+    const Arguments photo{"-y", "--report", "r.json", "-d", "photo.png", "depth.png", "a.png"};
+    const auto native = [&](const Arguments& arguments, const char* road) {
+        EXPECT_TRUE(isDone(studio.run(kTool, arguments + photo)));
+        const Json report = Json::parse(slurp(studio / "r.json"));
+        EXPECT_EQ(report.at("settings").at("road"), road);
+        EXPECT_FALSE(report.at("settings").at("continuous").get<bool>());
+        const Json& stages = report.at("pictures").at(0).at("milliseconds");
+        EXPECT_TRUE(stages.contains("native"));
+        EXPECT_EQ(stages.contains("views"), road == std::string("quilt"));
+        return readBack(studio / "a.png");
+    };
+    std::vector<cv::Mat> seen;
+    for (const Arguments& options :
+         {Arguments{}, Arguments{"--dilate", "0", "--fill", "continue"},
+          Arguments{"--method", "fast"}, Arguments{"--method", "fast", "--refine", "2"},
+          Arguments{"--focus", "0.9"}, Arguments{"--fit", "contain"}}) {
+        const Arguments strong = options + Arguments{"--strength", "40"};
+        const cv::Mat direct = native(strong + studio.display(), "direct");
+        EXPECT_TRUE(samePicture(direct, native(strong + Arguments{"-m", "a.map"}, "quilt")));
+        EXPECT_TRUE(samePicture(
+            direct, native(strong + Arguments{"-m", "a.map"} + studio.display(), "quilt")));
+        const cv::Mat inverted =
+            native(strong + Arguments{"--invert", "off"} + studio.display(), "direct");
+        EXPECT_TRUE(samePicture(inverted, native(strong + Arguments{"-m", "off.map"}, "quilt")));
+        EXPECT_FALSE(samePicture(inverted, direct));
+        for (const cv::Mat& other : seen)
+            EXPECT_FALSE(samePicture(direct, other)) << "an option does nothing";
+        seen.push_back(direct);
+    }
+    // these need the quilt
+    native(Arguments{"-g"} + studio.display(), "quilt");
+    native(Arguments{"--sampling", "linear"} + studio.display(), "quilt");
+    native(Arguments{"--view-filter", "linear"} + studio.display(), "quilt");
+    native(Arguments{"--view-filter", "nearest", "--sampling", "nearest"} + studio.display(),
+           "direct");
+}
+
+TEST(Photo2Native, OnlyTheRoadOverTheQuiltNeedsATable) {
+    SmallStudio studio;
+    const Arguments photo{"-v", "-y", "-d", "photo.png", "depth.png", "a.png"};
+    for (const Arguments& options :
+         {Arguments{}, Arguments{"-k"}, Arguments{"--continuous"}, Arguments{"--method", "fast"},
+          Arguments{"--save-quilt", "q.png", "--save-views", "v"}}) {
+        const Outcome outcome = studio.run(kTool, options + studio.display() + photo);
+        EXPECT_TRUE(isDone(outcome));
+        EXPECT_NE(outcome.out.find("road: direct, "), std::string::npos) << outcome.out;
+        EXPECT_EQ(outcome.out.find("look-up table"), std::string::npos) << outcome.out;
+    }
+    EXPECT_FALSE(fs::exists(studio.home() / ".cache"));
+    const Outcome outcome = studio.run(kTool, Arguments{"-g"} + studio.display() + photo);
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_NE(outcome.out.find("road: over the quilt, as method real"), std::string::npos);
+    EXPECT_NE(outcome.out.find("look-up table: built and kept"), std::string::npos);
+    EXPECT_TRUE(fs::exists(studio.home() / ".cache/altiro3D"));
+}
+
+TEST(Photo2Native, ContinuousPositionsChangeTheNativeAlone) {
+    SmallStudio studio;
+    const Arguments call{"--strength", "40", "-y", "-d", "photo.png", "depth.png", "a.png"};
+    const auto make = [&](const Arguments& options) {
+        EXPECT_TRUE(isDone(studio.run(kTool, options + studio.display() + call)));
+        return readBack(studio / "a.png");
+    };
+    const cv::Mat discrete = make({"--save-quilt", "discrete.png"});
+    const cv::Mat continuous =
+        make({"--continuous", "--save-quilt", "continuous.png", "--report", "r.json"});
+    const Difference difference = compare(continuous, discrete);
+    EXPECT_GT(difference.mean, 0.1); // 6 views are few
+    EXPECT_LT(difference.mean, 20);
+    EXPECT_EQ(slurp(studio / "continuous_qs3x2a0.75.png"),
+              slurp(studio / "discrete_qs3x2a0.75.png"));
+    const Json report = Json::parse(slurp(studio / "r.json"));
+    EXPECT_TRUE(report.at("settings").at("continuous").get<bool>());
+    EXPECT_EQ(report.at("settings").at("road"), "direct");
+    EXPECT_TRUE(report.at("pictures").at(0).at("milliseconds").contains("views")); // the quilt's
+    EXPECT_TRUE(samePicture(make({"--continuous", "-j", "1"}), continuous));
+    EXPECT_TRUE(samePicture(make({"--continuous", "--view-filter", "nearest"}), continuous));
+}
+
+TEST(Photo2Native, ContinuousPositionsNeedTheDirectRoad) {
+    SmallStudio studio;
+    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
+    const std::pair<Arguments, const char*> cases[] = {
+        {{"-g"}, "expected --method layered or fast"},
+        {{"--method", "real"}, "expected --method layered or fast"},
+        {{"-m", "a.map"}, "expected the calibration with -c instead of -m"},
+        {{"--view-filter", "linear"}, "expected it without them"},
+        {{"--sampling", "linear"}, "expected it without them"}};
+    for (const auto& [options, sentence] : cases) {
+        EXPECT_TRUE(fails(studio.run(kTool, Arguments{"--continuous"} + options + studio.display() +
+                                                Arguments{"-d", "photo.png", "depth.png", "a.png"}),
+                          2, sentence));
+    }
+    EXPECT_TRUE(fails(studio.run(kTool, {"--continuous", "-m", "a.map", "photo.png", "a.png"}), 2,
+                      "expected the calibration with -c instead of -m"));
+    // more views than can be told apart in a row
+    const Outcome many = studio.run(kTool, {"-c", "small.json", "-q", "257x256", "-r", "2x2", "-y",
+                                            "-d", "photo.png", "depth.png", "many.png"});
+    EXPECT_TRUE(isDone(many));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--continuous", "-c", "small.json", "-q", "257x256", "-r",
+                                         "2x2", "-d", "photo.png", "depth.png", "a.png"}),
+                      2, "more than 65536 views"));
+    EXPECT_FALSE(fs::exists(studio / "a.png"));
 }
 
 TEST(Photo2Native, WithoutANetworkItUsesTheBuiltInEstimatorAndSaysSo) {
@@ -295,22 +429,28 @@ TEST(Photo2Native, TellsTheParallaxAndWarnsAboveFivePixels) {
 
 TEST(Photo2Native, WhatItSavesLeadsToTheSameNativeAgain) {
     SmallStudio studio;
-    for (const Arguments& keep : {Arguments{}, Arguments{"-k"}}) {
-        const Outcome outcome = studio.run(
-            kTool, keep +
-                       Arguments{"-y", "--save-quilt", "q.png", "--save-views", "v", "--save-depth",
-                                 "d.png", "--save-rgbd", "r.png"} +
-                       studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"});
+    const Arguments photo = studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
+    for (const Arguments& keep :
+         {Arguments{}, Arguments{"-k", "--view-filter", "nearest"}, Arguments{"-k", "-g"}}) {
+        ASSERT_TRUE(isDone(studio.run(kTool, keep + Arguments{"-y"} + photo)));
+        const std::string expected = slurp(studio / "a.png");
+        const Outcome outcome =
+            studio.run(kTool, keep +
+                                  Arguments{"-y", "--save-quilt", "q.png", "--save-views", "v",
+                                            "--save-depth", "d.png", "--save-rgbd", "r.png"} +
+                                  photo);
         ASSERT_TRUE(isDone(outcome));
         EXPECT_NE(outcome.out.find("q_qs3x2a0.75.png"), std::string::npos) << outcome.out;
-        const std::string expected = slurp(studio / "a.png");
+        EXPECT_EQ(slurp(studio / "a.png"), expected); // whatever else is saved
         EXPECT_TRUE(isDone(studio.run(
             "quilt2native", {"-y", "-c", "small.json", "q_qs3x2a0.75.png", "fromQuilt.png"})));
-        EXPECT_EQ(slurp(studio / "fromQuilt.png"), expected);
+        // sampled at the panel's resolution, the Native shows more than any quilt
+        const bool ofQuilt = keep.size() != 3;
+        EXPECT_EQ(slurp(studio / "fromQuilt.png") == expected, ofQuilt);
         EXPECT_EQ(names(studio / "v").size(), 6U);
         EXPECT_TRUE(isDone(studio.run("views2native", Arguments{"-y"} + studio.display() +
                                                           Arguments{"v", "fromViews.png"})));
-        EXPECT_EQ(slurp(studio / "fromViews.png"), expected);
+        EXPECT_EQ(slurp(studio / "fromViews.png"), slurp(studio / "fromQuilt.png"));
         EXPECT_EQ(readBack(studio / "d.png").type(), CV_16UC1);
         EXPECT_EQ(readBack(studio / "d.png").size(), cv::Size(90, 120));
         EXPECT_EQ(readBack(studio / "r.png").size(), cv::Size(180, 120));
@@ -411,6 +551,7 @@ Arguments callOf(const Json& settings) {
         if (!value.is_null()) call = call + Arguments{"--" + knob, textOf(value)};
     }
     if (settings.at("keepResolution").get<bool>()) call.emplace_back("-k");
+    if (settings.at("continuous").get<bool>()) call.emplace_back("--continuous");
     return call;
 }
 

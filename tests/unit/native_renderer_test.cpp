@@ -1,14 +1,18 @@
 #include "altiro3D/native_renderer.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/picture_quality.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/scene.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
@@ -218,6 +222,60 @@ TEST(NativeRenderer, APhotoOfThePanelsSizeIsSampledPixelByPixel) {
     }
 }
 
+// What each sub-pixel shows of a world whose views are known from everywhere.
+cv::Mat trueNative(const Scene& scene, const Calibration& calibration, int views, double reach) {
+    constexpr int kPlaces = 17;
+    const LensGeometry geometry = lensGeometry(calibration);
+    cv::Mat native(calibration.screenH, calibration.screenW, CV_8UC3);
+    std::vector<cv::Mat> seen;
+    for (int i = 0; i < kPlaces; ++i)
+        seen.push_back(
+            render(scene, native.size(), reach * (2.0 * i / (kPlaces - 1) - 1), 4).photo);
+    for (int y = 0; y < native.rows; ++y) {
+        for (int x = 0; x < native.cols; ++x) {
+            for (int colour = 0; colour < 3; ++colour) {
+                const double z = geometry.phase(x, y, colour);
+                const double position =
+                    std::clamp((2 * z * views - views) / (views - 1), -1.0, 1.0);
+                const auto place = std::lround((position + 1) / 2 * (kPlaces - 1));
+                native.at<cv::Vec3b>(y, x)[2 - colour] =
+                    seen[static_cast<std::size_t>(place)].at<cv::Vec3b>(y, x)[2 - colour];
+            }
+        }
+    }
+    return native;
+}
+
+TEST(NativeRenderer, ThePanelsResolutionAndContinuousPositionsComeNearerToTheTruth) {
+    const Calibration calibration = stripes(90, 120);
+    const Scene scene = sampleScene();
+    constexpr int kViews = 6; // few for a small panel: as far apart as 48 are on a large one
+    ViewOptions options;
+    options.focus = relativeInverseDepth(scene, scene.focusDistance);
+    const double reach = options.strengthPercent / 200 /
+                         (scene.focalWidths * (1 / scene.nearDistance - 1 / scene.farDistance));
+    const cv::Mat truth = trueNative(scene, calibration, kViews, reach);
+    const Rendering world = render(scene, {360, 480}, 0, 1);
+    const auto accuracy = [&](cv::Size size, ViewPositions positions) {
+        cv::Mat photo;
+        cv::Mat depth;
+        cv::Mat native;
+        const PhotoFit fit = fitPhoto(world.photo.size(), 0.75, size);
+        applyFit(world.photo, fit, photo);
+        applyFitToDepth(world.depth, world.photo.size(), fit, photo, options.focus, depth);
+        NativeRenderer(calibration, kViews, options, positions).render(photo, depth, native);
+        return psnr(native, truth);
+    };
+    const double tile = accuracy({25, 33}, ViewPositions::Discrete);
+    const double panel = accuracy({90, 120}, ViewPositions::Discrete);
+    const double continuous = accuracy({90, 120}, ViewPositions::Continuous);
+    EXPECT_GT(panel, tile + 4);
+    EXPECT_GT(continuous, panel + 0.1);
+    RecordProperty("tile", std::to_string(tile));
+    RecordProperty("panel", std::to_string(panel));
+    RecordProperty("continuous", std::to_string(continuous));
+}
+
 TEST(NativeRenderer, ThreadsReuseAndSubMatricesDoNotMatter) {
     const Calibration calibration = stripes(150, 97);
     const cv::Rect part(7, 5, 61, 37);
@@ -239,6 +297,33 @@ TEST(NativeRenderer, ThreadsReuseAndSubMatricesDoNotMatter) {
         }
     }
     cv::setNumThreads(before);
+}
+
+// The tile is so small that vectors of AVX-512 find all they need in registers, or so large and
+// strong that they do not.
+TEST(NativeRenderer, AllInstructionSetsGiveTheSameBytes) {
+    const Calibration calibration = stripes(331, 65);
+    for (const cv::Size tile : {cv::Size(90, 31), cv::Size(331, 65)}) {
+        const cv::Mat photo = randomPhoto(tile);
+        const cv::Mat depth = stepsAndSlopes(tile);
+        for (const ViewOptions& options : allOptions()) {
+            for (const ViewPositions positions :
+                 {ViewPositions::Discrete, ViewPositions::Continuous}) {
+                const NativeRenderer renderer(calibration, 48, options, positions);
+                cv::Mat expected;
+                renderer.render(photo, depth, expected);
+                for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+                    hwy::SetSupportedTargetsForTest(target);
+                    hwy::GetChosenTarget().DeInit();
+                    cv::Mat native;
+                    renderer.render(photo, depth, native);
+                    EXPECT_TRUE(samePicture(native, expected)) << hwy::TargetName(target);
+                }
+                hwy::SetSupportedTargetsForTest(0);
+                hwy::GetChosenTarget().DeInit();
+            }
+        }
+    }
 }
 
 TEST(NativeRenderer, DepthAtItsLimitsIsDefined) {

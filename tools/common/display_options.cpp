@@ -176,15 +176,6 @@ NativeLut cachedLut(const Calibration& calibration, const QuiltLayout& layout, I
     return lut;
 }
 
-QuiltSampling samplingOption(const CommandLine& commandLine) {
-    const auto views = commandLine.choice("view-filter", {"nearest", "linear"});
-    const auto inTile = commandLine.choice("sampling", {"nearest", "linear"});
-    QuiltSampling sampling;
-    if (views.value_or(0) == 1) sampling.views = ViewFilter::Linear;
-    if (inTile.value_or(0) == 1) sampling.inTile = TileSampling::Linear;
-    return sampling;
-}
-
 } // namespace
 
 fs::path cacheDirectory() {
@@ -241,6 +232,19 @@ void addSamplingOptions(CommandLine& commandLine) {
                     "Pixels inside a view: nearest (default) or linear, a blend of four; not with "
                     "-m.",
                     "MODE");
+}
+
+QuiltSampling samplingOption(const CommandLine& commandLine) {
+    const auto views = commandLine.choice("view-filter", {"nearest", "linear"});
+    const auto inTile = commandLine.choice("sampling", {"nearest", "linear"});
+    QuiltSampling sampling;
+    if (views.value_or(0) == 1) sampling.views = ViewFilter::Linear;
+    if (inTile.value_or(0) == 1) sampling.inTile = TileSampling::Linear;
+    return sampling;
+}
+
+bool blends(const QuiltSampling& sampling) {
+    return sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest;
 }
 
 Calibration readChosenCalibration(const fs::path& file, const CommandLine& commandLine,
@@ -328,9 +332,7 @@ Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const Display& dis
                               const QuiltLayout& layout, Messages& messages) {
     if (display.map) return Quilt2Native(*display.map);
     const QuiltSampling sampling = samplingOption(commandLine);
-    if (sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest) {
-        return {*display.calibration, layout, sampling, display.invert};
-    }
+    if (blends(sampling)) return {*display.calibration, layout, sampling, display.invert};
     return Quilt2Native(cachedLut(*display.calibration, layout, display.invert, messages));
 }
 

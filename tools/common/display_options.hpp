@@ -33,6 +33,10 @@ void addDisplayOptions(CommandLine& commandLine);
 void addQuiltOptions(CommandLine& commandLine);
 /// --view-filter --sampling
 void addSamplingOptions(CommandLine& commandLine);
+/// @throws UsageError
+QuiltSampling samplingOption(const CommandLine& commandLine);
+/// Sub-pixels mix views or px of views.
+bool blends(const QuiltSampling& sampling);
 /// --invert as such, for the tool that makes maps
 void addInvertOption(CommandLine& commandLine);
 InvertViews invertOption(const CommandLine& commandLine);

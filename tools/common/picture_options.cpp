@@ -41,9 +41,10 @@ void addViewOptions(CommandLine& commandLine) {
                     "Depth that appears on the panel's surface, 0 farthest .. 1 nearest (default "
                     "0.5).",
                     "DEPTH");
-    commandLine.add({"k", "keep"},
-                    "Make the views at the panel's resolution and average them into the quilt: "
-                    "cleaner detail, more work.");
+    commandLine.add(
+        {"k", "keep"},
+        "Views at the panel's resolution: sampled straight where no quilt is needed for "
+        "the Native, averaged into the quilt otherwise; more detail, more work.");
     commandLine.add({"dilate"},
                     "Layered: background pixels at a depth edge that go with the foreground, 0..8 "
                     "(default 1).",

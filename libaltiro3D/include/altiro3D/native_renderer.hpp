@@ -28,8 +28,10 @@ enum class ViewPositions {
 /// number of threads and on any processor.
 class ALTIRO3D_EXPORT NativeRenderer {
   public:
+    static constexpr int kMostViews = 65536; ///< More views go over a quilt only.
+
     /// @param calibration the display
-    /// @param viewCount N, number of views of the display, 1..65536
+    /// @param viewCount N, number of views of the display, 1..kMostViews
     /// @param options what views look like
     /// @param positions discrete or continuous
     /// @param invert whether the order of views is reversed

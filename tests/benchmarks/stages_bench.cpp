@@ -606,6 +606,13 @@ void registerAll(const Display& display) {
     registerStage("BM_NativeLayeredPanelPixels", BM_NativeLayeredPanelPixels, display);
 }
 
+// What grows with the number of views, and what does not.
+void registerViewCount(const Display& display) {
+    registerStage("BM_NativeFast", BM_NativeFast, display);
+    registerStage("BM_NativeLayered", BM_NativeLayered, display);
+    registerStage("BM_PaperPipeline", BM_PaperPipeline, display);
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -613,8 +620,12 @@ int main(int argc, char** argv) {
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
     const Display portrait("portrait", portraitCalibration(), {8, 6, {420, 560}, 48});
     const Display large("8k", largeCalibration(), {5, 9, {819, 455}, 45});
+    const Display fewViews("portrait-12-views", portraitCalibration(), {4, 3, {420, 560}, 12});
+    const Display manyViews("portrait-192-views", portraitCalibration(), {16, 12, {420, 560}, 192});
     registerAll(portrait);
     registerAll(large);
+    registerViewCount(fewViews);
+    registerViewCount(manyViews);
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();
     return 0;

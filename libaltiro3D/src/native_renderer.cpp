@@ -8,6 +8,7 @@
 #include "view_renderer.hpp"
 
 #include <array>
+#include <cstring>
 
 namespace altiro3D {
 
@@ -20,6 +21,13 @@ std::vector<int> samplesOf(int panel, int photo, bool mirrored) {
         samples[static_cast<std::size_t>(i)] =
             nearestSample(mirrored ? panel - 1 - i : i, panel, photo);
     return samples;
+}
+
+void copyColumns(const std::uint8_t* bgr, const std::vector<int>& columns, std::uint8_t* out) {
+    for (const int column : columns) {
+        std::memcpy(out, bgr + 3 * static_cast<std::ptrdiff_t>(column), 3);
+        out += 3;
+    }
 }
 
 } // namespace
@@ -78,7 +86,17 @@ void NativeRenderer::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat&
         int open = -1;
         for (int y = rows.start; y < rows.end; ++y) {
             const int row = rowOf[static_cast<std::size_t>(y)];
+            auto* pixels = native.ptr<std::uint8_t>(y);
             if (row != open) sampler->open(row);
+            if (sampler->still()) {
+                if (row == open && y > rows.start) {
+                    std::memcpy(pixels, native.ptr<std::uint8_t>(y - 1), 3 * width);
+                } else {
+                    copyColumns(photo.ptr<std::uint8_t>(row), columns, pixels);
+                }
+                open = row;
+                continue;
+            }
             open = row;
             for (int colour = 0; colour < 3; ++colour) { // red, green, blue
                 if (self.positions == ViewPositions::Discrete) {
@@ -92,8 +110,7 @@ void NativeRenderer::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat&
                 sampler->sample(channel, shifts.data(),
                                 planes[static_cast<std::size_t>(channel)].data());
             }
-            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width,
-                          native.ptr<std::uint8_t>(y));
+            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width, pixels);
         }
     });
 }

@@ -30,7 +30,11 @@ class SubpixelSampler {
     /// Makes a row of the photo ready. @param row 0..photo rows - 1
     virtual void open(int row) = 0;
 
-    /// Reads one channel of the open row, the same value as ViewRenderer::render() gives.
+    /// Whether the open row is the photo's in every view.
+    virtual bool still() const = 0;
+
+    /// Reads one channel of the open row, which is not still, the same value as
+    /// ViewRenderer::render() gives.
     ///
     /// @param channel 0 blue, 1 green, 2 red
     /// @param shifts for each column that the sampler was made for, and kRowPadding more: p S/2 in

@@ -44,15 +44,20 @@ class FastSampler : public SubpixelSampler {
     }
 
     void open(int row) override {
+        readOffsets(depth_, row, focus_, offsets_);
+        still_ = std::all_of(offsets_.begin(), offsets_.begin() + photo_.cols,
+                             [](float offset) { return offset == 0; });
+        if (still_) return;
         const auto width = static_cast<std::size_t>(photo_.cols);
         splitRow(photo_.ptr<std::uint8_t>(row), width, planes_[0].data(), planes_[1].data(),
                  planes_[2].data());
         for (std::vector<std::uint8_t>& plane : planes_)
             std::fill_n(plane.begin() + photo_.cols, 4, plane[width - 1]);
-        readOffsets(depth_, row, focus_, offsets_);
         for (std::size_t i = 0; i < columns_.size(); ++i)
             ownOffsets_[i] = offsets_[static_cast<std::size_t>(columns_[i])];
     }
+
+    bool still() const override { return still_; }
 
     void sample(int channel, const float* shifts, std::uint8_t* values) override {
         fastPlaces(columnPlaces_.data(), ownOffsets_.data(), shifts, columns_.size(),
@@ -68,6 +73,7 @@ class FastSampler : public SubpixelSampler {
     int refinement_;
     const std::vector<int>& columns_;
     int reach_; // of places from their columns, px
+    bool still_ = false;
     std::array<std::vector<std::uint8_t>, 3> planes_;
     std::vector<float> offsets_; // of the photo's row
     std::vector<float> places_;

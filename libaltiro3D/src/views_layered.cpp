@@ -206,13 +206,9 @@ class LayeredSampler : public SubpixelSampler {
 
     void open(int row) override { reader_.open(row, bounded_); }
 
+    bool still() const override { return reader_.still(); }
+
     void sample(int channel, const float* shifts, std::uint8_t* values) override {
-        if (reader_.still()) {
-            const std::uint8_t* own = reader_.bgr() + channel;
-            for (std::size_t i = 0; i < columns_.size(); ++i)
-                values[i] = own[3 * static_cast<std::ptrdiff_t>(columns_[i])];
-            return;
-        }
         for (std::size_t begin = 0; begin < columns_.size(); begin += kPixelsAtATime) {
             reader_.find(shifts, begin, std::min(kPixelsAtATime, columns_.size() - begin));
             reader_.read(channel, values);

@@ -537,6 +537,7 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
                     if (i % 10 == 0) shifts[i] = i % 20 == 0 ? 25 : -25;
                 }
                 sampler->open(y);
+                ASSERT_FALSE(sampler->still());
                 sampler->sample(channel, shifts.data(), values.data());
                 int strips[2];
                 const std::vector<std::uint8_t> plane = planeOf(scene, photo, y, channel, strips);

@@ -26,7 +26,8 @@ constexpr int kSubColumnBits = 8; ///< Places between columns are counted in 1/2
 // mirrored row, and from 2 * stride on what is painted beside surfaces (LayeredSurfaces::strips).
 constexpr std::int32_t kSeeEnds = INT32_MIN; ///< Place of a pixel that needs LayeredSearch.
 
-/// An offset, and whether the column is the first or the last one of its surface.
+/// An offset, and whether the column is the first one of a surface that has a border there, or the
+/// last one of its surface.
 constexpr std::int16_t columnWord(int offset, bool first, bool last) {
     return static_cast<std::int16_t>(offset * 4 + (first ? 2 : 0) + (last ? 1 : 0));
 }

@@ -145,7 +145,8 @@ class TableWriter {
         }
         for (std::size_t k = 0; k < row.surfaces.size(); ++k) {
             const LayeredSurface& surface = row.surfaces[k];
-            words[surface.first] = static_cast<std::int16_t>(words[surface.first] | 2);
+            if (surface.hidden == 0) // else it goes on behind something, without a border
+                words[surface.first] = static_cast<std::int16_t>(words[surface.first] | 2);
             const int end = k + 1 < row.surfaces.size() ? row.surfaces[k + 1].first : width_;
             for (int x = surface.last; x < end; ++x) // mixed px as well: they are of no surface
                 words[x] = static_cast<std::int16_t>(words[x] | 1);
@@ -165,9 +166,10 @@ class TableWriter {
         for (const LayeredSurface& surface : row.surfaces) {
             if (!known) break;
             const float offset = scale * static_cast<float>(wordOffset(words[surface.first]));
+            const float border = surface.hidden > 0 ? 0 : 1 + surface.leftExtra;
             for (int x = surface.first - 1; x >= 0 && x + reach_ >= surface.first; --x) {
                 // a little less, for what rounding adds
-                const float way = static_cast<float>(surface.first - x - kEndReach) - 0.01F;
+                const float way = static_cast<float>(surface.first - x) - border - 0.01F;
                 if (way > 0 && way >= offset * reachPixels_) break;
                 const float shift = way > 0 ? way / offset : 0;
                 const int units = static_cast<int>(shift / reachPixels_ * kClearForAll);

@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Bound by loads and stores; with refinement by two scattered reads of offsets per step.
+// Bound by loads and stores; with refinement by one scattered read of two offsets per step.
 void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT ownOffsets,
                   const float* HWY_RESTRICT shifts, std::size_t count,
                   const float* HWY_RESTRICT offsets, int width, int refinement,
@@ -33,8 +33,9 @@ void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT o
         place = hn::Min(hn::Max(place, left), right);
         for (int step = 0; step < refinement; ++step) {
             const auto before = hn::ConvertTo(whole, place);
-            const auto first = gatherFloats(d, offsets, before);
-            const auto second = gatherFloats(d, offsets + 1, before);
+            const auto both = gatherBytes8(whole, offsets, hn::ShiftLeft<2>(before));
+            const auto first = hn::BitCast(d, both.low);
+            const auto second = hn::BitCast(d, both.high);
             const auto part = hn::Sub(place, hn::ConvertTo(d, before));
             const auto offset = hn::Add(first, hn::Mul(part, hn::Sub(second, first)));
             place = hn::Add(column, hn::Mul(shift, offset));

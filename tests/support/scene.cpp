@@ -564,6 +564,50 @@ Rendering render(const Scene& scene, cv::Size size, double cameraX, int samplesP
     return result;
 }
 
+struct RayCaster::Impl {
+    explicit Impl(const Scene& world) : scene(world), renderer(scene) {}
+
+    // Mean of grid x grid rays. Every block of 2 x 2 samples light in the same four ways.
+    Vec mean(cv::Size size, double cameraX, const cv::Rect2d& part, int grid, int& contrast) const {
+        Vec sum(0, 0, 0);
+        cv::Vec3i low(255, 255, 255);
+        cv::Vec3i high(0, 0, 0);
+        for (int row = 0; row < grid; ++row) {
+            for (int column = 0; column < grid; ++column) {
+                const Ray ray =
+                    rayThrough(scene, size, cameraX, part.x + (column + 0.5) / grid * part.width,
+                               part.y + (row + 0.5) / grid * part.height);
+                const Vec colour = renderer.colourOf(ray, column % 2 + 2 * (row % 2), 2);
+                for (int c = 0; c < 3; ++c) {
+                    sum[c] += std::min(colour[c], 3.0);
+                    low[c] = std::min<int>(low[c], toByte(colour[c]));
+                    high[c] = std::max<int>(high[c], toByte(colour[c]));
+                }
+            }
+        }
+        contrast = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+        return sum * (1.0 / (grid * grid));
+    }
+
+    Scene scene;
+    Renderer renderer; // of `scene`
+};
+
+RayCaster::RayCaster(const Scene& scene) : impl_(std::make_shared<const Impl>(scene)) {}
+
+cv::Vec3b RayCaster::colour(cv::Size size, double cameraX, const cv::Rect2d& part) const {
+    constexpr int kVisible = 10; // grey levels
+    int contrast = 0;
+    Vec mean = impl_->mean(size, cameraX, part, 2, contrast);
+    if (contrast > kVisible) mean = impl_->mean(size, cameraX, part, 4, contrast);
+    return {toByte(mean[2]), toByte(mean[1]), toByte(mean[0])};
+}
+
+double RayCaster::depth(cv::Size size, double cameraX, const cv::Point2d& at) const {
+    const Ray ray = rayThrough(impl_->scene, size, cameraX, at.x, at.y);
+    return relativeInverseDepth(impl_->scene, impl_->renderer.nearest(ray, 0).distance);
+}
+
 Scene sampleScene() {
     Scene scene;
     scene.toLight = Vec(-0.62, 0.72, -0.42);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -85,6 +86,27 @@ double relativeInverseDepth(const Scene& scene, double z);
 /// @param cameraX position on the camera line, m
 /// @param samplesPerPixel rays for the colour of one pixel; rounded up to a square number
 Rendering render(const Scene& scene, cv::Size size, double cameraX, int samplesPerPixel);
+
+/// What single rays see, for pictures whose px have a camera each. Unlike render() free of noise:
+/// light is sampled the same way everywhere. Its functions may run on any number of threads.
+class RayCaster {
+  public:
+    explicit RayCaster(const Scene& scene);
+
+    /// Colour of a part of the picture, BGR: the mean of 4 rays, of 16 where those differ visibly.
+    ///
+    /// @param size of the picture, px
+    /// @param cameraX position on the camera line, m
+    /// @param part what is averaged, in px, see project()
+    cv::Vec3b colour(cv::Size size, double cameraX, const cv::Rect2d& part) const;
+
+    /// Relative inverse depth of what is seen at a point of the picture, in px.
+    double depth(cv::Size size, double cameraX, const cv::Point2d& at) const;
+
+  private:
+    struct Impl;
+    std::shared_ptr<const Impl> impl_;
+};
 
 /// A sunny terrace above the sea, made for portrait pictures (3:4): something at every distance
 /// from 2 m to the horizon, thin things, holes, mirrors and textures of all kinds.

@@ -76,14 +76,26 @@ void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& qu
         });
         return;
     }
-    cv::parallel_for_(cv::Range(0, layout_.viewCount), [&](const cv::Range& views) {
-        cv::Mat whole;
-        for (int i = views.start; i < views.end; ++i) {
-            cv::Mat tile = quilt(layout_.tile(i));
-            if (!direct) whole.create(photo.size(), CV_8UC3);
-            cv::Mat& view = direct ? tile : whole;
-            renderer->render(shifts[static_cast<std::size_t>(i)], view);
-            if (!direct) cv::resize(whole, tile, tile.size(), 0, 0, cv::INTER_AREA);
+    // the views at +-p together
+    cv::parallel_for_(cv::Range(0, (layout_.viewCount + 1) / 2), [&](const cv::Range& pairs) {
+        cv::Mat whole[2];
+        for (int pair = pairs.start; pair < pairs.end; ++pair) {
+            const int views[] = {layout_.viewCount - 1 - pair, pair};
+            cv::Mat tiles[] = {quilt(layout_.tile(views[0])), quilt(layout_.tile(views[1]))};
+            for (cv::Mat& view : whole)
+                if (!direct) view.create(photo.size(), CV_8UC3);
+            cv::Mat* made = direct ? tiles : whole;
+            const double shift = shifts[static_cast<std::size_t>(views[0])];
+            const double opposite = shifts[static_cast<std::size_t>(views[1])];
+            if (shift == -opposite && shift != 0) {
+                renderer->renderPair(shift, made[0], made[1]);
+            } else {
+                renderer->render(shift, made[0]);
+                if (views[0] != views[1]) renderer->render(opposite, made[1]);
+            }
+            for (int i = 0; i < 2 && !direct; ++i)
+                if (i == 0 || views[0] != views[1])
+                    cv::resize(whole[i], tiles[i], tiles[i].size(), 0, 0, cv::INTER_AREA);
         }
     });
 }

@@ -74,6 +74,13 @@ class ViewRenderer {
     /// @param view [as the photo, CV_8UC3, BGR], allocated, not the photo
     virtual void render(double shiftPixels, cv::Mat& view) const = 0;
 
+    /// Makes the views at shiftPixels and -shiftPixels, which may have work in common.
+    /// @param shiftPixels not 0 @param view, opposite as for render()
+    virtual void renderPair(double shiftPixels, cv::Mat& view, cv::Mat& opposite) const {
+        render(shiftPixels, view);
+        render(-shiftPixels, opposite);
+    }
+
     /// Null if the method makes views one by one.
     virtual std::unique_ptr<RowRenderer> rowRenderer() const { return nullptr; }
 

@@ -348,25 +348,37 @@ void fill(cv::Mat& view, Warped& warped, const RealOptions& options) {
 struct RowScratch {
     std::vector<Cell> cells;
     std::vector<int> places;
+    std::vector<double> moves; // px to the left, for the camera at the right
     std::vector<float> nearness;
 
     explicit RowScratch(int width)
-        : cells(static_cast<std::size_t>(width)), places(cells.size()), nearness(cells.size()) {}
+        : cells(static_cast<std::size_t>(width)), places(cells.size()), moves(cells.size()),
+          nearness(cells.size()) {}
 };
 
-// Reads one row of photo and depth, writes one row of view, holes and nearness; bound by the
-// scattered sums.
-void warpRow(const uchar* photo, const float* depth, int width, double shiftPixels, double focus,
-             RowScratch& scratch, uchar* view, uchar* holes, float* nearness) {
-    Cell* cells = scratch.cells.data();
-    int* places = scratch.places.data();
-    float* near = scratch.nearness.data();
-    std::fill_n(cells, width, Cell());
+// What the cameras at +-shiftPixels have in common: how far and how near each pixel of a row is.
+void projectRow(const float* depth, int width, double shiftPixels, double focus,
+                RowScratch& scratch) {
     for (int x = 0; x < width; ++x) {
         const auto d = static_cast<double>(depth[x]);
-        places[x] = placeOf(x - shiftPixels * (d - focus), width);
+        const auto i = static_cast<std::size_t>(x);
+        scratch.moves[i] = shiftPixels * (d - focus);
+        scratch.nearness[i] = static_cast<float>(std::min(std::abs(shiftPixels) * d, kNearest));
+    }
+}
+
+// Reads one row of the photo, projected, writes one row of view, holes and nearness; bound by the
+// scattered sums. @param side 1, or -1 for the camera on the other side
+void warpRow(const uchar* photo, int width, int side, RowScratch& scratch, uchar* view,
+             uchar* holes, float* nearness) {
+    Cell* cells = scratch.cells.data();
+    int* places = scratch.places.data();
+    const double* moves = scratch.moves.data();
+    const float* near = scratch.nearness.data();
+    std::fill_n(cells, width, Cell());
+    for (int x = 0; x < width; ++x) {
+        places[x] = placeOf(x - side * moves[x], width);
         if (places[x] == kOutside) continue;
-        near[x] = static_cast<float>(std::min(std::abs(shiftPixels) * d, kNearest));
         const Split split(places[x]);
         if (split.first >= 0 && split.secondWeight <= kCovered) offer(cells[split.first], near[x]);
         if (split.first + 1 < width && split.secondWeight >= kCovered) {
@@ -406,22 +418,48 @@ class RealRenderer : public ViewRenderer {
             photo_.copyTo(view);
             return;
         }
-        Warped warped{cv::Mat(photo_.size(), CV_8UC1), cv::Mat(photo_.size(), CV_32FC1)};
+        Warped warped = room();
         cv::parallel_for_(cv::Range(0, photo_.rows), [&](const cv::Range& rows) {
             RowScratch scratch(photo_.cols);
             for (int y = rows.start; y < rows.end; ++y) {
-                warpRow(photo_.ptr(y), depth_.ptr<float>(y), photo_.cols, shiftPixels, focus_,
-                        scratch, view.ptr(y), warped.holes.ptr(y), warped.nearness.ptr<float>(y));
+                projectRow(depth_.ptr<float>(y), photo_.cols, shiftPixels, focus_, scratch);
+                warp(y, 1, scratch, warped, view);
             }
         });
-        if (cv::countNonZero(warped.holes) == photo_.rows * photo_.cols) {
-            repeatBorders(shiftPixels, view);
-            return;
+        finish(shiftPixels, warped, view);
+    }
+
+    void renderPair(double shiftPixels, cv::Mat& view, cv::Mat& opposite) const override {
+        Warped warped = room();
+        Warped warpedOpposite = room();
+        RowScratch scratch(photo_.cols);
+        for (int y = 0; y < photo_.rows; ++y) {
+            projectRow(depth_.ptr<float>(y), photo_.cols, shiftPixels, focus_, scratch);
+            warp(y, 1, scratch, warped, view);
+            warp(y, -1, scratch, warpedOpposite, opposite);
         }
-        fill(view, warped, options_);
+        finish(shiftPixels, warped, view);
+        finish(-shiftPixels, warpedOpposite, opposite);
     }
 
   private:
+    Warped room() const {
+        return {cv::Mat(photo_.size(), CV_8UC1), cv::Mat(photo_.size(), CV_32FC1)};
+    }
+
+    void warp(int y, int side, RowScratch& scratch, Warped& warped, cv::Mat& view) const {
+        warpRow(photo_.ptr(y), photo_.cols, side, scratch, view.ptr(y), warped.holes.ptr(y),
+                warped.nearness.ptr<float>(y));
+    }
+
+    void finish(double shiftPixels, Warped& warped, cv::Mat& view) const {
+        if (cv::countNonZero(warped.holes) == photo_.rows * photo_.cols) {
+            repeatBorders(shiftPixels, view);
+        } else {
+            fill(view, warped, options_);
+        }
+    }
+
     // Nothing is left in the frame: each row takes the colour of what went out least far.
     void repeatBorders(double shiftPixels, cv::Mat& view) const {
         for (int y = 0; y < photo_.rows; ++y) {

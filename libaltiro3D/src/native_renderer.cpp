@@ -14,9 +14,9 @@ namespace altiro3D {
 
 namespace {
 
-// A pixel of a view, made in a row, costs some 1.6 of the 0.9 - 0.14 that a sub-pixel then saves
-// (ns on two cores; docs/performance.md).
-constexpr double kSamplesPerSubpixel = 0.45;
+// Rows of views pay where a panel has at least four sub-pixels for each of their pixels (measured:
+// docs/performance.md).
+constexpr double kSamplesPerSubpixel = 0.25;
 // Rows of all views are addressed by 32 bits; more than fit into caches are no use anyway.
 constexpr double kMostSamples = 4e9;
 

@@ -10,6 +10,7 @@
 #include "altiro3D/native_renderer.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "yuv_kernels.hpp"
 
 #include <algorithm>
 #include <benchmark/benchmark.h>
@@ -557,6 +558,69 @@ void BM_NativeLayeredPanelPixels(benchmark::State& state, const Display& display
                   {methodOf(ViewMethod::Layered), ViewPositions::Continuous, false, true});
 }
 
+// ---- colours of videos
+
+// The planes of a Native as an encoder takes them (4:4:4).
+struct Planes {
+    cv::Mat plane[3];
+
+    explicit Planes(cv::Size size) {
+        for (cv::Mat& one : plane)
+            one.create(size, CV_8UC1);
+    }
+    void fill(const cv::Mat& picture, const YuvWeights& weights) {
+        cv::parallel_for_(cv::Range(0, picture.rows), [&](const cv::Range& rows) {
+            for (int y = rows.start; y < rows.end; ++y) {
+                bgrToYuv(picture.ptr(y), static_cast<std::size_t>(picture.cols), weights,
+                         plane[0].ptr(y), plane[1].ptr(y), plane[2].ptr(y));
+            }
+        });
+    }
+    void toPicture(const BgrWeights& weights, cv::Mat& picture) const {
+        cv::parallel_for_(cv::Range(0, picture.rows), [&](const cv::Range& rows) {
+            for (int y = rows.start; y < rows.end; ++y) {
+                yuvToBgr(plane[0].ptr(y), plane[1].ptr(y), plane[2].ptr(y),
+                         static_cast<std::size_t>(picture.cols), weights, picture.ptr(y));
+            }
+        });
+    }
+};
+
+constexpr ColourMatrix kMatrix = ColourMatrix::Bt709;
+constexpr ColourRange kRange = ColourRange::Limited;
+
+void BM_NativeToYuv(benchmark::State& state, const Display& display) {
+    const cv::Mat native = makePhoto(display.panel());
+    const YuvWeights weights = yuvWeights(kMatrix, kRange, 8);
+    Planes planes(native.size());
+    planes.fill(native, weights);
+    for (int y = 0; y < native.rows; y += 61) {
+        for (int x = 0; x < native.cols; ++x) {
+            const auto& p = native.at<cv::Vec3b>(y, x);
+            const double luma = 16 + (0.0722 * p[0] + 0.7152 * p[1] + 0.2126 * p[2]) * 219.0 / 255;
+            require(std::abs(planes.plane[0].at<uchar>(y, x) - luma) < 0.55, "NativeToYuv");
+        }
+    }
+    for (auto _ : state) {
+        planes.fill(native, weights);
+        benchmark::ClobberMemory();
+    }
+}
+
+void BM_YuvToPicture(benchmark::State& state, const Display& display) {
+    const cv::Mat native = makePhoto(display.panel());
+    Planes planes(native.size());
+    planes.fill(native, yuvWeights(kMatrix, kRange, 8));
+    cv::Mat picture(native.size(), CV_8UC3);
+    const BgrWeights weights = bgrWeights(kMatrix, kRange);
+    planes.toPicture(weights, picture);
+    require(cv::norm(picture, native, cv::NORM_INF) <= 2, "YuvToPicture");
+    for (auto _ : state) {
+        planes.toPicture(weights, picture);
+        benchmark::ClobberMemory();
+    }
+}
+
 using Stage = void (*)(benchmark::State&, const Display&);
 
 // The time shown is real time; UseRealTime() would add to the names.
@@ -604,6 +668,8 @@ void registerAll(const Display& display) {
     registerStage("BM_NativeLayeredBusy", BM_NativeLayeredBusy, display);
     registerStage("BM_NativeLayeredContinuous", BM_NativeLayeredContinuous, display);
     registerStage("BM_NativeLayeredPanelPixels", BM_NativeLayeredPanelPixels, display);
+    registerStage("BM_NativeToYuv", BM_NativeToYuv, display);
+    registerStage("BM_YuvToPicture", BM_YuvToPicture, display);
 }
 
 // What grows with the number of views, and what does not.

@@ -37,3 +37,6 @@
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"
+#include "altiro3D/video_frame.hpp"
+#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_writer.hpp"

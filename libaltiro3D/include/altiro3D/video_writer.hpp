@@ -1,0 +1,105 @@
+#pragma once
+
+#include "altiro3D/export.hpp"
+#include "altiro3D/video_frame.hpp"
+#include "altiro3D/video_reader.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <string>
+
+namespace altiro3D {
+
+/// How frames are encoded. In a Native neighbouring sub-pixels belong to different views, so all
+/// but `compatible` keep the colour of every px.
+enum class VideoCodec {
+    H264,    ///< H.264 High 4:4:4 Predictive, libx264: .mkv .mp4 .mov
+    H264Rgb, ///< H.264 of red, green and blue, libx264rgb: .mkv .mp4 .mov
+    Hevc,    ///< H.265 4:4:4, libx265: .mkv .mp4 .mov
+    Ffv1,    ///< Lossless FFV1: .mkv
+    ProRes   ///< ProRes 4444, 10 bits: .mkv .mov
+};
+
+/// How a video is written.
+struct VideoWriterOptions {
+    cv::Size size;                       ///< Of all frames, px, 16..16384 a side.
+    VideoCodec codec = VideoCodec::H264; ///< How frames are encoded.
+    /// 4:2:0 for players that can do no more (H264 and Hevc); even sides only. It blurs a Native's
+    /// views into each other.
+    bool compatible = false;
+    double crf = 16;                    ///< Quality of H264, H264Rgb, Hevc, 0..51; less is better.
+    std::string preset = "veryfast";    ///< Of H264, H264Rgb, Hevc: "ultrafast".."veryslow".
+    Fraction timeBase{1, 1000};         ///< Unit of the frames' times, s.
+    Fraction frameRate;                 ///< Frames a second, if only about; 0/1 = not known.
+    bool constantRate = false;          ///< frameRate holds for every frame.
+    Fraction sampleAspect{1, 1};        ///< Width : height of a px.
+    std::optional<ColourMatrix> matrix; ///< Else BT.709 from 720 lines on, the source's below.
+    std::optional<ColourRange> range;   ///< Else limited.
+    int threads = 0;   ///< Threads that encode, 0..64; 0 = one per processor. Bytes depend on it.
+    bool audio = true; ///< Copy the source's sound.
+    bool subtitles = true; ///< Copy or convert the source's subtitles.
+    bool chapters = true;  ///< Copy the source's chapters.
+    bool metadata = true;  ///< Copy the source's tags.
+    VideoTags tags;        ///< Further tags of the file; they win over the source's.
+};
+
+/// Checks the options. @throws Error InvalidArgument that names the field, its value and the range
+ALTIRO3D_EXPORT void validate(const VideoWriterOptions& options);
+
+/// True if the file name's extension is one that VideoWriter can write: .mkv, .mp4, .m4v or .mov.
+ALTIRO3D_EXPORT bool canWriteVideo(const std::filesystem::path& path);
+
+/// Writes frames as a video through FFmpeg's libraries, with sound, subtitles, chapters and tags of
+/// the video they were made from.
+///
+/// Sound is copied packet by packet, all tracks; text subtitles become what the container holds
+/// (mov_text in .mp4 and .mov), others are copied; fonts are copied into .mkv. Further video
+/// streams, cover pictures and data streams are left out, see notes(). The source's rotation is not
+/// written, as its reader has applied it.
+///
+/// Times are kept exactly in .mp4 and .mov, to 1 ms in .mkv. The file grows as `<name>.part` beside
+/// the target and gets its name in finish(); without that it is removed. A file that exists is
+/// replaced, links are followed. The same frames give the same bytes for a fixed number of threads
+/// (H264 and Hevc) or any number (the others).
+///
+/// One thread at a time per object; the source's reader may run in another thread.
+class ALTIRO3D_EXPORT VideoWriter {
+  public:
+    /// Opens the encoder and the file.
+    ///
+    /// @param path .mkv, .mp4, .m4v or .mov
+    /// @param options size, codec, times
+    /// @param source where the other streams come from; they pass while its frames are read, so it
+    ///        must not have delivered a frame yet. It may end before the writer. May be null.
+    /// @throws Error InvalidArgument (options, a source that has begun); Unsupported (what this
+    ///         container or this FFmpeg cannot hold or encode, by name, with advice); WriteFailed
+    VideoWriter(const std::filesystem::path& path, const VideoWriterOptions& options,
+                VideoReader* source = nullptr);
+    /// Removes the unfinished file.
+    ~VideoWriter();
+    VideoWriter(VideoWriter&&) noexcept;            ///< Moves.
+    VideoWriter& operator=(VideoWriter&&) noexcept; ///< Moves.
+
+    /// Encodes a frame.
+    ///
+    /// @param frame of the options' size; pts 0 or more and after the last one's
+    /// @throws Error InvalidArgument, WriteFailed (full disk, ...); the file is then lost
+    void write(const VideoFrame& frame);
+
+    /// Writes what is left and gives the file its name. If the source has been read to its end all
+    /// of its other streams are kept, else what belongs to the frames written.
+    ///
+    /// @throws Error InvalidArgument (no frame was written), WriteFailed
+    void finish();
+
+    /// What was left out or changed, one sentence each, for people.
+    const Notes& notes() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace altiro3D

@@ -1,0 +1,70 @@
+#include "ffmpeg.hpp"
+
+#include "altiro3D/error.hpp"
+
+#include <mutex>
+
+extern "C" {
+#include <libavutil/log.h>
+}
+
+namespace altiro3D {
+
+void Dictionary::set(const std::string& name, const std::string& value) {
+    av_dict_set(&entries_, name.c_str(), value.c_str(), 0);
+}
+
+std::string Dictionary::firstName() const {
+    const AVDictionaryEntry* const entry =
+        av_dict_get(entries_, "", nullptr, AV_DICT_IGNORE_SUFFIX);
+    return entry != nullptr ? entry->key : "";
+}
+
+void quietFfmpeg() {
+    static std::once_flag once;
+    std::call_once(once, [] {
+        if (av_log_get_level() == AV_LOG_INFO) av_log_set_level(AV_LOG_QUIET); // INFO: the default
+    });
+}
+
+std::string ffmpegText(int number) {
+    char text[AV_ERROR_MAX_STRING_SIZE] = {};
+    av_strerror(number, text, sizeof text);
+    return text;
+}
+
+void checkMemory(const void* memory) {
+    if (memory == nullptr) throw Error(ErrorCode::OutOfMemory, "video", "does not fit into memory");
+}
+
+PacketPtr newPacket() {
+    PacketPtr packet(av_packet_alloc());
+    checkMemory(packet.get());
+    return packet;
+}
+
+FramePtr newFrame() {
+    FramePtr frame(av_frame_alloc());
+    checkMemory(frame.get());
+    return frame;
+}
+
+Fraction fraction(AVRational ratio) {
+    if (ratio.num <= 0 || ratio.den <= 0) return {};
+    return {ratio.num, ratio.den};
+}
+
+VideoTags tagsOf(const AVDictionary* dictionary) {
+    VideoTags tags;
+    const AVDictionaryEntry* entry = nullptr;
+    while ((entry = av_dict_get(dictionary, "", entry, AV_DICT_IGNORE_SUFFIX)) != nullptr)
+        tags.emplace_back(entry->key, entry->value);
+    return tags;
+}
+
+std::string tagOf(const AVDictionary* dictionary, const char* name) {
+    const AVDictionaryEntry* const entry = av_dict_get(dictionary, name, nullptr, 0);
+    return entry != nullptr ? entry->value : "";
+}
+
+} // namespace altiro3D

@@ -1,0 +1,87 @@
+#pragma once
+
+#include "altiro3D/video_frame.hpp"
+
+#include <memory>
+#include <string>
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libswscale/swscale.h>
+}
+
+/// Ownership and small conversions for FFmpeg's C interfaces.
+namespace altiro3D {
+
+struct FreePacket {
+    void operator()(AVPacket* packet) const { av_packet_free(&packet); }
+};
+struct FreeFrame {
+    void operator()(AVFrame* frame) const { av_frame_free(&frame); }
+};
+struct FreeCodec {
+    void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
+};
+struct FreeParameters {
+    void operator()(AVCodecParameters* parameters) const { avcodec_parameters_free(&parameters); }
+};
+struct CloseInput {
+    void operator()(AVFormatContext* format) const { avformat_close_input(&format); }
+};
+struct FreeOutput {
+    void operator()(AVFormatContext* format) const { avformat_free_context(format); }
+};
+struct FreeScaler {
+    void operator()(SwsContext* scaler) const { sws_freeContext(scaler); }
+};
+
+using PacketPtr = std::unique_ptr<AVPacket, FreePacket>;
+using FramePtr = std::unique_ptr<AVFrame, FreeFrame>;
+using CodecPtr = std::unique_ptr<AVCodecContext, FreeCodec>;
+using ParametersPtr = std::unique_ptr<AVCodecParameters, FreeParameters>;
+using InputPtr = std::unique_ptr<AVFormatContext, CloseInput>;
+using OutputPtr = std::unique_ptr<AVFormatContext, FreeOutput>;
+using ScalerPtr = std::unique_ptr<SwsContext, FreeScaler>;
+
+/// A dictionary that is freed at the end.
+class Dictionary {
+  public:
+    Dictionary() = default;
+    ~Dictionary() { av_dict_free(&entries_); }
+    Dictionary(const Dictionary&) = delete;
+    Dictionary& operator=(const Dictionary&) = delete;
+
+    void set(const std::string& name, const std::string& value);
+    AVDictionary** address() { return &entries_; }
+    /// Name of an entry that nobody has taken, or empty.
+    std::string firstName() const;
+
+  private:
+    AVDictionary* entries_ = nullptr;
+};
+
+/// FFmpeg prints nothing from now on, unless the process has chosen its level of messages.
+void quietFfmpeg();
+
+/// FFmpeg's words for an error number.
+std::string ffmpegText(int number);
+
+/// @throws Error OutOfMemory @return new objects, never null
+PacketPtr newPacket();
+FramePtr newFrame();
+/// @throws Error OutOfMemory
+void checkMemory(const void* memory);
+
+inline AVRational rational(const Fraction& fraction) {
+    return {fraction.numerator, fraction.denominator};
+}
+/// 0/1 where it is not known.
+Fraction fraction(AVRational ratio);
+
+/// Entries of a dictionary.
+VideoTags tagsOf(const AVDictionary* dictionary);
+/// Value of a name, or empty.
+std::string tagOf(const AVDictionary* dictionary, const char* name);
+
+} // namespace altiro3D

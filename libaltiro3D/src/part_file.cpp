@@ -1,0 +1,163 @@
+#include "part_file.hpp"
+
+#include "altiro3D/error.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <system_error>
+#include <unistd.h>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kBufferBytes = 1 << 18;
+constexpr int kMostLinks = 40; // as the kernel follows
+
+[[noreturn]] void failWrite(const fs::path& path, int number) {
+    std::string problem = "cannot be written: " + std::generic_category().message(number);
+    if (number == ENOENT) problem += "; its directory must exist";
+    throw Error(ErrorCode::WriteFailed, path.string(), problem);
+}
+
+fs::path followLinks(const fs::path& path) {
+    fs::path current = path;
+    for (int i = 0; i < kMostLinks; ++i) {
+        std::error_code error;
+        if (!fs::is_symlink(fs::symlink_status(current, error))) return current;
+        const fs::path next = fs::read_symlink(current, error);
+        if (error) failWrite(path, error.value());
+        current = next.is_absolute() ? next : current.parent_path() / next;
+    }
+    failWrite(path, ELOOP);
+}
+
+} // namespace
+
+PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path)) {
+    if (!target_.has_filename()) failWrite(path, EISDIR);
+    struct stat state {};
+    const bool exists = ::stat(target_.c_str(), &state) == 0;
+    if (!exists && errno != ENOENT) failWrite(path, errno);
+    if (exists && S_ISDIR(state.st_mode)) {
+        throw Error(ErrorCode::WriteFailed, path.string(), "is a directory, expected a file name");
+    }
+    if (exists && !S_ISREG(state.st_mode)) {
+        throw Error(ErrorCode::WriteFailed, path.string(),
+                    "is a device or pipe, expected a file name: a video is written out of order");
+    }
+    // The rename would replace a write-protected file if only the directory may be changed.
+    if (exists && ::access(target_.c_str(), W_OK) != 0) failWrite(path, errno);
+
+    part_ = target_;
+    part_ += ".part";
+    // One that a crash left is written over; one that is being written is locked.
+    for (struct stat named{}, opened{};;) {
+        number_ = ::open(part_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (number_ < 0) failWrite(path, errno);
+        if (::flock(number_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+            ::close(number_);
+            throw Error(ErrorCode::WriteFailed, path.string(),
+                        "is being written by another process (" + part_.filename().string() + ")");
+        }
+        // Another writer may have given it its name between the two steps.
+        if (::stat(part_.c_str(), &named) == 0 && ::fstat(number_, &opened) == 0 &&
+            named.st_ino == opened.st_ino && named.st_dev == opened.st_dev) {
+            break;
+        }
+        ::close(number_);
+    }
+    if (::ftruncate(number_, 0) != 0) {
+        const int error = errno;
+        close();
+        failWrite(path, error);
+    }
+    if (exists) {
+        // Where that is not allowed the new file keeps the usual permissions.
+        [[maybe_unused]] const int ignored = ::fchmod(number_, state.st_mode & 07777);
+    }
+    auto* const buffer = static_cast<std::uint8_t*>(av_malloc(kBufferBytes));
+    io_ = buffer != nullptr ? avio_alloc_context(buffer, kBufferBytes, 1, this, nullptr,
+                                                 &PartFile::write, &PartFile::seek)
+                            : nullptr;
+    if (io_ == nullptr) {
+        av_free(buffer);
+        close();
+        checkMemory(nullptr);
+    }
+}
+
+PartFile::~PartFile() {
+    close();
+}
+
+void PartFile::close() {
+    if (io_ != nullptr) {
+        av_freep(&io_->buffer);
+        avio_context_free(&io_);
+    }
+    if (number_ < 0) return;
+    ::unlink(part_.c_str());
+    ::close(number_);
+    number_ = -1;
+}
+
+int PartFile::write(void* self, std::uint8_t* data, int size) {
+    auto& file = *static_cast<PartFile*>(self);
+    for (int done = 0; done < size;) {
+        const ssize_t count =
+            ::write(file.number_, data + done, static_cast<std::size_t>(size - done));
+        if (count > 0) {
+            done += static_cast<int>(count);
+        } else if (count == 0 || errno != EINTR) {
+            const int error = count == 0 ? EIO : errno;
+            if (file.error_ == 0) file.error_ = error;
+            return AVERROR(error);
+        }
+    }
+    return size;
+}
+
+std::int64_t PartFile::seek(void* self, std::int64_t offset, int whence) {
+    auto& file = *static_cast<PartFile*>(self);
+    if (whence == AVSEEK_SIZE) {
+        struct stat state {};
+        return ::fstat(file.number_, &state) == 0 ? state.st_size : AVERROR(errno);
+    }
+    const off_t result = ::lseek(file.number_, offset, whence & ~AVSEEK_FORCE);
+    return result >= 0 ? result : AVERROR(errno);
+}
+
+void PartFile::check() const {
+    if (error_ != 0) failWrite(path_, error_);
+    if (io_->error < 0) {
+        throw Error(ErrorCode::WriteFailed, path_.string(),
+                    "cannot be written: " + ffmpegText(io_->error));
+    }
+}
+
+void PartFile::finish() {
+    avio_flush(io_);
+    check();
+    int result = 0;
+    do {
+        result = ::fsync(number_);
+    } while (result != 0 && errno == EINTR);
+    // Some file systems cannot flush; that is no failure.
+    if (result != 0 && errno != EINVAL && errno != ENOTSUP && errno != ENOSYS && errno != EROFS) {
+        failWrite(path_, errno);
+    }
+    if (::rename(part_.c_str(), target_.c_str()) != 0) failWrite(path_, errno);
+    av_freep(&io_->buffer);
+    avio_context_free(&io_);
+    const int number = number_;
+    number_ = -1;
+    if (::close(number) != 0 && errno != EINTR) failWrite(path_, errno);
+}
+
+} // namespace altiro3D

@@ -1,0 +1,809 @@
+#include "altiro3D/video_reader.hpp"
+
+#include "altiro3D/error.hpp"
+#include "ffmpeg.hpp"
+#include "other_streams.hpp"
+#include "text.hpp"
+#include "video_picture.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <set>
+#include <sys/stat.h>
+#include <system_error>
+#include <thread>
+
+extern "C" {
+#include <libavdevice/avdevice.h>
+#include <libavutil/display.h>
+#include <libavutil/pixdesc.h>
+}
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kMostThreads = 64;
+constexpr int kMostThreadsByItself = 16; // more only take memory
+constexpr double kStepsBackSeconds[] = {0, 2, 10};
+constexpr double kMissingSeconds = 0.5; // a file that ends so much too early is cut off
+constexpr double kInterleavedSeconds = 10;
+
+[[noreturn]] void fail(ErrorCode code, const std::string& subject, const std::string& problem) {
+    throw Error(code, subject, problem);
+}
+
+// What a path names.
+enum class Kind { File, StandardInput, Device };
+
+// Whether an MP4 or QuickTime file has boxes but not the one with its index.
+bool lacksMovieIndex(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    bool known = false;
+    for (int box = 0; box < 10000; ++box) {
+        unsigned char head[16];
+        if (!file.read(reinterpret_cast<char*>(head), 8)) break;
+        const auto number = [&](int from, int count) {
+            std::uint64_t value = 0;
+            for (int i = from; i < from + count; ++i)
+                value = value << 8 | head[i];
+            return value;
+        };
+        std::uint64_t size = number(0, 4);
+        const std::string type(reinterpret_cast<const char*>(head) + 4, 4);
+        if (type == "moov") return false;
+        known = known || type == "ftyp" || type == "mdat";
+        std::uint64_t read = 8;
+        if (size == 1) {
+            if (!file.read(reinterpret_cast<char*>(head) + 8, 8)) break;
+            size = number(8, 8);
+            read = 16;
+        }
+        if (!known || size < read || size > (std::uint64_t{1} << 62)) break;
+        file.seekg(static_cast<std::streamoff>(size - read), std::ios::cur);
+    }
+    return known;
+}
+
+const char* kindName(AVMediaType type) {
+    switch (type) {
+    case AVMEDIA_TYPE_VIDEO:
+        return "video";
+    case AVMEDIA_TYPE_AUDIO:
+        return "audio";
+    case AVMEDIA_TYPE_SUBTITLE:
+        return "subtitles";
+    case AVMEDIA_TYPE_ATTACHMENT:
+        return "attachment";
+    default:
+        return "data";
+    }
+}
+
+StreamKind streamKind(AVMediaType type) {
+    switch (type) {
+    case AVMEDIA_TYPE_VIDEO:
+        return StreamKind::Video;
+    case AVMEDIA_TYPE_AUDIO:
+        return StreamKind::Audio;
+    case AVMEDIA_TYPE_SUBTITLE:
+        return StreamKind::Subtitle;
+    case AVMEDIA_TYPE_ATTACHMENT:
+        return StreamKind::Attachment;
+    default:
+        return StreamKind::Data;
+    }
+}
+
+std::string codecName(AVCodecID id) {
+    return id == AV_CODEC_ID_NONE ? "unknown" : avcodec_get_name(id);
+}
+
+bool isCover(const AVStream& stream) {
+    return (stream.disposition & (AV_DISPOSITION_ATTACHED_PIC | AV_DISPOSITION_TIMED_THUMBNAILS)) !=
+           0;
+}
+
+const std::int32_t* displayMatrix(const AVStream& stream) {
+#if LIBAVFORMAT_VERSION_INT >= AV_VERSION_INT(60, 15, 100)
+    const AVPacketSideData* const data =
+        av_packet_side_data_get(stream.codecpar->coded_side_data,
+                                stream.codecpar->nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
+    return data != nullptr && data->size >= 36 ? reinterpret_cast<const std::int32_t*>(data->data)
+                                               : nullptr;
+#else
+    std::size_t size = 0;
+    const std::uint8_t* const data =
+        av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, &size);
+    return data != nullptr && size >= 36 ? reinterpret_cast<const std::int32_t*>(data) : nullptr;
+#endif
+}
+
+std::int64_t durationOf(const AVFrame& frame) {
+#if LIBAVUTIL_VERSION_INT >= AV_VERSION_INT(57, 30, 100)
+    return frame.duration;
+#else
+    return frame.pkt_duration;
+#endif
+}
+
+bool isInterlaced(const AVFrame& frame) {
+#if LIBAVUTIL_VERSION_INT >= AV_VERSION_INT(58, 7, 100)
+    return (frame.flags & AV_FRAME_FLAG_INTERLACED) != 0;
+#else
+    return frame.interlaced_frame != 0;
+#endif
+}
+
+// The video stream to deliver: large ones and the default one first, cover pictures never.
+AVStream* chooseStream(const AVFormatContext& format) {
+    AVStream* best = nullptr;
+    double bestScore = -1;
+    for (unsigned i = 0; i < format.nb_streams; ++i) {
+        AVStream* const stream = format.streams[i];
+        const AVCodecParameters& parameters = *stream->codecpar;
+        if (parameters.codec_type != AVMEDIA_TYPE_VIDEO || isCover(*stream)) continue;
+        double score = static_cast<double>(parameters.width) * parameters.height;
+        if (avcodec_find_decoder(parameters.codec_id) != nullptr) score += 1e12;
+        if ((stream->disposition & AV_DISPOSITION_DEFAULT) != 0) score += 5e6;
+        if (score <= bestScore) continue;
+        best = stream;
+        bestScore = score;
+    }
+    return best;
+}
+
+std::string otherContents(const AVFormatContext& format) {
+    std::string text;
+    for (unsigned i = 0; i < format.nb_streams; ++i) {
+        const AVCodecParameters& parameters = *format.streams[i]->codecpar;
+        if (!text.empty()) text += ", ";
+        text += (isCover(*format.streams[i]) ? std::string("cover picture")
+                                             : kindName(parameters.codec_type)) +
+                " " + codecName(parameters.codec_id);
+    }
+    return text;
+}
+
+} // namespace
+
+void validate(const VideoReaderOptions& options) {
+    if (!(options.from >= 0) || !(options.from < 1e9)) {
+        fail(ErrorCode::InvalidArgument, "from",
+             "is " + numberText(options.from) + " s, expected 0 or more");
+    }
+    if (!(options.to > options.from)) {
+        fail(ErrorCode::InvalidArgument, "to",
+             "is " + numberText(options.to) + " s, expected more than from, " +
+                 numberText(options.from) + " s");
+    }
+    if (options.threads < 0 || options.threads > kMostThreads) {
+        fail(ErrorCode::InvalidArgument, "threads",
+             "is " + std::to_string(options.threads) + ", expected 0.." +
+                 std::to_string(kMostThreads));
+    }
+}
+
+struct VideoReader::Impl {
+    Impl(const fs::path& path, const VideoReaderOptions& given);
+
+    bool read(VideoFrame& frame);
+
+    std::string subject;
+    VideoReaderOptions options;
+    VideoFacts facts;
+    VideoReadCounts counts;
+    std::shared_ptr<OtherStreams> others = std::make_shared<OtherStreams>();
+    double lastEnd = 0; // s: end of the last packet of any stream, from the start of the file
+    double fileEnd = 0; // s: where the file says it ends; 0 = it does not
+    bool interlaced = false;
+    bool resized = false;
+
+  private:
+    void open(const fs::path& path);
+    void openDecoder();
+    void fillFacts();
+    void fillOthers();
+    void begin();
+    bool seek(double back);
+    bool readPacket();
+    bool decode(AVFrame& frame);
+    bool decodeInRange(AVFrame& frame);
+    void drainOthers();
+    void noteEnd(int result);
+    std::int64_t frameDuration() const;
+
+    Kind kind_ = Kind::File;
+    InputPtr format_;
+    AVStream* stream_ = nullptr;
+    CodecPtr decoder_;
+    std::unique_ptr<PictureMaker> pictures_;
+    PacketPtr packet_ = newPacket();
+    FramePtr current_ = newFrame();
+    FramePtr ahead_ = newFrame();
+    bool hasCurrent_ = false;
+    std::int64_t currentPts_ = 0; // file time
+    std::int64_t aheadPts_ = 0;
+
+    std::vector<std::int64_t> otherIndex_; // by stream of the file, -1 = the delivered one
+    std::set<std::int64_t> corruptPts_;    // of packets the container calls damaged
+    std::int64_t startPts_ = 0;            // of the file, in the stream's unit
+    std::int64_t fromPts_ = 0;
+    std::int64_t toPts_ = 0;
+    std::int64_t originPts_ = 0;
+    std::int64_t lastPts_ = 0; // of the frame decoded last
+    bool hasLast_ = false;
+    bool begun_ = false;
+    bool wanted_ = false; // a writer wants the other streams
+    bool drained_ = false;
+    bool sentEnd_ = false;
+    bool ended_ = false;
+    bool pastEnd_ = false; // ended by options.to
+    std::int64_t videoPackets_ = 0;
+};
+
+VideoReader::Impl::Impl(const fs::path& path, const VideoReaderOptions& given) : options(given) {
+    validate(options);
+    quietFfmpeg();
+    open(path);
+    openDecoder();
+    fillFacts();
+    fillOthers();
+}
+
+void VideoReader::Impl::open(const fs::path& path) {
+    subject = path == "-" ? "standard input" : path.string();
+    std::string url = "file:" + path.string();
+    const AVInputFormat* input = nullptr;
+    std::string wanted = options.format;
+    struct stat state {};
+    const bool exists = ::stat(path.c_str(), &state) == 0;
+    const int whyNot = errno;
+    if (wanted.empty() && exists && S_ISCHR(state.st_mode) &&
+        path.string().rfind("/dev/video", 0) == 0) {
+        wanted = "v4l2";
+    }
+    if (!wanted.empty()) {
+        static std::once_flag once;
+        std::call_once(once, [] { avdevice_register_all(); });
+        input = av_find_input_format(wanted.c_str());
+        if (input == nullptr) {
+            fail(ErrorCode::Unsupported, "format",
+                 "is \"" + wanted + "\", which this FFmpeg does not know");
+        }
+        if ((input->flags & AVFMT_NOFILE) != 0) {
+            kind_ = Kind::Device;
+            url = path.string();
+        }
+    }
+    if (kind_ == Kind::File && path == "-") {
+        kind_ = Kind::StandardInput;
+        url = "pipe:0";
+    }
+    if (kind_ == Kind::File) {
+        if (!exists && (whyNot == ENOENT || whyNot == ENOTDIR)) {
+            fail(ErrorCode::NotFound, subject, "does not exist, expected a video file");
+        }
+        if (!exists) {
+            fail(ErrorCode::ReadFailed, subject,
+                 "cannot be read: " + std::generic_category().message(whyNot));
+        }
+        if (S_ISDIR(state.st_mode)) {
+            fail(ErrorCode::ReadFailed, subject, "is a directory, expected a video file");
+        }
+        if (S_ISREG(state.st_mode) && state.st_size == 0) {
+            fail(ErrorCode::BadFormat, subject, "is empty, expected a video file");
+        }
+    }
+
+    Dictionary settings;
+    for (const auto& [name, value] : options.formatOptions)
+        settings.set(name, value);
+    // A file must not make us open others in the network.
+    if (kind_ != Kind::Device) settings.set("protocol_whitelist", "file,pipe,crypto,data");
+    AVFormatContext* raw = nullptr;
+    int result = avformat_open_input(&raw, url.c_str(), input, settings.address());
+    if (result < 0) {
+        if (result == AVERROR_INVALIDDATA || result == AVERROR_EOF) {
+            if (kind_ == Kind::File && lacksMovieIndex(path)) {
+                fail(ErrorCode::BadFormat, subject,
+                     "has no index (moov): it is cut off or was never finished, expected a whole "
+                     "file");
+            }
+            fail(ErrorCode::BadFormat, subject, "is no video that FFmpeg can read");
+        }
+        if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
+        fail(ErrorCode::ReadFailed, subject, "cannot be read: " + ffmpegText(result));
+    }
+    format_.reset(raw);
+    if (const std::string unused = settings.firstName();
+        !unused.empty() && unused != "protocol_whitelist") {
+        fail(ErrorCode::InvalidArgument, "formatOptions",
+             "have \"" + unused + "\", which the format " + format_->iformat->name +
+                 " does not know");
+    }
+    if (std::strcmp(format_->iformat->name, "tty") == 0) { // any text at all
+        fail(ErrorCode::BadFormat, subject, "is a text, expected a video file");
+    }
+    result = avformat_find_stream_info(raw, nullptr);
+    if (result < 0 && raw->nb_streams == 0) {
+        fail(ErrorCode::BadFormat, subject, "cannot be read: " + ffmpegText(result));
+    }
+    stream_ = chooseStream(*raw);
+    if (stream_ == nullptr) {
+        const std::string contents = otherContents(*raw);
+        fail(ErrorCode::BadFormat, subject,
+             "holds no video stream" + (contents.empty() ? "" : " but " + contents) +
+                 ", expected a video");
+    }
+}
+
+void VideoReader::Impl::openDecoder() {
+    const AVCodecParameters& parameters = *stream_->codecpar;
+    const std::string name = codecName(parameters.codec_id);
+    const AVCodec* const codec = avcodec_find_decoder(parameters.codec_id);
+    if (codec == nullptr) {
+        char tag[AV_FOURCC_MAX_STRING_SIZE] = {};
+        av_fourcc_make_string(tag, parameters.codec_tag);
+        fail(ErrorCode::Unsupported, subject,
+             "has video of the codec " +
+                 (name == "unknown" ? "\"" + std::string(tag) + "\"" : name) +
+                 ", which this FFmpeg cannot decode");
+    }
+    if (static_cast<double>(parameters.width) * parameters.height > kMaxPicturePixels) {
+        fail(ErrorCode::TooLarge, subject,
+             "has pictures of " + pairText(parameters.width, parameters.height) +
+                 " px, expected at most " + numberText(kMaxPicturePixels, 9) + " px");
+    }
+    decoder_.reset(avcodec_alloc_context3(codec));
+    checkMemory(decoder_.get());
+    if (avcodec_parameters_to_context(decoder_.get(), &parameters) < 0) checkMemory(nullptr);
+    const auto processors = static_cast<int>(std::thread::hardware_concurrency());
+    if (options.threads == 0) options.threads = std::clamp(processors, 1, kMostThreadsByItself);
+    decoder_->thread_count = options.threads;
+    decoder_->pkt_timebase = stream_->time_base;
+    decoder_->max_pixels = static_cast<std::int64_t>(kMaxPicturePixels);
+    const int result = avcodec_open2(decoder_.get(), codec, nullptr);
+    if (result < 0) {
+        fail(ErrorCode::Unsupported, subject,
+             "has video of the codec " + name + ", which cannot be decoded: " + ffmpegText(result));
+    }
+    if (parameters.width <= 0 || parameters.height <= 0) {
+        fail(ErrorCode::BadFormat, subject,
+             "has " + name + " video without a size: nothing of it can be decoded");
+    }
+}
+
+void VideoReader::Impl::fillFacts() {
+    const AVCodecParameters& parameters = *stream_->codecpar;
+    facts.format = format_->iformat->name;
+    facts.codec = codecName(parameters.codec_id);
+    const char* const pixels = av_get_pix_fmt_name(static_cast<AVPixelFormat>(parameters.format));
+    facts.pixelFormat = pixels != nullptr ? pixels : "unknown";
+    facts.streamIndex = stream_->index;
+    const Orientation orientation = orientationOf(displayMatrix(*stream_));
+    const cv::Size stored(parameters.width, parameters.height);
+    pictures_ = std::make_unique<PictureMaker>(stored, orientation, options.threads, subject);
+    facts.size = orientation.transpose ? cv::Size(stored.height, stored.width) : stored;
+    facts.rotationDegrees = orientation.clockwiseDegrees();
+    facts.mirrored = orientation.isMirrored();
+    const Fraction aspect = fraction(av_guess_sample_aspect_ratio(format_.get(), stream_, nullptr));
+    if (aspect.isKnown()) {
+        facts.sampleAspect =
+            orientation.transpose ? Fraction{aspect.denominator, aspect.numerator} : aspect;
+    }
+    facts.averageRate = fraction(stream_->avg_frame_rate);
+    facts.nominalRate = fraction(stream_->r_frame_rate);
+    facts.constantRate = facts.averageRate.isKnown() && facts.nominalRate.isKnown() &&
+                         std::abs(facts.averageRate.value() / facts.nominalRate.value() - 1) < 1e-3;
+    facts.timeBase = fraction(stream_->time_base);
+
+    const double unit = av_q2d(stream_->time_base);
+    if (format_->duration != AV_NOPTS_VALUE && format_->duration > 0) {
+        facts.duration = static_cast<double>(format_->duration) / AV_TIME_BASE;
+        if (format_->duration_estimation_method != AVFMT_DURATION_FROM_BITRATE)
+            fileEnd = *facts.duration;
+    }
+    const bool hasOwn = stream_->duration != AV_NOPTS_VALUE && stream_->duration > 0;
+    if (stream_->nb_frames > 0) {
+        facts.frameCount = stream_->nb_frames;
+    } else if (facts.averageRate.isKnown() && (hasOwn || facts.duration)) {
+        const double length =
+            hasOwn ? static_cast<double>(stream_->duration) * unit : *facts.duration;
+        facts.frameCount = std::llround(length * facts.averageRate.value());
+    }
+    facts.colour = videoColour(static_cast<AVPixelFormat>(parameters.format),
+                               parameters.color_space, parameters.color_range,
+                               parameters.color_primaries, parameters.color_trc, stored.height);
+    for (unsigned i = 0; i < format_->nb_streams; ++i) {
+        const AVStream& stream = *format_->streams[i];
+        VideoStreamFacts& fact = facts.streams.emplace_back();
+        fact.index = static_cast<int>(i);
+        fact.kind = streamKind(stream.codecpar->codec_type);
+        fact.codec = codecName(stream.codecpar->codec_id);
+        fact.language = tagOf(stream.metadata, "language");
+        fact.title = tagOf(stream.metadata, "title");
+        fact.channels = stream.codecpar->ch_layout.nb_channels;
+        fact.sampleRate = stream.codecpar->sample_rate;
+        fact.isCover = isCover(stream);
+    }
+    const double start = format_->start_time != AV_NOPTS_VALUE
+                             ? static_cast<double>(format_->start_time) / AV_TIME_BASE
+                             : 0;
+    for (unsigned i = 0; i < format_->nb_chapters; ++i) {
+        const AVChapter& chapter = *format_->chapters[i];
+        const double length = av_q2d(chapter.time_base);
+        facts.chapters.push_back({static_cast<double>(chapter.start) * length - start,
+                                  static_cast<double>(chapter.end) * length - start,
+                                  tagOf(chapter.metadata, "title")});
+    }
+    facts.tags = tagsOf(format_->metadata);
+
+    if (format_->start_time != AV_NOPTS_VALUE) {
+        startPts_ =
+            av_rescale_q(format_->start_time, AVRational{1, AV_TIME_BASE}, stream_->time_base);
+    }
+    fromPts_ = startPts_ + std::llround(options.from / unit);
+    toPts_ = options.to < 1e9 ? startPts_ + std::llround(options.to / unit)
+                              : std::numeric_limits<std::int64_t>::max();
+    originPts_ = options.from > 0 ? fromPts_ : startPts_;
+}
+
+void VideoReader::Impl::fillOthers() {
+    others->subject = subject;
+    others->format = facts.format;
+    others->tags = facts.tags;
+    others->colour = facts.colour;
+    for (const VideoChapter& chapter : facts.chapters) {
+        const double start = std::max(chapter.start, options.from) - options.from;
+        const double end = std::min(chapter.end, options.to) - options.from;
+        if (end > start) others->chapters.push_back({start, end, chapter.title});
+    }
+    for (unsigned i = 0; i < format_->nb_streams; ++i) {
+        const AVStream& stream = *format_->streams[i];
+        if (&stream == stream_) {
+            otherIndex_.push_back(-1);
+            continue;
+        }
+        otherIndex_.push_back(static_cast<std::int64_t>(others->streams.size()));
+        OtherStream& other = others->streams.emplace_back();
+        other.index = static_cast<int>(i);
+        other.parameters.reset(avcodec_parameters_alloc());
+        checkMemory(other.parameters.get());
+        if (avcodec_parameters_copy(other.parameters.get(), stream.codecpar) < 0) {
+            checkMemory(nullptr);
+        }
+        other.timeBase = stream.time_base;
+        other.tags = tagsOf(stream.metadata);
+        other.disposition = stream.disposition;
+        other.isCover = isCover(stream);
+    }
+}
+
+// Goes to the last key frame before the beginning; false if the file cannot.
+bool VideoReader::Impl::seek(double back) {
+    const auto ticks = static_cast<std::int64_t>(std::ceil(back / av_q2d(stream_->time_base)));
+    const std::int64_t target = std::max(startPts_, fromPts_ - ticks);
+    if (av_seek_frame(format_.get(), stream_->index, target, AVSEEK_FLAG_BACKWARD) < 0) {
+        return false;
+    }
+    avcodec_flush_buffers(decoder_.get());
+    others->clear();
+    corruptPts_.clear();
+    sentEnd_ = false;
+    drained_ = false;
+    hasLast_ = false;
+    lastEnd = 0;
+    counts = {};
+    return true;
+}
+
+void VideoReader::Impl::begin() {
+    begun_ = true;
+    wanted_ = others->begin();
+    bool found = false;
+    // A bare stream has no times, so a place in it cannot be found again.
+    const bool seekable = kind_ == Kind::File && format_->start_time != AV_NOPTS_VALUE;
+    if (fromPts_ > startPts_ && seekable) {
+        // A container may lead behind the wanted frame: then from further back.
+        for (const double back : kStepsBackSeconds) {
+            if (!seek(back)) break;
+            found = decode(*ahead_);
+            if (found && aheadPts_ <= fromPts_) break;
+            const bool fromStart =
+                static_cast<double>(fromPts_ - startPts_) * av_q2d(stream_->time_base) <= back;
+            if (fromStart) break;
+        }
+        if (!found || aheadPts_ > fromPts_) {
+            // The last way: everything from the start.
+            if (avformat_seek_file(format_.get(), -1, INT64_MIN, INT64_MIN, INT64_MAX, 0) >= 0 ||
+                seek(options.from + 1)) {
+                avcodec_flush_buffers(decoder_.get());
+                others->clear();
+                sentEnd_ = false;
+                drained_ = false;
+                hasLast_ = false;
+                counts = {};
+                found = false;
+            } else if (found) {
+                fail(ErrorCode::ReadFailed, subject,
+                     "cannot be wound to " + numberText(options.from) +
+                         " s, expected a file with an index");
+            }
+        }
+    }
+    while (found && aheadPts_ < fromPts_) {
+        found = decode(*ahead_);
+    }
+    if (!found) found = decodeInRange(*ahead_);
+    if (found && aheadPts_ >= toPts_) {
+        pastEnd_ = true;
+        found = false;
+    }
+    if (found && aheadPts_ < originPts_) originPts_ = aheadPts_;
+    others->setRange(originPts_,
+                     toPts_ == std::numeric_limits<std::int64_t>::max()
+                         ? std::nullopt
+                         : std::optional<std::int64_t>(toPts_),
+                     stream_->time_base, options.from > 0);
+    hasCurrent_ = found;
+    if (found) {
+        std::swap(current_, ahead_);
+        currentPts_ = aheadPts_;
+    }
+}
+
+// Takes one packet from the container; false at its end.
+bool VideoReader::Impl::readPacket() {
+    if (drained_) return false;
+    const int result = av_read_frame(format_.get(), packet_.get());
+    if (result == AVERROR(EAGAIN)) { // a device without a picture yet
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return true;
+    }
+    if (result < 0) {
+        drained_ = true;
+        noteEnd(result);
+        return false;
+    }
+    const AVStream& stream = *format_->streams[packet_->stream_index];
+    const std::int64_t time = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
+    if (time != AV_NOPTS_VALUE) {
+        const double end =
+            static_cast<double>(time + std::max<std::int64_t>(packet_->duration, 0)) *
+                av_q2d(stream.time_base) -
+            static_cast<double>(startPts_) * av_q2d(stream_->time_base);
+        lastEnd = std::max(lastEnd, end);
+    }
+    return true;
+}
+
+// The container has no more packets: at its end or before it?
+void VideoReader::Impl::noteEnd(int result) {
+    if (kind_ == Kind::Device) {
+        if (result != AVERROR_EOF) {
+            fail(ErrorCode::ReadFailed, subject, "cannot be read: " + ffmpegText(result));
+        }
+        return;
+    }
+    if (format_->pb != nullptr && format_->pb->error < 0 && format_->pb->error != AVERROR_EOF &&
+        format_->pb->error != AVERROR_INVALIDDATA) {
+        fail(ErrorCode::ReadFailed, subject,
+             "cannot be read any further: " + ffmpegText(format_->pb->error));
+    }
+    counts.truncated =
+        result != AVERROR_EOF || (fileEnd > 0 && lastEnd < fileEnd - kMissingSeconds);
+}
+
+// The next undamaged frame and its time (aheadPts_); false at the end.
+bool VideoReader::Impl::decode(AVFrame& frame) {
+    for (;;) {
+        const int result = avcodec_receive_frame(decoder_.get(), &frame);
+        if (result == AVERROR_EOF) return false;
+        if (result == AVERROR(EAGAIN)) {
+            if (sentEnd_) return false;
+            av_packet_unref(packet_.get());
+            if (!readPacket()) {
+                sentEnd_ = true;
+                avcodec_send_packet(decoder_.get(), nullptr);
+                continue;
+            }
+            if (packet_->data == nullptr && packet_->size == 0) continue;
+            const std::int64_t other =
+                static_cast<std::size_t>(packet_->stream_index) < otherIndex_.size()
+                    ? otherIndex_[static_cast<std::size_t>(packet_->stream_index)]
+                    : -2; // a stream that appeared later
+            if (other >= 0 && wanted_) {
+                PacketPtr kept = newPacket();
+                av_packet_move_ref(kept.get(), packet_.get());
+                others->push(static_cast<std::size_t>(other), std::move(kept));
+            }
+            if (other != -1) continue;
+            ++videoPackets_;
+            if ((packet_->flags & AV_PKT_FLAG_CORRUPT) != 0) {
+                if (packet_->pts != AV_NOPTS_VALUE) corruptPts_.insert(packet_->pts);
+            }
+            const int sent = avcodec_send_packet(decoder_.get(), packet_.get());
+            if (sent == AVERROR(ENOMEM)) checkMemory(nullptr);
+            if (sent < 0 && sent != AVERROR(EAGAIN)) ++counts.corrupt;
+            continue;
+        }
+        if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
+        if (result < 0) {
+            ++counts.corrupt;
+            continue;
+        }
+        const std::int64_t pts = frame.best_effort_timestamp;
+        if ((frame.flags & AV_FRAME_FLAG_CORRUPT) != 0 || frame.decode_error_flags != 0 ||
+            corruptPts_.erase(frame.pts) != 0) {
+            ++counts.corrupt;
+            continue;
+        }
+        interlaced = interlaced || isInterlaced(frame);
+        aheadPts_ = pts;
+        if (pts == AV_NOPTS_VALUE || (hasLast_ && pts <= lastPts_)) {
+            if (hasLast_ || !facts.averageRate.isKnown() || facts.frameCount.value_or(0) > 1) {
+                ++counts.repairedTimes;
+            }
+            aheadPts_ =
+                hasLast_ ? lastPts_ + std::max<std::int64_t>(frameDuration(), 1) : startPts_;
+        }
+        lastPts_ = aheadPts_;
+        hasLast_ = true;
+        return true;
+    }
+}
+
+// decode() without the frames before the beginning.
+bool VideoReader::Impl::decodeInRange(AVFrame& frame) {
+    do {
+        if (!decode(frame)) return false;
+    } while (options.from > 0 && aheadPts_ < fromPts_);
+    return true;
+}
+
+// Reads on until the sound has come to the end of the part, too.
+void VideoReader::Impl::drainOthers() {
+    if (!wanted_ || !pastEnd_) return;
+    std::set<int> behind;
+    for (const OtherStream& other : others->streams) {
+        if (other.parameters->codec_type == AVMEDIA_TYPE_AUDIO) behind.insert(other.index);
+    }
+    while (!behind.empty()) {
+        av_packet_unref(packet_.get());
+        if (!readPacket()) break;
+        const auto index = static_cast<std::size_t>(packet_->stream_index);
+        const std::int64_t time = packet_->dts != AV_NOPTS_VALUE ? packet_->dts : packet_->pts;
+        if (index >= otherIndex_.size() || time == AV_NOPTS_VALUE) continue;
+        const AVRational unit = format_->streams[index]->time_base;
+        const std::int64_t other = otherIndex_[index];
+        if (other < 0) {
+            const double past = static_cast<double>(time - toPts_) * av_q2d(unit);
+            if (past > kInterleavedSeconds) break;
+            continue;
+        }
+        if (av_compare_ts(time, unit, toPts_, stream_->time_base) >= 0) {
+            behind.erase(static_cast<int>(index));
+            continue;
+        }
+        PacketPtr kept = newPacket();
+        av_packet_move_ref(kept.get(), packet_.get());
+        others->push(static_cast<std::size_t>(other), std::move(kept));
+    }
+}
+
+// Nominal time a frame stays, in the stream's unit; 0 = not known.
+std::int64_t VideoReader::Impl::frameDuration() const {
+    const Fraction& rate = facts.averageRate.isKnown() ? facts.averageRate : facts.nominalRate;
+    if (!rate.isKnown()) return 0;
+    return av_rescale_q(1, AVRational{rate.denominator, rate.numerator}, stream_->time_base);
+}
+
+bool VideoReader::Impl::read(VideoFrame& frame) {
+    if (!begun_) {
+        begin();
+    } else if (kind_ == Kind::Device && !ended_) { // its next picture is waited for only now
+        hasCurrent_ = decode(*current_) && aheadPts_ < toPts_;
+        currentPts_ = aheadPts_;
+    }
+    if (!hasCurrent_) {
+        if (!ended_) {
+            ended_ = true;
+            if (counts.frames == 0 && counts.corrupt > 0 && !pastEnd_) {
+                fail(ErrorCode::BadFormat, subject,
+                     "holds " + facts.codec + " video of which not one frame can be decoded");
+            }
+            drainOthers();
+            others->end();
+        }
+        return false;
+    }
+    std::int64_t duration = durationOf(*current_);
+    bool hasNext = false;
+    if (kind_ != Kind::Device) {
+        hasNext = decode(*ahead_);
+        if (hasNext) {
+            duration = aheadPts_ - currentPts_;
+        } else if (duration <= 0) {
+            duration = frameDuration();
+        }
+        if (hasNext && aheadPts_ >= toPts_) {
+            pastEnd_ = true;
+            hasNext = false;
+        }
+    }
+    if (frame.picture.u != nullptr && frame.picture.u->refcount > 1) frame.picture.release();
+    resized = resized || cv::Size(current_->width, current_->height) !=
+                             cv::Size(stream_->codecpar->width, stream_->codecpar->height);
+    pictures_->make(*current_, frame.picture);
+    frame.pts = currentPts_ - originPts_;
+    frame.duration = duration;
+    ++counts.frames;
+    av_frame_unref(current_.get());
+    hasCurrent_ = hasNext;
+    std::swap(current_, ahead_);
+    currentPts_ = aheadPts_;
+    return true;
+}
+
+VideoReader::VideoReader(const fs::path& path, const VideoReaderOptions& options)
+    : impl_(std::make_unique<Impl>(path, options)) {}
+VideoReader::~VideoReader() = default;
+VideoReader::VideoReader(VideoReader&&) noexcept = default;
+VideoReader& VideoReader::operator=(VideoReader&&) noexcept = default;
+
+const VideoFacts& VideoReader::facts() const {
+    return impl_->facts;
+}
+
+const VideoReadCounts& VideoReader::counts() const {
+    return impl_->counts;
+}
+
+std::optional<VideoFrame> VideoReader::next() {
+    VideoFrame frame;
+    if (!read(frame)) return std::nullopt;
+    return frame;
+}
+
+bool VideoReader::read(VideoFrame& frame) {
+    return impl_->read(frame);
+}
+
+Notes VideoReader::notes() const {
+    const Impl& impl = *impl_;
+    Notes notes;
+    const auto note = [&](const std::string& text) { notes.push_back(impl.subject + ": " + text); };
+    if (impl.counts.truncated) {
+        note(impl.fileEnd > 0 ? "is cut off: it ends after " + numberText(impl.lastEnd, 4) +
+                                    " s of " + numberText(impl.fileEnd, 4) + " s"
+                              : "is cut off: it ends after " + numberText(impl.lastEnd, 4) + " s");
+    }
+    if (impl.counts.corrupt > 0) {
+        note(std::to_string(impl.counts.corrupt) + (impl.counts.corrupt == 1
+                                                        ? " damaged frame was left out"
+                                                        : " damaged frames were left out"));
+    }
+    if (impl.counts.repairedTimes > 0) {
+        note("the times of " + std::to_string(impl.counts.repairedTimes) +
+             " frames were missing or ran backwards and were replaced");
+    }
+    if (impl.interlaced) note("holds interlaced pictures, which are used as they are");
+    if (impl.resized) note("changes the size of its pictures; all are brought to the first one's");
+    const int transfer = impl.facts.colour.transfer;
+    if (transfer == AVCOL_TRC_SMPTE2084 || transfer == AVCOL_TRC_ARIB_STD_B67) {
+        note("is HDR video, which is not tone-mapped");
+    }
+    return notes;
+}
+
+std::shared_ptr<OtherStreams> VideoReader::otherStreams() const {
+    return impl_->others;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,112 @@
+#include "support/video.hpp"
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+#include <stdexcept>
+
+// libx265 keeps a little memory for good; only the leak check of a sanitized build calls this.
+// NOLINTNEXTLINE(bugprone-reserved-identifier,readability-identifier-naming)
+extern "C" const char* __lsan_default_suppressions();
+// NOLINTNEXTLINE(bugprone-reserved-identifier,readability-identifier-naming)
+extern "C" const char* __lsan_default_suppressions() {
+    return "leak:libx265.so\n";
+}
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string run(const std::string& command) {
+    // NOLINTNEXTLINE(bugprone-unused-return-value): closed by the pointer or below
+    FILE* const pipe = popen(command.c_str(), "r");
+    if (pipe == nullptr) throw std::runtime_error("cannot run " + command);
+    std::string text;
+    std::array<char, 65536> part{};
+    while (const std::size_t count = fread(part.data(), 1, part.size(), pipe))
+        text.append(part.data(), count);
+    if (pclose(pipe) != 0) throw std::runtime_error("failed: " + command);
+    return text;
+}
+
+std::string quoted(const fs::path& path) {
+    return "'" + path.string() + "'";
+}
+
+} // namespace
+
+bool haveFfmpeg() {
+    static const bool have =
+        // NOLINTNEXTLINE(cert-env33-c): a fixed command
+        std::system("ffmpeg -version >/dev/null 2>&1 && ffprobe -version >/dev/null 2>&1") == 0;
+    return have;
+}
+
+std::string ffmpeg(const std::string& arguments) {
+    return run("ffmpeg -nostdin -v error -y " + arguments);
+}
+
+std::string ffprobe(const fs::path& file, const std::string& entries, const std::string& more) {
+    return run("ffprobe -v error " + more + " -show_entries " + entries +
+               " -of compact=p=0:nk=1:s=\\| " + quoted(file));
+}
+
+std::vector<std::string> lines(const std::string& text) {
+    std::vector<std::string> result;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) {
+        if (!line.empty()) result.push_back(line);
+    }
+    return result;
+}
+
+std::vector<cv::Mat> ffmpegFrames(const fs::path& file, cv::Size size, const std::string& filter,
+                                  int most) {
+    // Colour samples of MPEG video lie at the left, which the program does not assume by itself.
+    const std::string scale =
+        "scale=in_h_chr_pos=0:flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp";
+    const std::string bytes =
+        ffmpeg("-i " + quoted(file) + " -map 0:v:0 -vsync passthrough -frames:v " +
+               std::to_string(most) + " -vf '" + (filter.empty() ? scale : filter) +
+               "' -sws_flags bicubic+accurate_rnd+full_chroma_int+full_chroma_inp" +
+               " -f rawvideo -pix_fmt bgr24 -");
+    const auto frameBytes = static_cast<std::size_t>(size.area()) * 3;
+    std::vector<cv::Mat> frames;
+    for (std::size_t at = 0; at + frameBytes <= bytes.size(); at += frameBytes) {
+        cv::Mat frame(size, CV_8UC3);
+        std::memcpy(frame.data, bytes.data() + at, frameBytes);
+        frames.push_back(frame);
+    }
+    return frames;
+}
+
+std::vector<VideoFrame> allFrames(VideoReader& reader) {
+    std::vector<VideoFrame> frames;
+    while (std::optional<VideoFrame> frame = reader.next())
+        frames.push_back(std::move(*frame));
+    return frames;
+}
+
+cv::Mat movingPicture(cv::Size size, int number) {
+    cv::Mat picture(size, CV_8UC3);
+    for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) {
+            picture.at<cv::Vec3b>(y, x) = {static_cast<uchar>(x * 200 / size.width + 20),
+                                           static_cast<uchar>(y * 200 / size.height + 20),
+                                           static_cast<uchar>((x + y + 3 * number) % 200 + 20)};
+        }
+    }
+    const int side = std::max(2, size.height / 4);
+    const int at = (number * 5) % std::max(1, size.width - side);
+    cv::rectangle(picture, cv::Rect(at, size.height / 3, side, side) & cv::Rect({0, 0}, size),
+                  cv::Scalar(40, 220, 60), cv::FILLED);
+    return picture;
+}
+
+} // namespace altiro3D::test

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "altiro3D/video_reader.hpp"
+
+#include <filesystem>
+#include <gtest/gtest.h>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+/// Skips the test with a clear message where the program `ffmpeg` is not installed.
+#define ALTIRO3D_REQUIRE_FFMPEG()                                                                  \
+    if (!::altiro3D::test::haveFfmpeg()) GTEST_SKIP() << "needs the programs ffmpeg and ffprobe"
+
+namespace altiro3D::test {
+
+/// Whether the programs ffmpeg and ffprobe are there.
+bool haveFfmpeg();
+
+/// Runs `ffmpeg` quietly with these arguments of a shell; a failure throws with its messages.
+/// @return what it wrote to its standard output
+std::string ffmpeg(const std::string& arguments);
+
+/// Runs `ffprobe` with a list of entries.
+///
+/// @param entries as for -show_entries
+/// @param more further arguments ("-select_streams v:0")
+/// @return the values, one line per record, separated by '|'
+std::string ffprobe(const std::filesystem::path& file, const std::string& entries,
+                    const std::string& more = "");
+
+/// Text split at line ends, empty lines left out.
+std::vector<std::string> lines(const std::string& text);
+
+/// The frames that the program ffmpeg decodes, as BGR.
+///
+/// @param filter video filters before the conversion, or empty
+/// @param most how many frames at most
+std::vector<cv::Mat> ffmpegFrames(const std::filesystem::path& file, cv::Size size,
+                                  const std::string& filter = "", int most = 1000000);
+
+/// All frames of a reader.
+std::vector<VideoFrame> allFrames(VideoReader& reader);
+
+/// A picture with a gradient, moving shapes and noise-free colours, different for each number.
+cv::Mat movingPicture(cv::Size size, int number);
+
+} // namespace altiro3D::test

@@ -17,8 +17,6 @@ namespace {
 // Rows of views pay where a panel has at least four sub-pixels for each of their pixels (measured:
 // docs/performance.md).
 constexpr double kSamplesPerSubpixel = 0.25;
-// Rows of all views are addressed by 32 bits; more than fit into caches are no use anyway.
-constexpr double kMostSamples = 4e9;
 
 // The px of a side of the photo under each px of a side of the panel.
 std::vector<int> samplesOf(int panel, int photo, bool mirrored) {
@@ -176,7 +174,7 @@ void NativeRenderer::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat&
     const std::vector<int> rowOf = samplesOf(native.rows, photo.rows, geometry.mirrorY);
     const double samples = 1.0 * self.viewCount * static_cast<double>(photo.total());
     const double subpixels = 3.0 * static_cast<double>(native.total());
-    const bool mostAreShown = kSamplesPerSubpixel * subpixels > samples && samples < kMostSamples;
+    const bool mostAreShown = kSamplesPerSubpixel * subpixels > samples;
     if (self.positions == ViewPositions::Discrete && mostAreShown &&
         renderer->rowRenderer() != nullptr) {
         self.renderRows(*renderer, photo, columns, rowOf, native);

@@ -48,11 +48,9 @@ HWY_INLINE Lanes<F, I> lanesOf(D d, const LayeredTables& tables, F column, F shi
     const hn::RebindToSigned<D> whole;
     const auto mirrored = hn::Lt(shift, hn::Zero(d));
     const F last = hn::Set(d, static_cast<float>(tables.width - 1));
-    Lanes<F, I> lanes;
-    lanes.x = hn::IfThenElse(mirrored, hn::Sub(last, column), column);
-    lanes.unit = hn::Mul(hn::Abs(shift), hn::Set(d, tables.scale * kWordUnit));
-    lanes.base = hn::IfThenElseZero(hn::RebindMask(whole, mirrored), hn::Set(whole, tables.stride));
-    return lanes;
+    return {hn::IfThenElse(mirrored, hn::Sub(last, column), column),
+            hn::Mul(hn::Abs(shift), hn::Set(d, tables.scale * kWordUnit)),
+            hn::IfThenElseZero(hn::RebindMask(whole, mirrored), hn::Set(whole, tables.stride))};
 }
 
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL

@@ -244,8 +244,9 @@ TEST_F(Tradeoff, TheDepthOfAPhotoMayBeGiven) {
     // a flat depth at the focus leaves every view the photo, whatever the strength
     writePicture(sandbox_ / "flat.png", cv::Mat(40, 60, CV_8UC1, cv::Scalar::all(9)));
     EXPECT_TRUE(isDone(run({"--strength", "4", "--json", "t.json", "-d", "L.png", "flat.png"})));
-    ASSERT_EQ(json().at("rows").size(), tradeSettings().size());
-    for (const Json& row : json().at("rows")) {
+    const Json flat = json().at("rows");
+    ASSERT_EQ(flat.size(), tradeSettings().size());
+    for (const Json& row : flat) {
         EXPECT_EQ(row.at("scene"), "L.png");
         EXPECT_TRUE(row.at("psnrWhole").is_null()) << row; // no difference: infinite
     }

@@ -1,5 +1,6 @@
 #include "lens_phase.hpp"
 
+#include "support/displays.hpp"
 #include "support/files.hpp"
 
 #include <cmath>
@@ -11,24 +12,7 @@ namespace altiro3D::test {
 namespace {
 
 Calibration panel(int width = 97, int height = 61) {
-    Calibration c;
-    c.pitch = 52.58;
-    c.slope = -7.18;
-    c.center = 0.46;
-    c.DPI = 324;
-    c.screenW = width;
-    c.screenH = height;
-    return c;
-}
-
-std::vector<SubpixelCell> deltaCells() {
-    SubpixelCell a;
-    a.x = {-0.31, 0.28, 0};
-    a.y = {0.25, 0.25, -0.25};
-    SubpixelCell b;
-    b.x = a.x;
-    b.y = {-0.25, -0.25, 0.25};
-    return {a, b};
+    return stripePanel(width, height);
 }
 
 // 8 px per lens, upright to within the double's precision: with 48 views every sub-pixel lies on

@@ -2,6 +2,7 @@
 
 #include "altiro3D/display.hpp"
 #include "support/compare.hpp"
+#include "support/displays.hpp"
 #include "support/files.hpp"
 #include "support/reference.hpp"
 
@@ -11,27 +12,8 @@
 namespace altiro3D::test {
 namespace {
 
-// A small panel with real lens numbers.
 Calibration smallPanel(int width = 97, int height = 61) {
-    Calibration c;
-    c.serial = "TEST";
-    c.pitch = 52.58;
-    c.slope = -7.18;
-    c.center = 0.46;
-    c.DPI = 324;
-    c.screenW = width;
-    c.screenH = height;
-    return c;
-}
-
-std::vector<SubpixelCell> deltaCells() {
-    SubpixelCell a;
-    a.x = {-0.31, 0.28, 0};
-    a.y = {0.25, 0.25, -0.25};
-    SubpixelCell b;
-    b.x = a.x;
-    b.y = {-0.25, -0.25, 0.25};
-    return {a, b};
+    return stripePanel(width, height);
 }
 
 // View of a sub-pixel read back from the table.

@@ -2,6 +2,7 @@
 
 #include "altiro3D/display.hpp"
 #include "support/compare.hpp"
+#include "support/displays.hpp"
 #include "support/files.hpp"
 #include "support/reference.hpp"
 
@@ -11,14 +12,7 @@ namespace altiro3D::test {
 namespace {
 
 Calibration panel(int width = 101, int height = 67) {
-    Calibration c;
-    c.pitch = 52.58;
-    c.slope = -7.18;
-    c.center = 0.46;
-    c.DPI = 324;
-    c.screenW = width;
-    c.screenH = height;
-    return c;
+    return stripePanel(width, height);
 }
 
 // Colour of a view that no other view and no other channel has.

@@ -3,6 +3,7 @@
 #include "altiro3D/quilt2native.hpp"
 #include "native_lut_kernels.hpp"
 #include "support/compare.hpp"
+#include "support/displays.hpp"
 #include "support/files.hpp"
 
 #include <cstring>
@@ -17,14 +18,7 @@ namespace {
 using Pair = cv::Vec<std::uint16_t, 2>;
 
 Calibration panel(int width = 101, int height = 67) {
-    Calibration c;
-    c.pitch = 52.58;
-    c.slope = -7.18;
-    c.center = 0.46;
-    c.DPI = 324;
-    c.screenW = width;
-    c.screenH = height;
-    return c;
+    return stripePanel(width, height);
 }
 
 cv::Mat randomQuilt(const QuiltLayout& layout) {

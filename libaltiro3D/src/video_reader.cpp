@@ -33,6 +33,7 @@ constexpr int kMostThreadsByItself = 16; // more only take memory
 constexpr double kStepsBackSeconds[] = {0, 2, 10};
 constexpr double kMissingSeconds = 0.5; // a file that ends so much too early is cut off
 constexpr double kInterleavedSeconds = 10;
+constexpr double kFarSeconds = 2; // nearer frames are decoded, further ones sought
 
 [[noreturn]] void fail(ErrorCode code, const std::string& subject, const std::string& problem) {
     throw Error(code, subject, problem);
@@ -193,6 +194,8 @@ struct VideoReader::Impl {
     Impl(const fs::path& path, const VideoReaderOptions& given);
 
     bool read(VideoFrame& frame);
+    void skipTo(std::int64_t pts);
+    bool pass(std::int64_t until);
 
     std::string subject;
     VideoReaderOptions options;
@@ -210,8 +213,10 @@ struct VideoReader::Impl {
     void fillFacts();
     void fillOthers();
     void begin();
-    bool seek(double back);
+    bool seek(std::int64_t target);
+    bool seekToStart();
     bool readPacket();
+    void keepOther();
     bool decode(AVFrame& frame);
     bool decodeInRange(AVFrame& frame);
     void drainOthers();
@@ -485,10 +490,8 @@ void VideoReader::Impl::fillOthers() {
     }
 }
 
-// Goes to the last key frame before the beginning; false if the file cannot.
-bool VideoReader::Impl::seek(double back) {
-    const auto ticks = static_cast<std::int64_t>(std::ceil(back / av_q2d(stream_->time_base)));
-    const std::int64_t target = std::max(startPts_, fromPts_ - ticks);
+// Goes to the last key frame before a time of the file; false if the file cannot.
+bool VideoReader::Impl::seek(std::int64_t target) {
     if (av_seek_frame(format_.get(), stream_->index, target, AVSEEK_FLAG_BACKWARD) < 0) {
         return false;
     }
@@ -503,6 +506,20 @@ bool VideoReader::Impl::seek(double back) {
     return true;
 }
 
+// Goes to the very beginning of the file; false if the file cannot.
+bool VideoReader::Impl::seekToStart() {
+    if (avformat_seek_file(format_.get(), -1, INT64_MIN, INT64_MIN, INT64_MAX, 0) < 0) {
+        return seek(startPts_);
+    }
+    avcodec_flush_buffers(decoder_.get());
+    others->clear();
+    sentEnd_ = false;
+    drained_ = false;
+    hasLast_ = false;
+    counts = {};
+    return true;
+}
+
 void VideoReader::Impl::begin() {
     begun_ = true;
     wanted_ = others->begin();
@@ -512,7 +529,9 @@ void VideoReader::Impl::begin() {
     if (fromPts_ > startPts_ && seekable) {
         // A container may lead behind the wanted frame: then from further back.
         for (const double back : kStepsBackSeconds) {
-            if (!seek(back)) break;
+            const auto ticks =
+                static_cast<std::int64_t>(std::ceil(back / av_q2d(stream_->time_base)));
+            if (!seek(std::max(startPts_, fromPts_ - ticks))) break;
             found = decode(*ahead_);
             if (found && aheadPts_ <= fromPts_) break;
             const bool fromStart =
@@ -521,14 +540,7 @@ void VideoReader::Impl::begin() {
         }
         if (!found || aheadPts_ > fromPts_) {
             // The last way: everything from the start.
-            if (avformat_seek_file(format_.get(), -1, INT64_MIN, INT64_MIN, INT64_MAX, 0) >= 0 ||
-                seek(options.from + 1)) {
-                avcodec_flush_buffers(decoder_.get());
-                others->clear();
-                sentEnd_ = false;
-                drained_ = false;
-                hasLast_ = false;
-                counts = {};
+            if (seekToStart()) {
                 found = false;
             } else if (found) {
                 fail(ErrorCode::ReadFailed, subject,
@@ -600,6 +612,15 @@ void VideoReader::Impl::noteEnd(int result) {
         result != AVERROR_EOF || (fileEnd > 0 && lastEnd < fileEnd - kMissingSeconds);
 }
 
+// Hands a packet that is not of the pictures over to the writer.
+void VideoReader::Impl::keepOther() {
+    const auto index = static_cast<std::size_t>(packet_->stream_index);
+    if (!wanted_ || index >= otherIndex_.size()) return; // a stream that appeared later
+    PacketPtr kept = newPacket();
+    av_packet_move_ref(kept.get(), packet_.get());
+    others->push(static_cast<std::size_t>(otherIndex_[index]), std::move(kept));
+}
+
 // The next undamaged frame and its time (aheadPts_); false at the end.
 bool VideoReader::Impl::decode(AVFrame& frame) {
     for (;;) {
@@ -614,16 +635,10 @@ bool VideoReader::Impl::decode(AVFrame& frame) {
                 continue;
             }
             if (packet_->data == nullptr && packet_->size == 0) continue;
-            const std::int64_t other =
-                static_cast<std::size_t>(packet_->stream_index) < otherIndex_.size()
-                    ? otherIndex_[static_cast<std::size_t>(packet_->stream_index)]
-                    : -2; // a stream that appeared later
-            if (other >= 0 && wanted_) {
-                PacketPtr kept = newPacket();
-                av_packet_move_ref(kept.get(), packet_.get());
-                others->push(static_cast<std::size_t>(other), std::move(kept));
+            if (packet_->stream_index != stream_->index) {
+                keepOther();
+                continue;
             }
-            if (other != -1) continue;
             ++videoPackets_;
             if ((packet_->flags & AV_PKT_FLAG_CORRUPT) != 0) {
                 if (packet_->pts != AV_NOPTS_VALUE) corruptPts_.insert(packet_->pts);
@@ -681,8 +696,7 @@ void VideoReader::Impl::drainOthers() {
         const std::int64_t time = packet_->dts != AV_NOPTS_VALUE ? packet_->dts : packet_->pts;
         if (index >= otherIndex_.size() || time == AV_NOPTS_VALUE) continue;
         const AVRational unit = format_->streams[index]->time_base;
-        const std::int64_t other = otherIndex_[index];
-        if (other < 0) {
+        if (packet_->stream_index == stream_->index) {
             const double past = static_cast<double>(time - toPts_) * av_q2d(unit);
             if (past > kInterleavedSeconds) break;
             continue;
@@ -691,10 +705,63 @@ void VideoReader::Impl::drainOthers() {
             behind.erase(static_cast<int>(index));
             continue;
         }
-        PacketPtr kept = newPacket();
-        av_packet_move_ref(kept.get(), packet_.get());
-        others->push(static_cast<std::size_t>(other), std::move(kept));
+        keepOther();
     }
+}
+
+// Goes on with the frame of that time, as read() gives it; the frames before are left out.
+void VideoReader::Impl::skipTo(std::int64_t pts) {
+    if (!begun_) begin();
+    const std::int64_t goal = originPts_ + pts;
+    const auto far = static_cast<std::int64_t>(kFarSeconds / av_q2d(stream_->time_base));
+    const bool seekable = kind_ == Kind::File && format_->start_time != AV_NOPTS_VALUE;
+    if (hasCurrent_ && seekable && goal - currentPts_ > far && seek(goal)) {
+        // Where times were missing they are not the same after a seek: then all is read.
+        while ((hasCurrent_ = decode(*current_)) && aheadPts_ < goal) {
+        }
+        if (hasCurrent_ && aheadPts_ == goal) {
+            currentPts_ = aheadPts_;
+            return;
+        }
+        hasCurrent_ = seekToStart() && decode(*current_);
+        currentPts_ = aheadPts_;
+    }
+    while (hasCurrent_ && currentPts_ < goal) {
+        hasCurrent_ = decode(*current_);
+        currentPts_ = aheadPts_;
+    }
+    if (hasCurrent_ && currentPts_ >= toPts_) {
+        pastEnd_ = true;
+        hasCurrent_ = false;
+    }
+}
+
+// Reads on without decoding, up to the pictures of a time; false at the end.
+bool VideoReader::Impl::pass(std::int64_t until) {
+    if (!begun_) begin();
+    if (ended_) return false;
+    bool more = !pastEnd_;
+    while (more) {
+        av_packet_unref(packet_.get());
+        more = readPacket();
+        if (!more) break;
+        if (packet_->stream_index != stream_->index) {
+            keepOther();
+            continue;
+        }
+        const std::int64_t time = packet_->dts != AV_NOPTS_VALUE ? packet_->dts : packet_->pts;
+        if (time == AV_NOPTS_VALUE) continue;
+        if (time >= toPts_) {
+            pastEnd_ = true;
+            more = false;
+        } else if (time - originPts_ > until) {
+            return true;
+        }
+    }
+    ended_ = true;
+    drainOthers();
+    others->end();
+    return false;
 }
 
 // Nominal time a frame stays, in the stream's unit; 0 = not known.
@@ -773,6 +840,14 @@ std::optional<VideoFrame> VideoReader::next() {
 
 bool VideoReader::read(VideoFrame& frame) {
     return impl_->read(frame);
+}
+
+void VideoReader::skipTo(std::int64_t pts) {
+    impl_->skipTo(pts);
+}
+
+bool VideoReader::pass(std::int64_t until) {
+    return impl_->pass(until);
 }
 
 Notes VideoReader::notes() const {

@@ -35,6 +35,7 @@
 #include "altiro3D/picture_quality.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/resumable_video.hpp"
 #include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"
 #include "altiro3D/video_frame.hpp"

@@ -123,6 +123,15 @@ class ALTIRO3D_EXPORT VideoReader {
     /// @return false at the end; the frame is then as before
     bool read(VideoFrame& frame);
 
+    /// Leaves out frames, so that the next one is the one of a time, as a run that is resumed needs
+    /// it. Fast where the file can be wound; times stay as they are. A writer that was given this
+    /// reader gets the other streams from there on only.
+    ///
+    /// @param pts of the next frame, as next() gave it in an earlier run; without such a frame the
+    ///        first later one comes
+    /// @throws Error as next()
+    void skipTo(std::int64_t pts);
+
     /// What happened so far.
     const VideoReadCounts& counts() const;
 
@@ -131,7 +140,9 @@ class ALTIRO3D_EXPORT VideoReader {
 
   private:
     friend class VideoWriter;
+    friend class ResumableVideoWriter;
     std::shared_ptr<OtherStreams> otherStreams() const;
+    bool pass(std::int64_t until); // the other streams only; false at the end
 
     struct Impl;
     std::unique_ptr<Impl> impl_;

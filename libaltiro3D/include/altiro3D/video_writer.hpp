@@ -37,6 +37,7 @@ struct VideoWriterOptions {
     Fraction sampleAspect{1, 1};        ///< Width : height of a px.
     std::optional<ColourMatrix> matrix; ///< Else BT.709 from 720 lines on, the source's below.
     std::optional<ColourRange> range;   ///< Else limited.
+    std::optional<VideoColour> colour; ///< Of the source; else as its reader says, if there is one.
     int threads = 0;   ///< Threads that encode, 0..64; 0 = one per processor. Bytes depend on it.
     bool audio = true; ///< Copy the source's sound.
     bool subtitles = true; ///< Copy or convert the source's subtitles.

@@ -36,6 +36,7 @@
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/resumable_video.hpp"
+#include "altiro3D/sway.hpp"
 #include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"
 #include "altiro3D/video_frame.hpp"

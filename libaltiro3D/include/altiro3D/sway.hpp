@@ -1,0 +1,100 @@
+#pragma once
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/export.hpp"
+#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/quilt.hpp"
+#include "altiro3D/quilt2native.hpp"
+#include "altiro3D/video_frame.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+
+namespace altiro3D {
+
+/// How the camera of a swaying video moves: the 3D of a picture, for people without a display.
+struct SwayOptions {
+    double secondsPerTurn = 4; ///< From the middle to the right, to the left and back, s, 0.1..600.
+    int turns = 2;             ///< How often, 1..1000.
+    Fraction frameRate{30, 1}; ///< Frames a second, 1..240.
+};
+
+/// Checks the options. @throws Error InvalidArgument that names the field, its value and the range
+ALTIRO3D_EXPORT void validate(const SwayOptions& options);
+
+/// Frames of one turn: seconds x rate, rounded to a multiple of 4 (at least 4), so that the
+/// middle and the two outermost views are all shown.
+ALTIRO3D_EXPORT int framesPerTurn(const SwayOptions& options);
+
+/// Position of the camera in a frame: p = sin(2 pi frame / frames), formula (3.6): slow at both
+/// ends, fastest in the middle, where it begins. The way back has the very positions of the way
+/// there, and the frame after the last one is the first: a loop has no seam.
+///
+/// @param frame 0 or more; it goes on turn after turn
+/// @param framesPerTurn a multiple of 4, at least 4
+/// @return -1..+1; 0 at frame 0, +1 after a quarter of the turn, -1 after three
+ALTIRO3D_EXPORT double swayPosition(int frame, int framesPerTurn);
+
+/// A size for a video that any player plays: the picture's own, at most 1920 px long and 1080 px
+/// wide whichever way it stands, even sides of at least 16 px.
+///
+/// @param picture its size in px
+/// @param aspect width : height that it is shown with; its px need not be square, and neither
+///        of its sides shrinks to make them so. Counts as 0.01..100.
+/// @throws Error InvalidArgument
+ALTIRO3D_EXPORT cv::Size swaySize(cv::Size picture, double aspect);
+
+/// fitPhoto() for a picture whose px need not be square, onto px that are. A picture that is one px
+/// larger, whose odd side became even, is cut and not resampled.
+///
+/// @param picture its size in px
+/// @param aspect width : height that it is shown with, 0.01..100
+/// @param result size of the video, width : height 0.01..100
+/// @param mode see FitMode
+/// @throws Error InvalidArgument
+ALTIRO3D_EXPORT PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result,
+                                 FitMode mode = FitMode::Cover);
+
+/// Makes the picture that a camera sees. It is called from one thread.
+///
+/// @param position -1 leftmost .. +1 rightmost; what lies beyond counts as the end
+/// @param picture [rows x cols, CV_8UC3, BGR]; reused if it fits
+using SwayView = std::function<void(double position, cv::Mat& picture)>;
+
+/// The views of a photo with depth, at any position: those of Depth2Quilt::renderView(), bit for
+/// bit, but what they have in common is done once.
+///
+/// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; must not change afterwards
+/// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; must not change afterwards
+/// @param options what views look like
+/// @throws Error InvalidArgument, Mismatch, TooLarge
+ALTIRO3D_EXPORT SwayView photoViews(const cv::Mat& photo, const cv::Mat& depth,
+                                    const ViewOptions& options = {});
+
+/// The views of a quilt.
+///
+/// @param quilt [layout size, CV_8UC3, BGR]; must not change afterwards
+/// @param layout its layout
+/// @param fit of one tile to the pictures, see swayFit()
+/// @param between Nearest: each picture is a view. Linear: two neighbours are blended, which moves
+///        smoothly but shows edges double where they are more than a px apart.
+/// @throws Error InvalidArgument, Mismatch
+ALTIRO3D_EXPORT SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& layout,
+                                    const PhotoFit& fit, ViewFilter between = ViewFilter::Nearest);
+
+/// Writes the video: H.264 4:2:0 at a constant rate, which any player plays. The file appears whole
+/// or not at all.
+///
+/// @param path .mp4, .m4v, .mov or .mkv
+/// @param size of the pictures that `view` makes, px, even sides, 16..16384
+/// @param options see SwayOptions
+/// @param view makes the pictures
+/// @param progress if given, called before each frame with its number and the number of all
+/// @throws Error InvalidArgument, Unsupported, WriteFailed, and what `view` throws
+ALTIRO3D_EXPORT void writeSway(const std::filesystem::path& path, cv::Size size,
+                               const SwayOptions& options, const SwayView& view,
+                               const std::function<void(int frame, int frames)>& progress = {});
+
+} // namespace altiro3D

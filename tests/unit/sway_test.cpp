@@ -1,0 +1,326 @@
+#include "altiro3D/sway.hpp"
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/video_reader.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/video.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <set>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A near disc before a far ramp.
+cv::Mat discDepth(cv::Size size) {
+    cv::Mat depth(size, CV_32FC1);
+    for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) {
+            const double r = std::hypot(x - size.width / 2.0, y - size.height / 2.0);
+            depth.at<float>(y, x) =
+                r < size.height / 4.0 ? 0.9F : 0.4F * float(y) / float(size.height);
+        }
+    }
+    return depth;
+}
+
+// A quilt whose views are pictures of their own.
+cv::Mat numberedQuilt(const QuiltLayout& layout) {
+    cv::Mat quilt(layout.size(), CV_8UC3, cv::Scalar::all(0));
+    for (int i = 0; i < layout.viewCount; ++i)
+        movingPicture(layout.tileSize, 7 * i).copyTo(quilt(layout.tile(i)));
+    return quilt;
+}
+
+QuiltLayout smallLayout() {
+    QuiltLayout layout;
+    layout.columns = 3;
+    layout.rows = 2;
+    layout.tileSize = {64, 48};
+    layout.viewCount = 5; // one tile is not used
+    return layout;
+}
+
+PhotoFit asItIs(cv::Size size) {
+    return swayFit(size, double(size.width) / size.height, size);
+}
+
+} // namespace
+
+TEST(SwayPath, IsASineThatBeginsInTheMiddle) {
+    for (const int frames : {4, 8, 12, 120, 1000}) {
+        for (int k = 0; k < 3 * frames; ++k) {
+            ASSERT_NEAR(swayPosition(k, frames), std::sin(2 * CV_PI * k / frames), 1e-12)
+                << k << " of " << frames;
+        }
+    }
+}
+
+TEST(SwayPath, ReachesTheMiddleAndBothEndsExactly) {
+    for (const int frames : {4, 8, 12, 120, 1000}) {
+        EXPECT_EQ(swayPosition(0, frames), 0);
+        EXPECT_EQ(swayPosition(frames / 4, frames), 1);
+        EXPECT_EQ(swayPosition(frames / 2, frames), 0);
+        EXPECT_EQ(swayPosition(3 * frames / 4, frames), -1);
+    }
+}
+
+TEST(SwayPath, LoopsWithoutASeam) {
+    constexpr int kFrames = 120;
+    std::set<double> positions;
+    for (int k = 0; k < kFrames; ++k) {
+        EXPECT_EQ(swayPosition(k, kFrames), swayPosition(k + kFrames, kFrames));
+        positions.insert(swayPosition(k, kFrames));
+        // the way back has the places of the way there
+        EXPECT_EQ(swayPosition(k, kFrames),
+                  swayPosition((kFrames / 2 - k + kFrames) % kFrames, kFrames));
+    }
+    EXPECT_EQ(positions.size(), std::size_t{kFrames / 2 + 1});
+    // the step over the seam is as long as those beside it: no double, no leap
+    const double before = swayPosition(kFrames - 1, kFrames) - swayPosition(kFrames - 2, kFrames);
+    const double seam = swayPosition(kFrames, kFrames) - swayPosition(kFrames - 1, kFrames);
+    const double after = swayPosition(kFrames + 1, kFrames) - swayPosition(kFrames, kFrames);
+    EXPECT_DOUBLE_EQ(seam, after);
+    EXPECT_GT(seam, before);
+    EXPECT_LT(seam, before * 1.01);
+}
+
+TEST(SwayPath, IsSlowAtTheEnds) {
+    constexpr int kFrames = 240;
+    double last = 2;
+    for (int k = 0; k < kFrames / 4; ++k) { // to the right, ever slower
+        const double step = swayPosition(k + 1, kFrames) - swayPosition(k, kFrames);
+        EXPECT_GT(step, 0);
+        EXPECT_LT(step, last);
+        last = step;
+    }
+    for (int k = kFrames / 4; k < 3 * kFrames / 4; ++k) // and all the way to the left
+        EXPECT_LT(swayPosition(k + 1, kFrames), swayPosition(k, kFrames));
+}
+
+TEST(SwayPath, ATurnIsAMultipleOfFourFrames) {
+    SwayOptions options;
+    EXPECT_EQ(framesPerTurn(options), 120);
+    options.frameRate = {30000, 1001};
+    EXPECT_EQ(framesPerTurn(options), 120);
+    options.frameRate = {25, 1};
+    options.secondsPerTurn = 3;
+    EXPECT_EQ(framesPerTurn(options), 76); // of 75
+    options.secondsPerTurn = 0.1;
+    options.frameRate = {1, 1};
+    EXPECT_EQ(framesPerTurn(options), 4);
+}
+
+TEST(SwayPath, BadValuesAreNamed) {
+    const auto messageOf = [](const auto& change) {
+        SwayOptions options;
+        change(options);
+        return errorOf([&] { validate(options); });
+    };
+    EXPECT_EQ(messageOf([](SwayOptions&) {}), "(no error)");
+    EXPECT_NE(
+        messageOf([](SwayOptions& o) { o.secondsPerTurn = 0; }).find("secondsPerTurn: is 0 s"),
+        std::string::npos);
+    EXPECT_NE(
+        messageOf([](SwayOptions& o) { o.secondsPerTurn = std::nan(""); }).find("secondsPerTurn"),
+        std::string::npos);
+    EXPECT_NE(messageOf([](SwayOptions& o) { o.turns = 0; }).find("turns: is 0"),
+              std::string::npos);
+    EXPECT_NE(messageOf([](SwayOptions& o) {
+                  o.frameRate = {500, 1};
+              }).find("frameRate: is 500/1"),
+              std::string::npos);
+    EXPECT_NE(errorOf([] { swayPosition(0, 6); }).find("framesPerTurn"), std::string::npos);
+    EXPECT_NE(errorOf([] { swayPosition(-1, 8); }).find("frame: is -1"), std::string::npos);
+}
+
+TEST(SwaySize, KeepsShapeAndFitsEveryPlayer) {
+    const auto size = [](int width, int height) {
+        return swaySize({width, height}, double(width) / height);
+    };
+    EXPECT_EQ(size(4000, 3000), cv::Size(1440, 1080));
+    EXPECT_EQ(size(3000, 4000), cv::Size(1080, 1440)); // standing pictures stand
+    EXPECT_EQ(size(3840, 2160), cv::Size(1920, 1080));
+    EXPECT_EQ(size(8000, 2000), cv::Size(1920, 480));
+    EXPECT_EQ(size(640, 480), cv::Size(640, 480)); // never enlarged
+    EXPECT_EQ(size(1001, 667), cv::Size(1000, 666));
+    EXPECT_EQ(size(3, 3), cv::Size(16, 16));
+    EXPECT_EQ(size(20000, 1), cv::Size(1920, 18)); // counts as 100 : 1
+    EXPECT_NE(errorOf([] { swaySize({0, 5}, 1); }), "(no error)");
+    EXPECT_NE(errorOf([] { swaySize({5, 5}, 0); }), "(no error)");
+}
+
+TEST(SwaySize, NoSideOfATileShrinksToMakeItsPixelsSquare) {
+    EXPECT_EQ(swaySize({420, 560}, 0.75), cv::Size(420, 560));
+    EXPECT_EQ(swaySize({512, 512}, 16.0 / 9), cv::Size(910, 512));
+    EXPECT_EQ(swaySize({512, 512}, 0.5), cv::Size(512, 1024));
+}
+
+TEST(SwaySize, OddSidesLoseALineAndAreNotResampled) {
+    const cv::Size photo(101, 67);
+    const PhotoFit fit = swayFit(photo, 101.0 / 67, swaySize(photo, 101.0 / 67));
+    EXPECT_EQ(fit.size, cv::Size(100, 66));
+    EXPECT_EQ(fit.source.height, 66);
+    EXPECT_EQ(fit.source.width, 100);
+}
+
+TEST(SwaySize, TilesAreShownInTheirShape) {
+    // square tiles that show 16:9, on square px
+    EXPECT_EQ(swayFit({512, 512}, 16.0 / 9, {910, 512}).source, cv::Rect(0, 0, 512, 512));
+    const PhotoFit bars = swayFit({512, 512}, 2, {400, 400}, FitMode::Contain);
+    EXPECT_EQ(bars.source, cv::Rect(0, 0, 512, 512));
+    EXPECT_EQ(bars.target, cv::Rect(0, 100, 400, 200));
+    const PhotoFit cut = swayFit({512, 512}, 2, {400, 400});
+    EXPECT_EQ(cut.source, cv::Rect(128, 0, 256, 512));
+    EXPECT_NE(errorOf([] { swayFit({5, 5}, 1000, {16, 16}); }).find("aspect"), std::string::npos);
+}
+
+TEST(SwayView, OfAPhotoIsTheViewOfTheQuilt) {
+    for (const cv::Size size : {cv::Size(61, 47), cv::Size(1, 2)}) {
+        const cv::Mat photo = movingPicture(size, 3);
+        const cv::Mat depth = discDepth(size);
+        for (const ViewMethod method : {ViewMethod::Layered, ViewMethod::Fast, ViewMethod::Real}) {
+            ViewOptions options;
+            options.method = method;
+            options.strengthPercent = 20;
+            const SwayView view = photoViews(photo, depth, options);
+            cv::Mat picture;
+            cv::Mat expected;
+            for (const double position : {-1.0, -0.37, 0.0, 0.001, 0.5, 1.0}) {
+                view(position, picture);
+                Depth2Quilt(QuiltLayout(), options).renderView(photo, depth, position, expected);
+                EXPECT_TRUE(samePicture(picture, expected)) << position;
+            }
+            view(5, picture); // beyond the end is the end
+            Depth2Quilt(QuiltLayout(), options).renderView(photo, depth, 1, expected);
+            EXPECT_TRUE(samePicture(picture, expected));
+        }
+    }
+}
+
+TEST(SwayView, OfAPhotoDoesNotDependOnThreadsAndReusesItsPicture) {
+    const cv::Size size(160, 121);
+    const SwayView view = photoViews(movingPicture(size, 3), discDepth(size));
+    const int threads = cv::getNumThreads();
+    cv::Mat one;
+    cv::setNumThreads(1);
+    view(0.7, one);
+    cv::setNumThreads(threads);
+    cv::Mat many;
+    view(-0.7, many);
+    const void* const memory = many.data;
+    view(0.7, many);
+    EXPECT_EQ(many.data, memory);
+    EXPECT_TRUE(samePicture(many, one));
+}
+
+TEST(SwayView, OfAQuiltIsTheNearestTile) {
+    const QuiltLayout layout = smallLayout();
+    const cv::Mat quilt = numberedQuilt(layout);
+    const SwayView view = quiltViews(quilt, layout, asItIs(layout.tileSize));
+    cv::Mat picture;
+    // five views stand at -1 -0.5 0 0.5 1
+    const std::pair<double, int> cases[] = {{-1, 0},   {-0.76, 0}, {-0.74, 1}, {0, 2}, {0.24, 2},
+                                            {0.26, 3}, {1, 4},     {9, 4},     {-9, 0}};
+    for (const auto& [position, number] : cases) {
+        view(position, picture);
+        EXPECT_TRUE(samePicture(picture, quilt(layout.tile(number)))) << position;
+    }
+    EXPECT_TRUE(samePicture(quilt, numberedQuilt(layout))); // nothing was drawn into it
+}
+
+TEST(SwayView, OfAQuiltMayBlendTwoTiles) {
+    const QuiltLayout layout = smallLayout();
+    const cv::Mat quilt = numberedQuilt(layout);
+    const SwayView view = quiltViews(quilt, layout, asItIs(layout.tileSize), ViewFilter::Linear);
+    cv::Mat picture;
+    for (int i = 0; i < layout.viewCount; ++i) { // at a view it is that view
+        view(viewPosition(i, layout.viewCount), picture);
+        EXPECT_TRUE(samePicture(picture, quilt(layout.tile(i))));
+    }
+    view(-0.875, picture); // a quarter of the way from view 0 to view 1
+    cv::Mat expected(layout.tileSize, CV_8UC3);
+    for (int y = 0; y < expected.rows; ++y) {
+        for (int x = 0; x < expected.cols; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                const int a = quilt(layout.tile(0)).at<cv::Vec3b>(y, x)[c];
+                const int b = quilt(layout.tile(1)).at<cv::Vec3b>(y, x)[c];
+                expected.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<uchar>(0.75 * a + 0.25 * b);
+            }
+        }
+    }
+    EXPECT_TRUE(samePicture(picture, expected, 1)); // halves are rounded either way
+    EXPECT_TRUE(samePicture(quilt, numberedQuilt(layout)));
+}
+
+TEST(SwayView, WrongPicturesAreRefused) {
+    const QuiltLayout layout = smallLayout();
+    const PhotoFit fit = asItIs(layout.tileSize);
+    EXPECT_NE(errorOf([&] { quiltViews(cv::Mat(96, 191, CV_8UC3), layout, fit); }).find("192 x 96"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] { quiltViews(cv::Mat(96, 192, CV_8UC1), layout, fit); }).find("CV_8UC3"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] { photoViews(cv::Mat(9, 9, CV_8UC3), cv::Mat(9, 8, CV_32FC1)); }),
+              "(no error)");
+}
+
+TEST(WriteSway, FramesComeBackAsTheViewsOfThePath) {
+    const TemporaryDirectory directory;
+    const fs::path file = directory / "sway.mp4";
+    const cv::Size size(160, 120);
+    const SwayView view = photoViews(movingPicture(size, 3), discDepth(size));
+    SwayOptions options;
+    options.secondsPerTurn = 0.8;
+    options.turns = 2;
+    options.frameRate = {30000, 1001};
+    std::vector<int> told;
+    writeSway(file, size, options, view, [&](int frame, int frames) {
+        EXPECT_EQ(frames, 48);
+        told.push_back(frame);
+    });
+    EXPECT_EQ(told.size(), 48U);
+    VideoReader reader(file);
+    EXPECT_EQ(reader.facts().codec, "h264");
+    EXPECT_EQ(reader.facts().pixelFormat, "yuv420p");
+    EXPECT_EQ(reader.facts().averageRate.numerator, 30000);
+    EXPECT_EQ(reader.facts().averageRate.denominator, 1001);
+    EXPECT_NEAR(reader.facts().duration.value_or(0), 48 * 1.001 / 30, 1e-3);
+    const std::vector<VideoFrame> frames = allFrames(reader);
+    ASSERT_EQ(frames.size(), 48U);
+    cv::Mat expected;
+    for (int i = 0; i < 48; ++i) {
+        view(swayPosition(i, 24), expected);
+        const VideoFrame& frame = frames[static_cast<std::size_t>(i)];
+        EXPECT_GT(cv::PSNR(frame.picture, expected), 30) << i; // 4:2:0 and x264 cost the rest
+        EXPECT_EQ(frame.pts * 30000, frames[1].pts * 30000 * i);
+    }
+}
+
+TEST(WriteSway, AFailureLeavesNothing) {
+    const TemporaryDirectory directory;
+    const SwayView view = [](double position, cv::Mat& picture) {
+        if (position > 0.5) throw std::runtime_error("no more");
+        picture.create(48, 64, CV_8UC3);
+        picture.setTo(cv::Scalar::all(9));
+    };
+    EXPECT_NE(errorOf([&] {
+                  writeSway(directory / "a.mp4", {64, 48}, {}, view);
+              }).find("no more"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] {
+                  writeSway(directory / "a.mp4", {63, 48}, {}, view);
+              }).find("63 x 48"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] {
+                  writeSway(directory / "a.gif", {64, 48}, {}, view);
+              }).find("a.gif"),
+              std::string::npos);
+    EXPECT_TRUE(fs::is_empty(directory.path()));
+}
+
+} // namespace altiro3D::test

@@ -8,6 +8,7 @@
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
+#include "common/sway_options.hpp"
 
 #include <algorithm>
 #include <ctime>
@@ -32,6 +33,7 @@ struct Item {
     fs::path savedDepth;
     fs::path rgbd;
     fs::path views;
+    fs::path video;
 };
 
 struct Job {
@@ -128,6 +130,7 @@ Job planJob(const CommandLine& commandLine, const Display& display, const QuiltL
             outputName(commandLine.value("save-depth"), job.batch, stem, "_depth.png");
         item.rgbd = outputName(commandLine.value("save-rgbd"), job.batch, stem, "_rgbd.png");
         item.views = outputName(commandLine.value("save-views"), job.batch, stem, "_views");
+        item.video = outputName(commandLine.value("lg"), job.batch, stem, ".mp4");
         if (!item.quilt.empty()) {
             const auto named = parseQuiltName(item.quilt);
             const double aspect = named && named->aspect ? *named->aspect : display.panelAspect();
@@ -158,7 +161,8 @@ Outputs checkedOutputs(const CommandLine& commandLine, const Job& job, const Dis
         outputs.addInput(item.photo);
         if (!item.depth.empty()) outputs.addInput(item.depth);
         if (job.batch) {
-            for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
+            for (const fs::path& file :
+                 {item.native, item.quilt, item.savedDepth, item.rgbd, item.video}) {
                 if (!file.empty()) outputs.addDirectory(file.parent_path());
             }
         }
@@ -166,6 +170,10 @@ Outputs checkedOutputs(const CommandLine& commandLine, const Job& job, const Dis
             if (file.empty()) continue;
             requirePictureName(file, file != item.savedDepth);
             outputs.addOutput(file);
+        }
+        if (!item.video.empty()) {
+            requireVideoName(item.video);
+            outputs.addOutput(item.video);
         }
         if (!item.views.empty()) {
             outputs.addDirectory(item.views);
@@ -190,8 +198,10 @@ struct Studio {
     bool keep = false;
     DepthSource depthSource;
     NativeRoad road;
-    cv::Mat quilt;  // reused from photo to photo; empty if none is needed
-    cv::Mat native; // reused
+    SwayOptions sway;
+    std::optional<cv::Size> swaySize; // of the swaying video; nothing: the photo's
+    cv::Mat quilt;                    // reused from photo to photo; empty if none is needed
+    cv::Mat native;                   // reused
 };
 
 Json parallaxJson(const AdjacentParallax& parallax) {
@@ -221,6 +231,22 @@ AdjacentParallax tellParallax(const Studio& studio, const ViewOptions& views, co
                       ": hard edges will show double; lower --strength or move --focus");
     }
     return parallax;
+}
+
+// Writes the video that swings through the views of the whole photo; its size.
+cv::Size saveVideo(const Item& item, const Studio& studio, const cv::Mat& photo,
+                   const cv::Mat& depth, Messages& messages) {
+    const double aspect = static_cast<double>(photo.cols) / photo.rows;
+    const cv::Size size = studio.swaySize.value_or(swaySize(photo.size(), aspect));
+    const PhotoFit fit = swayFit(photo.size(), std::clamp(aspect, 0.01, 100.0), size, studio.fit);
+    cv::Mat fittedPhoto;
+    cv::Mat fittedDepth;
+    applyFit(photo, fit, fittedPhoto);
+    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, studio.views.focus, fittedDepth);
+    const ViewOptions views =
+        studio.camera.apply(studio.views, item.photo, photo.size(), fit, messages);
+    writeSwayFile(item.video, size, studio.sway, photoViews(fittedPhoto, fittedDepth, views));
+    return size;
 }
 
 // Writes what is wanted besides the Native; false if nothing is. Takes photo and depth.
@@ -272,7 +298,8 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     const cv::Size photoSize = photo.size();
     applyFit(photo, fit, fittedPhoto);
     applyFitToDepth(depth, photoSize, fit, fittedPhoto, studio.views.focus, fittedDepth);
-    if (item.savedDepth.empty() && item.rgbd.empty()) { // large, and no longer needed
+    if (item.savedDepth.empty() && item.rgbd.empty() &&
+        item.video.empty()) { // large, and no longer needed
         photo.release();
         depth.release();
     }
@@ -300,6 +327,11 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     const AdjacentParallax parallax = tellParallax(studio, views, fittedDepth, messages);
 
     warnAboutNativeFormat(item.native, messages);
+    cv::Size videoSize;
+    if (!item.video.empty()) {
+        videoSize = saveVideo(item, studio, photo, depth, messages);
+        times.end("video");
+    }
     if (saveOthers(item, studio, photo, depth, messages)) times.end("save");
     writePicture(item.native, studio.native); // last: where it is, the rest is too
     times.end("write");
@@ -316,6 +348,12 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     for (const auto& [key, file] : others) {
         if (!file.empty()) report[key] = file.string();
     }
+    if (!item.video.empty()) {
+        report["video"] = {{"file", item.video.string()},
+                           {"width", videoSize.width},
+                           {"height", videoSize.height},
+                           {"frames", framesPerTurn(studio.sway) * studio.sway.turns}};
+    }
     report["aspect"] = aspect;
     report["crop"] = {fit.source.x, fit.source.y, fit.source.width, fit.source.height};
     report["strengthPercent"] = views.strengthPercent;
@@ -328,6 +366,8 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     for (const auto& [key, file] : others) {
         if (!file.empty()) messages.say(file.string() + ": " + key);
     }
+    if (!item.video.empty())
+        messages.say(item.video.string() + ": video, " + swayText(studio.sway, videoSize));
     messages.detail(times.text());
     return report;
 }
@@ -408,6 +448,11 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
                           {"rgbdSide", given(commandLine, "rgbd")},
                           {"network", networkJson(commandLine, studio.depthSource)},
                           {"depthKind", commandLine.value("depth-kind").value_or("near-white")}};
+    if (commandLine.has("lg")) {
+        report["settings"]["video"] = {{"secondsPerTurn", studio.sway.secondsPerTurn},
+                                       {"turns", studio.sway.turns},
+                                       {"framesPerSecond", studio.sway.frameRate.value()}};
+    }
     report["budget"] = studio.budget.report();
     report["warnings"] = messages.warnings();
     return report;
@@ -419,6 +464,12 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const Budget budget(commandLine);
     const ViewOptions views = viewOptions(commandLine);
     const FitMode fit = fitOption(commandLine, FitMode::Cover);
+    const SwayOptions sway = swayOptions(commandLine);
+    const auto videoSize = swaySizeOption(commandLine);
+    if (hasSwayOptions(commandLine) && !commandLine.has("lg")) {
+        throw UsageError("--seconds, --turns, --fps and --size shape the video of --lg, expected "
+                         "--lg with them");
+    }
     NativeRoad::check(commandLine);
     const Display display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
@@ -437,6 +488,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
                   commandLine.has("k"),
                   std::move(depthSource),
                   NativeRoad(commandLine, display, layout, views.method, messages),
+                  sway,
+                  videoSize,
                   {},
                   {}};
     setup.end("display");
@@ -507,13 +560,20 @@ int main(int argc, char** argv) {
     commandLine.add({"save-depth"}, "Also write the depth, 16-bit, near = white.", "FILE.png");
     commandLine.add({"save-rgbd"}, "Also write photo and depth side by side.", "FILE");
     commandLine.add({"save-views"}, "Also write the single views, leftmost camera first.", "DIR");
+    commandLine.add({"lg", "looking"},
+                    "Also write a video in which the camera swings through the views, to show the "
+                    "depth on any screen. It holds the whole photo in its own shape and plays "
+                    "everywhere (H.264 4:2:0).",
+                    "FILE.mp4");
     commandLine.add({"report"}, "Write all settings used and the time of each stage, for programs.",
                     "FILE.json");
     commandLine.add({"y"}, "Replace outputs that exist.");
+    commandLine.addSection("Video of --lg");
+    addSwayOptions(commandLine);
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
     commandLine.addNote("With several photos or a directory the last name is the directory for the "
-                        "outputs, and so are the names of --save-...; one bad photo does not stop "
-                        "the rest.");
+                        "outputs, and so are the names of --save-... and --lg; one bad photo does "
+                        "not stop the rest.");
     return runTool(argc, argv, commandLine, run);
 }

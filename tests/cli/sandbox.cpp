@@ -26,6 +26,7 @@ std::string toolPath(const std::string& tool) {
     if (tool == "altiro3Dnative") return ALTIRO3D_TOOL_ALTIRO3DNATIVE;
     if (tool == "photo2native") return ALTIRO3D_TOOL_PHOTO2NATIVE;
     if (tool == "quilt2native") return ALTIRO3D_TOOL_QUILT2NATIVE;
+    if (tool == "quilt2video") return ALTIRO3D_TOOL_QUILT2VIDEO;
     if (tool == "views2native") return ALTIRO3D_TOOL_VIEWS2NATIVE;
     if (tool == "altiro3Dtradeoff") return ALTIRO3D_TOOL_ALTIRO3DTRADEOFF;
     throw std::invalid_argument("unknown tool " + tool);

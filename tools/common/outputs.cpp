@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/video_writer.hpp"
 #include "common/command_line.hpp"
 
 #include <cstdio>
@@ -103,6 +104,14 @@ void requirePictureName(const fs::path& file, bool colours) {
     if (!canWritePicture(file)) {
         throw UsageError(file.string() +
                          ": no picture format is known by this extension, expected .png");
+    }
+}
+
+void requireVideoName(const fs::path& file) {
+    if (!canWriteVideo(file)) {
+        throw UsageError(file.string() +
+                         ": no video format is known by this extension, expected .mp4, .mov or "
+                         ".mkv");
     }
 }
 

@@ -38,4 +38,7 @@ class Outputs {
 /// @param colours the picture has colours @throws UsageError
 void requirePictureName(const std::filesystem::path& file, bool colours = true);
 
+/// Refuses a file name that no video can be written to. @throws UsageError
+void requireVideoName(const std::filesystem::path& file);
+
 } // namespace altiro3D::tools

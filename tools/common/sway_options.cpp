@@ -1,0 +1,98 @@
+#include "common/sway_options.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <regex>
+
+namespace altiro3D::tools {
+
+namespace {
+
+constexpr int kLeastSide = 16;
+constexpr int kLargestSide = 16384;
+constexpr const char* kOptions[] = {"seconds", "turns", "fps", "size"};
+
+} // namespace
+
+void addSwayOptions(CommandLine& commandLine) {
+    commandLine.add(
+        {"seconds"},
+        "Time of one turn, from the middle to the right, to the left and back, 0.1..600 "
+        "(default 4); rounded to a multiple of 4 frames.",
+        "S");
+    commandLine.add({"turns"},
+                    "Turns in the video, 1..1000 (default 2). It loops without a seam after each.",
+                    "N");
+    commandLine.add({"fps"}, "Frames a second, 1..240 (default 30).", "RATE");
+    commandLine.add({"size"},
+                    "Size of the video in px, width x height, even (default: the picture's own in "
+                    "its own shape, at most 1920 px long and 1080 px wide).",
+                    "WxH");
+}
+
+bool hasSwayOptions(const CommandLine& commandLine) {
+    for (const char* option : kOptions) {
+        if (commandLine.has(option)) return true;
+    }
+    return false;
+}
+
+SwayOptions swayOptions(const CommandLine& commandLine) {
+    SwayOptions options;
+    options.secondsPerTurn =
+        commandLine.number("seconds", 0.1, 600).value_or(options.secondsPerTurn);
+    options.turns = commandLine.wholeNumber("turns", 1, 1000).value_or(options.turns);
+    if (const auto rate = commandLine.number("fps", 1, 240)) {
+        // whole, as film in television (24000/1001), or as it is written
+        const double thousand = *rate * 1001 / 1000;
+        if (*rate != std::round(*rate) && std::abs(thousand - std::round(thousand)) < 0.005) {
+            options.frameRate = {static_cast<int>(std::lround(thousand)) * 1000, 1001};
+        } else if (*rate == std::round(*rate)) {
+            options.frameRate = {static_cast<int>(std::lround(*rate)), 1};
+        } else {
+            options.frameRate = {static_cast<int>(std::lround(*rate * 1000)), 1000};
+        }
+    }
+    return options;
+}
+
+std::optional<cv::Size> swaySizeOption(const CommandLine& commandLine) {
+    const auto text = commandLine.value("size");
+    if (!text) return std::nullopt;
+    static const std::regex kPair("([0-9]{1,5})[xX]([0-9]{1,5})");
+    std::smatch match;
+    const bool read = std::regex_match(*text, match, kPair);
+    const cv::Size size = read ? cv::Size(std::stoi(match[1]), std::stoi(match[2])) : cv::Size();
+    const auto good = [](int side) {
+        return side >= kLeastSide && side <= kLargestSide && side % 2 == 0;
+    };
+    if (!good(size.width) || !good(size.height)) {
+        throw UsageError("--size is \"" + *text +
+                         "\", expected WIDTHxHEIGHT, even numbers 16..16384, for instance "
+                         "1920x1080");
+    }
+    // what fitting can do
+    if (size.width > 100 * size.height || size.height > 100 * size.width) {
+        throw UsageError("--size is \"" + *text + "\", expected a shape of 1:100..100:1");
+    }
+    return size;
+}
+
+std::string swayText(const SwayOptions& options, cv::Size size) {
+    const int frames = framesPerTurn(options) * options.turns;
+    char text[128];
+    std::snprintf(text, sizeof text, "%d x %d px, %d frames, %.4g s", size.width, size.height,
+                  frames, frames / options.frameRate.value());
+    return text;
+}
+
+void writeSwayFile(const std::filesystem::path& file, cv::Size size, const SwayOptions& options,
+                   const SwayView& view) {
+    Progress progress(static_cast<std::size_t>(framesPerTurn(options)) *
+                      static_cast<std::size_t>(options.turns));
+    writeSway(file, size, options, view,
+              [&](int, int) { progress.step(file.filename().string()); });
+    progress.clear();
+}
+
+} // namespace altiro3D::tools

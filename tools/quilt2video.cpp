@@ -1,0 +1,130 @@
+// quilt2video: a quilt becomes a video in which the camera swings through its views.
+
+#include "altiro3D/altiro3D.hpp"
+#include "common/display_options.hpp"
+#include "common/outputs.hpp"
+#include "common/picture_options.hpp"
+#include "common/run_tool.hpp"
+#include "common/sway_options.hpp"
+
+#include <opencv2/core.hpp>
+
+using namespace altiro3D;
+using namespace altiro3D::tools;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// A quilt's layout and the width : height that its views are shown with.
+struct Views {
+    QuiltLayout layout;
+    double aspect = 1;
+};
+
+Views chooseViews(const CommandLine& commandLine, const std::optional<Calibration>& display,
+                  const fs::path& file, cv::Size size, Messages& messages) {
+    QuiltRequest request;
+    request.quiltSize = size;
+    request.name = parseQuiltName(file);
+    try {
+        if (const auto grid = commandLine.value("q")) request.grid = parseQuiltGrid(*grid);
+    } catch (const Error& error) {
+        throw UsageError(error.what());
+    }
+    if (!request.name && !request.grid && !display) {
+        throw UsageError(file.string() +
+                         ": its name does not tell how the views lie in it, expected -q "
+                         "ROWSxCOLUMNS, the display with -c, or a name that ends in "
+                         "_qs<columns>x<rows>a<aspect>");
+    }
+    std::optional<double> aspect = commandLine.number("aspect", 0.1, 10);
+    if (!aspect && request.name) aspect = request.name->aspect;
+    if (!aspect && display) aspect = static_cast<double>(display->screenW) / display->screenH;
+    const ResolvedQuilt resolved =
+        resolveQuilt(request, display ? defaultQuilt(*display) : QuiltLayout(), aspect.value_or(1));
+    if (aspect) messages.warn(resolved.warnings); // else nobody knows which reading is right
+    const cv::Size tile = resolved.layout.tileSize;
+    return {resolved.layout, aspect.value_or(static_cast<double>(tile.width) / tile.height)};
+}
+
+int run(const CommandLine& commandLine, Messages& messages) {
+    if (commandLine.files().size() != 2) {
+        throw UsageError("expected QUILT and OUT, got " +
+                         std::to_string(commandLine.files().size()) +
+                         " names; see quilt2video --help");
+    }
+    const fs::path& quiltFile = commandLine.files()[0];
+    const fs::path& output = commandLine.files()[1];
+    const FitMode fit = fitOption(commandLine, FitMode::Cover);
+    const SwayOptions sway = swayOptions(commandLine);
+    const auto wantedSize = swaySizeOption(commandLine);
+    const auto between = commandLine.choice("view-filter", {"nearest", "linear"});
+    requireVideoName(output);
+    Outputs outputs(commandLine.has("y"));
+    outputs.addInput(quiltFile);
+    std::optional<Calibration> display;
+    if (const auto file = commandLine.value("c")) {
+        display = readChosenCalibration(*file, commandLine, messages);
+        outputs.addInput(*file);
+    } else if (commandLine.has("serial")) {
+        throw UsageError("--serial chooses in the file of -c, expected -c with it");
+    }
+    outputs.addOutput(output);
+    outputs.check();
+
+    StageTimes times;
+    cv::Mat quilt = readPhotoFile(quiltFile, messages);
+    times.end("read");
+    const Views views = chooseViews(commandLine, display, quiltFile, quilt.size(), messages);
+    messages.say("quilt: " + views.layout.text());
+    Notes notes;
+    quilt = fitQuilt(quilt, views.layout, &notes);
+    messages.warn(notes);
+    const cv::Size size = wantedSize.value_or(swaySize(views.layout.tileSize, views.aspect));
+    const SwayView view =
+        quiltViews(quilt, views.layout, swayFit(views.layout.tileSize, views.aspect, size, fit),
+                   between.value_or(0) == 1 ? ViewFilter::Linear : ViewFilter::Nearest);
+    writeSwayFile(output, size, sway, view);
+    times.end("video");
+    messages.say(output.string() + ": video, " + swayText(sway, size));
+    messages.detail(times.text());
+    return kExitDone;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    CommandLine commandLine("quilt2video",
+                            "Turns a quilt into a video in which the camera swings through its "
+                            "views, to show their depth on any screen.");
+    commandLine.addUsage("[options] QUILT OUT.mp4");
+    commandLine.addSection("Video");
+    addSwayOptions(commandLine);
+    commandLine.add({"view-filter"},
+                    "What is seen between two views: nearest (default: the nearer one) or linear, "
+                    "a blend of both, smoother but double at edges.",
+                    "MODE");
+    commandLine.add({"fit"},
+                    "Views of another shape than --size: cover (default: cut off what is over), "
+                    "contain (black bars) or stretch.",
+                    "MODE");
+    commandLine.add({"y"}, "Replace the output if it exists.");
+    commandLine.addSection("Quilt");
+    commandLine.add({"q", "quilt"}, "Views in the quilt, rows x columns: 6x8 is 6 rows of 8.",
+                    "RxC");
+    commandLine.add({"aspect"},
+                    "Width : height of what a view shows, 0.1..10 (default: as the file name says, "
+                    "else as the display, else as the view's px).",
+                    "A");
+    commandLine.add({"c", "calibration"},
+                    "Display whose usual quilt this is; only needed where neither the file name "
+                    "nor -q tells the layout.",
+                    "visual.json");
+    commandLine.add({"serial"}, "Choose among several displays in that file.", "NAME");
+    commandLine.addNote("A file name that ends in _qs<columns>x<rows>a<aspect>, such as "
+                        "photo_qs8x6a0.75.png, tells the layout. View 0 is the bottom-left tile. "
+                        "The video is H.264 4:2:0 in .mp4 (or .mov, .m4v, .mkv), which any player "
+                        "plays; it begins and ends in the middle view.");
+    return runTool(argc, argv, commandLine, run);
+}

@@ -30,7 +30,7 @@ struct VideoWriterOptions {
     /// views into each other.
     bool compatible = false;
     double crf = 16;                    ///< Quality of H264, H264Rgb, Hevc, 0..51; less is better.
-    std::string preset = "veryfast";    ///< Of H264, H264Rgb, Hevc: "ultrafast".."veryslow".
+    std::string preset = "superfast";   ///< Of H264, H264Rgb, Hevc: "ultrafast".."veryslow".
     Fraction timeBase{1, 1000};         ///< Unit of the frames' times, s.
     Fraction frameRate;                 ///< Frames a second, if only about; 0/1 = not known.
     bool constantRate = false;          ///< frameRate holds for every frame.

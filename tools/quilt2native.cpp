@@ -1,4 +1,4 @@
-// quilt2native: a quilt becomes a Native.
+// quilt2native: a quilt, or a video of quilts, becomes a Native.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
@@ -11,6 +11,8 @@
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -34,47 +36,153 @@ cv::Mat fitViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAsp
     return fitted;
 }
 
+// Tells from a quilt's name and layout how its views become the panel's shape.
+class ViewShape {
+  public:
+    ViewShape(const fs::path& file, const QuiltLayout& layout, const Display& display, FitMode fit)
+        : layout_(layout), panelAspect_(display.panelAspect()), fit_(fit) {
+        const auto name = parseQuiltName(file);
+        isStated_ = name && name->aspect;
+        aspect_ = isStated_ ? *name->aspect
+                            : static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
+    }
+
+    // The quilt without unused px, its views fitted if that was asked for.
+    cv::Mat apply(const cv::Mat& picture, Notes* notes) const {
+        cv::Mat quilt = fitQuilt(picture, layout_, notes);
+        if (fit_ != FitMode::Stretch) quilt = fitViews(quilt, layout_, aspect_, panelAspect_, fit_);
+        return quilt;
+    }
+
+    void warnIfStretched(Messages& messages) const {
+        if (fit_ != FitMode::Stretch || !isStated_) return;
+        if (std::abs(aspect_ / panelAspect_ - 1) <= 0.05) return;
+        messages.warn("the file name says that the views are meant for another shape than the "
+                      "panel's; they are stretched to it (--fit contain or cover keep theirs)");
+    }
+
+  private:
+    QuiltLayout layout_;
+    double aspect_;
+    double panelAspect_;
+    bool isStated_;
+    FitMode fit_;
+};
+
+// What a run has settled before it reads the quilt.
+struct Job {
+    const CommandLine& commandLine;
+    fs::path quilt;
+    fs::path native;
+    Display display;
+    FitMode fit = FitMode::Stretch;
+};
+
+// FFmpeg takes a picture for a video of one frame.
+bool isPicture(const VideoReader& reader) {
+    const std::string& format = reader.facts().format;
+    const std::string ending = "_pipe";
+    return format == "image2" ||
+           (format.size() > ending.size() &&
+            format.compare(format.size() - ending.size(), ending.size(), ending) == 0);
+}
+
+bool isVideo(const fs::path& file) {
+    if (canWritePicture(file)) return false; // by its name
+    try {
+        return !isPicture(VideoReader(file));
+    } catch (const Error&) {
+        return false; // who reads it as a picture says what is wrong with it
+    }
+}
+
+void convertPicture(const Job& job, Messages& messages) {
+    StageTimes times;
+    const cv::Mat picture = readPhotoFile(job.quilt, messages);
+    times.end("read");
+    const QuiltLayout layout =
+        chooseQuilt(job.commandLine, job.display, messages, job.quilt, picture.size());
+    messages.say("quilt: " + layout.text());
+    const ViewShape shape(job.quilt, layout, job.display, job.fit);
+    Notes notes;
+    const cv::Mat quilt = shape.apply(picture, &notes);
+    messages.warn(notes);
+    shape.warnIfStretched(messages);
+    const Quilt2Native renderer = makeQuilt2Native(job.commandLine, job.display, layout, messages);
+    times.end("look-up table");
+    makeNativeFile(renderer, quilt, job.native, messages, times);
+    messages.detail(times.text());
+}
+
+void convertVideo(const Job& job, Messages& messages) {
+    VideoReader reader(job.quilt);
+    if (isPicture(reader)) {
+        throw UsageError(job.quilt.string() + ": is a picture, expected a video, or the name of a "
+                                              "picture for the Native");
+    }
+    const VideoFacts& facts = reader.facts();
+    const QuiltLayout layout =
+        chooseQuilt(job.commandLine, job.display, messages, job.quilt, facts.size);
+    messages.say("quilt: " + layout.text());
+    const ViewShape shape(job.quilt, layout, job.display, job.fit);
+    shape.warnIfStretched(messages);
+    const Quilt2Native renderer = makeQuilt2Native(job.commandLine, job.display, layout, messages);
+    VideoWriterOptions options;
+    options.size = renderer.panelSize();
+    options.timeBase = facts.timeBase;
+    options.frameRate = facts.averageRate;
+    options.constantRate = facts.constantRate;
+    VideoWriter writer(job.native, options, &reader);
+    VideoFrame frame;
+    cv::Mat native;
+    Notes notes;
+    const auto expected = static_cast<std::size_t>(facts.frameCount.value_or(0));
+    Progress progress(expected);
+    std::size_t frames = 0;
+    for (; reader.read(frame); ++frames) {
+        if (frames < expected) progress.step(job.quilt.filename().string());
+        renderer.render(shape.apply(frame.picture, frames == 0 ? &notes : nullptr), native);
+        writer.write({native, frame.pts, frame.duration});
+    }
+    progress.clear();
+    if (frames == 0) {
+        throw Error(ErrorCode::BadFormat, job.quilt.string(),
+                    "holds no frames, expected a video of quilts");
+    }
+    writer.finish();
+    messages.warn(notes);
+    messages.warn(reader.notes());
+    messages.warn(writer.notes());
+    messages.say(job.native.string() + ": Native video, " + std::to_string(native.cols) + " x " +
+                 std::to_string(native.rows) + " px, " + std::to_string(frames) + " frames");
+}
+
 int run(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.files().size() != 2) {
         throw UsageError("expected QUILT and OUT, got " +
                          std::to_string(commandLine.files().size()) +
                          " names; see quilt2native --help");
     }
-    const std::filesystem::path& quiltFile = commandLine.files()[0];
-    const std::filesystem::path& output = commandLine.files()[1];
-    const FitMode fit = fitOption(commandLine, FitMode::Stretch);
-    requirePictureName(output);
-    StageTimes times;
-    const Display display = findDisplay(commandLine, messages);
-    Outputs outputs(commandLine.has("y"));
-    outputs.addInput(quiltFile);
-    for (const std::filesystem::path& file : display.files)
-        outputs.addInput(file);
-    outputs.addOutput(output);
-    outputs.check();
-
-    cv::Mat quilt = readPhotoFile(quiltFile, messages);
-    times.end("read");
-    const QuiltLayout layout = chooseQuilt(commandLine, display, messages, quiltFile, quilt.size());
-    messages.say("quilt: " + layout.text());
-    const auto name = parseQuiltName(quiltFile);
-    const double viewAspect =
-        name && name->aspect ? *name->aspect
-                             : static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
-    std::vector<std::string> notes;
-    quilt = fitQuilt(quilt, layout, &notes);
-    for (const std::string& note : notes)
-        messages.warn(note);
-    if (fit != FitMode::Stretch) {
-        quilt = fitViews(quilt, layout, viewAspect, display.panelAspect(), fit);
-    } else if (name && name->aspect && std::abs(viewAspect / display.panelAspect() - 1) > 0.05) {
-        messages.warn("the file name says that the views are meant for another shape than the "
-                      "panel's; they are stretched to it (--fit contain or cover keep theirs)");
+    Job job{commandLine, commandLine.files()[0], commandLine.files()[1], {}, FitMode::Stretch};
+    job.fit = fitOption(commandLine, FitMode::Stretch);
+    const bool video = canWriteVideo(job.native);
+    if (!video && isVideo(job.quilt)) {
+        throw UsageError(job.native.string() + ": is no video's name, but " + job.quilt.string() +
+                         " is a video; expected .mp4, .mov or .mkv");
     }
-    const Quilt2Native renderer = makeQuilt2Native(commandLine, display, layout, messages);
-    times.end("look-up table");
-    makeNativeFile(renderer, quilt, output, messages, times);
-    messages.detail(times.text());
+    if (!video) requirePictureName(job.native);
+    job.display = findDisplay(commandLine, messages);
+    Outputs outputs(commandLine.has("y"));
+    outputs.addInput(job.quilt);
+    for (const fs::path& file : job.display.files)
+        outputs.addInput(file);
+    outputs.addOutput(job.native);
+    outputs.check();
+    if (video) {
+        convertVideo(job, messages);
+    } else {
+        convertPicture(job, messages);
+    }
     return kExitDone;
 }
 
@@ -82,8 +190,10 @@ int run(const CommandLine& commandLine, Messages& messages) {
 
 int main(int argc, char** argv) {
     CommandLine commandLine("quilt2native", "Turns a quilt, the collage of all views, into the "
-                                            "Native picture for a display.");
+                                            "Native picture for a display; or a video of quilts "
+                                            "into a Native video with its sound.");
     commandLine.addUsage("[options] QUILT OUT.png");
+    commandLine.addUsage("[options] QUILTVIDEO OUT.mp4");
     commandLine.addSection("Output");
     commandLine.add({"y"}, "Replace the output if it exists.");
     addDisplayOptions(commandLine);
@@ -91,6 +201,8 @@ int main(int argc, char** argv) {
     addSamplingOptions(commandLine);
     commandLine.addNote("A file name that ends in _qs<columns>x<rows>a<aspect>, such as "
                         "photo_qs8x6a0.75.png, tells the layout; otherwise it is the display's own "
-                        "or that of -q. View 0 is the bottom-left tile.");
+                        "or that of -q. View 0 is the bottom-left tile. A Native video is "
+                        "H.264 4:4:4 in .mp4, .mov or .mkv, which keeps the colour of every "
+                        "sub-pixel; sound, subtitles, chapters and tags are copied.");
     return runTool(argc, argv, commandLine, run);
 }

@@ -1,9 +1,13 @@
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_writer.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/video.hpp"
 
+#include <memory>
 #include <opencv2/core.hpp>
 
 namespace altiro3D::test {
@@ -13,6 +17,26 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kTool = "quilt2native";
+
+// What crf 16 leaves of Natives as small and as rich in detail as these, dB; 32 were measured.
+constexpr double kLeastPsnr = 30;
+
+// 3 columns x 2 rows of 30 x 40 px, another picture for each number.
+cv::Mat movingQuilt(int number) {
+    return movingPicture({90, 80}, number);
+}
+
+// A video of quilts without loss; its frames stay unequally long.
+void writeQuiltVideo(const fs::path& file, int frames) {
+    VideoWriterOptions options;
+    options.size = {90, 80};
+    options.codec = VideoCodec::Ffv1;
+    options.timeBase = {1, 100};
+    VideoWriter writer(file, options);
+    for (int i = 0; i < frames; ++i)
+        writer.write({movingQuilt(i), 10 * i + i % 2, 10});
+    writer.finish();
+}
 
 } // namespace
 
@@ -111,6 +135,107 @@ TEST(Quilt2NativeTool, ViewsOfAnotherShapeAreFittedIfAsked) {
     EXPECT_EQ(bars.at<cv::Vec3b>(2, 48), cv::Vec3b(0, 0, 0));
     EXPECT_EQ(bars.at<cv::Vec3b>(64, 48), cv::Vec3b(200, 200, 200));
     EXPECT_EQ(bars.at<cv::Vec3b>(125, 48), cv::Vec3b(0, 0, 0));
+}
+
+TEST(Quilt2NativeTool, AVideoOfQuiltsBecomesAVideoOfNatives) {
+    SmallStudio studio;
+    writeQuiltVideo(studio / "q_qs3x2a0.75.mkv", 5);
+    for (const char* output : {"a.mkv", "a.mp4"}) {
+        const Outcome outcome = studio.run(kTool, {"-c", "small.json", "q_qs3x2a0.75.mkv", output});
+        EXPECT_TRUE(isDone(outcome));
+        EXPECT_NE(outcome.out.find("3 columns x 2 rows, each view 30 x 40 px"), std::string::npos);
+        EXPECT_NE(outcome.out.find("Native video, 96 x 128 px, 5 frames"), std::string::npos);
+        VideoReader reader(studio / output);
+        EXPECT_EQ(reader.facts().codec, "h264");
+        EXPECT_EQ(reader.facts().pixelFormat, "yuv444p");
+        const std::vector<VideoFrame> frames = allFrames(reader);
+        ASSERT_EQ(frames.size(), 5U);
+        for (int i = 0; i < 5; ++i) {
+            const VideoFrame& frame = frames[static_cast<std::size_t>(i)];
+            EXPECT_NEAR(static_cast<double>(frame.pts) * reader.facts().timeBase.value(),
+                        0.1 * i + 0.01 * (i % 2), 1e-3);
+            const auto psnrTo = [&](int number) {
+                return cv::PSNR(frame.picture, libraryNative(studio, movingQuilt(number), 3, 2));
+            };
+            EXPECT_GT(psnrTo(i), kLeastPsnr) << output << " " << i;
+            EXPECT_GT(psnrTo(i), psnrTo(i + 1) + 3) << output << " " << i;
+        }
+    }
+}
+
+TEST(Quilt2NativeTool, TheLayoutOfAVideoIsChosenAsThatOfAPicture) {
+    SmallStudio studio;
+    writeQuiltVideo(studio / "q.mkv", 1);
+    const auto native = [&](const Arguments& arguments) {
+        EXPECT_TRUE(isDone(studio.run(kTool, arguments + Arguments{"-y", "q.mkv", "a.mkv"})));
+        return allFrames(*std::make_unique<VideoReader>(studio / "a.mkv")).at(0).picture;
+    };
+    const cv::Mat expected = libraryNative(studio, movingQuilt(0), 3, 2);
+    EXPECT_GT(cv::PSNR(native(studio.display()), expected), kLeastPsnr);
+    EXPECT_GT(cv::PSNR(native({"-c", "small.json", "-q", "2x3"}), expected), kLeastPsnr);
+    ASSERT_TRUE(isDone(
+        studio.run("altiro3Dnative", {"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
+    EXPECT_GT(cv::PSNR(native({"-m", "a.map"}), expected), kLeastPsnr);
+    const cv::Mat blended =
+        libraryNative(studio, movingQuilt(0), 3, 2, {ViewFilter::Linear, TileSampling::Nearest});
+    EXPECT_GT(cv::PSNR(native(studio.display() + Arguments{"--view-filter", "linear"}), blended),
+              kLeastPsnr);
+    EXPECT_TRUE(fails(
+        studio.run(kTool, studio.display() + Arguments{"-r", "41x30", "-y", "q.mkv", "a.mkv"}), 1,
+        "30 x 40"));
+}
+
+TEST(Quilt2NativeTool, PicturesAndVideosAreNotMixed) {
+    SmallStudio studio;
+    writeQuiltVideo(studio / "q.mkv", 2);
+    fs::copy(studio / "q.mkv", studio / "nameless");
+    fs::copy(studio / "quilt.png", studio / "picture");
+    spill(studio / "precious.mkv", "precious");
+    const std::pair<Arguments, std::pair<int, std::string>> cases[] = {
+        {{"q.mkv", "a.png"}, {2, "a.png: is no video's name, but q.mkv is a video"}},
+        {{"nameless", "a.png"}, {2, "a.png: is no video's name"}},
+        {{"q.mkv", "a.gif"}, {2, "expected .mp4, .mov or .mkv"}},
+        {{"quilt.png", "a.mkv"}, {2, "quilt.png: is a picture, expected a video"}},
+        {{"picture", "a.mkv"}, {2, "picture: is a picture, expected a video"}},
+        {{"none.mkv", "a.mkv"}, {1, "none.mkv: does not exist"}},
+        {{"small.json", "a.mkv"}, {1, "small.json: "}},
+        {{"q.mkv", "missing/a.mkv"}, {1, "there is no directory"}},
+        {{"q.mkv", "precious.mkv"}, {1, "precious.mkv: exists"}},
+        {{"-y", "q.mkv", "./q.mkv"}, {2, "is an input too"}}};
+    for (const auto& [arguments, expected] : cases) {
+        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + arguments), expected.first,
+                          expected.second));
+        EXPECT_FALSE(fs::exists(studio / "a.mkv"));
+    }
+    EXPECT_EQ(slurp(studio / "precious.mkv"), "precious");
+    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"nameless", "a.mkv"})));
+    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"picture", "a.png"})));
+    studio.limitFiles(1024);
+    fs::create_directory(studio / "out");
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"q.mkv", "out/a.mkv"}), 1,
+                      "a.mkv: cannot be written"));
+    EXPECT_TRUE(fs::is_empty(studio / "out"));
+}
+
+TEST(Quilt2NativeTool, TheSoundOfAVideoIsCopied) {
+    ALTIRO3D_REQUIRE_DATA("videos/derived/chess_lightfield_qs3x3a1.7667.mp4");
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const fs::path chess = dataPath("videos/derived/chess_lightfield_qs3x3a1.7667.mp4");
+    SmallStudio studio;
+    EXPECT_TRUE(
+        warns(studio.run(kTool, {"-c", "small.json", chess.string(), "a.mp4"}), "another shape"));
+    EXPECT_EQ(lines(ffprobe(studio / "a.mp4",
+                            "stream=codec_name,width,height,pix_fmt,r_frame_rate,nb_read_frames",
+                            "-count_frames -select_streams v")),
+              lines("h264|96|128|yuv444p|12/1|32"));
+    const auto packets = [](const fs::path& file) {
+        return ffprobe(file, "packet=pts,duration,size,data_hash",
+                       "-select_streams a -show_data_hash md5");
+    };
+    EXPECT_EQ(packets(studio / "a.mp4"), packets(chess));
+    const cv::Mat quilt = ffmpegFrames(chess, {2544, 1440}, "", 1).at(0);
+    VideoReader reader(studio / "a.mp4");
+    EXPECT_GT(cv::PSNR(reader.next()->picture, libraryNative(studio, quilt, 3, 3)), kLeastPsnr);
 }
 
 } // namespace altiro3D::test

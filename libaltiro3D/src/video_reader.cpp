@@ -4,29 +4,21 @@
 #include "ffmpeg.hpp"
 #include "other_streams.hpp"
 #include "text.hpp"
+#include "video_input.hpp"
 #include "video_picture.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <set>
-#include <sys/stat.h>
-#include <system_error>
 #include <thread>
-
-extern "C" {
-#include <libavdevice/avdevice.h>
-#include <libavutil/display.h>
-#include <libavutil/pixdesc.h>
-}
 
 namespace altiro3D {
 
 namespace fs = std::filesystem;
 
 namespace {
+
+using Kind = VideoInput::Kind;
 
 constexpr int kMostThreads = 64;
 constexpr int kMostThreadsByItself = 16; // more only take memory
@@ -37,92 +29,6 @@ constexpr double kFarSeconds = 2; // nearer frames are decoded, further ones sou
 
 [[noreturn]] void fail(ErrorCode code, const std::string& subject, const std::string& problem) {
     throw Error(code, subject, problem);
-}
-
-// What a path names.
-enum class Kind { File, StandardInput, Device };
-
-// Whether an MP4 or QuickTime file has boxes but not the one with its index.
-bool lacksMovieIndex(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    bool known = false;
-    for (int box = 0; box < 10000; ++box) {
-        unsigned char head[16];
-        if (!file.read(reinterpret_cast<char*>(head), 8)) break;
-        const auto number = [&](int from, int count) {
-            std::uint64_t value = 0;
-            for (int i = from; i < from + count; ++i)
-                value = value << 8 | head[i];
-            return value;
-        };
-        std::uint64_t size = number(0, 4);
-        const std::string type(reinterpret_cast<const char*>(head) + 4, 4);
-        if (type == "moov") return false;
-        known = known || type == "ftyp" || type == "mdat";
-        std::uint64_t read = 8;
-        if (size == 1) {
-            if (!file.read(reinterpret_cast<char*>(head) + 8, 8)) break;
-            size = number(8, 8);
-            read = 16;
-        }
-        if (!known || size < read || size > (std::uint64_t{1} << 62)) break;
-        file.seekg(static_cast<std::streamoff>(size - read), std::ios::cur);
-    }
-    return known;
-}
-
-const char* kindName(AVMediaType type) {
-    switch (type) {
-    case AVMEDIA_TYPE_VIDEO:
-        return "video";
-    case AVMEDIA_TYPE_AUDIO:
-        return "audio";
-    case AVMEDIA_TYPE_SUBTITLE:
-        return "subtitles";
-    case AVMEDIA_TYPE_ATTACHMENT:
-        return "attachment";
-    default:
-        return "data";
-    }
-}
-
-StreamKind streamKind(AVMediaType type) {
-    switch (type) {
-    case AVMEDIA_TYPE_VIDEO:
-        return StreamKind::Video;
-    case AVMEDIA_TYPE_AUDIO:
-        return StreamKind::Audio;
-    case AVMEDIA_TYPE_SUBTITLE:
-        return StreamKind::Subtitle;
-    case AVMEDIA_TYPE_ATTACHMENT:
-        return StreamKind::Attachment;
-    default:
-        return StreamKind::Data;
-    }
-}
-
-std::string codecName(AVCodecID id) {
-    return id == AV_CODEC_ID_NONE ? "unknown" : avcodec_get_name(id);
-}
-
-bool isCover(const AVStream& stream) {
-    return (stream.disposition & (AV_DISPOSITION_ATTACHED_PIC | AV_DISPOSITION_TIMED_THUMBNAILS)) !=
-           0;
-}
-
-const std::int32_t* displayMatrix(const AVStream& stream) {
-#if LIBAVFORMAT_VERSION_INT >= AV_VERSION_INT(60, 15, 100)
-    const AVPacketSideData* const data =
-        av_packet_side_data_get(stream.codecpar->coded_side_data,
-                                stream.codecpar->nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
-    return data != nullptr && data->size >= 36 ? reinterpret_cast<const std::int32_t*>(data->data)
-                                               : nullptr;
-#else
-    std::size_t size = 0;
-    const std::uint8_t* const data =
-        av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, &size);
-    return data != nullptr && size >= 36 ? reinterpret_cast<const std::int32_t*>(data) : nullptr;
-#endif
 }
 
 std::int64_t durationOf(const AVFrame& frame) {
@@ -139,36 +45,6 @@ bool isInterlaced(const AVFrame& frame) {
 #else
     return frame.interlaced_frame != 0;
 #endif
-}
-
-// The video stream to deliver: large ones and the default one first, cover pictures never.
-AVStream* chooseStream(const AVFormatContext& format) {
-    AVStream* best = nullptr;
-    double bestScore = -1;
-    for (unsigned i = 0; i < format.nb_streams; ++i) {
-        AVStream* const stream = format.streams[i];
-        const AVCodecParameters& parameters = *stream->codecpar;
-        if (parameters.codec_type != AVMEDIA_TYPE_VIDEO || isCover(*stream)) continue;
-        double score = static_cast<double>(parameters.width) * parameters.height;
-        if (avcodec_find_decoder(parameters.codec_id) != nullptr) score += 1e12;
-        if ((stream->disposition & AV_DISPOSITION_DEFAULT) != 0) score += 5e6;
-        if (score <= bestScore) continue;
-        best = stream;
-        bestScore = score;
-    }
-    return best;
-}
-
-std::string otherContents(const AVFormatContext& format) {
-    std::string text;
-    for (unsigned i = 0; i < format.nb_streams; ++i) {
-        const AVCodecParameters& parameters = *format.streams[i]->codecpar;
-        if (!text.empty()) text += ", ";
-        text += (isCover(*format.streams[i]) ? std::string("cover picture")
-                                             : kindName(parameters.codec_type)) +
-                " " + codecName(parameters.codec_id);
-    }
-    return text;
 }
 
 } // namespace
@@ -208,10 +84,7 @@ struct VideoReader::Impl {
     bool resized = false;
 
   private:
-    void open(const fs::path& path);
-    void openDecoder();
-    void fillFacts();
-    void fillOthers();
+    void setRange();
     void begin();
     bool seek(std::int64_t target);
     bool seekToStart();
@@ -255,239 +128,31 @@ struct VideoReader::Impl {
 VideoReader::Impl::Impl(const fs::path& path, const VideoReaderOptions& given) : options(given) {
     validate(options);
     quietFfmpeg();
-    open(path);
-    openDecoder();
-    fillFacts();
-    fillOthers();
-}
-
-void VideoReader::Impl::open(const fs::path& path) {
-    subject = path == "-" ? "standard input" : path.string();
-    std::string url = "file:" + path.string();
-    const AVInputFormat* input = nullptr;
-    std::string wanted = options.format;
-    struct stat state {};
-    const bool exists = ::stat(path.c_str(), &state) == 0;
-    const int whyNot = errno;
-    if (wanted.empty() && exists && S_ISCHR(state.st_mode) &&
-        path.string().rfind("/dev/video", 0) == 0) {
-        wanted = "v4l2";
-    }
-    if (!wanted.empty()) {
-        static std::once_flag once;
-        std::call_once(once, [] { avdevice_register_all(); });
-        input = av_find_input_format(wanted.c_str());
-        if (input == nullptr) {
-            fail(ErrorCode::Unsupported, "format",
-                 "is \"" + wanted + "\", which this FFmpeg does not know");
-        }
-        if ((input->flags & AVFMT_NOFILE) != 0) {
-            kind_ = Kind::Device;
-            url = path.string();
-        }
-    }
-    if (kind_ == Kind::File && path == "-") {
-        kind_ = Kind::StandardInput;
-        url = "pipe:0";
-    }
-    if (kind_ == Kind::File) {
-        if (!exists && (whyNot == ENOENT || whyNot == ENOTDIR)) {
-            fail(ErrorCode::NotFound, subject, "does not exist, expected a video file");
-        }
-        if (!exists) {
-            fail(ErrorCode::ReadFailed, subject,
-                 "cannot be read: " + std::generic_category().message(whyNot));
-        }
-        if (S_ISDIR(state.st_mode)) {
-            fail(ErrorCode::ReadFailed, subject, "is a directory, expected a video file");
-        }
-        if (S_ISREG(state.st_mode) && state.st_size == 0) {
-            fail(ErrorCode::BadFormat, subject, "is empty, expected a video file");
-        }
-    }
-
-    Dictionary settings;
-    for (const auto& [name, value] : options.formatOptions)
-        settings.set(name, value);
-    // A file must not make us open others in the network.
-    if (kind_ != Kind::Device) settings.set("protocol_whitelist", "file,pipe,crypto,data");
-    AVFormatContext* raw = nullptr;
-    int result = avformat_open_input(&raw, url.c_str(), input, settings.address());
-    if (result < 0) {
-        if (result == AVERROR_INVALIDDATA || result == AVERROR_EOF) {
-            if (kind_ == Kind::File && lacksMovieIndex(path)) {
-                fail(ErrorCode::BadFormat, subject,
-                     "has no index (moov): it is cut off or was never finished, expected a whole "
-                     "file");
-            }
-            fail(ErrorCode::BadFormat, subject, "is no video that FFmpeg can read");
-        }
-        if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
-        fail(ErrorCode::ReadFailed, subject, "cannot be read: " + ffmpegText(result));
-    }
-    format_.reset(raw);
-    if (const std::string unused = settings.firstName();
-        !unused.empty() && unused != "protocol_whitelist") {
-        fail(ErrorCode::InvalidArgument, "formatOptions",
-             "have \"" + unused + "\", which the format " + format_->iformat->name +
-                 " does not know");
-    }
-    if (std::strcmp(format_->iformat->name, "tty") == 0) { // any text at all
-        fail(ErrorCode::BadFormat, subject, "is a text, expected a video file");
-    }
-    result = avformat_find_stream_info(raw, nullptr);
-    if (result < 0 && raw->nb_streams == 0) {
-        fail(ErrorCode::BadFormat, subject, "cannot be read: " + ffmpegText(result));
-    }
-    stream_ = chooseStream(*raw);
-    if (stream_ == nullptr) {
-        const std::string contents = otherContents(*raw);
-        fail(ErrorCode::BadFormat, subject,
-             "holds no video stream" + (contents.empty() ? "" : " but " + contents) +
-                 ", expected a video");
-    }
-}
-
-void VideoReader::Impl::openDecoder() {
-    const AVCodecParameters& parameters = *stream_->codecpar;
-    const std::string name = codecName(parameters.codec_id);
-    const AVCodec* const codec = avcodec_find_decoder(parameters.codec_id);
-    if (codec == nullptr) {
-        char tag[AV_FOURCC_MAX_STRING_SIZE] = {};
-        av_fourcc_make_string(tag, parameters.codec_tag);
-        fail(ErrorCode::Unsupported, subject,
-             "has video of the codec " +
-                 (name == "unknown" ? "\"" + std::string(tag) + "\"" : name) +
-                 ", which this FFmpeg cannot decode");
-    }
-    if (static_cast<double>(parameters.width) * parameters.height > kMaxPicturePixels) {
-        fail(ErrorCode::TooLarge, subject,
-             "has pictures of " + pairText(parameters.width, parameters.height) +
-                 " px, expected at most " + numberText(kMaxPicturePixels, 9) + " px");
-    }
-    decoder_.reset(avcodec_alloc_context3(codec));
-    checkMemory(decoder_.get());
-    if (avcodec_parameters_to_context(decoder_.get(), &parameters) < 0) checkMemory(nullptr);
     const auto processors = static_cast<int>(std::thread::hardware_concurrency());
     if (options.threads == 0) options.threads = std::clamp(processors, 1, kMostThreadsByItself);
-    decoder_->thread_count = options.threads;
-    decoder_->pkt_timebase = stream_->time_base;
-    decoder_->max_pixels = static_cast<std::int64_t>(kMaxPicturePixels);
-    const int result = avcodec_open2(decoder_.get(), codec, nullptr);
-    if (result < 0) {
-        fail(ErrorCode::Unsupported, subject,
-             "has video of the codec " + name + ", which cannot be decoded: " + ffmpegText(result));
-    }
-    if (parameters.width <= 0 || parameters.height <= 0) {
-        fail(ErrorCode::BadFormat, subject,
-             "has " + name + " video without a size: nothing of it can be decoded");
-    }
+    VideoInput input = openVideoInput(path, options);
+    otherIndex_ = describeOthers(input, options, *others);
+    const AVCodecParameters& parameters = *input.stream->codecpar;
+    pictures_ = std::make_unique<PictureMaker>(cv::Size(parameters.width, parameters.height),
+                                               input.orientation, options.threads, input.subject);
+    subject = input.subject;
+    facts = std::move(input.facts);
+    fileEnd = input.end;
+    kind_ = input.kind;
+    format_ = std::move(input.format);
+    stream_ = input.stream;
+    decoder_ = std::move(input.decoder);
+    startPts_ = input.startPts;
+    setRange();
 }
 
-void VideoReader::Impl::fillFacts() {
-    const AVCodecParameters& parameters = *stream_->codecpar;
-    facts.format = format_->iformat->name;
-    facts.codec = codecName(parameters.codec_id);
-    const char* const pixels = av_get_pix_fmt_name(static_cast<AVPixelFormat>(parameters.format));
-    facts.pixelFormat = pixels != nullptr ? pixels : "unknown";
-    facts.streamIndex = stream_->index;
-    const Orientation orientation = orientationOf(displayMatrix(*stream_));
-    const cv::Size stored(parameters.width, parameters.height);
-    pictures_ = std::make_unique<PictureMaker>(stored, orientation, options.threads, subject);
-    facts.size = orientation.transpose ? cv::Size(stored.height, stored.width) : stored;
-    facts.rotationDegrees = orientation.clockwiseDegrees();
-    facts.mirrored = orientation.isMirrored();
-    const Fraction aspect = fraction(av_guess_sample_aspect_ratio(format_.get(), stream_, nullptr));
-    if (aspect.isKnown()) {
-        facts.sampleAspect =
-            orientation.transpose ? Fraction{aspect.denominator, aspect.numerator} : aspect;
-    }
-    facts.averageRate = fraction(stream_->avg_frame_rate);
-    facts.nominalRate = fraction(stream_->r_frame_rate);
-    facts.constantRate = facts.averageRate.isKnown() && facts.nominalRate.isKnown() &&
-                         std::abs(facts.averageRate.value() / facts.nominalRate.value() - 1) < 1e-3;
-    facts.timeBase = fraction(stream_->time_base);
-
+// Where the wanted part begins and ends, in the time of the file.
+void VideoReader::Impl::setRange() {
     const double unit = av_q2d(stream_->time_base);
-    if (format_->duration != AV_NOPTS_VALUE && format_->duration > 0) {
-        facts.duration = static_cast<double>(format_->duration) / AV_TIME_BASE;
-        if (format_->duration_estimation_method != AVFMT_DURATION_FROM_BITRATE)
-            fileEnd = *facts.duration;
-    }
-    const bool hasOwn = stream_->duration != AV_NOPTS_VALUE && stream_->duration > 0;
-    if (stream_->nb_frames > 0) {
-        facts.frameCount = stream_->nb_frames;
-    } else if (facts.averageRate.isKnown() && (hasOwn || facts.duration)) {
-        const double length =
-            hasOwn ? static_cast<double>(stream_->duration) * unit : *facts.duration;
-        facts.frameCount = std::llround(length * facts.averageRate.value());
-    }
-    facts.colour = videoColour(static_cast<AVPixelFormat>(parameters.format),
-                               parameters.color_space, parameters.color_range,
-                               parameters.color_primaries, parameters.color_trc, stored.height);
-    for (unsigned i = 0; i < format_->nb_streams; ++i) {
-        const AVStream& stream = *format_->streams[i];
-        VideoStreamFacts& fact = facts.streams.emplace_back();
-        fact.index = static_cast<int>(i);
-        fact.kind = streamKind(stream.codecpar->codec_type);
-        fact.codec = codecName(stream.codecpar->codec_id);
-        fact.language = tagOf(stream.metadata, "language");
-        fact.title = tagOf(stream.metadata, "title");
-        fact.channels = stream.codecpar->ch_layout.nb_channels;
-        fact.sampleRate = stream.codecpar->sample_rate;
-        fact.isCover = isCover(stream);
-    }
-    const double start = format_->start_time != AV_NOPTS_VALUE
-                             ? static_cast<double>(format_->start_time) / AV_TIME_BASE
-                             : 0;
-    for (unsigned i = 0; i < format_->nb_chapters; ++i) {
-        const AVChapter& chapter = *format_->chapters[i];
-        const double length = av_q2d(chapter.time_base);
-        facts.chapters.push_back({static_cast<double>(chapter.start) * length - start,
-                                  static_cast<double>(chapter.end) * length - start,
-                                  tagOf(chapter.metadata, "title")});
-    }
-    facts.tags = tagsOf(format_->metadata);
-
-    if (format_->start_time != AV_NOPTS_VALUE) {
-        startPts_ =
-            av_rescale_q(format_->start_time, AVRational{1, AV_TIME_BASE}, stream_->time_base);
-    }
     fromPts_ = startPts_ + std::llround(options.from / unit);
     toPts_ = options.to < 1e9 ? startPts_ + std::llround(options.to / unit)
                               : std::numeric_limits<std::int64_t>::max();
     originPts_ = options.from > 0 ? fromPts_ : startPts_;
-}
-
-void VideoReader::Impl::fillOthers() {
-    others->subject = subject;
-    others->format = facts.format;
-    others->tags = facts.tags;
-    others->colour = facts.colour;
-    for (const VideoChapter& chapter : facts.chapters) {
-        const double start = std::max(chapter.start, options.from) - options.from;
-        const double end = std::min(chapter.end, options.to) - options.from;
-        if (end > start) others->chapters.push_back({start, end, chapter.title});
-    }
-    for (unsigned i = 0; i < format_->nb_streams; ++i) {
-        const AVStream& stream = *format_->streams[i];
-        if (&stream == stream_) {
-            otherIndex_.push_back(-1);
-            continue;
-        }
-        otherIndex_.push_back(static_cast<std::int64_t>(others->streams.size()));
-        OtherStream& other = others->streams.emplace_back();
-        other.index = static_cast<int>(i);
-        other.parameters.reset(avcodec_parameters_alloc());
-        checkMemory(other.parameters.get());
-        if (avcodec_parameters_copy(other.parameters.get(), stream.codecpar) < 0) {
-            checkMemory(nullptr);
-        }
-        other.timeBase = stream.time_base;
-        other.tags = tagsOf(stream.metadata);
-        other.disposition = stream.disposition;
-        other.isCover = isCover(stream);
-    }
 }
 
 // Goes to the last key frame before a time of the file; false if the file cannot.

@@ -28,6 +28,21 @@ TEST_P(EveryTool, HelpTellsHowToCallItAndNamesEveryOption) {
     }
 }
 
+TEST_P(EveryTool, ManualAndCompletionsAreForProgramsOnly) { // tests/docs looks into them
+    EXPECT_EQ(studio_.run(tool(), {"--help"}).out.find("--help-"), std::string::npos);
+    const Outcome manual = studio_.run(tool(), {"--help-man"});
+    EXPECT_TRUE(isDone(manual));
+    EXPECT_EQ(manual.out.rfind(".TH ", 0), 0U) << manual.out;
+    const Outcome bash = studio_.run(tool(), {"--help-completion", "bash"});
+    EXPECT_TRUE(isDone(bash));
+    EXPECT_NE(bash.out.find(" _" + tool() + " " + tool() + "\n"), std::string::npos) << bash.out;
+    const Outcome zsh = studio_.run(tool(), {"--help-completion", "zsh"});
+    EXPECT_TRUE(isDone(zsh));
+    EXPECT_EQ(zsh.out.rfind("#compdef " + tool() + "\n", 0), 0U) << zsh.out;
+    EXPECT_TRUE(fails(studio_.run(tool(), {"--help-completion", "fish"}), 2,
+                      "--help-completion is \"fish\", expected bash or zsh"));
+}
+
 TEST_P(EveryTool, VersionNamesToolAndPackage) {
     const Outcome outcome = studio_.run(tool(), {"--version"});
     EXPECT_TRUE(isDone(outcome));

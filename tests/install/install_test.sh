@@ -11,7 +11,9 @@ prefix=$work/prefix
 cmake --install "$build" --prefix "$prefix" >/dev/null
 calibration=$prefix/share/altiro3D/calibration/portrait-sample.json
 for file in "$calibration" "$prefix/share/altiro3D/models/catalog.json" "$prefix/bin/photo2native" \
-    "$prefix/include/altiro3D/altiro3D.hpp"; do
+    "$prefix/include/altiro3D/altiro3D.hpp" "$prefix/share/man/man1/photo2native.1" \
+    "$prefix/share/bash-completion/completions/photo2native" \
+    "$prefix/share/zsh/site-functions/_photo2native"; do
     [[ -e $file ]] || { echo "not installed: $file"; exit 1; }
 done
 libraries=$(dirname "$(find "$prefix" -name 'libaltiro3D.so' | head -1)")

@@ -54,7 +54,7 @@ void CommandLine::addUsage(const std::string& usage) {
 }
 
 void CommandLine::addSection(const std::string& title) {
-    entries_.push_back({"", title});
+    entries_.push_back({"", title, {}, {}});
 }
 
 void CommandLine::add(const std::vector<std::string>& names, const std::string& description,
@@ -66,8 +66,12 @@ void CommandLine::add(const std::vector<std::string>& names, const std::string& 
         left += (left.empty() ? "" : ", ") + dashed(name);
     }
     if (!valueName.empty()) left += " " + valueName;
-    entries_.push_back({left, description});
+    entries_.push_back({left, description, names, valueName});
     parser_.addOption(QCommandLineOption(qtNames, QString(), fromBytes(valueName)));
+}
+
+void CommandLine::addHidden(const std::string& name, const std::string& valueName) {
+    parser_.addOption(QCommandLineOption(fromBytes(name), QString(), fromBytes(valueName)));
 }
 
 void CommandLine::addNote(const std::string& text) {

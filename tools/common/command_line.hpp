@@ -30,6 +30,8 @@ class CommandLine {
     /// An option; `names` without dashes, `valueName` empty if it takes no value.
     void add(const std::vector<std::string>& names, const std::string& description,
              const std::string& valueName = {});
+    /// An option for programs that build the package; the help does not name it.
+    void addHidden(const std::string& name, const std::string& valueName = {});
     /// A paragraph at the end of the help.
     void addNote(const std::string& text);
 
@@ -38,6 +40,13 @@ class CommandLine {
 
     const std::string& name() const { return name_; }
     std::string help() const;
+    /// The manual page for man(1), of what the help tells.
+    /// @param version of the package
+    std::string manPage(const std::string& version) const;
+    /// Scripts with which shells complete options and names. What an option takes is told by the
+    /// name of its value: FILE or a name with an extension, DIR, `one|of|these`, or anything.
+    std::string bashCompletion() const;
+    std::string zshCompletion() const; ///< See bashCompletion().
 
     bool has(const std::string& option) const;
     /// What was given with an option. @throws UsageError if that is empty
@@ -59,6 +68,8 @@ class CommandLine {
     struct HelpEntry {
         std::string left; // empty: a section title or, at the end, a note
         std::string text;
+        std::vector<std::string> names;
+        std::string valueName;
     };
     static std::string dashed(const std::string& name);
 

@@ -178,11 +178,23 @@ int runTool(int argc, char** argv, CommandLine& commandLine,
     commandLine.add({"v", "verbose"}, "Say what is done and how long each stage takes.");
     commandLine.add({"h", "help"}, "Show this help.");
     commandLine.add({"version"}, "Show the version.");
+    commandLine.addHidden("help-man");
+    commandLine.addHidden("help-completion", "SHELL");
     Messages messages(commandLine.name(), false);
     try {
         commandLine.parse(argc, argv);
         if (commandLine.has("help")) {
             std::fputs(commandLine.help().c_str(), stdout);
+            return finish(messages, kExitDone);
+        }
+        if (commandLine.has("help-man")) {
+            std::fputs(commandLine.manPage(ALTIRO3D_VERSION).c_str(), stdout);
+            return finish(messages, kExitDone);
+        }
+        if (const auto shell = commandLine.choice("help-completion", {"bash", "zsh"})) {
+            const std::string script =
+                *shell == 0 ? commandLine.bashCompletion() : commandLine.zshCompletion();
+            std::fputs(script.c_str(), stdout);
             return finish(messages, kExitDone);
         }
         if (commandLine.has("version")) {

@@ -1,0 +1,73 @@
+#!/usr/bin/env bash
+# Manual pages are sound, name every option, and shells complete what the help names.
+#
+#   manual_test.sh TOOLS_DIRECTORY
+set -euo pipefail
+tools=$(cd "$1" && pwd)
+manual=$tools/manual
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+failures=0
+fail() {
+    echo "FAILED: $*"
+    failures=$((failures + 1))
+}
+
+for need in groff man script; do
+    command -v "$need" >/dev/null || { echo "skipped: needs $need"; exit 77; }
+done
+
+count=0
+for page in "$manual"/*.1; do
+    count=$((count + 1))
+    tool=$(basename "$page" .1)
+    complaints=$(groff -man -ww -z -Tutf8 "$page" 2>&1)
+    [[ -z $complaints ]] || fail "$page: groff says $complaints"
+    complaints=$(LC_ALL=C.UTF-8 man --warnings -E UTF-8 -l -Tutf8 -Z "$page" 2>&1 >/dev/null)
+    [[ -z $complaints ]] || fail "$page: man says $complaints"
+    lexgrog "$page" >/dev/null || fail "$page: whatis cannot read its name"
+    LC_ALL=C.UTF-8 MANWIDTH=1000 man -E UTF-8 -l "$page" | col -bx >"$work/page"
+    bash -n "$manual/$tool" || fail "$manual/$tool: bash cannot read it"
+    ! command -v zsh >/dev/null || zsh -n "$manual/_$tool" || fail "$manual/_$tool: zsh cannot read it"
+    names=$("$tools/$tool" --help | sed -n 's/^  \(-[^ ].*\)/\1/p' | sed 's/   .*//' |
+        grep -oE '(^|, )--?[A-Za-z0-9-]+' | tr -d ', ')
+    [[ $(wc -w <<<"$names") -ge 5 ]] || fail "$tool: --help names no options"
+    for name in $names; do
+        grep -qE "^ +(-.*, )?$name( |,|\$)" "$work/page" || fail "$page: lacks $name"
+        grep -qF -- "'$name" "$manual/_$tool" || grep -qE -- "[{,]${name}[,}]" "$manual/_$tool" ||
+            fail "$manual/_$tool: lacks $name"
+    done
+    # every option by itself, typed with its last letter missing
+    (
+        # shellcheck disable=SC2317
+        compopt() { :; }
+        # shellcheck disable=SC1090
+        source "$manual/$tool"
+        for name in $names; do
+            COMP_WORDS=("$tool" "$name")
+            COMP_CWORD=1
+            "_$tool"
+            [[ " ${COMPREPLY[*]} " == *" $name "* ]] || echo "$name"
+        done
+    ) >"$work/missing"
+    [[ ! -s $work/missing ]] || fail "$manual/$tool: lacks $(tr '\n' ' ' <"$work/missing")"
+done
+[[ $count -ge 5 ]] || fail "$manual: holds $count pages"
+
+# As typed: options, names of files with spaces, directories, and nothing where anything may stand.
+here=$work/here
+mkdir -p "$here/pics"
+touch "$here/my picture.png" "$here/one.mp4" "$here/pics.png"
+{
+    echo "PS1="
+    echo "source $manual/photo2native"
+    # shellcheck disable=SC2016
+    echo 'photo2native() { printf "<%s>" "$@"; echo; }'
+    printf 'photo2native --save-q\t q.png --save-v\t p\t my\t --strength o\t -c m\t one\t\nexit\n'
+} >"$work/keys"
+(cd "$here" && timeout 60 script -qec "bash --norc --noprofile -i" /dev/null <"$work/keys") |
+    tr -d '\r' >"$work/screen"
+wanted='<--save-quilt><q.png><--save-views><pics/><my picture.png><--strength><o><-c><my picture.png><one.mp4>'
+grep -qF "$wanted" "$work/screen" || fail "typed: $(cat "$work/screen")"
+
+[[ $failures -eq 0 ]] && echo "ok: $count tools"

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+namespace altiro3D {
+
+/// The photo's area average with at most `longestSide` px a side; a copy if it has no more. Whole
+/// numbers only, so it is exact on any processor and for any number of threads, and the mirrored
+/// photo gives the mirrored result.
+/// @param photo [rows x cols, CV_8UC3] @param longestSide >= 1 @return [CV_8UC3]
+cv::Mat shrink(const cv::Mat& photo, int longestSide);
+
+} // namespace altiro3D

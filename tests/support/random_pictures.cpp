@@ -12,6 +12,12 @@ cv::Mat randomPhoto(cv::Size size, int seed, double blur) {
     return photo;
 }
 
+cv::Mat scenery(cv::Size size, int seed) {
+    cv::Mat photo = randomPhoto(size, seed, 3.5);
+    cv::normalize(photo, photo, 0, 255, cv::NORM_MINMAX);
+    return photo;
+}
+
 cv::Mat randomDepth(cv::Size size, int seed) {
     cv::RNG rng(static_cast<std::uint64_t>(seed));
     cv::Mat depth(size, CV_32FC1);

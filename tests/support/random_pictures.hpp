@@ -9,6 +9,11 @@ namespace altiro3D::test {
 /// @return [size, CV_8UC3]
 cv::Mat randomPhoto(cv::Size size, int seed = 1, double blur = 1.2);
 
+/// Large soft blotches of full contrast, the same for the same seed: what a scene looks like from
+/// afar.
+/// @return [size, CV_8UC3]
+cv::Mat scenery(cv::Size size, int seed);
+
 /// A depth map of noise, 0..1, the same for the same seed. [size, CV_32FC1]
 cv::Mat randomDepth(cv::Size size, int seed = 2);
 

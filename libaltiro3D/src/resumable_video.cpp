@@ -214,6 +214,12 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
                     "cannot be made: " + error.message());
     }
     lock_ = std::make_unique<DirectoryLock>(directory);
+    for (const auto& entry : fs::directory_iterator(directory, error)) {
+        // a run that died while it wrote a small file
+        const std::string name = entry.path().filename().string();
+        std::error_code ignored;
+        if (name.rfind(".altiro3D-", 0) == 0) fs::remove(entry.path(), ignored);
+    }
     if (there) {
         readRun(settings_);
     } else {

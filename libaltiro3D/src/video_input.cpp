@@ -271,6 +271,24 @@ void openDecoder(VideoInput& input, int threads) {
     }
 }
 
+// When the last picture or sound ends, s from the start of the file; chapters and subtitles may
+// reach beyond it.
+double endOfPictureAndSound(const AVFormatContext& format) {
+    double end = 0;
+    for (unsigned i = 0; i < format.nb_streams; ++i) {
+        const AVStream& stream = *format.streams[i];
+        const AVMediaType type = stream.codecpar->codec_type;
+        const bool lasts = type == AVMEDIA_TYPE_VIDEO || type == AVMEDIA_TYPE_AUDIO;
+        if (!lasts || stream.duration == AV_NOPTS_VALUE || isCover(stream)) continue;
+        const std::int64_t begin = stream.start_time != AV_NOPTS_VALUE ? stream.start_time : 0;
+        end =
+            std::max(end, static_cast<double>(begin + stream.duration) * av_q2d(stream.time_base));
+    }
+    if (format.start_time != AV_NOPTS_VALUE)
+        end -= static_cast<double>(format.start_time) / AV_TIME_BASE;
+    return end;
+}
+
 // What the container and the delivered stream say of the pictures.
 void fillFacts(VideoInput& input) {
     VideoFacts& facts = input.facts;
@@ -306,6 +324,7 @@ void fillFacts(VideoInput& input) {
             input.end = *facts.duration;
     }
     const bool hasOwn = video.duration != AV_NOPTS_VALUE && video.duration > 0;
+    if (hasOwn) input.end = std::min(input.end, endOfPictureAndSound(*input.format));
     if (video.nb_frames > 0) {
         facts.frameCount = video.nb_frames;
     } else if (facts.averageRate.isKnown() && (hasOwn || facts.duration)) {

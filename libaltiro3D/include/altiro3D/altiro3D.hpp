@@ -42,5 +42,6 @@
 #include "altiro3D/version.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_frame.hpp"
+#include "altiro3D/video_pipeline.hpp"
 #include "altiro3D/video_reader.hpp"
 #include "altiro3D/video_writer.hpp"

@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <fcntl.h>
 #include <opencv2/core.hpp>
@@ -27,6 +28,7 @@ std::string toolPath(const std::string& tool) {
     if (tool == "photo2native") return ALTIRO3D_TOOL_PHOTO2NATIVE;
     if (tool == "quilt2native") return ALTIRO3D_TOOL_QUILT2NATIVE;
     if (tool == "quilt2video") return ALTIRO3D_TOOL_QUILT2VIDEO;
+    if (tool == "video2native") return ALTIRO3D_TOOL_VIDEO2NATIVE;
     if (tool == "views2native") return ALTIRO3D_TOOL_VIEWS2NATIVE;
     if (tool == "altiro3Dtradeoff") return ALTIRO3D_TOOL_ALTIRO3DTRADEOFF;
     throw std::invalid_argument("unknown tool " + tool);
@@ -42,9 +44,9 @@ std::vector<char*> pointers(std::vector<std::string>& strings) {
 
 // In the child, between fork and exec: only what is safe there.
 [[noreturn]] void becomeTool(char* const* arguments, char* const* environment,
-                             const char* directory, const char* out, const char* err,
-                             rlim_t largestFile) {
-    const int in = open("/dev/null", O_RDONLY);
+                             const char* directory, const char* input, const char* out,
+                             const char* err, rlim_t largestFile) {
+    const int in = open(input, O_RDONLY);
     const int outNumber = open(out, O_WRONLY | O_CREAT | O_TRUNC, 0666);
     const int errNumber = open(err, O_WRONLY | O_CREAT | O_TRUNC, 0666);
     if (in < 0 || outNumber < 0 || errNumber < 0 || chdir(directory) != 0) _exit(126);
@@ -135,7 +137,8 @@ void Sandbox::set(const std::string& name, const std::optional<std::string>& val
     if (value) environment_[name] = *value;
 }
 
-Outcome Sandbox::run(const std::string& tool, const Arguments& arguments) const {
+Outcome Sandbox::run(const std::string& tool, const Arguments& arguments, int signal,
+                     const std::function<bool()>& when) const {
     Outcome outcome;
     outcome.tool = tool;
     outcome.call = tool;
@@ -155,11 +158,17 @@ Outcome Sandbox::run(const std::string& tool, const Arguments& arguments) const 
     const pid_t child = fork();
     if (child < 0) throw std::runtime_error("cannot fork");
     if (child == 0) {
-        becomeTool(argumentPointers.data(), variablePointers.data(), work_.c_str(), out.c_str(),
-                   err.c_str(), largestFile_);
+        becomeTool(argumentPointers.data(), variablePointers.data(), work_.c_str(),
+                   inputFile_.c_str(), out.c_str(), err.c_str(), largestFile_);
     }
     int status = 0;
-    if (waitpid(child, &status, 0) != child) throw std::runtime_error("lost " + tool);
+    bool ended = false;
+    while (when && !ended && !when()) {
+        usleep(2000);
+        ended = waitpid(child, &status, WNOHANG) == child;
+    }
+    if (when && !ended) kill(child, signal);
+    if (!ended && waitpid(child, &status, 0) != child) throw std::runtime_error("lost " + tool);
     outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     if (outputFile_.empty()) outcome.out = slurp(out);
     outcome.err = slurp(err);

@@ -3,6 +3,7 @@
 #include "altiro3D/quilt2native.hpp"
 #include "support/files.hpp"
 
+#include <functional>
 #include <gtest/gtest.h>
 #include <map>
 #include <opencv2/core/mat.hpp>
@@ -58,14 +59,23 @@ class Sandbox {
     /// Files of the runs to come can grow to this size only.
     void limitFiles(std::size_t bytes) { largestFile_ = bytes; }
 
+    /// Standard input of the runs to come is this file; else it is empty.
+    void readInputFrom(const std::filesystem::path& file) { inputFile_ = file; }
+
     /// Runs a tool in the working directory, without a terminal.
-    Outcome run(const std::string& tool, const Arguments& arguments) const;
+    Outcome run(const std::string& tool, const Arguments& arguments) const {
+        return run(tool, arguments, 0, {});
+    }
+    /// As run(), and sends a signal as soon as something is so.
+    Outcome run(const std::string& tool, const Arguments& arguments, int signal,
+                const std::function<bool()>& when) const;
 
   private:
     TemporaryDirectory root_;
     std::filesystem::path work_;
     std::filesystem::path home_;
     std::filesystem::path outputFile_;
+    std::filesystem::path inputFile_ = "/dev/null";
     std::size_t largestFile_ = 0; // 0: no limit
     std::map<std::string, std::string> environment_;
 };

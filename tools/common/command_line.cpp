@@ -132,6 +132,16 @@ std::optional<std::string> CommandLine::value(const std::string& option) const {
     return text;
 }
 
+std::vector<std::pair<std::string, std::string>> CommandLine::given() const {
+    std::vector<std::pair<std::string, std::string>> all;
+    for (const HelpEntry& entry : entries_) {
+        if (entry.names.empty() || !has(entry.names.front())) continue;
+        all.emplace_back(entry.names.front(),
+                         toBytes(parser_.value(fromBytes(entry.names.front()))));
+    }
+    return all;
+}
+
 std::optional<double> CommandLine::number(const std::string& option, double low,
                                           double high) const {
     const std::optional<std::string> text = value(option);

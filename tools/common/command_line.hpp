@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace altiro3D::tools {
@@ -53,6 +54,9 @@ class CommandLine {
     std::optional<std::string> value(const std::string& option) const;
     /// What stands without an option, in order.
     const std::vector<std::filesystem::path>& files() const { return files_; }
+
+    /// All options that were given, by their first names, with their values.
+    std::vector<std::pair<std::string, std::string>> given() const;
 
     /// A number in a range. @throws UsageError that names option, value and range
     std::optional<double> number(const std::string& option, double low, double high) const;

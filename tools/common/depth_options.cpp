@@ -55,7 +55,8 @@ std::string processorName(InferenceTarget target) {
 
 } // namespace
 
-void addDepthOptions(CommandLine& commandLine) {
+void addDepthOptions(CommandLine& commandLine, Medium medium) {
+    const bool video = medium == Medium::Video;
     commandLine.addSection("Depth");
     commandLine.add({"n", "network"},
                     "Depth network: an ONNX file, or the name of one in the catalogue (default: "
@@ -66,9 +67,17 @@ void addDepthOptions(CommandLine& commandLine) {
                     "How to feed a network that is not in the catalogue (JSON, the keys of "
                     "models/catalog.json).",
                     "FILE.json");
-    commandLine.add({"d", "depthmode"}, "Depth is given: PHOTO DEPTH instead of PHOTO.");
+    if (video) {
+        commandLine.add({"depth"},
+                        "Depth is given: a video, or a directory with one picture per frame.",
+                        "FILE|DIR");
+        commandLine.add({"d", "depthmode"}, "The same in another way: IN DEPTH instead of IN.");
+    } else {
+        commandLine.add({"d", "depthmode"}, "Depth is given: PHOTO DEPTH instead of PHOTO.");
+    }
     commandLine.add({"rgbd"},
-                    "Photo and depth are one picture; depth is on the right, left, top or bottom.",
+                    std::string(video ? "Frame" : "Photo") +
+                        " and depth are one picture; depth is on the right, left, top or bottom.",
                     "SIDE");
     commandLine.add({"depth-kind"},
                     "Meaning of given depth: near-white (default), far-white, or metric[:SCALE] "
@@ -76,22 +85,25 @@ void addDepthOptions(CommandLine& commandLine) {
                     "KIND");
 }
 
-DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages) {
-    fromFiles_ = commandLine.has("d");
+DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium) {
+    const bool named = medium == Medium::Video && commandLine.has("depth");
+    if (named) commandLine.exclude("d", "depth");
+    const char* const filesOption = named ? "depth" : "d";
+    fromFiles_ = commandLine.has(filesOption);
     constexpr DepthSide kSides[] = {DepthSide::Right, DepthSide::Left, DepthSide::Top,
                                     DepthSide::Bottom};
     if (const auto side = commandLine.choice("rgbd", {"right", "left", "top", "bottom"})) {
         rgbdSide_ = kSides[*side];
     }
     kind_ = kindOption(commandLine);
-    commandLine.exclude("d", "rgbd");
+    commandLine.exclude(filesOption, "rgbd");
     commandLine.exclude("l", "net-profile"); // the profile says itself what the network is
     for (const char* networkOption : {"n", "l", "net-profile"}) {
-        commandLine.exclude("d", networkOption);
+        commandLine.exclude(filesOption, networkOption);
         commandLine.exclude("rgbd", networkOption);
     }
     if (fromFiles_) {
-        description_ = "depth image";
+        description_ = medium == Medium::Video ? "given depth" : "depth image";
     } else if (rgbdSide_) {
         description_ = "depth half of the picture (" + *commandLine.value("rgbd") + ")";
     } else if (commandLine.has("depth-kind")) {
@@ -209,7 +221,7 @@ void DepthSource::readFiles(const fs::path& photoFile, const fs::path& depthFile
 void DepthSource::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
                        cv::Mat& photo, cv::Mat& depth, Messages& messages, StageTimes& times) {
     DepthNormalization normalization;
-    normalization.kind = kind_;
+    normalization.kind = kind();
     normalization.flatDepth = flatDepth;
     cv::Mat rawDepth;
     readFiles(photoFile, depthFile, photo, rawDepth, messages);
@@ -224,18 +236,27 @@ void DepthSource::read(const fs::path& photoFile, const fs::path& depthFile, dou
                           std::to_string(photo.rows) + " px); it is stretched over it");
         }
     }
-    if (network_) {
-        network_->infer(photo, rawDepth);
-        normalization.kind = network_->profile().output == NetworkOutput::MetricDepth
-                                 ? DepthKind::Metric
-                                 : DepthKind::NearWhite;
-    }
+    if (network_) network_->infer(photo, rawDepth);
     if (rawDepth.empty()) {
         estimateDepthFromCues(photo, depth);
     } else {
         normalizeDepth(rawDepth, depth, normalization);
     }
     times.end("depth");
+}
+
+DepthKind DepthSource::kind() const {
+    if (!network_) return kind_;
+    return network_->profile().output == NetworkOutput::MetricDepth ? DepthKind::Metric
+                                                                    : DepthKind::NearWhite;
+}
+
+void DepthSource::estimate(const cv::Mat& picture, cv::Mat& raw) {
+    if (network_) {
+        network_->infer(picture, raw);
+    } else {
+        estimateDepthFromCues(picture, raw);
+    }
 }
 
 } // namespace altiro3D::tools

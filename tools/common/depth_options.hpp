@@ -9,17 +9,20 @@
 
 namespace altiro3D::tools {
 
-/// -n -l --net-profile -d --rgbd --depth-kind
-void addDepthOptions(CommandLine& commandLine);
+/// Photos or videos: what depth options speak of.
+enum class Medium { Photo, Video };
+
+/// -n -l --net-profile -d --rgbd --depth-kind; with videos --depth, too
+void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 
 /// Where the depth of photos comes from.
 class DepthSource {
   public:
     /// Reads the options and loads the network, if one is to be used.
     /// @throws UsageError, Error
-    DepthSource(const CommandLine& commandLine, Messages& messages);
+    DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium = Medium::Photo);
 
-    /// Depth is read from a file of its own (`-d`).
+    /// Depth is read from a file of its own (`-d`, `--depth`).
     bool fromFiles() const { return fromFiles_; }
     /// Depth is part of the picture (`--rgbd`): where.
     std::optional<DepthSide> rgbdSide() const { return rgbdSide_; }
@@ -37,6 +40,13 @@ class DepthSource {
     void read(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
               double flatDepth, cv::Mat& photo, cv::Mat& depth, Messages& messages,
               StageTimes& times);
+
+    /// What the numbers of given depth, or of estimate(), mean.
+    DepthKind kind() const;
+    /// Raw depth numbers of a picture, by the network or the built-in estimator.
+    /// @param picture [rows x cols, CV_8UC3, BGR]
+    /// @param raw [any size, CV_32FC1], see kind()
+    void estimate(const cv::Mat& picture, cv::Mat& raw);
 
   private:
     void chooseNetwork(const CommandLine& commandLine, Messages& messages);

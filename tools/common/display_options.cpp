@@ -197,8 +197,8 @@ InvertViews invertOption(const CommandLine& commandLine) {
     return kModes[commandLine.choice("invert", {"auto", "on", "off"}).value_or(0)];
 }
 
-void addQuiltOptions(CommandLine& commandLine) {
-    commandLine.add({"q", "quilt"},
+void addQuiltOptions(CommandLine& commandLine, const std::string& longName) {
+    commandLine.add({"q", longName},
                     "Views in the quilt, rows x columns (default: the display model's; 6x8 on a "
                     "Portrait: 6 rows of 8 columns).",
                     "RxC");
@@ -208,7 +208,7 @@ void addQuiltOptions(CommandLine& commandLine) {
                     "HxW");
 }
 
-void addDisplayOptions(CommandLine& commandLine) {
+void addDisplayOptions(CommandLine& commandLine, const std::string& quiltLongName) {
     commandLine.addSection("Display");
     commandLine.add({"m", "map"}, "Look-up table of the display, made by altiro3Dnative.",
                     "FILE.map");
@@ -220,7 +220,7 @@ void addDisplayOptions(CommandLine& commandLine) {
                     "NAME");
     addInvertOption(commandLine);
     commandLine.addSection("Quilt");
-    addQuiltOptions(commandLine);
+    addQuiltOptions(commandLine, quiltLongName);
 }
 
 void addSamplingOptions(CommandLine& commandLine) {

@@ -28,9 +28,10 @@ struct Display {
 std::filesystem::path cacheDirectory();
 
 /// -m -c --serial --invert, -q -r
-void addDisplayOptions(CommandLine& commandLine);
+/// @param quiltLongName another name of -q
+void addDisplayOptions(CommandLine& commandLine, const std::string& quiltLongName = "quilt");
 /// -q -r as such, for the tool that makes maps
-void addQuiltOptions(CommandLine& commandLine);
+void addQuiltOptions(CommandLine& commandLine, const std::string& longName = "quilt");
 /// --view-filter --sampling
 void addSamplingOptions(CommandLine& commandLine);
 /// @throws UsageError

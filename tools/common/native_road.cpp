@@ -48,7 +48,8 @@ void NativeRoad::check(const CommandLine& commandLine) {
 }
 
 NativeRoad::NativeRoad(const CommandLine& commandLine, const Display& display,
-                       const QuiltLayout& layout, ViewMethod method, Messages& messages)
+                       const QuiltLayout& layout, ViewMethod method, Messages& messages,
+                       bool preferContinuous)
     : calibration_(display.calibration), invert_(display.invert), layout_(layout),
       blends_(blends(samplingOption(commandLine))), panelSize_(display.panelSize) {
     const std::string why = obstacle(display, layout, blends_, method);
@@ -58,6 +59,7 @@ NativeRoad::NativeRoad(const CommandLine& commandLine, const Display& display,
         }
         positions_ = ViewPositions::Continuous;
     }
+    if (preferContinuous && why.empty()) positions_ = ViewPositions::Continuous;
     if (why.empty()) {
         messages.detail(std::string("road: direct, ") +
                         (continuous() ? "continuous positions"
@@ -82,9 +84,12 @@ void NativeRoad::makeNative(const ViewOptions& views, const cv::Mat& photo, cons
     if (overQuilt_) {
         overQuilt_->render(quilt, native);
     } else {
-        NativeRenderer(*calibration_, layout_.viewCount, views, positions_, invert_)
-            .render(photo, depth, native);
+        renderer(views).render(photo, depth, native);
     }
+}
+
+NativeRenderer NativeRoad::renderer(const ViewOptions& views) const {
+    return NativeRenderer(*calibration_, layout_.viewCount, views, positions_, invert_);
 }
 
 } // namespace altiro3D::tools

@@ -24,8 +24,9 @@ class NativeRoad {
     /// The road over the quilt gets its look-up table here.
     /// @param method of all pictures; those that a budget chooses go one road
     /// @throws UsageError, Error
+    /// @param preferContinuous as --continuous, but only where no option stands against it
     NativeRoad(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout,
-               ViewMethod method, Messages& messages);
+               ViewMethod method, Messages& messages, bool preferContinuous = false);
 
     /// No quilt is needed for the Native.
     bool direct() const { return !overQuilt_; }
@@ -36,6 +37,9 @@ class NativeRoad {
     /// What the time of a Native depends on besides the picture: fit for a file name.
     /// @param photo size of the fitted photo
     std::string costKey(cv::Size photo) const;
+
+    /// The renderer of the direct road, for many pictures. Only where direct() is true.
+    NativeRenderer renderer(const ViewOptions& views) const;
 
     /// Makes the Native.
     /// @param photo, depth fitted; the direct road reads these

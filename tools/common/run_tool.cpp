@@ -49,11 +49,11 @@ int finish(const Messages& messages, int status) {
 } // namespace
 
 void Messages::say(const std::string& line) const {
-    printLine(stdout, line);
+    if (!silent_) printLine(stdout, line);
 }
 
 void Messages::detail(const std::string& line) const {
-    if (verbose_) printLine(stdout, line);
+    if (verbose_) say(line);
 }
 
 void Messages::warn(const std::string& line) {

@@ -23,6 +23,8 @@ class Messages {
     Messages(std::string tool, bool verbose) : tool_(std::move(tool)), verbose_(verbose) {}
 
     bool verbose() const { return verbose_; }
+    /// Standard output is for programs from now on: say() and detail() say nothing.
+    void leaveStandardOutput() { silent_ = true; }
     /// A line about the result.
     void say(const std::string& line) const;
     /// A line that only `-v` shows.
@@ -42,6 +44,7 @@ class Messages {
   private:
     std::string tool_;
     bool verbose_;
+    bool silent_ = false;
     std::vector<std::string> waiting_;
     std::vector<std::string> all_;
 };

@@ -1,0 +1,475 @@
+#include "altiro3D/altiro3D.hpp"
+#include "sandbox.hpp"
+#include "support/compare.hpp"
+#include "support/video.hpp"
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+namespace {
+
+constexpr const char* kTool = "video2native";
+
+std::string arg(const fs::path& path) {
+    return "'" + path.string() + "'";
+}
+
+std::string streamHash(const fs::path& file, const std::string& stream) {
+    return ffmpeg("-i " + arg(file) + " -map 0:" + stream + " -c copy -f md5 -");
+}
+
+std::size_t frameCount(const fs::path& file) {
+    return lines(ffprobe(file, "packet=pts", "-select_streams v:0")).size();
+}
+
+std::vector<double> frameTimes(const fs::path& file) {
+    std::vector<double> times;
+    for (const std::string& line : lines(ffprobe(file, "packet=pts_time", "-select_streams v:0")))
+        times.push_back(std::stod(line));
+    std::sort(times.begin(), times.end());
+    return times;
+}
+
+// A small display, clip.mp4 (3 s with sound, subtitles, chapters) and depth.mp4 that goes with it.
+class VideoStudio : public SmallStudio {
+  public:
+    explicit VideoStudio(double seconds = 3) {
+        spill(*this / "words.srt", "1\n00:00:00,200 --> 00:00:01,000\nHello\n");
+        spill(*this / "chapters.txt",
+              ";FFMETADATA1\ntitle=A clip\n[CHAPTER]\nTIMEBASE=1/1000\nSTART=0\nEND=1000\n"
+              "title=One\n[CHAPTER]\nTIMEBASE=1/1000\nSTART=1000\nEND=3000\ntitle=Two\n");
+        const std::string length = std::to_string(seconds);
+        ffmpeg("-f lavfi -i testsrc2=size=120x160:rate=30000/1001:duration=" + length +
+               " -f lavfi -i sine=440:duration=" + length + " -f lavfi -i sine=880:duration=" +
+               length + " -i " + arg(*this / "words.srt") + " -i " + arg(*this / "chapters.txt") +
+               " -map 0 -map 1 -map 2 -map 3 -map_metadata 4 -map_chapters 4 -c:v libx264 -crf 10"
+               " -g 30 -c:a aac -c:s mov_text " +
+               arg(*this / "clip.mp4"));
+        ffmpeg("-f lavfi -i gradients=size=60x80:rate=30000/1001:c0=black:c1=white:nb_colors=2:"
+               "speed=0.02:seed=3:duration=" +
+               length + " -c:v libx264 -crf 4 " + arg(*this / "depth.mp4"));
+    }
+    Arguments call(const std::string& output, const Arguments& more = {}) const {
+        return display() + Arguments{"-j", "1", "--depth", "depth.mp4"} + more +
+               Arguments{"clip.mp4", output};
+    }
+};
+
+// --- what is in the file ---------------------------------------------------------------------
+
+TEST(Video2NativeTool, KeepsTimesSoundSubtitlesChaptersAndTags) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio;
+    ASSERT_TRUE(isDone(studio.run(kTool, studio.call("native.mp4"))));
+    EXPECT_EQ(ffprobe(studio / "native.mp4", "stream=codec_name,profile,width,height,pix_fmt",
+                      "-select_streams v"),
+              "h264|High 4:4:4 Predictive|96|128|yuv444p\n");
+    EXPECT_EQ(
+        lines(ffprobe(studio / "native.mp4", "stream=codec_type")),
+        (std::vector<std::string>{"video", "audio", "audio", "subtitle", "data"})); // chapters
+    EXPECT_EQ(frameTimes(studio / "native.mp4"), frameTimes(studio / "clip.mp4"));
+    for (const char* stream : {"a:0", "a:1", "s:0"})
+        EXPECT_EQ(streamHash(studio / "native.mp4", stream),
+                  streamHash(studio / "clip.mp4", stream));
+    for (const char* entries :
+         {"chapter=start_time,end_time:chapter_tags=title", "format_tags=title"})
+        EXPECT_EQ(ffprobe(studio / "native.mp4", entries), ffprobe(studio / "clip.mp4", entries));
+    EXPECT_FALSE(fs::exists(studio / "native.mp4.parts"));
+    ffmpeg("-xerror -i " + arg(studio / "native.mp4") + " -f null -");
+    // and without sound and subtitles, in another container
+    ASSERT_TRUE(isDone(studio.run(
+        kTool, studio.call("native.mkv", {"--no-audio", "--no-subtitles", "--codec", "ffv1"}))));
+    EXPECT_EQ(lines(ffprobe(studio / "native.mkv", "stream=codec_name")),
+              std::vector<std::string>{"ffv1"});
+    const std::vector<double> times = frameTimes(studio / "native.mkv");
+    const std::vector<double> expected = frameTimes(studio / "clip.mp4");
+    ASSERT_EQ(times.size(), expected.size());
+    for (std::size_t i = 0; i < times.size(); ++i)
+        EXPECT_NEAR(times[i], expected[i], 0.00101);
+}
+
+// The Native that the library makes of one frame, step by step.
+cv::Mat nativeOf(const Sandbox& studio, const cv::Mat& photo, const cv::Mat& depth,
+                 const ViewOptions& views) {
+    const PhotoFit fit = fitPhoto(photo.size(), 96.0 / 128, {30, 40});
+    cv::Mat fittedPhoto;
+    cv::Mat fittedDepth;
+    cv::Mat quilt;
+    applyFit(photo, fit, fittedPhoto);
+    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, views.focus, fittedDepth);
+    QuiltLayout layout;
+    layout.columns = 3;
+    layout.rows = 2;
+    layout.tileSize = {30, 40};
+    layout.viewCount = 6;
+    Depth2Quilt(layout, views).render(fittedPhoto, fittedDepth, quilt);
+    return libraryNative(studio, quilt, 3, 2);
+}
+
+TEST(Video2NativeTool, AFrameIsTheNativeOfThePhotoAndItsDepth) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(0.5);
+    for (const ViewMethod method : {ViewMethod::Layered, ViewMethod::Fast}) {
+        const char* const name = method == ViewMethod::Fast ? "fast" : "layered";
+        ASSERT_TRUE(isDone(studio.run(
+            kTool, studio.call("native.mkv", {"-y", "--codec", "ffv1", "--no-subtitles", "--method",
+                                              name, "--strength", "20", "--focus", "0.3"}))));
+        VideoReader native(studio / "native.mkv");
+        VideoReader clip(studio / "clip.mp4");
+        VideoReader depths(studio / "depth.mp4");
+        ViewOptions views;
+        views.method = method;
+        views.strengthPercent = 20;
+        views.focus = 0.3;
+        const auto frame = clip.next();
+        const auto depthFrame = depths.next();
+        ASSERT_TRUE(frame && depthFrame);
+        cv::Mat raw;
+        cv::Mat depth;
+        cv::cvtColor(depthFrame->picture, raw, cv::COLOR_BGR2GRAY);
+        normalizeDepth(raw, depth); // of the first frame the range is its own
+        EXPECT_TRUE(
+            samePicture(native.next()->picture, nativeOf(studio, frame->picture, depth, views)));
+    }
+}
+
+TEST(Video2NativeTool, FramesDoNotDependOnThreadsOrOrder) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(1);
+    std::set<std::string> hashes;
+    for (const Arguments& how : {Arguments{"-j", "1"}, Arguments{"-j", "2"}, Arguments{"-j", "5"},
+                                 Arguments{"-j", "1", "--in-turn"}}) {
+        ASSERT_TRUE(isDone(studio.run(kTool, studio.display() + how +
+                                                 Arguments{"-y", "--codec", "ffv1", "clip.mp4",
+                                                           "native.mkv", "--no-subtitles"})) ||
+                    true);
+        hashes.insert(ffmpeg("-i " + arg(studio / "native.mkv") + " -map 0:v -f framemd5 -"));
+    }
+    EXPECT_EQ(hashes.size(), 1u);
+}
+
+TEST(Video2NativeTool, EqualFramesAreMadeOnce) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    SmallStudio studio;
+    ffmpeg("-loop 1 -i " + arg(studio / "photo.png") +
+           " -t 2 -r 25 -c:v libx264 -qp 0 -pix_fmt yuv444p " + arg(studio / "still.mp4"));
+    ASSERT_TRUE(isDone(studio.run(
+        kTool, studio.display() + Arguments{"--report", "r.json", "still.mp4", "native.mp4"})));
+    const Json report = Json::parse(slurp(studio / "r.json"));
+    EXPECT_EQ(report["frames"], 50);
+    EXPECT_EQ(report["inferences"], 1);
+    EXPECT_EQ(report["repeatedFrames"], 49);
+    EXPECT_EQ(report["sceneCuts"].size(), 0u);
+    EXPECT_EQ(frameCount(studio / "native.mp4"), 50u);
+}
+
+TEST(Video2NativeTool, APartIsMadeWithItsSound) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio;
+    ASSERT_TRUE(
+        isDone(studio.run(kTool, studio.call("part.mp4", {"--from", "0:01", "--preview", "0.5"}))));
+    EXPECT_EQ(frameCount(studio / "part.mp4"), 15u);
+    EXPECT_NEAR(std::stod(ffprobe(studio / "part.mp4", "stream=duration", "-select_streams a:0")),
+                0.5, 0.05);
+    ASSERT_TRUE(isDone(studio.run(kTool, studio.call("same.mp4", {"--from", "1", "--to", "1.5"}))));
+    EXPECT_TRUE(slurp(studio / "same.mp4") == slurp(studio / "part.mp4"));
+    EXPECT_TRUE(
+        fails(studio.run(kTool, studio.display() + Arguments{"--from", "70", "clip.mp4", "no.mp4"}),
+              1, "holds no frames in this part"));
+    EXPECT_FALSE(fs::exists(studio / "no.mp4"));
+}
+
+// --- inputs ----------------------------------------------------------------------------------
+
+TEST(Video2NativeTool, DepthComesInManyWaysToTheSameEnd) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(0.6);
+    const auto frames = [&](const Arguments& arguments) {
+        const Outcome outcome = studio.run(kTool, studio.display() +
+                                                      Arguments{"-y", "-j", "1", "--codec", "ffv1",
+                                                                "--no-audio", "--no-subtitles"} +
+                                                      arguments + Arguments{"native.mkv"});
+        EXPECT_TRUE(isDone(outcome));
+        return ffmpeg("-i " + arg(studio / "native.mkv") + " -map 0:v -f framemd5 -");
+    };
+    const std::string byOption = frames({"--depth", "depth.mp4", "clip.mp4"});
+    EXPECT_EQ(frames({"-d", "clip.mp4", "depth.mp4"}), byOption);
+    fs::create_directory(studio / "depths");
+    VideoReader depths(studio / "depth.mp4");
+    for (int i = 1; const auto frame = depths.next(); ++i) {
+        cv::Mat grey;
+        cv::cvtColor(frame->picture, grey, cv::COLOR_BGR2GRAY);
+        writePicture(studio / ("depths/d" + std::to_string(i) + ".png"), grey);
+    }
+    EXPECT_EQ(frames({"--depth", "depths", "clip.mp4"}), byOption);
+    // the same without loss in other shapes: far = white, and beside the frame
+    VideoReader clip(studio / "clip.mp4");
+    VideoReader again(studio / "depth.mp4");
+    VideoWriterOptions options;
+    options.codec = VideoCodec::Ffv1;
+    options.timeBase = clip.facts().timeBase;
+    options.size = {60, 80};
+    VideoWriter far(studio / "far.mkv", options);
+    options.size = {240, 160};
+    VideoWriter rgbd(studio / "rgbd.mkv", options);
+    while (auto frame = clip.next()) {
+        const cv::Mat depth = again.next()->picture;
+        VideoFrame made = *frame;
+        cv::subtract(cv::Scalar::all(255), depth, made.picture);
+        far.write(made);
+        cv::Mat large;
+        cv::resize(depth, large, {120, 160}, 0, 0, cv::INTER_NEAREST);
+        cv::hconcat(frame->picture, large, made.picture);
+        rgbd.write(made);
+    }
+    far.finish();
+    rgbd.finish();
+    EXPECT_EQ(frames({"--depth", "far.mkv", "--depth-kind", "far-white", "clip.mp4"}), byOption);
+    frames({"--rgbd", "right", "rgbd.mkv"});
+    VideoReader beside(studio / "native.mkv");
+    frames({"--depth", "depth.mp4", "clip.mp4"});
+    VideoReader apart(studio / "native.mkv");
+    while (const auto frame = beside.next())
+        EXPECT_GT(cv::PSNR(frame->picture, apart.next()->picture), 30); // of another depth size
+    // a directory that is too short
+    fs::remove(studio / "depths/d18.png");
+    EXPECT_TRUE(warns(studio.run(kTool, studio.display() + Arguments{"-y", "--depth", "depths",
+                                                                     "clip.mp4", "short.mp4"}),
+                      "17 pictures, fewer than the video has frames"));
+}
+
+TEST(Video2NativeTool, QuiltVideosGoInAndOut) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(1);
+    ASSERT_TRUE(isDone(studio.run(kTool, studio.call("q.mp4", {"--quilt", "--crf", "2"}))));
+    const fs::path quilt = studio / "q_qs3x2a0.75.mp4";
+    EXPECT_EQ(ffprobe(quilt, "stream=width,height,pix_fmt", "-select_streams v"),
+              "90|80|yuv420p\n");
+    EXPECT_EQ(streamHash(quilt, "a:0"), streamHash(studio / "clip.mp4", "a:0"));
+    ASSERT_TRUE(isDone(studio.run(kTool, {"-c", "small.json", "--from-quilt", quilt.string(),
+                                          "--codec", "ffv1", "n.mkv", "--no-subtitles"})));
+    VideoReader quilts(quilt);
+    VideoReader natives(studio / "n.mkv");
+    int count = 0;
+    while (const auto frame = quilts.next()) {
+        EXPECT_TRUE(
+            samePicture(natives.next()->picture, libraryNative(studio, frame->picture, 3, 2)));
+        ++count;
+    }
+    EXPECT_EQ(count, 30);
+    EXPECT_TRUE(fails(studio.run(kTool, {"--from-quilt", "-k", quilt.string(), "o.mp4"}), 2,
+                      "exclude each other"));
+}
+
+TEST(Video2NativeTool, RgbdVideosAreFrameAndDepth) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(0.5);
+    ASSERT_TRUE(isDone(studio.run(kTool, studio.call("rgbd.mp4", {"--rgbd-out", "--crf", "1"}))));
+    EXPECT_EQ(ffprobe(studio / "rgbd.mp4", "stream=width,height,pix_fmt", "-select_streams v"),
+              "240|160|yuv420p\n");
+    VideoReader reader(studio / "rgbd.mp4");
+    VideoReader clip(studio / "clip.mp4");
+    const cv::Mat picture = reader.next()->picture;
+    const auto luma = [](const cv::Mat& colours) { // 4:2:0 keeps it
+        cv::Mat grey;
+        cv::cvtColor(colours, grey, cv::COLOR_BGR2GRAY);
+        return grey;
+    };
+    const cv::Mat frame = clip.next()->picture;
+    EXPECT_GT(cv::PSNR(luma(picture(cv::Rect(0, 0, 120, 160))), luma(frame)), 34);
+    std::vector<cv::Mat> planes;
+    cv::split(picture(cv::Rect(128, 0, 112, 160)), planes);     // beyond the colours of the border
+    EXPECT_LT(cv::norm(planes[0], planes[2], cv::NORM_INF), 6); // grey
+    double least = 0;
+    double most = 0;
+    cv::minMaxLoc(planes[1], &least, &most);
+    EXPECT_LT(least, 20);
+    EXPECT_GT(most, 235);
+}
+
+TEST(Video2NativeTool, StandardInputAndDevicesAreRead) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(1);
+    ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -map 0:a -c copy " +
+           arg(studio / "clip.mkv"));
+    studio.readInputFrom(studio / "clip.mkv");
+    ASSERT_TRUE(isDone(
+        studio.run(kTool, studio.display() + Arguments{"--depth", "depth.mp4", "-", "piped.mp4"})));
+    EXPECT_EQ(frameCount(studio / "piped.mp4"), 30u);
+    EXPECT_EQ(streamHash(studio / "piped.mp4", "a:1"), streamHash(studio / "clip.mp4", "a:1"));
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--resume", "-", "o.mp4"}), 2,
+                      "--resume reads IN once more"));
+    studio.readInputFrom("/dev/null");
+    ASSERT_TRUE(isDone(
+        studio.run(kTool, studio.display() +
+                              Arguments{"--profile", "live", "--input-format", "lavfi", "--preview",
+                                        "0.4", "testsrc2=size=64x48:rate=25", "live.mkv"})));
+    EXPECT_GE(frameCount(studio / "live.mkv"), 1u);
+    EXPECT_LE(frameCount(studio / "live.mkv"), 10u);
+}
+
+TEST(Video2NativeTool, WhatIsThereOfACutOffVideoIsMade) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio;
+    ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -map 0:a -c copy " +
+           arg(studio / "clip.mkv"));
+    const std::string whole = slurp(studio / "clip.mkv");
+    spill(studio / "cut.mkv", whole.substr(0, whole.size() / 2));
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--depth", "depth.mp4",
+                                                                     "cut.mkv", "native.mp4"}),
+                      1, "is cut off"));
+    const std::size_t count = frameCount(studio / "native.mp4");
+    EXPECT_GT(count, 20u);
+    EXPECT_LT(count, 70u);
+    // damaged in the middle
+    std::string damaged = whole;
+    for (std::size_t i = damaged.size() / 4; i < damaged.size() / 4 * 3; ++i)
+        if (i % 4000 < 40) damaged[i] = static_cast<char>(damaged[i] ^ 0x5a);
+    spill(studio / "damaged.mkv", damaged);
+    const Outcome outcome =
+        studio.run(kTool, studio.display() + Arguments{"--depth", "depth.mp4", "--report", "r.json",
+                                                       "damaged.mkv", "repaired.mp4"});
+    EXPECT_EQ(outcome.status, 0) << outcome.text();
+    EXPECT_GT(frameCount(studio / "repaired.mp4"), 40u);
+    EXPECT_GT(Json::parse(slurp(studio / "r.json"))["corruptFrames"].get<int>(), 0);
+}
+
+// --- long runs -------------------------------------------------------------------------------
+
+TEST(Video2NativeTool, ARunThatIsKilledGoesOnToTheSameBytes) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(12);
+    const Outcome whole =
+        studio.run(kTool, studio.call("whole.mp4", {"--depth-kind", "near-white"}));
+    ASSERT_TRUE(isDone(whole));
+    const Arguments call = studio.call("out.mp4", {"--depth-kind", "near-white"});
+    for (const char* segment : {"000001.mp4", "000003.mp4", "000005.mp4"}) {
+        const Outcome killed = studio.run(kTool, call + Arguments{"--resume"}, SIGKILL, [&] {
+            return fs::exists(studio / "out.mp4.parts" / segment);
+        });
+        EXPECT_EQ(killed.status, 128 + SIGKILL);
+        EXPECT_FALSE(fs::exists(studio / "out.mp4"));
+    }
+    const Outcome again = studio.run(kTool, call);
+    EXPECT_EQ(again.status, 1);
+    EXPECT_NE(again.err.find("expected --resume to go on, or -y"), std::string::npos);
+    EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"--resume", "--focus", "0.4"}), 1,
+                      "--focus was none and is 0.4"));
+    const Outcome resumed = studio.run(kTool, call + Arguments{"--resume", "--report", "r.json"});
+    ASSERT_TRUE(isDone(resumed));
+    EXPECT_NE(resumed.out.find("goes on at 0:"), std::string::npos);
+    EXPECT_TRUE(slurp(studio / "out.mp4") == slurp(studio / "whole.mp4"));
+    EXPECT_FALSE(fs::exists(studio / "out.mp4.parts"));
+    const Json report = Json::parse(slurp(studio / "r.json"));
+    EXPECT_EQ(report["frames"], 360);
+    EXPECT_LT(report["framesOfThisRun"], 301);
+}
+
+TEST(Video2NativeTool, AnInterruptEndsTheFileProperly) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(30);
+    const auto begun = [&] { return fs::exists(studio / "out.mp4.parts" / "000002.mp4"); };
+    const Outcome stopped = studio.run(kTool, studio.call("out.mp4"), SIGINT, begun);
+    EXPECT_EQ(stopped.status, 130) << stopped.text();
+    EXPECT_NE(stopped.err.find("stopped at 0:"), std::string::npos) << stopped.text();
+    const std::size_t count = frameCount(studio / "out.mp4");
+    EXPECT_GT(count, 59u);
+    EXPECT_LT(count, 900u);
+    ffmpeg("-xerror -i " + arg(studio / "out.mp4") + " -f null -");
+    EXPECT_NEAR(std::stod(ffprobe(studio / "out.mp4", "stream=duration", "-select_streams a:0")),
+                static_cast<double>(count) * 1001 / 30000, 0.1);
+    ASSERT_TRUE(isDone(studio.run(kTool, studio.call("out.mp4", {"--resume"}))));
+    EXPECT_EQ(frameCount(studio / "out.mp4"), 900u);
+}
+
+TEST(Video2NativeTool, AFullDiskLosesNothingElse) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(4);
+    spill(studio / "out.mkv", "old");
+    studio.limitFiles(60000); // as a disk that is full for each file
+    const Outcome outcome = studio.run(kTool, studio.call("out.mkv", {"-y", "--codec", "ffv1"}));
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_EQ(outcome.errLines().size(), 1u) << outcome.text();
+    EXPECT_NE(outcome.err.find("File too large"), std::string::npos) << outcome.text();
+    EXPECT_EQ(slurp(studio / "out.mkv"), "old");
+    studio.limitFiles(0);
+    ASSERT_TRUE(isDone(
+        studio.run(kTool, studio.call("out.mkv", {"-y", "--codec", "ffv1", "--no-subtitles"}))));
+}
+
+TEST(Video2NativeTool, ProgressIsForProgramsToo) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio;
+    const Outcome outcome =
+        studio.run(kTool, studio.call("out.mp4", {"--progress", "json", "--report", "r.json"}));
+    ASSERT_TRUE(isDone(outcome));
+    std::vector<Json> progress;
+    for (const std::string& line : lines(outcome.out))
+        progress.push_back(Json::parse(line)); // nothing else is on standard output
+    ASSERT_GE(progress.size(), 2u);
+    EXPECT_EQ(progress.front()["state"], "running");
+    EXPECT_EQ(progress.front()["framesInAll"], 90);
+    EXPECT_EQ(progress.back()["state"], "done");
+    EXPECT_EQ(progress.back()["frames"], 90);
+    const Json report = Json::parse(slurp(studio / "r.json"));
+    EXPECT_EQ(report["state"], "done");
+    EXPECT_EQ(report["frames"], 90);
+    ASSERT_EQ(report["stages"].size(), 4u);
+    const char* const names[] = {"decode", "depth", "render", "encode"};
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_EQ(report["stages"][i]["name"], names[i]);
+        EXPECT_EQ(report["stages"][i]["frames"], 90);
+        EXPECT_GT(report["stages"][i]["millisecondsPerFrame"], 0);
+    }
+    EXPECT_EQ(report["settings"]["given"]["depth"], "depth.mp4");
+}
+
+// --- calls -----------------------------------------------------------------------------------
+
+TEST(Video2NativeTool, WrongCallsSayWhatToDo) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(0.2);
+    const std::pair<Arguments, const char*> wrong[] = {
+        {{"clip.mp4"}, "expected IN and OUT, got 1 names"},
+        {{"-d", "clip.mp4", "o.mp4"}, "expected IN DEPTH OUT, got 2 names"},
+        {{"clip.mp4", "o.avi"}, "expected .mp4, .mov or .mkv"},
+        {{"--quilt", "--rgbd-out", "clip.mp4", "o.mp4"}, "exclude each other"},
+        {{"--profile", "quick", "clip.mp4", "o.mp4"}, "expected live, balanced or best"},
+        {{"--codec", "av1", "clip.mp4", "o.mp4"}, "expected h264, hevc, h264rgb, ffv1 or prores"},
+        {{"--codec", "ffv1", "--crf", "3", "clip.mp4", "o.mkv"}, "--crf is nothing that the codec"},
+        {{"--codec", "ffv1", "--compat", "clip.mp4", "o.mkv"}, "--compat goes with"},
+        {{"--crf", "99", "clip.mp4", "o.mp4"}, "0..51"},
+        {{"--from", "1:2:3:4", "clip.mp4", "o.mp4"}, "expected seconds"},
+        {{"--from", "2", "--to", "1", "clip.mp4", "o.mp4"}, "expected a time after --from"},
+        {{"--preview", "0", "clip.mp4", "o.mp4"}, "expected more than 0"},
+        {{"--depth-every", "0", "clip.mp4", "o.mp4"}, "1..1000"},
+        {{"--depth-every", "2", "--depth", "depth.mp4", "clip.mp4", "o.mp4"}, "depth is given"},
+        {{"--input-options", "size", "clip.mp4", "o.mp4"}, "expected name=value"},
+        {{"--depth", "depth.mp4", "clip.mp4", "clip.mp4"}, "is an input too"},
+        {{"--depth", "depth.mp4", "clip.mp4", "depth.mp4"}, "is an input too"}};
+    for (const auto& [arguments, message] : wrong)
+        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + arguments), 2, message));
+    const std::pair<Arguments, const char*> failing[] = {
+        {{"missing.mp4", "o.mp4"}, "does not exist"},
+        {{"small.json", "o.mp4"}, "small.json"},
+        {{"--codec", "ffv1", "clip.mp4", "o.mp4"}, "cannot hold ffv1 video"},
+        {{"--codec", "ffv1", "clip.mp4", "nowhere/o.mkv"}, "there is no directory"},
+        {{"--depth", "missing.mp4", "clip.mp4", "o.mp4"}, "missing.mp4: does not exist"}};
+    for (const auto& [arguments, message] : failing)
+        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + arguments), 1, message));
+    for (const auto& entry : fs::directory_iterator(studio.work()))
+        EXPECT_EQ(entry.path().string().find("o.mp4"), std::string::npos) << entry.path();
+    const Outcome compat = studio.run(kTool, studio.call("o.mp4", {"--compat"}));
+    EXPECT_TRUE(warns(compat, "4:2:0"));
+    EXPECT_EQ(ffprobe(studio / "o.mp4", "stream=pix_fmt", "-select_streams v"), "yuv420p\n");
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,0 +1,94 @@
+#include "common/given_depth.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kMissingSeconds = 0.5; // a depth video that ends a little early is no trouble
+
+} // namespace
+
+GivenDepth::GivenDepth(fs::path source, const VideoReaderOptions& part, const VideoFacts& facts)
+    : source_(std::move(source)) {
+    std::error_code error;
+    if (fs::is_directory(source_, error)) {
+        pictures_ = listPictures(source_);
+        if (pictures_.empty()) {
+            throw Error(ErrorCode::NotFound, source_.string(),
+                        "holds no pictures, expected one depth picture per frame");
+        }
+        firstPicture_ = std::llround(part.from * facts.averageRate.value());
+        return;
+    }
+    VideoReaderOptions options;
+    options.from = part.from;
+    options.to = part.to;
+    video_.emplace(source_, options);
+    const Fraction& timeBase = video_->facts().timeBase;
+    unit_ = timeBase.value();
+    if (!video_->read(frame_)) {
+        throw Error(ErrorCode::BadFormat, source_.string(), "holds no depth for this part");
+    }
+    hasAhead_ = video_->read(ahead_);
+}
+
+void GivenDepth::read(double time, std::int64_t number, cv::Mat& raw) {
+    if (video_) {
+        readFrame(time, raw);
+    } else {
+        readPicture(firstPicture_ + number, raw);
+    }
+}
+
+void GivenDepth::readPicture(std::int64_t number, cv::Mat& raw) {
+    const auto count = static_cast<std::int64_t>(pictures_.size());
+    missing_ = std::max(missing_, static_cast<double>(number - count + 1));
+    const fs::path& file = pictures_[static_cast<std::size_t>(std::min(number, count - 1))];
+    const QuietStandardError quiet;
+    Notes notes;
+    raw = readDepthSamples(file, &notes);
+    for (const std::string& note : notes) {
+        const std::string text = file.string() + ": " + note;
+        if (notes_.size() < 10 && std::find(notes_.begin(), notes_.end(), text) == notes_.end())
+            notes_.push_back(text);
+    }
+}
+
+void GivenDepth::readFrame(double time, cv::Mat& raw) {
+    // The two videos count time in their own units: half a frame is near enough.
+    const auto begins = [&](const VideoFrame& frame) {
+        return (static_cast<double>(frame.pts) - 0.5 * static_cast<double>(frame.duration)) * unit_;
+    };
+    while (hasAhead_ && begins(ahead_) <= time) {
+        std::swap(frame_, ahead_);
+        hasAhead_ = video_->read(ahead_);
+    }
+    if (!hasAhead_) {
+        missing_ = std::max(missing_, time - static_cast<double>(frame_.pts) * unit_);
+    }
+    cv::cvtColor(frame_.picture, raw, cv::COLOR_BGR2GRAY);
+}
+
+void GivenDepth::tell(Messages& messages) const {
+    messages.warn(notes_);
+    if (video_) {
+        messages.warn(video_->notes());
+        if (missing_ > kMissingSeconds) {
+            messages.warn(source_.string() + ": ends before the video; its last depth stays");
+        }
+    } else if (missing_ > 0) {
+        messages.warn(source_.string() + ": holds " + std::to_string(pictures_.size()) +
+                      " pictures, fewer than the video has frames; the last one stays");
+    }
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "altiro3D/video_reader.hpp"
+#include "common/run_tool.hpp"
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <vector>
+
+namespace altiro3D::tools {
+
+/// Depth of a video that comes with it: another video, or a directory with one picture per frame.
+class GivenDepth {
+  public:
+    /// @param source video or directory
+    /// @param part which part of the video is read
+    /// @param facts of the video
+    /// @throws Error
+    GivenDepth(std::filesystem::path source, const VideoReaderOptions& part,
+               const VideoFacts& facts);
+
+    /// The raw depth of a frame: of the depth video the picture that is shown at that time, of a
+    /// directory the picture of that number. What ends too early stays.
+    ///
+    /// @param time when the frame is shown, s from the beginning of the part
+    /// @param number of the frame, from 0 in the part
+    /// @param raw [any size, CV_8UC1, CV_16UC1 or CV_32FC1]
+    /// @throws Error
+    void read(double time, std::int64_t number, cv::Mat& raw);
+
+    /// What was remarkable, for people.
+    void tell(Messages& messages) const;
+
+  private:
+    void readPicture(std::int64_t number, cv::Mat& raw);
+    void readFrame(double time, cv::Mat& raw);
+
+    std::filesystem::path source_;
+    std::vector<std::filesystem::path> pictures_;
+    std::int64_t firstPicture_ = 0;
+    Notes notes_;
+    std::optional<VideoReader> video_;
+    double unit_ = 1; // s
+    VideoFrame frame_;
+    VideoFrame ahead_;
+    bool hasAhead_ = false;
+    double missing_ = 0; // s or frames beyond the end
+};
+
+} // namespace altiro3D::tools

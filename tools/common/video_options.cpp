@@ -1,0 +1,166 @@
+#include "common/video_options.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+
+namespace altiro3D::tools {
+
+namespace {
+
+// Measured: docs/tradeoff.md, docs/performance.md.
+const std::array<VideoProfile, 3> kProfiles = {{
+    {"live", ViewMethod::Fast, false, 0, 0.75, "ultrafast", 20},
+    {"balanced", ViewMethod::Layered, false, 0, 1, "superfast", 16},
+    {"best", ViewMethod::Layered, true, 1, 1, "medium", 12},
+}};
+
+constexpr std::array<const char*, 9> kPresets = {
+    "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow"};
+
+} // namespace
+
+void addProfileOption(CommandLine& commandLine) {
+    commandLine.add(
+        {"profile"},
+        "balanced (default): method layered, depth as often as the picture needs it, --preset "
+        "superfast --crf 16; live: method fast, network at 3/4 of its size, --preset ultrafast "
+        "--crf 20; best: layered with -k --continuous, --depth-every 1, --preset medium --crf 12. "
+        "Options given beside it win.",
+        "NAME");
+}
+
+VideoProfile videoProfile(const CommandLine& commandLine) {
+    return kProfiles[commandLine.choice("profile", {"live", "balanced", "best"}).value_or(1)];
+}
+
+void addVideoInputOptions(CommandLine& commandLine) {
+    commandLine.add({"from"}, "Begin there: seconds, or [h:]mm:ss.", "TIME");
+    commandLine.add({"to"}, "End there.", "TIME");
+    commandLine.add({"preview"}, "Make only that many seconds.", "SECONDS");
+    commandLine.add({"input-format"},
+                    "FFmpeg's name of the format or device of IN, where it is not found out "
+                    "(v4l2, x11grab, lavfi).",
+                    "NAME");
+    commandLine.add({"input-options"},
+                    "Settings of that format: name=value,..., as video_size=1280x720,framerate=30.",
+                    "LIST");
+}
+
+VideoReaderOptions videoReaderOptions(const CommandLine& commandLine) {
+    VideoReaderOptions options;
+    if (const auto from = commandLine.value("from")) options.from = secondsOption("from", *from);
+    commandLine.exclude("to", "preview");
+    if (const auto to = commandLine.value("to")) {
+        options.to = secondsOption("to", *to);
+        if (options.to <= options.from) {
+            throw UsageError("--to is " + *to + ", expected a time after --from");
+        }
+    }
+    if (const auto preview = commandLine.value("preview")) {
+        const double length = secondsOption("preview", *preview);
+        if (length <= 0)
+            throw UsageError("--preview is \"" + *preview + "\", expected more than 0");
+        options.to = options.from + length;
+    }
+    options.format = commandLine.value("input-format").value_or("");
+    if (const auto list = commandLine.value("input-options")) {
+        for (std::size_t at = 0; at <= list->size();) {
+            const std::size_t comma = std::min(list->find(',', at), list->size());
+            const std::string entry = list->substr(at, comma - at);
+            const std::size_t equals = entry.find('=');
+            if (equals == 0 || equals == std::string::npos) {
+                throw UsageError("--input-options has \"" + entry + "\", expected name=value");
+            }
+            options.formatOptions.emplace_back(entry.substr(0, equals), entry.substr(equals + 1));
+            at = comma + 1;
+        }
+    }
+    return options;
+}
+
+void addEncoderOptions(CommandLine& commandLine) {
+    commandLine.add({"codec"},
+                    "h264 (default), hevc, h264rgb, ffv1 (lossless, .mkv) or prores (.mov, .mkv).",
+                    "NAME");
+    commandLine.add({"crf"}, "Quality of h264, hevc, h264rgb, 0..51; less is better.", "NUMBER");
+    commandLine.add({"preset"}, "Effort of h264, hevc, h264rgb: ultrafast .. veryslow.", "NAME");
+    commandLine.add({"compat"},
+                    "4:2:0 for players that can do no more (h264, hevc): colours of "
+                    "neighbouring pixels are mixed, which mixes the views of a Native.");
+    commandLine.add({"no-audio"}, "Leave the sound out.");
+    commandLine.add({"no-subtitles"}, "Leave the subtitles out.");
+}
+
+VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile) {
+    constexpr VideoCodec kCodecs[] = {VideoCodec::H264, VideoCodec::Hevc, VideoCodec::H264Rgb,
+                                      VideoCodec::Ffv1, VideoCodec::ProRes};
+    VideoWriterOptions options;
+    options.codec =
+        kCodecs[commandLine.choice("codec", {"h264", "hevc", "h264rgb", "ffv1", "prores"})
+                    .value_or(0)];
+    if (options.codec == VideoCodec::Ffv1 || options.codec == VideoCodec::ProRes) {
+        for (const char* option : {"crf", "preset"}) {
+            if (commandLine.has(option)) {
+                throw UsageError("--" + std::string(option) + " is nothing that the codec " +
+                                 *commandLine.value("codec") + " has, expected it without");
+            }
+        }
+    }
+    options.compatible = commandLine.has("compat");
+    if (options.compatible && options.codec != VideoCodec::H264 &&
+        options.codec != VideoCodec::Hevc) {
+        throw UsageError("--compat goes with --codec h264 or hevc, not with " +
+                         *commandLine.value("codec"));
+    }
+    options.crf = commandLine.number("crf", 0, 51).value_or(profile.crf);
+    options.preset = profile.preset;
+    if (commandLine.has("preset")) {
+        const std::vector<std::string> presets(kPresets.begin(), kPresets.end());
+        options.preset = presets[*commandLine.choice("preset", presets)];
+    }
+    options.audio = !commandLine.has("no-audio");
+    options.subtitles = !commandLine.has("no-subtitles");
+    return options;
+}
+
+void takeTimes(const VideoFacts& facts, VideoWriterOptions& options) {
+    options.timeBase = facts.timeBase;
+    options.frameRate = facts.averageRate;
+    options.constantRate = facts.constantRate;
+}
+
+double secondsOption(const std::string& option, const std::string& text) {
+    double seconds = 0;
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    for (int part = 0; part < 3; ++part) {
+        double value = 0;
+        const auto parsed = std::from_chars(at, end, value, std::chars_format::fixed);
+        const bool later = part > 0 && value >= 60;
+        if (parsed.ec != std::errc() || !(value >= 0) || value > 1e8 || later) break;
+        seconds = seconds * 60 + value;
+        if (parsed.ptr == end) return seconds;
+        if (*parsed.ptr != ':' || value != std::floor(value)) break;
+        at = parsed.ptr + 1;
+    }
+    throw UsageError("--" + option + " is \"" + text +
+                     "\", expected seconds, as 12.5, or [h:]mm:ss");
+}
+
+std::string clockText(double seconds) {
+    char text[48];
+    const auto tenths = std::llround(std::max(seconds, 0.0) * 10);
+    const long long hours = tenths / 36000;
+    const int minutes = static_cast<int>(tenths / 600 % 60);
+    const double rest = static_cast<double>(tenths % 600) / 10;
+    if (hours > 0) {
+        std::snprintf(text, sizeof text, "%lld:%02d:%04.1f", hours, minutes, rest);
+    } else {
+        std::snprintf(text, sizeof text, "%d:%04.1f", minutes, rest);
+    }
+    return text;
+}
+
+} // namespace altiro3D::tools

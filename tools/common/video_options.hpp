@@ -1,0 +1,49 @@
+#pragma once
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_writer.hpp"
+#include "common/command_line.hpp"
+
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <string>
+
+namespace altiro3D::tools {
+
+/// A set of settings for one purpose; options given beside it win.
+struct VideoProfile {
+    std::string name;
+    ViewMethod method = ViewMethod::Layered;
+    bool keep = false;       ///< views at the panel's resolution, cameras anywhere
+    int depthEvery = 0;      ///< see VideoDepthOptions
+    double networkScale = 1; ///< of the network's own input size
+    std::string preset;      ///< of the encoder
+    double crf = 16;
+};
+
+/// --profile
+void addProfileOption(CommandLine& commandLine);
+/// "live", "balanced" (default) or "best" @throws UsageError
+VideoProfile videoProfile(const CommandLine& commandLine);
+
+/// --from --to --preview, --input-format --input-options
+void addVideoInputOptions(CommandLine& commandLine);
+/// @throws UsageError
+VideoReaderOptions videoReaderOptions(const CommandLine& commandLine);
+
+/// --codec --crf --preset --compat --no-audio --no-subtitles
+void addEncoderOptions(CommandLine& commandLine);
+/// What the encoder options say; size, times and colours are to be filled in.
+/// @throws UsageError
+VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile);
+
+/// Times and colours as those of a video.
+void takeTimes(const VideoFacts& facts, VideoWriterOptions& options);
+
+/// Seconds as "90", "1:30" or "0:01:30.5". @throws UsageError that names the option
+double secondsOption(const std::string& option, const std::string& text);
+/// "0:05.2" or "1:02:03"
+std::string clockText(double seconds);
+
+} // namespace altiro3D::tools

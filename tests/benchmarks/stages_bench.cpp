@@ -10,6 +10,7 @@
 #include "altiro3D/native_renderer.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "paper_pipeline.hpp"
 #include "yuv_kernels.hpp"
 
 #include <algorithm>
@@ -360,88 +361,6 @@ void BM_NativeDirectNoLut(benchmark::State& state, const Display& display) {
 
 // ---- photo and depth to Native
 
-// The published way, made with care: per view a map x + p (depth - focus) S/2 and a linear
-// cv::remap straight into its tile, in parallel over the views; then through the table, in parallel
-// over the rows. All memory is taken before.
-class PaperPipeline {
-  public:
-    explicit PaperPipeline(const Display& display)
-        : display_(display), quilt_(display.layout.size(), CV_8UC3, cv::Scalar::all(0)),
-          native_(display.panel(), CV_8UC3),
-          mapsX_(static_cast<std::size_t>(display.layout.viewCount)),
-          mapY_(display.layout.tileSize, CV_32FC1),
-          sourceRows_(static_cast<std::size_t>(quilt_.rows)) {
-        for (cv::Mat& map : mapsX_)
-            map.create(display.layout.tileSize, CV_32FC1);
-        for (int y = 0; y < quilt_.rows; ++y)
-            sourceRows_[static_cast<std::size_t>(y)] = quilt_.ptr(y);
-    }
-
-    static double shiftPixels(const Display& display, int view) {
-        const ViewOptions options;
-        const int width = display.layout.tileSize.width;
-        return viewPosition(view, display.layout.viewCount) * options.strengthPercent / 100 *
-               width / 2;
-    }
-
-    void run() {
-        makeViews();
-        mapToNative();
-    }
-
-    const cv::Mat& quilt() const { return quilt_; }
-    const cv::Mat& native() const { return native_; }
-
-  private:
-    void makeViews() {
-        const QuiltLayout& layout = display_.layout;
-        const cv::Mat& photo = display_.photo();
-        const cv::Mat& depth = display_.depth();
-        const auto focus = static_cast<float>(ViewOptions().focus);
-        for (int y = 0; y < mapY_.rows; ++y)
-            mapY_.row(y).setTo(y);
-        cv::parallel_for_(cv::Range(0, layout.viewCount), [&](const cv::Range& views) {
-            for (int view = views.start; view < views.end; ++view) {
-                const auto shift = static_cast<float>(shiftPixels(display_, view));
-                cv::Mat& map = mapsX_[static_cast<std::size_t>(view)];
-                for (int y = 0; y < map.rows; ++y) {
-                    auto* to = map.ptr<float>(y);
-                    const auto* d = depth.ptr<float>(y);
-                    for (int x = 0; x < map.cols; ++x)
-                        to[x] = static_cast<float>(x) + shift * (d[x] - focus);
-                }
-                cv::Mat tile = quilt_(layout.tile(view));
-                cv::remap(photo, tile, map, mapY_, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-            }
-        });
-    }
-
-    void mapToNative() {
-        const NativeLut& lut = display_.lut();
-        const std::uint8_t* const* rowOf = sourceRows_.data();
-        cv::parallel_for_(cv::Range(0, native_.rows), [&](const cv::Range& rows) {
-            for (int y = rows.start; y < rows.end; ++y) {
-                std::uint8_t* out = native_.ptr(y);
-                const auto* red = lut.channel(0).ptr<std::uint16_t>(y);
-                const auto* green = lut.channel(1).ptr<std::uint16_t>(y);
-                const auto* blue = lut.channel(2).ptr<std::uint16_t>(y);
-                for (int i = 0; i < 2 * native_.cols; i += 2, out += 3) {
-                    out[0] = rowOf[blue[i + 1]][3 * blue[i]];
-                    out[1] = rowOf[green[i + 1]][3 * green[i] + 1];
-                    out[2] = rowOf[red[i + 1]][3 * red[i] + 2];
-                }
-            }
-        });
-    }
-
-    const Display& display_;
-    cv::Mat quilt_;
-    cv::Mat native_;
-    std::vector<cv::Mat> mapsX_; // one per view
-    cv::Mat mapY_;
-    std::vector<const std::uint8_t*> sourceRows_;
-};
-
 // Some rows of some views by the formula in double. cv::remap places samples in steps of 1/32 px
 // and rounds, which moves a value by at most 1/64 of the step between two px, and 1.
 void checkViews(const Display& display, const cv::Mat& quilt) {
@@ -449,7 +368,7 @@ void checkViews(const Display& display, const cv::Mat& quilt) {
     const cv::Mat& photo = display.photo();
     for (int view : {0, display.layout.viewCount / 3, display.layout.viewCount - 1}) {
         const cv::Mat tile = quilt(display.layout.tile(view));
-        const double shift = PaperPipeline::shiftPixels(display, view);
+        const double shift = PaperPipeline::shiftPixels(display.layout, view);
         for (int y = 0; y < photo.rows; y += 41) {
             for (int x = 0; x < photo.cols; ++x) {
                 const double place = x + shift * (display.depth().at<float>(y, x) - focus);
@@ -469,12 +388,12 @@ void checkViews(const Display& display, const cv::Mat& quilt) {
 }
 
 void BM_PaperPipeline(benchmark::State& state, const Display& display) {
-    PaperPipeline pipeline(display);
-    pipeline.run();
+    PaperPipeline pipeline(display.layout, display.lut());
+    pipeline.run(display.photo(), display.depth());
     checkViews(display, pipeline.quilt());
     require(equal(pipeline.native(), display.slowNative(pipeline.quilt())), "PaperPipeline");
     for (auto _ : state) {
-        pipeline.run();
+        pipeline.run(display.photo(), display.depth());
         benchmark::DoNotOptimize(pipeline.native().data);
     }
 }

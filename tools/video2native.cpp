@@ -29,10 +29,10 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr double kSegmentSeconds = 2; // what a run that dies loses at most
+constexpr double kSegmentSeconds = 4; // what a run that dies loses at most; encoders start slowly
 constexpr int kLeastSegmentFrames = 12;
 constexpr int kMostSegmentFrames = 600;
-constexpr int kUsualSegmentFrames = 60;
+constexpr int kUsualSegmentFrames = 120;
 constexpr int kExitStopped = 130; // as shells call it
 
 // --- the user's stop -------------------------------------------------------------------------

@@ -100,25 +100,23 @@ class CellSearch {
 
     // Looks around what the coarser level and the cells before say.
     void refine(const CellSearch& coarser) {
-        forEachCell([&](int column, int row) {
-            begin(column, row);
-            if (stillEnough()) return;
+        refineFrom([&](int column, int row) {
             for (int dy = -1; dy <= 1; ++dy) {
                 for (int dx = -1; dx <= 1; ++dx) {
                     const Vector& from = coarser.nearestCell(column / 2 + dx, row / 2 + dy);
                     offer({2 * from.x, 2 * from.y});
                 }
             }
-            offer(left_);
-            offer(above_);
-            constexpr int kMostSteps = 6;
-            for (int step = 0; step < kMostSteps; ++step) {
-                const Vector centre = best_;
-                for (int dy = -1; dy <= 1; ++dy)
-                    for (int dx = -1; dx <= 1; ++dx)
-                        offer({centre.x + dx, centre.y + dy});
-                if (best_ == centre) break;
-            }
+        });
+    }
+
+    // Looks around what a motion says and the cells before.
+    void refine(const cv::Mat& motion) {
+        refineFrom([&](int column, int row) {
+            const auto& from =
+                motion.at<cv::Vec2f>(std::min(kCell * row + kCell / 2, motion.rows - 1),
+                                     std::min(kCell * column + kCell / 2, motion.cols - 1));
+            offer({cvRound(from[0]), cvRound(from[1])});
         });
     }
 
@@ -180,6 +178,25 @@ class CellSearch {
                 cell(column, row) = best_;
             }
         }
+    }
+
+    template <class OfferSome>
+    void refineFrom(OfferSome offerSome) {
+        forEachCell([&](int column, int row) {
+            begin(column, row);
+            if (stillEnough()) return;
+            offerSome(column, row);
+            offer(left_);
+            offer(above_);
+            constexpr int kMostSteps = 6;
+            for (int step = 0; step < kMostSteps; ++step) {
+                const Vector centre = best_;
+                for (int dy = -1; dy <= 1; ++dy)
+                    for (int dx = -1; dx <= 1; ++dx)
+                        offer({centre.x + dx, centre.y + dy});
+                if (best_ == centre) break;
+            }
+        });
     }
 
     void begin(int column, int row) {
@@ -305,6 +322,60 @@ T sampled(const cv::Mat& values, const Between& x, const Between& y) {
                  mixed(below[x.low], below[x.high], x.share), y.share);
 }
 
+// From cells to px: linear where the four cells around move alike, else as the one of them whose
+// motion fits best.
+void spread(CellSearch& search, const Level& before, const Level& now, cv::Mat& motion) {
+    search.smooth();
+    cv::Mat cells(search.rows(), search.columns(), CV_32FC2);
+    for (int row = 0; row < cells.rows; ++row)
+        for (int column = 0; column < cells.cols; ++column)
+            cells.at<cv::Vec2f>(row, column) = search.betweenPixels(column, row);
+
+    constexpr float kAlike = 1.5F;
+    const auto misfitOf = [&](int x, int y, const cv::Vec2f& vector) {
+        const int fromX = std::clamp(x + static_cast<int>(std::lround(vector[0])), 1 - kBorder,
+                                     now.size.width + kBorder - 2);
+        const int fromY = std::clamp(y + static_cast<int>(std::lround(vector[1])), 1 - kBorder,
+                                     now.size.height + kBorder - 2);
+        int sum = 0;
+        for (int dy = -1; dy <= 1; ++dy)
+            for (int dx = -1; dx <= 1; ++dx)
+                sum += std::abs(*now.at(x + dx, y + dy) - *before.at(fromX + dx, fromY + dy));
+        return sum;
+    };
+    const auto placeOf = [](int pixel) {
+        return (static_cast<float>(pixel) + 0.5F) / kCell - 0.5F;
+    };
+    for (int y = 0; y < now.size.height; ++y) {
+        auto* out = motion.ptr<cv::Vec2f>(y);
+        const Between down = between(placeOf(y), cells.rows);
+        const auto* above = cells.ptr<cv::Vec2f>(down.low);
+        const auto* below = cells.ptr<cv::Vec2f>(down.high);
+        for (int x = 0; x < now.size.width; ++x) {
+            const Between right = between(placeOf(x), cells.cols);
+            const std::array<cv::Vec2f, 4> around{above[right.low], above[right.high],
+                                                  below[right.low], below[right.high]};
+            float spread = 0;
+            for (int i = 0; i < 2; ++i) {
+                const auto bounds =
+                    std::minmax({around[0][i], around[1][i], around[2][i], around[3][i]});
+                spread = std::max(spread, bounds.second - bounds.first);
+            }
+            if (spread <= kAlike) {
+                out[x] = spread == 0 ? around[0] : sampled<cv::Vec2f>(cells, right, down);
+                continue;
+            }
+            int least = 0;
+            for (std::size_t i = 0; i < around.size(); ++i) {
+                const int sum = misfitOf(x, y, around[i]);
+                if (i > 0 && sum >= least) continue;
+                least = sum;
+                out[x] = around[i];
+            }
+        }
+    }
+}
+
 } // namespace
 
 cv::Mat smallPicture(const cv::Mat& picture) {
@@ -341,59 +412,15 @@ void findMotion(const cv::Mat& before, const cv::Mat& now, cv::Mat& motion) {
         finer.refine(search);
         search = std::move(finer);
     }
-    search.smooth();
-    cv::Mat cells(search.rows(), search.columns(), CV_32FC2);
-    for (int row = 0; row < cells.rows; ++row)
-        for (int column = 0; column < cells.cols; ++column)
-            cells.at<cv::Vec2f>(row, column) = search.betweenPixels(column, row);
+    spread(search, befores.front(), nows.front(), motion);
+}
 
-    // From cells to px: linear where the four cells around move alike, else as the one of them
-    // whose motion fits best.
-    const Level& level = befores.front();
-    const Level& level1 = nows.front();
-    constexpr float kAlike = 1.5F;
-    const auto misfitOf = [&](int x, int y, const cv::Vec2f& vector) {
-        const int fromX = std::clamp(x + static_cast<int>(std::lround(vector[0])), 1 - kBorder,
-                                     now.cols + kBorder - 2);
-        const int fromY = std::clamp(y + static_cast<int>(std::lround(vector[1])), 1 - kBorder,
-                                     now.rows + kBorder - 2);
-        int sum = 0;
-        for (int dy = -1; dy <= 1; ++dy)
-            for (int dx = -1; dx <= 1; ++dx)
-                sum += std::abs(*level1.at(x + dx, y + dy) - *level.at(fromX + dx, fromY + dy));
-        return sum;
-    };
-    const auto placeOf = [](int pixel) {
-        return (static_cast<float>(pixel) + 0.5F) / kCell - 0.5F;
-    };
-    for (int y = 0; y < now.rows; ++y) {
-        auto* out = motion.ptr<cv::Vec2f>(y);
-        const Between down = between(placeOf(y), cells.rows);
-        const auto* above = cells.ptr<cv::Vec2f>(down.low);
-        const auto* below = cells.ptr<cv::Vec2f>(down.high);
-        for (int x = 0; x < now.cols; ++x) {
-            const Between right = between(placeOf(x), cells.cols);
-            const std::array<cv::Vec2f, 4> around{above[right.low], above[right.high],
-                                                  below[right.low], below[right.high]};
-            float spread = 0;
-            for (int i = 0; i < 2; ++i) {
-                const auto bounds =
-                    std::minmax({around[0][i], around[1][i], around[2][i], around[3][i]});
-                spread = std::max(spread, bounds.second - bounds.first);
-            }
-            if (spread <= kAlike) {
-                out[x] = spread == 0 ? around[0] : sampled<cv::Vec2f>(cells, right, down);
-                continue;
-            }
-            int least = 0;
-            for (std::size_t i = 0; i < around.size(); ++i) {
-                const int sum = misfitOf(x, y, around[i]);
-                if (i > 0 && sum >= least) continue;
-                least = sum;
-                out[x] = around[i];
-            }
-        }
-    }
+void refineMotion(const cv::Mat& before, const cv::Mat& now, cv::Mat& motion) {
+    const Level beforeLevel(brightened(before, gainBetween(before, now)));
+    const Level nowLevel(now);
+    CellSearch search(beforeLevel, nowLevel);
+    search.refine(motion);
+    spread(search, beforeLevel, nowLevel, motion);
 }
 
 cv::Mat joinMotion(const cv::Mat& earlier, const cv::Mat& later) {

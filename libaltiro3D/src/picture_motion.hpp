@@ -21,6 +21,10 @@ cv::Mat greyOf(const cv::Mat& small);
 /// @param before, now [equal sizes, CV_8UC1] @param motion [as now, CV_32FC2, px]
 void findMotion(const cv::Mat& before, const cv::Mat& now, cv::Mat& motion);
 
+/// Sets a motion right that is nearly right already, such as one that joinMotion() gave.
+/// @param motion in and out [as now, CV_32FC2, px]
+void refineMotion(const cv::Mat& before, const cv::Mat& now, cv::Mat& motion);
+
 /// Motion over two steps: x was at x + first + second there. Linear between px, border repeated.
 /// @param earlier from the middle to the start @param later from the end to the middle
 /// @return from the end to the start [CV_32FC2, px]

@@ -244,6 +244,7 @@ VideoDepthStep VideoDepth::next(const cv::Mat& picture, cv::Mat& depth) {
         now.keyDepth = cv::Mat();
     } else {
         now.sinceKey = joinMotion(now.sinceKey, tracked.motion);
+        if (now.gap > 0) refineMotion(now.keyGrey, grey, now.sinceKey);
         misfits = misfit(now.keyGrey, grey, now.sinceKey);
         ++now.gap;
     }

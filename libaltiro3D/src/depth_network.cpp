@@ -3,6 +3,7 @@
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "checks.hpp"
 #include "onnx_facts.hpp"
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
+#include <opencv2/dnn/all_layers.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <set>
@@ -163,6 +165,26 @@ class QuietOpenCv {
     }
 };
 
+// Makes the layers at the end that only bring the numbers into another shape, a fixed one in files
+// that are made for one size, hand them on as they are. (They cannot be left out: OpenCV works out
+// the shapes of all layers. It has made Reshape layers of Squeeze and its like.)
+void freeShapeAtEnd(cv::dnn::Net& net, const std::string& outputLayer) {
+    int id = net.getLayerId(outputLayer);
+    constexpr int kMostSteps = 16;
+    for (int step = 0; step < kMostSteps && id > 0; ++step) {
+        const auto layer = net.getLayer(id);
+        const auto reshape = layer.dynamicCast<cv::dnn::ReshapeLayer>();
+        if (reshape.empty() && layer->type != "Identity") return; // OpenCV ends with one
+        if (!reshape.empty()) {
+            reshape->newShapeDesc = {0, 0, 0, 0}; // each side as it comes
+            reshape->newShapeRange = cv::Range::all();
+        }
+        const auto inputs = net.getLayerInputs(id);
+        if (inputs.size() != 1) return;
+        id = net.getLayerId(inputs[0]->name);
+    }
+}
+
 int interpolation(ResizeKernel kernel) {
     switch (kernel) {
     case ResizeKernel::Nearest:
@@ -183,12 +205,14 @@ struct DepthNetwork::Impl {
     fs::path file;
     NetworkProfile profile;
     InferenceTarget target = InferenceTarget::Cpu;
+    cv::Size size; // of the input
     cv::dnn::Net net;
     std::string outputLayer;
     cv::Mat narrowed; // [photo's rows x input's cols, CV_32FC3, BGR, 8-bit values times scale]
     cv::Mat resized;  // [input's size, CV_32FC3, BGR, as narrowed]
-    cv::Mat blob;     // [1 x 3 x inputHeight x inputWidth, CV_32F, planes in channelOrder]
+    cv::Mat blob;     // [1 x 3 x size, CV_32F, planes in channelOrder]
 
+    bool isOtherSize() const { return size != cv::Size(profile.inputWidth, profile.inputHeight); }
     void load();
     void resample(const cv::Mat& photo);
     void fillBlob(const cv::Mat& photo);
@@ -228,6 +252,7 @@ void DepthNetwork::Impl::load() {
         // Of several outputs the last one: decoders end with their finest.
         const std::vector<cv::String> outputs = net.getUnconnectedOutLayersNames();
         if (!outputs.empty()) outputLayer = outputs.back();
+        if (isOtherSize()) freeShapeAtEnd(net, outputLayer);
     } catch (const cv::Exception& exception) {
         throw Error(ErrorCode::BadFormat, name,
                     "OpenCV " CV_VERSION " cannot load this graph (" + firstWords(exception) +
@@ -249,7 +274,6 @@ void DepthNetwork::Impl::load() {
 // The kernels are separable, and OpenCV's are exactly 1 where an axis keeps its size, so rows first
 // and columns then give cv::resize's numbers; the whole photo is never float at once (12 bytes/px).
 void DepthNetwork::Impl::resample(const cv::Mat& photo) {
-    const cv::Size size(profile.inputWidth, profile.inputHeight);
     const int kernel = interpolation(profile.resizeKernel);
     if (photo.cols <= size.width || photo.rows <= size.height) {
         // OpenCV's area kernel is another one if either axis grows: not separable, and small.
@@ -276,7 +300,6 @@ void DepthNetwork::Impl::resample(const cv::Mat& photo) {
 // Scale, resample, then mean and std: the order in which the networks' own tools do it (cubic
 // resampling of floats may leave 0..1, and shall).
 void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
-    const cv::Size size(profile.inputWidth, profile.inputHeight);
     resample(photo);
     const int shape[] = {1, 3, size.height, size.width};
     blob.create(4, shape, CV_32F);
@@ -296,9 +319,18 @@ void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
     }
 }
 
-DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, InferenceTarget target)
+DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, InferenceTarget target,
+                           cv::Size inputSize)
     : impl_(std::make_unique<Impl>()) {
     validate(profile);
+    if (inputSize == cv::Size()) inputSize = {profile.inputWidth, profile.inputHeight};
+    const auto fits = [&](int side) {
+        return side >= 1 && side <= 4096 && side % profile.multipleOf == 0;
+    };
+    check(fits(inputSize.width) && fits(inputSize.height), "inputSize",
+          "is " + sizeText(inputSize.width, inputSize.height) + ", expected sides of 1..4096 px, " +
+              "multiples of " + std::to_string(profile.multipleOf));
+    impl_->size = inputSize;
     impl_->file = file;
     impl_->profile = std::move(profile);
     impl_->target = target;
@@ -308,6 +340,10 @@ DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, Inferen
                     "cannot run on CUDA, which this OpenCV does not offer, expected the CPU");
     }
     impl_->load();
+    if (impl_->isOtherSize()) { // whether it can is known only by trying
+        cv::Mat raw;
+        infer(cv::Mat(inputSize, CV_8UC3, cv::Scalar::all(128)), raw);
+    }
 }
 
 DepthNetwork::~DepthNetwork() = default;
@@ -316,6 +352,10 @@ DepthNetwork& DepthNetwork::operator=(DepthNetwork&&) noexcept = default;
 
 const NetworkProfile& DepthNetwork::profile() const {
     return impl_->profile;
+}
+
+cv::Size DepthNetwork::inputSize() const {
+    return impl_->size;
 }
 
 const fs::path& DepthNetwork::file() const {

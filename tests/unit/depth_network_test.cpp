@@ -637,7 +637,62 @@ TEST_F(DepthNetworkFile, OpenSidesTakeTheProfilesSize) {
     EXPECT_EQ(errorOfLoading(model(graph + open)), "(no error)");
 }
 
+TEST_F(DepthNetworkFile, TakesAnotherSizeWhereItIsAskedTo) {
+    // The file is fixed to 8 x 6, its last layer to that shape, too.
+    for (const bool squeezed : {false, true}) {
+        const fs::path file = write(mixModel({0, 0, 1}, cv::Size(8, 6), squeezed));
+        NetworkProfile profile = profileOf(8, 6);
+        profile.scale = 1;
+        for (const cv::Size size : {cv::Size(16, 12), cv::Size(3, 2), cv::Size(8, 6)}) {
+            DepthNetwork network(file, profile, InferenceTarget::Cpu, size);
+            EXPECT_EQ(network.inputSize(), size);
+            EXPECT_EQ(network.profile().inputWidth, 8);
+            for (int i = 0; i < 2; ++i) {
+                const cv::Mat photo = colourfulPhoto(size);
+                cv::Mat raw;
+                network.infer(photo, raw);
+                cv::Mat blue;
+                cv::extractChannel(photo, blue, 0);
+                blue.convertTo(blue, CV_32F);
+                EXPECT_TRUE(samePicture(raw, blue)) << size;
+            }
+        }
+        EXPECT_EQ(DepthNetwork(file, profile).inputSize(), cv::Size(8, 6));
+    }
+}
+
 // --- Errors --------------------------------------------------------------------------------------
+
+TEST_F(DepthNetworkFile, AnotherSizeIsRefusedWhereItCannotBe) {
+    const fs::path file = write(mixModel({1, 0, 0}, cv::Size(8, 6)));
+    const auto errorAt = [&](NetworkProfile profile, cv::Size size) {
+        const std::string error =
+            errorOf([&] { DepthNetwork(file, profile, InferenceTarget::Cpu, size); });
+        const std::string start = file.string() + ": ";
+        return error.compare(0, start.size(), start) == 0 ? error.substr(start.size()) : error;
+    };
+    NetworkProfile inTwos = profileOf(8, 6);
+    inTwos.multipleOf = 2;
+    EXPECT_EQ(errorAt(inTwos, {10, 5}),
+              "inputSize: is 10 x 5 px, expected sides of 1..4096 px, multiples of 2");
+    EXPECT_EQ(errorAt(inTwos, {4098, 6}),
+              "inputSize: is 4098 x 6 px, expected sides of 1..4096 px, multiples of 2");
+    EXPECT_EQ(errorAt(inTwos, {-8, 6}),
+              "inputSize: is -8 x 6 px, expected sides of 1..4096 px, multiples of 2");
+    // A wrong profile stays one.
+    EXPECT_EQ(errorAt(profileOf(16, 12), {16, 12}),
+              "takes pictures of 8 x 6 px, expected 16 x 12 px as in the profile \"test\"");
+    // A shape that is fixed before the end.
+    const std::string graph =
+        node("Conv", {"x", "w"}, {"a"}, intsAttribute("kernel_shape", {1, 1})) +
+        node("Squeeze", {"a"}, {"b"}, intsAttribute("axes", {1})) + node("Relu", {"b"}, {"y"}) +
+        bytes(5, tensor("w", {1, 3, 1, 1}, {1, 0, 0})) + bytes(11, valueInfo("x", {1, 3, 6, 8})) +
+        bytes(12, valueInfo("y", {1, 6, 8}));
+    spill(file, model(graph));
+    EXPECT_EQ(errorAt(profileOf(8, 6), {}), "(no error)");
+    const std::string error = errorAt(profileOf(8, 6), {16, 12});
+    EXPECT_EQ(error.rfind("OpenCV " CV_VERSION " cannot run this graph (", 0), 0U) << error;
+}
 
 TEST_F(DepthNetworkFile, WhatIsNoOnnxFileIsSaidInOneSentence) {
     EXPECT_EQ(errorOfLoading(""), "is empty, expected an ONNX file");
@@ -857,6 +912,25 @@ TEST(FastDepth, SeesADepthSceneTheRightWayRound) {
     cv::Mat depth;
     network.estimate(photo, depth);
     EXPECT_LT(rankCorrelation(depth, published), -0.98);
+}
+
+TEST(FastDepth, SeesMuchTheSameAtSizesNearItsOwn) {
+    ALTIRO3D_REQUIRE_DATA("models/fastdepth/fastdepth_224_op10.onnx");
+    const fs::path folder = dataPath("models/fastdepth");
+    const cv::Mat photo = cv::imread((folder / "rgb.png").string(), cv::IMREAD_COLOR);
+    const auto depthAt = [&](int side) {
+        DepthNetwork network(folder / "fastdepth_224_op10.onnx", catalogued("fastdepth"),
+                             InferenceTarget::Cpu, {side, side});
+        cv::Mat depth;
+        network.estimate(photo, depth);
+        EXPECT_EQ(depth.size(), cv::Size(side, side));
+        cv::resize(depth, depth, cv::Size(224, 224), 0, 0, cv::INTER_LINEAR);
+        return depth;
+    };
+    const cv::Mat full = depthAt(224);
+    EXPECT_TRUE(cv::checkRange(depthAt(128))); // runs, but what it sees has little to do with it
+    for (const int side : {192, 256})
+        EXPECT_GT(rankCorrelation(depthAt(side), full), 0.7) << side;
 }
 
 TEST(MidasGraphWithoutWeights, NamesTheMissingFile) {

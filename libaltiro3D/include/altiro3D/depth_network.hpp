@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -75,17 +76,24 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// @param file the ONNX file
     /// @param profile how to feed it
     /// @param target processor to run on
+    /// @param inputSize size to bring photos to, sides multiples of the profile's `multipleOf`;
+    ///        empty: the profile's. Most networks take others than they were trained for: less is
+    ///        quicker and sees less. The file may be fixed to the profile's size; what it does at
+    ///        its end to bring its numbers into the shape for that size is left out then.
     /// @throws Error NotFound; BadFormat (no ONNX file, external weights missing, a graph OpenCV
-    ///         cannot load); Mismatch (the file is fixed to another input size); Unsupported
-    ///         (weights in another file, no CUDA here); InvalidArgument (profile)
+    ///         cannot load); Mismatch (the file is fixed to another size than the profile's);
+    ///         NetworkFailed (cannot run at `inputSize`); Unsupported (weights in another file, no
+    ///         CUDA here); InvalidArgument (profile, inputSize)
     DepthNetwork(const std::filesystem::path& file, NetworkProfile profile,
-                 InferenceTarget target = InferenceTarget::Cpu);
+                 InferenceTarget target = InferenceTarget::Cpu, cv::Size inputSize = {});
     ~DepthNetwork();
     DepthNetwork(DepthNetwork&&) noexcept;            ///< Moves.
     DepthNetwork& operator=(DepthNetwork&&) noexcept; ///< Moves.
 
     /// The profile in use.
     const NetworkProfile& profile() const;
+    /// The size that photos are brought to.
+    cv::Size inputSize() const;
     /// The file it was loaded from.
     const std::filesystem::path& file() const;
     /// The processor it runs on.

@@ -104,11 +104,11 @@ int main(int argc, char** argv) {
     commandLine.add({"view-filter"},
                     "What is seen between two views: nearest (default: the nearer one) or linear, "
                     "a blend of both, smoother but double at edges.",
-                    "MODE");
+                    "nearest|linear");
     commandLine.add({"fit"},
                     "Views of another shape than --size: cover (default: cut off what is over), "
                     "contain (black bars) or stretch.",
-                    "MODE");
+                    "cover|contain|stretch");
     commandLine.add({"y"}, "Replace the output if it exists.");
     commandLine.addSection("Quilt");
     commandLine.add({"q", "quilt"}, "Views in the quilt, rows x columns: 6x8 is 6 rows of 8.",

@@ -54,7 +54,8 @@ for page in "$manual"/*.1; do
 done
 [[ $count -ge 5 ]] || fail "$manual: holds $count pages"
 
-# As typed: options, names of files with spaces, directories, and nothing where anything may stand.
+# As typed: options, their words, names of files with spaces, directories, and nothing where
+# anything may stand.
 here=$work/here
 mkdir -p "$here/pics"
 touch "$here/my picture.png" "$here/one.mp4" "$here/pics.png"
@@ -63,11 +64,11 @@ touch "$here/my picture.png" "$here/one.mp4" "$here/pics.png"
     echo "source $manual/photo2native"
     # shellcheck disable=SC2016
     echo 'photo2native() { printf "<%s>" "$@"; echo; }'
-    printf 'photo2native --save-q\t q.png --save-v\t p\t my\t --strength o\t -c m\t one\t\nexit\n'
+    printf 'photo2native --save-q\t q.png --save-v\t p\t my\t --strength o\t --meth\t fa\t -c m\t one\t\nexit\n'
 } >"$work/keys"
 (cd "$here" && timeout 60 script -qec "bash --norc --noprofile -i" /dev/null <"$work/keys") |
     tr -d '\r' >"$work/screen"
-wanted='<--save-quilt><q.png><--save-views><pics/><my picture.png><--strength><o><-c><my picture.png><one.mp4>'
+wanted='<--save-quilt><q.png><--save-views><pics/><my picture.png><--strength><o><--method><fast><-c><my picture.png><one.mp4>'
 grep -qF "$wanted" "$work/screen" || fail "typed: $(cat "$work/screen")"
 
 [[ $failures -eq 0 ]] && echo "ok: $count tools"

@@ -15,11 +15,11 @@ enum class ValueKind { None, File, Directory, Words, Free };
 
 ValueKind kindOf(const std::string& valueName) {
     if (valueName.empty()) return ValueKind::None;
-    if (valueName.find('|') != std::string::npos) return ValueKind::Words;
     if (valueName == "DIR") return ValueKind::Directory;
     const bool file = valueName.find('.') != std::string::npos ||
                       valueName.find("FILE") != std::string::npos || valueName == "NETWORK";
-    return file ? ValueKind::File : ValueKind::Free;
+    if (file) return ValueKind::File;
+    return valueName.find('|') != std::string::npos ? ValueKind::Words : ValueKind::Free;
 }
 
 std::string replaced(std::string text, const std::string& what, const std::string& by) {

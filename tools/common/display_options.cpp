@@ -189,7 +189,7 @@ void addInvertOption(CommandLine& commandLine) {
     commandLine.add({"invert"},
                     "Order of the views under a lens: on, off or auto (default: as the calibration "
                     "says; always on with sub-pixel cells).",
-                    "MODE");
+                    "auto|on|off");
 }
 
 InvertViews invertOption(const CommandLine& commandLine) {
@@ -227,11 +227,11 @@ void addSamplingOptions(CommandLine& commandLine) {
     commandLine.add({"view-filter"},
                     "Views that a sub-pixel shows: nearest (default) or linear, a blend of two; "
                     "not with -m.",
-                    "MODE");
+                    "nearest|linear");
     commandLine.add({"sampling"},
                     "Pixels inside a view: nearest (default) or linear, a blend of four; not with "
                     "-m.",
-                    "MODE");
+                    "nearest|linear");
 }
 
 QuiltSampling samplingOption(const CommandLine& commandLine) {

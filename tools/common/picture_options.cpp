@@ -31,7 +31,7 @@ void addViewOptions(CommandLine& commandLine) {
         "How views are made: layered (default: surfaces over a painted background), fast (the "
         "published quick way, soft at edges) or real (the published geometric way, "
         "slow).",
-        "METHOD");
+        "layered|fast|real");
     commandLine.add({"g", "geometric"}, "The same as --method real.");
     commandLine.add({"strength"},
                     "Parallax of the whole depth range between the outermost views, in % of the "
@@ -56,17 +56,18 @@ void addViewOptions(CommandLine& commandLine) {
     commandLine.add({"fill"},
                     "Layered: what was hidden is a painted background (background, default) or "
                     "the repeated border (continue).",
-                    "WAY");
+                    "background|continue");
     commandLine.add({"refine"},
                     "Fast: steps that read depth where a pixel comes from, 0 (as published, the "
                     "default) .. 16.",
                     "STEPS");
     commandLine.add({"inpaint"},
-                    "Real: how holes are painted, telea (default) or ns (Navier-Stokes).", "WAY");
+                    "Real: how holes are painted, telea (default) or ns (Navier-Stokes).",
+                    "telea|ns");
     commandLine.add({"inpaint-from"},
                     "Real: what holes are painted from, around (as published, the default) or "
                     "behind (only what lies behind the thing that hid it).",
-                    "WHAT");
+                    "around|behind");
 }
 
 ViewOptions viewOptions(const CommandLine& commandLine) {
@@ -179,7 +180,7 @@ void addFitOption(CommandLine& commandLine, const std::string& standard) {
                     "Pictures of another shape than the panel's: cover (cut off what is over), "
                     "contain (black bars) or stretch (default " +
                         standard + ").",
-                    "MODE");
+                    "cover|contain|stretch");
 }
 
 FitMode fitOption(const CommandLine& commandLine, FitMode standard) {

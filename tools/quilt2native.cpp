@@ -82,7 +82,7 @@ struct Job {
 bool isPicture(const VideoReader& reader) {
     const std::string& format = reader.facts().format;
     const std::string ending = "_pipe";
-    return format == "image2" ||
+    return format == "image2" || format == "gif" ||
            (format.size() > ending.size() &&
             format.compare(format.size() - ending.size(), ending.size(), ending) == 0);
 }

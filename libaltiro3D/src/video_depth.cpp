@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 // docs/mathematics.md, section 5, has the formulas; docs/tradeoff.md what was measured.
 
@@ -24,7 +25,7 @@ constexpr float kTrustedMisfit = 4;
 constexpr float kNewMisfit = 14;
 
 // Part of a range's difference that remains after each picture.
-constexpr double kRangeMemory = 0.97;
+constexpr double kRangeMemory = 0.95;
 
 // The share of `steadiness` that is left where the picture moves by kFast px or more a picture.
 constexpr float kMovingShare = 0.5F;
@@ -38,27 +39,41 @@ float trustOf(float misfitThere) {
     return std::clamp((kNewMisfit - misfitThere) / (kNewMisfit - kTrustedMisfit), 0.0F, 1.0F);
 }
 
-// The least within `radius` px of each, along rows and then columns.
-void erode(cv::Mat& values, int radius) {
+// Each value becomes what `fold` makes of those within `radius` px, along rows and then columns.
+template <class Fold>
+void foldAround(cv::Mat& values, int radius, Fold fold) {
     cv::Mat along(values.size(), CV_32FC1);
     for (int y = 0; y < values.rows; ++y) {
         const auto* row = values.ptr<float>(y);
         auto* out = along.ptr<float>(y);
         for (int x = 0; x < values.cols; ++x) {
-            const int end = std::min(x + radius + 1, values.cols);
-            out[x] = *std::min_element(row + std::max(x - radius, 0), row + end);
+            out[x] = row[x];
+            for (int d = 1; d <= radius; ++d)
+                out[x] =
+                    fold(out[x], row[std::max(x - d, 0)], row[std::min(x + d, values.cols - 1)]);
         }
     }
     for (int y = 0; y < values.rows; ++y) {
         auto* out = values.ptr<float>(y);
         std::copy_n(along.ptr<float>(y), values.cols, out);
-        for (int other = std::max(y - radius, 0); other < std::min(y + radius + 1, values.rows);
-             ++other) {
-            const auto* row = along.ptr<float>(other);
+        for (int d = 1; d <= radius; ++d) {
+            const auto* above = along.ptr<float>(std::max(y - d, 0));
+            const auto* below = along.ptr<float>(std::min(y + d, values.rows - 1));
             for (int x = 0; x < values.cols; ++x)
-                out[x] = std::min(out[x], row[x]);
+                out[x] = fold(out[x], above[x], below[x]);
         }
     }
+}
+
+void erode(cv::Mat& values, int radius) {
+    foldAround(values, radius,
+               [](float a, float b, float c) { return std::min(a, std::min(b, c)); });
+}
+
+void blur(cv::Mat& values, int radius) {
+    const auto count = static_cast<float>(2 * radius + 1);
+    foldAround(values, radius, [](float a, float b, float c) { return a + b + c; });
+    values = values * (1 / (count * count));
 }
 
 // value -> gain value + offset
@@ -67,8 +82,9 @@ struct Affine {
     double offset = 0;
 };
 
-// The range that brings `fresh` to `carried` where the weights are: mean to mean, deviation to
-// deviation, with what differs much counted less.
+// The range that brings `fresh` to `carried` where the weights are, with what differs much counted
+// less. The carried depth is the mean of many, so it is taken for right and the fresh one for what
+// has noise: least squares the other way round would make the range narrower each time.
 Affine fitRange(const cv::Mat& fresh, const cv::Mat& carried, const cv::Mat& weights) {
     Affine fit;
     constexpr double kOutlier = 0.05;
@@ -77,8 +93,8 @@ Affine fitRange(const cv::Mat& fresh, const cv::Mat& carried, const cv::Mat& wei
         double sum = 0;
         double sumF = 0;
         double sumC = 0;
-        double sumFF = 0;
         double sumCC = 0;
+        double sumFC = 0;
         for (int y = 0; y < fresh.rows; ++y) {
             const auto* f = fresh.ptr<float>(y);
             const auto* c = carried.ptr<float>(y);
@@ -91,19 +107,39 @@ Affine fitRange(const cv::Mat& fresh, const cv::Mat& carried, const cv::Mat& wei
                 sum += weight;
                 sumF += weight * a;
                 sumC += weight * b;
-                sumFF += weight * a * a;
+                sumFC += weight * a * b;
                 sumCC += weight * b * b;
             }
         }
         if (sum < 0.02 * static_cast<double>(fresh.total())) return fit;
         const double meanF = sumF / sum;
         const double meanC = sumC / sum;
-        const double varianceF = std::max(0.0, sumFF / sum - meanF * meanF);
-        const double varianceC = std::max(0.0, sumCC / sum - meanC * meanC);
-        fit.gain = std::clamp(std::sqrt((varianceC + kFlat) / (varianceF + kFlat)), 0.5, 2.0);
+        const double variance = std::max(0.0, sumCC / sum - meanC * meanC);
+        const double covariance = std::max(0.0, sumFC / sum - meanF * meanC);
+        fit.gain = std::clamp((variance + kFlat) / (covariance + kFlat), 0.5, 2.0);
         fit.offset = meanC - fit.gain * meanF;
     }
     return fit;
+}
+
+// The two percentiles of a picture of depth, from some thousands of its px.
+std::pair<float, float> percentilesOf(const cv::Mat& depth) {
+    constexpr double kEnough = 20000;
+    const int step =
+        std::max(1, static_cast<int>(std::sqrt(static_cast<double>(depth.total()) / kEnough)));
+    std::vector<float> values;
+    for (int y = step / 2; y < depth.rows; y += step)
+        for (int x = step / 2; x < depth.cols; x += step)
+            values.push_back(depth.at<float>(y, x));
+    const DepthNormalization percentiles;
+    const auto at = [&](double percentile) {
+        const double rank = percentile / 100 * static_cast<double>(values.size() - 1);
+        const auto place = values.begin() + static_cast<std::ptrdiff_t>(std::lround(rank));
+        std::nth_element(values.begin(), place, values.end());
+        return *place;
+    };
+    const float low = at(percentiles.lowPercentile);
+    return {low, at(percentiles.highPercentile)};
 }
 
 constexpr std::uint64_t kMagic = 0x3144564434334c41; // "AL34DVD1" on little-endian machines
@@ -135,7 +171,7 @@ struct VideoDepth::Impl {
     struct Memory {
         PictureTracker tracker;
         cv::Mat keyGrey;       // of the last inference [small size, CV_8UC1]
-        cv::Mat keyDepth;      // steady depth there [CV_32FC1]
+        cv::Mat keyDepth;      // steady depth there, may leave 0..1 [CV_32FC1]
         cv::Mat sinceKey;      // motion since [small size, CV_32FC2]
         std::uint64_t gap = 0; // pictures since
         cv::Mat depth;         // of the last picture [CV_32FC1]
@@ -144,6 +180,7 @@ struct VideoDepth::Impl {
 
     bool isDue(const Memory& at, const cv::Mat& misfits) const;
     cv::Mat keptShares(const Memory& at, const cv::Mat& misfits) const;
+    static cv::Mat clamped(const cv::Mat& depth);
     cv::Mat steadied(const Memory& at, const cv::Mat& misfits, const cv::Mat& fresh) const;
 };
 
@@ -176,6 +213,7 @@ cv::Mat VideoDepth::Impl::keptShares(const Memory& at, const cv::Mat& misfits) c
         }
     }
     erode(shares, kHaloPixels);
+    blur(shares, kHaloPixels - 1);
     return shares;
 }
 
@@ -187,14 +225,8 @@ cv::Mat VideoDepth::Impl::steadied(const Memory& at, const cv::Mat& misfits,
     carry(at.keyDepth, at.sinceKey, carried);
     const cv::Mat shares = stretched(keptShares(at, misfits), fresh.rows, fresh.cols);
     const Affine fit = fitRange(fresh, carried, shares);
-    const double left = std::pow(kRangeMemory, static_cast<double>(at.gap));
-    const Affine range{1 + left * (fit.gain - 1), left * fit.offset};
-    // Both in the range that holds from now on.
-    const auto freshGain = static_cast<float>(range.gain);
-    const auto freshOffset = static_cast<float>(range.offset);
-    const auto carriedGain = static_cast<float>(range.gain / fit.gain);
-    const auto carriedOffset =
-        static_cast<float>(range.offset - fit.offset * range.gain / fit.gain);
+    const auto gain = static_cast<float>(fit.gain);
+    const auto offset = static_cast<float>(fit.offset);
     cv::Mat result(fresh.size(), CV_32FC1);
     for (int y = 0; y < fresh.rows; ++y) {
         const auto* f = fresh.ptr<float>(y);
@@ -202,10 +234,31 @@ cv::Mat VideoDepth::Impl::steadied(const Memory& at, const cv::Mat& misfits,
         const auto* share = shares.ptr<float>(y);
         auto* out = result.ptr<float>(y);
         for (int x = 0; x < fresh.cols; ++x) {
-            const float now = freshGain * f[x] + freshOffset;
-            const float before = carriedGain * c[x] + carriedOffset;
-            out[x] = std::clamp(now + share[x] * (before - now), 0.0F, 1.0F);
+            const float now = gain * f[x] + offset;
+            out[x] = now + share[x] * (c[x] - now);
         }
+    }
+    // The range follows the percentiles slowly.
+    const auto [low, high] = percentilesOf(result);
+    const auto follow = static_cast<float>(1 - std::pow(kRangeMemory, static_cast<double>(at.gap)));
+    const float newLow = follow * low;
+    const float newSpan = 1 + follow * (high - low - 1);
+    constexpr float kFarOut = 1; // beyond the range, so that nothing grows without bounds
+    for (int y = 0; y < result.rows; ++y) {
+        auto* row = result.ptr<float>(y);
+        for (int x = 0; x < result.cols; ++x)
+            row[x] = std::clamp((row[x] - newLow) / newSpan, -kFarOut, 1 + kFarOut);
+    }
+    return result;
+}
+
+// To 0..1.
+cv::Mat VideoDepth::Impl::clamped(const cv::Mat& depth) {
+    cv::Mat result(depth.size(), CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y) {
+        const auto* from = depth.ptr<float>(y);
+        std::transform(from, from + depth.cols, result.ptr<float>(y),
+                       [](float value) { return std::clamp(value, 0.0F, 1.0F); });
     }
     return result;
 }
@@ -260,11 +313,11 @@ VideoDepthStep VideoDepth::next(const cv::Mat& picture, cv::Mat& depth) {
         now.keyGrey = grey;
         now.sinceKey = cv::Mat(grey.size(), CV_32FC2, cv::Scalar(0, 0));
         now.gap = 0;
-        now.depth = now.keyDepth;
+        now.depth = Impl::clamped(now.keyDepth);
     } else {
         cv::Mat moved;
         carry(now.keyDepth, now.sinceKey, moved);
-        now.depth = moved;
+        now.depth = Impl::clamped(moved);
     }
     depth = now.depth.clone();
     impl_->memory = std::move(now);

@@ -9,6 +9,7 @@
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_reader.hpp"
 #include "support/compare.hpp"
@@ -22,7 +23,6 @@
 #include <filesystem>
 #include <iostream>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <string>
@@ -181,7 +181,8 @@ struct MovingErrors {
     double apart = 0;      // the two from each other
 };
 
-// Where the picture moves: how far from what the two neighbouring pictures' own depths say.
+// Where the picture moves: how far from what the next picture's own depth says, which none of the
+// depths that are judged has seen.
 MovingErrors movingErrorsOf(const Clip& clip, const std::vector<cv::Mat>& own,
                             const std::vector<cv::Mat>& depths,
                             const std::vector<Regions>& regions) {
@@ -196,10 +197,8 @@ MovingErrors movingErrorsOf(const Clip& clip, const std::vector<cv::Mat>& own,
         if (cv::countNonZero(moving) < 50 || cv::countNonZero(still) < 50) continue;
         const cv::Size size = own[i].size();
         const cv::Mat here = greyAt(clip.pictures[i], size);
-        const cv::Mat before = broughtHere(own[i - 1], greyAt(clip.pictures[i - 1], size), here);
-        const cv::Mat after = broughtHere(own[i + 1], greyAt(clip.pictures[i + 1], size), here);
-        const cv::Mat truth =
-            0.5 * (inRangeOf(before, own[i], still) + inRangeOf(after, own[i], still));
+        const cv::Mat next = broughtHere(own[i + 1], greyAt(clip.pictures[i + 1], size), here);
+        const cv::Mat truth = inRangeOf(next, own[i], still);
         const cv::Mat judged = inRangeOf(depths[i], own[i], still);
         add(errors.perPicture, own[i], truth, moving);
         add(errors.steady, judged, truth, moving);
@@ -303,8 +302,7 @@ void printSizes(const fs::path& model, const altiro3D::NetworkProfile& profile,
                 files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     for (const fs::path& file : files) {
-        const cv::Mat picture = cv::imread(file.string(), cv::IMREAD_COLOR);
-        if (!picture.empty()) pictures.push_back(picture);
+        pictures.push_back(altiro3D::readPhoto(file));
     }
     if (pictures.empty()) {
         std::cout << "missing: photos in " << photos.string() << "\n\n";

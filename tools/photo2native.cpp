@@ -383,6 +383,8 @@ Json networkJson(const CommandLine& commandLine, const DepthSource& source) {
     return {{"name", source.network()->profile().name},
             {"file", source.network()->file().string()},
             {"profile", given(commandLine, "net-profile")},
+            {"inputWidth", source.network()->inputSize().width},
+            {"inputHeight", source.network()->inputSize().height},
             {"large", commandLine.has("l")}};
 }
 

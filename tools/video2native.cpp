@@ -81,8 +81,8 @@ Plan planRun(const CommandLine& commandLine) {
     plan.fromQuilt = commandLine.has("from-quilt");
     if (plan.fromQuilt) {
         for (const char* option :
-             {"quilt", "rgbd-out", "d", "depth", "rgbd", "n", "l", "net-profile", "depth-every",
-              "k", "g", "method", "continuous", "strength", "focus"})
+             {"quilt", "rgbd-out", "d", "depth", "rgbd", "n", "l", "net-profile", "network-size",
+              "depth-every", "k", "g", "method", "continuous", "strength", "focus"})
             commandLine.exclude("from-quilt", option);
     }
     plan.part = videoReaderOptions(commandLine);
@@ -451,7 +451,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         quilts.emplace(commandLine, display, layout, messages);
         encoding.size = display.panelSize;
     } else {
-        DepthSource source(commandLine, messages, Medium::Video);
+        DepthSource source(commandLine, messages, Medium::Video, profile.networkScale);
         const VideoDepthOptions options = depthOptions(commandLine, profile, source);
         const double aspect =
             seenAspect(facts) *
@@ -647,6 +647,10 @@ int run(const CommandLine& commandLine, Messages& messages) {
             settings["road"] = render->roadName();
             settings["continuous"] = render->continuous();
             settings["depth"] = depth->source().description();
+            settings["depthEvery"] = depth->depth().options().every; // 0: as pictures need it
+            if (const DepthNetwork* network = depth->source().network()) {
+                settings["networkSize"] = {network->inputSize().width, network->inputSize().height};
+            }
         }
         for (const auto& [option, value] : commandLine.given())
             settings["given"][option] = value;

@@ -4,7 +4,9 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <future>
 #include <opencv2/core.hpp>
 
@@ -49,6 +51,16 @@ DepthKind kindOption(const CommandLine& commandLine) {
                      "\", expected near-white, far-white, metric or metric:UNITS_PER_METRE");
 }
 
+// The network's input size with another longer side; its multiples are kept.
+cv::Size scaledInput(const NetworkProfile& profile, double longerSide) {
+    const double scale = longerSide / std::max(profile.inputWidth, profile.inputHeight);
+    const auto side = [&](int own) {
+        const auto steps = std::lround(own * scale / profile.multipleOf);
+        return static_cast<int>(std::max(steps, 1L)) * profile.multipleOf;
+    };
+    return {side(profile.inputWidth), side(profile.inputHeight)};
+}
+
 std::string processorName(InferenceTarget target) {
     return target == InferenceTarget::Cuda ? "CUDA" : "the CPU";
 }
@@ -67,6 +79,10 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                     "How to feed a network that is not in the catalogue (JSON, the keys of "
                     "models/catalog.json).",
                     "FILE.json");
+    commandLine.add({"network-size"},
+                    "Run the network on pictures of that size, px of the longer side (default: its "
+                    "own, 256 for midas-small): less is quicker and sees less.",
+                    "PX");
     if (video) {
         commandLine.add({"depth"},
                         "Depth is given: a video, or a directory with one picture per frame.",
@@ -85,7 +101,8 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                     "KIND");
 }
 
-DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium) {
+DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium,
+                         double networkScale) {
     const bool named = medium == Medium::Video && commandLine.has("depth");
     if (named) commandLine.exclude("d", "depth");
     const char* const filesOption = named ? "depth" : "d";
@@ -98,7 +115,7 @@ DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Med
     kind_ = kindOption(commandLine);
     commandLine.exclude(filesOption, "rgbd");
     commandLine.exclude("l", "net-profile"); // the profile says itself what the network is
-    for (const char* networkOption : {"n", "l", "net-profile"}) {
+    for (const char* networkOption : {"n", "l", "net-profile", "network-size"}) {
         commandLine.exclude(filesOption, networkOption);
         commandLine.exclude("rgbd", networkOption);
     }
@@ -109,11 +126,12 @@ DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Med
     } else if (commandLine.has("depth-kind")) {
         throw UsageError("--depth-kind says what given depth means, expected -d or --rgbd with it");
     } else {
-        chooseNetwork(commandLine, messages);
+        chooseNetwork(commandLine, networkScale, messages);
     }
 }
 
-void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
+void DepthSource::chooseNetwork(const CommandLine& commandLine, double networkScale,
+                                Messages& messages) {
     const std::vector<fs::path> searchPath = modelSearchPath();
     const std::vector<NetworkProfile> catalog = catalogOf(searchPath);
     const bool large = commandLine.has("l");
@@ -167,6 +185,11 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
                         "(scripts/get-models.sh midas-large) or given with -n");
         }
     }
+    const auto wantedSize = commandLine.wholeNumber("network-size", 16, 4096);
+    if (networkFile.empty() && wantedSize) {
+        throw UsageError("--network-size is about a network, but there is none; expected -n with "
+                         "it");
+    }
     if (networkFile.empty()) {
         description_ = "built-in estimator";
         messages.say("depth: built-in estimator; for better depth get a network "
@@ -174,9 +197,26 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
         return;
     }
     const InferenceTarget target = chooseInferenceTarget(availableBackends());
-    network_.emplace(networkFile, *profile, target);
+    const int longer = std::max(profile->inputWidth, profile->inputHeight);
+    if (wantedSize && *wantedSize % profile->multipleOf != 0) {
+        throw UsageError("--network-size is " + std::to_string(*wantedSize) +
+                         ", expected a multiple of " + std::to_string(profile->multipleOf) +
+                         " for " + profile->name);
+    }
+    const cv::Size size = scaledInput(*profile, wantedSize ? *wantedSize : networkScale * longer);
+    if (size == cv::Size(profile->inputWidth, profile->inputHeight)) {
+        network_.emplace(networkFile, *profile, target);
+    } else {
+        try {
+            network_.emplace(networkFile, *profile, target, size);
+        } catch (const Error& error) {
+            if (wantedSize || error.code() != ErrorCode::NetworkFailed) throw;
+            network_.emplace(networkFile, *profile, target); // nobody asked for another size
+        }
+    }
     description_ = "network " + profile->name + " (" + networkFile.string() + ")";
-    messages.say("depth: " + description_);
+    messages.say("depth: " + description_ + ", " + std::to_string(network_->inputSize().width) +
+                 " x " + std::to_string(network_->inputSize().height) + " px");
     messages.detail("depth network runs on " + processorName(target));
 }
 

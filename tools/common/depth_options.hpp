@@ -12,15 +12,18 @@ namespace altiro3D::tools {
 /// Photos or videos: what depth options speak of.
 enum class Medium { Photo, Video };
 
-/// -n -l --net-profile -d --rgbd --depth-kind; with videos --depth, too
+/// -n -l --net-profile --network-size -d --rgbd --depth-kind; with videos --depth, too
 void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 
 /// Where the depth of photos comes from.
 class DepthSource {
   public:
     /// Reads the options and loads the network, if one is to be used.
+    /// @param networkScale share of the network's own input size to run it at where the user says
+    ///        nothing and the network can
     /// @throws UsageError, Error
-    DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium = Medium::Photo);
+    DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium = Medium::Photo,
+                double networkScale = 1);
 
     /// Depth is read from a file of its own (`-d`, `--depth`).
     bool fromFiles() const { return fromFiles_; }
@@ -49,7 +52,7 @@ class DepthSource {
     void estimate(const cv::Mat& picture, cv::Mat& raw);
 
   private:
-    void chooseNetwork(const CommandLine& commandLine, Messages& messages);
+    void chooseNetwork(const CommandLine& commandLine, double networkScale, Messages& messages);
     void readFiles(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
                    cv::Mat& photo, cv::Mat& rawDepth, Messages& messages) const;
 

@@ -142,12 +142,6 @@ Job planJob(const CommandLine& commandLine, const Display& display, const QuiltL
     return job;
 }
 
-std::string viewFileName(int view, int views) {
-    const std::size_t digits = std::to_string(views - 1).size();
-    const std::string number = std::to_string(view);
-    return "view_" + std::string(digits - number.size(), '0') + number + ".png";
-}
-
 // Checks every name before any work is done.
 Outputs checkedOutputs(const CommandLine& commandLine, const Job& job, const Display& display,
                        int views) {

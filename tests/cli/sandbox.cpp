@@ -30,6 +30,7 @@ std::string toolPath(const std::string& tool) {
     if (tool == "quilt2video") return ALTIRO3D_TOOL_QUILT2VIDEO;
     if (tool == "video2native") return ALTIRO3D_TOOL_VIDEO2NATIVE;
     if (tool == "views2native") return ALTIRO3D_TOOL_VIEWS2NATIVE;
+    if (tool == "native2view") return ALTIRO3D_TOOL_NATIVE2VIEW;
     if (tool == "altiro3Dtradeoff") return ALTIRO3D_TOOL_ALTIRO3DTRADEOFF;
     throw std::invalid_argument("unknown tool " + tool);
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <vector>
 
 namespace altiro3D::test {
 
@@ -68,6 +70,36 @@ cv::Mat referenceFast(const cv::Mat& photo, const cv::Mat& depth, double shiftPi
         }
     }
     return view;
+}
+
+cv::Mat referenceLensView(const cv::Mat& native, const Calibration& calibration, bool inverted,
+                          double phase, double spot) {
+    cv::Mat seen(native.size(), CV_8UC3, cv::Scalar::all(0));
+    for (int channel = 0; channel < 3; ++channel) {
+        std::vector<cv::Point> lit;
+        for (int y = 0; y < native.rows; ++y) {
+            for (int x = 0; x < native.cols; ++x) {
+                const long double away =
+                    referencePhase(calibration, inverted, x, y, channel) - phase;
+                if (std::abs(away - std::round(away)) <= spot / 2.0L) lit.emplace_back(x, y);
+            }
+        }
+        for (int y = 0; y < native.rows; ++y) {
+            for (int x = 0; x < native.cols; ++x) {
+                const auto rank = [x, y](const cv::Point& p) {
+                    const int dx = p.x - x;
+                    const int dy = p.y - y;
+                    return std::make_tuple(dx * dx + dy * dy, std::abs(dy), dy, dx);
+                };
+                const auto nearest = std::min_element(
+                    lit.begin(), lit.end(),
+                    [&rank](const cv::Point& a, const cv::Point& b) { return rank(a) < rank(b); });
+                if (nearest == lit.end()) continue;
+                seen.at<cv::Vec3b>(y, x)[2 - channel] = native.at<cv::Vec3b>(*nearest)[2 - channel];
+            }
+        }
+    }
+    return seen;
 }
 
 } // namespace altiro3D::test

@@ -27,4 +27,12 @@ cv::Point referenceQuiltPixel(const Calibration& calibration, bool inverted,
 /// @return [CV_64FC3], not rounded
 cv::Mat referenceFast(const cv::Mat& photo, const cv::Mat& depth, double shiftPixels, double focus);
 
+/// What an eye sees of a Native through the lenses: each px takes each colour from the nearest px
+/// whose sub-pixel of that colour has a phase within half the spot of the eye's; of equally near
+/// ones from the row that is nearer, the upper one, then from the left. Mirrored panels are left
+/// mirrored.
+/// @param native [CV_8UC3] @param phase of the eye @param spot its width, lens periods
+cv::Mat referenceLensView(const cv::Mat& native, const Calibration& calibration, bool inverted,
+                          double phase, double spot);
+
 } // namespace altiro3D::test

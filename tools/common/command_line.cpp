@@ -63,6 +63,7 @@ void CommandLine::add(const std::vector<std::string>& names, const std::string& 
     std::string left;
     for (const std::string& name : names) {
         qtNames << fromBytes(name);
+        options_.insert(name);
         left += (left.empty() ? "" : ", ") + dashed(name);
     }
     if (!valueName.empty()) left += " " + valueName;
@@ -71,6 +72,7 @@ void CommandLine::add(const std::vector<std::string>& names, const std::string& 
 }
 
 void CommandLine::addHidden(const std::string& name, const std::string& valueName) {
+    options_.insert(name);
     parser_.addOption(QCommandLineOption(fromBytes(name), QString(), fromBytes(valueName)));
 }
 
@@ -122,7 +124,7 @@ std::string CommandLine::help() const {
 }
 
 bool CommandLine::has(const std::string& option) const {
-    return parser_.isSet(fromBytes(option));
+    return options_.count(option) > 0 && parser_.isSet(fromBytes(option));
 }
 
 std::optional<std::string> CommandLine::value(const std::string& option) const {

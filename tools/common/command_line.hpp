@@ -3,6 +3,7 @@
 #include <QCommandLineParser>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -49,6 +50,7 @@ class CommandLine {
     std::string bashCompletion() const;
     std::string zshCompletion() const; ///< See bashCompletion().
 
+    /// Whether an option was given; no for one that the tool does not have.
     bool has(const std::string& option) const;
     /// What was given with an option. @throws UsageError if that is empty
     std::optional<std::string> value(const std::string& option) const;
@@ -82,6 +84,7 @@ class CommandLine {
     std::vector<std::string> usages_;
     std::vector<HelpEntry> entries_;
     std::vector<std::string> notes_;
+    std::set<std::string> options_;
     QCommandLineParser parser_;
     std::vector<std::filesystem::path> files_;
 };

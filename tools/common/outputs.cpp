@@ -115,4 +115,10 @@ void requireVideoName(const fs::path& file) {
     }
 }
 
+std::string viewFileName(int view, int views) {
+    const std::size_t digits = std::to_string(views - 1).size();
+    const std::string number = std::to_string(view);
+    return "view_" + std::string(digits - number.size(), '0') + number + ".png";
+}
+
 } // namespace altiro3D::tools

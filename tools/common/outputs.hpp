@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace altiro3D::tools {
@@ -40,5 +41,8 @@ void requirePictureName(const std::filesystem::path& file, bool colours = true);
 
 /// Refuses a file name that no video can be written to. @throws UsageError
 void requireVideoName(const std::filesystem::path& file);
+
+/// The name of a view among `views` in a directory of its own: "view_07.png".
+std::string viewFileName(int view, int views);
 
 } // namespace altiro3D::tools

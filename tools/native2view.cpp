@@ -1,0 +1,193 @@
+// native2view: what an eye sees of a Native through the display's lenses.
+
+#include "altiro3D/altiro3D.hpp"
+#include "common/display_options.hpp"
+#include "common/outputs.hpp"
+#include "common/picture_options.hpp"
+#include "common/run_tool.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <opencv2/core.hpp>
+#include <sstream>
+
+using namespace altiro3D;
+using namespace altiro3D::tools;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kWidestAngle = 90;
+
+int viewNumber(const std::string& text, int views) {
+    int view = -1;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), view);
+    if (error != std::errc() || end != text.data() + text.size() || view < 0 || view >= views) {
+        throw UsageError("--view names view " + text + ", expected 0.." +
+                         std::to_string(views - 1) + ", numbers like 0,12,47, or all");
+    }
+    return view;
+}
+
+// The views that --view names, in its order.
+std::vector<int> chosenViews(const std::string& text, int views) {
+    std::vector<int> chosen;
+    if (text == "all") {
+        for (int i = 0; i < views; ++i)
+            chosen.push_back(i);
+        return chosen;
+    }
+    std::istringstream words(text);
+    for (std::string word; std::getline(words, word, ',');) {
+        const int view = viewNumber(word, views);
+        if (std::find(chosen.begin(), chosen.end(), view) != chosen.end())
+            throw UsageError("--view names view " + word + " twice, expected each view once");
+        chosen.push_back(view);
+    }
+    return chosen;
+}
+
+// What is to be made: one picture, a directory of them, or a quilt of all.
+struct Job {
+    std::vector<LensEye> eyes;
+    std::vector<fs::path> files; // one for each eye; of a quilt one alone
+    bool quilt = false;
+    std::optional<cv::Size> size; // of each view, else the panel's
+};
+
+Job planJob(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout) {
+    commandLine.exclude("angle", "view");
+    commandLine.exclude("angle", "quilt-of-views");
+    commandLine.exclude("view", "quilt-of-views");
+    const fs::path& output = commandLine.files()[1];
+    const int count = layout.viewCount;
+    Job job;
+    job.quilt = commandLine.has("quilt-of-views");
+    if (job.quilt || commandLine.has("r")) job.size = layout.tileSize;
+    const auto list = job.quilt ? std::string("all") : commandLine.value("view");
+    if (!list) {
+        const double angle = commandLine.number("angle", -kWidestAngle, kWidestAngle).value_or(0);
+        job.eyes = {eyeAtAngle(*display.calibration, angle)};
+        job.files = {output};
+    } else {
+        const std::vector<int> views = chosenViews(*list, count);
+        for (const int view : views) {
+            job.eyes.push_back(eyeAtView(view, count));
+            if (!job.quilt) job.files.push_back(output / viewFileName(view, count));
+        }
+        if (job.quilt)
+            job.files = {quiltFileName(output, layout, display.panelAspect())};
+        else if (views.size() == 1)
+            job.files = {output};
+    }
+    const bool directory = job.files.size() > 1;
+    if (directory && canWritePicture(output)) {
+        throw UsageError(output.string() +
+                         ": names one file, expected a directory for the pictures of several "
+                         "views (--quilt-of-views puts all into one picture)");
+    }
+    if (!directory) requirePictureName(job.files.front());
+    return job;
+}
+
+Outputs checkedOutputs(const CommandLine& commandLine, const Display& display, const Job& job) {
+    Outputs outputs(commandLine.has("y"));
+    outputs.addInput(commandLine.files()[0]);
+    for (const fs::path& file : display.files)
+        outputs.addInput(file);
+    if (job.files.size() > 1) outputs.addDirectory(commandLine.files()[1]);
+    for (const fs::path& file : job.files)
+        outputs.addOutput(file);
+    outputs.check();
+    return outputs;
+}
+
+int run(const CommandLine& commandLine, Messages& messages) {
+    if (commandLine.files().size() != 2) {
+        throw UsageError("expected NATIVE and OUT, got " +
+                         std::to_string(commandLine.files().size()) +
+                         " names; see native2view --help");
+    }
+    const fs::path& nativeFile = commandLine.files()[0];
+    const Display display = findDisplay(commandLine, messages);
+    if (!display.calibration) {
+        throw UsageError("a map does not tell where the lenses are, expected the display's "
+                         "calibration with -c");
+    }
+    const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
+    const Job job = planJob(commandLine, display, layout);
+    const Outputs outputs = checkedOutputs(commandLine, display, job);
+    StageTimes times;
+    const cv::Mat native = readPhotoFile(nativeFile, messages);
+    if (native.size() != display.panelSize) {
+        throw Error(ErrorCode::Mismatch, nativeFile.string(),
+                    "has " + std::to_string(native.cols) + " x " + std::to_string(native.rows) +
+                        " px, expected a Native of the panel's " +
+                        std::to_string(display.panelSize.width) + " x " +
+                        std::to_string(display.panelSize.height) + " px");
+    }
+    times.end("read");
+    outputs.makeDirectories();
+    cv::Mat quilt;
+    if (job.quilt) {
+        messages.say("quilt: " + layout.text());
+        quilt = cv::Mat(layout.size(), CV_8UC3, cv::Scalar::all(0));
+    }
+    Progress progress(job.eyes.size());
+    cv::Mat seen;
+    cv::Mat sized;
+    for (std::size_t i = 0; i < job.eyes.size(); ++i) {
+        progress.step("view " + std::to_string(i + 1));
+        simulateView(native, *display.calibration, job.eyes[i], seen, display.invert);
+        sized = seen;
+        if (job.size) {
+            const PhotoFit fit =
+                fitPhoto(seen.size(), display.panelAspect(), *job.size, FitMode::Stretch);
+            applyFit(seen, fit, sized);
+        }
+        if (job.quilt)
+            sized.copyTo(quilt(layout.tile(static_cast<int>(i))));
+        else
+            writePicture(job.files[i], sized);
+    }
+    if (job.quilt) writePicture(job.files.front(), quilt);
+    progress.clear();
+    times.end("views");
+    const bool several = job.files.size() > 1;
+    messages.say((several ? commandLine.files()[1] : job.files.front()).string() + ": " +
+                 std::to_string(job.eyes.size()) + (job.eyes.size() == 1 ? " view, " : " views, ") +
+                 std::to_string(sized.cols) + " x " + std::to_string(sized.rows) + " px" +
+                 (several || job.quilt ? " each" : ""));
+    messages.detail(times.text());
+    return kExitDone;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    CommandLine commandLine("native2view", "Shows a Native as an eye sees it through the lenses "
+                                           "of the display: one view, some, or all.");
+    commandLine.addUsage("[options] NATIVE OUT.png");
+    commandLine.addUsage("[options] --view 0,12,47|all NATIVE OUTDIR");
+    commandLine.addUsage("[options] --quilt-of-views NATIVE OUT.png");
+    commandLine.addSection("Eye");
+    commandLine.add({"angle"},
+                    "Angle from which the panel is seen, in degrees: 0 (default) is straight "
+                    "ahead, less is to the left. The eye takes in what a sharp lens shows: the "
+                    "width of one sub-pixel, some three views of a Portrait.",
+                    "DEGREES");
+    commandLine.add({"view"},
+                    "Views by number, 0 = leftmost: exactly the sub-pixels that show them. One "
+                    "goes to a file, several go to a directory; all means all of the quilt's.",
+                    "LIST");
+    commandLine.add({"quilt-of-views"},
+                    "All views in one quilt (named ..._qs<columns>x<rows>a<aspect>).");
+    commandLine.addSection("Output");
+    commandLine.add({"y"}, "Replace outputs that exist.");
+    addDisplayOptions(commandLine);
+    commandLine.addNote("A view has the panel's size, or that of -r, but only the detail that the "
+                        "lens leaves it: of N views each owns one N-th of the sub-pixels. With "
+                        "another display's calibration the views mix, as they do on the panel.");
+    return runTool(argc, argv, commandLine, run);
+}

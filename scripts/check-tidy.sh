@@ -8,12 +8,12 @@ cd "$(dirname "$0")/.."
 build=build/dev
 [[ -f $build/compile_commands.json ]] || cmake --preset dev >/dev/null
 if [[ ${1:-} == --all ]]; then
-    mapfile -t files < <(git ls-files 'libaltiro3D/src/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
+    mapfile -t files < <(git ls-files 'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
 else
     base=${1:-HEAD~1}
     git rev-parse --verify -q "$base^{commit}" >/dev/null || base=HEAD
     mapfile -t files < <(git diff --name-only --diff-filter=d "$base" -- \
-        'libaltiro3D/src/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
+        'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
 fi
 existing=()
 for file in "${files[@]}"; do

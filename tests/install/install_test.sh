@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# usage: install_test.sh BUILD_DIRECTORY CONSUMER_SOURCE COMPILER
+# usage: install_test.sh BUILD_DIRECTORY CONSUMER_SOURCE QT_EXAMPLE_SOURCE COMPILER
 set -euo pipefail
 build=$1
 consumer=$2
-compiler=$3
+example=$3
+compiler=$4
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 prefix=$work/prefix
@@ -23,6 +24,17 @@ cmake -G Ninja -S "$consumer" -B "$work/cmake" -DCMAKE_PREFIX_PATH="$prefix" \
     -DCMAKE_CXX_COMPILER="$compiler" >/dev/null
 cmake --build "$work/cmake" >/dev/null
 LD_LIBRARY_PATH=$libraries "$work/cmake/consumer" "$calibration"
+
+if [[ -f $libraries/cmake/altiro3D/altiro3DQtTargets.cmake ]]; then
+    echo "== with Qt"
+    cmake -G Ninja -S "$example" -B "$work/qt" -DCMAKE_PREFIX_PATH="$prefix" \
+        -DCMAKE_CXX_COMPILER="$compiler" >/dev/null
+    cmake --build "$work/qt" >/dev/null
+    status=0
+    QT_QPA_PLATFORM=offscreen LD_LIBRARY_PATH=$libraries "$work/qt/show_native" "$calibration" \
+        2>"$work/message" || status=$?
+    grep -q "portrait-sample.json: " "$work/message" && [[ $status == 1 ]]
+fi
 
 echo "== by pkg-config"
 export PKG_CONFIG_PATH=$libraries/pkgconfig

@@ -1,0 +1,169 @@
+#include "altiro3D/qt/display_search.hpp"
+
+#include "support/files.hpp"
+
+#include <QGuiApplication>
+#include <QScreen>
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+qt::ScreenFacts screen(const std::string& model, cv::Size size, double scale = 1) {
+    qt::ScreenFacts facts;
+    facts.name = "HDMI-1";
+    facts.model = model;
+    facts.size = size;
+    facts.scale = scale;
+    return facts;
+}
+
+const cv::Size kPortrait(1536, 2048);
+const cv::Size kGo(1440, 2560);
+const qt::ScreenFacts kMonitor = screen("U2720Q", {3840, 2160});
+
+// A file system with volumes of displays.
+class Mounts {
+  public:
+    void add(const std::string& volume, const std::string& serial, cv::Size panel,
+             double center = 0.5) {
+        write(volume, R"({"serial": ")" + serial +
+                          R"(", "pitch": 52.58, "slope": -7.17, "center": )" +
+                          std::to_string(center) + R"(, "DPI": 324, "screenW": )" +
+                          std::to_string(panel.width) + R"(, "screenH": )" +
+                          std::to_string(panel.height) + "}");
+    }
+    void write(const std::string& volume, const std::string& text) {
+        const fs::path folder = root_ / ("media/user/" + volume + "/LKG_calibration");
+        fs::create_directories(folder);
+        spill(folder / "visual.json", text);
+    }
+    std::vector<qt::FoundDisplay> find(const std::vector<qt::ScreenFacts>& screens) const {
+        return qt::findDisplays(screens, qt::findVolumes(root_.path()));
+    }
+
+  private:
+    TemporaryDirectory root_;
+};
+
+TEST(DisplaySearch, NothingIsFoundWhereThereIsNothing) {
+    EXPECT_TRUE(Mounts().find({}).empty());
+    EXPECT_TRUE(Mounts().find({kMonitor, screen("", kPortrait)}).empty());
+}
+
+TEST(DisplaySearch, PairsSeveralDisplaysBySerialNumberNotBySize) {
+    Mounts mounts;
+    mounts.add("LKG-P00655", "LKG-PORT-", kPortrait, 0.1); // cut short, as some are
+    mounts.add("LKG-P11063", "LKG-P11063", kPortrait, 0.2);
+    mounts.add("LKG-E05304", "LKG-E05304", kGo);
+    qt::ScreenFacts byName = screen("", kPortrait);
+    byName.name = "Looking Glass lkg-p00655"; // as Windows and macOS name screens
+    const auto found =
+        mounts.find({screen("LKG-E05304", kGo), kMonitor, screen("LKG-P11063", kPortrait), byName});
+    ASSERT_EQ(found.size(), 3U);
+    const char* expected[] = {"LKG-E05304", "LKG-P11063", "LKG-P00655"};
+    const std::size_t screens[] = {0, 2, 3};
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(found[i].name, expected[i]);
+        EXPECT_EQ(found[i].screen, screens[i]);
+        EXPECT_EQ(found[i].pairedBy, qt::PairedBy::Serial);
+        EXPECT_TRUE(found[i].problems.empty()) << found[i].problems.front();
+    }
+    EXPECT_EQ(found[2].calibration->center, 0.1);
+}
+
+TEST(DisplaySearch, PairsBySizeWhereNothingElseCouldBeMeant) {
+    Mounts mounts;
+    mounts.add("LKG-P00655", "LKG-PORT-00655", kPortrait);
+    const auto found = mounts.find({kMonitor, screen("", kPortrait)});
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].screen, 1U);
+    EXPECT_EQ(found[0].pairedBy, qt::PairedBy::Size);
+    EXPECT_TRUE(found[0].problems.empty());
+
+    const auto two = mounts.find({screen("", kPortrait), screen("", kPortrait)});
+    ASSERT_EQ(two.size(), 1U);
+    EXPECT_FALSE(two[0].screen);
+    ASSERT_EQ(two[0].problems.size(), 1U);
+
+    // a screen of a display's name wins over one that only has the size
+    const auto named = mounts.find({screen("", kPortrait), screen("LKG01Do12HjQE", kPortrait)});
+    ASSERT_EQ(named.size(), 1U);
+    EXPECT_EQ(named[0].screen, 1U);
+}
+
+TEST(DisplaySearch, SaysWhichPartIsMissing) {
+    Mounts mounts;
+    const auto screenOnly = mounts.find({screen("LKG-P00655", kPortrait)});
+    ASSERT_EQ(screenOnly.size(), 1U);
+    EXPECT_EQ(screenOnly[0].name, "LKG-P00655");
+    EXPECT_FALSE(screenOnly[0].calibration);
+    ASSERT_EQ(screenOnly[0].problems.size(), 1U);
+    EXPECT_NE(screenOnly[0].problems[0].find("visual.json"), std::string::npos);
+
+    mounts.add("LKG-E05304", "LKG-E05304", kGo);
+    const auto volumeOnly = mounts.find({kMonitor});
+    ASSERT_EQ(volumeOnly.size(), 1U);
+    ASSERT_EQ(volumeOnly[0].problems.size(), 1U);
+    EXPECT_NE(volumeOnly[0].problems[0].find("1440 x 2560"), std::string::npos);
+}
+
+TEST(DisplaySearch, BrokenCalibrationsAreProblemsNotErrors) {
+    Mounts mounts;
+    mounts.write("LKG-P00655", "{}");
+    const auto found = mounts.find({screen("LKG-P00655", kPortrait)});
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].screen, 0U);
+    EXPECT_FALSE(found[0].calibration);
+    ASSERT_EQ(found[0].problems.size(), 1U);
+    EXPECT_NE(found[0].problems[0].find("visual.json"), std::string::npos);
+}
+
+TEST(DisplaySearch, SaysHowTheDesktopStandsInTheWay) {
+    EXPECT_TRUE(qt::problemsOf(screen("", kPortrait), kPortrait).empty());
+    const auto one = [](const qt::ScreenFacts& facts) {
+        const auto problems = qt::problemsOf(facts, kPortrait);
+        return problems.size() == 1 ? problems[0] : std::to_string(problems.size());
+    };
+    EXPECT_NE(one(screen("", kPortrait, 1.5)).find("150 %"), std::string::npos);
+    EXPECT_NE(one(screen("", {2048, 1536})).find("rotation"), std::string::npos);
+    EXPECT_NE(one(screen("", {1920, 1080})).find("1920 x 1080 px, but the panel has 1536 x 2048"),
+              std::string::npos);
+    Mounts mounts;
+    mounts.add("LKG-P00655", "LKG-P00655", kPortrait);
+    const auto found = mounts.find({screen("LKG-P00655", {1920, 1080}, 2)});
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].problems.size(), 2U);
+}
+
+TEST(DisplaySearch, ChoosesTheDisplayThatANativeIsFor) {
+    Mounts mounts;
+    mounts.add("LKG-P00655", "LKG-P00655", kPortrait, 0.1);
+    mounts.add("LKG-P11063", "LKG-P11063", kPortrait, 0.2);
+    mounts.add("LKG-E05304", "LKG-E05304", kGo);
+    const std::vector<qt::ScreenFacts> screens{kMonitor, screen("LKG-P00655", kPortrait),
+                                               screen("LKG-P11063", kPortrait),
+                                               screen("LKG-E05304", kGo)};
+    const auto found = mounts.find(screens);
+    ASSERT_EQ(found.size(), 3U);
+    EXPECT_EQ(qt::chooseDisplay(found, screens, found[1].calibration, kPortrait), 1U);
+    EXPECT_EQ(qt::chooseDisplay(found, screens, std::nullopt, kGo), 2U);
+    EXPECT_FALSE(qt::chooseDisplay(found, screens, std::nullopt, kPortrait));
+    EXPECT_FALSE(qt::chooseDisplay(found, screens, std::nullopt, {640, 480}));
+    const std::vector<qt::ScreenFacts> alone{screens[1]};
+    EXPECT_EQ(qt::chooseDisplay(mounts.find(alone), alone, std::nullopt, {640, 480}), 0U);
+    EXPECT_FALSE(qt::chooseDisplay({}, {}, std::nullopt, kPortrait));
+}
+
+TEST(DisplaySearch, ReadsTheFactsOfRealScreens) {
+    const QScreen* primary = QGuiApplication::primaryScreen();
+    const qt::ScreenFacts facts = qt::factsOf(*primary);
+    EXPECT_EQ(facts.name, primary->name().toStdString());
+    EXPECT_EQ(facts.size.width, qRound(primary->size().width() * primary->devicePixelRatio()));
+    EXPECT_EQ(facts.scale, primary->devicePixelRatio());
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -5,6 +5,7 @@
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
+#include "common/views_quilt.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,12 +17,6 @@ using namespace altiro3D::tools;
 namespace fs = std::filesystem;
 
 namespace {
-
-// The picture nearest to a view's camera position among `pictures` evenly spaced ones.
-std::size_t pictureOfView(int view, int views, std::size_t pictures) {
-    const double place = (viewPosition(view, views) + 1) / 2 * static_cast<double>(pictures - 1);
-    return static_cast<std::size_t>(std::lround(place));
-}
 
 int run(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.files().size() != 2) {
@@ -56,48 +51,22 @@ int run(const CommandLine& commandLine, Messages& messages) {
     outputs.check();
 
     messages.say("quilt: " + layout.text());
-    if (files.size() != static_cast<std::size_t>(layout.viewCount)) {
-        messages.warn(directory.string() + " holds " + std::to_string(files.size()) +
-                      " pictures for " + std::to_string(layout.viewCount) +
-                      " views: each view takes the picture nearest to it");
-    }
-    cv::Mat quilt(layout.size(), CV_8UC3, cv::Scalar::all(0));
-    cv::Size viewSize;
     Progress progress(files.size());
-    for (std::size_t picture = 0; picture < files.size(); ++picture) {
-        cv::Mat view; // read when the first of its tiles comes, not at all if it has none
-        cv::Mat fitted;
-        progress.step(files[picture].filename().string());
-        for (int i = 0; i < layout.viewCount; ++i) {
-            if (pictureOfView(i, layout.viewCount, files.size()) != picture) continue;
-            if (view.empty()) {
-                view = readPhotoFile(files[picture], messages);
-                if (viewSize.area() == 0) viewSize = view.size();
-                if (view.size() != viewSize) {
-                    throw Error(
-                        ErrorCode::Mismatch, files[picture].string(),
-                        "has " + std::to_string(view.cols) + " x " + std::to_string(view.rows) +
-                            " px, expected " + std::to_string(viewSize.width) + " x " +
-                            std::to_string(viewSize.height) + " px like the views before it");
-                }
-                applyFit(view, fitPhoto(viewSize, display.panelAspect(), layout.tileSize, mode),
-                         fitted);
-            }
-            fitted.copyTo(quilt(layout.tile(i)));
-        }
-    }
+    const ViewsQuilt views = quiltOfViews(
+        directory, files, layout, display.panelAspect(), mode, messages,
+        [&progress](const fs::path& file) { progress.step(file.filename().string()); });
     progress.clear();
     times.end("read views");
-    const double aspect = static_cast<double>(viewSize.width) / viewSize.height;
+    const double aspect = static_cast<double>(views.viewSize.width) / views.viewSize.height;
     if (std::abs(aspect / display.panelAspect() - 1) > 0.05) {
         messages.warn("the views have another shape than the panel: --fit " + fitName(mode) +
                       " is applied");
     }
     const Quilt2Native renderer = makeQuilt2Native(commandLine, display, layout, messages);
     times.end("look-up table");
-    makeNativeFile(renderer, quilt, output, messages, times);
+    makeNativeFile(renderer, views.quilt, output, messages, times);
     if (quiltOutput) {
-        writePicture(*quiltOutput, quilt);
+        writePicture(*quiltOutput, views.quilt);
         times.end("write quilt");
         messages.say(quiltOutput->string() + ": quilt");
     }

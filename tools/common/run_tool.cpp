@@ -166,10 +166,15 @@ std::string sentenceOf(const std::exception& error) {
 
 int runTool(int argc, char** argv, CommandLine& commandLine,
             const std::function<int(const CommandLine&, Messages&)>& body) {
-    std::signal(SIGPIPE, SIG_IGN); // a closed pipe is a failed write, not the end of the process
-    std::signal(SIGXFSZ, SIG_IGN); // and so is a file beyond the user's limit
     const QCoreApplication application(argc, argv);
     std::setlocale(LC_NUMERIC, "C"); // Qt takes the user's; numbers in files have a point
+    return runToolWithoutApplication(argc, argv, commandLine, body);
+}
+
+int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
+                              const std::function<int(const CommandLine&, Messages&)>& body) {
+    std::signal(SIGPIPE, SIG_IGN); // a closed pipe is a failed write, not the end of the process
+    std::signal(SIGXFSZ, SIG_IGN); // and so is a file beyond the user's limit
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     cv::redirectError([](int, const char*, const char*, const char*, int, void*) { return 0; });
 

@@ -108,6 +108,11 @@ class QuietStandardError {
 int runTool(int argc, char** argv, CommandLine& commandLine,
             const std::function<int(const CommandLine&, Messages&)>& body);
 
+/// runTool() for a tool whose body makes a Qt application of its own: one with windows ends the
+/// process where there is no desktop, which --help must not.
+int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
+                              const std::function<int(const CommandLine&, Messages&)>& body);
+
 /// The sentence of any exception, on one line.
 std::string sentenceOf(const std::exception& error);
 

@@ -1,10 +1,18 @@
 #include <QApplication>
+#include <QTemporaryDir>
+#include <clocale>
 #include <gtest/gtest.h>
 
 int main(int argc, char** argv) {
+    const QTemporaryDir home; // settings of these tests, not of who runs them
     qputenv("QT_QPA_PLATFORM", "offscreen");
+    qputenv("XDG_CONFIG_HOME", home.path().toUtf8());
+    qputenv("XDG_CACHE_HOME", home.path().toUtf8());
+    qputenv("ALTIRO3D_MODELS", home.path().toUtf8()); // no networks
     ::testing::InitGoogleTest(&argc, argv);
     const QApplication application(argc, argv);
-    QCoreApplication::setOrganizationName("altiro3D-tests");
+    std::setlocale(LC_NUMERIC, "C");
+    QCoreApplication::setOrganizationName("altiro3D");
+    QCoreApplication::setApplicationName("tests");
     return RUN_ALL_TESTS();
 }

@@ -1,0 +1,315 @@
+#include "viewer/controller.hpp"
+
+#include "support/compare.hpp"
+#include "viewer_scenes.hpp"
+
+#include <QElapsedTimer>
+#include <QProcess>
+#include <QSignalSpy>
+#include <future>
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace viewer;
+
+// A controller with room for a picture and a folder of files.
+class ViewerController : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        writePicture(folder_ / "photo.png", detailedPhoto({300, 400}));
+        writePicture(folder_ / "photo-depth.png", boxDepth({300, 400}));
+        controller_.setArea({300, 400});
+    }
+    void openPhoto() {
+        controller_.open(std::vector<fs::path>{folder_ / "photo.png", folder_ / "photo-depth.png"});
+        ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    }
+    // The last frame is of the document and the knobs as they are.
+    bool shown() const {
+        const Request& request = controller_.frame().request;
+        return request.document && request.document == controller_.document() &&
+               request.knobs == controller_.knobs() && request.mode == controller_.mode() &&
+               request.position == controller_.position();
+    }
+    bool waitForFrame() {
+        return waitFor([this] { return shown(); });
+    }
+    const cv::Mat& picture() const { return controller_.frame().picture; }
+    void focus(double value) {
+        Knobs knobs = controller_.knobs();
+        knobs.views.focus = value;
+        controller_.turn(knobs, "focus");
+    }
+    QString exportTo(Product product, const fs::path& file) {
+        QSignalSpy ended(&controller_, &Controller::exportEnded);
+        EXPECT_TRUE(controller_.startExport(product, file));
+        EXPECT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
+        return ended.at(0).at(1).toString();
+    }
+
+    TemporaryDirectory folder_;
+    Controller controller_{sampleDisplay({150, 200})};
+};
+
+TEST(ViewerWorker, TheLatestOfEachKindWins) {
+    std::promise<void> go;
+    std::vector<int> done;
+    {
+        Worker worker;
+        std::promise<void> running;
+        worker.post(1, [&] {
+            running.set_value();
+            go.get_future().wait();
+            done.push_back(0);
+        });
+        running.get_future().wait();
+        for (int i = 1; i <= 5; ++i)
+            worker.post(1, [&done, i] { done.push_back(i); });
+        worker.post(0, [&done] { done.push_back(100); });
+        std::promise<void> last;
+        worker.post(2, [&last] { last.set_value(); });
+        go.set_value();
+        last.get_future().wait();
+    }
+    EXPECT_EQ(done, (std::vector<int>{0, 100, 5}));
+}
+
+TEST(ViewerWorker, DropsWhatWaitsAtItsEnd) {
+    bool done = false;
+    {
+        std::promise<void> go;
+        std::promise<void> running;
+        Worker worker;
+        worker.post(0, [&] {
+            running.set_value();
+            go.get_future().wait();
+        });
+        running.get_future().wait();
+        worker.post(0, [&done] { done = true; });
+        worker.drop(0);
+        go.set_value();
+    }
+    EXPECT_FALSE(done);
+}
+
+TEST_F(ViewerController, ShowsAPhotoFromTheMiddleAndFromTheSide) {
+    openPhoto();
+    ASSERT_EQ(picture().size(), cv::Size(300, 400));
+    EXPECT_TRUE(samePicture(picture(), detailedPhoto({300, 400})));
+    controller_.setPosition(1);
+    ASSERT_TRUE(waitForFrame());
+    cv::Mat expected;
+    cv::Mat depth;
+    boxDepth({300, 400}).convertTo(depth, CV_32F, 1 / 255.0);
+    Depth2Quilt({1, 1, {300, 400}, 1}).renderView(detailedPhoto({300, 400}), depth, 1, expected);
+    EXPECT_TRUE(samePicture(picture(), expected));
+}
+
+TEST_F(ViewerController, EveryModeShowsItsPicture) {
+    openPhoto();
+    for (const Mode mode : modesOf(Kind::Scene)) {
+        controller_.setMode(mode);
+        ASSERT_TRUE(waitForFrame()) << int(mode);
+        EXPECT_FALSE(picture().empty());
+    }
+    controller_.setMode(Mode::Native);
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_EQ(picture().size(), cv::Size(150, 200)); // px by px, not enlarged
+    EXPECT_EQ(controller_.frame().target, picture().size());
+    const cv::Mat native = picture().clone();
+    controller_.setMode(Mode::Lens);
+    ASSERT_TRUE(waitForFrame());
+    cv::Mat seen;
+    const Calibration calibration = *sampleDisplay({150, 200}).calibration;
+    simulateView(native, calibration, eyeAtAngle(calibration, 0), seen);
+    cv::resize(seen, seen, {300, 400}, 0, 0, cv::INTER_LINEAR);
+    EXPECT_TRUE(samePicture(picture(), seen));
+}
+
+TEST_F(ViewerController, ANativeInASmallWindowIsPanned) {
+    openPhoto();
+    controller_.setMode(Mode::Native);
+    ASSERT_TRUE(waitForFrame());
+    const cv::Mat native = picture().clone();
+    controller_.setArea({100, 100});
+    ASSERT_TRUE(waitFor([this] { return picture().size() == cv::Size(100, 100); }));
+    EXPECT_TRUE(samePicture(picture(), native(cv::Rect(25, 50, 100, 100))));
+    QSignalSpy frames(&controller_, &Controller::frameReady);
+    controller_.panBy({1000, -1000}); // to the left lower corner, no further
+    ASSERT_TRUE(waitFor([&frames] { return frames.count() > 0; }));
+    EXPECT_TRUE(samePicture(picture(), native(cv::Rect(0, 100, 100, 100))));
+}
+
+TEST_F(ViewerController, AClickFocusesOnWhatIsSeenThere) {
+    openPhoto();
+    controller_.focusAt(0.5, 0.5);
+    EXPECT_EQ(controller_.knobs().views.focus, 1);
+    controller_.focusAt(0.1, 0.1);
+    EXPECT_EQ(controller_.knobs().views.focus, 0);
+    EXPECT_EQ(controller_.undoStack().count(), 2);
+    // from the side the near box is seen beside its place: 5 % of the width to the left
+    focus(0);
+    controller_.setPosition(1);
+    ASSERT_TRUE(waitForFrame());
+    controller_.focusAt(0.22, 0.5);
+    EXPECT_EQ(controller_.knobs().views.focus, 1);
+}
+
+TEST_F(ViewerController, KnobsAreUndoneGestureByGesture) {
+    const Knobs first = controller_.knobs();
+    Knobs knobs = first;
+    for (int i = 1; i <= 5; ++i) {
+        knobs.views.strengthPercent = 10 + i;
+        controller_.turn(knobs, "strength", 7);
+    }
+    focus(0.9);
+    EXPECT_EQ(controller_.undoStack().count(), 2);
+    controller_.undoStack().undo();
+    EXPECT_EQ(controller_.knobs(), knobs);
+    controller_.undoStack().undo();
+    EXPECT_EQ(controller_.knobs(), first);
+    controller_.undoStack().redo();
+    EXPECT_EQ(controller_.knobs(), knobs);
+    controller_.resetKnobs();
+    EXPECT_EQ(controller_.knobs(), first);
+    controller_.undoStack().undo();
+    EXPECT_EQ(controller_.knobs(), knobs);
+}
+
+TEST_F(ViewerController, ABrokenFileIsNamedAndTheNextOneOpens) {
+    spill(folder_ / "broken.png", "\x89PNG\r\n\x1a\nand nothing more");
+    controller_.open(std::vector<fs::path>{folder_ / "broken.png"});
+    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy(); }));
+    EXPECT_TRUE(controller_.problem().contains("broken.png: "))
+        << controller_.problem().toStdString();
+    EXPECT_EQ(controller_.document(), nullptr);
+    openPhoto();
+    EXPECT_TRUE(controller_.problem().isEmpty());
+    EXPECT_EQ(controller_.sources().size(), 2U);
+    controller_.close(0);
+    EXPECT_EQ(controller_.current(), 0);
+    EXPECT_TRUE(controller_.document() != nullptr);
+    controller_.close(0);
+    EXPECT_EQ(controller_.current(), -1);
+    EXPECT_EQ(controller_.document(), nullptr);
+}
+
+TEST_F(ViewerController, ANativeForAnotherPanelIsSaidWhenItIsLookedAt) {
+    writePicture(folder_ / "n.png", detailedPhoto({64, 64}));
+    controller_.open(Source{folder_ / "n.png", {}, Reading::Native});
+    ASSERT_TRUE(waitFor([this] { return !controller_.problem().isEmpty(); }));
+    EXPECT_TRUE(controller_.problem().contains("expected the panel's 150 x 200 px"));
+    controller_.setMode(Mode::Native);
+    ASSERT_TRUE(waitFor([this] { return controller_.problem().isEmpty(); }));
+    EXPECT_EQ(picture().size(), cv::Size(64, 64));
+}
+
+TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
+    openPhoto();
+    Knobs knobs = controller_.knobs();
+    knobs.views.strengthPercent = 7.5;
+    knobs.views.focus = 0.25;
+    controller_.turn(knobs, "strength");
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_EQ(exportTo(Product::Native, folder_ / "n.png"), "");
+    EXPECT_EQ(exportTo(Product::Quilt, folder_ / "q.png"), "");
+    EXPECT_EQ(exportTo(Product::Views, folder_ / "views"), "");
+    EXPECT_EQ(exportTo(Product::Depth, folder_ / "d.png"), "");
+    const auto at = [this](const char* name) {
+        return QString::fromStdString((folder_ / name).string());
+    };
+    const Calibration c = *sampleDisplay().calibration;
+    spill(folder_ / "c.json", "{\"pitch\": " + std::to_string(c.pitch) + "}");
+    // the display of the controller as a file: the sample with another panel
+    std::string text = slurp(sourcePath("calibration/portrait-sample.json"));
+    for (const auto& [from, to] : {std::pair{"1536", "150"}, std::pair{"2048", "200"}})
+        text.replace(text.find(from), std::string(from).size(), to);
+    spill(folder_ / "c.json", text);
+    const int status = QProcess::execute(
+        ALTIRO3D_TOOL_PHOTO2NATIVE,
+        {"-c", at("c.json"), "--strength", "7.5", "--focus", "0.25", "-d", "--save-quilt",
+         at("tool.png"), "--save-depth", at("tool-d.png"), "--save-views", at("tool-views"),
+         at("photo.png"), at("photo-depth.png"), at("tool-n.png")});
+    ASSERT_EQ(status, 0);
+    EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png"));
+    EXPECT_EQ(slurp(folder_ / "q_qs8x6a0.75.png"), slurp(folder_ / "tool_qs8x6a0.75.png"));
+    EXPECT_EQ(slurp(folder_ / "d.png"), slurp(folder_ / "tool-d.png"));
+    EXPECT_EQ(slurp(folder_ / "views/view_47.png"), slurp(folder_ / "tool-views/view_47.png"));
+}
+
+TEST_F(ViewerController, ASwayVideoIsThereWholeOrNotAtAll) {
+    openPhoto();
+    EXPECT_EQ(exportTo(Product::SwayVideo, folder_ / "sway.mp4"), "");
+    VideoReader reader(folder_ / "sway.mp4");
+    int frames = 0;
+    while (reader.next())
+        ++frames;
+    EXPECT_EQ(frames, 96);
+
+    QSignalSpy ended(&controller_, &Controller::exportEnded);
+    QObject::connect(&controller_, &Controller::exportProgress, &controller_,
+                     [this] { controller_.cancelExport(); });
+    EXPECT_TRUE(controller_.startExport(Product::SwayVideo, folder_ / "cancelled.mp4"));
+    EXPECT_FALSE(controller_.startExport(Product::Native, folder_ / "second.png"));
+    ASSERT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
+    EXPECT_EQ(ended.at(0).at(0).toString(), "");
+    EXPECT_EQ(ended.at(0).at(1).toString(), "");
+    for (const auto& entry : fs::directory_iterator(folder_.path()))
+        EXPECT_EQ(entry.path().string().find("cancelled"), std::string::npos) << entry.path();
+}
+
+TEST_F(ViewerController, WhatCannotBeWrittenIsNamed) {
+    openPhoto();
+    EXPECT_TRUE(exportTo(Product::Native, folder_ / "none/n.png").contains("none/n.png"));
+    EXPECT_FALSE(controller_.isExporting());
+}
+
+TEST_F(ViewerController, EndsCleanlyInTheMiddleOfItsWork) {
+    writePicture(folder_ / "large.png", detailedPhoto({2000, 1500}));
+    for (int milliseconds = 0; milliseconds < 100; milliseconds += 20) {
+        Controller controller(sampleDisplay());
+        controller.setArea({600, 800});
+        controller.open(std::vector<fs::path>{folder_ / "large.png"});
+        controller.setSwinging(true);
+        QTest::qWait(milliseconds);
+        if (controller.document()) controller.startExport(Product::SwayVideo, folder_ / "e.mp4");
+    }
+    EXPECT_FALSE(fs::exists(folder_ / "e.mp4"));
+}
+
+// The promise of the viewer: a turn of a knob is seen within 50 ms, on two cores.
+TEST_F(ViewerController, AKnobShowsWithin50MillisecondsOnAPhotoOfAMegapixel) {
+    writePicture(folder_ / "mega.png", detailedPhoto({867, 1156}));
+    writePicture(folder_ / "mega-depth.png", boxDepth({867, 1156}));
+    controller_.setArea({867, 1156});
+    controller_.open(std::vector<fs::path>{folder_ / "mega.png", folder_ / "mega-depth.png"});
+    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    ASSERT_GT(picture().total(), 600000U); // as large as it gets while knobs turn
+    controller_.setPosition(0.7);
+    ASSERT_TRUE(waitForFrame());
+    std::vector<qint64> milliseconds;
+    for (int i = 0; i < 15; ++i) {
+        QElapsedTimer timer;
+        timer.start();
+        Knobs knobs = controller_.knobs();
+        (i % 2 == 0 ? knobs.views.strengthPercent : knobs.views.focus) += i % 2 == 0 ? 0.5 : 0.01;
+        controller_.turn(knobs, "knob");
+        while (!shown())
+            QCoreApplication::processEvents(QEventLoop::WaitForMoreEvents);
+        milliseconds.push_back(timer.elapsed());
+    }
+    std::sort(milliseconds.begin(), milliseconds.end());
+    RecordProperty("median_ms", static_cast<int>(milliseconds[7]));
+    std::printf("median %lld ms, fastest %lld ms, slowest %lld ms\n",
+                static_cast<long long>(milliseconds[7]), static_cast<long long>(milliseconds[0]),
+                static_cast<long long>(milliseconds[14]));
+#ifdef NDEBUG // what others do on the machine counts as well: the fastest is what it can do
+    EXPECT_LE(milliseconds.front(), 50);
+#endif
+}
+
+} // namespace
+} // namespace altiro3D::test

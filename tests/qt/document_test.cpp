@@ -1,0 +1,108 @@
+#include "viewer/document.hpp"
+
+#include "support/compare.hpp"
+#include "viewer/knobs.hpp"
+#include "viewer_scenes.hpp"
+
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace viewer;
+
+TEST(ViewerDocument, NameAndSizeTellWhatAPictureIs) {
+    const tools::Display display = sampleDisplay({48, 64});
+    const auto kindOf = [&](const std::string& name, cv::Size size) {
+        return documentOf({name, {}, Reading::Automatic}, detailedPhoto(size), display).kind;
+    };
+    EXPECT_EQ(kindOf("holiday.jpg", {90, 120}), Kind::Scene);
+    EXPECT_EQ(kindOf("a_qs8x6a0.75.png", {80, 60}), Kind::Quilt);
+    EXPECT_EQ(kindOf("anything.png", {48, 64}), Kind::Native);
+    EXPECT_EQ(kindOf("camera.jpg", {48, 64}), Kind::Scene);
+    EXPECT_EQ(kindOf("my_native.jpg", {48, 64}), Kind::Native);
+    const Document rgbd =
+        documentOf({"a_rgbd.png", {}, Reading::Automatic}, detailedPhoto({90, 60}), display);
+    EXPECT_EQ(rgbd.kind, Kind::Scene);
+    EXPECT_EQ(rgbd.picture.size(), cv::Size(45, 60));
+    EXPECT_FALSE(rgbd.rawDepth.empty());
+    EXPECT_EQ(rgbd.facts(), "Photo, 45 x 60 px, with depth");
+}
+
+TEST(ViewerDocument, TheUserKnowsBetter) {
+    const tools::Display display = sampleDisplay({48, 64});
+    const Source photo{"anything.png", {}, Reading::Photo};
+    EXPECT_EQ(documentOf(photo, detailedPhoto({48, 64}), display).kind, Kind::Scene);
+    const Source top{"x.png", {}, Reading::RgbdTop};
+    EXPECT_EQ(documentOf(top, detailedPhoto({40, 60}), display).picture.size(), cv::Size(40, 30));
+}
+
+TEST(ViewerDocument, QuiltsHaveTheLayoutOfTheirNames) {
+    const Document quilt = documentOf({"a_qs5x2a0.75.png", {}, Reading::Automatic},
+                                      detailedPhoto({52, 40}), sampleDisplay());
+    EXPECT_EQ(quilt.layout, (QuiltLayout{5, 2, {10, 20}, 10}));
+    EXPECT_EQ(quilt.picture.size(), cv::Size(50, 40)); // without the unused columns
+    EXPECT_EQ(quilt.notes.size(), 1U);
+}
+
+TEST(ViewerDocument, ADirectoryOfViewsIsAQuilt) {
+    const TemporaryDirectory folder;
+    const tools::Display display = sampleDisplay({48, 64});
+    for (int i = 0; i < 48; ++i) {
+        writePicture(folder / ("v" + std::to_string(i) + ".png"),
+                     cv::Mat(40, 30, CV_8UC3, cv::Scalar::all(5 * i)));
+    }
+    const Document views = readDocument({folder.path(), {}, Reading::Automatic}, display);
+    EXPECT_EQ(views.kind, Kind::Quilt);
+    EXPECT_EQ(views.picture.at<cv::Vec3b>(views.layout.tile(47).tl())[0], 235);
+}
+
+TEST(ViewerDocument, SixteenBitsAndGivenDepthAreRead) {
+    const TemporaryDirectory folder;
+    writePicture(folder / "p.png", cv::Mat(20, 10, CV_16UC3, cv::Scalar::all(257 * 100)));
+    writePicture(folder / "p-depth.png", cv::Mat(20, 10, CV_16UC1, cv::Scalar(1000)));
+    const Document document = readDocument(
+        {folder / "p.png", folder / "p-depth.png", Reading::Automatic}, sampleDisplay());
+    EXPECT_TRUE(samePicture(document.picture, cv::Mat(20, 10, CV_8UC3, cv::Scalar::all(100))));
+    EXPECT_EQ(document.rawDepth.type(), CV_16UC1);
+}
+
+TEST(ViewerDocument, PhotosAndTheirDepthImagesBecomeOne) {
+    const auto sources = pairUp(
+        {"d/b-depth.png", "d/a.jpg", "d/b.jpg", "e/a-depth.png", "d/a_Depth.tif", "depth.png"});
+    ASSERT_EQ(sources.size(), 4U);
+    EXPECT_EQ(sources[0].file, "d/a.jpg");
+    EXPECT_EQ(sources[0].depth, "d/a_Depth.tif");
+    EXPECT_EQ(sources[1].file, "d/b.jpg");
+    EXPECT_EQ(sources[1].depth, "d/b-depth.png");
+    EXPECT_EQ(sources[2].file, "e/a-depth.png"); // of a photo elsewhere
+    EXPECT_TRUE(sources[2].depth.empty());
+    EXPECT_EQ(sources[3].file, "depth.png");
+}
+
+TEST(ViewerKnobs, ColumnsAndRowsDivideTheDisplaysQuilt) {
+    const tools::Display display = sampleDisplay();
+    Knobs knobs;
+    EXPECT_EQ(layoutOf(knobs, display), display.standardQuilt);
+    knobs.columns = 5;
+    knobs.rows = 9;
+    EXPECT_EQ(layoutOf(knobs, display), (QuiltLayout{5, 9, {672, 373}, 45}));
+}
+
+TEST(ViewerKnobs, AnyDifferenceCounts) {
+    Knobs a;
+    Knobs b;
+    EXPECT_EQ(a, b);
+    b.views.focus = 0.6;
+    EXPECT_NE(a, b);
+    b = a;
+    b.views.layered.fill = LayeredFill::Continue;
+    EXPECT_NE(a, b);
+    b = a;
+    b.depth = kBuiltInDepth;
+    EXPECT_NE(a, b);
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,0 +1,46 @@
+#pragma once
+
+#include "altiro3D/altiro3D.hpp"
+#include "common/display_options.hpp"
+#include "support/files.hpp"
+
+#include <QTest>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D::test {
+
+/// The sample calibration, or a panel of its lenses with other numbers of px.
+inline tools::Display sampleDisplay(cv::Size panel = {1536, 2048}) {
+    tools::Display display;
+    display.calibration = readCalibration(sourcePath("calibration/portrait-sample.json"));
+    display.calibration->screenW = panel.width;
+    display.calibration->screenH = panel.height;
+    display.source = "sample";
+    display.panelSize = panel;
+    display.standardQuilt = defaultQuilt(*display.calibration);
+    return display;
+}
+
+/// A photo with detail. [size, CV_8UC3]
+inline cv::Mat detailedPhoto(cv::Size size) {
+    cv::Mat photo(size, CV_8UC3);
+    cv::RNG(7).fill(photo, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(photo, photo, {7, 7}, 2);
+    return photo;
+}
+
+/// A near box in the middle (depth 1) before a far wall (depth 0). [size, CV_8UC1]
+inline cv::Mat boxDepth(cv::Size size) {
+    cv::Mat depth(size, CV_8UC1, cv::Scalar(0));
+    depth(cv::Rect(size.width / 4, size.height / 4, size.width / 2, size.height / 2)) = 255;
+    return depth;
+}
+
+/// Lets events come until something is so, 20 s at most.
+inline bool waitFor(const std::function<bool()>& so) {
+    return QTest::qWaitFor(so, 20000);
+}
+
+} // namespace altiro3D::test

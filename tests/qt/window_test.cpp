@@ -1,0 +1,231 @@
+#include "viewer/main_window.hpp"
+
+#include "altiro3D/qt/image.hpp"
+#include "support/compare.hpp"
+#include "viewer/knob_panel.hpp"
+#include "viewer/picture_view.hpp"
+#include "viewer_scenes.hpp"
+
+#include <QAction>
+#include <QComboBox>
+#include <QDropEvent>
+#include <QListWidget>
+#include <QMenu>
+#include <QMimeData>
+#include <QSettings>
+#include <QSlider>
+#include <QUrl>
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace viewer;
+
+class ViewerWindow : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        QSettings().clear();
+        writePicture(folder_ / "photo.png", detailedPhoto({300, 400}));
+        writePicture(folder_ / "photo-depth.png", boxDepth({300, 400}));
+        begin();
+    }
+    void begin() {
+        window_ = std::make_unique<MainWindow>(sampleDisplay({150, 200}), warnings_);
+        window_->resize(1000, 700);
+        window_->show();
+        ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+    }
+    void drop(const std::vector<std::string>& names) {
+        QMimeData data;
+        QList<QUrl> urls;
+        for (const std::string& name : names)
+            urls << QUrl::fromLocalFile(QString::fromStdString((folder_ / name).string()));
+        data.setUrls(urls);
+        QDragEnterEvent enter({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+        QCoreApplication::sendEvent(window_.get(), &enter);
+        EXPECT_TRUE(enter.isAccepted());
+        QDropEvent event({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+        QCoreApplication::sendEvent(window_.get(), &event);
+    }
+    void openPhoto() {
+        drop({"photo.png", "photo-depth.png"});
+        ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull() && !busy(); }));
+    }
+    bool busy() { return window_->controller().isBusy(); }
+    PictureView& picture() { return *window_->findChild<PictureView*>(); }
+    KnobPanel& panel() { return *window_->findChild<KnobPanel*>(); }
+    QListWidget& files() { return *window_->findChild<QListWidget*>("files"); }
+    const Knobs& knobs() { return window_->controller().knobs(); }
+    // Menu entries, by their texts without dots and marks.
+    QAction* entry(const QString& text) {
+        for (QAction* action : window_->findChildren<QAction*>()) {
+            if (action->text().remove('&').remove(QChar(0x2026)) == text) return action;
+        }
+        return nullptr;
+    }
+
+    TemporaryDirectory folder_;
+    std::vector<std::string> warnings_;
+    std::unique_ptr<MainWindow> window_;
+};
+
+TEST_F(ViewerWindow, TellsWhatToDoWhileItIsEmpty) {
+    EXPECT_EQ(picture().headline(), "Drop a photo here");
+    EXPECT_FALSE(entry("Export Native")->isEnabled());
+    EXPECT_FALSE(panel().strength().isEnabled());
+    EXPECT_EQ(files().count(), 0);
+}
+
+TEST_F(ViewerWindow, OpensWhatIsDroppedAndPaintsIt) {
+    openPhoto();
+    EXPECT_EQ(files().count(), 1);
+    EXPECT_TRUE(window_->windowTitle().startsWith("photo.png"));
+    EXPECT_TRUE(panel().strength().isEnabled());
+    window_->controller().setSwinging(false);
+    ASSERT_TRUE(waitFor([this] { return window_->controller().frame().request.position == 0; }));
+    // what is seen in the window is the frame, px by px
+    const cv::Mat painted = qt::toPicture(picture().grab().toImage());
+    const cv::Mat& frame = window_->controller().frame().picture;
+    const cv::Rect middle((painted.cols - frame.cols) / 2, (painted.rows - frame.rows) / 2,
+                          frame.cols, frame.rows);
+    EXPECT_TRUE(samePicture(painted(middle), frame));
+}
+
+TEST_F(ViewerWindow, KeysChooseModesAndSwing) {
+    openPhoto();
+    for (const auto& [key, mode] :
+         {std::pair{Qt::Key_2, Mode::Depth}, std::pair{Qt::Key_3, Mode::Quilt},
+          std::pair{Qt::Key_4, Mode::Native}, std::pair{Qt::Key_5, Mode::Lens},
+          std::pair{Qt::Key_1, Mode::Sway}}) {
+        QTest::keyClick(window_.get(), key);
+        EXPECT_EQ(window_->controller().mode(), mode);
+    }
+    const bool swings = window_->controller().isSwinging();
+    QTest::keyClick(&picture(), Qt::Key_Space);
+    EXPECT_NE(window_->controller().isSwinging(), swings);
+    EXPECT_EQ(entry("Undo")->shortcut(), QKeySequence(QKeySequence::Undo));
+}
+
+TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {
+    openPhoto();
+    QSlider& slider = panel().strength().slider();
+    const double first = knobs().views.strengthPercent;
+    slider.setSliderDown(true);
+    for (int i = 1; i <= 4; ++i)
+        slider.setValue(slider.value() + 10);
+    slider.setSliderDown(false);
+    EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, first + 4);
+    EXPECT_EQ(window_->controller().undoStack().count(), 1);
+    entry("Undo strength")->trigger();
+    EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, first);
+    EXPECT_DOUBLE_EQ(panel().strength().value(), first);
+    slider.setValue(300);
+    QTest::mouseDClick(&slider, Qt::LeftButton);
+    EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 10);
+}
+
+TEST_F(ViewerWindow, AClickOnThePictureFocuses) {
+    openPhoto();
+    window_->controller().setSwinging(false);
+    ASSERT_TRUE(waitFor([this] { return window_->controller().frame().request.position == 0; }));
+    QTest::mouseClick(&picture(), Qt::LeftButton, Qt::NoModifier, picture().rect().center());
+    EXPECT_EQ(knobs().views.focus, 1);
+    EXPECT_EQ(panel().focus().value(), 1);
+    // beside the picture: nothing
+    QTest::mouseClick(&picture(), Qt::LeftButton, Qt::NoModifier, QPoint(2, 2));
+    EXPECT_EQ(knobs().views.focus, 1);
+}
+
+TEST_F(ViewerWindow, TheMouseMovesTheCameraIfItMay) {
+    openPhoto();
+    entry("Follow the mouse")->trigger();
+    QTest::mouseMove(&picture(), {picture().width() - 1, 20});
+    EXPECT_NEAR(window_->controller().position(), 1, 0.01);
+    EXPECT_FALSE(window_->controller().isSwinging());
+    QTest::mouseMove(&picture(), {0, 20});
+    EXPECT_NEAR(window_->controller().position(), -1, 0.01);
+}
+
+TEST_F(ViewerWindow, ABrokenFileIsAMessageInTheWindow) {
+    spill(folder_ / "broken.jpg", "no picture");
+    drop({"broken.jpg"});
+    ASSERT_TRUE(waitFor([this] { return picture().headline() == "This file cannot be opened"; }));
+    EXPECT_FALSE(entry("Export Native")->isEnabled());
+    openPhoto();
+    EXPECT_TRUE(picture().headline().isEmpty());
+    files().setCurrentRow(0);
+    ASSERT_TRUE(waitFor([this] { return picture().headline() == "This file cannot be opened"; }));
+    files().setCurrentRow(1);
+    ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull(); }));
+}
+
+TEST_F(ViewerWindow, PanelsShowOnlyWhatTheMethodHas) {
+    openPhoto();
+    auto* method = panel().findChild<QComboBox*>("method");
+    auto* refinement = panel().findChild<QWidget*>("refinement");
+    auto* fill = panel().findChild<QWidget*>("fill");
+    EXPECT_TRUE(fill->isVisible());
+    EXPECT_FALSE(refinement->isVisible());
+    method->setCurrentIndex(method->findText("Fast"));
+    EXPECT_EQ(knobs().views.method, ViewMethod::Fast);
+    EXPECT_FALSE(fill->isVisible());
+    EXPECT_TRUE(refinement->isVisible());
+}
+
+TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
+    openPhoto();
+    panel().strength().slider().setValue(175);
+    QTest::keyClick(window_.get(), Qt::Key_2);
+    window_->close();
+    window_.reset();
+    begin();
+    EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 17.5);
+    EXPECT_DOUBLE_EQ(panel().strength().value(), 17.5);
+    EXPECT_EQ(window_->controller().mode(), Mode::Depth);
+    QMenu* recent = nullptr;
+    for (QMenu* menu : window_->findChildren<QMenu*>())
+        if (menu->title().contains("recent")) recent = menu;
+    ASSERT_NE(recent, nullptr);
+    emit recent->aboutToShow();
+    ASSERT_EQ(recent->actions().size(), 1);
+    EXPECT_EQ(recent->actions()[0]->text(), "photo.png");
+    recent->actions()[0]->trigger();
+    EXPECT_TRUE(waitFor([this] { return !picture().picture().isNull(); }));
+}
+
+TEST_F(ViewerWindow, BrokenSettingsAreNotUsed) {
+    window_.reset();
+    QSettings().setValue("strength", -5);
+    QSettings().setValue("mode", 99);
+    begin();
+    EXPECT_EQ(knobs().views.strengthPercent, Knobs().views.strengthPercent);
+    EXPECT_EQ(window_->controller().mode(), Mode::Sway);
+}
+
+TEST_F(ViewerWindow, ALargePhotoDoesNotFreezeIt) {
+    cv::Mat large(9000, 12000, CV_8UC3, cv::Scalar(40, 90, 160));
+    large(cv::Rect(3000, 2000, 5000, 5000)) = cv::Scalar(200, 120, 10);
+    writePicture(folder_ / "large.jpg", large);
+    large.release();
+    drop({"large.jpg"});
+    QElapsedTimer timer;
+    timer.start();
+    qint64 longest = 0;
+    QElapsedTimer total;
+    total.start();
+    while (total.elapsed() < 120000 && (picture().picture().isNull() || busy())) {
+        timer.restart();
+        QCoreApplication::processEvents();
+        longest = std::max(longest, timer.elapsed());
+        QTest::qSleep(1);
+    }
+    ASSERT_FALSE(picture().picture().isNull());
+    std::printf("shown after %lld ms, longest pause %lld ms\n",
+                static_cast<long long>(total.elapsed()), static_cast<long long>(longest));
+    EXPECT_LT(longest, 500);
+}
+
+} // namespace
+} // namespace altiro3D::test

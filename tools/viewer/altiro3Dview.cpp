@@ -1,0 +1,116 @@
+// altiro3Dview: look at light-field pictures, turn their knobs, show them on the display.
+
+#include "altiro3D/display.hpp"
+#include "altiro3D/error.hpp"
+#include "altiro3D/qt/display_search.hpp"
+#include "common/display_options.hpp"
+#include "common/run_tool.hpp"
+#include "viewer/main_window.hpp"
+#include "viewer/presentation.hpp"
+
+#include <QApplication>
+#include <clocale>
+#include <cstdio>
+#include <cstdlib>
+
+using namespace altiro3D;
+using namespace altiro3D::tools;
+using namespace altiro3D::viewer;
+
+namespace {
+
+// Qt ends the process without a word of ours where it cannot reach the desktop.
+void onQtMessage(QtMsgType type, const QMessageLogContext& /*context*/, const QString& text) {
+    if (type == QtFatalMsg) {
+        std::fprintf(stderr, "altiro3Dview: error: no desktop: %s\n",
+                     text.simplified().toUtf8().constData());
+        std::_Exit(kExitFailed);
+    }
+    if (type == QtCriticalMsg) std::fprintf(stderr, "%s\n", text.toUtf8().constData());
+}
+
+// As for all tools; but of several displays the first will do, as another can be chosen later.
+Display displayFor(const CommandLine& commandLine, Messages& messages) {
+    const std::vector<MountedCalibration> volumes = qt::findVolumes();
+    const bool said = commandLine.has("c") || commandLine.has("m") || commandLine.has("serial") ||
+                      std::getenv("LKG_CALIBRATION") != nullptr;
+    if (said || volumes.size() < 2) return findDisplay(commandLine, messages);
+    Display display;
+    display.invert = invertOption(commandLine);
+    display.calibration = readCalibration(volumes.front().file);
+    display.files = {volumes.front().file};
+    display.source = volumes.front().file.string();
+    display.panelSize = {display.calibration->screenW, display.calibration->screenH};
+    display.standardQuilt = defaultQuilt(*display.calibration);
+    messages.warn("several displays are mounted: the calibration of " + volumes.front().volume +
+                  " is used");
+    return display;
+}
+
+int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& messages) {
+    if (!hasDesktop()) {
+        throw Error(ErrorCode::NotFound, "desktop",
+                    "there is none, expected $DISPLAY or $WAYLAND_DISPLAY");
+    }
+    Display display = displayFor(commandLine, messages);
+    if (!display.calibration) throw UsageError("a map is not enough, expected the calibration -c");
+    display.standardQuilt = chooseQuilt(commandLine, display, messages);
+    QApplication application(argc, argv);
+    std::setlocale(LC_NUMERIC, "C"); // Qt takes the user's; numbers in files have a point
+    QApplication::setOrganizationName("altiro3D");
+    QApplication::setApplicationName("altiro3Dview");
+    QApplication::setDesktopFileName("altiro3Dview");
+    std::vector<std::string> warnings = messages.warnings();
+    if (!display.files.empty() && display.files.front().filename() == "portrait-sample.json") {
+        warnings = {"No display was found: a sample calibration is used, and Natives will not be "
+                    "in register on a real display"};
+    }
+    MainWindow window(display, warnings);
+    messages.dropWarnings(); // the window says them
+    window.show();
+    const std::vector<std::filesystem::path>& files = commandLine.files();
+    if (commandLine.has("d")) {
+        if (files.size() != 2) throw UsageError("-d takes PHOTO DEPTH; see altiro3Dview --help");
+        window.controller().open(Source{files[0], files[1], Reading::Photo});
+    } else {
+        window.controller().open(files);
+    }
+    return QApplication::exec();
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    qInstallMessageHandler(onQtMessage);
+    CommandLine commandLine("altiro3Dview",
+                            "Shows photos, quilts and Natives as they will look on a light-field "
+                            "display, with or without one, and turns their knobs.");
+    commandLine.addUsage("[options] [FILE...]");
+    commandLine.addUsage("[options] -d PHOTO DEPTH");
+    commandLine.addUsage("[options] --show NATIVE");
+    commandLine.addUsage("--list-displays [--json]");
+    commandLine.addSection("What to do");
+    commandLine.add({"d", "depthmode"}, "Open a photo with its depth image.");
+    commandLine.add({"show"},
+                    "Show a Native full screen on the light-field display, px by px, and nothing "
+                    "else; Escape ends it.",
+                    "NATIVE");
+    commandLine.add({"screen"},
+                    "Screen for --show, by its name or number, instead of the display's own.",
+                    "NAME");
+    commandLine.add({"list-displays"}, "Say which displays, screens and volumes are found.");
+    commandLine.add({"json"}, "--list-displays for programs.");
+    addDisplayOptions(commandLine);
+    commandLine.addNote("A photo and its depth image, a.jpg and a-depth.png, are opened as one. "
+                        "Displays of the first generation (8.9\", 15.6\", 8K) keep their "
+                        "calibration in a USB memory that is not read: save it as visual.json "
+                        "with the maker's software and give it with -c.");
+    return runToolWithoutApplication(argc, argv, commandLine,
+                                     [&](const CommandLine& given, Messages& messages) {
+                                         if (given.has("list-displays"))
+                                             return listDisplays(argc, argv, given, messages);
+                                         if (given.has("show"))
+                                             return present(argc, argv, given, messages);
+                                         return runWindow(argc, argv, given, messages);
+                                     });
+}

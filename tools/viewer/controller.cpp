@@ -1,0 +1,333 @@
+#include "viewer/controller.hpp"
+
+#include "altiro3D/display.hpp"
+#include "common/run_tool.hpp"
+
+#include <QUndoCommand>
+#include <algorithm>
+#include <climits>
+#include <cmath>
+
+namespace altiro3D::viewer {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kReading = 0; // kinds of work
+constexpr std::size_t kRendering = 1;
+constexpr std::size_t kPresenting = 2;
+constexpr int kSwingMilliseconds = 33;
+constexpr double kSwingPeriodMilliseconds = 4000;
+constexpr double kPi = 3.14159265358979323846;
+
+bool has(const std::vector<Mode>& modes, Mode mode) {
+    return std::find(modes.begin(), modes.end(), mode) != modes.end();
+}
+
+QString textOf(const std::exception& error) {
+    return QString::fromStdString(tools::sentenceOf(error));
+}
+
+} // namespace
+
+// A turn of knobs that can be undone.
+class Controller::Turn : public QUndoCommand {
+  public:
+    Turn(Controller& controller, Knobs before, Knobs after, const QString& what, int gesture)
+        : QUndoCommand(what), controller_(controller), before_(std::move(before)),
+          after_(std::move(after)), gesture_(gesture) {}
+
+    void undo() override { controller_.setKnobs(before_); }
+    void redo() override { controller_.setKnobs(after_); }
+    int id() const override { return gesture_ > 0 ? gesture_ : -1; }
+    bool mergeWith(const QUndoCommand* other) override {
+        after_ = static_cast<const Turn*>(other)->after_;
+        return true;
+    }
+
+  private:
+    Controller& controller_;
+    Knobs before_;
+    Knobs after_;
+    int gesture_;
+};
+
+Controller::Controller(tools::Display display, QObject* parent)
+    : QObject(parent), display_(std::make_shared<const tools::Display>(std::move(display))),
+      studio_(std::make_shared<Studio>()) {
+    swingTimer_.setInterval(kSwingMilliseconds);
+    connect(&swingTimer_, &QTimer::timeout, this, &Controller::swing);
+}
+
+Controller::~Controller() {
+    cancelling_ = true;
+}
+
+void Controller::open(const std::vector<fs::path>& files) {
+    const std::vector<Source> sources = pairUp(files);
+    if (sources.empty()) return;
+    const int first = static_cast<int>(sources_.size());
+    sources_.insert(sources_.end(), sources.begin(), sources.end());
+    emit sourcesChanged();
+    select(first);
+}
+
+void Controller::open(const Source& source) {
+    sources_.push_back(source);
+    emit sourcesChanged();
+    select(static_cast<int>(sources_.size()) - 1);
+}
+
+void Controller::select(int index) {
+    if (index < 0 || index >= static_cast<int>(sources_.size())) return;
+    current_ = index;
+    readCurrent();
+}
+
+void Controller::close(int index) {
+    if (index < 0 || index >= static_cast<int>(sources_.size())) return;
+    sources_.erase(sources_.begin() + index);
+    if (index < current_) --current_;
+    const bool wasCurrent = index == current_;
+    const int count = static_cast<int>(sources_.size());
+    if (current_ >= count) current_ = count - 1;
+    emit sourcesChanged();
+    if (!wasCurrent && index != current_) return;
+    if (current_ >= 0) {
+        readCurrent();
+        return;
+    }
+    ++readings_;
+    worker_.drop(kReading);
+    opening_ = waiting_ = false;
+    document_.reset();
+    problem_.clear();
+    frame_ = {};
+    emit documentChanged();
+    emit frameReady();
+}
+
+void Controller::reopen(Reading reading, const fs::path& depth) {
+    if (current_ < 0) return;
+    Source& source = sources_[static_cast<std::size_t>(current_)];
+    source.reading = reading;
+    source.depth = depth;
+    readCurrent();
+}
+
+void Controller::readCurrent() {
+    const quint64 number = ++readings_;
+    opening_ = true;
+    emit documentChanged();
+    const Source source = sources_[static_cast<std::size_t>(current_)];
+    worker_.post(kReading, [this, number, source, display = display_] {
+        std::shared_ptr<const Document> document;
+        QString problem;
+        try {
+            document = std::make_shared<const Document>(readDocument(source, *display));
+        } catch (const std::exception& error) {
+            problem = textOf(error);
+        }
+        QMetaObject::invokeMethod(
+            this,
+            [this, number, document, problem] {
+                if (number != readings_) return; // overtaken
+                opening_ = false;
+                document_ = document;
+                problem_ = problem;
+                pan_ = {};
+                const std::vector<Mode> modes =
+                    document ? modesOf(document->kind) : std::vector<Mode>();
+                if (document && !has(modes, mode_)) {
+                    mode_ = modes.front();
+                    emit modeChanged();
+                }
+                waiting_ = document != nullptr && !area_.empty();
+                if (!document) frame_ = {};
+                emit documentChanged();
+                if (!document) emit frameReady();
+                requestFrame();
+                requestNative();
+            },
+            Qt::QueuedConnection);
+    });
+}
+
+void Controller::turn(const Knobs& knobs, const QString& what, int gesture) {
+    if (knobs != knobs_) undoStack_.push(new Turn(*this, knobs_, knobs, what, gesture));
+}
+
+void Controller::resetKnobs() {
+    turn(Knobs(), tr("reset of all knobs"));
+}
+
+void Controller::restoreKnobs(const Knobs& knobs) {
+    setKnobs(knobs);
+}
+
+void Controller::setKnobs(const Knobs& knobs) {
+    if (knobs == knobs_) return;
+    if (knobs.depth != knobs_.depth && document_ && document_->kind == Kind::Scene) {
+        waiting_ = true; // depth can take its time
+        emit documentChanged();
+    }
+    knobs_ = knobs;
+    emit knobsChanged();
+    requestFrame();
+    requestNative();
+}
+
+void Controller::setDisplay(tools::Display display) {
+    display_ = std::make_shared<const tools::Display>(std::move(display));
+    emit displayChanged();
+    if (current_ >= 0) readCurrent(); // what a picture is depends on it
+}
+
+void Controller::setMode(Mode mode) {
+    if (mode == mode_ || !has(modesOf(document_ ? document_->kind : Kind::Scene), mode)) return;
+    mode_ = mode;
+    pan_ = {};
+    emit modeChanged();
+    requestFrame();
+}
+
+void Controller::setPosition(double position) {
+    position_ = std::clamp(position, -1.0, 1.0);
+    if (mode_ == Mode::Sway || mode_ == Mode::Lens) requestFrame();
+}
+
+void Controller::setSwinging(bool swinging) {
+    if (swinging == swinging_) return;
+    swinging_ = swinging;
+    if (swinging) {
+        swingClock_.start();
+        swingTimer_.start();
+    } else {
+        swingTimer_.stop();
+    }
+    emit swingingChanged(swinging);
+    if (!swinging) setPosition(0);
+}
+
+void Controller::swing() {
+    if (!document_ || (mode_ != Mode::Sway && mode_ != Mode::Lens)) return;
+    const double turns = static_cast<double>(swingClock_.elapsed()) / kSwingPeriodMilliseconds;
+    setPosition(std::sin(2 * kPi * turns));
+}
+
+void Controller::setArea(cv::Size area) {
+    if (area == area_) return;
+    area_ = area;
+    requestFrame();
+}
+
+void Controller::panBy(cv::Point by) {
+    if (mode_ != Mode::Native) return;
+    pan_ += by;
+    requestFrame();
+}
+
+void Controller::focusAt(double x, double y) {
+    const cv::Mat& depth = frame_.depth;
+    if (depth.empty() || frame_.request.document != document_) return;
+    const cv::Point at(static_cast<int>(x * depth.cols), static_cast<int>(y * depth.rows));
+    Knobs knobs = knobs_;
+    const double position = frame_.request.mode == Mode::Sway ? frame_.request.position : 0;
+    const double seen = depthSeenAt(depth, frame_.request.knobs.views, position, at);
+    knobs.views.focus = std::round(seen * 100) / 100; // as the knob has it
+    turn(knobs, tr("focus"));
+}
+
+void Controller::requestFrame() {
+    if (!document_ || area_.empty()) return;
+    Request request{document_, knobs_, display_, mode_, position_, area_, pan_};
+    if (!has(modesOf(document_->kind), mode_)) return;
+    worker_.post(kRendering, [this, request = std::move(request), studio = studio_] {
+        Frame frame;
+        QString problem;
+        try {
+            frame = studio->render(request);
+        } catch (const std::exception& error) {
+            problem = textOf(error);
+            frame.request = request;
+        }
+        QMetaObject::invokeMethod(
+            this,
+            [this, frame, problem] {
+                if (frame.request.document != document_) return; // overtaken
+                const bool changed = waiting_ || problem != problem_;
+                waiting_ = frame.request.knobs.depth != knobs_.depth;
+                problem_ = problem;
+                takeFrame(frame);
+                if (changed) emit documentChanged();
+            },
+            Qt::QueuedConnection);
+    });
+}
+
+void Controller::setPresenting(bool presenting) {
+    presenting_ = presenting;
+    requestNative();
+}
+
+void Controller::requestNative() {
+    if (!presenting_ || !document_) return;
+    const cv::Size all(INT_MAX, INT_MAX);
+    worker_.post(kPresenting,
+                 [this, studio = studio_,
+                  request = Request{document_, knobs_, display_, Mode::Native, 0, all, {}}] {
+                     cv::Mat native;
+                     try {
+                         native = studio->render(request).picture;
+                     } catch (const std::exception&) {
+                         return; // the picture in the window says why
+                     }
+                     QMetaObject::invokeMethod(
+                         this,
+                         [this, native, document = request.document] {
+                             if (presenting_ && document == document_) emit nativeReady(native);
+                         },
+                         Qt::QueuedConnection);
+                 });
+}
+
+void Controller::takeFrame(const Frame& frame) {
+    frame_ = frame;
+    if (frame.request.mode == Mode::Native && mode_ == Mode::Native) pan_ = frame.request.pan;
+    emit frameReady();
+}
+
+bool Controller::startExport(Product product, const fs::path& target) {
+    if (exporting_ || !frame_.scene.document || frame_.scene.document != document_) return false;
+    if (frame_.request.knobs.depth != knobs_.depth) return false; // other depth is on its way
+    Scene scene = frame_.scene;
+    scene.knobs = knobs_;
+    exporting_ = true;
+    cancelling_ = false;
+    exporter_.post(0, [this, scene = std::move(scene), product, target] {
+        QString file;
+        QString problem;
+        try {
+            file = QString::fromStdString(writeProduct(scene, product, target, [this](double done) {
+                if (cancelling_) throw Cancelled();
+                QMetaObject::invokeMethod(
+                    this, [this, done] { emit exportProgress(done); }, Qt::QueuedConnection);
+            }));
+        } catch (const Cancelled&) {
+            // not a problem
+        } catch (const std::exception& error) {
+            problem = textOf(error);
+        }
+        QMetaObject::invokeMethod(
+            this,
+            [this, file, problem] {
+                exporting_ = false;
+                emit exportEnded(file, problem);
+            },
+            Qt::QueuedConnection);
+    });
+    return true;
+}
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,138 @@
+#pragma once
+
+#include "viewer/studio.hpp"
+#include "viewer/worker.hpp"
+
+#include <QElapsedTimer>
+#include <QObject>
+#include <QTimer>
+#include <QUndoStack>
+#include <atomic>
+
+namespace altiro3D::viewer {
+
+/// The viewer without its window: what is open, how it is looked at, and the work that this takes.
+///
+/// Lives in one thread and never blocks it: files are read and pictures are made by a worker, of
+/// which the latest wish wins; exports have one of their own. Ends cleanly at any time.
+class Controller : public QObject {
+    Q_OBJECT
+  public:
+    /// @param display with its calibration
+    explicit Controller(tools::Display display, QObject* parent = nullptr);
+    /// Cancels what it can and waits for the rest.
+    ~Controller() override;
+
+    /// Adds files (photos with their depth images as one) and opens the first of them.
+    void open(const std::vector<std::filesystem::path>& files);
+    /// Adds one thing and opens it.
+    void open(const Source& source);
+    /// Opens one of the list again, for instance after its Source has been changed.
+    void select(int index);
+    /// Takes one from the list.
+    void close(int index);
+    /// Opens the current one as something else, or with another depth image.
+    void reopen(Reading reading, const std::filesystem::path& depth);
+
+    const std::vector<Source>& sources() const { return sources_; }
+    /// Index of the current one; -1 without any.
+    int current() const { return current_; }
+    /// What is open; null while nothing is, or if it could not be read.
+    const std::shared_ptr<const Document>& document() const { return document_; }
+    /// Why the current one could not be opened or shown; empty if it could.
+    const QString& problem() const { return problem_; }
+    /// Some reading or depth estimation is under way.
+    bool isBusy() const { return opening_ || waiting_; }
+
+    const Knobs& knobs() const { return knobs_; }
+    /// Turns knobs.
+    /// @param what is turned, for the list of what can be undone
+    /// @param gesture turns with the same number (not 0) are undone as one
+    void turn(const Knobs& knobs, const QString& what, int gesture = 0);
+    /// All knobs as they are at first, which can be undone.
+    void resetKnobs();
+    /// Knobs from the settings; not undone.
+    void restoreKnobs(const Knobs& knobs);
+    QUndoStack& undoStack() { return undoStack_; }
+
+    const tools::Display& display() const { return *display_; }
+    void setDisplay(tools::Display display);
+
+    Mode mode() const { return mode_; }
+    void setMode(Mode mode);
+    /// Of camera or eye, -1 .. +1.
+    double position() const { return position_; }
+    void setPosition(double position);
+    /// The camera swings by itself, in modes Sway and Lens.
+    bool isSwinging() const { return swinging_; }
+    void setSwinging(bool swinging);
+    /// Room for the picture, px of the screen.
+    void setArea(cv::Size area);
+    /// Moves a Native in its window, px.
+    void panBy(cv::Point by);
+    /// Sets the focus to what is seen at a place of the picture, each 0..1.
+    void focusAt(double x, double y);
+
+    /// The whole Native is made, too, whenever something changes: for nativeReady().
+    void setPresenting(bool presenting);
+
+    /// The last picture that was made; its document may be one before the current.
+    const Frame& frame() const { return frame_; }
+
+    /// Writes a product of what is shown. @return false if nothing is, or an export is under way
+    bool startExport(Product product, const std::filesystem::path& target);
+    void cancelExport() { cancelling_ = true; }
+    bool isExporting() const { return exporting_; }
+
+  signals:
+    void sourcesChanged();
+    /// Another document, another problem, or busy or no more.
+    void documentChanged();
+    void knobsChanged();
+    void displayChanged();
+    void modeChanged();
+    void swingingChanged(bool swinging);
+    void frameReady();
+    /// @param native [panel size, CV_8UC3]
+    void nativeReady(const cv::Mat& native);
+    void exportProgress(double done);
+    /// @param problem empty if it was written, or cancelled
+    void exportEnded(const QString& file, const QString& problem);
+
+  private:
+    class Turn;
+    void setKnobs(const Knobs& knobs);
+    void readCurrent();
+    void requestFrame();
+    void requestNative();
+    void takeFrame(const Frame& frame);
+    void swing();
+
+    std::vector<Source> sources_;
+    int current_ = -1;
+    std::shared_ptr<const Document> document_;
+    QString problem_;
+    bool opening_ = false;
+    bool waiting_ = false; // for the first picture of a document or of other depth
+    quint64 readings_ = 0; // so that an overtaken one is known
+    Knobs knobs_;
+    QUndoStack undoStack_;
+    std::shared_ptr<const tools::Display> display_;
+    Mode mode_ = Mode::Sway;
+    double position_ = 0;
+    bool swinging_ = false;
+    QTimer swingTimer_;
+    QElapsedTimer swingClock_;
+    cv::Size area_;
+    cv::Point pan_;
+    bool presenting_ = false;
+    Frame frame_;
+    bool exporting_ = false;
+    std::atomic<bool> cancelling_{false};
+
+    std::shared_ptr<Studio> studio_; // used by worker_ alone
+    Worker exporter_;
+    Worker worker_; // last: their tasks use the rest
+};
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,181 @@
+#include "viewer/document.hpp"
+
+#include "altiro3D/altiro3D.hpp"
+#include "common/views_quilt.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <opencv2/core.hpp>
+#include <optional>
+
+namespace altiro3D::viewer {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string lower(std::string text) {
+    for (char& c : text)
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+bool isOneOf(const std::string& word, std::initializer_list<const char*> words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+std::string sizeText(cv::Size size) {
+    return std::to_string(size.width) + " x " + std::to_string(size.height) + " px";
+}
+
+// What a picture's name and size suggest.
+Reading guess(const fs::path& file, cv::Size size, const tools::Display& display) {
+    const std::string stem = lower(file.stem().string());
+    if (parseQuiltName(file)) return Reading::Quilt;
+    if (contains(stem, "rgbd")) return Reading::RgbdRight;
+    const bool lossy = isOneOf(lower(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
+    if (size == display.panelSize && (!lossy || contains(stem, "native"))) return Reading::Native;
+    return Reading::Photo;
+}
+
+std::optional<DepthSide> sideOf(Reading reading) {
+    switch (reading) {
+    case Reading::RgbdRight:
+        return DepthSide::Right;
+    case Reading::RgbdLeft:
+        return DepthSide::Left;
+    case Reading::RgbdTop:
+        return DepthSide::Top;
+    case Reading::RgbdBottom:
+        return DepthSide::Bottom;
+    default:
+        return std::nullopt;
+    }
+}
+
+cv::Mat eightBit(const cv::Mat& picture) {
+    if (picture.depth() == CV_8U) return picture;
+    cv::Mat result;
+    picture.convertTo(result, CV_8U, picture.depth() == CV_16U ? 1 / 257.0 : 255.0);
+    return result;
+}
+
+Document documentOfViews(const Source& source, const tools::Display& display) {
+    const std::vector<fs::path> files = listPictures(source.file);
+    if (files.empty()) {
+        throw Error(ErrorCode::NotFound, source.file.string(),
+                    "holds no pictures, expected one file for each view");
+    }
+    Document document;
+    document.source = source;
+    document.kind = Kind::Quilt;
+    document.layout = display.standardQuilt;
+    tools::Messages messages("altiro3Dview", false);
+    document.picture =
+        tools::quiltOfViews(source.file, files, document.layout, display.panelAspect(),
+                            FitMode::Cover, messages, [](const fs::path&) {})
+            .quilt;
+    document.notes = messages.warnings();
+    return document;
+}
+
+} // namespace
+
+std::string Document::facts() const {
+    switch (kind) {
+    case Kind::Quilt:
+        return "Quilt, " + layout.text();
+    case Kind::Native:
+        return "Native, " + sizeText(picture.size());
+    case Kind::Scene:
+        break;
+    }
+    return "Photo, " + sizeText(picture.size()) + (rawDepth.empty() ? "" : ", with depth");
+}
+
+bool isVideoName(const fs::path& file) {
+    return isOneOf(lower(file.extension().string()),
+                   {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".ts", ".ogv",
+                    ".wmv", ".flv"});
+}
+
+Document documentOf(const Source& source, const cv::Mat& picture, const tools::Display& display) {
+    Document document;
+    document.source = source;
+    const Reading reading = source.reading == Reading::Automatic
+                                ? guess(source.file, picture.size(), display)
+                                : source.reading;
+    if (const auto side = sideOf(reading)) {
+        splitRgbd(picture.depth() == CV_32F ? eightBit(picture) : picture, *side, document.picture,
+                  document.rawDepth);
+        return document;
+    }
+    document.picture = eightBit(picture);
+    if (reading == Reading::Quilt) {
+        QuiltRequest request;
+        request.name = parseQuiltName(source.file);
+        request.quiltSize = picture.size();
+        const ResolvedQuilt resolved =
+            resolveQuilt(request, display.standardQuilt, display.panelAspect());
+        document.kind = Kind::Quilt;
+        document.layout = resolved.layout;
+        document.notes = resolved.warnings;
+        document.picture = fitQuilt(document.picture, document.layout, &document.notes);
+    } else if (reading == Reading::Native) {
+        document.kind = Kind::Native;
+    }
+    return document;
+}
+
+Document readDocument(const Source& source, const tools::Display& display) {
+    std::error_code error;
+    if (fs::is_directory(source.file, error)) return documentOfViews(source, display);
+    Notes notes;
+    Document document;
+    {
+        const tools::QuietStandardError quiet; // decoders talk by themselves
+        document = documentOf(source, readPicture(source.file, &notes), display);
+        if (!source.depth.empty()) document.rawDepth = readDepthSamples(source.depth, &notes);
+    }
+    document.notes.insert(document.notes.begin(), notes.begin(), notes.end());
+    return document;
+}
+
+std::vector<Source> pairUp(const std::vector<fs::path>& files) {
+    // the stem of the photo that a depth image is for; empty if it is none by its name
+    const auto photoStem = [](const fs::path& file) {
+        const std::string stem = file.stem().string();
+        const std::string small = lower(stem);
+        for (const char* ending : {"-depth", "_depth", ".depth", " depth", "-disparity"}) {
+            const std::size_t length = std::string(ending).size();
+            if (small.size() > length &&
+                small.compare(small.size() - length, length, ending) == 0) {
+                return file.parent_path() / stem.substr(0, stem.size() - length);
+            }
+        }
+        return fs::path();
+    };
+    std::vector<fs::path> depthOf(files.size());
+    std::vector<bool> isDepth(files.size());
+    for (std::size_t d = 0; d < files.size(); ++d) {
+        const fs::path stem = photoStem(files[d]);
+        if (stem.empty()) continue;
+        for (std::size_t p = 0; p < files.size(); ++p) {
+            if (p == d || files[p].parent_path() / files[p].stem() != stem) continue;
+            depthOf[p] = files[d];
+            isDepth[d] = true;
+            break;
+        }
+    }
+    std::vector<Source> sources;
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        if (!isDepth[i]) sources.push_back({files[i], depthOf[i], Reading::Automatic});
+    }
+    return sources;
+}
+
+} // namespace altiro3D::viewer

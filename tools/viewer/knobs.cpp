@@ -1,0 +1,46 @@
+#include "viewer/knobs.hpp"
+
+#include <tuple>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+auto parts(const Knobs& k) {
+    const ViewOptions& v = k.views;
+    return std::make_tuple(v.method, v.strengthPercent, v.focus, v.refinement,
+                           v.layered.edgeDilationPixels, v.layered.softEdgePixels, v.layered.fill,
+                           v.real.inpainting, v.real.backgroundOnly, k.fit, k.depth, k.columns,
+                           k.rows);
+}
+
+} // namespace
+
+bool operator==(const Knobs& a, const Knobs& b) {
+    return parts(a) == parts(b);
+}
+
+QuiltLayout layoutOf(const Knobs& knobs, const tools::Display& display) {
+    QuiltLayout layout = display.standardQuilt;
+    if (knobs.columns <= 0 && knobs.rows <= 0) return layout;
+    const cv::Size quilt = layout.size();
+    if (knobs.columns > 0) layout.columns = knobs.columns;
+    if (knobs.rows > 0) layout.rows = knobs.rows;
+    layout.tileSize = {quilt.width / layout.columns, quilt.height / layout.rows};
+    layout.viewCount = layout.columns * layout.rows;
+    return layout;
+}
+
+std::vector<ReadyNetwork> readyNetworks() {
+    const std::vector<std::filesystem::path> searchPath = modelSearchPath();
+    const std::filesystem::path catalog = findModelFile("catalog.json", searchPath);
+    std::vector<ReadyNetwork> ready;
+    if (catalog.empty()) return ready;
+    for (const NetworkProfile& profile : readModelCatalog(catalog)) {
+        const std::filesystem::path file = findModelFile(profile.file, searchPath);
+        if (!file.empty()) ready.push_back({profile.name, file, profile});
+    }
+    return ready;
+}
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/depth_network.hpp"
+#include "altiro3D/photo_fit.hpp"
+#include "common/display_options.hpp"
+
+#include <string>
+#include <vector>
+
+namespace altiro3D::viewer {
+
+/// Depth as the picture has it, else by the best network that is found, else by the estimator that
+/// is built in.
+constexpr const char* kBestDepth = "best";
+/// Depth as the picture has it.
+constexpr const char* kGivenDepth = "given";
+/// Depth by the estimator that is built in.
+constexpr const char* kBuiltInDepth = "built-in";
+
+/// Everything that can be turned while looking; the same for all pictures.
+struct Knobs {
+    ViewOptions views;              ///< Method, strength, focus and what goes with the method.
+    FitMode fit = FitMode::Cover;   ///< How a photo is brought to the panel's shape.
+    std::string depth = kBestDepth; ///< One of the words above, or a network's name.
+    int columns = 0;                ///< Columns of the quilt; 0: the display's own.
+    int rows = 0;                   ///< Rows of the quilt; 0: the display's own.
+};
+
+bool operator==(const Knobs& a, const Knobs& b);
+inline bool operator!=(const Knobs& a, const Knobs& b) {
+    return !(a == b);
+}
+
+/// The quilt that the knobs mean for a display: its own with other columns and rows in it.
+QuiltLayout layoutOf(const Knobs& knobs, const tools::Display& display);
+
+/// A depth network whose file is there.
+struct ReadyNetwork {
+    std::string name;
+    std::filesystem::path file;
+    NetworkProfile profile;
+};
+
+/// The networks of the catalogue that have been downloaded.
+std::vector<ReadyNetwork> readyNetworks();
+
+} // namespace altiro3D::viewer

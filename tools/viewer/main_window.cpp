@@ -1,0 +1,656 @@
+#include "viewer/main_window.hpp"
+
+#include "altiro3D/altiro3D.hpp"
+#include "altiro3D/qt/display_search.hpp"
+#include "altiro3D/qt/image.hpp"
+#include "altiro3D/qt/native_widget.hpp"
+#include "common/run_tool.hpp"
+#include "viewer/knob_panel.hpp"
+#include "viewer/picture_view.hpp"
+
+#include <QAction>
+#include <QActionGroup>
+#include <QCloseEvent>
+#include <QDockWidget>
+#include <QDragEnterEvent>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QGuiApplication>
+#include <QLabel>
+#include <QListWidget>
+#include <QMenuBar>
+#include <QMessageBox>
+#include <QMimeData>
+#include <QProgressBar>
+#include <QScreen>
+#include <QScrollArea>
+#include <QSettings>
+#include <QStatusBar>
+#include <QStyle>
+#include <QTimer>
+#include <QToolBar>
+#include <QToolButton>
+#include <clocale>
+
+namespace altiro3D::viewer {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kMostRecent = 10;
+constexpr const char* kRecent = "recent";
+
+// File names are bytes.
+fs::path toPath(const QString& name) {
+    return QFile::encodeName(name).toStdString();
+}
+
+QString toName(const fs::path& path) {
+    return QFile::decodeName(path.string().c_str());
+}
+
+struct ModeWords {
+    Mode mode;
+    const char* text;
+    const char* tip;
+};
+
+const ModeWords kModes[] = {
+    {Mode::Sway, QT_TRANSLATE_NOOP("mode", "Sway"),
+     QT_TRANSLATE_NOOP("mode", "One view from a camera that moves")},
+    {Mode::Depth, QT_TRANSLATE_NOOP("mode", "Depth"),
+     QT_TRANSLATE_NOOP("mode", "The depth map, near is white")},
+    {Mode::Quilt, QT_TRANSLATE_NOOP("mode", "Quilt"), QT_TRANSLATE_NOOP("mode", "All views")},
+    {Mode::Native, QT_TRANSLATE_NOOP("mode", "Native"),
+     QT_TRANSLATE_NOOP("mode", "What the panel shows, px by px; drag it to see other parts")},
+    {Mode::Lens, QT_TRANSLATE_NOOP("mode", "Lens"),
+     QT_TRANSLATE_NOOP("mode", "What an eye sees through the display's lenses")}};
+
+QString nameOf(Product product) {
+    switch (product) {
+    case Product::Native:
+        return QObject::tr("Native");
+    case Product::Quilt:
+        return QObject::tr("Quilt");
+    case Product::Views:
+        return QObject::tr("Views");
+    case Product::Depth:
+        return QObject::tr("Depth");
+    case Product::SwayVideo:
+        break;
+    }
+    return QObject::tr("Sway video");
+}
+
+QString endingOf(Product product) {
+    switch (product) {
+    case Product::Native:
+        return "_native.png";
+    case Product::Quilt:
+        return ".png";
+    case Product::Views:
+        return "_views";
+    case Product::Depth:
+        return "_depth.png";
+    case Product::SwayVideo:
+        break;
+    }
+    return "_sway.mp4";
+}
+
+std::vector<qt::ScreenFacts> screenFacts() {
+    std::vector<qt::ScreenFacts> facts;
+    for (const QScreen* screen : QGuiApplication::screens())
+        facts.push_back(qt::factsOf(*screen));
+    return facts;
+}
+
+} // namespace
+
+MainWindow::MainWindow(tools::Display display, const std::vector<std::string>& warnings)
+    : controller_(std::move(display)), picture_(new PictureView), knobs_(new KnobPanel),
+      files_(new QListWidget) {
+    setWindowTitle(tr("altiro3D"));
+    setWindowIcon(QIcon::fromTheme("altiro3D", QIcon(":/altiro3D.svg")));
+    setAcceptDrops(true);
+    setCentralWidget(picture_);
+    buildFiles();
+    auto* knobDock = new QDockWidget(tr("Knobs"));
+    knobDock->setObjectName("knobDock");
+    auto* scroll = new QScrollArea;
+    scroll->setWidget(knobs_);
+    scroll->setWidgetResizable(true);
+    scroll->setFrameShape(QFrame::NoFrame);
+    scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+    scroll->setMinimumWidth(knobs_->minimumSizeHint().width() +
+                            style()->pixelMetric(QStyle::PM_ScrollBarExtent) + 2);
+    knobDock->setWidget(scroll);
+    addDockWidget(Qt::RightDockWidgetArea, knobDock);
+    buildActions();
+    buildStatus();
+    connectController();
+    resize(1280, 800);
+    readSettings();
+    showSources();
+    showDocument();
+    showModes();
+    if (!warnings.empty()) say(QString::fromStdString(warnings.front()), 15000);
+}
+
+MainWindow::~MainWindow() {
+    controller_.disconnect(this); // what it still says finds no window
+}
+
+void MainWindow::buildFiles() {
+    files_->setObjectName("files");
+    files_->setMinimumWidth(150);
+    files_->setTextElideMode(Qt::ElideMiddle);
+    auto* dock = new QDockWidget(tr("Files"));
+    dock->setObjectName("fileDock");
+    dock->setWidget(files_);
+    addDockWidget(Qt::LeftDockWidgetArea, dock);
+    resizeDocks({dock}, {180}, Qt::Horizontal);
+    connect(files_, &QListWidget::currentRowChanged, this, [this](int row) {
+        if (row >= 0 && row != controller_.current()) controller_.select(row);
+    });
+}
+
+QAction* MainWindow::action(QMenu& menu, const QString& text, const QKeySequence& keys,
+                            const std::function<void()>& what, const QString& name) {
+    QAction* result = menu.addAction(text);
+    result->setShortcut(keys);
+    result->setObjectName(name);
+    connect(result, &QAction::triggered, this, what);
+    return result;
+}
+
+void MainWindow::buildActions() {
+    QMenu& file = *menuBar()->addMenu(tr("&File"));
+    QAction* open = action(file, tr("&Open…"), QKeySequence::Open, [this] { openDialog(); });
+    open->setIconText(tr("Open"));
+    action(file, tr("Open a folder of &views…"), QKeySequence(tr("Ctrl+Shift+O")),
+           [this] { openDirectoryDialog(); });
+    depthImage_ = action(file, tr("&Depth image for this photo…"), QKeySequence(tr("Ctrl+D")),
+                         [this] { openDepthDialog(); });
+    recent_ = file.addMenu(tr("Open &recent"));
+    connect(recent_, &QMenu::aboutToShow, this, &MainWindow::fillRecent);
+    file.addSeparator();
+    const std::pair<Product, QKeySequence> products[] = {
+        {Product::Native, QKeySequence(tr("Ctrl+S"))},
+        {Product::Quilt, QKeySequence(tr("Ctrl+Shift+S"))},
+        {Product::Views, {}},
+        {Product::Depth, {}},
+        {Product::SwayVideo, {}}};
+    for (const auto& [product, keys] : products) {
+        exports_.emplace_back(product, action(file, tr("Export %1…").arg(nameOf(product)), keys,
+                                              [this, p = product] { exportDialog(p); }));
+    }
+    exports_.front().second->setIconText(tr("Export"));
+    file.addSeparator();
+    closeFile_ = action(file, tr("&Close file"), QKeySequence::Close,
+                        [this] { controller_.close(controller_.current()); });
+    action(file, tr("&Quit"), QKeySequence(tr("Ctrl+Q")), [this] { close(); });
+
+    QMenu& edit = *menuBar()->addMenu(tr("&Edit"));
+    QAction* undo = controller_.undoStack().createUndoAction(this, tr("&Undo"));
+    undo->setShortcut(QKeySequence::Undo);
+    QAction* redo = controller_.undoStack().createRedoAction(this, tr("&Redo"));
+    redo->setShortcuts({QKeySequence(tr("Ctrl+Shift+Z")), QKeySequence(tr("Ctrl+Y"))});
+    edit.addAction(undo);
+    edit.addAction(redo);
+    edit.addSeparator();
+    action(edit, tr("Reset &all knobs"), QKeySequence(tr("Ctrl+R")),
+           [this] { controller_.resetKnobs(); });
+
+    QMenu& view = *menuBar()->addMenu(tr("&View"));
+    modes_ = new QActionGroup(this);
+    int number = 1;
+    for (const ModeWords& words : kModes) {
+        QAction* mode = action(view, tr(words.text), QKeySequence(QString::number(number++)),
+                               [this, m = words.mode] { controller_.setMode(m); });
+        mode->setCheckable(true);
+        mode->setData(int(words.mode));
+        mode->setToolTip(tr("%1 (%2)").arg(tr(words.tip)).arg(number - 1));
+        modes_->addAction(mode);
+    }
+    view.addSeparator();
+    swing_ = action(view, tr("S&wing by itself"), QKeySequence(Qt::Key_Space),
+                    [this] { controller_.setSwinging(swing_->isChecked()); });
+    swing_->setCheckable(true);
+    swing_->setIconText(tr("Swing"));
+    swing_->setToolTip(tr("The camera swings by itself (Space)"));
+    follow_ = action(view, tr("&Follow the mouse"), QKeySequence(Qt::Key_M), [] {});
+    follow_->setCheckable(true);
+    follow_->setIconText(tr("Follow mouse"));
+    follow_->setToolTip(tr("The camera stands where the mouse is (M)"));
+    view.addSeparator();
+    for (const QDockWidget* dock : findChildren<QDockWidget*>())
+        view.addAction(dock->toggleViewAction());
+
+    QMenu& display = *menuBar()->addMenu(tr("&Display"));
+    QAction* show = action(display, tr("&Show on the display"), QKeySequence(Qt::Key_F11),
+                           [this] { showOnDisplay(); });
+    show->setIconText(tr("Show on display"));
+    show->setToolTip(tr("Full screen on the light-field display, px by px (F11)"));
+    action(display, tr("&Find displays…"), {}, [this] { tellDisplays(); });
+    action(display, tr("&Choose calibration…"), {}, [this] { calibrationDialog(); });
+
+    QMenu& help = *menuBar()->addMenu(tr("&Help"));
+    action(help, tr("&About altiro3D"), {}, [this] {
+        QMessageBox::about(this, tr("altiro3D"),
+                           tr("<h3>altiro3D %1</h3><p>Photos and flat video as glasses-free 3D "
+                              "pictures for light-field displays.</p><p>Click on the picture to "
+                              "focus there. Double-click a slider to reset it.</p>")
+                               .arg(ALTIRO3D_VERSION));
+    });
+
+    auto* bar = addToolBar(tr("Tools"));
+    bar->setObjectName("tools");
+    bar->setMovable(false);
+    bar->addAction(open);
+    bar->addAction(exports_.front().second);
+    bar->addSeparator();
+    bar->addActions(modes_->actions());
+    bar->addSeparator();
+    bar->addAction(swing_);
+    bar->addAction(follow_);
+    auto* room = new QWidget;
+    room->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
+    bar->addWidget(room);
+    bar->addAction(show);
+}
+
+void MainWindow::buildStatus() {
+    status_ = new QLabel;
+    busy_ = new QLabel;
+    progress_ = new QProgressBar;
+    progress_->setMaximumWidth(160);
+    progress_->setRange(0, 100);
+    cancel_ = new QToolButton;
+    cancel_->setText(tr("Cancel"));
+    cancel_->setObjectName("cancel");
+    status_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+    statusBar()->addWidget(status_, 1);
+    statusBar()->addPermanentWidget(busy_);
+    statusBar()->addPermanentWidget(progress_);
+    statusBar()->addPermanentWidget(cancel_);
+    progress_->hide();
+    cancel_->hide();
+    unsay_ = new QTimer(this);
+    unsay_->setSingleShot(true);
+    connect(unsay_, &QTimer::timeout, this, [this] {
+        said_.clear();
+        showStatus();
+    });
+    connect(cancel_, &QToolButton::clicked, this, [this] { controller_.cancelExport(); });
+}
+
+void MainWindow::say(const QString& text, int milliseconds) {
+    said_ = text;
+    unsay_->start(milliseconds);
+    showStatus();
+}
+
+void MainWindow::showStatus() {
+    const QString& text = said_.isEmpty() ? facts_ : said_;
+    const int room = statusBar()->width() - 40 - (progress_->isVisible() ? 260 : 0);
+    status_->setText(status_->fontMetrics().elidedText(text, Qt::ElideRight, room));
+    status_->setToolTip(text);
+}
+
+void MainWindow::connectController() {
+    connect(&controller_, &Controller::sourcesChanged, this, &MainWindow::showSources);
+    connect(&controller_, &Controller::documentChanged, this, &MainWindow::showDocument);
+    connect(&controller_, &Controller::frameReady, this, &MainWindow::showFrame);
+    connect(&controller_, &Controller::modeChanged, this, &MainWindow::showModes);
+    connect(&controller_, &Controller::swingingChanged, swing_, &QAction::setChecked);
+    connect(&controller_, &Controller::knobsChanged, this, [this] {
+        knobs_->show(controller_.knobs());
+        knobs_->show(controller_.display(), layoutOf(controller_.knobs(), controller_.display()));
+    });
+    connect(&controller_, &Controller::displayChanged, this, [this] {
+        knobs_->show(controller_.display(), layoutOf(controller_.knobs(), controller_.display()));
+    });
+    connect(&controller_, &Controller::exportProgress, this,
+            [this](double done) { progress_->setValue(qRound(done * 100)); });
+    connect(&controller_, &Controller::exportEnded, this,
+            [this](const QString& file, const QString& problem) {
+                progress_->hide();
+                cancel_->hide();
+                showDocument();
+                if (!problem.isEmpty())
+                    QMessageBox::warning(this, tr("Export"), problem);
+                else if (file.isEmpty())
+                    say(tr("Cancelled"), 8000);
+                else
+                    say(tr("Written: %1").arg(file), 15000);
+            });
+
+    connect(knobs_, &KnobPanel::turned, this,
+            [this](const Knobs& knobs, const QString& what, int gesture) {
+                controller_.turn(knobs, what, gesture);
+            });
+    connect(knobs_, &KnobPanel::resetWanted, this, [this] { controller_.resetKnobs(); });
+    connect(knobs_, &KnobPanel::calibrationWanted, this, &MainWindow::calibrationDialog);
+    connect(knobs_, &KnobPanel::depthImageWanted, this, &MainWindow::openDepthDialog);
+    connect(knobs_, &KnobPanel::readingChosen, this, [this](Reading reading) {
+        if (const auto& document = controller_.document())
+            controller_.reopen(reading, document->source.depth);
+    });
+
+    connect(picture_, &PictureView::resized, this, [this] {
+        const QSize size = picture_->deviceSize();
+        controller_.setArea({size.width(), size.height()});
+    });
+    connect(picture_, &PictureView::clicked, this,
+            [this](double x, double y) { controller_.focusAt(x, y); });
+    connect(picture_, &PictureView::dragged, this, [this](const QPoint& by) {
+        controller_.panBy({by.x(), by.y()});
+    });
+    connect(picture_, &PictureView::hovered, this, [this](double x) {
+        if (!follow_->isChecked()) return;
+        controller_.setSwinging(false);
+        controller_.setPosition(x);
+    });
+}
+
+void MainWindow::showSources() {
+    const QSignalBlocker blocker(files_);
+    files_->clear();
+    for (const Source& source : controller_.sources()) {
+        QString name = toName(source.file.has_filename() ? source.file.filename()
+                                                         : source.file.parent_path().filename());
+        auto* item = new QListWidgetItem(name, files_);
+        item->setToolTip(toName(source.file) +
+                         (source.depth.empty() ? QString() : "\n" + toName(source.depth)));
+    }
+    files_->setCurrentRow(controller_.current());
+}
+
+void MainWindow::showDocument() {
+    const auto& document = controller_.document();
+    {
+        const QSignalBlocker blocker(files_);
+        files_->setCurrentRow(controller_.current());
+    }
+    const bool any = controller_.current() >= 0;
+    const Source* source =
+        any ? &controller_.sources()[static_cast<std::size_t>(controller_.current())] : nullptr;
+    setWindowTitle(any ? tr("%1 – altiro3D").arg(toName(source->file.filename())) : tr("altiro3D"));
+    if (!controller_.problem().isEmpty()) {
+        if (document)
+            picture_->setWords(tr("This cannot be shown"), controller_.problem());
+        else
+            picture_->setWords(tr("This file cannot be opened"), controller_.problem());
+    } else if (!any) {
+        picture_->setWords(tr("Drop a photo here"),
+                           tr("or press Ctrl+O. Photos, photos with depth, quilts, Natives and "
+                              "folders of views can be opened."));
+    } else if (!document && controller_.isBusy()) {
+        picture_->setWords(tr("Opening…"), toName(source->file.filename()));
+    }
+    if (!any || !controller_.problem().isEmpty()) {
+        facts_.clear();
+        showStatus();
+    }
+    const bool current = document && controller_.problem().isEmpty();
+    if (current && document != told_ && !document->notes.empty())
+        say(QString::fromStdString(document->notes.front()), 10000);
+    told_ = document;
+    if (current) remember(document->source.file);
+    knobs_->show(document.get(),
+                 current ? QString::fromStdString(controller_.frame().depthSource) : QString());
+    const bool scene = document && document->kind == Kind::Scene;
+    depthImage_->setEnabled(scene);
+    closeFile_->setEnabled(any);
+    const std::vector<Product> products =
+        current ? productsOf(document->kind) : std::vector<Product>();
+    for (const auto& [product, exportAction] : exports_) {
+        exportAction->setEnabled(!controller_.isExporting() &&
+                                 std::count(products.begin(), products.end(), product) > 0);
+    }
+    busy_->setText(controller_.isBusy() ? tr("Working…") : QString());
+    showModes();
+}
+
+void MainWindow::showFrame() {
+    const Frame& frame = controller_.frame();
+    if (!controller_.problem().isEmpty()) return; // the words say so
+    if (frame.picture.empty()) {
+        if (controller_.current() < 0) showDocument();
+        return;
+    }
+    picture_->setPicture(qt::toImage(frame.picture), {frame.target.width, frame.target.height});
+    const Mode mode = frame.request.mode;
+    const bool canFocus = !frame.depth.empty();
+    picture_->setCursor(canFocus               ? Qt::CrossCursor
+                        : mode == Mode::Native ? Qt::OpenHandCursor
+                                               : Qt::ArrowCursor);
+    const auto& document = frame.request.document;
+    knobs_->showParallax(frame.parallaxPixels);
+    knobs_->show(document.get(), QString::fromStdString(frame.depthSource));
+    QString text = QString::fromStdString(document->facts());
+    if (mode == Mode::Lens) {
+        const double angle =
+            frame.request.position * viewConeDegrees(*frame.request.display->calibration) / 2;
+        text += tr("    seen from %1°").arg(angle, 0, 'f', 1);
+    } else if (canFocus) {
+        text += tr("    Click on the picture to focus there");
+    }
+    facts_ = text;
+    showStatus();
+}
+
+void MainWindow::showModes() {
+    const auto& document = controller_.document();
+    const std::vector<Mode> available = modesOf(document ? document->kind : Kind::Scene);
+    for (QAction* action : modes_->actions()) {
+        const auto mode = static_cast<Mode>(action->data().toInt());
+        action->setEnabled(std::count(available.begin(), available.end(), mode) > 0);
+        action->setChecked(mode == controller_.mode());
+    }
+}
+
+void MainWindow::openDialog() {
+    const QStringList names = QFileDialog::getOpenFileNames(
+        this, tr("Open"), QSettings().value("folder").toString(),
+        tr("Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.webp *.bmp *.ppm *.pgm *.jp2 *.mpo "
+           "*.exr *.hdr *.pfm);;All files (*)"));
+    std::vector<fs::path> files;
+    for (const QString& name : names)
+        files.push_back(toPath(name));
+    if (!files.empty()) controller_.open(files);
+}
+
+void MainWindow::openDirectoryDialog() {
+    const QString name = QFileDialog::getExistingDirectory(this, tr("Open a folder of views"),
+                                                           QSettings().value("folder").toString());
+    if (!name.isEmpty()) controller_.open(std::vector<fs::path>{toPath(name)});
+}
+
+void MainWindow::openDepthDialog() {
+    const auto& document = controller_.document();
+    if (!document) return;
+    const QString name = QFileDialog::getOpenFileName(this, tr("Depth image, near is white"),
+                                                      toName(document->source.file.parent_path()));
+    if (!name.isEmpty()) controller_.reopen(Reading::Photo, toPath(name));
+}
+
+void MainWindow::calibrationDialog() {
+    const QString name =
+        QFileDialog::getOpenFileName(this, tr("Calibration of the display"), {},
+                                     tr("Calibrations (visual.json *.json);;All files (*)"));
+    if (name.isEmpty()) return;
+    try {
+        useCalibration(readCalibration(toPath(name)), toPath(name));
+    } catch (const std::exception& error) {
+        QMessageBox::warning(this, tr("Calibration"),
+                             QString::fromStdString(tools::sentenceOf(error)));
+    }
+}
+
+void MainWindow::useCalibration(const Calibration& calibration, const fs::path& file) {
+    tools::Display display = controller_.display();
+    display.calibration = calibration;
+    display.files = {file};
+    display.source = file.string();
+    display.panelSize = {calibration.screenW, calibration.screenH};
+    display.standardQuilt = defaultQuilt(calibration);
+    controller_.setDisplay(std::move(display));
+}
+
+void MainWindow::exportDialog(Product product) {
+    const auto& document = controller_.document();
+    if (!document) return;
+    const fs::path& from = document->source.file;
+    const QString start =
+        toName(from.parent_path() / (from.stem().string() + endingOf(product).toStdString()));
+    const QString title = tr("Export %1").arg(nameOf(product));
+    const QString name = QFileDialog::getSaveFileName(this, title, start);
+    if (name.isEmpty()) return;
+    if (product != Product::Views && product != Product::SwayVideo &&
+        !canWritePicture(toPath(name))) {
+        QMessageBox::warning(
+            this, title,
+            tr("%1: no picture format is known by this extension, expected .png").arg(name));
+        return;
+    }
+    if (!controller_.startExport(product, toPath(name))) return;
+    progress_->setValue(0);
+    progress_->show();
+    cancel_->show();
+    showDocument();
+}
+
+void MainWindow::showOnDisplay() {
+    const std::vector<qt::ScreenFacts> screens = screenFacts();
+    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
+    const tools::Display& own = controller_.display();
+    const auto chosen = qt::chooseDisplay(displays, screens, own.calibration, own.panelSize);
+    if (!chosen) {
+        tellDisplays();
+        return;
+    }
+    if (!controller_.document()) {
+        say(tr("Open something first, then it can be shown"), 8000);
+        return;
+    }
+    const qt::FoundDisplay& display = displays[*chosen];
+    if (display.calibration && fingerprint(*display.calibration) != fingerprint(*own.calibration))
+        useCalibration(*display.calibration, display.calibrationFile);
+    if (!display.problems.empty()) say(QString::fromStdString(display.problems.front()), 15000);
+    onDisplay_ = std::make_unique<qt::NativeWidget>();
+    connect(onDisplay_.get(), &qt::NativeWidget::left, this,
+            [this] { controller_.setPresenting(false); });
+    connect(&controller_, &Controller::nativeReady, onDisplay_.get(), &qt::NativeWidget::setNative);
+    onDisplay_->showOn(*QGuiApplication::screens()[static_cast<int>(*display.screen)]);
+    controller_.setPresenting(true);
+}
+
+void MainWindow::tellDisplays() {
+    const std::vector<qt::ScreenFacts> screens = screenFacts();
+    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
+    QString text;
+    for (const qt::FoundDisplay& display : displays) {
+        text += "<p><b>" + QString::fromStdString(display.name).toHtmlEscaped() + "</b>";
+        if (display.problems.empty()) text += tr(": ready");
+        for (const std::string& problem : display.problems)
+            text += "<br>" + QString::fromStdString(problem).toHtmlEscaped();
+        text += "</p>";
+    }
+    if (displays.empty()) {
+        text = tr("<p><b>No light-field display was found.</b></p><p>Connect its video and USB "
+                  "cables, extend the desktop to it, and mount its volume. Without one, look with "
+                  "Sway, Quilt and Lens.</p>");
+    }
+    QMessageBox::information(this, tr("Displays"), text);
+}
+
+void MainWindow::remember(const fs::path& file) {
+    QSettings settings;
+    QStringList recent = settings.value(kRecent).toStringList();
+    const QString name = QFileInfo(toName(file)).absoluteFilePath();
+    if (!recent.isEmpty() && recent.front() == name) return;
+    recent.removeAll(name);
+    recent.prepend(name);
+    settings.setValue(kRecent, QStringList(recent.mid(0, kMostRecent)));
+    settings.setValue("folder", QFileInfo(name).absolutePath());
+}
+
+void MainWindow::fillRecent() {
+    recent_->clear();
+    for (const QString& name : QSettings().value(kRecent).toStringList()) {
+        QString shown = QFileInfo(name).fileName();
+        shown.replace("&", "&&");
+        QAction* entry = recent_->addAction(shown);
+        entry->setToolTip(name);
+        connect(entry, &QAction::triggered, this,
+                [this, name] { controller_.open(std::vector<fs::path>{toPath(name)}); });
+    }
+    if (recent_->isEmpty()) recent_->addAction(tr("Nothing yet"))->setEnabled(false);
+}
+
+void MainWindow::readSettings() {
+    const QSettings settings;
+    Knobs knobs;
+    ViewOptions& views = knobs.views;
+    views.method = static_cast<ViewMethod>(settings.value("method", int(views.method)).toInt());
+    views.strengthPercent = settings.value("strength", views.strengthPercent).toDouble();
+    views.focus = settings.value("focus", views.focus).toDouble();
+    knobs.fit = static_cast<FitMode>(settings.value("fit", int(knobs.fit)).toInt());
+    knobs.depth =
+        settings.value("depth", QString::fromStdString(knobs.depth)).toString().toStdString();
+    try {
+        validate(views); // whatever somebody wrote into the file
+        controller_.restoreKnobs(knobs);
+    } catch (const Error&) {
+        // the standard ones, then
+    }
+    knobs_->show(controller_.knobs());
+    knobs_->show(controller_.display(), layoutOf(controller_.knobs(), controller_.display()));
+    controller_.setMode(static_cast<Mode>(settings.value("mode", int(Mode::Sway)).toInt()));
+    controller_.setSwinging(settings.value("swing", true).toBool());
+    swing_->setChecked(controller_.isSwinging());
+    follow_->setChecked(settings.value("follow", false).toBool());
+    restoreGeometry(settings.value("geometry").toByteArray());
+    restoreState(settings.value("state").toByteArray());
+}
+
+void MainWindow::writeSettings() const {
+    QSettings settings;
+    const Knobs& knobs = controller_.knobs();
+    settings.setValue("method", int(knobs.views.method));
+    settings.setValue("strength", knobs.views.strengthPercent);
+    settings.setValue("focus", knobs.views.focus);
+    settings.setValue("fit", int(knobs.fit));
+    settings.setValue("depth", QString::fromStdString(knobs.depth));
+    settings.setValue("mode", int(controller_.mode()));
+    settings.setValue("swing", swing_->isChecked());
+    settings.setValue("follow", follow_->isChecked());
+    settings.setValue("geometry", saveGeometry());
+    settings.setValue("state", saveState());
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+    writeSettings();
+    controller_.setSwinging(false);
+    controller_.cancelExport();
+    onDisplay_.reset();
+    event->accept();
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+    if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+    std::vector<fs::path> files;
+    for (const QUrl& url : event->mimeData()->urls()) {
+        if (url.isLocalFile()) files.push_back(toPath(url.toLocalFile()));
+    }
+    if (!files.empty()) controller_.open(files);
+    event->acceptProposedAction();
+}
+
+} // namespace altiro3D::viewer

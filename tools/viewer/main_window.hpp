@@ -1,0 +1,88 @@
+#pragma once
+
+#include "viewer/controller.hpp"
+
+#include <QMainWindow>
+
+class QActionGroup;
+class QLabel;
+class QListWidget;
+class QProgressBar;
+class QToolButton;
+
+namespace altiro3D::qt {
+class NativeWidget;
+}
+
+namespace altiro3D::viewer {
+
+class KnobPanel;
+class PictureView;
+
+/// The window: files on the left, the picture in the middle, the knobs on the right. What it was
+/// like is kept from run to run (QSettings).
+class MainWindow : public QMainWindow {
+    Q_OBJECT
+  public:
+    /// @param display with its calibration @param warnings about it, shown once
+    MainWindow(tools::Display display, const std::vector<std::string>& warnings);
+    ~MainWindow() override;
+
+    Controller& controller() { return controller_; }
+
+  protected:
+    void closeEvent(QCloseEvent* event) override;
+    void dragEnterEvent(QDragEnterEvent* event) override;
+    void dropEvent(QDropEvent* event) override;
+
+  private:
+    void buildActions();
+    void buildFiles();
+    void buildStatus();
+    void connectController();
+    QAction* action(QMenu& menu, const QString& text, const QKeySequence& keys,
+                    const std::function<void()>& what, const QString& name = {});
+
+    void openDialog();
+    void openDepthDialog();
+    void openDirectoryDialog();
+    void calibrationDialog();
+    void useCalibration(const Calibration& calibration, const std::filesystem::path& file);
+    void exportDialog(Product product);
+    void showOnDisplay();
+    void tellDisplays();
+    void remember(const std::filesystem::path& file);
+    void fillRecent();
+    void showSources();
+    void showDocument();
+    void showFrame();
+    void showModes();
+    /// A line about what happened, for a while.
+    void say(const QString& text, int milliseconds);
+    void showStatus();
+    void readSettings();
+    void writeSettings() const;
+
+    Controller controller_;
+    PictureView* picture_;
+    KnobPanel* knobs_;
+    QListWidget* files_;
+    QActionGroup* modes_ = nullptr;
+    QMenu* recent_ = nullptr;
+    QAction* swing_ = nullptr;
+    QAction* follow_ = nullptr;
+    std::vector<std::pair<Product, QAction*>> exports_;
+    QAction* depthImage_ = nullptr;
+    QAction* closeFile_ = nullptr;
+    QLabel* status_ = nullptr;
+    QString facts_;
+    QString said_;
+    QTimer* unsay_ = nullptr;
+    std::shared_ptr<const Document> told_; // whose notes have been said
+    QLabel* busy_ = nullptr;
+    QProgressBar* progress_ = nullptr;
+    QToolButton* cancel_ = nullptr;
+    std::unique_ptr<qt::NativeWidget> onDisplay_;
+};
+
+} // namespace altiro3D::viewer

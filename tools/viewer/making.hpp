@@ -1,0 +1,59 @@
+#pragma once
+
+#include "viewer/document.hpp"
+#include "viewer/knobs.hpp"
+
+#include <functional>
+#include <memory>
+#include <stdexcept>
+
+namespace altiro3D::viewer {
+
+/// The user has cancelled some work.
+class Cancelled : public std::runtime_error {
+  public:
+    Cancelled() : std::runtime_error("cancelled") {}
+};
+
+/// Is told how much is done, 0..1, and throws Cancelled to end the work.
+using Progress = std::function<void(double)>;
+
+/// A document with all that its pictures are made of.
+struct Scene {
+    std::shared_ptr<const Document> document;
+    cv::Mat depth; ///< Of a photo: [any size, CV_32FC1, 0..1], shows all of it.
+    Knobs knobs;
+    std::shared_ptr<const tools::Display> display;
+};
+
+/// The layout of the quilt: that of a quilt itself, else what the knobs mean.
+QuiltLayout quiltLayout(const Scene& scene);
+
+/// Photo and depth, brought to the panel's shape.
+struct Fitted {
+    cv::Mat photo; ///< [size, CV_8UC3]
+    cv::Mat depth; ///< [size, CV_32FC1]
+};
+Fitted fitScene(const Scene& scene, cv::Size size);
+
+/// The quilt of a photo (from fitScene() at the layout's tile size), or a quilt itself.
+cv::Mat makeQuilt(const Scene& scene, const Fitted& fitted);
+
+/// The Native, exactly as photo2native and quilt2native make it; a Native itself.
+/// @param fitted of a photo, at the layout's tile size
+cv::Mat makeNative(const Scene& scene, const Fitted& fitted);
+
+/// What can be written of a scene.
+enum class Product { Native, Quilt, Views, Depth, SwayVideo };
+
+/// The products that a document has.
+std::vector<Product> productsOf(Kind kind);
+
+/// Makes one and writes it.
+/// @param target a file, of views a directory; existing files are replaced
+/// @return what was written, for people
+/// @throws Error, Cancelled; nothing half-written is left
+std::string writeProduct(const Scene& scene, Product product, const std::filesystem::path& target,
+                         const Progress& progress);
+
+} // namespace altiro3D::viewer

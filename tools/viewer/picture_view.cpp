@@ -1,0 +1,142 @@
+#include "viewer/picture_view.hpp"
+
+#include <QApplication>
+#include <QMouseEvent>
+#include <QPainter>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+const QColor kGround(26, 27, 30);
+const QColor kText(225, 226, 230);
+const QColor kFaintText(150, 152, 160);
+
+} // namespace
+
+PictureView::PictureView(QWidget* parent) : QWidget(parent) {
+    setAttribute(Qt::WA_OpaquePaintEvent);
+    setMouseTracking(true);
+    setObjectName("picture");
+}
+
+void PictureView::setPicture(const QImage& image, QSize target) {
+    picture_ = image;
+    target_ = target;
+    headline_.clear();
+    advice_.clear();
+    update();
+}
+
+void PictureView::setWords(const QString& headline, const QString& advice) {
+    picture_ = QImage();
+    headline_ = headline;
+    advice_ = advice;
+    update();
+}
+
+void PictureView::setRemark(const QString& remark) {
+    if (remark == remark_) return;
+    remark_ = remark;
+    update();
+}
+
+QSize PictureView::deviceSize() const {
+    const qreal ratio = devicePixelRatioF();
+    return {qRound(width() * ratio), qRound(height() * ratio)};
+}
+
+QRect PictureView::pictureRect() const {
+    const QSize area = deviceSize();
+    return {QPoint((area.width() - target_.width()) / 2, (area.height() - target_.height()) / 2),
+            target_};
+}
+
+void PictureView::paintEvent(QPaintEvent* /*event*/) {
+    QPainter painter(this);
+    painter.fillRect(rect(), kGround);
+    if (!picture_.isNull()) {
+        painter.save();
+        const qreal ratio = devicePixelRatioF();
+        if (ratio != 1) painter.scale(1 / ratio, 1 / ratio); // px of the screen
+        const QRect place = pictureRect();
+        if (picture_.size() == target_) {
+            painter.drawImage(place.topLeft(), picture_);
+        } else {
+            painter.setRenderHint(QPainter::SmoothPixmapTransform);
+            painter.drawImage(place, picture_);
+        }
+        painter.restore();
+    } else {
+        paintWords(painter);
+    }
+    if (remark_.isEmpty()) return;
+    painter.setRenderHint(QPainter::Antialiasing);
+    const QFontMetrics metrics(font());
+    const QString text = metrics.elidedText(remark_, Qt::ElideRight, width() - 48);
+    QRect box = metrics.boundingRect(text).adjusted(-12, -6, 12, 6);
+    box.moveCenter({width() / 2, height() - 14 - box.height() / 2});
+    painter.setPen(Qt::NoPen);
+    painter.setBrush(QColor(0, 0, 0, 170));
+    painter.drawRoundedRect(box, 6, 6);
+    painter.setPen(kText);
+    painter.drawText(box, Qt::AlignCenter, text);
+}
+
+void PictureView::paintWords(QPainter& painter) const {
+    const QRect column = rect().adjusted(24, 0, -24, 0);
+    QFont large = font();
+    large.setPointSizeF(font().pointSizeF() * 1.7);
+    const QFontMetrics largeMetrics(large);
+    const int wrap = Qt::AlignHCenter | Qt::AlignTop | Qt::TextWordWrap;
+    QRect words = fontMetrics().boundingRect(column.adjusted(40, 0, -40, 0), wrap, advice_);
+    QRect headline = largeMetrics.boundingRect(column, wrap, headline_);
+    const int gap = 14;
+    headline.moveCenter(column.center());
+    headline.moveTop(column.center().y() - (headline.height() + gap + words.height()) / 2);
+    words.moveCenter(column.center());
+    words.moveTop(headline.bottom() + gap);
+    painter.setFont(large);
+    painter.setPen(kText);
+    painter.drawText(headline, wrap, headline_);
+    painter.setFont(font());
+    painter.setPen(kFaintText);
+    painter.drawText(words, wrap, advice_);
+}
+
+void PictureView::resizeEvent(QResizeEvent* /*event*/) {
+    emit resized();
+}
+
+void PictureView::mousePressEvent(QMouseEvent* event) {
+    if (event->button() != Qt::LeftButton) return;
+    pressed_ = last_ = event->pos();
+    dragging_ = false;
+}
+
+void PictureView::mouseMoveEvent(QMouseEvent* event) {
+    if ((event->buttons() & Qt::LeftButton) != 0) {
+        if (!dragging_ &&
+            (event->pos() - pressed_).manhattanLength() < QApplication::startDragDistance())
+            return;
+        dragging_ = true;
+        emit dragged((event->pos() - last_) * devicePixelRatioF());
+        last_ = event->pos();
+    }
+    emit hovered(2.0 * event->x() / qMax(1, width() - 1) - 1);
+}
+
+void PictureView::mouseReleaseEvent(QMouseEvent* event) {
+    if (event->button() != Qt::LeftButton || dragging_ || picture_.isNull()) return;
+    const QRect place = pictureRect();
+    const QPointF at = QPointF(event->pos()) * devicePixelRatioF() - place.topLeft();
+    const double x = at.x() / place.width();
+    const double y = at.y() / place.height();
+    if (x >= 0 && x < 1 && y >= 0 && y < 1) emit clicked(x, y);
+}
+
+void PictureView::leaveEvent(QEvent* /*event*/) {
+    emit hoverEnded();
+}
+
+} // namespace altiro3D::viewer

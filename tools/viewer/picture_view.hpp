@@ -1,0 +1,61 @@
+#pragma once
+
+#include <QImage>
+#include <QWidget>
+
+namespace altiro3D::viewer {
+
+/// The middle of the window: a picture on dark ground, or words where there is none.
+class PictureView : public QWidget {
+    Q_OBJECT
+  public:
+    explicit PictureView(QWidget* parent = nullptr);
+
+    /// @param image in px of the screen @param target px to show it on
+    void setPicture(const QImage& image, QSize target);
+    /// Instead of a picture: a headline and what can be done.
+    void setWords(const QString& headline, const QString& advice);
+    /// A line over the lower border; empty: none.
+    void setRemark(const QString& remark);
+
+    const QImage& picture() const { return picture_; }
+    const QString& headline() const { return headline_; }
+    /// Its size in px of the screen.
+    QSize deviceSize() const;
+
+    QSize sizeHint() const override { return {720, 720}; }
+    QSize minimumSizeHint() const override { return {240, 240}; }
+
+  signals:
+    void resized();
+    /// A click on the picture; x and y 0..1 from its upper left corner.
+    void clicked(double x, double y);
+    /// The mouse moves over the widget; x is -1 at its left border, +1 at the right one.
+    void hovered(double x);
+    void hoverEnded();
+    /// The picture is dragged, px of the screen.
+    void dragged(const QPoint& by);
+
+  protected:
+    void paintEvent(QPaintEvent* event) override;
+    void resizeEvent(QResizeEvent* event) override;
+    void mousePressEvent(QMouseEvent* event) override;
+    void mouseMoveEvent(QMouseEvent* event) override;
+    void mouseReleaseEvent(QMouseEvent* event) override;
+    void leaveEvent(QEvent* event) override;
+
+  private:
+    QRect pictureRect() const; // px of the screen
+    void paintWords(QPainter& painter) const;
+
+    QImage picture_;
+    QSize target_;
+    QString headline_;
+    QString advice_;
+    QString remark_;
+    QPoint pressed_;
+    QPoint last_;
+    bool dragging_ = false;
+};
+
+} // namespace altiro3D::viewer

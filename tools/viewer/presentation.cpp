@@ -1,0 +1,197 @@
+#include "viewer/presentation.hpp"
+
+#include "altiro3D/altiro3D.hpp"
+#include "altiro3D/qt/display_search.hpp"
+#include "altiro3D/qt/native_widget.hpp"
+#include "common/picture_options.hpp"
+
+#include <QApplication>
+#include <QScreen>
+#include <charconv>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<qt::ScreenFacts> screenFacts() {
+    std::vector<qt::ScreenFacts> facts;
+    for (const QScreen* screen : QGuiApplication::screens())
+        facts.push_back(qt::factsOf(*screen));
+    return facts;
+}
+
+std::string sizeText(cv::Size size) {
+    return std::to_string(size.width) + " x " + std::to_string(size.height) + " px";
+}
+
+std::string nameOf(const qt::ScreenFacts& screen, std::size_t number) {
+    const std::string name = screen.name.empty() ? screen.model : screen.name;
+    return name.empty() ? "screen " + std::to_string(number) : name;
+}
+
+std::string pairedByText(qt::PairedBy by) {
+    if (by == qt::PairedBy::Serial) return "serial";
+    return by == qt::PairedBy::Size ? "size" : "nothing";
+}
+
+Json jsonOf(const std::vector<qt::FoundDisplay>& displays,
+            const std::vector<qt::ScreenFacts>& screens) {
+    Json json = {{"displays", Json::array()}, {"screens", Json::array()}};
+    for (const qt::FoundDisplay& display : displays) {
+        Json entry = {{"name", display.name},
+                      {"screen", nullptr},
+                      {"volume", display.volume},
+                      {"calibrationFile", display.calibrationFile.string()},
+                      {"pairedBy", pairedByText(display.pairedBy)},
+                      {"problems", display.problems}};
+        if (display.screen) entry["screen"] = *display.screen;
+        if (display.calibration) {
+            entry["serial"] = display.calibration->serial;
+            entry["panelWidth"] = display.calibration->screenW;
+            entry["panelHeight"] = display.calibration->screenH;
+        }
+        json["displays"].push_back(std::move(entry));
+    }
+    for (const qt::ScreenFacts& screen : screens) {
+        json["screens"].push_back({{"name", screen.name},
+                                   {"model", screen.model},
+                                   {"serialNumber", screen.serialNumber},
+                                   {"width", screen.size.width},
+                                   {"height", screen.size.height},
+                                   {"scale", screen.scale},
+                                   {"refreshHz", screen.refreshHz}});
+    }
+    return json;
+}
+
+// --screen: by number as --list-displays counts, or by any of its names.
+std::size_t namedScreen(const std::string& wanted, const std::vector<qt::ScreenFacts>& screens) {
+    std::string list;
+    for (std::size_t i = 0; i < screens.size(); ++i) {
+        const qt::ScreenFacts& screen = screens[i];
+        if (wanted == std::to_string(i) || wanted == screen.name || wanted == screen.model ||
+            wanted == screen.serialNumber) {
+            return i;
+        }
+        list += (i == 0 ? "" : ", ") + std::to_string(i) + " (" + nameOf(screen, i) + ")";
+    }
+    throw tools::UsageError("--screen is " + wanted + ", expected one of " + list);
+}
+
+// The screen for a Native: that of --screen, of --serial, or of the display that it is for.
+std::size_t chooseScreen(const tools::CommandLine& commandLine,
+                         const std::vector<qt::ScreenFacts>& screens, cv::Size native,
+                         tools::Messages& messages) {
+    if (const auto wanted = commandLine.value("screen")) return namedScreen(*wanted, screens);
+    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
+    std::optional<std::size_t> chosen;
+    if (const auto serial = commandLine.value("serial")) {
+        for (std::size_t i = 0; i < displays.size(); ++i) {
+            const bool named =
+                displays[i].name == *serial || displays[i].volume == *serial ||
+                (displays[i].calibration && displays[i].calibration->serial == *serial);
+            if (named && displays[i].screen) chosen = i;
+        }
+    } else {
+        std::optional<Calibration> calibration;
+        if (const auto file = commandLine.value("c")) calibration = readCalibration(*file);
+        chosen = qt::chooseDisplay(displays, screens, calibration, native);
+    }
+    if (!chosen) {
+        std::string found;
+        for (const qt::FoundDisplay& display : displays) {
+            found += (found.empty() ? "" : "; ") + display.name;
+            for (const std::string& problem : display.problems)
+                found += ": " + problem;
+        }
+        throw Error(ErrorCode::NotFound, "display",
+                    (found.empty() ? "no light-field display was found"
+                                   : "none could be chosen (" + found + ")") +
+                        ", expected one that is connected, or --serial or --screen to choose "
+                        "(--list-displays shows them)");
+    }
+    messages.warn(displays[*chosen].problems);
+    return *displays[*chosen].screen;
+}
+
+} // namespace
+
+bool hasDesktop() {
+    for (const char* name : {"QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY"}) {
+        const char* value = std::getenv(name);
+        if (value != nullptr && *value != '\0') return true;
+    }
+    return false;
+}
+
+int listDisplays(int& argc, char** argv, const tools::CommandLine& commandLine,
+                 tools::Messages& messages) {
+    std::unique_ptr<QGuiApplication> application;
+    if (hasDesktop())
+        application = std::make_unique<QGuiApplication>(argc, argv);
+    else
+        messages.warn("no desktop was found: screens are not known");
+    const std::vector<qt::ScreenFacts> screens =
+        application ? screenFacts() : std::vector<qt::ScreenFacts>();
+    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
+    if (commandLine.has("json")) {
+        messages.say(jsonOf(displays, screens).dump(2, ' ', false, Json::error_handler_t::replace));
+        return tools::kExitDone;
+    }
+    for (const qt::FoundDisplay& display : displays) {
+        std::string line = "display " + display.name;
+        if (display.screen) line += ", screen " + std::to_string(*display.screen);
+        if (display.calibration) {
+            line +=
+                ", panel " + sizeText({display.calibration->screenW, display.calibration->screenH});
+        }
+        if (!display.calibrationFile.empty()) line += ", " + display.calibrationFile.string();
+        messages.say(line);
+        for (const std::string& problem : display.problems)
+            messages.say("  " + problem);
+    }
+    if (displays.empty()) messages.say("no light-field display was found");
+    for (std::size_t i = 0; i < screens.size(); ++i) {
+        const qt::ScreenFacts& screen = screens[i];
+        std::string line = "screen " + std::to_string(i) + ": " + nameOf(screen, i);
+        if (!screen.model.empty() && screen.model != screen.name) line += ", " + screen.model;
+        line += ", " + sizeText(screen.size);
+        if (screen.scale != 1)
+            line += ", scaled to " + std::to_string(std::lround(screen.scale * 100)) + " %";
+        messages.say(line);
+    }
+    return tools::kExitDone;
+}
+
+int present(int& argc, char** argv, const tools::CommandLine& commandLine,
+            tools::Messages& messages) {
+    const std::filesystem::path file = *commandLine.value("show");
+    if (!commandLine.files().empty())
+        throw tools::UsageError("--show takes one Native and no further names");
+    const cv::Mat native = tools::readPhotoFile(file, messages);
+    if (!hasDesktop()) {
+        throw Error(ErrorCode::NotFound, "desktop",
+                    "there is none, expected $DISPLAY or $WAYLAND_DISPLAY");
+    }
+    const QApplication application(argc, argv);
+    const std::vector<qt::ScreenFacts> screens = screenFacts();
+    const std::size_t screen = chooseScreen(commandLine, screens, native.size(), messages);
+    if (screens[screen].size != native.size()) {
+        throw Error(ErrorCode::Mismatch, file.string(),
+                    "has " + sizeText(native.size()) + ", but the screen shows " +
+                        sizeText(screens[screen].size) +
+                        "; expected the display's own resolution and a Native made for it");
+    }
+    qt::NativeWidget widget;
+    QObject::connect(&widget, &qt::NativeWidget::left, &QApplication::quit);
+    widget.setNative(native);
+    widget.showOn(*QGuiApplication::screens()[static_cast<int>(screen)]);
+    messages.flushWarnings();
+    return QApplication::exec();
+}
+
+} // namespace altiro3D::viewer

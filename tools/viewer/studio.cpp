@@ -1,0 +1,272 @@
+#include "viewer/studio.hpp"
+
+#include "altiro3D/altiro3D.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <tuple>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+// One view of so many px is made within 50 ms on two cores; larger windows show it enlarged.
+constexpr double kMostPreviewPixels = 7e5;
+constexpr const char* kPreferredNetwork = "midas-small";
+
+// What was made last, and what it was made of. Documents and displays never change, so that they
+// are the same if they lie at the same place; the key keeps them alive.
+template <class Key, class Value>
+class Kept {
+  public:
+    template <class Make>
+    const Value& get(const Key& key, const Make& make) {
+        if (!key_ || *key_ != key) {
+            key_.reset(); // if making fails
+            value_ = make();
+            key_ = key;
+        }
+        return value_;
+    }
+
+  private:
+    std::optional<Key> key_;
+    Value value_;
+};
+
+using DocumentPointer = std::shared_ptr<const Document>;
+using DisplayPointer = std::shared_ptr<const tools::Display>;
+
+struct DepthMap {
+    cv::Mat depth;
+    std::string source;
+};
+
+// Where depth comes from: a network's name, or one of the words of Knobs::depth.
+std::string chosenDepth(const Request& request, const std::vector<ReadyNetwork>& networks) {
+    const std::string& wish = request.knobs.depth;
+    const bool given = !request.document->rawDepth.empty();
+    const auto ready = [&networks](const std::string& name) {
+        return std::any_of(networks.begin(), networks.end(),
+                           [&name](const ReadyNetwork& n) { return n.name == name; });
+    };
+    if (wish == kBuiltInDepth || ready(wish)) return wish;
+    if (given) return kGivenDepth;
+    return ready(kPreferredNetwork) ? kPreferredNetwork : kBuiltInDepth;
+}
+
+cv::Mat sized(const cv::Mat& picture, cv::Size size) {
+    if (picture.size() == size) return picture;
+    cv::Mat result;
+    const bool smaller = size.width <= picture.cols && size.height <= picture.rows;
+    cv::resize(picture, result, size, 0, 0, smaller ? cv::INTER_AREA : cv::INTER_LINEAR);
+    return result;
+}
+
+// The part of a picture that is seen px by px, moved from the middle; `pan` is kept inside.
+cv::Mat window(const cv::Mat& picture, cv::Size area, cv::Point& pan) {
+    const cv::Size size(std::min(area.width, picture.cols), std::min(area.height, picture.rows));
+    const cv::Point most((picture.cols - size.width) / 2, (picture.rows - size.height) / 2);
+    pan.x = std::clamp(pan.x, -most.x, most.x);
+    pan.y = std::clamp(pan.y, -most.y, most.y);
+    return picture(cv::Rect(most - pan, size));
+}
+
+} // namespace
+
+struct Studio::State {
+    std::vector<ReadyNetwork> networks;
+    std::optional<DepthNetwork> network;
+    std::string networkName;
+
+    Kept<std::tuple<DocumentPointer, std::string>, DepthMap> depth;
+    std::string how; // depth of the picture that is being made
+    using FitKey =
+        std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, int, int, double>;
+    Kept<FitKey, Fitted> preview;
+    Kept<FitKey, Fitted> tiles;
+    struct NativeKey {
+        DocumentPointer document;
+        std::string how;
+        DisplayPointer display;
+        Knobs knobs;
+        bool operator!=(const NativeKey& o) const {
+            return document != o.document || how != o.how || display != o.display ||
+                   knobs != o.knobs;
+        }
+    };
+    Kept<NativeKey, cv::Mat> quilt;
+    Kept<NativeKey, cv::Mat> native;
+
+    DepthMap makeDepth(const Document& document, const std::string& from) {
+        DepthMap map;
+        DepthNormalization normalization;
+        if (from == kBuiltInDepth) {
+            estimateDepthFromCues(document.picture, map.depth);
+            map.source = "built-in estimator";
+        } else if (from == kGivenDepth) {
+            normalizeDepth(document.rawDepth, map.depth, normalization);
+            map.source = document.source.depth.empty() ? "in the picture"
+                                                       : document.source.depth.filename().string();
+        } else {
+            if (networkName != from) {
+                network.reset();
+                const auto found = std::find_if(networks.begin(), networks.end(),
+                                                [&from](const auto& n) { return n.name == from; });
+                network.emplace(found->file, found->profile);
+                networkName = from;
+            }
+            network->estimate(document.picture, map.depth);
+            map.source = from;
+        }
+        return map;
+    }
+
+    const Fitted& fit(Kept<FitKey, Fitted>& kept, const Scene& scene, cv::Size size) {
+        // the bars of Contain lie at the focus
+        const double bars = scene.knobs.fit == FitMode::Contain ? scene.knobs.views.focus : 0;
+        return kept.get(
+            {how, scene.document, scene.display, scene.knobs.fit, size.width, size.height, bars},
+            [&] { return fitScene(scene, size); });
+    }
+
+    // Of a photo at the tiles' size; else nothing, which quilts and Natives need.
+    Fitted fittedTiles(const Scene& scene) {
+        if (scene.document->kind != Kind::Scene) return {};
+        return fit(tiles, scene, quiltLayout(scene).tileSize);
+    }
+
+    NativeKey keyOf(const Scene& scene) const {
+        Knobs knobs = scene.document->kind == Kind::Scene ? scene.knobs : Knobs();
+        return {scene.document, how, scene.display, knobs};
+    }
+
+    const cv::Mat& quiltOf(const Scene& scene) {
+        return quilt.get(keyOf(scene), [&] { return makeQuilt(scene, fittedTiles(scene)); });
+    }
+
+    const cv::Mat& nativeOf(const Scene& scene) {
+        return native.get(keyOf(scene), [&] { return makeNative(scene, fittedTiles(scene)); });
+    }
+};
+
+Studio::Studio() : state_(std::make_unique<State>()) {
+    try {
+        state_->networks = readyNetworks();
+    } catch (const Error&) {
+        // a broken catalogue: the list of networks, which is asked for elsewhere, says so
+    }
+}
+
+Studio::~Studio() = default;
+
+std::vector<Mode> modesOf(Kind kind) {
+    switch (kind) {
+    case Kind::Native:
+        return {Mode::Lens, Mode::Native};
+    case Kind::Quilt:
+        return {Mode::Sway, Mode::Quilt, Mode::Native, Mode::Lens};
+    case Kind::Scene:
+        break;
+    }
+    return {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens};
+}
+
+cv::Size inside(cv::Size area, double aspect) {
+    const double width = std::min<double>(area.width, area.height * aspect);
+    return {std::max(1, static_cast<int>(std::lround(width))),
+            std::max(1, static_cast<int>(std::lround(width / aspect)))};
+}
+
+double depthSeenAt(const cv::Mat& depth, const ViewOptions& views, double position, cv::Point at) {
+    const double shift = position * views.strengthPercent / 100 * depth.cols / 2;
+    const int y = std::clamp(at.y, 0, depth.rows - 1);
+    // what is seen at x comes from the nearest thing that its own depth moves there
+    double best = -1;
+    for (int x = 0; x < depth.cols; ++x) {
+        const double d = static_cast<double>(depth.at<float>(y, x));
+        if (std::abs(x - shift * (d - views.focus) - at.x) <= 1) best = std::max(best, d);
+    }
+    return best >= 0 ? best
+                     : static_cast<double>(depth.at<float>(y, std::clamp(at.x, 0, depth.cols - 1)));
+}
+
+Frame Studio::render(const Request& request) {
+    Frame frame;
+    frame.request = request;
+    state_->how.clear();
+    Scene& scene = frame.scene;
+    scene = {request.document, {}, request.knobs, request.display};
+    const Kind kind = request.document->kind;
+    const double aspect = request.display->panelAspect();
+    if (kind == Kind::Scene) {
+        state_->how = chosenDepth(request, state_->networks);
+        const DepthMap& map = state_->depth.get({request.document, state_->how}, [&] {
+            return state_->makeDepth(*request.document, state_->how);
+        });
+        scene.depth = map.depth;
+        frame.depthSource = map.source;
+        const QuiltLayout layout = quiltLayout(scene);
+        double low = 0;
+        double high = 1;
+        cv::minMaxLoc(map.depth, &low, &high);
+        frame.parallaxPixels =
+            adjacentParallax(request.knobs.views, layout, request.display->panelSize, {low, high})
+                .viewPixels;
+    }
+    frame.target = request.mode == Mode::Native ? cv::Size() : inside(request.area, aspect);
+    cv::Size size = frame.target;
+    if (size.area() > kMostPreviewPixels) {
+        const double smaller = std::sqrt(kMostPreviewPixels / size.area());
+        size = {static_cast<int>(size.width * smaller), static_cast<int>(size.height * smaller)};
+    }
+    switch (request.mode) {
+    case Mode::Sway:
+    case Mode::Depth: {
+        if (kind == Kind::Quilt) {
+            const QuiltLayout layout = quiltLayout(scene);
+            const double place = (request.position + 1) / 2 * (layout.viewCount - 1);
+            const int view =
+                std::clamp(static_cast<int>(std::lround(place)), 0, layout.viewCount - 1);
+            frame.picture = sized(request.document->picture(layout.tile(view)), size);
+            break;
+        }
+        const Fitted& fitted = state_->fit(state_->preview, scene, size);
+        frame.depth = fitted.depth;
+        if (request.mode == Mode::Depth) {
+            cv::Mat grey;
+            fitted.depth.convertTo(grey, CV_8U, 255);
+            cv::cvtColor(grey, frame.picture, cv::COLOR_GRAY2BGR);
+        } else {
+            Depth2Quilt({1, 1, size, 1}, request.knobs.views)
+                .renderView(fitted.photo, fitted.depth, request.position, frame.picture);
+        }
+        break;
+    }
+    case Mode::Quilt: {
+        const cv::Mat& quilt = state_->quiltOf(scene);
+        frame.target = inside(request.area, static_cast<double>(quilt.cols) / quilt.rows);
+        frame.picture = sized(quilt, frame.target);
+        break;
+    }
+    case Mode::Native:
+        frame.picture = window(state_->nativeOf(scene), request.area, frame.request.pan);
+        frame.target = frame.picture.size();
+        break;
+    case Mode::Lens: {
+        const Calibration& calibration = *request.display->calibration;
+        const double angle = request.position * viewConeDegrees(calibration) / 2;
+        cv::Mat seen;
+        simulateView(state_->nativeOf(scene), calibration, eyeAtAngle(calibration, angle), seen,
+                     request.display->invert);
+        frame.picture = sized(seen, size);
+        break;
+    }
+    }
+    return frame;
+}
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+namespace altiro3D::viewer {
+
+/// A thread that does the latest task of each kind: one that has not begun is replaced by the next
+/// of its kind.
+class Worker {
+  public:
+    static constexpr std::size_t kKinds = 3;
+
+    Worker();
+    /// Finishes the task that runs, drops those that wait.
+    ~Worker();
+    Worker(const Worker&) = delete;
+    Worker& operator=(const Worker&) = delete;
+
+    /// Does a task when those of lower kinds are done.
+    /// @param kind 0..kKinds-1 @param task must not throw
+    void post(std::size_t kind, std::function<void()> task);
+    /// Drops a task that has not begun.
+    void drop(std::size_t kind);
+
+  private:
+    void run();
+
+    std::mutex mutex_;
+    std::condition_variable wake_;
+    std::array<std::function<void()>, kKinds> waiting_;
+    bool ending_ = false;
+    std::thread thread_; // last: it uses the others
+};
+
+} // namespace altiro3D::viewer

@@ -27,6 +27,11 @@ LD_LIBRARY_PATH=$libraries "$work/cmake/consumer" "$calibration"
 
 if [[ -f $libraries/cmake/altiro3D/altiro3DQtTargets.cmake ]]; then
     echo "== with Qt"
+    for file in bin/altiro3Dview share/applications/altiro3Dview.desktop \
+        share/icons/hicolor/scalable/apps/altiro3D.svg; do
+        [[ -e $prefix/$file ]] || { echo "not installed: $file"; exit 1; }
+    done
+    "$prefix/bin/altiro3Dview" --version
     cmake -G Ninja -S "$example" -B "$work/qt" -DCMAKE_PREFIX_PATH="$prefix" \
         -DCMAKE_CXX_COMPILER="$compiler" >/dev/null
     cmake --build "$work/qt" >/dev/null

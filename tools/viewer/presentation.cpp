@@ -7,7 +7,7 @@
 
 #include <QApplication>
 #include <QScreen>
-#include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
@@ -28,9 +28,15 @@ std::string sizeText(cv::Size size) {
     return std::to_string(size.width) + " x " + std::to_string(size.height) + " px";
 }
 
-std::string nameOf(const qt::ScreenFacts& screen, std::size_t number) {
-    const std::string name = screen.name.empty() ? screen.model : screen.name;
-    return name.empty() ? "screen " + std::to_string(number) : name;
+// "HDMI-1, LKG-P00655, 1536 x 2048 px", whatever of it is known.
+std::string textOf(const qt::ScreenFacts& screen) {
+    std::string text;
+    if (!screen.name.empty()) text += screen.name + ", ";
+    if (!screen.model.empty() && screen.model != screen.name) text += screen.model + ", ";
+    text += sizeText(screen.size);
+    if (std::abs(screen.scale - 1) > 1e-3)
+        text += ", scaled to " + std::to_string(std::lround(screen.scale * 100)) + " %";
+    return text;
 }
 
 std::string pairedByText(qt::PairedBy by) {
@@ -77,7 +83,7 @@ std::size_t namedScreen(const std::string& wanted, const std::vector<qt::ScreenF
             wanted == screen.serialNumber) {
             return i;
         }
-        list += (i == 0 ? "" : ", ") + std::to_string(i) + " (" + nameOf(screen, i) + ")";
+        list += (i == 0 ? "" : ", ") + std::to_string(i) + " (" + textOf(screen) + ")";
     }
     throw tools::UsageError("--screen is " + wanted + ", expected one of " + list);
 }
@@ -155,15 +161,8 @@ int listDisplays(int& argc, char** argv, const tools::CommandLine& commandLine,
             messages.say("  " + problem);
     }
     if (displays.empty()) messages.say("no light-field display was found");
-    for (std::size_t i = 0; i < screens.size(); ++i) {
-        const qt::ScreenFacts& screen = screens[i];
-        std::string line = "screen " + std::to_string(i) + ": " + nameOf(screen, i);
-        if (!screen.model.empty() && screen.model != screen.name) line += ", " + screen.model;
-        line += ", " + sizeText(screen.size);
-        if (screen.scale != 1)
-            line += ", scaled to " + std::to_string(std::lround(screen.scale * 100)) + " %";
-        messages.say(line);
-    }
+    for (std::size_t i = 0; i < screens.size(); ++i)
+        messages.say("screen " + std::to_string(i) + ": " + textOf(screens[i]));
     return tools::kExitDone;
 }
 

@@ -1,0 +1,69 @@
+// What of the viewer needs no desktop; its window has tests of its own (tests/qt).
+
+#include "altiro3D/image_io.hpp"
+#include "sandbox.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace altiro3D::test {
+
+namespace {
+
+constexpr const char* kTool = "altiro3Dview";
+
+} // namespace
+
+TEST(ViewTool, HelpAndVersionNeedNoDesktop) {
+    const SmallStudio studio;
+    const Outcome help = studio.run(kTool, {"--help"});
+    EXPECT_TRUE(isDone(help));
+    EXPECT_NE(help.out.find("--list-displays"), std::string::npos);
+    EXPECT_TRUE(isDone(studio.run(kTool, {"--version"})));
+}
+
+TEST(ViewTool, SaysThatThereIsNoDesktop) {
+    SmallStudio studio;
+    EXPECT_TRUE(fails(studio.run(kTool, {"photo.png"}), 1, "expected $DISPLAY"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--show", "photo.png"}), 1, "expected $DISPLAY"));
+    studio.set("QT_QPA_PLATFORM", "xcb"); // there, as far as the environment says
+    studio.set("DISPLAY", ":31415");
+    EXPECT_TRUE(fails(studio.run(kTool, {"photo.png"}), 1, "no desktop: "));
+}
+
+TEST(ViewTool, WrongUsageIsSaidBeforeAnyWindow) {
+    SmallStudio studio;
+    studio.set("QT_QPA_PLATFORM", "offscreen");
+    EXPECT_TRUE(fails(studio.run(kTool, {"--unknown"}), 2, "--help"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"-d", "photo.png"}), 2, "PHOTO DEPTH"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--show", "photo.png", "quilt.png"}), 2, "one Native"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"-c", "none.json"}), 1, "none.json"));
+    EXPECT_TRUE(
+        fails(studio.run(kTool, {"--show", "photo.png", "--screen", "7"}), 2, "--screen is 7"));
+}
+
+TEST(ViewTool, ShowsNothingOnAScreenOfAnotherSizeOrWithoutADisplay) {
+    SmallStudio studio;
+    studio.set("QT_QPA_PLATFORM", "offscreen");
+    EXPECT_TRUE(fails(studio.run(kTool, {"--show", "photo.png", "--screen", "0"}), 1,
+                      "photo.png: has 90 x 120 px, but the screen shows 800 x 600 px"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--show", "photo.png"}), 1, "no light-field display"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--show", "none.png"}), 1, "none.png"));
+}
+
+TEST(ViewTool, ListsDisplaysForPeopleAndPrograms) {
+    SmallStudio studio;
+    EXPECT_TRUE(warns(studio.run(kTool, {"--list-displays"}), "no desktop"));
+    studio.set("QT_QPA_PLATFORM", "offscreen");
+    const Outcome people = studio.run(kTool, {"--list-displays"});
+    EXPECT_TRUE(isDone(people));
+    EXPECT_NE(people.out.find("screen 0: "), std::string::npos) << people.out;
+    EXPECT_NE(people.out.find("800 x 600 px"), std::string::npos) << people.out;
+    const Outcome programs = studio.run(kTool, {"--list-displays", "--json"});
+    EXPECT_TRUE(isDone(programs));
+    const auto json = nlohmann::json::parse(programs.out);
+    ASSERT_EQ(json.at("screens").size(), 1U);
+    EXPECT_EQ(json["screens"][0]["width"], 800);
+    EXPECT_TRUE(json.at("displays").is_array());
+}
+
+} // namespace altiro3D::test

@@ -1,0 +1,237 @@
+// A session with real mouse and keys: xdotool sends them through an X server (session_test.sh).
+// $SESSION_PICTURES: where pictures of the screen go, to be looked at.
+
+#include "altiro3D/qt/image.hpp"
+#include "support/compare.hpp"
+#include "viewer/knob_panel.hpp"
+#include "viewer/main_window.hpp"
+#include "viewer/picture_view.hpp"
+#include "viewer_scenes.hpp"
+
+#include <QApplication>
+#include <QFileDialog>
+#include <QProcess>
+#include <QScreen>
+#include <QSettings>
+#include <QSlider>
+#include <QStyle>
+#include <QStyleOptionSlider>
+#include <QTemporaryDir>
+#include <clocale>
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace viewer;
+
+// Real input. Events of this process are handled meanwhile.
+void input(const QStringList& arguments) {
+    QProcess xdotool;
+    xdotool.start("xdotool", arguments);
+    EXPECT_TRUE(waitFor([&xdotool] { return xdotool.state() == QProcess::NotRunning; }));
+    EXPECT_EQ(xdotool.exitCode(), 0) << arguments.join(' ').toStdString();
+    QTest::qWait(60);
+}
+
+void key(const QString& name) {
+    input({"key", name});
+}
+
+void moveTo(const QPoint& place) {
+    input({"mousemove", QString::number(place.x()), QString::number(place.y())});
+}
+
+QImage screenPicture() {
+    return QGuiApplication::primaryScreen()->grabWindow(0).toImage();
+}
+
+void keepPicture(const QString& name) {
+    const QString folder = qEnvironmentVariable("SESSION_PICTURES");
+    if (folder.isEmpty()) return;
+    EXPECT_TRUE(screenPicture().save(folder + "/" + name + ".png"));
+}
+
+// Gives the keyboard to a window; there is no window manager that would.
+void focusOn(QWidget& window) {
+    input({"windowfocus", "--sync", QString::number(window.winId())});
+}
+
+// Types a file's name into the dialog that is open.
+void typeName(const fs::path& file) {
+    QFileDialog* dialog = nullptr;
+    ASSERT_TRUE(waitFor([&dialog] {
+        dialog = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
+        return dialog != nullptr && dialog->isVisible();
+    }));
+    focusOn(*dialog);
+    key("ctrl+a");
+    input({"type", "--delay", "2", QString::fromStdString(file.string())});
+    key("Return");
+}
+
+QPoint handleOf(const QSlider& slider) {
+    QStyleOptionSlider option;
+    option.initFrom(&slider);
+    option.orientation = Qt::Horizontal;
+    option.minimum = slider.minimum();
+    option.maximum = slider.maximum();
+    option.sliderPosition = option.sliderValue = slider.value();
+    const QRect handle = slider.style()->subControlRect(QStyle::CC_Slider, &option,
+                                                        QStyle::SC_SliderHandle, &slider);
+    return slider.mapToGlobal(handle.center());
+}
+
+TEST(Session, OpensDragsFocusesLooksAndExports) {
+    const TemporaryDirectory folder;
+    fs::copy(sourcePath("docs/examples/sample.jpg"), folder / "terrace.jpg");
+    fs::copy(sourcePath("docs/examples/sample-depth.png"), folder / "terrace-depth.png");
+    spill(folder / "broken.jpg", "no picture");
+    MainWindow window(sampleDisplay(), {});
+    window.setGeometry(QGuiApplication::primaryScreen()->geometry());
+    window.show();
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
+    Controller& controller = window.controller();
+    auto& picture = *window.findChild<PictureView*>();
+    auto& panel = *window.findChild<KnobPanel*>();
+    const auto settled = [&] {
+        return waitFor([&] {
+            return !controller.isBusy() && controller.frame().request.knobs == controller.knobs() &&
+                   controller.frame().request.mode == controller.mode();
+        });
+    };
+    focusOn(window);
+    keepPicture("empty");
+
+    QTimer::singleShot(0, [] { key("ctrl+o"); });
+    // a dialog has an event loop of its own: what is typed is sent from inside it
+    QTimer::singleShot(300, [&] { typeName(folder / "broken.jpg"); });
+    ASSERT_TRUE(
+        waitFor([&] { return !picture.headline().isEmpty() && !controller.problem().isEmpty(); }));
+    keepPicture("broken");
+
+    controller.open(std::vector<fs::path>{folder / "terrace.jpg", folder / "terrace-depth.png"});
+    ASSERT_TRUE(waitFor([&] { return !picture.picture().isNull(); }));
+    focusOn(window);
+    key("space"); // stands still
+    EXPECT_FALSE(controller.isSwinging());
+    ASSERT_TRUE(settled());
+    keepPicture("photo");
+
+    // drag the strength up
+    QSlider& slider = panel.strength().slider();
+    const QPoint handle = handleOf(slider);
+    moveTo(handle);
+    input({"mousedown", "1"});
+    for (int dx = 4; dx <= 24; dx += 4)
+        moveTo(handle + QPoint(dx, 0));
+    input({"mouseup", "1"});
+    EXPECT_GT(controller.knobs().views.strengthPercent, 12);
+    EXPECT_EQ(controller.undoStack().count(), 1);
+    ASSERT_TRUE(settled());
+
+    // focus on the ball in the middle below, and on the sky
+    const auto clickAt = [&](double x, double y) {
+        const cv::Size target = controller.frame().target;
+        const QPoint middle = picture.rect().center();
+        moveTo(picture.mapToGlobal(middle + QPoint(static_cast<int>((x - 0.5) * target.width),
+                                                   static_cast<int>((y - 0.5) * target.height))));
+        input({"click", "1"});
+    };
+    clickAt(0.55, 0.7);
+    const double ball = controller.knobs().views.focus;
+    EXPECT_EQ(controller.undoStack().count(), 2);
+    ASSERT_TRUE(settled());
+    clickAt(0.5, 0.3);
+    EXPECT_LT(controller.knobs().views.focus, ball);
+    key("ctrl+z");
+    EXPECT_EQ(controller.knobs().views.focus, ball);
+    ASSERT_TRUE(settled());
+
+    // a double click resets the slider
+    moveTo(handleOf(slider));
+    input({"click", "--repeat", "2", "--delay", "40", "1"});
+    EXPECT_EQ(controller.knobs().views.strengthPercent, 10);
+
+    for (const char* mode : {"2", "3", "4", "5", "1"}) {
+        key(mode);
+        ASSERT_TRUE(settled());
+        keepPicture(QString("mode-") + mode);
+    }
+
+    // the camera follows the mouse
+    key("m");
+    moveTo(picture.mapToGlobal({5, 300}));
+    EXPECT_LT(controller.position(), -0.9);
+    key("m");
+
+    QTimer::singleShot(0, [] { key("ctrl+s"); });
+    QTimer::singleShot(300, [&] { typeName(folder / "exported.png"); });
+    ASSERT_TRUE(
+        waitFor([&] { return fs::exists(folder / "exported.png") && !controller.isExporting(); }));
+    EXPECT_EQ(readPhoto(folder / "exported.png").size(), cv::Size(1536, 2048));
+    keepPicture("exported");
+
+    focusOn(window);
+    key("ctrl+q");
+    EXPECT_TRUE(waitFor([&] { return !window.isVisible(); }));
+}
+
+TEST(Session, ShowsANativePxByPxUntilEscape) {
+    const TemporaryDirectory folder;
+    const QSize size = QGuiApplication::primaryScreen()->size();
+    cv::Mat native(size.height(), size.width(), CV_8UC3);
+    cv::RNG(9).fill(native, cv::RNG::UNIFORM, 0, 256);
+    writePicture(folder / "native.png", native);
+    const QString file = QString::fromStdString((folder / "native.png").string());
+    QProcess viewer;
+    viewer.start(ALTIRO3D_TOOL_ALTIRO3DVIEW, {"--show", file, "--screen", "0"});
+    moveTo({0, 0});
+    cv::Mat shown;
+    EXPECT_TRUE(waitFor([&] {
+        shown = qt::toPicture(screenPicture());
+        return compare(shown, native).count == 0;
+    })) << compare(shown, native).report;
+    QString number;
+    EXPECT_TRUE(waitFor([&] {
+        QProcess search;
+        search.start("xdotool",
+                     {"search", "--onlyvisible", "--pid", QString::number(viewer.processId())});
+        search.waitForFinished();
+        number = QString(search.readAllStandardOutput()).split('\n').front();
+        return !number.isEmpty();
+    }));
+    input({"windowfocus", number});
+    key("Escape");
+    EXPECT_TRUE(waitFor([&] { return viewer.state() == QProcess::NotRunning; }));
+    EXPECT_EQ(viewer.exitCode(), 0);
+    EXPECT_EQ(viewer.readAllStandardError().toStdString(), "");
+
+    writePicture(folder / "small.png", native(cv::Rect(0, 0, 64, 64)));
+    viewer.start(
+        ALTIRO3D_TOOL_ALTIRO3DVIEW,
+        {"--show", QString::fromStdString((folder / "small.png").string()), "--screen", "0"});
+    EXPECT_TRUE(waitFor([&] { return viewer.state() == QProcess::NotRunning; }));
+    EXPECT_EQ(viewer.exitCode(), 1);
+    EXPECT_TRUE(
+        viewer.readAllStandardError().contains("small.png: has 64 x 64 px, but the screen"));
+}
+
+} // namespace
+} // namespace altiro3D::test
+
+int main(int argc, char** argv) {
+    const QTemporaryDir home;
+    qputenv("QT_QPA_PLATFORM", "xcb");
+    qputenv("XDG_CONFIG_HOME", home.path().toUtf8());
+    qputenv("XDG_CACHE_HOME", home.path().toUtf8());
+    qputenv("ALTIRO3D_MODELS", home.path().toUtf8()); // no networks
+    ::testing::InitGoogleTest(&argc, argv);
+    const QApplication application(argc, argv);
+    std::setlocale(LC_NUMERIC, "C");
+    QApplication::setQuitOnLastWindowClosed(false);
+    QCoreApplication::setOrganizationName("altiro3D");
+    QCoreApplication::setApplicationName("session");
+    return RUN_ALL_TESTS();
+}

@@ -247,7 +247,7 @@ TEST_F(ViewerController, ASwayVideoIsThereWholeOrNotAtAll) {
     int frames = 0;
     while (reader.next())
         ++frames;
-    EXPECT_EQ(frames, 96);
+    EXPECT_EQ(frames, 240); // two turns of four seconds, as the tools
 
     QSignalSpy ended(&controller_, &Controller::exportEnded);
     QObject::connect(&controller_, &Controller::exportProgress, &controller_,

@@ -4,7 +4,6 @@
 #include "common/outputs.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/core.hpp>
 
 namespace altiro3D::viewer {
@@ -13,27 +12,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kSwayFrames = 96; // 4 s, there and back
-constexpr int kSwayFps = 24;
-constexpr double kSwayPixels = 1.2e6;
-
 Fitted fittedTiles(const Scene& scene) {
     if (scene.document->kind != Kind::Scene) return {};
     return fitScene(scene, quiltLayout(scene).tileSize);
-}
-
-// One view of the scene, of the fitted photo or of a quilt.
-cv::Mat viewAt(const Scene& scene, const Fitted& fitted, const cv::Mat& quilt, double position) {
-    cv::Mat view;
-    if (scene.document->kind == Kind::Scene) {
-        const QuiltLayout alone{1, 1, fitted.photo.size(), 1};
-        Depth2Quilt(alone, scene.knobs.views)
-            .renderView(fitted.photo, fitted.depth, position, view);
-        return view;
-    }
-    const QuiltLayout layout = quiltLayout(scene);
-    const int number = static_cast<int>(std::lround((position + 1) / 2 * (layout.viewCount - 1)));
-    return quilt(layout.tile(std::clamp(number, 0, layout.viewCount - 1)));
 }
 
 void writeViews(const Scene& scene, const fs::path& directory, const Progress& progress) {
@@ -60,41 +41,32 @@ void writeViews(const Scene& scene, const fs::path& directory, const Progress& p
     }
 }
 
-void writeSway(const Scene& scene, const fs::path& file, const Progress& progress) {
-    const QuiltLayout layout = quiltLayout(scene);
-    const double aspect = scene.display->panelAspect();
-    cv::Size size = layout.tileSize;
+// As photo2native and quilt2video make it: a photo in its own shape.
+void writeSwayVideo(const Scene& scene, const fs::path& file, const Progress& progress) {
+    const auto tell = [&progress](int frame, int frames) {
+        progress(static_cast<double>(frame) / frames);
+    };
     if (scene.document->kind == Kind::Scene) {
-        const double width =
-            std::min<double>(std::sqrt(kSwayPixels * aspect), scene.document->picture.cols);
-        size = {static_cast<int>(width), static_cast<int>(width / aspect)};
-    } else {
-        size.width = static_cast<int>(std::lround(size.height * aspect));
+        const cv::Mat& photo = scene.document->picture;
+        const double aspect = static_cast<double>(photo.cols) / photo.rows;
+        const cv::Size size = swaySize(photo.size(), aspect);
+        const PhotoFit fit =
+            swayFit(photo.size(), std::clamp(aspect, 0.01, 100.0), size, scene.knobs.fit);
+        Fitted fitted;
+        applyFit(photo, fit, fitted.photo);
+        applyFitToDepth(scene.depth, photo.size(), fit, fitted.photo, scene.knobs.views.focus,
+                        fitted.depth);
+        writeSway(file, size, {}, photoViews(fitted.photo, fitted.depth, scene.knobs.views), tell);
+        return;
     }
-    size = {std::max(size.width & ~1, 16), std::max(size.height & ~1, 16)}; // as 4:2:0 wants it
-    Fitted fitted;
-    cv::Mat quilt;
-    if (scene.document->kind == Kind::Scene)
-        fitted = fitScene(scene, size);
-    else
-        quilt = makeQuilt(scene, {});
-    VideoWriterOptions options;
-    options.size = size;
-    options.compatible = true; // views, not Natives: any player will do
-    options.timeBase = {1, kSwayFps};
-    options.frameRate = {kSwayFps, 1};
-    options.constantRate = true;
-    VideoWriter writer(file, options);
-    for (int i = 0; i < kSwayFrames; ++i) {
-        progress(static_cast<double>(i) / kSwayFrames);
-        const cv::Mat view = viewAt(scene, fitted, quilt, std::sin(2 * CV_PI * i / kSwayFrames));
-        VideoFrame frame;
-        applyFit(view, fitPhoto(view.size(), aspect, size, FitMode::Stretch), frame.picture);
-        frame.pts = i;
-        frame.duration = 1;
-        writer.write(frame);
-    }
-    writer.finish();
+    const QuiltLayout layout = quiltLayout(scene);
+    const auto name = parseQuiltName(scene.document->source.file);
+    const double aspect =
+        name ? name->aspect.value_or(scene.display->panelAspect()) : scene.display->panelAspect();
+    const cv::Size size = swaySize(layout.tileSize, aspect);
+    writeSway(file, size, {},
+              quiltViews(makeQuilt(scene, {}), layout, swayFit(layout.tileSize, aspect, size)),
+              tell);
 }
 
 void writeDepth(const Scene& scene, const fs::path& file) {
@@ -183,7 +155,7 @@ std::string writeProduct(const Scene& scene, Product product, const fs::path& ta
         writeDepth(scene, file);
         break;
     case Product::SwayVideo:
-        writeSway(scene, file, progress);
+        writeSwayVideo(scene, file, progress);
         break;
     }
     return file.string();

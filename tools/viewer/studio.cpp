@@ -93,11 +93,13 @@ struct Studio::State {
         std::string how;
         DisplayPointer display;
         Knobs knobs;
+        bool operator==(const NativeKey& o) const { return !(*this != o); }
         bool operator!=(const NativeKey& o) const {
             return document != o.document || how != o.how || display != o.display ||
                    knobs != o.knobs;
         }
     };
+    Kept<std::pair<NativeKey, cv::Point>, SwayView> views; // the point: their size
     Kept<NativeKey, cv::Mat> quilt;
     Kept<NativeKey, cv::Mat> native;
 
@@ -142,6 +144,10 @@ struct Studio::State {
     NativeKey keyOf(const Scene& scene) const {
         Knobs knobs = scene.document->kind == Kind::Scene ? scene.knobs : Knobs();
         return {scene.document, how, scene.display, knobs};
+    }
+
+    std::pair<NativeKey, cv::Point> viewsKeyOf(const Scene& scene, cv::Size size) const {
+        return {keyOf(scene), {size.width, size.height}};
     }
 
     const cv::Mat& quiltOf(const Scene& scene) {
@@ -241,8 +247,9 @@ Frame Studio::render(const Request& request) {
             fitted.depth.convertTo(grey, CV_8U, 255);
             cv::cvtColor(grey, frame.picture, cv::COLOR_GRAY2BGR);
         } else {
-            Depth2Quilt({1, 1, size, 1}, request.knobs.views)
-                .renderView(fitted.photo, fitted.depth, request.position, frame.picture);
+            state_->views.get(state_->viewsKeyOf(scene, size), [&] {
+                return photoViews(fitted.photo, fitted.depth, request.knobs.views);
+            })(request.position, frame.picture);
         }
         break;
     }

@@ -95,6 +95,27 @@ TEST(Video2NativeTool, KeepsTimesSoundSubtitlesChaptersAndTags) {
         EXPECT_NEAR(times[i], expected[i], 0.00101);
 }
 
+TEST(Video2NativeTool, ATurnedVideoIsUprightAndSaysSoNoMore) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(0.4);
+    ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -c copy -metadata:s:v:0 rotate=90 " +
+           arg(studio / "turned.mp4"));
+    ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -vf transpose=1 -c:v libx264 -qp 0 " +
+           arg(studio / "upright.mp4"));
+    cv::Mat natives[2];
+    for (int i = 0; i < 2; ++i) {
+        ASSERT_TRUE(isDone(studio.run(
+            kTool, studio.display() + Arguments{"-y", "--codec", "ffv1", "--fit", "contain",
+                                                i == 0 ? "turned.mp4" : "upright.mp4", "o.mkv"})));
+        VideoReader reader(studio / "o.mkv");
+        EXPECT_EQ(reader.facts().rotationDegrees, 0);
+        EXPECT_EQ(reader.facts().size, cv::Size(96, 128));
+        natives[i] = reader.next()->picture;
+    }
+    EXPECT_GT(cv::PSNR(natives[0], natives[1]), 30);
+    EXPECT_EQ(ffprobe(studio / "o.mkv", "stream_tags=rotate:stream_side_data=rotation"), "");
+}
+
 // The Native that the library makes of one frame, step by step.
 cv::Mat nativeOf(const Sandbox& studio, const cv::Mat& photo, const cv::Mat& depth,
                  const ViewOptions& views) {
@@ -387,6 +408,28 @@ TEST(Video2NativeTool, AnInterruptEndsTheFileProperly) {
                 static_cast<double>(count) * 1001 / 30000, 0.1);
     ASSERT_TRUE(isDone(studio.run(kTool, studio.call("out.mp4", {"--resume"}))));
     EXPECT_EQ(frameCount(studio / "out.mp4"), 900u);
+}
+
+TEST(Video2NativeTool, MemoryDoesNotGrowWithTheLength) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const auto peakOf = [](const char* seconds) {
+        SmallStudio studio;
+        ffmpeg(std::string("-f lavfi -i testsrc2=size=64x48:rate=25:duration=") + seconds +
+               " -f lavfi -i sine=duration=" + seconds +
+               " -c:v libx264 -preset ultrafast -c:a aac " + arg(studio / "clip.mp4"));
+        EXPECT_TRUE(isDone(studio.run(
+            kTool, studio.display() + Arguments{"--method", "fast", "--preset", "ultrafast",
+                                                "--report", "r.json", "clip.mp4", "out.mp4"})));
+        const Json report = Json::parse(slurp(studio / "r.json"));
+        EXPECT_EQ(report["frames"], 25 * std::stoi(seconds));
+        return report["peakMegabytes"].get<double>();
+    };
+    const double brief = peakOf("20");
+    const double tenMinutes = peakOf("600");
+    RecordProperty("peakMegabytes", std::to_string(tenMinutes));
+    // 30 times as many frames; what grows is an index of some 100 bytes a packet, once for reading
+    // and once for writing
+    EXPECT_LT(tenMinutes, brief + 30) << brief;
 }
 
 TEST(Video2NativeTool, AFullDiskLosesNothingElse) {

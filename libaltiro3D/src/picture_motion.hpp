@@ -42,7 +42,7 @@ cv::Mat misfit(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion)
 double unlikeness(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion,
                   const cv::Mat& misfits);
 
-/// Pictures of one shot have at most .23 between neighbours and .34 at double speed, pictures of
+/// Pictures of one shot have at most .23 between neighbours and .34 at double speed, those of
 /// different scenes .42 and more (docs/tradeoff.md says which).
 constexpr double kNewScene = 0.37;
 

@@ -83,8 +83,9 @@ struct Affine {
 };
 
 // The range that brings `fresh` to `carried` where the weights are, with what differs much counted
-// less. The carried depth is the mean of many, so it is taken for right and the fresh one for what
-// has noise: least squares the other way round would make the range narrower each time.
+// less. Both have noise, the carried depth, a mean of many, has less: the gain is the geometric
+// mean of the one that holds if only the fresh depth had any and the one that holds if both had as
+// much.
 Affine fitRange(const cv::Mat& fresh, const cv::Mat& carried, const cv::Mat& weights) {
     Affine fit;
     constexpr double kOutlier = 0.05;
@@ -95,6 +96,7 @@ Affine fitRange(const cv::Mat& fresh, const cv::Mat& carried, const cv::Mat& wei
         double sumC = 0;
         double sumCC = 0;
         double sumFC = 0;
+        double sumFF = 0;
         for (int y = 0; y < fresh.rows; ++y) {
             const auto* f = fresh.ptr<float>(y);
             const auto* c = carried.ptr<float>(y);
@@ -108,15 +110,18 @@ Affine fitRange(const cv::Mat& fresh, const cv::Mat& carried, const cv::Mat& wei
                 sumF += weight * a;
                 sumC += weight * b;
                 sumFC += weight * a * b;
+                sumFF += weight * a * a;
                 sumCC += weight * b * b;
             }
         }
         if (sum < 0.02 * static_cast<double>(fresh.total())) return fit;
         const double meanF = sumF / sum;
         const double meanC = sumC / sum;
-        const double variance = std::max(0.0, sumCC / sum - meanC * meanC);
-        const double covariance = std::max(0.0, sumFC / sum - meanF * meanC);
-        fit.gain = std::clamp((variance + kFlat) / (covariance + kFlat), 0.5, 2.0);
+        const double varianceC = std::max(0.0, sumCC / sum - meanC * meanC) + kFlat;
+        const double varianceF = std::max(0.0, sumFF / sum - meanF * meanF) + kFlat;
+        const double covariance = std::max(0.0, sumFC / sum - meanF * meanC) + kFlat;
+        const double gain = std::sqrt(varianceC / covariance * std::sqrt(varianceC / varianceF));
+        fit.gain = std::clamp(gain, 0.5, 2.0);
         fit.offset = meanC - fit.gain * meanF;
     }
     return fit;

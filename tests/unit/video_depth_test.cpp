@@ -1,11 +1,14 @@
+#include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/video_depth.hpp"
+#include "altiro3D/video_reader.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <gtest/gtest.h>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -17,6 +20,7 @@
 
 using namespace altiro3D;
 using namespace altiro3D::test;
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -173,6 +177,41 @@ TEST(VideoDepth, TakesMostOfTheFlickerOfAStillPictureAway) {
         return sum;
     };
     EXPECT_LT(flicker(VideoDepthOptions().steadiness), 0.2 * flicker(0));
+}
+
+TEST(VideoDepth, TakesMostOfTheFlickerOfARealNetworkAway) {
+    ALTIRO3D_REQUIRE_DATA("models/fastdepth/fastdepth_224_op10.onnx");
+    ALTIRO3D_REQUIRE_DATA("videos/car-detection.mp4");
+    const fs::path model = dataPath("models/fastdepth/fastdepth_224_op10.onnx");
+    const auto catalog = readModelCatalog(sourcePath("models/catalog.json"));
+    DepthNetwork network(model, *findProfile(catalog, model));
+    VideoDepth video([&](const cv::Mat& picture, cv::Mat& raw) { network.infer(picture, raw); },
+                     DepthKind::Metric, everyOf(1));
+    VideoReader reader(dataPath("videos/car-detection.mp4"));
+    DepthNormalization leastToGreatest;
+    leastToGreatest.kind = DepthKind::Metric;
+    leastToGreatest.lowPercentile = 0;
+    leastToGreatest.highPercentile = 100;
+    double steady = 0;
+    double each = 0;
+    cv::Mat lastSteady;
+    cv::Mat lastEach;
+    for (int i = 0; i < 30; ++i) { // nothing moves in these
+        const auto frame = reader.next();
+        ASSERT_TRUE(frame);
+        cv::Mat depth;
+        cv::Mat own;
+        video.next(frame->picture, depth);
+        network.infer(frame->picture, own);
+        normalizeDepth(own, own, leastToGreatest);
+        if (i > 0) {
+            steady += cv::norm(depth, lastSteady, cv::NORM_L1);
+            each += cv::norm(own, lastEach, cv::NORM_L1);
+        }
+        lastSteady = depth;
+        lastEach = own;
+    }
+    EXPECT_LT(steady, 0.3 * each);
 }
 
 TEST(VideoDepth, LeavesNoGhostBehindWhatMoves) {

@@ -8,6 +8,9 @@
 #include <QSignalSpy>
 #include <future>
 #include <gtest/gtest.h>
+#include <mutex>
+#include <set>
+#include <thread>
 
 namespace altiro3D::test {
 namespace {
@@ -265,6 +268,112 @@ TEST_F(ViewerController, WhatCannotBeWrittenIsNamed) {
     openPhoto();
     EXPECT_TRUE(exportTo(Product::Native, folder_ / "none/n.png").contains("none/n.png"));
     EXPECT_FALSE(controller_.isExporting());
+}
+
+// A video of `frames` grey pictures, 25 a second.
+void writeGreys(const fs::path& file, cv::Size size, int frames) {
+    VideoWriterOptions options;
+    options.size = size;
+    options.timeBase = {1, 25};
+    options.frameRate = {25, 1};
+    VideoWriter writer(file, options);
+    for (int i = 0; i < frames; ++i) {
+        VideoFrame frame;
+        frame.picture = cv::Mat(size, CV_8UC3, cv::Scalar::all(20 + 10 * i));
+        frame.pts = i;
+        frame.duration = 1;
+        writer.write(frame);
+    }
+    writer.finish();
+}
+
+TEST(ViewerVideo, PlaysAtItsRateAgainAndAgain) {
+    const TemporaryDirectory folder;
+    writeGreys(folder / "v.mkv", {64, 48}, 10);
+    std::mutex mutex;
+    std::vector<std::pair<qint64, int>> shown; // ms, grey
+    QElapsedTimer timer;
+    timer.start();
+    {
+        VideoPlayer player(
+            folder / "v.mkv",
+            [&](const cv::Mat& picture) {
+                const std::lock_guard<std::mutex> lock(mutex);
+                shown.emplace_back(timer.elapsed(), picture.at<cv::Vec3b>(20, 20)[1]);
+                return true;
+            },
+            [](const std::string& problem) { ADD_FAILURE() << problem; });
+        ASSERT_TRUE(waitFor([&] {
+            const std::lock_guard<std::mutex> lock(mutex);
+            return shown.size() >= 15;
+        }));
+        EXPECT_GE(player.counts().shown, 15);
+    }
+    // busy machines are late and drop some, but nothing is early, out of order, or the end
+    bool again = false;
+    for (std::size_t i = 1; i < shown.size(); ++i) {
+        const int number = qRound((shown[i].second - 20) / 10.0);
+        const int before = qRound((shown[i - 1].second - 20) / 10.0);
+        if (number < before) {
+            again = true;
+            break;
+        }
+        EXPECT_GT(number, before);
+        EXPECT_GE(shown[i].first, 40 * number); // the clock ran before the video did
+    }
+    EXPECT_TRUE(again);
+}
+
+TEST(ViewerVideo, CountsWhatItDrops) {
+    const TemporaryDirectory folder;
+    writeGreys(folder / "v.mkv", {64, 48}, 20);
+    VideoPlayer player(
+        folder / "v.mkv",
+        [](const cv::Mat&) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(130));
+            return true;
+        },
+        [](const std::string&) {});
+    ASSERT_TRUE(waitFor([&] { return player.counts().shown >= 4; }));
+    EXPECT_GE(player.counts().dropped, 4);
+}
+
+TEST(ViewerVideo, SaysWhyAVideoCannotBeRead) {
+    const TemporaryDirectory folder;
+    spill(folder / "v.mp4", "no video");
+    std::promise<std::string> problem;
+    VideoPlayer player(
+        folder / "v.mp4", [](const cv::Mat&) { return true; },
+        [&](const std::string& text) { problem.set_value(text); });
+    EXPECT_NE(problem.get_future().get().find("v.mp4"), std::string::npos);
+}
+
+TEST_F(ViewerController, VideosOfAllKindsPlay) {
+    writeGreys(folder_ / "n.mkv", {150, 200}, 10);
+    writeGreys(folder_ / "q_qs2x2a0.75.mkv", {150, 200}, 10);
+    writeGreys(folder_ / "flat.mkv", {90, 120}, 10);
+    const std::pair<const char*, Kind> videos[] = {
+        {"n.mkv", Kind::Native}, {"q_qs2x2a0.75.mkv", Kind::Quilt}, {"flat.mkv", Kind::Scene}};
+    for (const auto& [name, kind] : videos) {
+        controller_.open(std::vector<fs::path>{folder_ / name});
+        ASSERT_TRUE(waitFor([&] { return !controller_.isBusy(); }));
+        ASSERT_NE(controller_.document(), nullptr) << controller_.problem().toStdString();
+        EXPECT_EQ(controller_.document()->kind, kind) << name;
+        std::set<int> greys;
+        QObject watcher;
+        QObject::connect(&controller_, &Controller::frameReady, &watcher, [&] {
+            if (!picture().empty())
+                greys.insert(picture().at<cv::Vec3b>(picture().rows / 2, 70)[1]);
+        });
+        EXPECT_TRUE(waitFor([&] { return greys.size() >= 4; })) << name;
+        controller_.setPlaying(false);
+        QTest::qWait(200);
+        const auto counts = controller_.videoCounts();
+        QTest::qWait(150);
+        EXPECT_EQ(controller_.videoCounts().shown, counts.shown);
+        controller_.setPlaying(true);
+    }
+    controller_.close(controller_.current());
 }
 
 TEST_F(ViewerController, EndsCleanlyInTheMiddleOfItsWork) {

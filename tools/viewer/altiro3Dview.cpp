@@ -92,7 +92,8 @@ int main(int argc, char** argv) {
     commandLine.addSection("What to do");
     commandLine.add({"d", "depthmode"}, "Open a photo with its depth image.");
     commandLine.add({"show"},
-                    "Show a Native full screen on the light-field display, px by px, and nothing "
+                    "Show a Native or a Native video full screen on the light-field display, px by "
+                    "px, and nothing "
                     "else; Escape ends it.",
                     "NATIVE");
     commandLine.add({"screen"},

@@ -1,6 +1,8 @@
 #include "viewer/controller.hpp"
 
+#include "altiro3D/depth_cues.hpp"
 #include "altiro3D/display.hpp"
+#include "altiro3D/video_depth.hpp"
 #include "common/run_tool.hpp"
 
 #include <QUndoCommand>
@@ -99,6 +101,7 @@ void Controller::close(int index) {
         return;
     }
     ++readings_;
+    player_.reset();
     worker_.drop(kReading);
     opening_ = waiting_ = false;
     document_.reset();
@@ -118,6 +121,8 @@ void Controller::reopen(Reading reading, const fs::path& depth) {
 
 void Controller::readCurrent() {
     const quint64 number = ++readings_;
+    player_.reset();
+    pictureWaits_ = false;
     opening_ = true;
     emit documentChanged();
     const Source source = sources_[static_cast<std::size_t>(current_)];
@@ -149,6 +154,7 @@ void Controller::readCurrent() {
                 if (!document) emit frameReady();
                 requestFrame();
                 requestNative();
+                if (document && document->video) play();
             },
             Qt::QueuedConnection);
     });
@@ -216,6 +222,55 @@ void Controller::swing() {
     setPosition(std::sin(2 * kPi * turns));
 }
 
+void Controller::setPlaying(bool playing) {
+    playing_ = playing;
+    if (player_) player_->setPaused(!playing);
+}
+
+VideoPlayer::Counts Controller::videoCounts() const {
+    return player_ ? player_->counts() : VideoPlayer::Counts();
+}
+
+void Controller::play() {
+    const quint64 number = readings_;
+    const Source source = document_->source;
+    const bool needsDepth = document_->kind == Kind::Scene && document_->rawDepth.empty();
+    std::shared_ptr<VideoDepth> depth; // used by the player's thread alone
+    if (needsDepth)
+        depth = std::make_shared<VideoDepth>(
+            [](const cv::Mat& picture, cv::Mat& raw) { estimateDepthFromCues(picture, raw); },
+            DepthKind::NearWhite);
+    const auto show = [this, number, source, depth, display = display_](const cv::Mat& picture) {
+        if (pictureWaits_.exchange(true)) return false; // the one before is still being made
+        auto document = std::make_shared<Document>(documentOf(source, picture, *display));
+        document->video = true;
+        if (depth) depth->next(document->picture, document->depth);
+        QMetaObject::invokeMethod(
+            this, [this, number, document] { takePicture(number, document); },
+            Qt::QueuedConnection);
+        return true;
+    };
+    const auto fail = [this, number](const std::string& problem) {
+        QMetaObject::invokeMethod(
+            this,
+            [this, number, text = QString::fromStdString(problem)] {
+                if (number != readings_) return;
+                problem_ = text;
+                emit documentChanged();
+            },
+            Qt::QueuedConnection);
+    };
+    player_ = std::make_unique<VideoPlayer>(source.file, show, fail);
+    player_->setPaused(!playing_);
+}
+
+void Controller::takePicture(quint64 number, const std::shared_ptr<const Document>& document) {
+    if (number != readings_) return; // of another file
+    document_ = document;
+    requestFrame();
+    requestNative();
+}
+
 void Controller::setArea(cv::Size area) {
     if (area == area_) return;
     area_ = area;
@@ -230,7 +285,7 @@ void Controller::panBy(cv::Point by) {
 
 void Controller::focusAt(double x, double y) {
     const cv::Mat& depth = frame_.depth;
-    if (depth.empty() || frame_.request.document != document_) return;
+    if (depth.empty() || frameReading_ != readings_) return;
     const cv::Point at(static_cast<int>(x * depth.cols), static_cast<int>(y * depth.rows));
     Knobs knobs = knobs_;
     const double position = frame_.request.mode == Mode::Sway ? frame_.request.position : 0;
@@ -243,27 +298,30 @@ void Controller::requestFrame() {
     if (!document_ || area_.empty()) return;
     Request request{document_, knobs_, display_, mode_, position_, area_, pan_};
     if (!has(modesOf(document_->kind), mode_)) return;
-    worker_.post(kRendering, [this, request = std::move(request), studio = studio_] {
-        Frame frame;
-        QString problem;
-        try {
-            frame = studio->render(request);
-        } catch (const std::exception& error) {
-            problem = textOf(error);
-            frame.request = request;
-        }
-        QMetaObject::invokeMethod(
-            this,
-            [this, frame, problem] {
-                if (frame.request.document != document_) return; // overtaken
-                const bool changed = waiting_ || problem != problem_;
-                waiting_ = frame.request.knobs.depth != knobs_.depth;
-                problem_ = problem;
-                takeFrame(frame);
-                if (changed) emit documentChanged();
-            },
-            Qt::QueuedConnection);
-    });
+    worker_.post(kRendering,
+                 [this, request = std::move(request), studio = studio_, number = readings_] {
+                     Frame frame;
+                     QString problem;
+                     try {
+                         frame = studio->render(request);
+                     } catch (const std::exception& error) {
+                         problem = textOf(error);
+                         frame.request = request;
+                     }
+                     QMetaObject::invokeMethod(
+                         this,
+                         [this, frame, problem, number] {
+                             if (number != readings_) return; // overtaken by another file
+                             frameReading_ = number;
+                             if (frame.request.document == document_) pictureWaits_ = false;
+                             const bool changed = waiting_ || problem != problem_;
+                             waiting_ = frame.request.knobs.depth != knobs_.depth;
+                             problem_ = problem;
+                             takeFrame(frame);
+                             if (changed) emit documentChanged();
+                         },
+                         Qt::QueuedConnection);
+                 });
 }
 
 void Controller::setPresenting(bool presenting) {
@@ -299,7 +357,7 @@ void Controller::takeFrame(const Frame& frame) {
 }
 
 bool Controller::startExport(Product product, const fs::path& target) {
-    if (exporting_ || !frame_.scene.document || frame_.scene.document != document_) return false;
+    if (exporting_ || !frame_.scene.document || frameReading_ != readings_) return false;
     if (frame_.request.knobs.depth != knobs_.depth) return false; // other depth is on its way
     Scene scene = frame_.scene;
     scene.knobs = knobs_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "viewer/studio.hpp"
+#include "viewer/video_player.hpp"
 #include "viewer/worker.hpp"
 
 #include <QElapsedTimer>
@@ -66,6 +67,11 @@ class Controller : public QObject {
     /// The camera swings by itself, in modes Sway and Lens.
     bool isSwinging() const { return swinging_; }
     void setSwinging(bool swinging);
+    /// A video plays; at first it does.
+    bool isPlaying() const { return playing_; }
+    void setPlaying(bool playing);
+    /// Of the video that is open; zeros without one.
+    VideoPlayer::Counts videoCounts() const;
     /// Room for the picture, px of the screen.
     void setArea(cv::Size area);
     /// Moves a Native in its window, px.
@@ -107,6 +113,8 @@ class Controller : public QObject {
     void requestNative();
     void takeFrame(const Frame& frame);
     void swing();
+    void play();
+    void takePicture(quint64 number, const std::shared_ptr<const Document>& document);
 
     std::vector<Source> sources_;
     int current_ = -1;
@@ -126,13 +134,17 @@ class Controller : public QObject {
     cv::Size area_;
     cv::Point pan_;
     bool presenting_ = false;
+    bool playing_ = true;
+    quint64 frameReading_ = 0; // which reading the last frame is of
     Frame frame_;
     bool exporting_ = false;
     std::atomic<bool> cancelling_{false};
+    std::atomic<bool> pictureWaits_{false}; // of a video: not shown yet
 
     std::shared_ptr<Studio> studio_; // used by worker_ alone
     Worker exporter_;
-    Worker worker_; // last: their tasks use the rest
+    Worker worker_;
+    std::unique_ptr<VideoPlayer> player_; // last: its pictures and their tasks use the rest
 };
 
 } // namespace altiro3D::viewer

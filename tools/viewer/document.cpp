@@ -36,7 +36,9 @@ std::string sizeText(cv::Size size) {
 Reading guess(const fs::path& file, cv::Size size, const tools::Display& display) {
     const std::string stem = lower(file.stem().string());
     if (parseQuiltName(file)) return Reading::Quilt;
-    if (contains(stem, "rgbd")) return Reading::RgbdRight;
+    if (contains(stem, "rgbd")) {
+        return contains(stem, "topbottom") ? Reading::RgbdBottom : Reading::RgbdRight;
+    }
     const bool lossy = isOneOf(lower(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
     if (size == display.panelSize && (!lossy || contains(stem, "native"))) return Reading::Native;
     return Reading::Photo;
@@ -88,16 +90,18 @@ Document documentOfViews(const Source& source, const tools::Display& display) {
 std::string Document::facts() const {
     switch (kind) {
     case Kind::Quilt:
-        return "Quilt, " + layout.text();
+        return (video ? "Video of quilts, " : "Quilt, ") + layout.text();
     case Kind::Native:
-        return "Native, " + sizeText(picture.size());
+        return (video ? "Native video, " : "Native, ") + sizeText(picture.size());
     case Kind::Scene:
         break;
     }
-    return "Photo, " + sizeText(picture.size()) + (rawDepth.empty() ? "" : ", with depth");
+    return (video ? "Video, " : "Photo, ") + sizeText(picture.size()) +
+           (rawDepth.empty() ? "" : ", with depth");
 }
 
 bool isVideoName(const fs::path& file) {
+    if (file.string().compare(0, 10, "/dev/video") == 0) return true;
     return isOneOf(lower(file.extension().string()),
                    {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".ts", ".ogv",
                     ".wmv", ".flv"});
@@ -134,6 +138,17 @@ Document documentOf(const Source& source, const cv::Mat& picture, const tools::D
 Document readDocument(const Source& source, const tools::Display& display) {
     std::error_code error;
     if (fs::is_directory(source.file, error)) return documentOfViews(source, display);
+    if (isVideoName(source.file)) {
+        VideoReader reader(source.file);
+        const auto first = reader.next();
+        if (!first)
+            throw Error(ErrorCode::BadFormat, source.file.string(),
+                        "holds no pictures, "
+                        "expected a video");
+        Document document = documentOf(source, first->picture, display);
+        document.video = true;
+        return document;
+    }
     Notes notes;
     Document document;
     {

@@ -42,17 +42,19 @@ struct Document {
     Kind kind = Kind::Scene;
     cv::Mat picture;                ///< [CV_8UC3, BGR]: photo, quilt or Native.
     cv::Mat rawDepth;               ///< The photo's depth, as in its file; empty if there is none.
+    cv::Mat depth;                  ///< Of a video's photo: its depth map; else empty.
     QuiltLayout layout;             ///< Of a quilt.
+    bool video = false;             ///< A picture of a video; others follow.
     std::vector<std::string> notes; ///< Remarks about the files.
 
     /// "Photo, 900 x 1200 px, with depth"
     std::string facts() const;
 };
 
-/// True for the names of files that are read as videos.
+/// True for the names of files that are read as videos, and of cameras (/dev/video0).
 bool isVideoName(const std::filesystem::path& file);
 
-/// Opens a picture or a directory of views.
+/// Opens a picture, a directory of views, or the first picture of a video.
 /// @param display whose panel and quilt tell Natives and lay out views
 /// @throws Error and whatever reading it throws
 Document readDocument(const Source& source, const tools::Display& display);

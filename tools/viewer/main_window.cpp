@@ -146,6 +146,7 @@ void MainWindow::buildFiles() {
     files_->setObjectName("files");
     files_->setMinimumWidth(150);
     files_->setTextElideMode(Qt::ElideMiddle);
+    files_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
     auto* dock = new QDockWidget(tr("Files"));
     dock->setObjectName("fileDock");
     dock->setWidget(files_);
@@ -224,6 +225,10 @@ void MainWindow::buildActions() {
     follow_->setCheckable(true);
     follow_->setIconText(tr("Follow mouse"));
     follow_->setToolTip(tr("The camera stands where the mouse is (M)"));
+    QAction* play = action(view, tr("&Play the video"), QKeySequence(Qt::Key_P), [] {});
+    play->setCheckable(true);
+    play->setChecked(controller_.isPlaying());
+    connect(play, &QAction::toggled, this, [this](bool on) { controller_.setPlaying(on); });
     view.addSeparator();
     for (const QDockWidget* dock : findChildren<QDockWidget*>())
         view.addAction(dock->toggleViewAction());
@@ -307,11 +312,9 @@ void MainWindow::connectController() {
     connect(&controller_, &Controller::swingingChanged, swing_, &QAction::setChecked);
     connect(&controller_, &Controller::knobsChanged, this, [this] {
         knobs_->show(controller_.knobs());
-        knobs_->show(controller_.display(), layoutOf(controller_.knobs(), controller_.display()));
+        showLayout();
     });
-    connect(&controller_, &Controller::displayChanged, this, [this] {
-        knobs_->show(controller_.display(), layoutOf(controller_.knobs(), controller_.display()));
-    });
+    connect(&controller_, &Controller::displayChanged, this, &MainWindow::showLayout);
     connect(&controller_, &Controller::exportProgress, this,
             [this](double done) { progress_->setValue(qRound(done * 100)); });
     connect(&controller_, &Controller::exportEnded, this,
@@ -385,8 +388,8 @@ void MainWindow::showDocument() {
             picture_->setWords(tr("This file cannot be opened"), controller_.problem());
     } else if (!any) {
         picture_->setWords(tr("Drop a photo here"),
-                           tr("or press Ctrl+O. Photos, photos with depth, quilts, Natives and "
-                              "folders of views can be opened."));
+                           tr("or press Ctrl+O. Photos, photos with depth, quilts, Natives, "
+                              "folders of views and videos can be opened."));
     } else if (!document && controller_.isBusy()) {
         picture_->setWords(tr("Opening…"), toName(source->file.filename()));
     }
@@ -401,6 +404,7 @@ void MainWindow::showDocument() {
     if (current) remember(document->source.file);
     knobs_->show(document.get(),
                  current ? QString::fromStdString(controller_.frame().depthSource) : QString());
+    showLayout();
     const bool scene = document && document->kind == Kind::Scene;
     depthImage_->setEnabled(scene);
     closeFile_->setEnabled(any);
@@ -431,6 +435,10 @@ void MainWindow::showFrame() {
     knobs_->showParallax(frame.parallaxPixels);
     knobs_->show(document.get(), QString::fromStdString(frame.depthSource));
     QString text = QString::fromStdString(document->facts());
+    if (document->video) {
+        const auto dropped = controller_.videoCounts().dropped;
+        if (dropped > 0) text += tr(", %1 pictures dropped").arg(dropped);
+    }
     if (mode == Mode::Lens) {
         const double angle =
             frame.request.position * viewConeDegrees(*frame.request.display->calibration) / 2;
@@ -440,6 +448,13 @@ void MainWindow::showFrame() {
     }
     facts_ = text;
     showStatus();
+}
+
+void MainWindow::showLayout() {
+    const auto& document = controller_.document();
+    const bool quilt = document && document->kind == Kind::Quilt;
+    knobs_->show(controller_.display(),
+                 quilt ? document->layout : layoutOf(controller_.knobs(), controller_.display()));
 }
 
 void MainWindow::showModes() {
@@ -455,8 +470,9 @@ void MainWindow::showModes() {
 void MainWindow::openDialog() {
     const QStringList names = QFileDialog::getOpenFileNames(
         this, tr("Open"), QSettings().value("folder").toString(),
-        tr("Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.webp *.bmp *.ppm *.pgm *.jp2 *.mpo "
-           "*.exr *.hdr *.pfm);;All files (*)"));
+        tr("Pictures and videos (*.jpg *.jpeg *.png *.tif *.tiff *.webp *.bmp *.ppm *.pgm *.jp2 "
+           "*.mpo *.exr *.hdr *.pfm *.mp4 *.m4v *.mov *.mkv *.webm *.avi *.mpg *.mpeg);;All files "
+           "(*)"));
     std::vector<fs::path> files;
     for (const QString& name : names)
         files.push_back(toPath(name));
@@ -608,7 +624,7 @@ void MainWindow::readSettings() {
         // the standard ones, then
     }
     knobs_->show(controller_.knobs());
-    knobs_->show(controller_.display(), layoutOf(controller_.knobs(), controller_.display()));
+    showLayout();
     controller_.setMode(static_cast<Mode>(settings.value("mode", int(Mode::Sway)).toInt()));
     controller_.setSwinging(settings.value("swing", true).toBool());
     swing_->setChecked(controller_.isSwinging());

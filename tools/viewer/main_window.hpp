@@ -57,6 +57,7 @@ class MainWindow : public QMainWindow {
     void showDocument();
     void showFrame();
     void showModes();
+    void showLayout();
     /// A line about what happened, for a while.
     void say(const QString& text, int milliseconds);
     void showStatus();

@@ -4,9 +4,12 @@
 #include "altiro3D/qt/display_search.hpp"
 #include "altiro3D/qt/native_widget.hpp"
 #include "common/picture_options.hpp"
+#include "viewer/document.hpp"
+#include "viewer/video_player.hpp"
 
 #include <QApplication>
 #include <QScreen>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -171,7 +174,12 @@ int present(int& argc, char** argv, const tools::CommandLine& commandLine,
     const std::filesystem::path file = *commandLine.value("show");
     if (!commandLine.files().empty())
         throw tools::UsageError("--show takes one Native and no further names");
-    const cv::Mat native = tools::readPhotoFile(file, messages);
+    const bool video = isVideoName(file);
+    cv::Mat native;
+    if (!video)
+        native = tools::readPhotoFile(file, messages);
+    else if (auto first = VideoReader(file).next())
+        native = first->picture;
     if (!hasDesktop()) {
         throw Error(ErrorCode::NotFound, "desktop",
                     "there is none, expected $DISPLAY or $WAYLAND_DISPLAY");
@@ -190,7 +198,38 @@ int present(int& argc, char** argv, const tools::CommandLine& commandLine,
     widget.setNative(native);
     widget.showOn(*QGuiApplication::screens()[static_cast<int>(screen)]);
     messages.flushWarnings();
-    return QApplication::exec();
+    if (!video) return QApplication::exec();
+
+    std::string problem;
+    int status = tools::kExitDone;
+    {
+        std::atomic<bool> waits{false}; // a picture that the widget has not got yet
+        QObject receiver;
+        VideoPlayer player(
+            file,
+            [&](const cv::Mat& picture) {
+                if (waits.exchange(true)) return false;
+                QMetaObject::invokeMethod(
+                    &receiver,
+                    [&widget, &waits, picture] {
+                        widget.setNative(picture);
+                        widget.repaint();
+                        waits = false;
+                    },
+                    Qt::QueuedConnection);
+                return true;
+            },
+            [&](const std::string& text) {
+                problem = text;
+                QMetaObject::invokeMethod(&receiver, &QApplication::quit, Qt::QueuedConnection);
+            });
+        status = QApplication::exec();
+        const VideoPlayer::Counts counts = player.counts();
+        messages.detail(std::to_string(counts.shown) + " pictures shown, " +
+                        std::to_string(counts.dropped) + " dropped");
+    }
+    if (!problem.empty()) throw std::runtime_error(problem);
+    return status;
 }
 
 } // namespace altiro3D::viewer

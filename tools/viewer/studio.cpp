@@ -106,7 +106,10 @@ struct Studio::State {
     DepthMap makeDepth(const Document& document, const std::string& from) {
         DepthMap map;
         DepthNormalization normalization;
-        if (from == kBuiltInDepth) {
+        if (!document.depth.empty()) {
+            map.depth = document.depth;
+            map.source = "the video, as often as it needs";
+        } else if (from == kBuiltInDepth) {
             estimateDepthFromCues(document.picture, map.depth);
             map.source = "built-in estimator";
         } else if (from == kGivenDepth) {

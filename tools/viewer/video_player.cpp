@@ -1,0 +1,101 @@
+#include "viewer/video_player.hpp"
+
+#include "altiro3D/video_reader.hpp"
+#include "common/run_tool.hpp"
+
+#include <utility>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+constexpr double kUsualDuration = 0.04; // s, of a picture that does not say
+constexpr double kLongestGap = 0.25;    // s: however late, now and then a picture is shown
+
+} // namespace
+
+VideoPlayer::VideoPlayer(std::filesystem::path file, std::function<bool(const cv::Mat&)> show,
+                         std::function<void(const std::string&)> fail)
+    : file_(std::move(file)), show_(std::move(show)), fail_(std::move(fail)),
+      thread_([this] { run(); }) {}
+
+VideoPlayer::~VideoPlayer() {
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        ending_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+}
+
+void VideoPlayer::setPaused(bool paused) {
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        paused_ = paused;
+    }
+    wake_.notify_one();
+}
+
+VideoPlayer::Counts VideoPlayer::counts() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return counts_;
+}
+
+bool VideoPlayer::waitUntil(double seconds) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const auto due = [&] {
+        return start_ +
+               std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+    };
+    while (!ending_) {
+        if (paused_) {
+            const Clock::time_point began = Clock::now();
+            wake_.wait(lock, [this] { return ending_ || !paused_; });
+            start_ += Clock::now() - began; // the video's time has stood still
+        } else if (Clock::now() >= due()) {
+            return true;
+        } else {
+            wake_.wait_until(lock, due(), [this] { return ending_ || paused_; });
+        }
+    }
+    return false;
+}
+
+void VideoPlayer::playOnce() {
+    VideoReader reader(file_);
+    const double unit = reader.facts().timeBase.value();
+    start_ = Clock::now();
+    Clock::time_point last = start_ - std::chrono::hours(1);
+    VideoFrame frame;
+    while (reader.read(frame)) {
+        const double time = static_cast<double>(frame.pts) * unit;
+        if (!waitUntil(time)) return;
+        const Clock::time_point now = Clock::now();
+        const double late = std::chrono::duration<double>(now - start_).count() - time;
+        const double gap = std::chrono::duration<double>(now - last).count();
+        const double duration =
+            frame.duration > 0 ? static_cast<double>(frame.duration) * unit : kUsualDuration;
+        const bool shown = (late < duration || gap > kLongestGap) && show_(frame.picture);
+        if (shown) {
+            last = now;
+            frame.picture = cv::Mat(); // it may be kept where it went
+        }
+        const std::lock_guard<std::mutex> lock(mutex_);
+        ++(shown ? counts_.shown : counts_.dropped);
+        if (ending_) return;
+    }
+}
+
+void VideoPlayer::run() {
+    try {
+        for (;;) {
+            playOnce();
+            const std::lock_guard<std::mutex> lock(mutex_);
+            if (ending_) return;
+        }
+    } catch (const std::exception& error) {
+        fail_(tools::sentenceOf(error));
+    }
+}
+
+} // namespace altiro3D::viewer

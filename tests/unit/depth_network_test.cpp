@@ -722,13 +722,13 @@ TEST_F(DepthNetworkFile, WhatIsNoOnnxFileIsSaidInOneSentence) {
             << size << " of " << whole.size() << " bytes";
     }
     try {
-        DepthNetwork(directory_ / "absent.onnx", profileOf(8, 6));
+        const DepthNetwork network(directory_ / "absent.onnx", profileOf(8, 6));
         ADD_FAILURE() << "loaded a file that does not exist";
     } catch (const Error& error) {
         EXPECT_EQ(error.code(), ErrorCode::NotFound) << error.what();
     }
     try {
-        DepthNetwork(directory_.path(), profileOf(8, 6));
+        const DepthNetwork network(directory_.path(), profileOf(8, 6));
         ADD_FAILURE() << "loaded a directory";
     } catch (const Error& error) {
         EXPECT_NE(std::string(error.what()).find("directory"), std::string::npos) << error.what();

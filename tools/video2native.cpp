@@ -125,49 +125,83 @@ double seenAspect(const VideoFacts& facts) {
     return facts.sampleAspect.value() * facts.size.width / facts.size.height;
 }
 
-// Makes the depth of frames.
+bool same(const cv::Mat& a, const cv::Mat& b) {
+    return a.size() == b.size() && a.type() == b.type() && a.isContinuous() && b.isContinuous() &&
+           std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
+}
+
+// Makes the depth of frames: estimated and kept steady, or as it was given.
 class DepthStage {
   public:
-    DepthStage(const CommandLine& commandLine, const Plan& plan, const VideoFacts& facts,
-               DepthSource source, const VideoDepthOptions& options)
-        : source_(std::move(source)), unit_(facts.timeBase.value()) {
+    DepthStage(const Plan& plan, const VideoFacts& facts, DepthSource source,
+               const VideoDepthOptions& options)
+        : source_(std::move(source)), options_(options), unit_(facts.timeBase.value()) {
         if (source_.fromFiles()) given_.emplace(plan.depth, plan.part, facts);
-        side_ = source_.rgbdSide();
-        const auto estimator = [this](const cv::Mat& picture, cv::Mat& raw) {
-            if (givenRaw_.empty()) {
-                source_.estimate(picture, raw);
-            } else {
-                givenRaw_.copyTo(raw);
-            }
-        };
-        depth_.emplace(estimator, source_.kind(), options);
-        static_cast<void>(commandLine);
+        start();
     }
 
     void work(PipelineFrame& frame) {
         if (given_) {
-            given_->read(static_cast<double>(frame.source.pts) * unit_, frame.number, givenRaw_);
-        }
-        if (side_) {
+            given_->read(static_cast<double>(frame.source.pts) * unit_, frame.number, raw_);
+        } else if (source_.rgbdSide()) {
             cv::Mat photo;
-            splitRgbd(frame.source.picture, *side_, photo, givenRaw_);
+            splitRgbd(frame.source.picture, *source_.rgbdSide(), photo, raw_);
+            raw_.convertTo(raw_, CV_8U); // a grey value of a frame
             frame.source.picture = photo;
+        } else {
+            frame.step = depth_->next(frame.source.picture, frame.depth);
+            return;
         }
-        frame.step = depth_->next(frame.source.picture, frame.depth);
+        useGiven(frame);
     }
 
     VideoDepth& depth() { return *depth_; }
     const DepthSource& source() const { return source_; }
+    const VideoDepthOptions& options() const { return options_; }
     void tell(Messages& messages) const {
         if (given_) given_->tell(messages);
     }
 
   private:
+    void start() {
+        const auto estimate = [this](const cv::Mat& picture, cv::Mat& raw) {
+            if (raw_.empty()) {
+                source_.estimate(picture, raw);
+            } else {
+                raw_.copyTo(raw);
+            }
+        };
+        depth_.emplace(estimate, source_.kind(), options_);
+    }
+
+    // Grey values are taken as they are, so that nothing wavers; distances and floats have no range
+    // of their own and get one that follows them slowly.
+    void useGiven(PipelineFrame& frame) {
+        const bool samePhoto = same(frame.source.picture, lastPhoto_);
+        const bool sameDepth = same(raw_, lastRaw_);
+        lastPhoto_ = frame.source.picture;
+        lastRaw_ = raw_.clone();
+        const bool grey = raw_.depth() == CV_8U || raw_.depth() == CV_16U;
+        if (grey && source_.kind() != DepthKind::Metric) {
+            frame.step.repeated = samePhoto && sameDepth;
+            const double most = raw_.depth() == CV_8U ? 255 : 65535;
+            const bool farWhite = source_.kind() == DepthKind::FarWhite;
+            ownMemory(frame.depth);
+            raw_.convertTo(frame.depth, CV_32F, (farWhite ? -1 : 1) / most, farWhite ? 1 : 0);
+            return;
+        }
+        if (samePhoto && !sameDepth) start(); // what moves is not seen in the picture
+        frame.step = depth_->next(frame.source.picture, frame.depth);
+        frame.step.inferred = false;
+    }
+
     DepthSource source_;
+    VideoDepthOptions options_;
     double unit_;
     std::optional<GivenDepth> given_;
-    std::optional<DepthSide> side_;
-    cv::Mat givenRaw_;
+    cv::Mat raw_; // given
+    cv::Mat lastRaw_;
+    cv::Mat lastPhoto_;
     std::optional<VideoDepth> depth_;
 };
 
@@ -281,11 +315,6 @@ class QuiltStage {
     }
 
   private:
-    static bool same(const cv::Mat& a, const cv::Mat& b) {
-        return a.size() == b.size() && a.isContinuous() && b.isContinuous() &&
-               std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
-    }
-
     QuiltLayout layout_;
     Quilt2Native renderer_;
     cv::Mat last_;
@@ -451,7 +480,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         quilts.emplace(commandLine, display, layout, messages);
         encoding.size = display.panelSize;
     } else {
-        DepthSource source(commandLine, messages, Medium::Video, profile.networkScale);
+        DepthSource source(commandLine, messages, Medium::Video);
         const VideoDepthOptions options = depthOptions(commandLine, profile, source);
         const double aspect =
             seenAspect(facts) *
@@ -464,7 +493,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         } else if (source.rgbdSide()) {
             photo.height /= 2;
         }
-        depth.emplace(commandLine, plan, facts, std::move(source), options);
+        depth.emplace(plan, facts, std::move(source), options);
         render.emplace(commandLine, display, layout, views, profile, plan.product, fit, aspect,
                        messages);
         encoding.size = render->size(photo);
@@ -647,7 +676,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
             settings["road"] = render->roadName();
             settings["continuous"] = render->continuous();
             settings["depth"] = depth->source().description();
-            settings["depthEvery"] = depth->depth().options().every; // 0: as pictures need it
+            settings["depthEvery"] = depth->options().every; // 0: as pictures need it
             if (const DepthNetwork* network = depth->source().network()) {
                 settings["networkSize"] = {network->inputSize().width, network->inputSize().height};
             }

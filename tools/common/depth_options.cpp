@@ -101,8 +101,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                     "KIND");
 }
 
-DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium,
-                         double networkScale) {
+DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium) {
     const bool named = medium == Medium::Video && commandLine.has("depth");
     if (named) commandLine.exclude("d", "depth");
     const char* const filesOption = named ? "depth" : "d";
@@ -126,12 +125,11 @@ DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Med
     } else if (commandLine.has("depth-kind")) {
         throw UsageError("--depth-kind says what given depth means, expected -d or --rgbd with it");
     } else {
-        chooseNetwork(commandLine, networkScale, messages);
+        chooseNetwork(commandLine, messages);
     }
 }
 
-void DepthSource::chooseNetwork(const CommandLine& commandLine, double networkScale,
-                                Messages& messages) {
+void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
     const std::vector<fs::path> searchPath = modelSearchPath();
     const std::vector<NetworkProfile> catalog = catalogOf(searchPath);
     const bool large = commandLine.has("l");
@@ -197,23 +195,13 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, double networkSc
         return;
     }
     const InferenceTarget target = chooseInferenceTarget(availableBackends());
-    const int longer = std::max(profile->inputWidth, profile->inputHeight);
     if (wantedSize && *wantedSize % profile->multipleOf != 0) {
         throw UsageError("--network-size is " + std::to_string(*wantedSize) +
                          ", expected a multiple of " + std::to_string(profile->multipleOf) +
                          " for " + profile->name);
     }
-    const cv::Size size = scaledInput(*profile, wantedSize ? *wantedSize : networkScale * longer);
-    if (size == cv::Size(profile->inputWidth, profile->inputHeight)) {
-        network_.emplace(networkFile, *profile, target);
-    } else {
-        try {
-            network_.emplace(networkFile, *profile, target, size);
-        } catch (const Error& error) {
-            if (wantedSize || error.code() != ErrorCode::NetworkFailed) throw;
-            network_.emplace(networkFile, *profile, target); // nobody asked for another size
-        }
-    }
+    const cv::Size size = wantedSize ? scaledInput(*profile, *wantedSize) : cv::Size();
+    network_.emplace(networkFile, *profile, target, size);
     description_ = "network " + profile->name + " (" + networkFile.string() + ")";
     messages.say("depth: " + description_ + ", " + std::to_string(network_->inputSize().width) +
                  " x " + std::to_string(network_->inputSize().height) + " px");

@@ -19,11 +19,8 @@ void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 class DepthSource {
   public:
     /// Reads the options and loads the network, if one is to be used.
-    /// @param networkScale share of the network's own input size to run it at where the user says
-    ///        nothing and the network can
     /// @throws UsageError, Error
-    DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium = Medium::Photo,
-                double networkScale = 1);
+    DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium = Medium::Photo);
 
     /// Depth is read from a file of its own (`-d`, `--depth`).
     bool fromFiles() const { return fromFiles_; }
@@ -52,7 +49,7 @@ class DepthSource {
     void estimate(const cv::Mat& picture, cv::Mat& raw);
 
   private:
-    void chooseNetwork(const CommandLine& commandLine, double networkScale, Messages& messages);
+    void chooseNetwork(const CommandLine& commandLine, Messages& messages);
     void readFiles(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
                    cv::Mat& photo, cv::Mat& rawDepth, Messages& messages) const;
 

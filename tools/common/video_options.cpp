@@ -11,9 +11,9 @@ namespace {
 
 // Measured: docs/tradeoff.md, docs/performance.md.
 const std::array<VideoProfile, 3> kProfiles = {{
-    {"live", ViewMethod::Fast, false, 0, 0.75, "ultrafast", 20},
-    {"balanced", ViewMethod::Layered, false, 0, 1, "superfast", 16},
-    {"best", ViewMethod::Layered, true, 1, 1, "medium", 12},
+    {"live", ViewMethod::Fast, false, 0, "ultrafast", 20},
+    {"balanced", ViewMethod::Layered, false, 0, "superfast", 16},
+    {"best", ViewMethod::Layered, true, 1, "medium", 12},
 }};
 
 constexpr std::array<const char*, 9> kPresets = {
@@ -25,9 +25,8 @@ void addProfileOption(CommandLine& commandLine) {
     commandLine.add(
         {"profile"},
         "balanced (default): method layered, depth as often as the picture needs it, --preset "
-        "superfast --crf 16; live: method fast, network at 3/4 of its size, --preset ultrafast "
-        "--crf 20; best: layered with -k --continuous, --depth-every 1, --preset medium --crf 12. "
-        "Options given beside it win.",
+        "superfast --crf 16; live: method fast, --preset ultrafast --crf 20; best: layered with "
+        "-k --continuous, --depth-every 1, --preset medium --crf 12. Options given beside it win.",
         "NAME");
 }
 

@@ -15,10 +15,9 @@ namespace altiro3D::tools {
 struct VideoProfile {
     std::string name;
     ViewMethod method = ViewMethod::Layered;
-    bool keep = false;       ///< views at the panel's resolution, cameras anywhere
-    int depthEvery = 0;      ///< see VideoDepthOptions
-    double networkScale = 1; ///< of the network's own input size
-    std::string preset;      ///< of the encoder
+    bool keep = false;  ///< views at the panel's resolution, cameras anywhere
+    int depthEvery = 0; ///< see VideoDepthOptions
+    std::string preset; ///< of the encoder
     double crf = 16;
 };
 

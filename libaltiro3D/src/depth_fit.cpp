@@ -2,6 +2,8 @@
 
 #include "altiro3D/depth_map.hpp"
 #include "checks.hpp"
+#include "depth_fit_row.hpp"
+#include "native_row_kernels.hpp"
 
 #include <algorithm>
 #include <array>
@@ -15,20 +17,14 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kTaps = 4; // along each axis: the cubic B-spline's support
-
 // A colour distance of this many of 255 levels (over the three channels together) lowers a sample's
 // weight to 0.6. Larger values let depth leak over edges, smaller ones copy the photo's noise; 10
 // to 30 give the same error within 3 % on five Middlebury scenes reduced 2 to 6 times.
 constexpr double kColorSigma = 16.0;
 
-// Weights by squared colour distance, in steps of 8; beyond the table (5.6 sigma) the weight is the
-// floor that lets plain interpolation win where no sample resembles the pixel.
-constexpr int kColorShift = 3;
-constexpr int kColorSteps = 1024;
 constexpr float kLeastColorWeight = 1e-4f;
 
-std::array<float, kColorSteps + 1> colorWeights() {
+std::array<float, kColorSteps + 1> makeColorWeights() {
     std::array<float, kColorSteps + 1> weights{};
     for (int i = 0; i <= kColorSteps; ++i) {
         const double square = (i + 0.5) * (1 << kColorShift);
@@ -44,9 +40,9 @@ std::array<float, kColorSteps + 1> colorWeights() {
 struct Axis {
     int first = 0;        // index of the first sample under the guide
     int samples = 0;      // how many
-    std::vector<int> tap; // per guide px: the first tap, counted from first - 2
-    std::vector<std::array<float, kTaps>> weight; // per guide px: the taps' weights
-    std::vector<cv::Range> cell;                  // per sample: the guide's px that it covers
+    std::vector<int> tap; // per guide px, padded: the first tap, counted from first - 2
+    std::array<std::vector<float>, kFitTaps> weight; // the taps' weights, per guide px, padded
+    std::vector<cv::Range> cell;                     // per sample: the guide's px that it covers
 };
 
 // Samples and guide px along one axis (start, length in samples; a sample's centre is at + 0.5):
@@ -61,22 +57,24 @@ Axis layOut(double start, double length, int pixels, int available) {
     const int last =
         std::clamp(static_cast<int>(std::ceil(start + length)) - 1, axis.first, available - 1);
     axis.samples = last - axis.first + 1;
-    axis.tap.resize(static_cast<std::size_t>(pixels));
-    axis.weight.resize(static_cast<std::size_t>(pixels));
+    axis.tap = paddedRow<int>(static_cast<std::size_t>(pixels));
+    axis.weight.fill(paddedRow<float>(static_cast<std::size_t>(pixels)));
     for (int x = 0; x < pixels; ++x) {
         const double at = start + (x + 0.5) * step - 0.5;
         // At the borders a whole tap more would lie outside the two repeated samples.
         const double base = std::clamp(std::floor(at), axis.first - 1.0, static_cast<double>(last));
         const double t = std::clamp(at - base, 0.0, 1.0);
         const double s = 1 - t;
-        axis.tap[static_cast<std::size_t>(x)] = static_cast<int>(base) - 1 - (axis.first - 2);
+        const auto pixel = static_cast<std::size_t>(x);
+        axis.tap[pixel] = static_cast<int>(base) - 1 - (axis.first - 2);
         // Cubic B-spline: smooth, reproduces ramps, ends at 0 where its support ends.
-        axis.weight[static_cast<std::size_t>(x)] = {
-            static_cast<float>(s * s * s / 6),
-            static_cast<float>((4 - 6 * t * t + 3 * t * t * t) / 6),
-            static_cast<float>((4 - 6 * s * s + 3 * s * s * s) / 6),
-            static_cast<float>(t * t * t / 6)};
+        axis.weight[0][pixel] = static_cast<float>(s * s * s / 6);
+        axis.weight[1][pixel] = static_cast<float>((4 - 6 * t * t + 3 * t * t * t) / 6);
+        axis.weight[2][pixel] = static_cast<float>((4 - 6 * s * s + 3 * s * s * s) / 6);
+        axis.weight[3][pixel] = static_cast<float>(t * t * t / 6);
     }
+    std::fill(axis.tap.begin() + pixels, axis.tap.end(),
+              axis.tap[static_cast<std::size_t>(pixels) - 1]);
     axis.cell.resize(static_cast<std::size_t>(axis.samples));
     for (int i = 0; i < axis.samples; ++i) {
         // The px whose centres lie in the sample's cell, at least the one nearest to its centre.
@@ -93,25 +91,43 @@ Axis layOut(double start, double length, int pixels, int available) {
     return axis;
 }
 
-// The depth samples and the picture's mean colours there, as four planes; the outer samples are
-// repeated twice so that no tap needs a check. Whole numbers in float are exact and fast.
+// The depth samples and the picture's mean colours there, as the planes of FitSamples; the outer
+// samples are repeated twice so that no tap needs a check.
 struct Samples {
-    enum Plane { Depth, Blue, Green, Red, Planes };
-    int stride = 0;
-    std::array<std::vector<float>, Planes> planes;
+    std::size_t columns; // with those repeated
+    std::size_t rows;
+    std::vector<float> depth;
+    std::vector<std::int32_t> blueGreen;
+    std::vector<std::int32_t> red;
+    std::vector<float> least;
+    std::vector<float> most;
 
-    float* row(int plane, int y) {
-        return planes[static_cast<std::size_t>(plane)].data() +
-               static_cast<std::ptrdiff_t>(y + 2) * stride + 2;
+    Samples(const Axis& alongColumns, const Axis& alongRows)
+        : columns(static_cast<std::size_t>(alongColumns.samples) + 4),
+          rows(static_cast<std::size_t>(alongRows.samples) + 4),
+          depth(paddedRow<float>(columns * rows)),
+          blueGreen(paddedRow<std::int32_t>(columns * rows)), red(blueGreen), least(depth),
+          most(depth) {}
+
+    FitSamples from(int row) const {
+        const std::size_t at = static_cast<std::size_t>(row) * columns;
+        return {static_cast<std::ptrdiff_t>(columns),
+                depth.data() + at,
+                blueGreen.data() + at,
+                red.data() + at,
+                least.data() + at,
+                most.data() + at};
     }
 };
 
 // One row of samples: depth as it is, colours averaged over the guide's px in each sample's cell.
+// @param row counted with the repeated ones
 void collectRow(const float* depth, const cv::Mat& guide, const Axis& columns, cv::Range guideRows,
-                const std::array<float*, Samples::Planes>& to) {
-    const int count = columns.samples;
-    for (int j = 0; j < count; ++j) {
-        const cv::Range cell = columns.cell[static_cast<std::size_t>(j)];
+                std::size_t row, Samples& samples) {
+    const auto count = static_cast<std::size_t>(columns.samples);
+    const std::size_t begin = row * samples.columns + 2;
+    for (std::size_t j = 0; j < count; ++j) {
+        const cv::Range cell = columns.cell[j];
         std::array<std::uint64_t, 3> sum{};
         for (int y = guideRows.start; y < guideRows.end; ++y) {
             const std::uint8_t* pixel = guide.ptr<std::uint8_t>(y) + 3 * cell.start;
@@ -122,117 +138,95 @@ void collectRow(const float* depth, const cv::Mat& guide, const Axis& columns, c
         }
         const auto pixels =
             static_cast<std::uint64_t>(guideRows.size()) * static_cast<std::uint64_t>(cell.size());
-        to[Samples::Depth][j] = depth[j];
-        for (std::size_t c = 0; c < 3; ++c) {
-            const std::uint64_t mean = (sum[c] + pixels / 2) / pixels; // rounded
-            to[Samples::Blue + c][j] = static_cast<float>(mean);
+        const auto mean = [&](std::size_t c) { // rounded
+            return static_cast<std::int32_t>((sum[c] + pixels / 2) / pixels);
+        };
+        samples.depth[begin + j] = depth[j];
+        samples.blueGreen[begin + j] = mean(0) + (mean(1) << 16);
+        samples.red[begin + j] = mean(2);
+    }
+    const auto repeatEnds = [&](auto& plane) {
+        const auto first = plane.begin() + static_cast<std::ptrdiff_t>(begin);
+        const auto end = first + static_cast<std::ptrdiff_t>(count);
+        std::fill(first - 2, first, *first);
+        std::fill(end, end + 2, *(end - 1));
+    };
+    repeatEnds(samples.depth);
+    repeatEnds(samples.blueGreen);
+    repeatEnds(samples.red);
+}
+
+// FitSamples::least and most of a row.
+void findRange(std::size_t row, Samples& samples) {
+    const std::size_t count = samples.columns;
+    const float* const depth = samples.depth.data() + row * count;
+    std::vector<float> low(depth, depth + count);
+    std::vector<float> high = low;
+    for (std::size_t i = 1; i < kFitTaps; ++i) {
+        for (std::size_t x = 0; x < count; ++x) {
+            low[x] = std::min(low[x], depth[i * count + x]);
+            high[x] = std::max(high[x], depth[i * count + x]);
         }
     }
-    for (float* const row : to) {
-        row[-2] = row[-1] = row[0];
-        row[count] = row[count + 1] = row[count - 1];
+    float* const least = samples.least.data() + row * count;
+    float* const most = samples.most.data() + row * count;
+    for (std::size_t x = 0; x + kFitTaps <= count; ++x) {
+        least[x] = std::min(std::min(low[x], low[x + 1]), std::min(low[x + 2], low[x + 3]));
+        most[x] = std::max(std::max(high[x], high[x + 1]), std::max(high[x + 2], high[x + 3]));
     }
 }
 
 Samples collectSamples(const cv::Mat& depth, const cv::Mat& guide, const Axis& columns,
                        const Axis& rows) {
-    Samples samples;
-    samples.stride = columns.samples + 4;
-    for (std::vector<float>& plane : samples.planes) {
-        plane.resize(static_cast<std::size_t>(samples.stride) *
-                     static_cast<std::size_t>(rows.samples + 4));
-    }
+    Samples samples(columns, rows);
     cv::parallel_for_(cv::Range(0, rows.samples), [&](const cv::Range& part) {
         for (int i = part.start; i < part.end; ++i) {
+            const auto row = static_cast<std::size_t>(i);
             collectRow(depth.ptr<float>(rows.first + i) + columns.first, guide, columns,
-                       rows.cell[static_cast<std::size_t>(i)],
-                       {samples.row(Samples::Depth, i), samples.row(Samples::Blue, i),
-                        samples.row(Samples::Green, i), samples.row(Samples::Red, i)});
+                       rows.cell[row], row + 2, samples);
         }
     });
-    for (int plane = 0; plane < Samples::Planes; ++plane) {
-        const auto copyRow = [&](int from, int to) {
-            std::copy_n(samples.row(plane, from) - 2, samples.stride, samples.row(plane, to) - 2);
+    const auto repeatEnds = [&](auto& plane) {
+        const auto copyRow = [&](std::size_t from, std::size_t to) {
+            std::copy_n(plane.data() + from * samples.columns, samples.columns,
+                        plane.data() + to * samples.columns);
         };
-        for (int i = 1; i <= 2; ++i) {
-            copyRow(0, -i);
-            copyRow(rows.samples - 1, rows.samples - 1 + i);
-        }
-    }
+        copyRow(2, 0);
+        copyRow(2, 1);
+        copyRow(samples.rows - 3, samples.rows - 2);
+        copyRow(samples.rows - 3, samples.rows - 1);
+    };
+    repeatEnds(samples.depth);
+    repeatEnds(samples.blueGreen);
+    repeatEnds(samples.red);
+    for (std::size_t row = 0; row + kFitTaps <= samples.rows; ++row)
+        findRange(row, samples);
     return samples;
 }
 
-// Reads 4 x 4 samples around each px of a guide row; writes their mean, weighed by nearness and
-// likeness of colour. Bound by the 16 table look-ups per px.
-void fitRow(const std::array<const float*, Samples::Planes>& samples, int stride,
-            const Axis& columns, const std::array<float, kTaps>& rowWeight,
-            const float* colorWeight, const std::uint8_t* guide, float* fitted) {
-    constexpr float kToStep = 1.0f / (1 << kColorShift);
-    constexpr auto kLastStep = static_cast<float>(kColorSteps);
-    const std::size_t pixels = columns.tap.size();
-    for (std::size_t x = 0; x < pixels; ++x) {
-        const float blue = guide[3 * x];
-        const float green = guide[3 * x + 1];
-        const float red = guide[3 * x + 2];
-        const std::array<float, kTaps>& columnWeight = columns.weight[x];
-        std::ptrdiff_t at = columns.tap[x];
-        // Four lanes, one per column of taps, in the order in which SIMD adds them.
-        std::array<float, kTaps> sum{};
-        std::array<float, kTaps> weights{};
-        std::array<float, kTaps> least;
-        std::copy_n(samples[Samples::Depth] + at, kTaps, least.begin());
-        std::array<float, kTaps> most = least;
-        for (std::size_t i = 0; i < kTaps; ++i, at += stride) {
-            const float* const depths = samples[Samples::Depth] + at;
-            const float* const blues = samples[Samples::Blue] + at;
-            const float* const greens = samples[Samples::Green] + at;
-            const float* const reds = samples[Samples::Red] + at;
-            std::array<int, kTaps> step;
-            for (std::size_t j = 0; j < kTaps; ++j) {
-                const float b = blues[j] - blue;
-                const float g = greens[j] - green;
-                const float r = reds[j] - red;
-                const float square = (b * b + g * g + r * r) * kToStep;
-                step[j] = static_cast<int>(square < kLastStep ? square : kLastStep);
-            }
-            std::array<float, kTaps> weight;
-            for (std::size_t j = 0; j < kTaps; ++j)
-                weight[j] = colorWeight[step[j]];
-            for (std::size_t j = 0; j < kTaps; ++j) {
-                const float depth = depths[j];
-                weight[j] = weight[j] * (rowWeight[i] * columnWeight[j]);
-                sum[j] += weight[j] * depth;
-                weights[j] += weight[j];
-                least[j] = depth < least[j] ? depth : least[j];
-                most[j] = depth > most[j] ? depth : most[j];
-            }
-        }
-        const float mean = ((sum[0] + sum[1]) + (sum[2] + sum[3])) /
-                           ((weights[0] + weights[1]) + (weights[2] + weights[3]));
-        const float low = std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
-        const float high = std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
-        // Rounding must not lead out of the samples' range: constant depth stays constant.
-        fitted[x] = std::min(std::max(mean, low), high);
-    }
-}
-
 void enlarge(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide, cv::Mat& fitted) {
+    static const std::array<float, kColorSteps + 1> colorWeights = makeColorWeights();
     const Axis columns = layOut(part.x, part.width, guide.cols, depth.cols);
     const Axis rows = layOut(part.y, part.height, guide.rows, depth.rows);
     const Samples samples = collectSamples(depth, guide, columns, rows);
-    const std::array<float, kColorSteps + 1> colorWeight = colorWeights();
+    FitColumns fitColumns;
+    fitColumns.tap = columns.tap.data();
+    for (std::size_t j = 0; j < kFitTaps; ++j)
+        fitColumns.weight[j] = columns.weight[j].data();
+    const auto width = static_cast<std::size_t>(guide.cols);
     fitted.create(guide.size(), CV_32FC1);
     cv::parallel_for_(cv::Range(0, guide.rows), [&](const cv::Range& range) {
+        std::array<std::vector<std::uint8_t>, 3> channels;
+        channels.fill(paddedRow<std::uint8_t>(width));
+        const FitGuide fitGuide = {channels[0].data(), channels[1].data(), channels[2].data()};
         for (int y = range.start; y < range.end; ++y) {
             const auto row = static_cast<std::size_t>(y);
-            const std::ptrdiff_t first =
-                static_cast<std::ptrdiff_t>(rows.tap[row]) * samples.stride;
-            std::array<const float*, Samples::Planes> planes;
-            for (std::size_t i = 0; i < planes.size(); ++i) {
-                planes[i] = samples.planes[i].data() + first;
-            }
-            fitRow(planes, samples.stride, columns, rows.weight[row], colorWeight.data(),
-                   guide.ptr<std::uint8_t>(y), fitted.ptr<float>(y));
+            const float rowWeight[kFitTaps] = {rows.weight[0][row], rows.weight[1][row],
+                                               rows.weight[2][row], rows.weight[3][row]};
+            splitRow(guide.ptr<std::uint8_t>(y), width, channels[0].data(), channels[1].data(),
+                     channels[2].data());
+            fitDepthRow(samples.from(rows.tap[row]), fitColumns, rowWeight, colorWeights.data(),
+                        fitGuide, width, fitted.ptr<float>(y));
         }
     });
 }

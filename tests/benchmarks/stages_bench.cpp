@@ -6,11 +6,13 @@
 // the yardsticks BM_Copy..., each a memcpy on one thread.
 
 #include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/depth_map.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/native_renderer.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "paper_pipeline.hpp"
+#include "support/reference.hpp"
 #include "yuv_kernels.hpp"
 
 #include <algorithm>
@@ -262,6 +264,31 @@ void BM_LutLoad(benchmark::State& state, const Display& display) {
     for (auto _ : state)
         benchmark::DoNotOptimize(NativeLut::load(file).channel(0).data);
     std::filesystem::remove(file);
+}
+
+// ---- depth to the size of the photo
+
+// Bytes of what a network gives and what it becomes; a memcpy of n bytes reads n and writes n.
+constexpr int kNetworkSide = 256;
+
+void BM_CopyFitDepth(benchmark::State& state, const Display& display) {
+    const auto pixels = static_cast<std::size_t>(display.photo().total());
+    // reads depth and photo, writes depth
+    copyBytes(state, (sizeof(float) * kNetworkSide * kNetworkSide + 7 * pixels) / 2);
+}
+
+void BM_FitDepth(benchmark::State& state, const Display& display) {
+    cv::Mat small;
+    cv::resize(display.depth(), small, {kNetworkSide, kNetworkSide}, 0, 0, cv::INTER_AREA);
+    const cv::Rect2d whole(0, 0, small.cols, small.rows);
+    cv::Mat fitted;
+    fitDepth(small, whole, display.photo(), fitted);
+    const cv::Mat expected = test::referenceFit(small, whole, display.photo());
+    require(cv::norm(fitted, expected, cv::NORM_INF) <= 2e-6, "FitDepth"); // float against double
+    for (auto _ : state) {
+        fitDepth(small, whole, display.photo(), fitted);
+        benchmark::DoNotOptimize(fitted.data);
+    }
 }
 
 // ---- photo and depth to quilt
@@ -573,6 +600,8 @@ void registerAll(const Display& display) {
     registerYardstick("BM_CopyQuiltToNative", BM_CopyQuiltToNative, display);
     registerStage("BM_LutBuild", BM_LutBuild, display);
     registerStage("BM_LutLoad", BM_LutLoad, display);
+    registerYardstick("BM_CopyFitDepth", BM_CopyFitDepth, display);
+    registerStage("BM_FitDepth", BM_FitDepth, display);
     registerStage("BM_QuiltFast", BM_QuiltFast, display);
     registerStage("BM_QuiltLayered", BM_QuiltLayered, display);
     registerStage("BM_QuiltReal", BM_QuiltReal, display);

@@ -102,4 +102,84 @@ cv::Mat referenceLensView(const cv::Mat& native, const Calibration& calibration,
     return seen;
 }
 
+namespace {
+
+// Of each sample first..last the px of the guide, along one axis, whose centres lie in its cell, or
+// else the one nearest to its centre.
+std::vector<std::vector<int>> pixelsInCells(int first, int last, double start, double step,
+                                            int pixels) {
+    std::vector<std::vector<int>> cells;
+    for (int sample = first; sample <= last; ++sample) {
+        std::vector<int> cell;
+        for (int x = 0; x < pixels; ++x)
+            if (std::floor(start + (x + 0.5) * step) == sample) cell.push_back(x);
+        if (cell.empty()) {
+            const auto nearest = static_cast<int>(std::floor((sample + 0.5 - start) / step));
+            cell.push_back(std::clamp(nearest, 0, pixels - 1));
+        }
+        cells.push_back(cell);
+    }
+    return cells;
+}
+
+// The cubic B-spline.
+double spline(double d) {
+    d = std::abs(d);
+    if (d >= 2) return 0.0;
+    return d >= 1 ? std::pow(2 - d, 3) / 6 : (4 - 6 * d * d + 3 * d * d * d) / 6;
+}
+
+} // namespace
+
+cv::Mat referenceFit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide) {
+    const double stepX = part.width / guide.cols;
+    const double stepY = part.height / guide.rows;
+    const cv::Point first(static_cast<int>(std::floor(part.x)),
+                          static_cast<int>(std::floor(part.y)));
+    const cv::Point last(static_cast<int>(std::ceil(part.x + part.width)) - 1,
+                         static_cast<int>(std::ceil(part.y + part.height)) - 1);
+    const auto columns = pixelsInCells(first.x, last.x, part.x, stepX, guide.cols);
+    const auto rows = pixelsInCells(first.y, last.y, part.y, stepY, guide.rows);
+    cv::Mat colors(depth.size(), CV_64FC3, cv::Scalar::all(0));
+    for (int j = first.y; j <= last.y; ++j) {
+        for (int i = first.x; i <= last.x; ++i) {
+            cv::Vec3d sum(0, 0, 0);
+            int count = 0;
+            for (const int y : rows[static_cast<std::size_t>(j - first.y)]) {
+                for (const int x : columns[static_cast<std::size_t>(i - first.x)]) {
+                    sum += cv::Vec3d(guide.at<cv::Vec3b>(y, x));
+                    ++count;
+                }
+            }
+            for (int c = 0; c < 3; ++c)
+                colors.at<cv::Vec3d>(j, i)[c] = std::floor(sum[c] / count + 0.5);
+        }
+    }
+    cv::Mat result(guide.size(), CV_32FC1);
+    for (int y = 0; y < guide.rows; ++y) {
+        for (int x = 0; x < guide.cols; ++x) {
+            const double atX = part.x + (x + 0.5) * stepX - 0.5;
+            const double atY = part.y + (y + 0.5) * stepY - 0.5;
+            double sum = 0;
+            double weights = 0;
+            for (int j = static_cast<int>(std::floor(atY)) - 1; j <= std::floor(atY) + 2; ++j) {
+                for (int i = static_cast<int>(std::floor(atX)) - 1; i <= std::floor(atX) + 2; ++i) {
+                    const cv::Point from(std::clamp(i, first.x, last.x),
+                                         std::clamp(j, first.y, last.y));
+                    const cv::Vec3d distance =
+                        colors.at<cv::Vec3d>(from) - cv::Vec3d(guide.at<cv::Vec3b>(y, x));
+                    const double step = std::floor(distance.dot(distance) / 8);
+                    const double likeness =
+                        step < 1024 ? std::exp(-(step + 0.5) * 8 / (2 * 16.0 * 16.0)) : 0;
+                    const double weight = spline(atX - i) * spline(atY - j) * (likeness + 1e-4);
+                    sum += weight * static_cast<double>(depth.at<float>(from));
+                    weights += weight;
+                }
+            }
+            result.at<float>(y, x) = static_cast<float>(sum / weights);
+        }
+    }
+    return result;
+}
+
 } // namespace altiro3D::test

@@ -35,4 +35,9 @@ cv::Mat referenceFast(const cv::Mat& photo, const cv::Mat& depth, double shiftPi
 cv::Mat referenceLensView(const cv::Mat& native, const Calibration& calibration, bool inverted,
                           double phase, double spot);
 
+/// fitDepth() where it enlarges: per px and in double, straight from the definition.
+/// @param depth [CV_32FC1] @param part in px of `depth` @param guide [CV_8UC3]
+/// @return [rows x cols of guide, CV_32FC1]
+cv::Mat referenceFit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide);
+
 } // namespace altiro3D::test

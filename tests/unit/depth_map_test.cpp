@@ -4,9 +4,11 @@
 #include "altiro3D/image_io.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/reference.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <hwy/highway.h>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -323,79 +325,43 @@ cv::Mat fitted(const cv::Mat& depth, const cv::Mat& guide, cv::Rect2d part = {})
     return result;
 }
 
-// The slow twin of enlarging: per pixel and in double, straight from the definition.
-cv::Mat slowFit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide) {
-    const double stepX = part.width / guide.cols;
-    const double stepY = part.height / guide.rows;
-    const auto spline = [](double d) {
-        d = std::abs(d);
-        if (d >= 2) return 0.0;
-        return d >= 1 ? std::pow(2 - d, 3) / 6 : (4 - 6 * d * d + 3 * d * d * d) / 6;
-    };
-    const int firstX = static_cast<int>(std::floor(part.x));
-    const int firstY = static_cast<int>(std::floor(part.y));
-    const int lastX = static_cast<int>(std::ceil(part.x + part.width)) - 1;
-    const int lastY = static_cast<int>(std::ceil(part.y + part.height)) - 1;
-    cv::Mat colors(depth.size(), CV_64FC3, cv::Scalar::all(0));
-    for (int j = firstY; j <= lastY; ++j) {
-        for (int i = firstX; i <= lastX; ++i) {
-            cv::Vec3d sum(0, 0, 0);
-            int count = 0;
-            for (int y = 0; y < guide.rows; ++y) {
-                if (std::floor(part.y + (y + 0.5) * stepY) != j) continue;
-                for (int x = 0; x < guide.cols; ++x) {
-                    if (std::floor(part.x + (x + 0.5) * stepX) != i) continue;
-                    sum += cv::Vec3d(guide.at<cv::Vec3b>(y, x));
-                    ++count;
-                }
-            }
-            for (int c = 0; c < 3; ++c) {
-                colors.at<cv::Vec3d>(j, i)[c] = std::floor(sum[c] / count + 0.5);
-            }
-        }
-    }
-    cv::Mat result(guide.size(), CV_32FC1);
-    for (int y = 0; y < guide.rows; ++y) {
-        for (int x = 0; x < guide.cols; ++x) {
-            const double atX = part.x + (x + 0.5) * stepX - 0.5;
-            const double atY = part.y + (y + 0.5) * stepY - 0.5;
-            double sum = 0;
-            double weights = 0;
-            for (int j = static_cast<int>(std::floor(atY)) - 1; j <= std::floor(atY) + 2; ++j) {
-                for (int i = static_cast<int>(std::floor(atX)) - 1; i <= std::floor(atX) + 2; ++i) {
-                    const cv::Point from(std::clamp(i, firstX, lastX),
-                                         std::clamp(j, firstY, lastY));
-                    const cv::Vec3d distance =
-                        colors.at<cv::Vec3d>(from) - cv::Vec3d(guide.at<cv::Vec3b>(y, x));
-                    const double step = std::floor(distance.dot(distance) / 8);
-                    const double likeness =
-                        step < 1024 ? std::exp(-(step + 0.5) * 8 / (2 * 16.0 * 16.0)) : 0;
-                    const double weight = spline(atX - i) * spline(atY - j) * (likeness + 1e-4);
-                    sum += weight * static_cast<double>(depth.at<float>(from));
-                    weights += weight;
-                }
-            }
-            result.at<float>(y, x) = static_cast<float>(sum / weights);
-        }
-    }
-    return result;
-}
+struct FitCase {
+    cv::Size depth;
+    cv::Rect2d part;
+    cv::Size guide;
+};
+
+// The last ones have fewer columns than samples, or rows.
+const FitCase kFitCases[] = {
+    {{1, 1}, {0, 0, 1, 1}, {5, 3}},          {{2, 2}, {0, 0, 2, 2}, {7, 4}},
+    {{9, 7}, {0, 0, 9, 7}, {31, 29}},        {{9, 7}, {1.25, 0.5, 5.5, 6.125}, {37, 43}},
+    {{20, 4}, {2, 1, 17, 2}, {23, 19}},      {{67, 53}, {0, 0, 67, 53}, {131, 61}},
+    {{97, 5}, {1.5, 0, 90.25, 5}, {41, 17}}, {{5, 97}, {0, 1.5, 5, 90.25}, {17, 41}}};
 
 TEST(DepthMap, FittingAgreesWithTheSlowReference) {
-    struct Case {
-        cv::Size depth;
-        cv::Rect2d part;
-        cv::Size guide;
-    };
-    for (const Case& c :
-         {Case{{1, 1}, {0, 0, 1, 1}, {5, 3}}, Case{{2, 2}, {0, 0, 2, 2}, {7, 4}},
-          Case{{9, 7}, {0, 0, 9, 7}, {31, 29}}, Case{{9, 7}, {1.25, 0.5, 5.5, 6.125}, {37, 43}},
-          Case{{20, 4}, {2, 1, 17, 2}, {23, 19}}}) {
+    for (const FitCase& c : kFitCases) {
         const cv::Mat depth = randomPicture(c.depth, CV_32FC1, 0, 1, 3);
         const cv::Mat guide = randomPicture(c.guide, CV_8UC3, 90, 160, 4);
         // float sums of 16 weighed samples against double
-        EXPECT_TRUE(samePicture(fitted(depth, guide, c.part), slowFit(depth, c.part, guide), 2e-6))
+        EXPECT_TRUE(
+            samePicture(fitted(depth, guide, c.part), referenceFit(depth, c.part, guide), 2e-6))
             << c.depth << c.part << c.guide;
+    }
+}
+
+TEST(DepthMap, FittingIsTheSameOnEveryInstructionSet) {
+    for (const FitCase& c : kFitCases) {
+        const cv::Mat depth = randomPicture(c.depth, CV_32FC1, 0, 1, 3);
+        const cv::Mat guide = randomPicture(c.guide, CV_8UC3, 90, 160, 4);
+        const cv::Mat best = fitted(depth, guide, c.part);
+        for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+            hwy::SetSupportedTargetsForTest(target);
+            hwy::GetChosenTarget().DeInit();
+            EXPECT_TRUE(samePicture(fitted(depth, guide, c.part), best))
+                << hwy::TargetName(target) << c.depth << c.part << c.guide;
+        }
+        hwy::SetSupportedTargetsForTest(0);
+        hwy::GetChosenTarget().DeInit();
     }
 }
 

@@ -24,7 +24,7 @@ TEST(QtImage, SharesThePicturesMemoryAndShowsItsColours) {
         EXPECT_EQ(image.constBits(), picture.data);
         for (int y = 0; y < size.height; ++y) {
             for (int x = 0; x < size.width; ++x) {
-                const cv::Vec3b px = picture.at<cv::Vec3b>(y, x);
+                const cv::Vec3b& px = picture.at<cv::Vec3b>(y, x);
                 EXPECT_EQ(image.pixelColor(x, y), QColor(px[2], px[1], px[0]));
             }
         }

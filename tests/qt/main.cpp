@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
     qputenv("XDG_CACHE_HOME", home.path().toUtf8());
     qputenv("ALTIRO3D_MODELS", home.path().toUtf8()); // no networks
     ::testing::InitGoogleTest(&argc, argv);
+    if (::testing::GTEST_FLAG(list_tests)) return RUN_ALL_TESTS(); // takes no desktop
     const QApplication application(argc, argv);
     std::setlocale(LC_NUMERIC, "C");
     QCoreApplication::setOrganizationName("altiro3D");

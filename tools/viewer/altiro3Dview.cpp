@@ -61,7 +61,8 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     QApplication::setApplicationName("altiro3Dview");
     QApplication::setDesktopFileName("altiro3Dview");
     std::vector<std::string> warnings = messages.warnings();
-    if (!display.files.empty() && display.files.front().filename() == "portrait-sample.json") {
+    if (!commandLine.has("c") && !display.files.empty() &&
+        display.files.front().filename() == "portrait-sample.json") {
         warnings = {"No display was found: a sample calibration is used, and Natives will not be "
                     "in register on a real display"};
     }

@@ -60,6 +60,8 @@ Controller::Controller(tools::Display display, QObject* parent)
       studio_(std::make_shared<Studio>()) {
     swingTimer_.setInterval(kSwingMilliseconds);
     connect(&swingTimer_, &QTimer::timeout, this, &Controller::swing);
+    connect(this, &Controller::pictureArrived, this, &Controller::takePicture,
+            Qt::QueuedConnection); // it comes from the player's thread
 }
 
 Controller::~Controller() {
@@ -245,9 +247,11 @@ void Controller::play() {
         auto document = std::make_shared<Document>(documentOf(source, picture, *display));
         document->video = true;
         if (depth) depth->next(document->picture, document->depth);
-        QMetaObject::invokeMethod(
-            this, [this, number, document] { takePicture(number, document); },
-            Qt::QueuedConnection);
+        {
+            const std::lock_guard<std::mutex> lock(arrivalMutex_);
+            arrival_ = {number, document};
+        }
+        emit pictureArrived();
         return true;
     };
     const auto fail = [this, number](const std::string& problem) {
@@ -264,9 +268,14 @@ void Controller::play() {
     player_->setPaused(!playing_);
 }
 
-void Controller::takePicture(quint64 number, const std::shared_ptr<const Document>& document) {
-    if (number != readings_) return; // of another file
-    document_ = document;
+void Controller::takePicture() {
+    Arrival arrival;
+    {
+        const std::lock_guard<std::mutex> lock(arrivalMutex_);
+        std::swap(arrival, arrival_);
+    }
+    if (!arrival.document || arrival.reading != readings_) return; // of another file
+    document_ = arrival.document;
     requestFrame();
     requestNative();
 }

@@ -9,6 +9,7 @@
 #include <QTimer>
 #include <QUndoStack>
 #include <atomic>
+#include <mutex>
 
 namespace altiro3D::viewer {
 
@@ -101,6 +102,8 @@ class Controller : public QObject {
     void frameReady();
     /// @param native [panel size, CV_8UC3]
     void nativeReady(const cv::Mat& native);
+    /// The next picture of a video waits to be taken.
+    void pictureArrived();
     void exportProgress(double done);
     /// @param problem empty if it was written, or cancelled
     void exportEnded(const QString& file, const QString& problem);
@@ -114,7 +117,7 @@ class Controller : public QObject {
     void takeFrame(const Frame& frame);
     void swing();
     void play();
-    void takePicture(quint64 number, const std::shared_ptr<const Document>& document);
+    void takePicture();
 
     std::vector<Source> sources_;
     int current_ = -1;
@@ -140,6 +143,12 @@ class Controller : public QObject {
     bool exporting_ = false;
     std::atomic<bool> cancelling_{false};
     std::atomic<bool> pictureWaits_{false}; // of a video: not shown yet
+    struct Arrival {
+        quint64 reading = 0; // which one it is of
+        std::shared_ptr<const Document> document;
+    };
+    std::mutex arrivalMutex_;
+    Arrival arrival_; // from the player's thread
 
     std::shared_ptr<Studio> studio_; // used by worker_ alone
     Worker exporter_;

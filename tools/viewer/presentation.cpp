@@ -9,9 +9,9 @@
 
 #include <QApplication>
 #include <QScreen>
-#include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
 namespace altiro3D::viewer {
@@ -127,6 +127,39 @@ std::size_t chooseScreen(const tools::CommandLine& commandLine,
     return *displays[*chosen].screen;
 }
 
+// Pictures of a video on their way from the player's thread to the widget, one at a time.
+class Arrivals : public QObject {
+    Q_OBJECT
+  public:
+    // False while the one before has not been shown.
+    bool put(const cv::Mat& picture) {
+        {
+            const std::lock_guard<std::mutex> lock(mutex_);
+            if (!next_.empty()) return false;
+            next_ = picture;
+        }
+        emit pictureArrived();
+        return true;
+    }
+    void showNext(qt::NativeWidget& widget) {
+        cv::Mat picture;
+        {
+            const std::lock_guard<std::mutex> lock(mutex_);
+            std::swap(picture, next_);
+        }
+        widget.setNative(picture);
+        widget.repaint();
+    }
+
+  signals:
+    void pictureArrived();
+    void failed();
+
+  private:
+    std::mutex mutex_;
+    cv::Mat next_;
+};
+
 } // namespace
 
 bool hasDesktop() {
@@ -203,25 +236,17 @@ int present(int& argc, char** argv, const tools::CommandLine& commandLine,
     std::string problem;
     int status = tools::kExitDone;
     {
-        std::atomic<bool> waits{false}; // a picture that the widget has not got yet
-        QObject receiver;
+        Arrivals arrivals;
+        QObject::connect(
+            &arrivals, &Arrivals::pictureArrived, &widget, [&] { arrivals.showNext(widget); },
+            Qt::QueuedConnection);
+        QObject::connect(&arrivals, &Arrivals::failed, &widget, &QApplication::quit,
+                         Qt::QueuedConnection);
         VideoPlayer player(
-            file,
-            [&](const cv::Mat& picture) {
-                if (waits.exchange(true)) return false;
-                QMetaObject::invokeMethod(
-                    &receiver,
-                    [&widget, &waits, picture] {
-                        widget.setNative(picture);
-                        widget.repaint();
-                        waits = false;
-                    },
-                    Qt::QueuedConnection);
-                return true;
-            },
+            file, [&arrivals](const cv::Mat& picture) { return arrivals.put(picture); },
             [&](const std::string& text) {
                 problem = text;
-                QMetaObject::invokeMethod(&receiver, &QApplication::quit, Qt::QueuedConnection);
+                emit arrivals.failed();
             });
         status = QApplication::exec();
         const VideoPlayer::Counts counts = player.counts();
@@ -233,3 +258,5 @@ int present(int& argc, char** argv, const tools::CommandLine& commandLine,
 }
 
 } // namespace altiro3D::viewer
+
+#include "presentation.moc"

@@ -3,23 +3,26 @@
 #include "altiro3D/altiro3D.hpp"
 #include "common/depth_options.hpp"
 #include "common/display_options.hpp"
-#include "common/given_depth.hpp"
-#include "common/native_road.hpp"
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/video_options.hpp"
 #include "common/video_progress.hpp"
+#include "common/video_stages.hpp"
 
+#include <QCoreApplication>
+#include <QProcess>
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <csignal>
-#include <cstring>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <thread>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
@@ -47,15 +50,14 @@ extern "C" void stopOnce(int signal) {
 
 // --- what to make ----------------------------------------------------------------------------
 
-enum class Product { Native, Quilt, Rgbd };
-
 struct Plan {
     fs::path input;
     fs::path depth; // given, or empty
     fs::path output;
     fs::path report;
-    Product product = Product::Native;
+    VideoProduct product = VideoProduct::Native;
     bool fromQuilt = false;
+    bool show = false; // on the display, no output
     bool resumable = false;
     VideoReaderOptions part;
 };
@@ -63,21 +65,26 @@ struct Plan {
 Plan planRun(const CommandLine& commandLine) {
     const std::vector<fs::path>& names = commandLine.files();
     const bool pair = commandLine.has("d");
-    const std::size_t expected = pair ? 3 : 2;
+    const bool show = commandLine.has("show");
+    const std::size_t expected = (pair ? 3 : 2) - (show ? 1 : 0);
     if (names.size() != expected) {
-        throw UsageError(std::string("expected ") + (pair ? "IN DEPTH OUT" : "IN and OUT") +
+        throw UsageError(std::string("expected ") + (pair ? "IN DEPTH" : "IN") +
+                         (show   ? ""
+                          : pair ? " OUT"
+                                 : " and OUT") +
                          ", got " + std::to_string(names.size()) +
                          " names; see video2native --help");
     }
     Plan plan;
     plan.input = names.front();
-    plan.output = names.back();
+    plan.show = show;
+    if (!show) plan.output = names.back();
     if (pair) plan.depth = names[1];
     if (const auto depth = commandLine.value("depth")) plan.depth = *depth;
     plan.report = commandLine.value("report").value_or("");
     commandLine.exclude("quilt", "rgbd-out");
-    if (commandLine.has("quilt")) plan.product = Product::Quilt;
-    if (commandLine.has("rgbd-out")) plan.product = Product::Rgbd;
+    if (commandLine.has("quilt")) plan.product = VideoProduct::Quilt;
+    if (commandLine.has("rgbd-out")) plan.product = VideoProduct::Rgbd;
     plan.fromQuilt = commandLine.has("from-quilt");
     if (plan.fromQuilt) {
         for (const char* option :
@@ -86,6 +93,12 @@ Plan planRun(const CommandLine& commandLine) {
             commandLine.exclude("from-quilt", option);
     }
     plan.part = videoReaderOptions(commandLine);
+    if (show) {
+        for (const char* option :
+             {"quilt", "rgbd-out", "resume", "codec", "crf", "preset", "compat", "progress"})
+            commandLine.exclude("show", option);
+        return plan;
+    }
     requireVideoName(plan.output);
     std::error_code error;
     plan.resumable = fs::is_regular_file(plan.input, error) && plan.part.format.empty();
@@ -118,208 +131,7 @@ std::string settingsText(const CommandLine& commandLine, const Plan& plan, const
     return settings.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-// --- frames ----------------------------------------------------------------------------------
-
-// Shape of the picture as it is seen.
-double seenAspect(const VideoFacts& facts) {
-    return facts.sampleAspect.value() * facts.size.width / facts.size.height;
-}
-
-bool same(const cv::Mat& a, const cv::Mat& b) {
-    return a.size() == b.size() && a.type() == b.type() && a.isContinuous() && b.isContinuous() &&
-           std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
-}
-
-// Makes the depth of frames: estimated and kept steady, or as it was given.
-class DepthStage {
-  public:
-    DepthStage(const Plan& plan, const VideoFacts& facts, DepthSource source,
-               const VideoDepthOptions& options)
-        : source_(std::move(source)), options_(options), unit_(facts.timeBase.value()) {
-        if (source_.fromFiles()) given_.emplace(plan.depth, plan.part, facts);
-        start();
-    }
-
-    void work(PipelineFrame& frame) {
-        if (given_) {
-            given_->read(static_cast<double>(frame.source.pts) * unit_, frame.number, raw_);
-        } else if (source_.rgbdSide()) {
-            cv::Mat photo;
-            splitRgbd(frame.source.picture, *source_.rgbdSide(), photo, raw_);
-            raw_.convertTo(raw_, CV_8U); // a grey value of a frame
-            frame.source.picture = photo;
-        } else {
-            frame.step = depth_->next(frame.source.picture, frame.depth);
-            return;
-        }
-        useGiven(frame);
-    }
-
-    VideoDepth& depth() { return *depth_; }
-    const DepthSource& source() const { return source_; }
-    const VideoDepthOptions& options() const { return options_; }
-    void tell(Messages& messages) const {
-        if (given_) given_->tell(messages);
-    }
-
-  private:
-    void start() {
-        const auto estimate = [this](const cv::Mat& picture, cv::Mat& raw) {
-            if (raw_.empty()) {
-                source_.estimate(picture, raw);
-            } else {
-                raw_.copyTo(raw);
-            }
-        };
-        depth_.emplace(estimate, source_.kind(), options_);
-    }
-
-    // Grey values are taken as they are, so that nothing wavers; distances and floats have no range
-    // of their own and get one that follows them slowly.
-    void useGiven(PipelineFrame& frame) {
-        const bool samePhoto = same(frame.source.picture, lastPhoto_);
-        const bool sameDepth = same(raw_, lastRaw_);
-        lastPhoto_ = frame.source.picture;
-        lastRaw_ = raw_.clone();
-        const bool grey = raw_.depth() == CV_8U || raw_.depth() == CV_16U;
-        if (grey && source_.kind() != DepthKind::Metric) {
-            frame.step.repeated = samePhoto && sameDepth;
-            const double most = raw_.depth() == CV_8U ? 255 : 65535;
-            const bool farWhite = source_.kind() == DepthKind::FarWhite;
-            ownMemory(frame.depth);
-            raw_.convertTo(frame.depth, CV_32F, (farWhite ? -1 : 1) / most, farWhite ? 1 : 0);
-            return;
-        }
-        if (samePhoto && !sameDepth) start(); // what moves is not seen in the picture
-        frame.step = depth_->next(frame.source.picture, frame.depth);
-        frame.step.inferred = false;
-    }
-
-    DepthSource source_;
-    VideoDepthOptions options_;
-    double unit_;
-    std::optional<GivenDepth> given_;
-    cv::Mat raw_; // given
-    cv::Mat lastRaw_;
-    cv::Mat lastPhoto_;
-    std::optional<VideoDepth> depth_;
-};
-
-// Makes what is written of frames with depth.
-class RenderStage {
-  public:
-    RenderStage(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout,
-                const ViewOptions& views, const VideoProfile& profile, Product product, FitMode fit,
-                double seenAspect, Messages& messages)
-        : layout_(layout), views_(views), product_(product), fit_(fit),
-          panelAspect_(display.panelAspect()), seenAspect_(seenAspect), workSize_(layout.tileSize) {
-        if (product == Product::Native) {
-            const bool keep = commandLine.has("k") || profile.keep;
-            road_.emplace(commandLine, display, layout, views.method, messages, profile.keep);
-            if (road_->direct()) renderer_.emplace(road_->renderer(views));
-            if (keep) workSize_ = display.panelSize;
-            size_ = display.panelSize;
-        } else if (product == Product::Quilt) {
-            if (commandLine.has("k")) workSize_ = display.panelSize;
-            size_ = layout.size();
-        }
-        if (product != Product::Native || !road_->direct()) quilter_.emplace(layout, views);
-    }
-
-    // Size of what is written, from the size of the photos.
-    cv::Size size(cv::Size photo) {
-        if (product_ == Product::Rgbd) {
-            // square px, even sides
-            const double width = photo.height * seenAspect_;
-            workSize_ = {std::max(2, static_cast<int>(std::lround(width / 2)) * 2),
-                         std::max(2, photo.height / 2 * 2)};
-            size_ = {2 * workSize_.width, workSize_.height};
-        }
-        return size_;
-    }
-
-    std::string roadName() const { return road_ ? road_->name() : "quilt"; }
-    bool continuous() const { return road_ && road_->continuous(); }
-
-    void work(PipelineFrame& frame) {
-        if (frame.step.repeated && !last_.empty()) {
-            frame.result.picture = last_;
-            return;
-        }
-        const cv::Mat& photo = frame.source.picture;
-        ownMemory(frame.result.picture);
-        if (product_ == Product::Rgbd) {
-            const PhotoFit fit = fitPhoto(photo.size(), 1, workSize_, FitMode::Stretch);
-            fitFrame(frame, fit);
-            joinRgbd(photo_, depth_, DepthSide::Right, frame.result.picture);
-        } else {
-            // what counts is the shape that is seen: px of the frame need not be square
-            const double pixelAspect = seenAspect_ * photo.rows / photo.cols;
-            const PhotoFit fit =
-                fitPhoto(photo.size(), panelAspect_ / pixelAspect, workSize_, fit_);
-            fitFrame(frame, fit);
-            cv::Mat& quilt = product_ == Product::Quilt ? frame.result.picture : quilt_;
-            if (quilter_) quilter_->render(photo_, depth_, quilt);
-            if (renderer_) {
-                renderer_->render(photo_, depth_, frame.result.picture);
-            } else if (road_) {
-                road_->makeNative(views_, photo_, depth_, quilt_, frame.result.picture);
-            }
-        }
-        last_ = frame.result.picture;
-    }
-
-  private:
-    void fitFrame(const PipelineFrame& frame, const PhotoFit& fit) {
-        applyFit(frame.source.picture, fit, photo_);
-        applyFitToDepth(frame.depth, frame.source.picture.size(), fit, photo_, views_.focus,
-                        depth_);
-    }
-
-    QuiltLayout layout_;
-    ViewOptions views_;
-    Product product_;
-    FitMode fit_;
-    double panelAspect_;
-    double seenAspect_;
-    cv::Size workSize_;
-    cv::Size size_;
-    std::optional<NativeRoad> road_;
-    std::optional<NativeRenderer> renderer_;
-    std::optional<Depth2Quilt> quilter_;
-    cv::Mat photo_;
-    cv::Mat depth_;
-    cv::Mat quilt_;
-    cv::Mat last_;
-};
-
-// Makes Natives of frames that are quilts.
-class QuiltStage {
-  public:
-    QuiltStage(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout,
-               Messages& messages)
-        : layout_(layout), renderer_(makeQuilt2Native(commandLine, display, layout, messages)) {}
-
-    void work(PipelineFrame& frame) {
-        if (!last_.empty() && same(frame.source.picture, lastQuilt_)) {
-            frame.step.repeated = true;
-            frame.result.picture = last_;
-            return;
-        }
-        Notes notes;
-        const cv::Mat quilt = fitQuilt(frame.source.picture, layout_, &notes);
-        ownMemory(frame.result.picture);
-        renderer_.render(quilt, frame.result.picture);
-        last_ = frame.result.picture;
-        lastQuilt_ = frame.source.picture;
-    }
-
-  private:
-    QuiltLayout layout_;
-    Quilt2Native renderer_;
-    cv::Mat last_;
-    cv::Mat lastQuilt_;
-};
+// --- where the frames go ---------------------------------------------------------------------
 
 // Where the frames go: to segments that a later run can go on from, or straight to the file.
 class Sink {
@@ -367,6 +179,50 @@ class Sink {
     const Plan& plan_;
     std::optional<VideoWriter> plain_;
     std::optional<ResumableVideoWriter> segments_;
+};
+
+// Shows Natives on the display through altiro3Dview, which stands beside this tool.
+class Screen {
+  public:
+    Screen(const CommandLine& commandLine, const Display& display) {
+        QStringList arguments{"--show", "-"};
+        if (display.calibration && !display.files.empty()) {
+            arguments << "-c" << QString::fromLocal8Bit(display.files.front().c_str());
+        }
+        for (const char* option : {"serial", "screen"}) {
+            if (const auto value = commandLine.value(option)) {
+                arguments << QString("--") + option << QString::fromLocal8Bit(value->c_str());
+            }
+        }
+        viewer_.setProcessChannelMode(QProcess::ForwardedChannels);
+        viewer_.start(QCoreApplication::applicationDirPath() + "/altiro3Dview", arguments);
+        if (!viewer_.waitForStarted()) {
+            throw Error(ErrorCode::NotFound, "altiro3Dview",
+                        "cannot be started, expected it beside video2native");
+        }
+    }
+    // False if the user has left.
+    bool show(const cv::Mat& native) {
+        const std::string head =
+            "P6\n" + std::to_string(native.cols) + " " + std::to_string(native.rows) + "\n255\n";
+        cv::cvtColor(native, rgb_, cv::COLOR_BGR2RGB);
+        const auto bytes = static_cast<qint64>(rgb_.total() * rgb_.elemSize());
+        viewer_.write(head.data(), static_cast<qint64>(head.size()));
+        viewer_.write(reinterpret_cast<const char*>(rgb_.data), bytes);
+        while (viewer_.state() == QProcess::Running && viewer_.bytesToWrite() > 0)
+            viewer_.waitForBytesWritten(100);
+        return viewer_.state() == QProcess::Running;
+    }
+    // The viewer's exit status.
+    int end() {
+        viewer_.closeWriteChannel();
+        viewer_.waitForFinished(-1);
+        return viewer_.exitStatus() == QProcess::NormalExit ? viewer_.exitCode() : kExitFailed;
+    }
+
+  private:
+    QProcess viewer_;
+    cv::Mat rgb_;
 };
 
 // --- reports ---------------------------------------------------------------------------------
@@ -430,33 +286,26 @@ VideoDepthOptions depthOptions(const CommandLine& commandLine, const VideoProfil
     return options;
 }
 
-// The panel's own quilt layout, or that of a quilt video.
-QuiltLayout layoutOf(const CommandLine& commandLine, const Plan& plan, const Display& display,
-                     const VideoFacts& facts, Messages& messages) {
-    return plan.fromQuilt ? chooseQuilt(commandLine, display, messages, plan.input, facts.size)
-                          : chooseQuilt(commandLine, display, messages);
-}
+// All that a run works with.
+struct Studio {
+    VideoProfile profile;
+    Plan plan;
+    Display display;
+    ViewOptions views;
+    QuiltLayout layout;
+    std::unique_ptr<VideoReader> reader;
+    std::optional<DepthStage> depth;
+    std::optional<RenderStage> render;
+    std::optional<QuiltStage> quilts; // instead of depth and render
+    cv::Size size;                    // of what is written
 
-int run(const CommandLine& commandLine, Messages& messages) {
-    const bool jsonProgress = VideoProgress::json(commandLine);
-    if (jsonProgress) messages.leaveStandardOutput();
-    const VideoProfile profile = videoProfile(commandLine);
-    Plan plan = planRun(commandLine);
-    ViewOptions views = viewOptions(commandLine);
-    if (!commandLine.has("method") && !commandLine.has("g")) views.method = profile.method;
-    const FitMode fit = fitOption(commandLine, FitMode::Cover);
-    VideoWriterOptions encoding = encoderOptions(commandLine, profile);
-    NativeRoad::check(commandLine);
-    const Display display = findDisplay(commandLine, messages);
-    plan.part.threads = std::min(cv::getNumThreads(), 16);
-    VideoReader reader(plan.input, plan.part);
-    const VideoFacts& facts = reader.facts();
-    messages.say((plan.input == "-" ? "standard input" : plan.input.string()) + ": " +
-                 factsText(facts));
-    const QuiltLayout layout = layoutOf(commandLine, plan, display, facts, messages);
-    if (plan.product == Product::Quilt) {
-        plan.output = quiltFileName(plan.output, layout, display.panelAspect());
+    double unit() const { return reader->facts().timeBase.value(); }
+    std::string inputName() const {
+        return plan.input == "-" ? "standard input" : plan.input.string();
     }
+};
+
+void checkOutputs(const CommandLine& commandLine, const Plan& plan, const Display& display) {
     Outputs outputs(commandLine.has("y") || commandLine.has("resume"));
     for (const fs::path& file : display.files)
         outputs.addInput(file);
@@ -466,116 +315,200 @@ int run(const CommandLine& commandLine, Messages& messages) {
     for (const char* option : {"n", "net-profile"}) {
         if (const auto file = commandLine.value(option)) outputs.addInput(*file);
     }
-    outputs.addOutput(plan.output);
+    if (!plan.show) outputs.addOutput(plan.output);
     if (!plan.report.empty()) outputs.addOutput(plan.report);
     outputs.check();
+}
 
-    // what every frame passes through
-    const bool native = plan.product == Product::Native;
-    std::optional<DepthStage> depth;
-    std::optional<RenderStage> render;
-    std::optional<QuiltStage> quilts;
-    if (native) messages.say("quilt: " + layout.text());
+// Opens everything but the output; all that can be said against the call is said here.
+void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messages) {
+    Plan& plan = studio.plan;
+    studio.profile = videoProfile(commandLine);
+    plan = planRun(commandLine);
+    if (plan.show && !commandLine.has("profile")) studio.profile = videoProfile("live");
+    studio.views = viewOptions(commandLine);
+    if (!commandLine.has("method") && !commandLine.has("g")) {
+        studio.views.method = studio.profile.method;
+    }
+    RenderStage::Settings settings;
+    settings.fit = fitOption(commandLine, FitMode::Cover);
+    NativeRoad::check(commandLine);
+    studio.display = findDisplay(commandLine, messages);
+    plan.part.threads = std::min(cv::getNumThreads(), 16);
+    studio.reader = std::make_unique<VideoReader>(plan.input, plan.part);
+    const VideoFacts& facts = studio.reader->facts();
+    messages.say(studio.inputName() + ": " + factsText(facts));
+    studio.layout = plan.fromQuilt
+                        ? chooseQuilt(commandLine, studio.display, messages, plan.input, facts.size)
+                        : chooseQuilt(commandLine, studio.display, messages);
+    if (plan.product == VideoProduct::Quilt) {
+        plan.output = quiltFileName(plan.output, studio.layout, studio.display.panelAspect());
+    }
+    checkOutputs(commandLine, plan, studio.display);
+    if (plan.product == VideoProduct::Native) messages.say("quilt: " + studio.layout.text());
     if (plan.fromQuilt) {
-        quilts.emplace(commandLine, display, layout, messages);
-        encoding.size = display.panelSize;
-    } else {
-        DepthSource source(commandLine, messages, Medium::Video);
-        const VideoDepthOptions options = depthOptions(commandLine, profile, source);
-        const double aspect =
-            seenAspect(facts) *
-            (!source.rgbdSide()                                                                ? 1
-             : *source.rgbdSide() == DepthSide::Left || *source.rgbdSide() == DepthSide::Right ? 0.5
-                                                                                               : 2);
-        cv::Size photo = facts.size;
-        if (source.rgbdSide() == DepthSide::Left || source.rgbdSide() == DepthSide::Right) {
-            photo.width /= 2;
-        } else if (source.rgbdSide()) {
-            photo.height /= 2;
-        }
-        depth.emplace(plan, facts, std::move(source), options);
-        render.emplace(commandLine, display, layout, views, profile, plan.product, fit, aspect,
-                       messages);
-        encoding.size = render->size(photo);
+        studio.quilts.emplace(commandLine, studio.display, studio.layout, messages);
+        studio.size = studio.display.panelSize;
+        return;
     }
-    takeTimes(facts, encoding);
-    encoding.threads = cv::getNumThreads();
-    if (native && encoding.compatible) {
-        messages.warn("--compat halves the colour resolution (4:2:0): in a Native neighbouring "
-                      "sub-pixels belong to different views, so views are mixed and depth blurs; "
-                      "use it only for players that refuse the usual file");
-    }
-    if (!native)
-        encoding.compatible =
-            encoding.codec == VideoCodec::H264 || encoding.codec == VideoCodec::Hevc;
-    if (commandLine.has("y") && !commandLine.has("resume") && plan.resumable) {
-        ResumableVideoWriter::discard(plan.output);
-    }
-    Sink sink(plan, encoding, settingsText(commandLine, plan, display), commandLine.has("resume"),
-              reader);
-    messages.warn(sink.notes());
-    const KeptVideo kept = sink.kept();
-    if (kept.frames > 0) {
-        const double unit = facts.timeBase.value();
-        messages.say("goes on at " + clockText(static_cast<double>(kept.nextPts) * unit) + ", " +
-                     std::to_string(kept.frames) + " frames are there");
-        if (depth && !kept.state.empty()) depth->depth().setState(kept.state);
-        reader.skipTo(kept.nextPts);
-    }
+    DepthSource source(commandLine, messages, Medium::Video);
+    const VideoDepthOptions options = depthOptions(commandLine, studio.profile, source);
+    studio.depth.emplace(plan.depth, plan.part, facts, std::move(source), options);
+    settings.layout = studio.layout;
+    settings.views = studio.views;
+    settings.product = plan.product;
+    settings.keep = commandLine.has("k") || studio.profile.keep;
+    settings.continuous = studio.profile.keep;
+    const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
+    studio.render.emplace(commandLine, studio.display, settings,
+                          studio.depth->photoSize(facts.size), studio.depth->photoAspect(aspect),
+                          messages);
+    studio.size = studio.render->size();
+}
 
-    const double unit = facts.timeBase.value();
-    std::optional<double> length;
-    if (facts.duration) length = std::min(*facts.duration, plan.part.to) - plan.part.from;
-    Tally tally;
-    tally.frames = kept.frames;
-    tally.end = static_cast<double>(kept.nextPts) * unit;
-    VideoProgress progress(jsonProgress, facts.frameCount, length, kept.frames);
-    std::signal(SIGINT, stopOnce);
-    std::signal(SIGTERM, stopOnce);
-
+// The stages between reading and writing.
+// @param wantsState whether the state after a frame of that number is to be kept
+std::vector<PipelineStage> middleStages(Studio& studio,
+                                        const std::function<bool(std::int64_t)>& wantsState) {
     std::vector<PipelineStage> stages;
-    stages.push_back({"decode", [&](PipelineFrame& frame) {
-                          if (stopWanted.load() || !reader.read(frame.source)) return false;
-                          frame.number += kept.frames;
-                          return true;
-                      }});
-    if (depth) {
-        stages.push_back({"depth", [&](PipelineFrame& frame) {
-                              depth->work(frame);
-                              if (sink.wantsState(frame.number))
-                                  frame.state = depth->depth().state();
+    if (studio.depth) {
+        stages.push_back({"depth", [&studio, wantsState](PipelineFrame& frame) {
+                              studio.depth->work(frame);
+                              if (wantsState(frame.number))
+                                  frame.state = studio.depth->depth().state();
                               return true;
                           }});
     }
-    stages.push_back({"render", [&](PipelineFrame& frame) {
-                          if (quilts) {
-                              quilts->work(frame);
+    stages.push_back({"render", [&studio](PipelineFrame& frame) {
+                          if (studio.quilts) {
+                              studio.quilts->work(frame);
                           } else {
-                              render->work(frame);
+                              studio.render->work(frame);
                           }
                           frame.result.pts = frame.source.pts;
                           frame.result.duration = frame.source.duration;
                           return true;
                       }});
+    return stages;
+}
+
+VideoWriterOptions encodingOf(const CommandLine& commandLine, const Studio& studio,
+                              Messages& messages) {
+    VideoWriterOptions encoding = encoderOptions(commandLine, studio.profile);
+    const bool native = studio.plan.product == VideoProduct::Native;
+    if (native && encoding.compatible) {
+        messages.warn("--compat halves the colour resolution (4:2:0): in a Native neighbouring "
+                      "sub-pixels belong to different views, so views are mixed and depth blurs; "
+                      "use it only for players that refuse the usual file");
+    }
+    const bool mayBe = encoding.codec == VideoCodec::H264 || encoding.codec == VideoCodec::Hevc;
+    if (!native) encoding.compatible = mayBe;
+    encoding.size = studio.size;
+    takeTimes(studio.reader->facts(), encoding);
+    encoding.threads = cv::getNumThreads();
+    return encoding;
+}
+
+// What a run has made.
+struct Result {
+    Tally tally;
+    PipelineReport pipeline;
+    VideoWriterOptions encoding;
+    std::int64_t keptFrames = 0;
+    bool stopped = false;
+    std::string cutOff; // that the video is, as its reader says it
+
+    std::int64_t made() const { return tally.frames - keptFrames; }
+    double rate() const {
+        return pipeline.seconds > 0 ? static_cast<double>(made()) / pipeline.seconds : 0;
+    }
+    const char* state() const {
+        return stopped ? "stopped" : cutOff.empty() ? "done" : "truncated";
+    }
+};
+
+void count(const PipelineFrame& frame, double unit, Tally& tally) {
+    ++tally.frames;
+    tally.inferences += frame.step.inferred ? 1 : 0;
+    tally.repeated += frame.step.repeated ? 1 : 0;
+    if (frame.step.cut && frame.number > 0) {
+        tally.cuts.push_back(static_cast<double>(frame.source.pts) * unit);
+    }
+    tally.end = static_cast<double>(frame.source.pts + frame.source.duration) * unit;
+}
+
+// What the readers have to say in the end.
+void tellRemarks(const Studio& studio, Result& result, Messages& messages) {
+    for (const std::string& note : studio.reader->notes()) {
+        const bool cutOff =
+            studio.reader->counts().truncated && note.find("is cut off") != std::string::npos;
+        if (cutOff) {
+            result.cutOff = note;
+        } else {
+            messages.warn(note);
+        }
+    }
+    if (!studio.depth) return;
+    studio.depth->tell(messages);
+    const AdjacentParallax parallax =
+        adjacentParallax(studio.views, studio.layout, studio.display.panelSize, {0, 1});
+    if (studio.plan.product == VideoProduct::Native &&
+        parallax.viewPixels > kParallaxBudgetPixels) {
+        messages.warn("parallax between adjacent views is up to " + fixed(parallax.viewPixels, 1) +
+                      " view px, above " + fixed(kParallaxBudgetPixels, 0) +
+                      ": hard edges will show double; lower --strength or move --focus");
+    }
+}
+
+// Makes the file.
+Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress,
+               Messages& messages) {
+    const Plan& plan = studio.plan;
+    VideoReader& reader = *studio.reader;
+    const VideoFacts& facts = reader.facts();
+    const double unit = studio.unit();
+    Result result;
+    result.encoding = encodingOf(commandLine, studio, messages);
+    if (commandLine.has("y") && !commandLine.has("resume") && plan.resumable) {
+        ResumableVideoWriter::discard(plan.output);
+    }
+    Sink sink(plan, result.encoding, settingsText(commandLine, plan, studio.display),
+              commandLine.has("resume"), reader);
+    messages.warn(sink.notes());
+    const KeptVideo kept = sink.kept();
+    Tally& tally = result.tally;
+    if (kept.frames > 0) {
+        result.keptFrames = kept.frames;
+        tally.frames = kept.frames;
+        tally.end = static_cast<double>(kept.nextPts) * unit;
+        messages.say("goes on at " + clockText(tally.end) + ", " + std::to_string(kept.frames) +
+                     " frames are there");
+        if (studio.depth && !kept.state.empty()) studio.depth->depth().setState(kept.state);
+        reader.skipTo(kept.nextPts);
+    }
+    std::optional<double> length;
+    if (facts.duration) length = std::min(*facts.duration, plan.part.to) - plan.part.from;
+    VideoProgress progress(jsonProgress, facts.frameCount, length, kept.frames);
+
+    std::vector<PipelineStage> stages =
+        middleStages(studio, [&sink](std::int64_t frame) { return sink.wantsState(frame); });
+    stages.insert(stages.begin(), {"decode", [&](PipelineFrame& frame) {
+                                       if (stopWanted.load() || !reader.read(frame.source))
+                                           return false;
+                                       frame.number += kept.frames;
+                                       return true;
+                                   }});
     stages.push_back({"encode", [&](PipelineFrame& frame) {
                           sink.write(frame);
-                          ++tally.frames;
-                          tally.inferences += frame.step.inferred ? 1 : 0;
-                          tally.repeated += frame.step.repeated ? 1 : 0;
-                          if (frame.step.cut && frame.number > 0) {
-                              tally.cuts.push_back(static_cast<double>(frame.source.pts) * unit);
-                          }
-                          tally.end =
-                              static_cast<double>(frame.source.pts + frame.source.duration) * unit;
+                          count(frame, unit, tally);
                           progress.frame(tally.end);
                           return true;
                       }});
-    PipelineOptions pipeline;
-    pipeline.threads = !commandLine.has("in-turn");
-    pipeline.dropLate = !plan.resumable && plan.input != "-";
-    PipelineReport report;
+    PipelineOptions options;
+    options.threads = !commandLine.has("in-turn");
+    options.dropLate = !plan.resumable && plan.input != "-";
     try {
-        report = runPipeline(stages, pipeline);
+        result.pipeline = runPipeline(stages, options);
     } catch (...) {
         progress.clear();
         if (plan.resumable && tally.frames > 0) {
@@ -585,117 +518,160 @@ int run(const CommandLine& commandLine, Messages& messages) {
         }
         throw;
     }
-    const bool stopped = stopWanted.load();
+    result.stopped = stopWanted.load();
     if (tally.frames == 0) {
-        throw Error(ErrorCode::BadFormat, plan.input.string(),
-                    stopped ? "was stopped before the first frame"
-                            : "holds no frames in this part, expected some");
+        throw Error(ErrorCode::BadFormat, studio.inputName(),
+                    result.stopped ? "was stopped before the first frame"
+                                   : "holds no frames in this part, expected some");
     }
-    sink.finish(!stopped);
-    const VideoReadCounts& counts = reader.counts();
-    progress.end(stopped ? "stopped" : counts.truncated ? "truncated" : "done");
-    std::string cutOff; // that the video is, as its reader says it
-    for (const std::string& note : reader.notes()) {
-        const bool isIt = counts.truncated && note.find("is cut off") != std::string::npos;
-        if (isIt) {
-            cutOff = note;
-        } else {
-            messages.warn(note);
-        }
-    }
-    if (depth) depth->tell(messages);
-    if (depth && native) {
-        const AdjacentParallax parallax =
-            adjacentParallax(views, layout, display.panelSize, {0, 1});
-        if (parallax.viewPixels > kParallaxBudgetPixels) {
-            messages.warn("parallax between adjacent views is up to " +
-                          fixed(parallax.viewPixels, 1) + " view px, above " +
-                          fixed(kParallaxBudgetPixels, 0) +
-                          ": hard edges will show double; lower --strength or move --focus");
-        }
-    }
-
-    const std::int64_t made = tally.frames - kept.frames;
-    const double rate = report.seconds > 0 ? static_cast<double>(made) / report.seconds : 0;
+    sink.finish(!result.stopped);
+    tellRemarks(studio, result, messages);
+    progress.end(result.state());
     constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D"};
     messages.say(plan.output.string() + ": " + kProducts[static_cast<int>(plan.product)] +
-                 " video, " + std::to_string(encoding.size.width) + " x " +
-                 std::to_string(encoding.size.height) + " px, " + std::to_string(tally.frames) +
-                 " frames, " + clockText(tally.end) + "; " + fixed(rate, 1) + " fps");
+                 " video, " + std::to_string(studio.size.width) + " x " +
+                 std::to_string(studio.size.height) + " px, " + std::to_string(tally.frames) +
+                 " frames, " + clockText(tally.end) + "; " + fixed(result.rate(), 1) + " fps");
+    return result;
+}
+
+// Shows the video on the display, at its own pace; what is too slow is left out.
+Result show(const CommandLine& commandLine, Studio& studio, Messages& messages) {
+    VideoReader& reader = *studio.reader;
+    const double unit = studio.unit();
+    Screen screen(commandLine, studio.display);
+    Result result;
+    std::atomic<bool> left{false};
+    std::optional<std::chrono::steady_clock::time_point> start;
+    std::vector<PipelineStage> stages = middleStages(studio, [](std::int64_t) { return false; });
+    stages.insert(
+        stages.begin(),
+        {"decode", [&](PipelineFrame& frame) {
+             if (stopWanted.load() || left.load() || !reader.read(frame.source)) return false;
+             const auto now = std::chrono::steady_clock::now();
+             const std::chrono::duration<double> time(static_cast<double>(frame.source.pts) * unit);
+             if (!start) start = now;
+             std::this_thread::sleep_until(
+                 *start + std::chrono::duration_cast<std::chrono::steady_clock::duration>(time));
+             return true;
+         }});
+    stages.push_back({"show", [&](PipelineFrame& frame) {
+                          if (left.load()) return true;
+                          if (!screen.show(frame.result.picture)) left.store(true);
+                          count(frame, unit, result.tally);
+                          return true;
+                      }});
+    PipelineOptions options;
+    options.queueFrames = 1;
+    options.dropLate = true;
+    result.pipeline = runPipeline(stages, options);
+    if (screen.end() != kExitDone) {
+        throw std::runtime_error("altiro3Dview could not show the video, see what it said");
+    }
+    tellRemarks(studio, result, messages);
+    messages.say(studio.inputName() + ": " + std::to_string(result.tally.frames) +
+                 " frames shown, " + std::to_string(result.pipeline.dropped) + " dropped; " +
+                 fixed(result.rate(), 1) + " fps");
+    return result;
+}
+
+Json reportOf(const CommandLine& commandLine, const Studio& studio, const Result& result,
+              const Messages& messages) {
+    const Tally& tally = result.tally;
+    const VideoReadCounts& counts = studio.reader->counts();
+    Json json = {{"tool", commandLine.name()},
+                 {"version", ALTIRO3D_VERSION},
+                 {"openCv", CV_VERSION},
+                 {"threads", cv::getNumThreads()},
+                 {"input", studio.plan.input.string()},
+                 {"output", studio.plan.output.string()},
+                 {"state", result.state()},
+                 {"width", studio.size.width},
+                 {"height", studio.size.height},
+                 {"frames", tally.frames},
+                 {"framesOfThisRun", result.made()},
+                 {"duration", tally.end},
+                 {"seconds", result.pipeline.seconds},
+                 {"framesPerSecond", result.rate()},
+                 {"stages", stagesJson(result.pipeline)},
+                 {"inferences", tally.inferences},
+                 {"repeatedFrames", tally.repeated},
+                 {"droppedFrames", result.pipeline.dropped},
+                 {"sceneCuts", tally.cuts},
+                 {"corruptFrames", counts.corrupt},
+                 {"repairedTimes", counts.repairedTimes},
+                 {"truncated", counts.truncated},
+                 {"peakMegabytes", peakMegabytes()}};
+    Json settings = {
+        {"profile", studio.profile.name},
+        {"display", studio.display.source},
+        {"quilt", studio.layout.text()},
+        {"encoder", {{"preset", result.encoding.preset}, {"crf", result.encoding.crf}}}};
+    if (studio.render) {
+        settings["method"] = methodName(studio.views.method);
+        settings["strengthPercent"] = studio.views.strengthPercent;
+        settings["focus"] = studio.views.focus;
+        settings["road"] = studio.render->roadName();
+        settings["continuous"] = studio.render->continuous();
+        settings["depth"] = studio.depth->source().description();
+        settings["depthEvery"] = studio.depth->options().every; // 0: as pictures need it
+        if (const DepthNetwork* network = studio.depth->source().network()) {
+            settings["networkSize"] = {network->inputSize().width, network->inputSize().height};
+        }
+    }
+    for (const auto& [option, value] : commandLine.given())
+        settings["given"][option] = value;
+    json["settings"] = settings;
+    json["warnings"] = messages.warnings();
+    return json;
+}
+
+void tellDetails(const Studio& studio, const Result& result, Messages& messages) {
     std::string times;
-    for (const StageReport& stage : report.stages) {
-        times +=
-            (times.empty() ? "" : ", ") + stage.name + " " +
-            fixed(1000 * stage.seconds / std::max<double>(1, static_cast<double>(stage.frames)),
-                  1) +
-            " ms";
+    for (const StageReport& stage : result.pipeline.stages) {
+        const double frames = std::max<double>(1, static_cast<double>(stage.frames));
+        times += (times.empty() ? "" : ", ") + stage.name + " " +
+                 fixed(1000 * stage.seconds / frames, 1) + " ms";
     }
     messages.detail("a frame takes: " + times);
-    if (depth) {
+    const Tally& tally = result.tally;
+    if (studio.depth) {
         messages.detail("depth was inferred for " + std::to_string(tally.inferences) + " of " +
-                        std::to_string(made) + " frames, " + std::to_string(tally.cuts.size()) +
-                        " scene cuts, " + std::to_string(tally.repeated) + " repeated frames");
+                        std::to_string(result.made()) + " frames, " +
+                        std::to_string(tally.cuts.size()) + " scene cuts, " +
+                        std::to_string(tally.repeated) + " repeated frames");
     }
-    if (report.dropped > 0) {
-        messages.say(std::to_string(report.dropped) + " frames came too fast and were left out");
+    if (!studio.plan.show && result.pipeline.dropped > 0) {
+        messages.say(std::to_string(result.pipeline.dropped) +
+                     " frames came too fast and were left out");
     }
+}
+
+int run(const CommandLine& commandLine, Messages& messages) {
+    const bool jsonProgress = VideoProgress::json(commandLine);
+    if (jsonProgress) messages.leaveStandardOutput();
+    Studio studio;
+    openStudio(commandLine, studio, messages);
+    std::signal(SIGINT, stopOnce);
+    std::signal(SIGTERM, stopOnce);
+    const Result result = studio.plan.show ? show(commandLine, studio, messages)
+                                           : convert(commandLine, studio, jsonProgress, messages);
+    tellDetails(studio, result, messages);
+    const Plan& plan = studio.plan;
     if (!plan.report.empty()) {
-        Json json = {{"tool", commandLine.name()},
-                     {"version", ALTIRO3D_VERSION},
-                     {"openCv", CV_VERSION},
-                     {"threads", cv::getNumThreads()},
-                     {"input", plan.input.string()},
-                     {"output", plan.output.string()},
-                     {"state", stopped            ? "stopped"
-                               : counts.truncated ? "truncated"
-                                                  : "done"},
-                     {"width", encoding.size.width},
-                     {"height", encoding.size.height},
-                     {"frames", tally.frames},
-                     {"framesOfThisRun", made},
-                     {"duration", tally.end},
-                     {"seconds", report.seconds},
-                     {"framesPerSecond", rate},
-                     {"stages", stagesJson(report)},
-                     {"inferences", tally.inferences},
-                     {"repeatedFrames", tally.repeated},
-                     {"droppedFrames", report.dropped},
-                     {"sceneCuts", tally.cuts},
-                     {"corruptFrames", counts.corrupt},
-                     {"repairedTimes", counts.repairedTimes},
-                     {"truncated", counts.truncated},
-                     {"peakMegabytes", peakMegabytes()}};
-        Json settings = {{"profile", profile.name},
-                         {"display", display.source},
-                         {"quilt", layout.text()},
-                         {"encoder", {{"preset", encoding.preset}, {"crf", encoding.crf}}}};
-        if (render) {
-            settings["method"] = methodName(views.method);
-            settings["strengthPercent"] = views.strengthPercent;
-            settings["focus"] = views.focus;
-            settings["road"] = render->roadName();
-            settings["continuous"] = render->continuous();
-            settings["depth"] = depth->source().description();
-            settings["depthEvery"] = depth->options().every; // 0: as pictures need it
-            if (const DepthNetwork* network = depth->source().network()) {
-                settings["networkSize"] = {network->inputSize().width, network->inputSize().height};
-            }
-        }
-        for (const auto& [option, value] : commandLine.given())
-            settings["given"][option] = value;
-        json["settings"] = settings;
-        json["warnings"] = messages.warnings();
-        writeFile(plan.report, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+        writeFile(plan.report, reportOf(commandLine, studio, result, messages)
+                                       .dump(2, ' ', false, Json::error_handler_t::replace) +
+                                   "\n");
     }
-    if (stopped) {
-        messages.warn("stopped at " + clockText(tally.end) + "; " + plan.output.string() +
+    if (result.stopped) {
+        messages.warn("stopped at " + clockText(result.tally.end) + "; " + plan.output.string() +
                       " is whole up to there" +
                       (plan.resumable ? ", --resume goes on" : std::string()));
         return kExitStopped;
     }
-    if (counts.truncated) {
+    if (!result.cutOff.empty() && !plan.show) {
         messages.flushWarnings();
-        messages.fail(cutOff + "; what is there was converted");
+        messages.fail(result.cutOff + "; what is there was converted");
         return kExitFailed;
     }
     return kExitDone;
@@ -713,6 +689,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] --depth DEPTH IN OUT.mp4");
     commandLine.addUsage("[options] --from-quilt QUILT_qs8x6a0.75.mp4 OUT.mp4");
     commandLine.addUsage("--profile live /dev/video0 OUT.mkv");
+    commandLine.addUsage("[options] --show IN");
     commandLine.addSection("Profile");
     addProfileOption(commandLine);
     addDepthOptions(commandLine, Medium::Video);
@@ -731,6 +708,9 @@ int main(int argc, char** argv) {
                                "for other players, not a Native.");
     commandLine.add({"rgbd-out"}, "Write frame and depth side by side (4:2:0), not a Native.");
     addEncoderOptions(commandLine);
+    commandLine.add({"show"}, "Show it on the display at once, through altiro3Dview and in profile "
+                              "live, and write nothing.");
+    commandLine.add({"screen"}, "Screen for --show, instead of the display's own.", "NAME");
     commandLine.add({"resume"}, "Go on where an earlier run of the same command ended.");
     commandLine.add({"y"}, "Replace outputs that exist, and begin again.");
     VideoProgress::add(commandLine);

@@ -1,5 +1,6 @@
 #include "common/video_options.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -32,6 +33,11 @@ void addProfileOption(CommandLine& commandLine) {
 
 VideoProfile videoProfile(const CommandLine& commandLine) {
     return kProfiles[commandLine.choice("profile", {"live", "balanced", "best"}).value_or(1)];
+}
+
+VideoProfile videoProfile(const std::string& name) {
+    return *std::find_if(kProfiles.begin(), kProfiles.end(),
+                         [&](const VideoProfile& profile) { return profile.name == name; });
 }
 
 void addVideoInputOptions(CommandLine& commandLine) {

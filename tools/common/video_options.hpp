@@ -25,6 +25,8 @@ struct VideoProfile {
 void addProfileOption(CommandLine& commandLine);
 /// "live", "balanced" (default) or "best" @throws UsageError
 VideoProfile videoProfile(const CommandLine& commandLine);
+/// The profile of that name.
+VideoProfile videoProfile(const std::string& name);
 
 /// --from --to --preview, --input-format --input-options
 void addVideoInputOptions(CommandLine& commandLine);

@@ -94,8 +94,8 @@ int main(int argc, char** argv) {
     commandLine.add({"d", "depthmode"}, "Open a photo with its depth image.");
     commandLine.add({"show"},
                     "Show a Native or a Native video full screen on the light-field display, px by "
-                    "px, and nothing "
-                    "else; Escape ends it.",
+                    "px, and nothing else; Escape ends it. -: PPM pictures, as they come on "
+                    "standard input.",
                     "NATIVE");
     commandLine.add({"screen"},
                     "Screen for --show, by its name or number, instead of the display's own.",

@@ -9,10 +9,15 @@
 
 #include <QApplication>
 #include <QScreen>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 namespace altiro3D::viewer {
 
@@ -160,6 +165,48 @@ class Arrivals : public QObject {
     cv::Mat next_;
 };
 
+// Hands out the pictures of a stream on standard input as they come; who writes them says when.
+class PictureStream {
+  public:
+    PictureStream() : reader_("-", options()) {
+        if (const auto first = reader_.next()) first_ = first->picture;
+    }
+    ~PictureStream() {
+        ending_ = true;
+        if (thread_.joinable()) thread_.join();
+    }
+    PictureStream(const PictureStream&) = delete;
+    PictureStream& operator=(const PictureStream&) = delete;
+
+    const cv::Mat& first() const { return first_; }
+    // Both functions are called by a thread of the stream's own.
+    void start(const std::function<bool(const cv::Mat&)>& show, const std::function<void()>& end) {
+        thread_ = std::thread([this, show, end] {
+            try {
+                for (VideoFrame frame; !ending_ && reader_.read(frame); frame.picture = cv::Mat()) {
+                    while (!show(frame.picture) && !ending_)
+                        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                }
+            } catch (const std::exception&) { // whoever writes them has ended in the middle
+            }
+            end();
+        });
+    }
+
+  private:
+    static VideoReaderOptions options() {
+        VideoReaderOptions options;
+        options.format = "ppm_pipe";
+        options.threads = 1; // more would hold pictures back
+        return options;
+    }
+
+    VideoReader reader_;
+    cv::Mat first_;
+    std::atomic<bool> ending_{false};
+    std::thread thread_;
+};
+
 } // namespace
 
 bool hasDesktop() {
@@ -208,8 +255,12 @@ int present(int& argc, char** argv, const tools::CommandLine& commandLine,
     if (!commandLine.files().empty())
         throw tools::UsageError("--show takes one Native and no further names");
     const bool video = isVideoName(file);
+    std::unique_ptr<PictureStream> stream;
     cv::Mat native;
-    if (!video)
+    if (file == "-") {
+        stream = std::make_unique<PictureStream>();
+        native = stream->first();
+    } else if (!video)
         native = tools::readPhotoFile(file, messages);
     else if (auto first = VideoReader(file).next())
         native = first->picture;
@@ -231,7 +282,7 @@ int present(int& argc, char** argv, const tools::CommandLine& commandLine,
     widget.setNative(native);
     widget.showOn(*QGuiApplication::screens()[static_cast<int>(screen)]);
     messages.flushWarnings();
-    if (!video) return QApplication::exec();
+    if (!video && !stream) return QApplication::exec();
 
     std::string problem;
     int status = tools::kExitDone;
@@ -242,6 +293,13 @@ int present(int& argc, char** argv, const tools::CommandLine& commandLine,
             Qt::QueuedConnection);
         QObject::connect(&arrivals, &Arrivals::failed, &widget, &QApplication::quit,
                          Qt::QueuedConnection);
+        if (stream) {
+            stream->start([&arrivals](const cv::Mat& picture) { return arrivals.put(picture); },
+                          [&arrivals] { emit arrivals.failed(); });
+            status = QApplication::exec();
+            stream.reset();
+            return status;
+        }
         VideoPlayer player(
             file, [&arrivals](const cv::Mat& picture) { return arrivals.put(picture); },
             [&](const std::string& text) {

@@ -1,0 +1,168 @@
+#include "common/video_stages.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <opencv2/core.hpp>
+
+namespace altiro3D::tools {
+
+namespace {
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+    return a.size() == b.size() && a.type() == b.type() && a.isContinuous() && b.isContinuous() &&
+           std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
+}
+
+bool isBeside(DepthSide side) {
+    return side == DepthSide::Left || side == DepthSide::Right;
+}
+
+} // namespace
+
+DepthStage::DepthStage(const std::filesystem::path& given, const VideoReaderOptions& part,
+                       const VideoFacts& facts, DepthSource source,
+                       const VideoDepthOptions& options)
+    : source_(std::move(source)), options_(options), unit_(facts.timeBase.value()) {
+    if (source_.fromFiles()) given_.emplace(given, part, facts);
+    start();
+}
+
+void DepthStage::start() {
+    const auto estimate = [this](const cv::Mat& picture, cv::Mat& raw) {
+        if (raw_.empty()) {
+            source_.estimate(picture, raw);
+        } else {
+            raw_.copyTo(raw);
+        }
+    };
+    depth_.emplace(estimate, source_.kind(), options_);
+}
+
+cv::Size DepthStage::photoSize(cv::Size frame) const {
+    if (!source_.rgbdSide()) return frame;
+    return isBeside(*source_.rgbdSide()) ? cv::Size(frame.width / 2, frame.height)
+                                         : cv::Size(frame.width, frame.height / 2);
+}
+
+double DepthStage::photoAspect(double frameAspect) const {
+    if (!source_.rgbdSide()) return frameAspect;
+    return isBeside(*source_.rgbdSide()) ? frameAspect / 2 : frameAspect * 2;
+}
+
+void DepthStage::tell(Messages& messages) const {
+    if (given_) given_->tell(messages);
+}
+
+void DepthStage::work(PipelineFrame& frame) {
+    if (given_) {
+        given_->read(static_cast<double>(frame.source.pts) * unit_, frame.number, raw_);
+    } else if (source_.rgbdSide()) {
+        cv::Mat photo;
+        splitRgbd(frame.source.picture, *source_.rgbdSide(), photo, raw_);
+        raw_.convertTo(raw_, CV_8U); // a grey value of a frame
+        frame.source.picture = photo;
+    } else {
+        frame.step = depth_->next(frame.source.picture, frame.depth);
+        return;
+    }
+    useGiven(frame);
+}
+
+// Grey values are taken as they are, so that nothing wavers; distances and floats have no range of
+// their own and get one that follows them slowly.
+void DepthStage::useGiven(PipelineFrame& frame) {
+    const bool samePhoto = same(frame.source.picture, lastPhoto_);
+    const bool sameDepth = same(raw_, lastRaw_);
+    lastPhoto_ = frame.source.picture;
+    lastRaw_ = raw_.clone();
+    const bool grey = raw_.depth() == CV_8U || raw_.depth() == CV_16U;
+    if (grey && source_.kind() != DepthKind::Metric) {
+        frame.step.repeated = samePhoto && sameDepth;
+        const double most = raw_.depth() == CV_8U ? 255 : 65535;
+        const bool farWhite = source_.kind() == DepthKind::FarWhite;
+        ownMemory(frame.depth);
+        raw_.convertTo(frame.depth, CV_32F, (farWhite ? -1 : 1) / most, farWhite ? 1 : 0);
+        return;
+    }
+    if (samePhoto && !sameDepth) start(); // what moves is not seen in the picture
+    frame.step = depth_->next(frame.source.picture, frame.depth);
+    frame.step.inferred = false;
+}
+
+RenderStage::RenderStage(const CommandLine& commandLine, const Display& display,
+                         const Settings& settings, cv::Size photo, double seenAspect,
+                         Messages& messages)
+    : settings_(settings), panelAspect_(display.panelAspect()), seenAspect_(seenAspect),
+      workSize_(settings.keep ? display.panelSize : settings.layout.tileSize) {
+    switch (settings.product) {
+    case VideoProduct::Native:
+        road_.emplace(commandLine, display, settings.layout, settings.views.method, messages,
+                      settings.continuous);
+        if (road_->direct()) renderer_.emplace(road_->renderer(settings.views));
+        size_ = display.panelSize;
+        break;
+    case VideoProduct::Quilt:
+        size_ = settings.layout.size();
+        break;
+    case VideoProduct::Rgbd: // square px, even sides
+        workSize_ = {std::max(2, static_cast<int>(std::lround(photo.height * seenAspect / 2)) * 2),
+                     std::max(2, photo.height / 2 * 2)};
+        size_ = {2 * workSize_.width, workSize_.height};
+        break;
+    }
+    if (!renderer_) quilter_.emplace(settings.layout, settings.views);
+}
+
+void RenderStage::fitFrame(const PipelineFrame& frame, const PhotoFit& fit) {
+    const cv::Mat& photo = frame.source.picture;
+    applyFit(photo, fit, photo_);
+    applyFitToDepth(frame.depth, photo.size(), fit, photo_, settings_.views.focus, depth_);
+}
+
+void RenderStage::work(PipelineFrame& frame) {
+    cv::Mat& result = frame.result.picture;
+    if (frame.step.repeated && !last_.empty()) {
+        result = last_;
+        return;
+    }
+    const cv::Mat& photo = frame.source.picture;
+    ownMemory(result);
+    if (settings_.product == VideoProduct::Rgbd) {
+        fitFrame(frame, fitPhoto(photo.size(), 1, workSize_, FitMode::Stretch));
+        joinRgbd(photo_, depth_, DepthSide::Right, result);
+        last_ = result;
+        return;
+    }
+    // what counts is the shape that is seen: px of the frame need not be square
+    const double pixelAspect = seenAspect_ * photo.rows / photo.cols;
+    fitFrame(frame, fitPhoto(photo.size(), panelAspect_ / pixelAspect, workSize_, settings_.fit));
+    if (renderer_) {
+        renderer_->render(photo_, depth_, result);
+    } else if (road_) {
+        quilter_->render(photo_, depth_, quilt_);
+        road_->makeNative(settings_.views, photo_, depth_, quilt_, result);
+    } else {
+        quilter_->render(photo_, depth_, result);
+    }
+    last_ = result;
+}
+
+QuiltStage::QuiltStage(const CommandLine& commandLine, const Display& display,
+                       const QuiltLayout& layout, Messages& messages)
+    : layout_(layout), renderer_(makeQuilt2Native(commandLine, display, layout, messages)) {}
+
+void QuiltStage::work(PipelineFrame& frame) {
+    if (!last_.empty() && same(frame.source.picture, lastQuilt_)) {
+        frame.step.repeated = true;
+        frame.result.picture = last_;
+        return;
+    }
+    const cv::Mat quilt = fitQuilt(frame.source.picture, layout_, nullptr);
+    ownMemory(frame.result.picture);
+    renderer_.render(quilt, frame.result.picture);
+    last_ = frame.result.picture;
+    lastQuilt_ = frame.source.picture;
+}
+
+} // namespace altiro3D::tools

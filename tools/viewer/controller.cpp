@@ -249,20 +249,17 @@ void Controller::play() {
         if (depth) depth->next(document->picture, document->depth);
         {
             const std::lock_guard<std::mutex> lock(arrivalMutex_);
-            arrival_ = {number, document};
+            arrival_ = {number, document, {}};
         }
         emit pictureArrived();
         return true;
     };
     const auto fail = [this, number](const std::string& problem) {
-        QMetaObject::invokeMethod(
-            this,
-            [this, number, text = QString::fromStdString(problem)] {
-                if (number != readings_) return;
-                problem_ = text;
-                emit documentChanged();
-            },
-            Qt::QueuedConnection);
+        {
+            const std::lock_guard<std::mutex> lock(arrivalMutex_);
+            arrival_ = {number, nullptr, QString::fromStdString(problem)};
+        }
+        emit pictureArrived();
     };
     player_ = std::make_unique<VideoPlayer>(source.file, show, fail);
     player_->setPaused(!playing_);
@@ -274,7 +271,12 @@ void Controller::takePicture() {
         const std::lock_guard<std::mutex> lock(arrivalMutex_);
         std::swap(arrival, arrival_);
     }
-    if (!arrival.document || arrival.reading != readings_) return; // of another file
+    if (arrival.reading != readings_) return; // of another file
+    if (!arrival.document) {
+        problem_ = arrival.problem;
+        emit documentChanged();
+        return;
+    }
     document_ = arrival.document;
     requestFrame();
     requestNative();

@@ -144,8 +144,9 @@ class Controller : public QObject {
     std::atomic<bool> cancelling_{false};
     std::atomic<bool> pictureWaits_{false}; // of a video: not shown yet
     struct Arrival {
-        quint64 reading = 0; // which one it is of
-        std::shared_ptr<const Document> document;
+        quint64 reading = 0;                      // which one it is of
+        std::shared_ptr<const Document> document; // null: no more, because of
+        QString problem;
     };
     std::mutex arrivalMutex_;
     Arrival arrival_; // from the player's thread

@@ -416,6 +416,7 @@ struct Result {
     VideoWriterOptions encoding;
     std::int64_t keptFrames = 0;
     bool stopped = false;
+    bool failed = false;
     std::string cutOff; // that the video is, as its reader says it
 
     std::int64_t made() const { return tally.frames - keptFrames; }
@@ -565,9 +566,8 @@ Result show(const CommandLine& commandLine, Studio& studio, Messages& messages) 
     options.queueFrames = 1;
     options.dropLate = true;
     result.pipeline = runPipeline(stages, options);
-    if (screen.end() != kExitDone) {
-        throw std::runtime_error("altiro3Dview could not show the video, see what it said");
-    }
+    result.failed = screen.end() != kExitDone; // and altiro3Dview has said why
+    if (result.failed) return result;
     tellRemarks(studio, result, messages);
     messages.say(studio.inputName() + ": " + std::to_string(result.tally.frames) +
                  " frames shown, " + std::to_string(result.pipeline.dropped) + " dropped; " +
@@ -656,6 +656,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     std::signal(SIGTERM, stopOnce);
     const Result result = studio.plan.show ? show(commandLine, studio, messages)
                                            : convert(commandLine, studio, jsonProgress, messages);
+    if (result.failed) return kExitFailed;
     tellDetails(studio, result, messages);
     const Plan& plan = studio.plan;
     if (!plan.report.empty()) {

@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "json_limits.hpp"
 #include "text.hpp"
 
 #include <cmath>
@@ -17,7 +18,8 @@ namespace {
 using json = nlohmann::ordered_json; // "the first" is the first in the file
 
 constexpr std::uintmax_t kMaxFileBytes = 4 * 1024 * 1024;
-constexpr int kMaxNesting = 64; // of brackets in the text; real files have 4
+constexpr std::size_t kMaxNesting = 64; // of brackets in the text; real files have 4
+constexpr int kMaxMembers = 1000;       // of an object; real files have 20
 constexpr int kMaxContainers = 3;
 constexpr std::size_t kMaxCells = 16;
 
@@ -36,31 +38,11 @@ std::string show(const json& value) {
     return text;
 }
 
-// Deeply nested text would overflow the stack when the document is taken apart again.
-bool nestsTooDeep(const std::string& text) {
-    int depth = 0;
-    bool inString = false;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const char c = text[i];
-        if (inString) {
-            if (c == '\\') {
-                ++i;
-            } else if (c == '"') {
-                inString = false;
-            }
-        } else if (c == '"') {
-            inString = true;
-        } else if (c == '{' || c == '[') {
-            if (++depth > kMaxNesting) return true;
-        } else if (c == '}' || c == ']') {
-            --depth;
-        }
-    }
-    return false;
-}
-
 json parseJson(const std::string& text, const std::string& source) {
-    if (nestsTooDeep(text)) fail(source, "nests deeper than 64 levels, expected a visual.json");
+    if (!isHandy(text, kMaxNesting, kMaxMembers)) {
+        fail(source, "nests deeper than 64 levels or has an object of more than 1000 members, "
+                     "expected a visual.json");
+    }
     try {
         return json::parse(text);
     } catch (const json::exception& error) {
@@ -78,7 +60,8 @@ void findCalibrations(const json& node, int containersLeft, std::vector<json>& f
         found.push_back(node);
     } else if (node.is_string()) {
         const auto& text = node.get_ref<const std::string&>();
-        if (text.empty() || text[0] != '{' || nestsTooDeep(text)) return;
+        if (text.empty() || text[0] != '{') return;
+        if (!isHandy(text, kMaxNesting, kMaxMembers)) return;
         const json inner = json::parse(text, nullptr, false);
         if (!inner.is_discarded()) findCalibrations(inner, containersLeft, found);
     } else if (node.is_structured() && containersLeft > 0) {

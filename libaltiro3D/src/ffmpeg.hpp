@@ -2,6 +2,7 @@
 
 #include "altiro3D/video_frame.hpp"
 
+#include <cstring>
 #include <memory>
 #include <string>
 
@@ -43,6 +44,16 @@ using ParametersPtr = std::unique_ptr<AVCodecParameters, FreeParameters>;
 using InputPtr = std::unique_ptr<AVFormatContext, CloseInput>;
 using OutputPtr = std::unique_ptr<AVFormatContext, FreeOutput>;
 using ScalerPtr = std::unique_ptr<SwsContext, FreeScaler>;
+
+/// The number in a field of an enumeration. FFmpeg stores what files say without a check, and in
+/// C++ reading a value that the enumeration cannot hold is undefined.
+template <class Enumeration>
+int numberOf(const Enumeration& field) {
+    int number = 0;
+    static_assert(sizeof field == sizeof number, "C's enumerations are int");
+    std::memcpy(&number, &field, sizeof number);
+    return number;
+}
 
 /// A dictionary that is freed at the end.
 class Dictionary {

@@ -388,11 +388,13 @@ void readExr(string_view bytes, PictureHeader& header) {
     const Reader reader(bytes, true);
     header.alpha = AlphaKind::Premultiplied;
     std::size_t at = 8;
-    while (at < bytes.size() && bytes[at] != 0) { // name \0 type \0 size value
+    // Of a header that is damaged nothing counts: OpenEXR takes memory for any size it names.
+    const auto giveUp = [&] { header.columns = header.rows = 0; };
+    while (reader.u8(at) != 0) { // name \0 type \0 size value
         const std::size_t name = bytes.find('\0', at);
-        if (name == string_view::npos) return;
+        if (name == string_view::npos) return giveUp();
         const std::size_t type = bytes.find('\0', name + 1);
-        if (type == string_view::npos) return;
+        if (type == string_view::npos) return giveUp();
         const std::uint64_t size = reader.u32(type + 1);
         const std::uint64_t data = type + 5;
         if (bytes.substr(at, name - at) == "dataWindow" && size == 16 && reader.holds(data, 16)) {
@@ -405,7 +407,7 @@ void readExr(string_view bytes, PictureHeader& header) {
             header.columns = extent(data, data + 8);
             header.rows = extent(data + 4, data + 12);
         }
-        if (!reader.holds(data, size)) return;
+        if (!reader.holds(data, size)) return giveUp();
         at = static_cast<std::size_t>(data + size);
     }
 }

@@ -107,7 +107,10 @@ std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file) {
     const std::string extension = file.extension().string();
     const bool number =
         extension.size() > 1 && std::isdigit(static_cast<unsigned char>(extension[1]));
-    const std::string stem = number ? file.filename().string() : file.stem().string();
+    std::string stem = number ? file.filename().string() : file.stem().string();
+    // std::regex needs stack for each byte, and no file's name is longer.
+    constexpr std::size_t kMostBytes = 255;
+    if (stem.size() > kMostBytes) stem.erase(0, stem.size() - kMostBytes);
     std::optional<std::smatch> last;
     for (std::sregex_iterator it(stem.begin(), stem.end(), kSuffix), end; it != end; ++it) {
         last = *it;

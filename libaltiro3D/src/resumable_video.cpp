@@ -4,6 +4,7 @@
 #include "altiro3D/file_io.hpp"
 #include "checks.hpp"
 #include "ffmpeg.hpp"
+#include "json_limits.hpp"
 #include "text.hpp"
 #include "video_container.hpp"
 
@@ -30,6 +31,9 @@ constexpr const char* kFormat = "altiro3D video run";
 constexpr int kVersion = 1;
 constexpr int kMostSegmentFrames = 100000;
 constexpr std::uintmax_t kMostRunBytes = std::uintmax_t{64} << 20;
+constexpr std::size_t kMostLevels = 8; // of run.json; ours has 3
+constexpr int kMostMembers = 1000;
+constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 8; // of any time
 constexpr std::uintmax_t kMostStateBytes = std::uintmax_t{1} << 30;
 
 // Frames that were written at a time.
@@ -233,7 +237,16 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
         throw Error(ErrorCode::BadFormat, file.string(),
                     problem + ", expected an unfinished run; -y begins again");
     };
-    const Json run = Json::parse(readFile(file, kMostRunBytes), nullptr, false);
+    const std::string text = readFile(file, kMostRunBytes);
+    if (!isHandy(text, kMostLevels, kMostMembers)) fail("is damaged");
+    const Json run = Json::parse(text, nullptr, false);
+    const auto whole = [&](const Json& value, std::int64_t least, std::int64_t most) {
+        if (!value.is_number_integer() || value.get<std::int64_t>() < least ||
+            value.get<std::int64_t>() > most) {
+            fail("is damaged");
+        }
+        return value.get<std::int64_t>();
+    };
     try {
         if (run.at("format") != kFormat || run.at("version") != kVersion) fail("is no run");
         const std::string other = difference(run.at("settings"), settings);
@@ -247,17 +260,21 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
                 Json({options.timeBase.numerator, options.timeBase.denominator})) {
             fail("was begun for another video");
         }
-        reordered_ = run.at("reorderedPlaces");
+        reordered_ = static_cast<int>(whole(run.at("reorderedPlaces"), 0, segmentFrames));
         std::string stateFile;
         for (const Json& entry : run.at("segments")) {
-            Segment segment{entry.at("file"), entry.at("frames"), entry.at("pts"),
-                            entry.at("end"),  entry.at("bytes"),  entry.at("state")};
+            Segment segment{entry.at("file"),
+                            whole(entry.at("frames"), 1, segmentFrames),
+                            whole(entry.at("pts"), 0, kLatest),
+                            whole(entry.at("end"), 0, kLatest),
+                            static_cast<std::uintmax_t>(whole(entry.at("bytes"), 0, kLatest)),
+                            entry.at("state")};
             const fs::path name = directory / fs::path(segment.file).filename();
             std::error_code error;
             if (fs::file_size(name, error) != segment.bytes || error) {
                 fail("lists " + segment.file + ", which is missing or damaged");
             }
-            if (segment.pts < kept.nextPts || segment.end <= segment.pts || segment.frames < 1) {
+            if (segment.pts < kept.nextPts || segment.end <= segment.pts) {
                 fail("lists " + segment.file + " with impossible times");
             }
             kept.frames += segment.frames;
@@ -353,8 +370,13 @@ void ResumableVideoWriter::Impl::join(VideoContainer& container,
                             std::to_string(segment.frames));
         }
         SegmentReader reader(file);
-        const auto moved = [&](std::int64_t pts) {
-            return segment.pts + av_rescale_q(pts, reader.stream().time_base, timeBase);
+        const auto moved = [&](std::int64_t pts) { // AV_NOPTS_VALUE stays far outside
+            const std::int64_t after = av_rescale_q(pts, reader.stream().time_base, timeBase);
+            if (after < -kLatest || after > kLatest) {
+                throw Error(ErrorCode::BadFormat, file.string(),
+                            "has frames without a time, expected a whole segment");
+            }
+            return segment.pts + after;
         };
         std::transform(shown.begin(), shown.end(), shown.begin(), moved);
         std::sort(shown.begin(), shown.end());

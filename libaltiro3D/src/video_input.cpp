@@ -331,9 +331,10 @@ void fillFacts(VideoInput& input) {
         const double length = hasOwn ? static_cast<double>(video.duration) * unit : *facts.duration;
         facts.frameCount = std::llround(length * facts.averageRate.value());
     }
-    facts.colour = videoColour(static_cast<AVPixelFormat>(parameters.format),
-                               parameters.color_space, parameters.color_range,
-                               parameters.color_primaries, parameters.color_trc, stored.height);
+    facts.colour =
+        videoColour(static_cast<AVPixelFormat>(parameters.format), numberOf(parameters.color_space),
+                    numberOf(parameters.color_range), numberOf(parameters.color_primaries),
+                    numberOf(parameters.color_trc), stored.height);
 
     if (input.format->start_time != AV_NOPTS_VALUE) {
         input.startPts =

@@ -87,7 +87,8 @@ FramePtr frameOver(cv::Mat& picture) {
     frame->data[0] = picture.data;
     frame->linesize[0] = static_cast<int>(picture.step);
     frame->buf[0] = av_buffer_create(
-        picture.data, picture.step * picture.rows, [](void*, std::uint8_t*) {}, nullptr, 0);
+        picture.data, picture.step * static_cast<std::size_t>(picture.rows),
+        [](void*, std::uint8_t*) {}, nullptr, 0);
     checkMemory(frame->buf[0]);
     return frame;
 }
@@ -115,12 +116,11 @@ Orientation orientationOf(const std::int32_t* displayMatrix) {
     return orientation;
 }
 
-VideoColour videoColour(AVPixelFormat format, AVColorSpace matrix, AVColorRange range,
-                        AVColorPrimaries primaries, AVColorTransferCharacteristic transfer,
+VideoColour videoColour(AVPixelFormat format, int matrix, int range, int primaries, int transfer,
                         int rows) {
     VideoColour colour;
-    colour.primaries = primaries;
-    colour.transfer = transfer;
+    if (primaries > 0 && primaries < AVCOL_PRI_NB) colour.primaries = primaries;
+    if (transfer > 0 && transfer < AVCOL_TRC_NB) colour.transfer = transfer;
     const AVPixFmtDescriptor* const shape = av_pix_fmt_desc_get(format);
     const bool rgb = shape != nullptr && (shape->flags & AV_PIX_FMT_FLAG_RGB) != 0;
     colour.stated = true;
@@ -186,8 +186,9 @@ PictureMaker::PictureMaker(cv::Size stored, const Orientation& orientation, int 
 void PictureMaker::prepare(const AVFrame& frame) {
     const cv::Size size(frame.width, frame.height);
     const auto format = static_cast<AVPixelFormat>(frame.format);
-    const VideoColour colour = videoColour(format, frame.colorspace, frame.color_range,
-                                           frame.color_primaries, frame.color_trc, frame.height);
+    const VideoColour colour =
+        videoColour(format, numberOf(frame.colorspace), numberOf(frame.color_range),
+                    numberOf(frame.color_primaries), numberOf(frame.color_trc), frame.height);
     if (scaler_ && size == size_ && format == format_ && colour.matrix == colour_.matrix &&
         colour.range == colour_.range && frame.chroma_location == chromaLocation_) {
         return;

@@ -28,9 +28,9 @@ struct Orientation {
 /// The nearest orientation of a display matrix (nine numbers); upright if it is null.
 Orientation orientationOf(const std::int32_t* displayMatrix);
 
-/// The colours of a frame or stream; what is not stated is assumed from the number of rows.
-VideoColour videoColour(AVPixelFormat format, AVColorSpace matrix, AVColorRange range,
-                        AVColorPrimaries primaries, AVColorTransferCharacteristic transfer,
+/// The colours of a frame or stream; what is not stated, or with a number that FFmpeg does not
+/// know, is assumed from the number of rows. The numbers are those of FFmpeg's enumerations.
+VideoColour videoColour(AVPixelFormat format, int matrix, int range, int primaries, int transfer,
                         int rows);
 
 AVColorSpace colourSpace(ColourMatrix matrix);

@@ -114,6 +114,14 @@ TEST(Calibration, DeepNestingIsRefusedWithoutRunningOutOfStack) {
               std::string::npos);
 }
 
+TEST(Calibration, ObjectsOfManyMembersAreRefusedBeforeTheyTakeTime) {
+    std::string bomb = "{\"a\": 0";
+    for (int i = 0; i < 300000; ++i)
+        bomb += ",\"" + std::to_string(i) + "\":0";
+    EXPECT_NE(errorOf([&] { parseCalibration(bomb + "}", "a"); }).find("more than 1000 members"),
+              std::string::npos);
+}
+
 TEST(Calibration, LimitsOfDoublesAreRefusedByField) {
     const double bad[] = {std::numeric_limits<double>::infinity(), std::nan(""), 0.0};
     for (double value : bad) {

@@ -742,6 +742,16 @@ TEST_F(ImageIo, TheHeaderReaderTakesAnyBytes) {
     }
 }
 
+TEST_F(ImageIo, AnExrFileWithAPartThatIsLongerThanTheFileHasNoHeader) {
+    // OpenEXR would take the 1.5 GB that the part claims
+    std::string bytes = encoded(".exr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1)));
+    ASSERT_EQ(readPictureHeader(bytes, ".exr").columns, 2u);
+    const std::size_t size = bytes.find('\0', bytes.find("lineOrder") + 10) + 1;
+    bytes[size + 3] = 0x60;
+    EXPECT_EQ(readPictureHeader(bytes, ".exr").columns, 0u);
+    EXPECT_EQ(readPictureHeader(bytes.substr(0, 100), ".exr").columns, 0u);
+}
+
 // ------------------------------------------------------------------------------------ writing
 
 TEST_F(ImageIo, PngFilesHoldThePictureAndNothingElse) {

@@ -82,6 +82,13 @@ TEST(QuiltName, IsTheLastSuffixOfTheName) {
     EXPECT_NE(errorOf([] { parseQuiltName("a_qs8x6a99.png"); }).find("0.1..10"), std::string::npos);
 }
 
+TEST(QuiltName, NamesOfAnyLengthAreRead) { // a regular expression would run out of stack
+    const std::string digits(100000, '1');
+    EXPECT_FALSE(parseQuiltName("a_qs8x6a" + digits + ".png"));
+    EXPECT_FALSE(parseQuiltName(digits + ".png"));
+    EXPECT_TRUE(parseQuiltName(digits + "_qs8x6a0.75.png"));
+}
+
 TEST(QuiltName, IsWrittenOnceAndNeverAgainstTheName) {
     const QuiltLayout layout;
     EXPECT_EQ(quiltFileName("out/photo.png", layout, 0.75), "out/photo_qs8x6a0.75.png");

@@ -257,6 +257,22 @@ TEST(ResumableVideo, DamagedLeftoversAreRefusedByName) {
         spill(parts / "run.json", broken);
         EXPECT_NE(resume().find("run.json: is"), std::string::npos) << broken << resume();
     }
+    const auto with = [&](const std::string& part, const std::string& other) {
+        std::string changed = run;
+        changed.replace(changed.find(part), part.size(), other);
+        return changed;
+    };
+    const std::string deep = std::string(100000, '[') + std::string(100000, ']');
+    for (const std::string& forged :
+         {with("\"frames\": ", "\"frames\": 922337203685477"),
+          with("\"end\": ", "\"end\": 922337203685477580"),
+          with("\"pts\": ", "\"pts\": -1, \"x\": "), with("\"pts\": ", "\"pts\": 1e300, \"x\": "),
+          with("\"reorderedPlaces\": ", "\"reorderedPlaces\": 2000"),
+          with("\"reorderedPlaces\": ", "\"reorderedPlaces\": -1, \"x\": "),
+          with("\"settings\": {", "\"settings\": {\"a\": " + deep + ", ")}) {
+        spill(parts / "run.json", forged);
+        EXPECT_NE(resume().find("run.json: "), std::string::npos) << resume();
+    }
     spill(parts / "run.json", run);
     const std::string segment = slurp(parts / "000001.mp4");
     spill(parts / "000001.mp4", segment.substr(0, 100));

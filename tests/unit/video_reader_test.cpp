@@ -349,6 +349,15 @@ TEST(VideoReader, UnstatedColoursAreAssumedByTheNumberOfLines) {
               ColourMatrix::Rgb);
 }
 
+TEST(VideoReader, ColourNumbersThatFFmpegDoesNotKnowCountAsUnstated) {
+    const VideoColour colour = videoColour(AV_PIX_FMT_YUV420P, 244, 99, -7, 255, 100);
+    EXPECT_EQ(colour.matrix, ColourMatrix::Bt601);
+    EXPECT_EQ(colour.range, ColourRange::Limited);
+    EXPECT_FALSE(colour.stated);
+    EXPECT_EQ(colour.primaries, AVCOL_PRI_UNSPECIFIED);
+    EXPECT_EQ(colour.transfer, AVCOL_TRC_UNSPECIFIED);
+}
+
 // Strong colours side by side: where colour is brought to full size it overshoots, and is clamped
 // before the step to BGR here, after it there.
 constexpr double kSmallFrames = 8;

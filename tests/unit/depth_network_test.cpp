@@ -15,6 +15,7 @@
 #include <opencv2/dnn.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sys/stat.h>
 #include <thread>
 
 using namespace altiro3D;
@@ -857,6 +858,40 @@ TEST_F(DepthNetworkFile, CudaIsRefusedWhereOpenCvHasNone) {
               file.string() +
                   ": cannot run on CUDA, which this OpenCV does not offer, expected the "
                   "CPU");
+}
+
+TEST_F(DepthNetworkFile, ATrialTakesWhatCrashesOpenCv) {
+    // weights of 3 x 3000 x 3000 that hold one: OpenCV 4.6 reads on behind it
+    const fs::path file = write(
+        model(node("Conv", {"x", "w"}, {"y"}, intsAttribute("kernel_shape", {1, 1})) +
+              bytes(5, tensor("w", {1, 3, 3000, 3000}, {0})) +
+              bytes(11, valueInfo("x", {1, 3, 8, 8})) + bytes(12, valueInfo("y", {1, 1, 8, 8}))));
+    const std::string error = errorOf([&] { probeNetwork(file, profileOf(8, 8)); });
+    EXPECT_NE(error.find("crashes OpenCV"), std::string::npos) << error;
+}
+
+TEST_F(DepthNetworkFile, ATrialLeavesOrdinaryFilesAndErrorsToTheNetworkItself) {
+    const fs::path file = write(mixModel({1, 1, 1}, {8, 8}));
+    probeNetwork(file, profileOf(8, 8));
+    probeNetwork(file, profileOf(16, 16)); // Mismatch
+    write("no network");
+    probeNetwork(file, profileOf(8, 8)); // BadFormat
+    fs::remove(file);
+    probeNetwork(file, profileOf(8, 8)); // NotFound
+}
+
+TEST_F(DepthNetworkFile, ATrialEndsInTime) {
+    // reading a pipe that nobody writes to takes for ever
+    const fs::path file = directory_ / "pipe.onnx";
+    ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+    const std::string error = errorOf([&] { probeNetwork(file, profileOf(8, 8), {}, 0.2); });
+    EXPECT_NE(error.find("does not come to an end in 0.2 s"), std::string::npos) << error;
+    for (const double seconds : {0.0, -1.0, 4000.0, std::nan("")}) {
+        EXPECT_NE(errorOf([&] {
+                      probeNetwork(file, profileOf(8, 8), {}, seconds);
+                  }).find("expected 0.1..3600"),
+                  std::string::npos);
+    }
 }
 
 TEST_F(DepthNetworkFile, ManyMayLoadAndRunAtTheSameTime) {

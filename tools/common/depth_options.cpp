@@ -3,6 +3,7 @@
 #include "altiro3D/depth_cues.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "common/network_trust.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -201,6 +202,7 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
                          " for " + profile->name);
     }
     const cv::Size size = wantedSize ? scaledInput(*profile, *wantedSize) : cv::Size();
+    requireHarmless(networkFile, *profile, catalog, size, messages);
     network_.emplace(networkFile, *profile, target, size);
     description_ = "network " + profile->name + " (" + networkFile.string() + ")";
     messages.say("depth: " + description_ + ", " + std::to_string(network_->inputSize().width) +

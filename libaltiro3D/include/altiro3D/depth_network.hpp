@@ -117,6 +117,22 @@ class ALTIRO3D_EXPORT DepthNetwork {
     std::unique_ptr<Impl> impl_;
 };
 
+/// Loads a network and runs it once in a child process: some files that are no ordinary networks
+/// make OpenCV crash or never end, and then only the child is lost.
+///
+/// Errors that DepthNetwork can tell by itself (no ONNX file, a graph OpenCV refuses, ...) are left
+/// to it: the call returns. To be called before the process has other threads at work, as the child
+/// is a copy of it with this thread alone.
+///
+/// @param file the ONNX file
+/// @param profile how to feed it
+/// @param inputSize as for DepthNetwork
+/// @param seconds time for the child, 0.1..3600; it uses one thread of the CPU
+/// @throws Error NetworkFailed (it crashes OpenCV, or takes longer); InvalidArgument (seconds);
+///         ReadFailed (there can be no child)
+ALTIRO3D_EXPORT void probeNetwork(const std::filesystem::path& file, const NetworkProfile& profile,
+                                  cv::Size inputSize = {}, double seconds = 120);
+
 /// Where network files and the catalogue are looked for, in this order: `$ALTIRO3D_MODELS` (a list
 /// separated by ':'), `$XDG_DATA_HOME` or `~/.local/share` + `/altiro3D/models`, the install
 /// prefix, `models/` of the source tree and of the working directory. Directories that do not exist

@@ -1,0 +1,125 @@
+#include "common/network_trust.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "altiro3D/version.hpp"
+#include "common/display_options.hpp"
+
+#include <QCryptographicHash>
+#include <algorithm>
+#include <fstream>
+#include <opencv2/core/version.hpp>
+#include <sys/stat.h>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kStepBytes = std::size_t{1} << 20;
+
+std::string hexadecimal(const QCryptographicHash& hash) {
+    return hash.result().toHex().toStdString();
+}
+
+// Empty if the file cannot be read; loading it will say why.
+std::string sha256(const fs::path& file) {
+    QCryptographicHash hash(QCryptographicHash::Sha256);
+    std::ifstream stream(file, std::ios::binary);
+    std::vector<char> part(kStepBytes);
+    while (stream) {
+        stream.read(part.data(), static_cast<std::streamsize>(part.size()));
+        hash.addData(part.data(), static_cast<int>(stream.gcount()));
+    }
+    return stream.eof() ? hexadecimal(hash) : std::string();
+}
+
+// Changes with the file and with what it is tried with. Empty if there is no such file.
+std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size size) {
+    struct stat state {};
+    if (::stat(file.c_str(), &state) != 0 || !S_ISREG(state.st_mode)) return {};
+    std::string key = ALTIRO3D_VERSION " " CV_VERSION;
+    for (const auto number :
+         {static_cast<long long>(state.st_dev), static_cast<long long>(state.st_ino),
+          static_cast<long long>(state.st_size), static_cast<long long>(state.st_mtim.tv_sec),
+          static_cast<long long>(state.st_mtim.tv_nsec),
+          static_cast<long long>(state.st_ctim.tv_sec),
+          static_cast<long long>(state.st_ctim.tv_nsec), static_cast<long long>(profile.inputWidth),
+          static_cast<long long>(profile.inputHeight), static_cast<long long>(size.width),
+          static_cast<long long>(size.height)}) {
+        key += ' ' + std::to_string(number);
+    }
+    QCryptographicHash hash(QCryptographicHash::Sha256);
+    hash.addData(key.data(), static_cast<int>(key.size()));
+    return hexadecimal(hash).substr(0, 16);
+}
+
+// What is known about a file.
+struct Findings {
+    std::string sha256;
+    bool survived = false; // it was tried
+};
+
+// Without an entry, or with one that is damaged, nothing is known.
+Findings findingsIn(const fs::path& entry) {
+    constexpr std::size_t kDigits = 64;
+    Findings findings;
+    std::error_code error;
+    if (entry.empty() || !fs::exists(entry, error)) return findings;
+    try {
+        const std::string text = readFile(entry, 1024);
+        if (text.size() < kDigits + 2) return findings;
+        findings.sha256 = text.substr(0, kDigits);
+        findings.survived = text.substr(kDigits) == " tried\n";
+    } catch (const Error&) { // the cache is a convenience
+    }
+    return findings;
+}
+
+void keep(const fs::path& entry, const Findings& findings) {
+    if (entry.empty() || findings.sha256.empty()) return;
+    try {
+        std::error_code error;
+        fs::create_directories(entry.parent_path(), error);
+        writeFile(entry, findings.sha256 + (findings.survived ? " tried\n" : " known\n"));
+    } catch (const Error&) { // the next run finds out again
+    }
+}
+
+} // namespace
+
+void requireHarmless(const fs::path& file, const NetworkProfile& profile,
+                     const std::vector<NetworkProfile>& catalog, cv::Size inputSize,
+                     Messages& messages) {
+    const std::string key = keyOf(file, profile, inputSize);
+    if (key.empty()) return; // nothing to run
+    const fs::path directory = cacheDirectory();
+    const fs::path entry = directory.empty() ? fs::path() : directory / ("network-" + key + ".txt");
+    Findings findings = findingsIn(entry);
+    const bool isNew = findings.sha256.empty();
+    if (isNew) findings.sha256 = sha256(file);
+
+    const NetworkProfile* const named = findProfile(catalog, file);
+    if (named != nullptr && !named->sha256.empty() && named->sha256 != findings.sha256) {
+        messages.warn(file.string() + ": is not the file that the catalogue knows as " +
+                      named->name +
+                      " (its SHA-256 is another): get it again with "
+                      "scripts/get-models.sh " +
+                      named->name);
+    }
+    const bool known =
+        std::any_of(catalog.begin(), catalog.end(), [&](const NetworkProfile& network) {
+            return !network.sha256.empty() && network.sha256 == findings.sha256;
+        });
+    if (!known && !findings.survived) {
+        messages.detail(file.string() + ": is not in the catalogue; tried in a process of its own");
+        probeNetwork(file, profile, inputSize);
+        findings.survived = true;
+        keep(entry, findings);
+    } else if (isNew) {
+        keep(entry, findings);
+    }
+}
+
+} // namespace altiro3D::tools

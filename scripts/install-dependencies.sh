@@ -5,10 +5,12 @@
 #   scripts/install-dependencies.sh test     and to run all tests and checks
 set -euo pipefail
 
-build=(g++ cmake ninja-build pkg-config libopencv-dev libexif-dev libhwy-dev zlib1g-dev qtbase5-dev libqt5svg5
+build=(g++ cmake ninja-build pkg-config libopencv-dev libexif-dev libhwy-dev zlib1g-dev qtbase5-dev
+       libqt5svg5
        nlohmann-json3-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libavdevice-dev)
 tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy doxygen graphviz python3
-       python3-numpy git curl ca-certificates ffmpeg groff-base man-db zsh xvfb xdotool)
+       python3-numpy git curl ca-certificates ffmpeg groff-base man-db zsh xvfb xdotool
+       libclang-rt-dev llvm)
 
 case "${1:-build}" in
 build) wanted=("${build[@]}") ;;

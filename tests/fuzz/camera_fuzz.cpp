@@ -1,0 +1,17 @@
+// The camera of a photo.
+
+#include "altiro3D/camera.hpp"
+#include "fuzz.hpp"
+
+using namespace altiro3D;
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const std::string text(fuzz::textOf(data, size));
+    fuzz::reads([&] {
+        const Camera camera = parseCamera(text, "camera.json");
+        validate(camera);
+        parallaxOf(camera);
+        viewCamera(camera, 0.5, 1);
+    });
+    return 0;
+}

@@ -1,0 +1,334 @@
+// Writes first inputs for the fuzz targets: a directory for each.
+//
+//   altiro3D_fuzz_seeds DIR
+
+#include "altiro3D/native_lut.hpp"
+#include "altiro3D/video_depth.hpp"
+#include "altiro3D/video_writer.hpp"
+#include "video_samples.hpp"
+
+#include <cstdio>
+#include <exception>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+using namespace altiro3D;
+using namespace altiro3D::fuzz;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+class Seeds {
+  public:
+    Seeds(const fs::path& root, const std::string& target) : directory_(root / target) {
+        fs::create_directories(directory_);
+    }
+    void add(const std::string& contents) {
+        std::ofstream stream(directory_ / ("seed" + std::to_string(++count_)), std::ios::binary);
+        stream << contents;
+    }
+
+  private:
+    fs::path directory_;
+    int count_ = 0;
+};
+
+std::string bigEndian(std::size_t value, int bytes) {
+    std::string text;
+    for (int i = bytes - 1; i >= 0; --i)
+        text += static_cast<char>(value >> (8 * i) & 0xffU);
+    return text;
+}
+
+std::string littleEndian(std::size_t value, int bytes) {
+    std::string text = bigEndian(value, bytes);
+    return {text.rbegin(), text.rend()};
+}
+
+// --- EXIF --------------------------------------------------------------------------------------
+
+// A little-endian directory with an orientation, and one behind it with a focal length.
+std::string exifBlob() {
+    const auto entry = [](unsigned tag, unsigned type, std::size_t value) {
+        return littleEndian(tag, 2) + littleEndian(type, 2) + littleEndian(1, 4) +
+               littleEndian(value, 4);
+    };
+    const std::size_t second = 8 + 2 + 2 * 12 + 4;
+    return std::string("II*\0", 4) + littleEndian(8, 4) + littleEndian(2, 2) + entry(0x0112, 3, 6) +
+           entry(0x8769, 4, second) + littleEndian(0, 4) + littleEndian(1, 2) +
+           entry(0xa405, 3, 28) + littleEndian(0, 4);
+}
+
+void addExif(const fs::path& root) {
+    Seeds seeds(root, "exif");
+    for (char kind = 0; kind < 5; ++kind) {
+        seeds.add(kind + exifBlob());
+        seeds.add(kind + std::string("Exif\0\0", 6) + exifBlob());
+    }
+    seeds.add('\1' + std::string("Raw profile type exif\0\nexif\n  4\n4949", 37));
+    seeds.add('\2' + std::string("Raw profile type APP1\0\0x", 24));
+}
+
+// --- pictures ----------------------------------------------------------------------------------
+
+std::string encoded(const std::string& extension, const cv::Mat& picture,
+                    const std::vector<int>& settings = {}) {
+    std::vector<unsigned char> bytes;
+    if (!cv::imencode(extension, picture, bytes, settings)) return {};
+    return {bytes.begin(), bytes.end()};
+}
+
+// Behind the first `at` bytes.
+std::string inserted(std::string bytes, std::size_t at, const std::string& part) {
+    return bytes.insert(std::min(at, bytes.size()), part);
+}
+
+// With the checksum left as 0: nobody but libpng looks at it.
+std::string pngChunk(const std::string& name, const std::string& data) {
+    return bigEndian(data.size(), 4) + name + data + bigEndian(0, 4);
+}
+
+std::vector<std::string> samplePictures() {
+    std::vector<std::string> all;
+    for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1, CV_16UC3, CV_16UC4}) {
+        cv::Mat picture(6, 10, type);
+        cv::randu(picture, 0, 255);
+        for (const char* extension : {".png", ".tiff", ".bmp", ".webp", ".jp2", ".pnm", ".jpg"}) {
+            const bool is8Bit = picture.depth() == CV_8U;
+            const std::string name = extension;
+            if (!is8Bit && name != ".png" && name != ".tiff" && name != ".jp2" && name != ".pnm")
+                continue;
+            if (picture.channels() == 4 && (name == ".pnm" || name == ".jpg")) continue;
+            // JPEG 2000 needs room for its levels
+            all.push_back(encoded(name, name == ".jp2" ? cv::repeat(picture, 6, 4) : picture));
+        }
+    }
+    cv::Mat numbers(6, 10, CV_32FC1);
+    cv::randu(numbers, 0, 2);
+    cv::Mat colours(6, 10, CV_32FC3);
+    cv::randu(colours, 0, 2);
+    all.push_back(encoded(".tiff", numbers));
+    all.push_back(encoded(".tiff", colours));
+    all.push_back(encoded(".hdr", colours));
+    all.push_back("P1\n# bits\n3 2\n1 0 1\n0 1 0\n");
+    all.push_back("P2\n3 2\n1000\n1 0 1000\n0 999 0\n");
+    all.push_back("Pf\n2 1\n-1.0\n" + std::string(8, '\1'));
+    cv::Mat photo(24, 32, CV_8UC3);
+    cv::randu(photo, 0, 255);
+    const std::string jpeg = encoded(".jpg", photo);
+    const std::string exif = std::string("Exif\0\0", 6) + exifBlob();
+    all.push_back(inserted(jpeg, 2, "\xff\xe1" + bigEndian(exif.size() + 2, 2) + exif));
+    all.push_back(inserted(
+        jpeg, 2, "\xff\xee" + bigEndian(14, 2) + "Adobe" + std::string("\0d\0\0\0\0\1", 7)));
+    all.push_back(inserted(jpeg, 2,
+                           "\xff\xe2" + bigEndian(20, 2) +
+                               std::string("MPF\0II*\0\10\0\0\0\0\0\0\0\0\0", 18)));
+    all.push_back(encoded(".jpg", photo, {cv::IMWRITE_JPEG_PROGRESSIVE, 1}));
+    all.push_back(encoded(".jpg", photo, {cv::IMWRITE_JPEG_RST_INTERVAL, 1}));
+    const std::string png = encoded(".png", photo);
+    constexpr std::size_t kBehindHeader = 33;
+    for (const std::string& chunk :
+         {pngChunk("eXIf", exifBlob()), pngChunk("tRNS", std::string("\0\1\0\2\0\3", 6)),
+          pngChunk("acTL", bigEndian(2, 4) + bigEndian(0, 4)),
+          pngChunk("tEXt", std::string("Raw profile type exif\0\nexif\n 4\n4949", 36))}) {
+        all.push_back(inserted(png, kBehindHeader, chunk));
+    }
+    const auto riff = [](const std::string& chunks) {
+        return "RIFF" + littleEndian(chunks.size() + 4, 4) + "WEBP" + chunks;
+    };
+    all.push_back(riff("VP8X" + littleEndian(10, 4) + std::string("\x1a\0\0\0\7\0\0\7\0\0", 10) +
+                       "EXIF" + littleEndian(exif.size(), 4) + exif + "ANMF" + littleEndian(0, 4)));
+    // one TIFF directory with tags that are looked at, then one more page
+    const auto entry = [](unsigned tag, unsigned type, std::size_t value) {
+        return littleEndian(tag, 2) + littleEndian(type, 2) + littleEndian(1, 4) +
+               littleEndian(value, 4);
+    };
+    std::string page = littleEndian(8, 2);
+    for (const auto& [tag, value] : {std::pair{0x100U, 3U},
+                                     {0x101U, 2U},
+                                     {0x102U, 8U},
+                                     {0x106U, 3U},
+                                     {0x112U, 6U},
+                                     {0x115U, 1U},
+                                     {0x152U, 1U},
+                                     {0x11cU, 1U}})
+        page += entry(tag, 3, value);
+    const std::size_t next = 8 + page.size() + 4;
+    all.push_back(std::string("II*\0", 4) + littleEndian(8, 4) + page + littleEndian(next, 4) +
+                  page + littleEndian(0, 4));
+    all.push_back(std::string("MM\0+\0\10\0\0\0\0\0\0\0\0\0\x10\0\0\0\0\0\0\0\1\1\0\0\3", 28) +
+                  std::string(24, '\0'));
+    all.push_back(std::string("v/1\1\2\0\0\0", 8) + std::string("dataWindow\0box2i\0", 17) +
+                  littleEndian(16, 4) + littleEndian(0, 8) + littleEndian(3, 4) +
+                  littleEndian(2, 4) + '\0');
+    all.push_back("<!DOCTYPE html><html></html>");
+    all.push_back("<?xml version=\"1.0\"?><svg></svg>");
+    all.push_back("#define a_width 16\n");
+    all.push_back(std::string("\0\0\0\x18"
+                              "ftypheic",
+                              12));
+    all.push_back(std::string("\x0a\x05\x01\x08", 4) + std::string(128, '\0'));
+    all.push_back("GIF89a");
+    return all;
+}
+
+void addPictures(const fs::path& root) {
+    Seeds headers(root, "picture_header");
+    Seeds pictures(root, "picture");
+    char kind = 0;
+    for (const std::string& bytes : samplePictures()) {
+        headers.add(kind + bytes);
+        headers.add('\3' + bytes);
+        for (const int reader : {kind & ~3, (kind & ~3) + 1, (kind & ~3) + 2, (kind & ~3) + 3})
+            pictures.add(static_cast<char>(reader) + bytes);
+        ++kind;
+    }
+}
+
+// --- everything else ---------------------------------------------------------------------------
+
+void addMaps(const fs::path& root) {
+    Calibration calibration;
+    calibration.pitch = 50;
+    calibration.slope = -7;
+    calibration.DPI = 324;
+    calibration.screenW = 17;
+    calibration.screenH = 16;
+    calibration.serial = "LKG";
+    QuiltLayout layout;
+    layout.columns = 2;
+    layout.rows = 2;
+    layout.tileSize = {3, 4};
+    layout.viewCount = 4;
+    const fs::path file = root / "a.map";
+    NativeLut(calibration, layout).save(file);
+    const std::string map = contentsOf(file);
+    fs::remove(file);
+    Seeds seeds(root, "native_lut");
+    seeds.add(map);
+    seeds.add(map.substr(0, 200));
+    seeds.add(map + "more");
+}
+
+// Protobuf by hand: numbers of the fields as in the public onnx.proto.
+std::string varint(std::size_t value) {
+    std::string text;
+    for (; value >= 128; value >>= 7U)
+        text += static_cast<char>(value % 128 + 128);
+    return text + static_cast<char>(value);
+}
+std::string numberField(unsigned field, std::size_t value) {
+    return varint(field * 8U) + varint(value);
+}
+std::string field(unsigned number, const std::string& contents) {
+    return varint(number * 8U + 2) + varint(contents.size()) + contents;
+}
+
+void addNetworks(const fs::path& root) {
+    std::string shape;
+    for (const std::size_t side : {1U, 3U, 32U, 32U})
+        shape += field(1, numberField(1, side));
+    const std::string input =
+        field(1, "in") + field(2, field(1, numberField(1, 1) + field(2, shape)));
+    const std::string weights = field(8, "w") + numberField(14, 1) +
+                                field(13, field(1, "location") + field(2, "weights.bin")) +
+                                std::string("\x25\0\0\0\0", 5);
+    const std::string node = field(1, "in") + field(2, "out") + field(4, "Conv") +
+                             field(5, field(1, "value") + field(5, weights));
+    const std::string graph =
+        field(1, node) + field(5, weights) + field(11, input) + field(11, field(1, "w"));
+    Seeds seeds(root, "onnx_facts");
+    seeds.add(numberField(1, 7) + field(7, graph));
+    seeds.add(numberField(1, 7) + std::string("\x39\0\0\0\0\0\0\0\0", 9) + field(7, ""));
+    seeds.add("\x0b");
+}
+
+void addRuns(const fs::path& root) {
+    const Leftovers leftovers = beginRun(root / "a.mkv");
+    ResumableVideoWriter::discard(root / "a.mkv");
+    Seeds seeds(root, "video_run");
+    seeds.add(leftovers.run);
+    std::string other = leftovers.run;
+    other.replace(other.find("layered"), 7, "fast");
+    seeds.add(other);
+}
+
+void addStates(const fs::path& root) {
+    Seeds seeds(root, "depth_state");
+    VideoDepth depth(
+        [](const cv::Mat& picture, cv::Mat& raw) { cv::extractChannel(picture, raw, 1); },
+        DepthKind::NearWhite);
+    cv::Mat picture(12, 16, CV_8UC3);
+    cv::randu(picture, 0, 255);
+    cv::Mat map;
+    for (int i = 0; i < 3; ++i) {
+        const std::string state = depth.state();
+        seeds.add(state.substr(0, state.size() - sizeof(std::uint64_t)));
+        depth.next(picture, map);
+        picture += cv::Scalar::all(5);
+    }
+}
+
+void addVideos(const fs::path& root) {
+    Seeds seeds(root, "video");
+    const std::pair<const char*, VideoCodec> kinds[] = {{"a.mkv", VideoCodec::Ffv1},
+                                                        {"a.mp4", VideoCodec::H264},
+                                                        {"a.mov", VideoCodec::ProRes},
+                                                        {"b.mkv", VideoCodec::H264Rgb}};
+    for (const auto& [name, codec] : kinds) {
+        VideoWriterOptions options = videoOptions();
+        options.codec = codec;
+        options.tags = {{"title", "seed"}};
+        VideoWriter writer(root / name, options);
+        for (int i = 0; i < 4; ++i)
+            writer.write({samplePicture(i), 2 * i, 2});
+        writer.finish();
+        const std::string video = contentsOf(root / name);
+        fs::remove(root / name);
+        for (char flags = 0; flags < 8; ++flags)
+            seeds.add(flags + video);
+        seeds.add('\0' + video.substr(0, video.size() * 2 / 3));
+    }
+    // Raw pictures in a text container: cheap to change.
+    const std::string frame(16 * 16 * 3 / 2, '\x55');
+    seeds.add('\0' + std::string("YUV4MPEG2 W16 H16 F25:1 Ip A1:1 C420\n") + "FRAME\n" + frame +
+              "FRAME\n" + frame);
+    seeds.add(std::string(1, '\0') + "just text\n");
+}
+
+void addNames(const fs::path& root) {
+    Seeds quilts(root, "quilt");
+    quilts.add("photo_qs8x6a0.75.png\n6x8\n560x420\n\7\15\16");
+    quilts.add("photo.png\n5x9\n20x30\n\3");
+    quilts.add("_qs1x1a99.png\n8x6\n420x560\n\3");
+    quilts.add("a_qs5x9a1.7\n9x5\n0x0\n\4");
+    Seeds views(root, "view_names");
+    views.add("view9.png\nview10.png\nView010.PNG\nview_1.jpg\n.hidden.png\nnotes.txt\nb.exr");
+    views.add("1.png\n01.png\n001.png\na1b2.png\na1b02.png\n");
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 2) {
+        std::fprintf(stderr, "usage: altiro3D_fuzz_seeds DIR\n");
+        return 2;
+    }
+    try {
+        const fs::path root = argv[1];
+        fs::create_directories(root);
+        addExif(root);
+        addPictures(root);
+        addMaps(root);
+        addNetworks(root);
+        addRuns(root);
+        addStates(root);
+        addVideos(root);
+        addNames(root);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "altiro3D_fuzz_seeds: error: %s\n", error.what());
+        return 1;
+    }
+    return 0;
+}

@@ -1,0 +1,22 @@
+// What pictures say about themselves; the first byte chooses the extension.
+
+#include "fuzz.hpp"
+#include "image_header.hpp"
+
+#include <array>
+
+using namespace altiro3D;
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    constexpr std::array<const char*, 8> kExtensions = {"",     ".jpg", ".mpo", ".tif",
+                                                        ".nef", ".dng", ".tga", ".cr2"};
+    fuzz::Bytes bytes(data, size);
+    const char* const extension = kExtensions[bytes.byte() % kExtensions.size()];
+    const PictureHeader header = readPictureHeader(bytes.rest(), extension);
+    fuzz::require(header.orientation >= 1 && header.orientation <= 8, "orientations are 1..8");
+    fuzz::require(header.pictures >= 1, "there is a picture at least");
+    fuzz::require(header.usableBytes <= size, "usable bytes are in the file");
+    fuzz::require(header.orientationAt + header.orientationSize <= size,
+                  "the orientation stands in the file");
+    return 0;
+}

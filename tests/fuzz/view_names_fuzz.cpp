@@ -1,0 +1,42 @@
+// Directories of views: names, one a line, and their natural order.
+
+#include "altiro3D/image_io.hpp"
+#include "fuzz.hpp"
+
+#include <vector>
+
+using namespace altiro3D;
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    constexpr std::size_t kMostNames = 12;
+    fuzz::Bytes bytes(data, size);
+    const fuzz::Directory directory;
+    std::vector<std::string> names;
+    while (!bytes.rest().empty() && names.size() < kMostNames) {
+        names.push_back(bytes.line());
+        std::string name = names.back();
+        for (char& c : name) {
+            if (c == '/' || c == '\0') c = '_';
+        }
+        if (!name.empty() && name.size() < 200) directory.file(name, "");
+    }
+    // An order: nothing before itself, one of two different names first, no circles.
+    for (const std::string& a : names) {
+        fuzz::require(!naturalLess(a, a), "no name stands before itself");
+        for (const std::string& b : names) {
+            fuzz::require(a == b || naturalLess(a, b) != naturalLess(b, a), "one name is first");
+            if (!naturalLess(a, b)) continue;
+            for (const std::string& c : names)
+                fuzz::require(!naturalLess(b, c) || naturalLess(a, c), "the order has no circles");
+        }
+    }
+    fuzz::reads([&] {
+        const std::vector<std::filesystem::path> files = listPictures(directory.path());
+        for (std::size_t i = 1; i < files.size(); ++i)
+            fuzz::require(
+                naturalLess(files[i - 1].filename().string(), files[i].filename().string()),
+                "pictures come in order");
+    });
+    fuzz::reads([&] { listPictures(directory.path() / "nothing"); });
+    return 0;
+}

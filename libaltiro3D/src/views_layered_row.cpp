@@ -72,8 +72,7 @@ class TwoWindows {
     HWY_INLINE V pairs(V column, M mirrored) const {
         const hn::Full512<std::int32_t> d;
         const V from = hn::IfThenElse(mirrored, hn::Set(d, mirroredFrom_), hn::Set(d, from_));
-        const V index = hn::And(hn::Sub(column, from), hn::Set(d, kWindowColumns - 1));
-        const V indices = Window::withNext(index);
+        const V indices = Window::withNext(hn::Sub(column, from));
         return hn::IfThenElse(mirrored, mirroredWindow_.pairs(indices), window_.pairs(indices));
     }
 
@@ -141,7 +140,10 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
                            hn::And(between, hn::Le(hn::Mul(hn::Abs(shift), clearScale), clear))),
             hn::Eq(hn::And(words, lastFlag), none));
         hn::StoreU(placeBetween(d, lanes, column, from, to), whole, places + i);
+#if HWY_TARGET != HWY_AVX3 && HWY_TARGET != HWY_AVX3_DL
+        // Where it takes one instruction to compress, a branch that nobody can foretell costs more.
         if (hn::AllTrue(whole, sure)) return;
+#endif
         const auto unsure = hn::Not(sure);
         const I number = hn::Iota(whole, static_cast<std::int32_t>(i));
         hn::StoreU(hn::Compress(number, unsure), whole, open + openCount);

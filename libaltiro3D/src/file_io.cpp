@@ -158,30 +158,57 @@ void writeInPlace(const fs::path& path, int number, const std::vector<Bytes>& pa
     if (const int error = file.close()) failWrite(path, error);
 }
 
-// A hidden file beside the target; removed at the end unless it was renamed.
+// A file beside the target that gets its name by a rename. Until name() it has none, so that a
+// process that is killed leaves nothing behind; where the file system knows no such files, or
+// without /proc, it is a hidden one. Removed at the end unless it was renamed.
 class TemporaryFile {
   public:
-    explicit TemporaryFile(const fs::path& directory) {
-        static std::atomic<unsigned> counter{0};
-        for (int attempt = 0; attempt < 1000 && number_ < 0; ++attempt) {
-            path_ = directory / (".altiro3D-" + std::to_string(::getpid()) + "-" +
-                                 std::to_string(counter++) + ".tmp");
-            number_ = openFile(path_, O_WRONLY | O_CREAT | O_EXCL, 0666);
-            if (number_ < 0 && errno != EEXIST) break;
+    explicit TemporaryFile(const fs::path& directory) : directory_(directory) {
+        if (::access("/proc/self/fd", X_OK) == 0) {
+            number_ = openFile(directory, O_WRONLY | O_TMPFILE, 0666);
         }
+        if (number_ >= 0) return;
+        tryNames([this] {
+            number_ = openFile(path_, O_WRONLY | O_CREAT | O_EXCL, 0666);
+            return number_ >= 0;
+        });
     }
     ~TemporaryFile() {
-        if (number_ >= 0) ::unlink(path_.c_str());
+        if (!path_.empty()) ::unlink(path_.c_str());
     }
     TemporaryFile(const TemporaryFile&) = delete;
     TemporaryFile& operator=(const TemporaryFile&) = delete;
 
     int number() const { return number_; }
     const fs::path& path() const { return path_; }
-    void renamed() { number_ = -1; }
+    // Gives it a name, while it is open. 0 or errno.
+    int name() {
+        if (!path_.empty()) return 0;
+        const std::string self = "/proc/self/fd/" + std::to_string(number_);
+        return tryNames([&] {
+            return ::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, path_.c_str(), AT_SYMLINK_FOLLOW) ==
+                   0;
+        });
+    }
+    void renamed() { path_.clear(); }
 
   private:
-    fs::path path_;
+    // Calls `take` for new names until it succeeds. 0 or errno.
+    template <class Take>
+    int tryNames(const Take& take) {
+        static std::atomic<unsigned> counter{0};
+        for (int attempt = 0; attempt < 1000; ++attempt) {
+            path_ = directory_ / (".altiro3D-" + std::to_string(::getpid()) + "-" +
+                                  std::to_string(counter++) + ".tmp");
+            if (take()) return 0;
+            if (errno != EEXIST) break;
+        }
+        path_.clear(); // it is not ours
+        return errno;
+    }
+
+    fs::path directory_;
+    fs::path path_; // empty: no name
     int number_ = -1;
 };
 
@@ -284,6 +311,7 @@ void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
         }
     }
     if (const int error = flush(file.get())) failWrite(path, error);
+    if (const int error = temporary.name()) failWrite(path, error);
     if (const int error = file.close()) failWrite(path, error);
     if (::rename(temporary.path().c_str(), target.path.c_str()) != 0) failWrite(path, errno);
     temporary.renamed();

@@ -201,7 +201,7 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
         const cv::Size swappedTile =
             fixedTile ? cv::Size(request.tileSize->height, request.tileSize->width)
                       : tileOf(canvas, swappedGrid);
-        if (swappedTile.area() > 0 && fits(aspectOf(swappedTile), panelAspect)) {
+        if (!swappedTile.empty() && fits(aspectOf(swappedTile), panelAspect)) {
             QuiltLayout swapped = layout;
             swapped.columns = swappedGrid.columns;
             swapped.rows = swappedGrid.rows;

@@ -127,6 +127,13 @@ TEST(ResolveQuilt, WarnsWithBothReadingsWhereTheSwappedOneFitsThePanel) {
     EXPECT_TRUE(resolve("9x5", "455x819").warnings.empty());
 }
 
+TEST(ResolveQuilt, TheLargestViewHasMorePixelsThanAnIntHolds) {
+    QuiltRequest request;
+    request.grid = QuiltGrid{1, 1};
+    request.quiltSize = cv::Size(65535, 65535);
+    EXPECT_EQ(resolveQuilt(request, {}, 0.75).layout.tileSize, *request.quiltSize);
+}
+
 TEST(ResolveQuilt, ViewSizeComesFromThePictureWithoutItsUnusedPixels) {
     QuiltRequest request;
     request.quiltSize = cv::Size(4096, 4096);

@@ -49,15 +49,29 @@ while read -r target source wanted others; do
         "llvm-profdata$suffix" merge -sparse "$profile.profraw" -o "$profile.profdata"
         seen[$target]=1
     fi
-    "llvm-cov$suffix" report -show-functions -instr-profile="$profile.profdata" \
-        "$build/tests/fuzz/${target}_fuzz" "libaltiro3D/src/$source.cpp" |
-        awk -v target="$target" -v source="$source" -v wanted="$wanted" -v others="$others" '
-            NF >= 7 && $1 ~ /_Z/ && $1 ~ wanted && (others == "-" || $1 !~ others) {
-                lines += $5
-                missed += $6
-            }
-            END {
-                printf "%-16s %-18s %6d %8d %7.1f%%\n", target, source, lines, lines - missed,
-                    lines > 0 ? 100 * (lines - missed) / lines : 0
-            }'
+    "llvm-cov$suffix" export -instr-profile="$profile.profdata" \
+        "$build/tests/fuzz/${target}_fuzz" >"$profile.json"
+    python3 - "$profile.json" "$target" "$source" "$wanted" "$others" <<'PYTHON'
+import json, re, sys
+path, target, source, wanted, others = sys.argv[1:]
+spans = {}  # of a function's first place: its lines and how often each ran; the most of all instances
+for function in json.load(open(path))["data"][0]["functions"]:
+    name = function["name"]
+    if not function["filenames"][0].endswith("/src/" + source + ".cpp"): continue
+    if not re.search(wanted, name) or (others != "-" and re.search(others, name)): continue
+    counts = {}
+    for first, _, last, _, count, file, _, kind in function["regions"]:  # outer ones come first
+        if kind != 0 or file != 0: continue
+        for line in range(first, last + 1):
+            counts[line] = max(counts.get(line, 0), count) if line == first else count
+    place = tuple(function["regions"][0][:4])
+    before = spans.get(place, {})
+    spans[place] = {line: max(count, before.get(line, 0)) for line, count in counts.items()}
+lines = {}
+for place in sorted(spans, key=lambda p: p[0] - p[2]):  # lambdas stand in longer functions
+    lines.update(spans[place])
+reached = sum(count > 0 for count in lines.values())
+share = 100 * reached / max(len(lines), 1)
+print(f"{target:16} {source:18} {len(lines):6} {reached:8} {share:7.1f}%", flush=True)
+PYTHON
 done <<<"$readers"

@@ -19,3 +19,9 @@ ctest --preset clang -j "$(nproc)" -LE install
 
 echo "== GCC and Clang give the same bytes"
 scripts/compare-builds.sh build/dev build/clang
+
+echo "== Tools that are killed 200 times each"
+tests/cli/faults_test.sh "$PWD/build/dev/tools" "$PWD" 200
+
+echo "== Fuzzing, ten minutes a target"
+scripts/fuzz.sh $((10 * 60 * $(ls tests/fuzz/*_fuzz.cpp | wc -l)))

@@ -1,0 +1,330 @@
+#!/usr/bin/env bash
+# What can go wrong around the tools: inputs that are not what they should be, outputs that cannot be
+# written, memory that is not there, processes that die. Whatever happens, a tool ends with 0, 1 or 2,
+# says one line, and leaves an output whole: as it was, or new.
+#
+#   faults_test.sh DIRECTORY-OF-TOOLS SOURCE-TREE [KILLS]
+set -uo pipefail
+tools=$1
+source=$2
+kills=${3:-20}
+root=$(mktemp -d "${TMPDIR:-/tmp}/altiro3D-faults-XXXXXX")
+trap 'cd /; chmod -R u+rwx "$root"; rm -rf -- "$root"' EXIT
+chmod 755 "$root" # nobody must get in
+export XDG_CACHE_HOME=$root/cache HOME=$root/home LANG=C.UTF-8 ALTIRO3D_MODELS=$root/models
+unset LKG_CALIBRATION XDG_DATA_HOME
+mkdir -p "$root/home" "$root/models" "$root/in"
+echo '{"networks": []}' >"$root/models/catalog.json"
+failures=0
+checks=0
+all=(altiro3Dnative photo2native quilt2native quilt2video video2native views2native)
+
+fail() {
+    failures=$((failures + 1))
+    printf 'FAILED: %s\n  exit status %s, standard error: %s\n' "$1" "$status" \
+        "$(head -c 600 "$root/err")"
+}
+check() { # description, condition...
+    local what=$1
+    shift
+    checks=$((checks + 1))
+    "$@" || fail "$what"
+}
+skip() { printf 'skipped: %s\n' "$1"; }
+
+# Runs a tool; leaves its status in `status`, what it says in $root/out and $root/err.
+run() {
+    local tool=$1
+    shift
+    timeout 120 "$tools/$tool" "$@" >"$root/out" 2>"$root/err" </dev/null
+    status=$?
+}
+ends() { [[ $status == "$1" ]]; }
+ends_by_itself() { [[ $status -le 2 ]]; }
+one_error() { # of a tool, with a part
+    [[ $(wc -l <"$root/err") -eq 1 && $(<"$root/err") == "$1: error: "*"$2"* ]]
+}
+silent() { [[ ! -s $root/err ]]; }
+holds_no_leftovers() { [[ -z $(find "$1" -name '.altiro3D-*' -o -name '*.part') ]]; }
+same() { cmp -s -- "$1" "$2"; }
+
+# The arguments of a run that succeeds, in `words`: of a tool, its input and its output.
+call() {
+    local display=(-c "$root/in/small.json" -q 2x3 -r 40x30)
+    case $1 in
+    altiro3Dnative) words=(-m "$3" -q 2x3 -r 40x30 -- "$2") ;;
+    photo2native | quilt2native | views2native) words=("${display[@]}" -- "$2" "$3") ;;
+    quilt2video) words=(-q 2x3 --seconds 0.2 --turns 1 --fps 20 -j 1 -- "$2" "$3") ;;
+    video2native) words=("${display[@]}" -j 1 -- "$2" "$3") ;;
+    esac
+}
+input_of() {
+    case $1 in
+    altiro3Dnative) echo "$root/in/small.json" ;;
+    photo2native) echo "$root/in/photo.jpg" ;;
+    video2native) echo "$root/in/clip.mp4" ;;
+    views2native) echo "$root/in/views" ;;
+    *) echo "$root/in/quilt_qs3x2a0.75.png" ;;
+    esac
+}
+ending_of() {
+    case $1 in
+    altiro3Dnative) echo map ;;
+    quilt2video) echo mp4 ;;
+    video2native) echo mkv ;;
+    *) echo png ;;
+    esac
+}
+
+cat >"$root/in/small.json" <<JSON
+{"configVersion": "1.0", "serial": "TEST", "pitch": {"value": 52.58}, "slope": {"value": -7.17},
+ "center": {"value": 0.5}, "viewCone": {"value": 40}, "invView": {"value": 1}, "DPI": {"value": 324},
+ "screenW": {"value": 96}, "screenH": {"value": 128}}
+JSON
+cp "$source/docs/examples/sample.jpg" "$root/in/photo.jpg"
+cd "$root" || exit 1
+run photo2native -c in/small.json -q 2x3 -r 40x30 --save-quilt in/quilt.png --save-views in/views \
+    in/photo.jpg in/native.png
+check "inputs can be made" ends 0
+run quilt2video -q 2x3 --seconds 0.2 --turns 1 --fps 20 in/quilt_qs3x2a0.75.png in/clip.mp4
+check "a video can be made" ends 0
+[[ $failures -eq 0 ]] || exit 1
+
+# The tools are asked whether they are built with a sanitizer: its memory is not a tool's.
+sanitized=$(ldd "$tools/photo2native" | grep -cE 'lib[at]san')
+
+for tool in "${all[@]}"; do
+    ending=$(ending_of "$tool")
+    input=$(input_of "$tool")
+    out=$root/out.$ending
+    suffix=${input##*/}
+    [[ $suffix == *.* ]] && suffix=.${suffix##*.} || suffix=
+    call "$tool" "$input" "$root/reference.$tool.$ending"
+    run "$tool" "${words[@]}"
+    check "$tool: works" ends 0
+    reference=$root/reference.$tool.$ending
+
+    # --- inputs
+    mkdir -p bad/directory
+    : >bad/empty
+    head -c 300 /dev/urandom >bad/noise
+    for kind in missing empty noise directory; do
+        [[ $tool != views2native || $kind != directory ]] || continue
+        call "$tool" "$root/bad/$kind" "$out"
+        run "$tool" "${words[@]}"
+        check "$tool: input is $kind" ends 1
+        check "$tool: input is $kind: one line that names it" one_error "$tool" "bad/$kind: "
+        check "$tool: input is $kind: no output" test ! -e "$out"
+    done
+    if [[ $(id -u) -eq 0 ]] && command -v setpriv >/dev/null; then
+        as_nobody=(setpriv --reuid=65534 --regid=65534 --clear-groups env XDG_CACHE_HOME=/nonexistent)
+        rm -rf secret shared
+        mkdir secret shared
+        cp -r "$input" "secret/input$suffix"
+        chmod -R go-rwx secret/*
+        chmod 777 shared
+        if "${as_nobody[@]}" test -x "$tools/$tool"; then
+            call "$tool" "$root/secret/input$suffix" "$root/shared/out.$ending"
+            timeout 120 "${as_nobody[@]}" "$tools/$tool" "${words[@]}" >out 2>err
+            status=$?
+            check "$tool: input may not be read" ends 1
+            check "$tool: input may not be read: one line" one_error "$tool" "secret/input"
+            chmod 755 shared
+            call "$tool" "$input" "$root/shared/out.$ending"
+            timeout 120 "${as_nobody[@]}" "$tools/$tool" "${words[@]}" >out 2>err
+            status=$?
+            check "$tool: directory may not be written" ends 1
+            check "$tool: directory may not be written: one line" one_error "$tool" "shared/out"
+            check "$tool: directory may not be written: nothing is in it" test -z "$(ls -A shared)"
+        else
+            skip "$tool: what may not be read or written (nobody cannot get to the tools)"
+        fi
+    else
+        skip "$tool: what may not be read or written (needs root and setpriv)"
+    fi
+
+    # --- outputs
+    mkdir -p full
+    if mount -t tmpfs -o size=256k none "$root/full" 2>/dev/null; then
+        cat /dev/zero >full/filler 2>/dev/null
+        call "$tool" "$input" "$root/full/out.$ending"
+        run "$tool" "${words[@]}"
+        check "$tool: full disk" ends 1
+        check "$tool: full disk: one line" one_error "$tool" "full/"
+        check "$tool: full disk: nothing is left" test "$(ls -A full)" = filler
+        umount "$root/full"
+    else
+        skip "$tool: full disk (needs the right to mount)"
+    fi
+    if [[ -c /dev/full ]]; then
+        ln -sf /dev/full "device.$ending"
+        call "$tool" "$input" "$root/device.$ending"
+        run "$tool" -y "${words[@]}"
+        check "$tool: /dev/full" ends 1
+        check "$tool: /dev/full: one line" one_error "$tool" "device.$ending: "
+        check "$tool: /dev/full stays" test -c /dev/full
+    fi
+    cp -r "$input" "mine.$ending"
+    before=$(find "mine.$ending" -type f -exec cat {} + | cksum)
+    if [[ -f mine.$ending ]]; then
+        call "$tool" "$root/mine.$ending" "$root/mine.$ending"
+        run "$tool" -y "${words[@]}"
+        check "$tool: output is input" ends 2
+        check "$tool: output is input: it stays" test "$before" = "$(cksum <"mine.$ending")"
+    fi
+    rm -rf "mine.$ending"
+
+    # --- two at once: each ends by itself, and what is there is whole
+    call "$tool" "$input" "$out"
+    for round in 1 2 3; do
+        timeout 120 "$tools/$tool" -y "${words[@]}" >/dev/null 2>err2 &
+        other=$!
+        run "$tool" -y "${words[@]}"
+        check "$tool: two at once, $round" ends_by_itself
+        wait "$other"
+        status=$?
+        check "$tool: two at once, $round: the other" ends_by_itself
+        check "$tool: two at once, $round: the output is whole" same "$out" "$reference"
+    done
+    rm -rf "$out" "$out.parts"
+
+    # --- surroundings
+    (exec env -i PATH=/usr/bin:/bin LC_ALL=de_DE.UTF-8 "$tools/$tool" "${words[@]}") >out 2>err
+    status=$?
+    check "$tool: no HOME" ends 0
+    check "$tool: no HOME: the same output" same "$out" "$reference"
+    for name in 'with blank' $'line\nbreak' $'\xc3\xa4\xe6\x97\xa5' -dash; do
+        rm -rf named
+        mkdir named
+        cp -r "$input" "named/$name$suffix"
+        # a leading dash must stand in front of the whole word
+        (cd named && call "$tool" "$name$suffix" "$name-out.$ending" &&
+            run "$tool" "${words[@]}" && exit "$status")
+        status=$?
+        check "$tool: the name '$name'" ends 0
+        check "$tool: the name '$name': the same output" same "named/$name-out.$ending" "$reference"
+    done
+    rm -f "$out"
+    { timeout 120 "$tools/$tool" -v "${words[@]}" 2>err || echo "$?" >status; } | true
+    status=$(cat status 2>/dev/null || echo 0)
+    rm -f status
+    check "$tool: nobody reads what it says" test "$status" -le 2 -o "$status" -eq 141
+    if [[ -e $out ]]; then
+        check "$tool: nobody reads what it says: the output is whole" same "$out" "$reference"
+    fi
+    rm -rf "$out" "$out.parts"
+
+    # --- memory
+    if [[ $sanitized -eq 0 ]]; then
+        for megabytes in 300 400 500 600 700 800 1000 1300; do
+            (ulimit -v $((megabytes * 1024)) && exec timeout 60 "$tools/$tool" -y "${words[@]}") \
+                >out 2>err
+            status=$?
+            # 127: the system could not even load the program
+            check "$tool: $megabytes MB of memory" test "$status" -le 2 -o "$status" -eq 127
+            if [[ $status -eq 0 ]]; then
+                check "$tool: $megabytes MB: the output is whole" same "$out" "$reference"
+            fi
+        done
+        rm -rf "$out" "$out.parts"
+    fi
+
+    # --- killed at any moment
+    rm -rf dying
+    mkdir dying
+    target=$root/dying/out.$ending
+    call "$tool" "$input" "$target"
+    start=$(date +%s%N)
+    run "$tool" -y "${words[@]}"
+    length=$((($(date +%s%N) - start) / 1000000 + 1)) # ms
+    between=0
+    for ((i = 0; i < kills; ++i)); do
+        old=$((i % 2))
+        rm -f "$target"
+        [[ $old -eq 0 ]] || echo precious >"$target"
+        "$tools/$tool" -y "${words[@]}" >/dev/null 2>&1 </dev/null &
+        process=$!
+        sleep "$(printf '0.%03d' $((RANDOM % (length < 900 ? length : 900))))"
+        kill -KILL "$process" 2>/dev/null
+        wait "$process" 2>/dev/null
+        if [[ -e $target ]]; then
+            same "$target" "$reference" || { [[ $old -eq 1 && $(<"$target") == precious ]]; } ||
+                between=$((between + 1))
+        elif [[ $old -eq 1 ]]; then
+            between=$((between + 1))
+        fi
+    done
+    status=killed
+    check "$tool: killed $kills times: old or new, never between ($between)" test "$between" -eq 0
+    run "$tool" -y "${words[@]}"
+    check "$tool: works after all" ends 0
+    check "$tool: works after all: the output" same "$target" "$reference"
+    check "$tool: nothing piles up: $(ls -A dying | tr '\n' ' ')" test "$(ls -A dying | wc -l)" -le 1
+    check "$tool: nothing is left anywhere" holds_no_leftovers "$root"
+done
+
+# --- bombs: refused in one line, before memory is taken
+peak() { # of a command, MB; its status in `status`
+    python3 - "$root" "$@" <<'PYTHON'
+import os, resource, subprocess, sys
+root, command = sys.argv[1], sys.argv[2:]
+with open(root + "/out", "wb") as out, open(root + "/err", "wb") as err:
+    status = subprocess.call(command, stdout=out, stderr=err, stdin=subprocess.DEVNULL, timeout=120)
+print(status, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss // 1024)
+PYTHON
+}
+bomb() { # description, tool, input
+    call "$2" "$3" "$root/bombed.$(ending_of "$2")"
+    read -r status megabytes < <(peak "$tools/$2" "${words[@]}")
+    check "$1" ends 1
+    check "$1: one line" one_error "$2" "${3##*/}"
+    check "$1: $megabytes MB" test "$sanitized" -gt 0 -o "$megabytes" -lt 200
+}
+# 60000 x 60000 px of 8-bit RGB, without a checksum that anybody needs
+printf '\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\xea\x60\0\0\xea\x60\x08\x02\0\0\0\0\0\0\0\0\0\0\0IEND\xae\x42\x60\x82' \
+    >huge.png
+bomb "60000 x 60000 px" photo2native "$root/huge.png"
+cp huge.png huge_qs3x2a0.75.png
+bomb "a quilt of 60000 x 60000 px" quilt2native "$root/huge_qs3x2a0.75.png"
+bomb "a quilt of 60000 x 60000 px for a video" quilt2video "$root/huge_qs3x2a0.75.png"
+mkdir huge && cp huge.png huge/a.png
+call views2native "$root/huge" "$root/bombed.png"
+bomb "a view of 60000 x 60000 px" views2native "$root/huge"
+head -c 100000 /dev/zero | tr '\0' '[' >deep.json
+bomb "JSON 100000 deep" altiro3Dnative "$root/deep.json"
+{
+    printf 'ALTIRO3D\1\0\0\0\x80\0\0\0\xff\xff\xff\xff\xff\xff\xff\xff'
+    head -c 200 /dev/zero
+} >terabytes.map
+read -r status megabytes < <(peak "$tools/quilt2native" -m "$root/terabytes.map" \
+    "$root/in/quilt_qs3x2a0.75.png" "$root/bombed.png")
+check "a map of terabytes" ends 1
+check "a map of terabytes: one line" one_error quilt2native "terabytes.map"
+check "a map of terabytes: $megabytes MB" test "$sanitized" -gt 0 -o "$megabytes" -lt 200
+
+# --- a network that crashes OpenCV
+python3 - "$root/crash.onnx" <<'PYTHON'
+import sys
+def varint(v):
+    b = b""
+    while v >= 128: b += bytes([v & 127 | 128]); v >>= 7
+    return b + bytes([v])
+def number(f, v): return varint(f * 8) + varint(v)
+def part(f, c): return varint(f * 8 + 2) + varint(len(c)) + c
+def shape(s): return part(1, number(1, 1) + part(2, b"".join(part(1, number(1, x)) for x in s)))
+weights = b"".join(number(1, s) for s in (1, 3, 3000, 3000)) + number(2, 1) + part(8, b"w") + part(9, bytes(4))
+node = part(1, b"x") + part(1, b"w") + part(2, b"y") + part(3, b"c") + part(4, b"Conv")
+graph = part(1, node) + part(2, b"g") + part(5, weights)
+graph += part(11, part(1, b"x") + part(2, shape((1, 3, 32, 32)))) + part(12, part(1, b"y") + part(2, shape((1, 1, 32, 32))))
+open(sys.argv[1], "wb").write(number(1, 4) + part(7, graph) + part(8, number(2, 9)))
+PYTHON
+echo '{"name": "crash", "inputWidth": 32, "inputHeight": 32}' >crash.json
+for tool in photo2native video2native; do
+    call "$tool" "$(input_of "$tool")" "$root/crashed.$(ending_of "$tool")"
+    run "$tool" -n crash.onnx --net-profile crash.json "${words[@]}"
+    check "$tool: a network that crashes OpenCV" ends 1
+    check "$tool: a network that crashes OpenCV: one line" one_error "$tool" "crash.onnx: crashes OpenCV"
+done
+
+echo "$checks checks, $failures failed"
+[[ $failures -eq 0 ]]

@@ -166,8 +166,8 @@ struct ResumableVideoWriter::Impl {
          const ResumableVideoOptions& givenResumable, VideoReader* source);
 
     void write(const VideoFrame& frame, const std::string& state);
-    void finish(std::shared_ptr<OtherStreams> others, const std::function<bool(std::int64_t)>& pass,
-                bool complete);
+    void finish(const std::shared_ptr<OtherStreams>& others,
+                const std::function<bool(std::int64_t)>& pass, bool complete);
 
     fs::path path;
     fs::path directory;
@@ -411,7 +411,7 @@ void ResumableVideoWriter::Impl::join(VideoContainer& container,
     }
 }
 
-void ResumableVideoWriter::Impl::finish(std::shared_ptr<OtherStreams> others,
+void ResumableVideoWriter::Impl::finish(const std::shared_ptr<OtherStreams>& others,
                                         const std::function<bool(std::int64_t)>& pass,
                                         bool complete) {
     check(!finished_, "finish", "comes twice");

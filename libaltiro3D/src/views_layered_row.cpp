@@ -128,8 +128,8 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
         const F slope = hn::Mul(hn::ConvertTo(d, hn::ShiftLeft<16>(guess)), riseUnit);
         // a guess may be anything, but not NaN: that would read from anywhere
         const F steep = hn::Max(hn::Sub(one, hn::Mul(shift, slope)), hn::Set(d, 0.125f));
-        const F away = hn::Mul(hn::Mul(lanes.unit, highOffset(d, guess)),
-                               hn::ApproximateReciprocal(steep));
+        const F away =
+            hn::Mul(hn::Mul(lanes.unit, highOffset(d, guess)), hn::ApproximateReciprocal(steep));
         const F near = hn::Min(hn::Max(hn::Add(lanes.x, away), hn::Add(begin, half)), lastColumn);
         const I column = smallNearestInt(d, hn::Sub(near, half)); // rounded down, but for ties
         const F columnPlace = hn::ConvertTo(d, column);

@@ -32,7 +32,7 @@ video_run       resumable_video  readRun|differ|Segment|Shown|4join    closeSeg|
 depth_state     video_depth      8setState                             -
 depth_state     picture_tracker  4take|4load|checksum                  -
 video           video_input      .                                     describeOthers
-video           video_reader     .                                     otherStreams|pass
+video           video_reader     .                                     otherStreams|pass|8validate
 "
 suffix=$(clang++ --version | sed -n 's/.*version \([0-9]*\).*/-\1/p;q')
 printf '%-16s %-18s %6s %8s %8s\n' target reader lines reached share

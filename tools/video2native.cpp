@@ -18,6 +18,7 @@
 #include <cmath>
 #include <csignal>
 #include <functional>
+#include <malloc.h>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -136,8 +137,8 @@ std::string settingsText(const CommandLine& commandLine, const Plan& plan, const
 // Where the frames go: to segments that a later run can go on from, or straight to the file.
 class Sink {
   public:
-    Sink(const Plan& plan, VideoWriterOptions options, const std::string& settings, bool resume,
-         VideoReader& reader)
+    Sink(const Plan& plan, const VideoWriterOptions& options, const std::string& settings,
+         bool resume, VideoReader& reader)
         : plan_(plan) {
         if (!plan.resumable) {
             plain_.emplace(plan.output, options, &reader);
@@ -476,6 +477,11 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
     Sink sink(plan, result.encoding, settingsText(commandLine, plan, studio.display),
               commandLine.has("resume"), reader);
     messages.warn(sink.notes());
+    if (result.encoding.preset != "ultrafast" && result.encoding.preset != "superfast") {
+        // x264's slower presets read memory they have not set: all of it is 0 from here on, or a
+        // run that is resumed would not give the bytes of one that was not interrupted.
+        mallopt(M_PERTURB, 0xff);
+    }
     const KeptVideo kept = sink.kept();
     Tally& tally = result.tally;
     if (kept.frames > 0) {

@@ -133,7 +133,7 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
     }
     std::mutex mutex;
     std::exception_ptr failure;
-    const auto runStage = [&](std::size_t i) {
+    const auto runStage = [&](std::size_t i) { // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks)
         try {
             for (std::int64_t number = 0;; ++number) {
                 FramePointer frame = i == 0 ? pool.take() : queues[i - 1]->pop();

@@ -32,7 +32,9 @@ void makeClip(const fs::path& file, const std::string& timing = "") {
 VideoWriterOptions optionsFor(const VideoFacts& facts) {
     VideoWriterOptions options;
     options.size = facts.size;
-    options.preset = "veryfast"; // with frames out of order
+    // With frames out of order. From veryfast on x264 reads memory it has not set
+    // (docs/reliability.md).
+    options.preset = "superfast";
     options.crf = 4;
     options.timeBase = facts.timeBase;
     options.frameRate = facts.averageRate;

@@ -25,3 +25,6 @@ tests/cli/faults_test.sh "$PWD/build/dev/tools" "$PWD" 200
 
 echo "== Fuzzing, ten minutes a target"
 scripts/fuzz.sh $((10 * 60 * $(ls tests/fuzz/*_fuzz.cpp | wc -l)))
+
+echo "== Debian packages"
+scripts/check-packages.sh

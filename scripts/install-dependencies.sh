@@ -3,6 +3,7 @@
 #
 #   scripts/install-dependencies.sh build    to build and run the tools
 #   scripts/install-dependencies.sh test     and to run all tests and checks
+#   scripts/install-dependencies.sh package  to build the tools and make and check packages of them
 set -euo pipefail
 
 build=(g++ cmake ninja-build pkg-config libopencv-dev libexif-dev libhwy-dev zlib1g-dev qtbase5-dev
@@ -11,12 +12,14 @@ build=(g++ cmake ninja-build pkg-config libopencv-dev libexif-dev libhwy-dev zli
 tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy doxygen graphviz python3
        python3-numpy git curl ca-certificates ffmpeg groff-base man-db zsh xvfb xdotool
        libclang-rt-dev llvm)
+packages=(lintian debootstrap dpkg-dev file git ca-certificates)
 
 case "${1:-build}" in
 build) wanted=("${build[@]}") ;;
 test) wanted=("${build[@]}" "${tests[@]}") ;;
+package) wanted=("${build[@]}" "${packages[@]}") ;;
 *)
-    echo "usage: $0 [build|test]" >&2
+    echo "usage: $0 [build|test|package]" >&2
     exit 2
     ;;
 esac

@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# Makes the Debian packages, and installs, uses and removes them on a bare Debian 12, which is made
+# with debootstrap in a temporary directory. Needs root, the network and some minutes.
+#
+#   scripts/check-packages.sh [--made]    --made: takes the packages that are in build/package/
+set -euo pipefail
+cd "$(dirname "$0")/.."
+if [[ $(id -u) -ne 0 ]]; then
+    echo "$0: needs root, for debootstrap and chroot" >&2
+    exit 1
+fi
+[[ ${1:-} == --made ]] || scripts/make-packages.sh
+shopt -s nullglob
+packages=(build/package/*.deb)
+if [[ ${#packages[@]} -ne 3 ]]; then
+    echo "$0: build/package: holds ${#packages[@]} packages, expected 3" >&2
+    exit 1
+fi
+
+root=$(mktemp -d)
+trap 'rm -rf --one-file-system "$root"' EXIT
+chmod 755 "$root" # apt drops to a user of its own
+echo "== a bare Debian 12 in $root"
+debootstrap --variant=minbase bookworm "$root" "${DEBIAN_MIRROR:-http://deb.debian.org/debian}" >/dev/null
+for file in /etc/resolv.conf /etc/hosts; do
+    [[ ! -f $file ]] || cp -L "$file" "$root/etc/"
+done
+# apt reaches its servers as on this machine
+for file in /etc/apt/apt.conf /etc/apt/apt.conf.d/*prox*; do
+    [[ ! -f $file ]] || cp "$file" "$root/etc/apt/apt.conf.d/90$(basename "$file")"
+done
+mkdir "$root/made"
+cp "${packages[@]}" docs/examples/sample.jpg docs/examples/sample-depth.png "$root/made/"
+cp -r tests/install/consumer "$root/made/"
+
+inside() { # command: run by a shell in that Debian
+    chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 \
+        DEBIAN_FRONTEND=noninteractive bash -euo pipefail -c "cd /made; $1"
+}
+install() { # packages; what apt says matters only if it fails
+    inside "apt-get install -q -y --no-install-recommends $1 >/tmp/apt 2>&1 || { cat /tmp/apt; exit 1; }"
+}
+fail() {
+    echo "$0: $*" >&2
+    exit 1
+}
+
+inside 'apt-get update -q >/dev/null'
+
+echo "== altiro3d: install, make a Native"
+install './altiro3d_*.deb'
+inside 'ldd /usr/bin/photo2native /usr/bin/video2native | { ! grep "not found"; }'
+inside 'photo2native sample.jpg native.png 2>&1; photo2native -d sample.jpg sample-depth.png given.png 2>&1'
+inside 'for tool in $(dpkg -L altiro3d | grep ^/usr/bin/.); do "$tool" --version >/dev/null; done'
+inside 'test "$(/usr/share/altiro3D/get-models.sh --help | head -c 6)" = "Usage:"'
+for native in native given; do
+    size=$(file -b "$root/made/$native.png")
+    [[ $size == *"1536 x 2048"* ]] || fail "$native.png: is $size, expected a PNG of 1536 x 2048 px"
+done
+
+echo "== altiro3d-viewer: install, start"
+install './altiro3d-viewer_*.deb'
+inside 'altiro3Dview --version; QT_QPA_PLATFORM=offscreen altiro3Dview --list-displays'
+
+echo "== libaltiro3d-dev: install, build a program of one's own"
+install './libaltiro3d-dev_*.deb g++ cmake make pkg-config'
+inside 'cmake -S consumer -B cmake >/dev/null && cmake --build cmake >/dev/null &&
+    cmake/consumer /usr/share/altiro3D/calibration/portrait-sample.json'
+inside 'g++ -std=c++17 consumer/main.cpp -o plain $(pkg-config --cflags --libs altiro3D) -lopencv_core &&
+    ./plain /usr/share/altiro3D/calibration/portrait-sample.json'
+
+echo "== all: remove"
+inside 'dpkg -L altiro3d altiro3d-viewer libaltiro3d-dev | sort -u >own'
+inside 'dpkg -P libaltiro3d-dev altiro3d-viewer altiro3d >/dev/null'
+while read -r file; do
+    [[ -d $root$file && ! -L $root$file ]] && continue # others' files are there, too
+    [[ ! -e $root$file && ! -L $root$file ]] || fail "$file: stays after dpkg -P"
+done <"$root/made/own"
+left=$(find "$root"/{usr,etc,opt,var/lib} -iname '*altiro3d*')
+[[ -z $left ]] || fail "stays after dpkg -P: $left"
+inside '! ldconfig -p | grep -i altiro3d'
+echo "the packages are good: installed, used and removed on a bare Debian 12"

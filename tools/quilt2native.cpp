@@ -7,6 +7,7 @@
 #include "common/run_tool.hpp"
 
 #include <cmath>
+#include <iostream>
 #include <opencv2/core.hpp>
 
 using namespace altiro3D;
@@ -157,11 +158,28 @@ void convertVideo(const Job& job, Messages& messages) {
                  std::to_string(native.rows) + " px, " + std::to_string(frames) + " frames");
 }
 
+// Whether a picture is a quilt: its name says so, or it fills the quilt that options or display
+// tell.
+bool isQuilt(const CommandLine& commandLine, Messages& messages) {
+    const fs::path& file = commandLine.files()[0];
+    if (parseQuiltName(file) || isVideo(file)) return true;
+    const Display display = findDisplay(commandLine, messages);
+    const QuiltLayout layout = chooseQuilt(commandLine, display, messages, file, std::nullopt);
+    const cv::Size size = readPhotoFile(file, messages).size();
+    return cv::Size(size.width / layout.columns, size.height / layout.rows) == layout.tileSize;
+}
+
 int run(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.files().size() != 2) {
         throw UsageError("expected QUILT and OUT, got " +
                          std::to_string(commandLine.files().size()) +
                          " names; see quilt2native --help");
+    }
+    if (commandLine.has("tell-kind")) {
+        messages.leaveStandardOutput();
+        std::cout << (isQuilt(commandLine, messages) ? "quilt" : "photo") << "\n";
+        messages.dropWarnings(); // the run to come says them
+        return kExitDone;
     }
     Job job{commandLine, commandLine.files()[0], commandLine.files()[1], {}, FitMode::Stretch};
     job.fit = fitOption(commandLine, FitMode::Stretch);
@@ -199,6 +217,7 @@ int main(int argc, char** argv) {
     addDisplayOptions(commandLine);
     addFitOption(commandLine, "stretch");
     addSamplingOptions(commandLine);
+    commandLine.addHidden("tell-kind"); // for altiro3Dimage
     commandLine.addNote("A file name that ends in _qs<columns>x<rows>a<aspect>, such as "
                         "photo_qs8x6a0.75.png, tells the layout; otherwise it is the display's own "
                         "or that of -q. View 0 is the bottom-left tile. A Native video is "

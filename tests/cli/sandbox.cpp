@@ -32,6 +32,9 @@ std::string toolPath(const std::string& tool) {
     if (tool == "views2native") return ALTIRO3D_TOOL_VIEWS2NATIVE;
     if (tool == "native2view") return ALTIRO3D_TOOL_NATIVE2VIEW;
     if (tool == "altiro3Dtradeoff") return ALTIRO3D_TOOL_ALTIRO3DTRADEOFF;
+    if (tool == "altiro3Dimage" || tool == "altiro3Dvideo" || tool == "images2native") {
+        return fs::path(ALTIRO3D_TOOL_PHOTO2NATIVE).replace_filename(tool); // a script
+    }
 #ifdef ALTIRO3D_TOOL_ALTIRO3DVIEW
     if (tool == "altiro3Dview") return ALTIRO3D_TOOL_ALTIRO3DVIEW;
 #endif

@@ -1,0 +1,139 @@
+// The command lines of the original altiro3D give what our tools give.
+
+#include "altiro3D/image_io.hpp"
+#include "sandbox.hpp"
+#include "support/video.hpp"
+
+#include <opencv2/core/mat.hpp>
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kImage = "altiro3Dimage";
+
+// The original's studio: a map instead of a calibration.
+class OriginalStudio : public SmallStudio {
+  public:
+    OriginalStudio() {
+        EXPECT_TRUE(isDone(run("altiro3Dnative", goodCall("altiro3Dnative", "small.map"))));
+        // of the quilt's size, and not: both can be cut into 2 x 3 views
+        fs::copy(*this / "quilt.png", *this / "collage.png");
+        fs::copy(*this / "photo.png", *this / "photo_qs3x2a0.75.png");
+    }
+    Arguments map() const { return {"-m", "small.map", "-q", "2x3", "-r", "40x30"}; }
+
+    // Both calls succeed and give the same picture.
+    void expectSame(const std::string& original, const std::string& ours, const Arguments& call) {
+        for (const char* output : {"a.png", "b.png"})
+            fs::remove(*this / output);
+        const Outcome first = run(original, call + Arguments{"a.png"});
+        const Outcome second = run(ours, call + Arguments{"b.png"});
+        EXPECT_EQ(first.status, 0) << first.text();
+        EXPECT_EQ(second.status, 0) << second.text();
+        EXPECT_TRUE(slurp(*this / "a.png") == slurp(*this / "b.png")) << first.text();
+    }
+};
+
+} // namespace
+
+TEST(OriginalCommands, OptionsOfPhotosMakeAPhoto) {
+    OriginalStudio studio;
+    for (const Arguments& options :
+         {Arguments{"-k"}, Arguments{"-g"}, Arguments{"--strength", "5"}, Arguments{"-y", "-k"}}) {
+        studio.expectSame(kImage, "photo2native", studio.map() + options + Arguments{"quilt.png"});
+    }
+    studio.expectSame(kImage, "photo2native",
+                      studio.map() + Arguments{"-d", "quilt.png", "depth.png"});
+}
+
+TEST(OriginalCommands, NetworksMakeAPhoto) {
+    OriginalStudio studio;
+    const Outcome outcome = studio.run(kImage, Arguments{"-n", "none.onnx"} + studio.map() +
+                                                   Arguments{"quilt.png", "a.png"});
+    EXPECT_EQ(outcome.status, 1) << outcome.text();
+    EXPECT_EQ(outcome.err.rfind("photo2native: error: none.onnx: ", 0), 0U) << outcome.text();
+}
+
+TEST(OriginalCommands, SwayingVideosAreOfPhotos) {
+    OriginalStudio studio;
+    EXPECT_EQ(studio
+                  .run(kImage, studio.map() + Arguments{"--seconds", "0.2", "--lg", "sway.mp4",
+                                                        "photo.png", "a.png"})
+                  .status,
+              0);
+    EXPECT_TRUE(fs::exists(studio / "sway.mp4"));
+}
+
+TEST(OriginalCommands, APictureOfTheQuiltsSizeIsAQuilt) {
+    OriginalStudio studio;
+    studio.expectSame(kImage, "quilt2native", studio.map() + Arguments{"collage.png"});
+    studio.expectSame(kImage, "quilt2native", {"-m", "small.map", "collage.png"});
+    studio.expectSame(kImage, "quilt2native", studio.display() + Arguments{"collage.png"});
+    studio.expectSame(kImage, "quilt2native",
+                      {"--map=small.map", "--quilt=2x3", "-v", "collage.png"});
+}
+
+TEST(OriginalCommands, ANameCanSayQuilt) {
+    OriginalStudio studio;
+    studio.expectSame(kImage, "quilt2native", {"-c", "small.json", "photo_qs3x2a0.75.png"});
+}
+
+TEST(OriginalCommands, AnyOtherPictureIsAPhoto) {
+    OriginalStudio studio;
+    studio.expectSame(kImage, "photo2native", studio.map() + Arguments{"photo.png"});
+    studio.expectSame(kImage, "photo2native", studio.display() + Arguments{"photo.png"});
+}
+
+TEST(OriginalCommands, TakeOddNames) {
+    OriginalStudio studio;
+    const std::string odd = "-k it's \"a\" $(touch bad) * \n photo.png";
+    fs::copy(studio / "photo.png", studio / odd);
+    fs::copy(studio / "collage.png", studio / ("q" + odd));
+    studio.expectSame(kImage, "photo2native", studio.map() + Arguments{"--", odd});
+    studio.expectSame(kImage, "quilt2native", studio.map() + Arguments{"q" + odd});
+    fs::rename(studio / "small.map", studio / "-k.map");
+    studio.expectSame(kImage, "quilt2native", {"-m", "-k.map", "collage.png"});
+    fs::rename(studio / "views", studio / "my -h views");
+    studio.expectSame("images2native", "views2native", studio.display() + Arguments{"my -h views"});
+    EXPECT_FALSE(fs::exists(studio / "bad"));
+}
+
+TEST(OriginalCommands, ViewsBecomeANative) {
+    OriginalStudio studio;
+    studio.expectSame("images2native", "views2native", studio.map() + Arguments{"views"});
+}
+
+TEST(OriginalCommands, VideosBecomeNativeVideos) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    OriginalStudio studio;
+    ffmpeg("-f lavfi -i testsrc2=size=60x80:rate=10:duration=0.5 '" +
+           (studio / "flat.mp4").string() + "'");
+    const Outcome outcome =
+        studio.run("altiro3Dvideo", studio.map() + Arguments{"-k", "flat.mp4", "native.mp4"});
+    EXPECT_EQ(outcome.status, 0) << outcome.text();
+    EXPECT_EQ(ffprobe(studio / "native.mp4", "stream=width,height", "-select_streams v:0"),
+              "96|128\n");
+}
+
+TEST(OriginalCommands, FailuresAreThoseOfTheTools) {
+    OriginalStudio studio;
+    for (const char* command : {kImage, "altiro3Dvideo", "images2native"}) {
+        EXPECT_EQ(studio.run(command, {}).status, 2) << command;
+        EXPECT_EQ(studio.run(command, {"--nonsense", "a", "b.png"}).status, 2) << command;
+        const Outcome missing = studio.run(
+            command,
+            studio.map() +
+                Arguments{"none", std::string(command) == "altiro3Dvideo" ? "b.mp4" : "b.png"});
+        EXPECT_EQ(missing.status, 1) << missing.text();
+        EXPECT_EQ(missing.errLines().size(), 1U) << missing.text();
+        EXPECT_NE(missing.err.find(": error: none: "), std::string::npos) << missing.text();
+        const Outcome help = studio.run(command, {"--help"});
+        EXPECT_TRUE(isDone(help));
+        EXPECT_EQ(help.out.rfind("Usage: " + std::string(command) + " ", 0), 0U) << help.text();
+    }
+}
+
+} // namespace altiro3D::test

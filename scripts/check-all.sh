@@ -26,5 +26,10 @@ tests/cli/faults_test.sh "$PWD/build/dev/tools" "$PWD" 200
 echo "== Fuzzing, ten minutes a target"
 scripts/fuzz.sh $((10 * 60 * $(ls tests/fuzz/*_fuzz.cpp | wc -l)))
 
+echo "== Static library"
+cmake --preset dev -B build/static -DBUILD_SHARED_LIBS=OFF -DALTIRO3D_BUILD_BENCHMARKS=OFF
+cmake --build build/static
+ctest --test-dir build/static -j "$(nproc)" --output-on-failure -L 'cli|install|qt'
+
 echo "== Debian packages"
 scripts/check-packages.sh

@@ -17,7 +17,7 @@ for file in "$calibration" "$prefix/share/altiro3D/models/catalog.json" "$prefix
     "$prefix/share/zsh/site-functions/_photo2native"; do
     [[ -e $file ]] || { echo "not installed: $file"; exit 1; }
 done
-libraries=$(dirname "$(find "$prefix" -name 'libaltiro3D.so' | head -1)")
+libraries=$(dirname "$(find "$prefix" -name 'libaltiro3D.so' -o -name 'libaltiro3D.a' | head -1)")
 
 echo "== by find_package"
 cmake -G Ninja -S "$consumer" -B "$work/cmake" -DCMAKE_PREFIX_PATH="$prefix" \

@@ -14,7 +14,7 @@ namespace altiro3D {
 struct VideoDepthOptions {
     int every =
         0; ///< The network runs on every n-th picture, 1..1000; 0 = as the pictures require.
-    int longestGap = 8; ///< With every = 0: pictures from one inference to the next, 1..1000.
+    int longestGap = 12; ///< With every = 0: pictures from one inference to the next, 1..1000.
     /// With every = 0: share of the picture that may be new since the last inference, 0..1.
     double mostNew = 0.08;
     /// Share of the depth before that is kept per picture where nothing moves, 0..0.99; 0 = off:

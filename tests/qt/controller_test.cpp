@@ -1,6 +1,7 @@
 #include "viewer/controller.hpp"
 
 #include "support/compare.hpp"
+#include "support/files.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QElapsedTimer>
@@ -375,6 +376,73 @@ TEST_F(ViewerController, VideosOfAllKindsPlay) {
         controller_.setPlaying(true);
     }
     controller_.close(controller_.current());
+}
+
+// A directory of networks, while it lives.
+class Networks {
+  public:
+    explicit Networks(const fs::path& directory) : before_(qgetenv("ALTIRO3D_MODELS")) {
+        qputenv("ALTIRO3D_MODELS", directory.c_str());
+    }
+    ~Networks() { qputenv("ALTIRO3D_MODELS", before_); }
+    Networks(const Networks&) = delete;
+    Networks& operator=(const Networks&) = delete;
+
+  private:
+    QByteArray before_;
+};
+
+TEST_F(ViewerController, ANetworkMakesTheDepthOfPhotosAndVideos) {
+    ALTIRO3D_REQUIRE_DATA("models/fastdepth/fastdepth_224_op10.onnx");
+    const fs::path file = dataPath("models/fastdepth/fastdepth_224_op10.onnx");
+    const Networks networks(file.parent_path());
+    const ReadyNetwork* known = nullptr;
+    const std::vector<ReadyNetwork> ready = readyNetworks();
+    for (const ReadyNetwork& network : ready)
+        if (network.name == "fastdepth") known = &network;
+    ASSERT_NE(known, nullptr);
+    const cv::Mat photo = detailedPhoto({300, 400});
+    cv::Mat expected;
+    DepthNetwork(known->file, known->profile).estimate(photo, expected);
+
+    fs::remove(folder_ / "photo-depth.png");
+    Controller controller(sampleDisplay({150, 200}));
+    controller.setArea({300, 400});
+    Knobs knobs;
+    knobs.depth = "fastdepth";
+    controller.restoreKnobs(knobs);
+    controller.open(std::vector<fs::path>{folder_ / "photo.png"});
+    const auto isFrom = [&controller](const std::string& source) {
+        return waitFor([&] { return controller.frame().depthSource == source; });
+    };
+    EXPECT_TRUE(isFrom("fastdepth")) << controller.problem().toStdString();
+    EXPECT_TRUE(samePicture(controller.frame().scene.depth, expected));
+
+    writeGreys(folder_ / "flat.mkv", {90, 120}, 25);
+    controller.open(std::vector<fs::path>{folder_ / "flat.mkv"});
+    EXPECT_TRUE(isFrom("fastdepth, as often as the video needs it"));
+    knobs.depth = kBuiltInDepth; // while it plays
+    controller.turn(knobs, "depth");
+    EXPECT_TRUE(isFrom("built-in estimator, as often as the video needs it"));
+}
+
+TEST_F(ViewerController, ANetworkThatIsNoneIsAMessage) {
+    const TemporaryDirectory models;
+    spill(models / "model-small.onnx", "no network");
+    const Networks networks(models.path());
+    fs::remove(folder_ / "photo-depth.png");
+    writeGreys(folder_ / "flat.mkv", {90, 120}, 25);
+    Controller controller(sampleDisplay({150, 200}));
+    controller.setArea({300, 400});
+    for (const char* name : {"photo.png", "flat.mkv"}) {
+        controller.open(std::vector<fs::path>{folder_ / name});
+        EXPECT_TRUE(waitFor([&] { return controller.problem().contains("model-small.onnx"); }))
+            << controller.problem().toStdString();
+    }
+    Knobs knobs;
+    knobs.depth = kBuiltInDepth;
+    controller.turn(knobs, "depth");
+    EXPECT_TRUE(waitFor([&] { return controller.problem().isEmpty(); }));
 }
 
 TEST_F(ViewerController, EndsCleanlyInTheMiddleOfItsWork) {

@@ -1,9 +1,18 @@
 #include <QApplication>
 #include <QTemporaryDir>
 #include <clocale>
+#include <cstring>
 #include <gtest/gtest.h>
 
+#ifdef ALTIRO3D_TOOL_PHOTO2NATIVE // the viewer is tested, too
+#include "viewer/depth_maker.hpp"
+#endif
+
 int main(int argc, char** argv) {
+#ifdef ALTIRO3D_TOOL_PHOTO2NATIVE
+    using namespace altiro3D::viewer;
+    if (argc == 3 && std::strcmp(argv[1], kTryNetwork) == 0) return tryNetwork(argv[2]);
+#endif
     const QTemporaryDir home; // settings of these tests, not of who runs them
     qputenv("QT_QPA_PLATFORM", "offscreen");
     qputenv("XDG_CONFIG_HOME", home.path().toUtf8());

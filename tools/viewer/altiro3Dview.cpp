@@ -5,6 +5,7 @@
 #include "altiro3D/qt/display_search.hpp"
 #include "common/display_options.hpp"
 #include "common/run_tool.hpp"
+#include "viewer/depth_maker.hpp"
 #include "viewer/main_window.hpp"
 #include "viewer/presentation.hpp"
 
@@ -12,6 +13,7 @@
 #include <clocale>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
@@ -82,6 +84,7 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
 } // namespace
 
 int main(int argc, char** argv) {
+    if (argc == 3 && std::strcmp(argv[1], kTryNetwork) == 0) return tryNetwork(argv[2]);
     qInstallMessageHandler(onQtMessage);
     CommandLine commandLine("altiro3Dview",
                             "Shows photos, quilts and Natives as they will look on a light-field "

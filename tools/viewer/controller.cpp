@@ -1,14 +1,15 @@
 #include "viewer/controller.hpp"
 
-#include "altiro3D/depth_cues.hpp"
 #include "altiro3D/display.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "common/run_tool.hpp"
+#include "viewer/depth_maker.hpp"
 
 #include <QUndoCommand>
 #include <algorithm>
 #include <climits>
 #include <cmath>
+#include <optional>
 
 namespace altiro3D::viewer {
 
@@ -30,6 +31,31 @@ bool has(const std::vector<Mode>& modes, Mode mode) {
 QString textOf(const std::exception& error) {
     return QString::fromStdString(tools::sentenceOf(error));
 }
+
+// The depth of a flat video that plays: steady, as often as it needs.
+class PlayedDepth {
+  public:
+    explicit PlayedDepth(std::shared_ptr<DepthMaker> maker) : maker_(std::move(maker)) {}
+
+    // Sets the depth of the next picture, if it is to be estimated.
+    // @param wish Knobs::depth
+    void next(Document& document, const std::string& wish) {
+        const std::string chosen = maker_->choose(wish, !document.rawDepth.empty());
+        if (chosen == kGivenDepth) return;
+        if (chosen != chosen_) {
+            chosen_ = chosen;
+            depth_.emplace([this](const cv::Mat& picture,
+                                  cv::Mat& raw) { maker_->estimate(chosen_, picture, raw); },
+                           maker_->kind(chosen_));
+        }
+        depth_->next(document.picture, document.depth);
+    }
+
+  private:
+    std::shared_ptr<DepthMaker> maker_;
+    std::string chosen_;
+    std::optional<VideoDepth> depth_;
+};
 
 } // namespace
 
@@ -57,7 +83,7 @@ class Controller::Turn : public QUndoCommand {
 
 Controller::Controller(tools::Display display, QObject* parent)
     : QObject(parent), display_(std::make_shared<const tools::Display>(std::move(display))),
-      studio_(std::make_shared<Studio>()) {
+      depthMaker_(std::make_shared<DepthMaker>()), studio_(std::make_shared<Studio>(depthMaker_)) {
     swingTimer_.setInterval(kSwingMilliseconds);
     connect(&swingTimer_, &QTimer::timeout, this, &Controller::swing);
     connect(this, &Controller::pictureArrived, this, &Controller::takePicture,
@@ -103,8 +129,7 @@ void Controller::close(int index) {
         return;
     }
     ++readings_;
-    player_.reset();
-    worker_.drop(kReading);
+    endPlayer([] {});
     opening_ = waiting_ = false;
     document_.reset();
     problem_.clear();
@@ -121,14 +146,20 @@ void Controller::reopen(Reading reading, const fs::path& depth) {
     readCurrent();
 }
 
+void Controller::endPlayer(std::function<void()> then) {
+    // it may be in the middle of an inference
+    worker_.post(kReading, [player = std::exchange(player_, nullptr), then = std::move(then)] {
+        if (player) player->end();
+        then();
+    });
+}
+
 void Controller::readCurrent() {
     const quint64 number = ++readings_;
-    player_.reset();
-    pictureWaits_ = false;
     opening_ = true;
     emit documentChanged();
     const Source source = sources_[static_cast<std::size_t>(current_)];
-    worker_.post(kReading, [this, number, source, display = display_] {
+    endPlayer([this, number, source, display = display_] {
         std::shared_ptr<const Document> document;
         QString problem;
         try {
@@ -181,6 +212,10 @@ void Controller::setKnobs(const Knobs& knobs) {
         emit documentChanged();
     }
     knobs_ = knobs;
+    {
+        const std::lock_guard<std::mutex> lock(arrivalMutex_);
+        depthWish_ = knobs.depth;
+    }
     emit knobsChanged();
     requestFrame();
     requestNative();
@@ -236,17 +271,20 @@ VideoPlayer::Counts Controller::videoCounts() const {
 void Controller::play() {
     const quint64 number = readings_;
     const Source source = document_->source;
-    const bool needsDepth = document_->kind == Kind::Scene && document_->rawDepth.empty();
-    std::shared_ptr<VideoDepth> depth; // used by the player's thread alone
-    if (needsDepth)
-        depth = std::make_shared<VideoDepth>(
-            [](const cv::Mat& picture, cv::Mat& raw) { estimateDepthFromCues(picture, raw); },
-            DepthKind::NearWhite);
+    const auto depth =
+        std::make_shared<PlayedDepth>(depthMaker_); // used by the player's thread alone
     const auto show = [this, number, source, depth, display = display_](const cv::Mat& picture) {
         if (pictureWaits_.exchange(true)) return false; // the one before is still being made
         auto document = std::make_shared<Document>(documentOf(source, picture, *display));
         document->video = true;
-        if (depth) depth->next(document->picture, document->depth);
+        if (document->kind == Kind::Scene) {
+            std::string wish;
+            {
+                const std::lock_guard<std::mutex> lock(arrivalMutex_);
+                wish = depthWish_;
+            }
+            depth->next(*document, wish);
+        }
         {
             const std::lock_guard<std::mutex> lock(arrivalMutex_);
             arrival_ = {number, document, {}};
@@ -261,7 +299,8 @@ void Controller::play() {
         }
         emit pictureArrived();
     };
-    player_ = std::make_unique<VideoPlayer>(source.file, show, fail);
+    pictureWaits_ = false; // the player before has ended
+    player_ = std::make_shared<VideoPlayer>(source.file, show, fail);
     player_->setPaused(!playing_);
 }
 

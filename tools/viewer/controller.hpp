@@ -111,6 +111,8 @@ class Controller : public QObject {
   private:
     class Turn;
     void setKnobs(const Knobs& knobs);
+    /// Waits for the player and does something, both in the worker.
+    void endPlayer(std::function<void()> then);
     void readCurrent();
     void requestFrame();
     void requestNative();
@@ -149,12 +151,14 @@ class Controller : public QObject {
         QString problem;
     };
     std::mutex arrivalMutex_;
-    Arrival arrival_; // from the player's thread
+    Arrival arrival_;                    // from the player's thread
+    std::string depthWish_ = kBestDepth; // for it: Knobs::depth
 
+    std::shared_ptr<DepthMaker> depthMaker_;
     std::shared_ptr<Studio> studio_; // used by worker_ alone
     Worker exporter_;
     Worker worker_;
-    std::unique_ptr<VideoPlayer> player_; // last: its pictures and their tasks use the rest
+    std::shared_ptr<VideoPlayer> player_; // last: its pictures and their tasks use the rest
 };
 
 } // namespace altiro3D::viewer

@@ -1,6 +1,7 @@
 #include "viewer/studio.hpp"
 
 #include "altiro3D/altiro3D.hpp"
+#include "viewer/depth_maker.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +16,6 @@ namespace {
 
 // One view of so many px is made within 50 ms on two cores; larger windows show it enlarged.
 constexpr double kMostPreviewPixels = 7e5;
-constexpr const char* kPreferredNetwork = "midas-small";
 
 // What was made last, and what it was made of. Documents and displays never change, so that they
 // are the same if they lie at the same place; the key keeps them alive.
@@ -45,17 +45,9 @@ struct DepthMap {
     std::string source;
 };
 
-// Where depth comes from: a network's name, or one of the words of Knobs::depth.
-std::string chosenDepth(const Request& request, const std::vector<ReadyNetwork>& networks) {
-    const std::string& wish = request.knobs.depth;
-    const bool given = !request.document->rawDepth.empty();
-    const auto ready = [&networks](const std::string& name) {
-        return std::any_of(networks.begin(), networks.end(),
-                           [&name](const ReadyNetwork& n) { return n.name == name; });
-    };
-    if (wish == kBuiltInDepth || ready(wish)) return wish;
-    if (given) return kGivenDepth;
-    return ready(kPreferredNetwork) ? kPreferredNetwork : kBuiltInDepth;
+// For people.
+std::string sourceText(const std::string& chosen) {
+    return chosen == kBuiltInDepth ? "built-in estimator" : chosen;
 }
 
 cv::Mat sized(const cv::Mat& picture, cv::Size size) {
@@ -78,9 +70,7 @@ cv::Mat window(const cv::Mat& picture, cv::Size area, cv::Point& pan) {
 } // namespace
 
 struct Studio::State {
-    std::vector<ReadyNetwork> networks;
-    std::optional<DepthNetwork> network;
-    std::string networkName;
+    std::shared_ptr<DepthMaker> depthMaker;
 
     Kept<std::tuple<DocumentPointer, std::string>, DepthMap> depth;
     std::string how; // depth of the picture that is being made
@@ -108,24 +98,21 @@ struct Studio::State {
         DepthNormalization normalization;
         if (!document.depth.empty()) {
             map.depth = document.depth;
-            map.source = "the video, as often as it needs";
-        } else if (from == kBuiltInDepth) {
-            estimateDepthFromCues(document.picture, map.depth);
-            map.source = "built-in estimator";
+            map.source = sourceText(from) + ", as often as the video needs it";
         } else if (from == kGivenDepth) {
             normalizeDepth(document.rawDepth, map.depth, normalization);
             map.source = document.source.depth.empty() ? "in the picture"
                                                        : document.source.depth.filename().string();
         } else {
-            if (networkName != from) {
-                network.reset();
-                const auto found = std::find_if(networks.begin(), networks.end(),
-                                                [&from](const auto& n) { return n.name == from; });
-                network.emplace(found->file, found->profile);
-                networkName = from;
+            cv::Mat raw;
+            depthMaker->estimate(from, document.picture, raw);
+            normalization.kind = depthMaker->kind(from);
+            if (from == kBuiltInDepth) {
+                map.depth = raw;
+            } else {
+                normalizeDepth(raw, map.depth, normalization);
             }
-            network->estimate(document.picture, map.depth);
-            map.source = from;
+            map.source = sourceText(from);
         }
         return map;
     }
@@ -162,12 +149,8 @@ struct Studio::State {
     }
 };
 
-Studio::Studio() : state_(std::make_unique<State>()) {
-    try {
-        state_->networks = readyNetworks();
-    } catch (const Error&) {
-        // a broken catalogue: the list of networks, which is asked for elsewhere, says so
-    }
+Studio::Studio(std::shared_ptr<DepthMaker> depthMaker) : state_(std::make_unique<State>()) {
+    state_->depthMaker = std::move(depthMaker);
 }
 
 Studio::~Studio() = default;
@@ -212,7 +195,8 @@ Frame Studio::render(const Request& request) {
     const Kind kind = request.document->kind;
     const double aspect = request.display->panelAspect();
     if (kind == Kind::Scene) {
-        state_->how = chosenDepth(request, state_->networks);
+        state_->how =
+            state_->depthMaker->choose(request.knobs.depth, !request.document->rawDepth.empty());
         const DepthMap& map = state_->depth.get({request.document, state_->how}, [&] {
             return state_->makeDepth(*request.document, state_->how);
         });

@@ -40,11 +40,14 @@ struct Frame {
     double parallaxPixels = 0; ///< Of a photo: between adjacent views, px of a view.
 };
 
+class DepthMaker;
+
 /// Makes the pictures for the window and keeps what the next one can use again. One thread at a
 /// time.
 class Studio {
   public:
-    Studio();
+    /// @param depthMaker for photos without depth of their own
+    explicit Studio(std::shared_ptr<DepthMaker> depthMaker);
     ~Studio();
 
     /// @throws Error and what the library throws

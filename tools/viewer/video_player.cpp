@@ -20,12 +20,16 @@ VideoPlayer::VideoPlayer(std::filesystem::path file, std::function<bool(const cv
       thread_([this] { run(); }) {}
 
 VideoPlayer::~VideoPlayer() {
+    end();
+}
+
+void VideoPlayer::end() {
     {
         const std::lock_guard<std::mutex> lock(mutex_);
         ending_ = true;
     }
     wake_.notify_one();
-    thread_.join();
+    if (thread_.joinable()) thread_.join();
 }
 
 void VideoPlayer::setPaused(bool paused) {

@@ -28,11 +28,13 @@ class VideoPlayer {
     /// @param fail is told why the video cannot be read (further); nothing comes after that
     VideoPlayer(std::filesystem::path file, std::function<bool(const cv::Mat&)> show,
                 std::function<void(const std::string&)> fail);
-    /// Waits for the picture that is being handed out.
+    /// Does what end() does.
     ~VideoPlayer();
     VideoPlayer(const VideoPlayer&) = delete;
     VideoPlayer& operator=(const VideoPlayer&) = delete;
 
+    /// Waits for the picture that is being handed out; none comes after it.
+    void end();
     void setPaused(bool paused);
     Counts counts() const;
 

@@ -1,0 +1,104 @@
+#include "viewer/depth_maker.hpp"
+
+#include "altiro3D/depth_cues.hpp"
+#include "altiro3D/error.hpp"
+#include "common/network_trust.hpp"
+#include "common/run_tool.hpp"
+
+#include <QCoreApplication>
+#include <QProcess>
+#include <algorithm>
+#include <cstdio>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+constexpr const char* kPreferredNetwork = "midas-small";
+
+const ReadyNetwork* findIn(const std::vector<ReadyNetwork>& networks, const std::string& name) {
+    const auto found = std::find_if(networks.begin(), networks.end(),
+                                    [&name](const ReadyNetwork& n) { return n.name == name; });
+    return found != networks.end() ? &*found : nullptr;
+}
+
+// In a program of one thread: this one has several, and a copy of it could wait for ever for what
+// the others held.
+void requireHarmless(const std::string& name) {
+    QProcess process;
+    process.start(QCoreApplication::applicationFilePath(),
+                  {QString(kTryNetwork), QString::fromStdString(name)});
+    const bool ended = process.waitForStarted() && process.waitForFinished(-1) &&
+                       process.exitStatus() == QProcess::NormalExit;
+    const std::string said = process.readAllStandardError().trimmed().toStdString();
+    if (ended && process.exitCode() == 0) {
+        if (!said.empty()) std::fprintf(stderr, "%s\n", said.c_str());
+        return;
+    }
+    throw Error(ErrorCode::NetworkFailed, name,
+                said.empty() ? "cannot be tried in a process of its own" : said);
+}
+
+} // namespace
+
+DepthMaker::DepthMaker() {
+    try {
+        networks_ = readyNetworks();
+    } catch (const Error&) {
+        // a broken catalogue: the list of networks, which is asked for elsewhere, says so
+    }
+}
+
+const ReadyNetwork* DepthMaker::find(const std::string& name) const {
+    return findIn(networks_, name);
+}
+
+std::string DepthMaker::choose(const std::string& wish, bool given) const {
+    if (wish == kBuiltInDepth || find(wish) != nullptr) return wish;
+    if (given) return kGivenDepth;
+    return find(kPreferredNetwork) != nullptr ? kPreferredNetwork : kBuiltInDepth;
+}
+
+DepthKind DepthMaker::kind(const std::string& chosen) const {
+    const ReadyNetwork* const network = find(chosen);
+    const bool metric = network != nullptr && network->profile.output == NetworkOutput::MetricDepth;
+    return metric ? DepthKind::Metric : DepthKind::NearWhite;
+}
+
+void DepthMaker::estimate(const std::string& chosen, const cv::Mat& picture, cv::Mat& raw) {
+    const ReadyNetwork* const network = find(chosen);
+    if (network == nullptr) {
+        estimateDepthFromCues(picture, raw);
+        return;
+    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (loaded_ != chosen) {
+        network_.reset();
+        loaded_.clear();
+        if (harmless_.count(chosen) == 0) requireHarmless(chosen);
+        harmless_.insert(chosen);
+        network_.emplace(network->file, network->profile);
+        loaded_ = chosen;
+    }
+    network_->infer(picture, raw);
+}
+
+int tryNetwork(const std::string& name) {
+    tools::Messages messages("altiro3Dview", false);
+    try {
+        const std::vector<ReadyNetwork> networks = readyNetworks();
+        const ReadyNetwork* const network = findIn(networks, name);
+        if (network == nullptr) throw Error(ErrorCode::NotFound, name, "is not there");
+        std::vector<NetworkProfile> catalog;
+        for (const ReadyNetwork& ready : networks)
+            catalog.push_back(ready.profile);
+        tools::requireHarmless(network->file, network->profile, catalog, {}, messages);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "%s\n", tools::sentenceOf(error).c_str());
+        return tools::kExitFailed;
+    }
+    messages.flushWarnings();
+    return 0;
+}
+
+} // namespace altiro3D::viewer

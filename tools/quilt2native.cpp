@@ -5,6 +5,7 @@
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
+#include "common/video_options.hpp"
 
 #include <cmath>
 #include <iostream>
@@ -115,7 +116,8 @@ void convertPicture(const Job& job, Messages& messages) {
     messages.detail(times.text());
 }
 
-void convertVideo(const Job& job, Messages& messages) {
+// Exit status.
+int convertVideo(const Job& job, Messages& messages) {
     VideoReader reader(job.quilt);
     if (isPicture(reader)) {
         throw UsageError(job.quilt.string() + ": is a picture, expected a video, or the name of a "
@@ -130,21 +132,27 @@ void convertVideo(const Job& job, Messages& messages) {
     const Quilt2Native renderer = makeQuilt2Native(job.commandLine, job.display, layout, messages);
     VideoWriterOptions options;
     options.size = renderer.panelSize();
-    options.timeBase = facts.timeBase;
-    options.frameRate = facts.averageRate;
-    options.constantRate = facts.constantRate;
+    takeTimes(facts, options);
     VideoWriter writer(job.native, options, &reader);
-    VideoFrame frame;
-    cv::Mat native;
     Notes notes;
     const auto expected = static_cast<std::size_t>(facts.frameCount.value_or(0));
     Progress progress(expected);
     std::size_t frames = 0;
-    for (; reader.read(frame); ++frames) {
-        if (frames < expected) progress.step(job.quilt.filename().string());
-        renderer.render(shape.apply(frame.picture, frames == 0 ? &notes : nullptr), native);
-        writer.write({native, frame.pts, frame.duration});
-    }
+    runPipeline({{"decode", [&](PipelineFrame& frame) { return reader.read(frame.source); }},
+                 {"render",
+                  [&](PipelineFrame& frame) {
+                      const cv::Mat& picture = frame.source.picture;
+                      renderer.render(shape.apply(picture, frame.number == 0 ? &notes : nullptr),
+                                      frame.result.picture);
+                      frame.result.pts = frame.source.pts;
+                      frame.result.duration = frame.source.duration;
+                      return true;
+                  }},
+                 {"encode", [&](PipelineFrame& frame) {
+                      writer.write(frame.result);
+                      if (frames++ < expected) progress.step(job.quilt.filename().string());
+                      return true;
+                  }}});
     progress.clear();
     if (frames == 0) {
         throw Error(ErrorCode::BadFormat, job.quilt.string(),
@@ -152,10 +160,15 @@ void convertVideo(const Job& job, Messages& messages) {
     }
     writer.finish();
     messages.warn(notes);
-    messages.warn(reader.notes());
+    const std::string cutOff = tellNotes(reader, messages);
     messages.warn(writer.notes());
-    messages.say(job.native.string() + ": Native video, " + std::to_string(native.cols) + " x " +
-                 std::to_string(native.rows) + " px, " + std::to_string(frames) + " frames");
+    messages.say(job.native.string() + ": Native video, " + std::to_string(options.size.width) +
+                 " x " + std::to_string(options.size.height) + " px, " + std::to_string(frames) +
+                 " frames");
+    if (cutOff.empty()) return kExitDone;
+    messages.flushWarnings();
+    messages.fail(cutOff);
+    return kExitFailed;
 }
 
 // Whether a picture is a quilt: its name says so, or it fills the quilt that options or display
@@ -196,11 +209,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
         outputs.addInput(file);
     outputs.addOutput(job.native);
     outputs.check();
-    if (video) {
-        convertVideo(job, messages);
-    } else {
-        convertPicture(job, messages);
-    }
+    if (video) return convertVideo(job, messages);
+    convertPicture(job, messages);
     return kExitDone;
 }
 

@@ -441,15 +441,7 @@ void count(const PipelineFrame& frame, double unit, Tally& tally) {
 
 // What the readers have to say in the end.
 void tellRemarks(const Studio& studio, Result& result, Messages& messages) {
-    for (const std::string& note : studio.reader->notes()) {
-        const bool cutOff =
-            studio.reader->counts().truncated && note.find("is cut off") != std::string::npos;
-        if (cutOff) {
-            result.cutOff = note;
-        } else {
-            messages.warn(note);
-        }
-    }
+    result.cutOff = tellNotes(*studio.reader, messages);
     if (!studio.depth) return;
     studio.depth->tell(messages);
     const AdjacentParallax parallax =
@@ -678,7 +670,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     }
     if (!result.cutOff.empty() && !plan.show) {
         messages.flushWarnings();
-        messages.fail(result.cutOff + "; what is there was converted");
+        messages.fail(result.cutOff);
         return kExitFailed;
     }
     return kExitDone;

@@ -185,6 +185,19 @@ TEST(Quilt2NativeTool, TheLayoutOfAVideoIsChosenAsThatOfAPicture) {
         "30 x 40"));
 }
 
+TEST(Quilt2NativeTool, WhatIsThereOfACutOffVideoIsMade) {
+    SmallStudio studio;
+    writeQuiltVideo(studio / "q.mkv", 40);
+    const std::string whole = slurp(studio / "q.mkv");
+    spill(studio / "q_qs3x2a0.75.mkv", whole.substr(0, whole.size() / 2));
+    EXPECT_TRUE(fails(studio.run(kTool, {"-c", "small.json", "q_qs3x2a0.75.mkv", "a.mkv"}), 1,
+                      "is cut off"));
+    VideoReader reader(studio / "a.mkv");
+    const std::size_t frames = allFrames(reader).size();
+    EXPECT_GT(frames, 10U);
+    EXPECT_LT(frames, 30U);
+}
+
 TEST(Quilt2NativeTool, PicturesAndVideosAreNotMixed) {
     SmallStudio studio;
     writeQuiltVideo(studio / "q.mkv", 2);

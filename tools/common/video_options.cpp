@@ -168,4 +168,16 @@ std::string clockText(double seconds) {
     return text;
 }
 
+std::string tellNotes(const VideoReader& reader, Messages& messages) {
+    std::string cutOff;
+    for (const std::string& note : reader.notes()) {
+        if (reader.counts().truncated && note.find("is cut off") != std::string::npos) {
+            cutOff = note + "; what is there was converted";
+        } else {
+            messages.warn(note);
+        }
+    }
+    return cutOff;
+}
+
 } // namespace altiro3D::tools

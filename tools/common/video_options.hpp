@@ -3,7 +3,7 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/video_reader.hpp"
 #include "altiro3D/video_writer.hpp"
-#include "common/command_line.hpp"
+#include "common/run_tool.hpp"
 
 #include <opencv2/core/types.hpp>
 #include <optional>
@@ -46,5 +46,9 @@ void takeTimes(const VideoFacts& facts, VideoWriterOptions& options);
 double secondsOption(const std::string& option, const std::string& text);
 /// "0:05.2" or "1:02:03"
 std::string clockText(double seconds);
+
+/// Warns of what a reader has found.
+/// @return that the video is cut off, for an error; empty if it is not
+std::string tellNotes(const VideoReader& reader, Messages& messages);
 
 } // namespace altiro3D::tools

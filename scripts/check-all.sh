@@ -31,5 +31,8 @@ cmake --preset dev -B build/static -DBUILD_SHARED_LIBS=OFF -DALTIRO3D_BUILD_BENC
 cmake --build build/static
 ctest --test-dir build/static -j "$(nproc)" --output-on-failure -L 'cli|install|qt'
 
+echo "== An hour of work in one process"
+scripts/soak.sh
+
 echo "== Debian packages"
 scripts/check-packages.sh

@@ -1,0 +1,84 @@
+#!/usr/bin/env bash
+# Lets one process make many photos and another one a long video, and watches what they hold: a row
+# now and then of memory, open files and threads. Nothing of it may grow.
+#
+#   scripts/soak.sh [PHOTOS [SECONDS]]      1000 photos, an hour of video
+#
+# The photos are docs/examples/sample.jpg at sixteen sizes, the video is made of FFmpeg's test
+# pictures with sound; $SOAK_CLIP is used instead if it is set, again and again, and $SOAK_NETWORK is
+# the depth network of both. The panel is 384 x 512 px.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+photos=${1:-1000} seconds=${2:-3600}
+tools=build/dev/tools
+network=(${SOAK_NETWORK:+-n "$SOAK_NETWORK"})
+place=$(mktemp -d)
+trap 'rm -rf "$place"' EXIT
+export XDG_CACHE_HOME=$place/cache
+sed -e 's/1536\.0/384.0/; s/2048\.0/512.0/; s/324\.0/81.0/' \
+    calibration/portrait-sample.json >"$place/panel.json"
+
+# watch PID ROWS-APART MOST-SECONDS UNIT COUNT: rows until the process ends; stops it in time.
+watch() {
+    local pid=$1 apart=$2 most=$3 unit=$4 count=$5 begin=$SECONDS next=0 held
+    printf '| s | %s | memory, MB | open files | threads |\n|---:|---:|---:|---:|---:|\n' "$unit"
+    while kill -0 "$pid" 2>/dev/null; do
+        held=$((SECONDS - begin))
+        if ((held >= next)) && [[ -r /proc/$pid/status ]]; then
+            awk -v s="$held" -v n="$($count)" -v files="$(ls "/proc/$pid/fd" | wc -l)" \
+                '/^VmRSS/ { memory = $2 / 1024 } /^Threads/ { threads = $2 }
+                 END { printf "| %d | %s | %.1f | %d | %d |\n", s, n, memory, files, threads }' \
+                "/proc/$pid/status" 2>/dev/null || true
+            next=$((held + apart))
+        fi
+        if ((most > 0 && held >= most)); then
+            kill -INT "$pid" 2>/dev/null || true
+            most=0
+        fi
+        sleep 1
+    done
+}
+
+if ((photos > 0)); then
+    mkdir "$place/photos" "$place/natives"
+    for ((i = 0; i < 16; ++i)); do
+        ffmpeg -v error -i docs/examples/sample.jpg \
+            -vf "scale=$((320 + 40 * i)):-2,hue=h=$((20 * i))" -q:v 3 "$place/size-$i.jpg"
+    done
+    for ((i = 0; i < photos; ++i)); do
+        ln "$place/size-$((i % 16)).jpg" "$place/photos/$(printf '%05d' "$i").jpg"
+    done
+    made() { ls "$place/natives" | wc -l; }
+    "$tools/photo2native" -c "$place/panel.json" "${network[@]}" "$place/photos" "$place/natives" \
+        >"$place/log" 2>&1 &
+    process=$!
+    watch "$process" "${SOAK_APART:-20}" 0 photos made
+    wait "$process" || { tail -3 "$place/log" >&2; exit 1; }
+    echo "$(made) photos were made"
+    rm -rf "$place/photos" "$place/natives"
+fi
+
+if ((seconds > 0)); then
+    if [[ -n ${SOAK_CLIP:-} ]]; then
+        clip=(-stream_loop -1 -i "$SOAK_CLIP")
+    else
+        ffmpeg -v error -f lavfi -i testsrc2=size=480x270:rate=25 -f lavfi -i sine=frequency=440 \
+            -t 60 -pix_fmt yuv420p -c:v libx264 -preset fast -c:a aac "$place/minute.mp4"
+        clip=(-stream_loop -1 -i "$place/minute.mp4")
+    fi
+    # no faster than 200 pictures a second, 25 of which are a second of video
+    ffmpeg -v error "${clip[@]}" -t $((seconds * 8)) -c copy "$place/long.mkv"
+    made() {
+        local segments
+        segments=$(grep -c '"state"' "$place/native.mp4.parts/run.json" 2>/dev/null || true)
+        echo "${segments:-0}"
+    }
+    "$tools/video2native" -c "$place/panel.json" "${network[@]}" "$place/long.mkv" \
+        "$place/native.mp4" >"$place/log" 2>&1 &
+    process=$!
+    watch "$process" "${SOAK_APART:-240}" "$seconds" "segments of 4 s" made
+    wait "$process" || [[ $? == 130 ]] || { tail -3 "$place/log" >&2; exit 1; }
+    tail -1 "$place/log"
+    ffprobe -v error -count_packets -show_entries stream=codec_name,nb_read_packets \
+        -of csv=p=0 "$place/native.mp4"
+fi

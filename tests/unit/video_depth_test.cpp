@@ -239,8 +239,10 @@ TEST(VideoDepth, LeavesNoGhostBehindWhatMoves) {
 }
 
 TEST(VideoDepth, AutoInfersMoreOftenWhereThePictureChanges) {
-    const auto inferences = [](const std::vector<cv::Mat>& clip) {
-        VideoDepth video(NoisyBrightness(), DepthKind::NearWhite);
+    VideoDepthOptions options;
+    options.longestGap = 8;
+    const auto inferences = [&options](const std::vector<cv::Mat>& clip) {
+        VideoDepth video(NoisyBrightness(), DepthKind::NearWhite, options);
         std::vector<VideoDepthStep> steps;
         depthsOf(video, clip, &steps);
         return std::count_if(steps.begin(), steps.end(),

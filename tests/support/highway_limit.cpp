@@ -1,0 +1,29 @@
+// Lets a program see a lesser processor: Highway then chooses the kernels that such a one gets. To
+// be loaded before the program's libraries:
+//
+//   HIGHWAY_LEAVE_OUT=1 LD_PRELOAD=libaltiro3D_highway_limit.so photo2native ...
+//
+// leaves out the best instruction set that this processor has, 2 the best two. Where none would be
+// left the program ends with status 99, so that a script sees where to stop.
+
+#include <cstdint>
+#include <cstdlib>
+#include <hwy/highway.h>
+#include <unistd.h>
+
+namespace {
+
+__attribute__((constructor)) void leaveOut() {
+    const char* number = std::getenv("HIGHWAY_LEAVE_OUT");
+    if (number == nullptr) return;
+    std::int64_t left = hwy::SupportedTargets() & HWY_TARGETS;
+    std::int64_t leftOut = 0;
+    for (int i = std::atoi(number); i > 0 && left != 0; --i) { // the lowest bit is the best
+        leftOut |= left & -left;
+        left &= left - 1;
+    }
+    if (left == 0) _exit(99);
+    hwy::DisableTargets(leftOut);
+}
+
+} // namespace

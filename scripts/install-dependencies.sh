@@ -11,7 +11,7 @@ build=(g++ cmake ninja-build pkg-config libopencv-dev libexif-dev libhwy-dev zli
        nlohmann-json3-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libavdevice-dev)
 tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy doxygen graphviz python3
        python3-numpy git curl ca-certificates ffmpeg groff-base man-db zsh xvfb xdotool
-       libclang-rt-dev llvm locales)
+       desktop-file-utils shared-mime-info libclang-rt-dev llvm locales)
 packages=(lintian debootstrap dpkg-dev file git ca-certificates)
 
 case "${1:-build}" in

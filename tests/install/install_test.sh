@@ -31,6 +31,7 @@ if [[ -f $libraries/cmake/altiro3D/altiro3DQtTargets.cmake ]]; then
         share/icons/hicolor/scalable/apps/altiro3D.svg; do
         [[ -e $prefix/$file ]] || { echo "not installed: $file"; exit 1; }
     done
+    desktop-file-validate "$prefix/share/applications/altiro3Dview.desktop"
     "$prefix/bin/altiro3Dview" --version
     cmake -G Ninja -S "$example" -B "$work/qt" -DCMAKE_PREFIX_PATH="$prefix" \
         -DCMAKE_CXX_COMPILER="$compiler" >/dev/null

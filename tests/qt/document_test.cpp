@@ -4,6 +4,10 @@
 #include "viewer/knobs.hpp"
 #include "viewer_scenes.hpp"
 
+#include <QFile>
+#include <QMimeDatabase>
+#include <algorithm>
+#include <fstream>
 #include <gtest/gtest.h>
 
 namespace altiro3D::test {
@@ -28,6 +32,37 @@ TEST(ViewerDocument, NameAndSizeTellWhatAPictureIs) {
     EXPECT_EQ(rgbd.picture.size(), cv::Size(45, 60));
     EXPECT_FALSE(rgbd.rawDepth.empty());
     EXPECT_EQ(rgbd.facts(), "Photo, 45 x 60 px, with depth");
+}
+
+TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {
+    QFile entry(QString::fromStdString(sourcePath("tools/viewer/altiro3Dview.desktop").string()));
+    ASSERT_TRUE(entry.open(QIODevice::ReadOnly));
+    QStringList listed;
+    for (const QByteArray& line : entry.readAll().split('\n')) {
+        if (line.startsWith("MimeType=")) listed = QString(line.mid(9)).split(';');
+    }
+    int known = 0;
+    for (const auto* endings : {&pictureEndings(), &videoEndings()}) {
+        for (const std::string& ending : *endings) {
+            const auto types =
+                QMimeDatabase().mimeTypesForFileName("a." + QString::fromStdString(ending));
+            if (types.isEmpty()) continue; // mpo, pfm
+            ++known;
+            EXPECT_TRUE(std::any_of(types.begin(), types.end(), [&](const QMimeType& type) {
+                return listed.contains(type.name());
+            })) << ending;
+            EXPECT_EQ(isVideoName("a." + ending), endings == &videoEndings()) << ending;
+        }
+    }
+    EXPECT_GT(known, 20); // the database is there
+}
+
+// Those of directories of views are the library's own; the viewer offers no others.
+TEST(ViewerDocument, PicturesAreOfferedByTheEndingsThatDirectoriesAreSearchedFor) {
+    const TemporaryDirectory folder;
+    for (const std::string& ending : pictureEndings())
+        std::ofstream(folder / ("a." + ending)) << "x";
+    EXPECT_EQ(listPictures(folder.path()).size(), pictureEndings().size());
 }
 
 TEST(ViewerDocument, TheUserKnowsBetter) {

@@ -100,11 +100,24 @@ std::string Document::facts() const {
            (rawDepth.empty() ? "" : ", with depth");
 }
 
+const std::vector<std::string>& pictureEndings() {
+    static const std::vector<std::string> endings = {
+        "jpg", "jpeg", "jpe", "mpo", "png", "tif", "tiff", "webp", "bmp", "dib",
+        "pnm", "ppm",  "pgm", "pbm", "pfm", "exr", "hdr",  "jp2",  "j2k"};
+    return endings;
+}
+
+const std::vector<std::string>& videoEndings() {
+    static const std::vector<std::string> endings = {"mp4", "m4v",  "mov", "mkv", "webm", "avi",
+                                                     "mpg", "mpeg", "ts",  "ogv", "wmv",  "flv"};
+    return endings;
+}
+
 bool isVideoName(const fs::path& file) {
     if (file.string().compare(0, 10, "/dev/video") == 0) return true;
-    return isOneOf(lower(file.extension().string()),
-                   {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".ts", ".ogv",
-                    ".wmv", ".flv"});
+    const std::string ending = lower(file.extension().string());
+    const auto& all = videoEndings();
+    return !ending.empty() && std::find(all.begin(), all.end(), ending.substr(1)) != all.end();
 }
 
 Document documentOf(const Source& source, const cv::Mat& picture, const tools::Display& display) {

@@ -51,6 +51,12 @@ struct Document {
     std::string facts() const;
 };
 
+/// Ends of the names of what is opened, without the point: of pictures, and of videos. A picture of
+/// any other name is opened by what it holds; these are what the dialog and the desktop entry
+/// offer.
+const std::vector<std::string>& pictureEndings();
+const std::vector<std::string>& videoEndings();
+
 /// True for the names of files that are read as videos, and of cameras (/dev/video0).
 bool isVideoName(const std::filesystem::path& file);
 

@@ -468,11 +468,14 @@ void MainWindow::showModes() {
 }
 
 void MainWindow::openDialog() {
+    QStringList patterns;
+    for (const auto* endings : {&pictureEndings(), &videoEndings()}) {
+        for (const std::string& ending : *endings)
+            patterns << "*." + QString::fromStdString(ending);
+    }
     const QStringList names = QFileDialog::getOpenFileNames(
         this, tr("Open"), QSettings().value("folder").toString(),
-        tr("Pictures and videos (*.jpg *.jpeg *.png *.tif *.tiff *.webp *.bmp *.ppm *.pgm *.jp2 "
-           "*.mpo *.exr *.hdr *.pfm *.mp4 *.m4v *.mov *.mkv *.webm *.avi *.mpg *.mpeg);;All files "
-           "(*)"));
+        tr("Pictures and videos (%1);;All files (*)").arg(patterns.join(' ')));
     std::vector<fs::path> files;
     for (const QString& name : names)
         files.push_back(toPath(name));

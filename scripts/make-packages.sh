@@ -1,5 +1,7 @@
 #!/usr/bin/env bash
 # Makes the Debian packages in build/package/ and holds them against lintian.
+#
+#   scripts/make-packages.sh [-DALTIRO3D_PACKAGE_CONTACT="NAME <MAIL>"]    who answers for them
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/install-dependencies.sh package
@@ -7,7 +9,7 @@ if [[ -z ${SOURCE_DATE_EPOCH:-} ]] && when=$(git log -1 --format=%ct 2>/dev/null
     export SOURCE_DATE_EPOCH=$when # the same source gives the same packages
 fi
 umask 022
-cmake --preset deb
+cmake --preset deb "$@"
 cmake --build --preset deb
 rm -f build/package/*.deb
 cpack --config build/deb/CPackConfig.cmake -B build/package

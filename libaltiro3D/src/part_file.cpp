@@ -107,7 +107,8 @@ void PartFile::close() {
     number_ = -1;
 }
 
-int PartFile::write(void* self, std::uint8_t* data, int size) {
+template <class Byte>
+int PartFile::write(void* self, Byte* data, int size) {
     auto& file = *static_cast<PartFile*>(self);
     for (int done = 0; done < size;) {
         const ssize_t count =

@@ -26,7 +26,8 @@ class PartFile {
     void finish();
 
   private:
-    static int write(void* self, std::uint8_t* data, int size);
+    template <class Byte> // const ones from FFmpeg 7 on
+    static int write(void* self, Byte* data, int size);
     static std::int64_t seek(void* self, std::int64_t offset, int whence);
     void close();
 

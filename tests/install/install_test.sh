@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# usage: install_test.sh BUILD_DIRECTORY CONSUMER_SOURCE QT_EXAMPLE_SOURCE COMPILER
+# usage: install_test.sh BUILD_DIRECTORY SOURCE COMPILER
 set -euo pipefail
 build=$1
-consumer=$2
-example=$3
-compiler=$4
+source=$2
+compiler=$3
+consumer=$source/tests/install/consumer
+example=$source/docs/examples/qt
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 prefix=$work/prefix
@@ -41,6 +42,23 @@ if [[ -f $libraries/cmake/altiro3D/altiro3DQtTargets.cmake ]]; then
         2>"$work/message" || status=$?
     grep -q "portrait-sample.json: " "$work/message" && [[ $status == 1 ]]
 fi
+
+echo "== as a part of another project"
+mkdir "$work/whole"
+cat >"$work/whole/CMakeLists.txt" <<CMAKE
+cmake_minimum_required(VERSION 3.18)
+project(whole LANGUAGES CXX)
+set(ALTIRO3D_BUILD_QT ON)
+add_subdirectory("$source" altiro3D)
+add_executable(whole "$consumer/main.cpp")
+target_link_libraries(whole PRIVATE altiro3D::qt)
+if(TARGET photo2native OR TARGET altiro3D_unit_tests)
+  message(FATAL_ERROR "a part of another project is the library alone")
+endif()
+CMAKE
+cmake -G Ninja -S "$work/whole" -B "$work/whole/build" -DCMAKE_CXX_COMPILER="$compiler" >/dev/null
+ninja -C "$work/whole/build" -n whole >"$work/steps" # building it takes minutes
+grep -q libaltiro3D_qt "$work/steps"
 
 echo "== by pkg-config"
 export PKG_CONFIG_PATH=$libraries/pkgconfig

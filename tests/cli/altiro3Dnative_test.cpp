@@ -57,7 +57,8 @@ TEST(Altiro3DNative, TheFileIsAsDocumented) {
     const NativeLut lut = libraryLut(studio);
     for (int channel = 0; channel < 3; ++channel) {
         cv::Mat matrix(128, 96, CV_16UC2);
-        std::memcpy(matrix.data, bytes.data() + headerBytes + channel * kMatrixBytes, kMatrixBytes);
+        const std::size_t start = headerBytes + static_cast<std::size_t>(channel) * kMatrixBytes;
+        std::memcpy(matrix.data, bytes.data() + start, kMatrixBytes);
         EXPECT_TRUE(samePicture(matrix, lut.channel(channel))) << "channel " << channel;
     }
 }

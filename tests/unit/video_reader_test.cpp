@@ -405,7 +405,7 @@ TEST(VideoReader, APartIsExactToTheFrame) {
         const std::vector<VideoFrame> all = allFrames(whole);
         ASSERT_EQ(all.size(), 50u);
         const double unit = whole.facts().timeBase.value();
-        for (const std::size_t first : {1, 9, 10, 11, 19, 23, 49}) {
+        for (const std::size_t first : {1U, 9U, 10U, 11U, 19U, 23U, 49U}) {
             VideoReaderOptions options;
             options.from = static_cast<double>(all[first].pts) * unit;
             const std::size_t last = std::min<std::size_t>(first + 7, 49);

@@ -1,6 +1,7 @@
 #include "altiro3D/video_pipeline.hpp"
 
 #include "checks.hpp"
+#include "mat_memory.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -132,7 +133,15 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
             std::make_unique<FrameQueue>(options.queueFrames, options.dropLate && i == 0));
     }
     std::mutex mutex;
-    std::exception_ptr failure;
+    std::exception_ptr failure; // the first one
+    const auto keepFailure = [&] {
+        {
+            const std::lock_guard<std::mutex> lock(mutex);
+            if (!failure) failure = std::current_exception();
+        }
+        for (const auto& queue : queues)
+            queue->cancel();
+    };
     const auto runStage = [&](std::size_t i) { // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks)
         try {
             for (std::int64_t number = 0;; ++number) {
@@ -148,24 +157,17 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
             }
             if (i < queues.size()) queues[i]->end();
         } catch (...) {
-            {
-                const std::lock_guard<std::mutex> lock(mutex);
-                if (!failure) failure = std::current_exception();
-            }
-            for (const auto& queue : queues)
-                queue->cancel();
+            keepFailure();
         }
     };
     std::vector<std::thread> threads;
     try {
         for (std::size_t i = 0; i + 1 < stages.size(); ++i)
             threads.emplace_back(runStage, i);
-    } catch (...) { // no more threads to be had
-        failure = std::current_exception();
-        for (const auto& queue : queues)
-            queue->cancel();
+        runStage(stages.size() - 1); // does nothing if one before has failed
+    } catch (...) {                  // no more threads to be had
+        keepFailure();
     }
-    if (!failure) runStage(stages.size() - 1);
     for (std::thread& thread : threads)
         thread.join();
     for (const auto& queue : queues)
@@ -176,7 +178,7 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
 } // namespace
 
 void ownMemory(cv::Mat& picture) {
-    if (picture.u != nullptr && picture.u->refcount > 1) picture.release();
+    releaseIfShared(picture);
 }
 
 PipelineReport runPipeline(const std::vector<PipelineStage>& stages,

@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "ffmpeg.hpp"
+#include "mat_memory.hpp"
 #include "other_streams.hpp"
 #include "text.hpp"
 #include "video_input.hpp"
@@ -469,7 +470,7 @@ bool VideoReader::Impl::read(VideoFrame& frame) {
             hasNext = false;
         }
     }
-    if (frame.picture.u != nullptr && frame.picture.u->refcount > 1) frame.picture.release();
+    releaseIfShared(frame.picture);
     resized = resized || cv::Size(current_->width, current_->height) !=
                              cv::Size(stream_->codecpar->width, stream_->codecpar->height);
     pictures_->make(*current_, frame.picture);

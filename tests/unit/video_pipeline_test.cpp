@@ -142,6 +142,14 @@ TEST(Pipeline, AStagesFailureStopsAllAndIsThrown) {
     }
 }
 
+TEST(Pipeline, OfTwoFailuresAtOnceOneIsThrown) {
+    const auto failing = [](PipelineFrame&) -> bool { throw std::runtime_error("gone"); };
+    for (int i = 0; i < 50; ++i) { // the second comes while threads are still being started
+        EXPECT_THROW(runPipeline({{"a", failing}, {"b", failing}, source(3)}), std::runtime_error);
+        EXPECT_THROW(runPipeline({source(1), {"b", failing}, {"c", failing}}), std::runtime_error);
+    }
+}
+
 TEST(Pipeline, ALiveSourceIsNeverHeldUpAndTheNewestFrameWins) {
     std::vector<std::int64_t> seen;
     PipelineOptions options = withThreads(true, 1);

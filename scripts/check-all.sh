@@ -6,6 +6,7 @@ scripts/test.sh
 scripts/check-format.sh
 scripts/check-docs.sh
 scripts/check-tidy.sh --all
+scripts/check-cppcheck.sh
 
 echo "== AddressSanitizer and UndefinedBehaviorSanitizer"
 cmake --preset asan

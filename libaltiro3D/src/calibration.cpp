@@ -34,7 +34,7 @@ std::string show(double value) {
 // A value as it stands in the file, short enough for one line.
 std::string show(const json& value) {
     std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
-    if (text.size() > 40) text = text.substr(0, 37) + "...";
+    if (text.size() > 40) text.replace(37, std::string::npos, "...");
     return text;
 }
 

@@ -130,7 +130,7 @@ Camera parseCamera(const std::string& text, const std::string& source) {
         }
         if (!found->is_number()) {
             std::string shown = found->dump(-1, ' ', false, json::error_handler_t::replace);
-            if (shown.size() > 40) shown = shown.substr(0, 37) + "...";
+            if (shown.size() > 40) shown.replace(37, std::string::npos, "...");
             fail(std::string(field) + " is " + shown + ", expected " + expected);
         }
         return found->get<double>();

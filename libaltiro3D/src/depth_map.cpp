@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <mutex>
 #include <numeric>
 #include <opencv2/core.hpp>
@@ -187,7 +188,7 @@ float placeOf(T value, DepthKind kind, const Range& range) {
 // The places of all numbers that a sample of 8 or 16 bits can be.
 template <typename T>
 std::vector<float> placesOf(DepthKind kind, const Range& range) {
-    std::vector<float> places(std::size_t{1} << (8 * sizeof(T)));
+    std::vector<float> places(std::size_t{std::numeric_limits<T>::max()} + 1);
     for (std::size_t i = 0; i < places.size(); ++i) {
         const T value = static_cast<T>(i);
         if (isKnown(value, kind)) places[i] = placeOf(value, kind, range);

@@ -42,7 +42,7 @@ const char* familiarKind(std::string_view contents) {
     const std::size_t text = contents.find_first_not_of(" \t\r\n\xef\xbb\xbf");
     if (text == std::string_view::npos) return nullptr;
     if (contents[text] == '<') return "a web page or XML";
-    if (contents[text] == '{' && text < 16) return "a JSON text";
+    if (text < 16 && contents[text] == '{') return "a JSON text";
     return nullptr;
 }
 

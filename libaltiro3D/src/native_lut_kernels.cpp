@@ -42,8 +42,8 @@ void quiltPixelsOn(const std::uint32_t* HWY_RESTRICT views,
     }
 #endif
     for (; i < count; ++i) {
-        const auto row =
-            static_cast<std::uint32_t>((std::uint64_t{views[i]} * places.reciprocal) >> 32);
+        const std::uint64_t scaled = static_cast<std::uint64_t>(views[i]) * places.reciprocal;
+        const auto row = static_cast<std::uint32_t>(scaled >> 32U);
         const std::uint32_t pair =
             first + views[i] * places.perView + row * places.perRow + inTile[i];
         out[2 * i] = static_cast<std::uint16_t>(pair);

@@ -57,7 +57,7 @@ void renderRows(const ViewTable& t, const std::vector<std::uint32_t>& columnByte
     const QuiltLayout& quilt = t.quilt;
     const int portions = (native.cols - 1) / static_cast<int>(kPortionPixels) + 1;
     [[maybe_unused]] const std::optional<TileOffsets> tiles = tileOffsets(quilt, source.step);
-    std::vector<const std::uint8_t*> tileRows(static_cast<std::size_t>(tileCount(quilt)));
+    std::vector<const std::uint8_t*> tileRows;
     RowFetcher fetcher;
     int current = -1;
     for (int y = range.start; y < range.end; ++y) {
@@ -66,10 +66,10 @@ void renderRows(const ViewTable& t, const std::vector<std::uint32_t>& columnByte
         };
         if (rowAt(y) != current) {
             current = rowAt(y);
+            tileRows.clear();
             for (int view = 0; view < tileCount(quilt); ++view) {
                 const cv::Point origin = quilt.tile(view).tl();
-                tileRows[static_cast<std::size_t>(view)] =
-                    source.ptr(origin.y + current) + std::ptrdiff_t{3} * origin.x;
+                tileRows.push_back(source.ptr(origin.y + current) + std::ptrdiff_t{3} * origin.x);
             }
             int next = y + 1; // the first panel row that shows another row of the tiles
             while (next < range.end && rowAt(next) == current)

@@ -136,7 +136,7 @@ bool narrow(const uchar* hole, std::ptrdiff_t stride, int at, int length) {
 }
 
 uchar medianOfSeen(const cv::Mat& view, const cv::Mat& holes, int x, int y, int k) {
-    uchar values[9];
+    uchar values[9] = {}; // at least one is seen: a crack has one beside it
     int count = 0;
     for (int v = std::max(y - 1, 0); v <= std::min(y + 1, view.rows - 1); ++v) {
         for (int u = std::max(x - 1, 0); u <= std::min(x + 1, view.cols - 1); ++u) {

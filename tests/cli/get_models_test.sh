@@ -128,6 +128,13 @@ printf '%s' '{"networks": [{"name": "a", "file": "a;$(touch x)", "url": "https:/
     >"$root/catalog.json"
 run a --dir "$target"
 expect "a catalogue with odd names is refused" ends 1
+for outside in ../a /a .. .a; do
+    printf '{"networks": [{"name": "a", "file": "%s", "url": "https://localhost/a"}]}' "$outside" \
+        >"$root/catalog.json"
+    run a --dir "$target"
+    expect "the file $outside, outside of the folder or hidden, is refused" ends 1
+    expect "the file $outside is explained" says "'$outside' is not as expected"
+done
 printf '%s' '{"networks": [{"name": "a", "file": "a", "url": "http://localhost/a"}]}' \
     >"$root/catalog.json"
 run a --dir "$target"

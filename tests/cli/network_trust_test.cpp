@@ -1,0 +1,104 @@
+// Which network files the tools run in their own process, which in a child first.
+
+#include "sandbox.hpp"
+#include "support/compare.hpp"
+#include "support/onnx.hpp"
+
+#include <cstdio>
+#include <memory>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kTool = "photo2native";
+constexpr const char* kTried = "tried in a process of its own";
+
+std::string sha256(const fs::path& file) {
+    const std::string command = "sha256sum <'" + file.string() + "'";
+    const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+    std::string digits(64, '?');
+    if (!pipe || std::fread(digits.data(), 1, digits.size(), pipe.get()) != digits.size())
+        return {};
+    return digits;
+}
+
+// A studio with one network, small.onnx, that a catalogue knows.
+class NetworkTrust : public ::testing::Test {
+  protected:
+    NetworkTrust() {
+        fs::create_directory(studio_ / "net");
+        studio_.set("ALTIRO3D_MODELS", (studio_ / "net").string());
+        spill(network_, onnx::mixModel({0.2F, 0.3F, 0.5F}, {32, 32}));
+    }
+
+    void writeCatalog(const std::string& hash) const {
+        spill(studio_ / "net/catalog.json",
+              R"({"networks": [{"name": "small", "file": "small.onnx", "sha256": ")" + hash +
+                  R"(", "inputWidth": 32, "inputHeight": 32}]})");
+    }
+    Outcome run(const std::string& output) const {
+        return studio_.run(kTool, Arguments{"-v", "-n", "small"} + studio_.display() +
+                                      Arguments{"photo.png", output});
+    }
+
+    SmallStudio studio_;
+    fs::path network_ = studio_ / "net/small.onnx";
+};
+
+bool wasTried(const Outcome& outcome) {
+    return outcome.out.find(kTried) != std::string::npos;
+}
+
+TEST_F(NetworkTrust, AFileOfTheCatalogueIsTrusted) {
+    writeCatalog(sha256(network_));
+    const Outcome outcome = run("a.png");
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_FALSE(wasTried(outcome)) << outcome.text();
+}
+
+TEST_F(NetworkTrust, AKnownNameWithOtherContentsIsTriedInAChildAndWarnedOf) {
+    writeCatalog(sha256(network_));
+    EXPECT_TRUE(isDone(run("right.png")));
+    writeCatalog(std::string(64, '0'));
+    fs::remove_all(studio_.home()); // with the cache
+    const Outcome first = run("a.png");
+    EXPECT_TRUE(warns(first, "is not the file that the catalogue knows as small"));
+    EXPECT_TRUE(wasTried(first)) << first.text();
+    // it is fed as the catalogue says: another network of that name may need something else
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), readBack(studio_ / "right.png")));
+
+    const Outcome second = run("b.png"); // the trial is remembered, the warning stays
+    EXPECT_TRUE(warns(second, "is not the file that the catalogue knows as small"));
+    EXPECT_FALSE(wasTried(second)) << second.text();
+
+    spill(network_, onnx::mixModel({0.5F, 0.3F, 0.2F}, {32, 32}));
+    const Outcome changed = run("c.png");
+    EXPECT_TRUE(warns(changed, "is not the file that the catalogue knows as small"));
+    EXPECT_TRUE(wasTried(changed)) << changed.text();
+}
+
+TEST_F(NetworkTrust, AKnownNameDoesNotSaveAFileThatCrashesOpenCv) {
+    using namespace onnx;
+    writeCatalog(sha256(network_));
+    // weights of 3 x 3000 x 3000 that hold one: OpenCV 4.6 reads on behind it
+    spill(network_, model(node("Conv", {"x", "w"}, {"y"}, intsAttribute("kernel_shape", {1, 1})) +
+                          bytes(5, tensor("w", {1, 3, 3000, 3000}, {0})) +
+                          bytes(11, valueInfo("x", {1, 3, 32, 32})) +
+                          bytes(12, valueInfo("y", {1, 1, 32, 32}))));
+    EXPECT_TRUE(fails(run("a.png"), 1, "crashes OpenCV"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
+}
+
+TEST_F(NetworkTrust, ACatalogueCannotLeadOutOfItsFolder) {
+    writeCatalog("");
+    fs::rename(network_, studio_ / "small.onnx");
+    std::string catalog = slurp(studio_ / "net/catalog.json");
+    catalog.replace(catalog.find("small.onnx"), 10, "../small.onnx");
+    spill(studio_ / "net/catalog.json", catalog);
+    EXPECT_TRUE(fails(run("a.png"), 1, "expected a file name without directories"));
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -9,11 +9,13 @@
 #include <QAction>
 #include <QComboBox>
 #include <QDropEvent>
+#include <QLabel>
 #include <QListWidget>
 #include <QMenu>
 #include <QMimeData>
 #include <QSettings>
 #include <QSlider>
+#include <QStatusBar>
 #include <QUrl>
 #include <gtest/gtest.h>
 
@@ -159,6 +161,16 @@ TEST_F(ViewerWindow, ABrokenFileIsAMessageInTheWindow) {
     ASSERT_TRUE(waitFor([this] { return picture().headline() == "This file cannot be opened"; }));
     files().setCurrentRow(1);
     ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull(); }));
+}
+
+TEST_F(ViewerWindow, WhatFilesSayIsNoMarkup) {
+    fs::copy(folder_ / "photo.png", folder_ / "<b>a.png");
+    drop({"<b>a.png"});
+    ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull() && !busy(); }));
+    EXPECT_TRUE(files().item(0)->toolTip().contains("&lt;b&gt;a.png"));
+    EXPECT_EQ(window_->findChild<QLabel*>("display")->textFormat(), Qt::PlainText); // serial number
+    for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>())
+        EXPECT_TRUE(!label->text().contains("<b>") || label->textFormat() == Qt::PlainText);
 }
 
 TEST_F(ViewerWindow, PanelsShowOnlyWhatTheMethodHas) {

@@ -12,6 +12,7 @@
 #include <QPushButton>
 #include <QSignalBlocker>
 #include <QSlider>
+#include <QTextDocument>
 #include <QToolButton>
 #include <cmath>
 
@@ -51,6 +52,7 @@ QSpinBox* numbers(const QString& name, int low, int high, const QString& suffix)
 QLabel* faintLabel(const QString& name) {
     auto* label = new QLabel;
     label->setObjectName(name);
+    label->setTextFormat(Qt::PlainText); // what files say is no markup
     label->setWordWrap(true);
     QPalette palette = label->palette();
     QColor faint = palette.color(QPalette::WindowText);
@@ -147,7 +149,7 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
             depth_->addItem(QString::fromStdString(network.name),
                             QString::fromStdString(network.name));
     } catch (const Error& error) {
-        depth_->setToolTip(QString::fromUtf8(error.what()));
+        depth_->setToolTip(Qt::convertFromPlainText(QString::fromUtf8(error.what())));
     }
     depth_->addItem(tr("Built-in estimator"), kBuiltInDepth);
     depthImage_ = new QToolButton;
@@ -350,7 +352,7 @@ void KnobPanel::show(const tools::Display& display, const QuiltLayout& layout) {
             .arg(QString::fromStdString(serial.empty() ? std::string("Display") : serial))
             .arg(display.panelSize.width)
             .arg(display.panelSize.height));
-    display_->setToolTip(QString::fromStdString(display.source));
+    display_->setToolTip(Qt::convertFromPlainText(QString::fromStdString(display.source)));
     columns_->setValue(layout.columns);
     rows_->setValue(layout.rows);
     layout_->setText(tr("%1 views of %2 × %3 px")

@@ -27,6 +27,7 @@
 #include <QSettings>
 #include <QStatusBar>
 #include <QStyle>
+#include <QTextDocument>
 #include <QTimer>
 #include <QToolBar>
 #include <QToolButton>
@@ -66,6 +67,17 @@ const ModeWords kModes[] = {
      QT_TRANSLATE_NOOP("mode", "What the panel shows, px by px; drag it to see other parts")},
     {Mode::Lens, QT_TRANSLATE_NOOP("mode", "Lens"),
      QT_TRANSLATE_NOOP("mode", "What an eye sees through the display's lenses")}};
+
+// Names and sentences hold what files say: they are no markup.
+QString tipOf(const QString& text) {
+    return Qt::convertFromPlainText(text);
+}
+
+void warn(QWidget* parent, const QString& title, const QString& text) {
+    QMessageBox box(QMessageBox::Warning, title, text, QMessageBox::Ok, parent);
+    box.setTextFormat(Qt::PlainText);
+    box.exec();
+}
 
 QString nameOf(Product product) {
     switch (product) {
@@ -268,6 +280,7 @@ void MainWindow::buildActions() {
 
 void MainWindow::buildStatus() {
     status_ = new QLabel;
+    status_->setTextFormat(Qt::PlainText);
     busy_ = new QLabel;
     progress_ = new QProgressBar;
     progress_->setMaximumWidth(160);
@@ -301,7 +314,7 @@ void MainWindow::showStatus() {
     const QString& text = said_.isEmpty() ? facts_ : said_;
     const int room = statusBar()->width() - 40 - (progress_->isVisible() ? 260 : 0);
     status_->setText(status_->fontMetrics().elidedText(text, Qt::ElideRight, room));
-    status_->setToolTip(text);
+    status_->setToolTip(tipOf(text));
 }
 
 void MainWindow::connectController() {
@@ -323,7 +336,7 @@ void MainWindow::connectController() {
                 cancel_->hide();
                 showDocument();
                 if (!problem.isEmpty())
-                    QMessageBox::warning(this, tr("Export"), problem);
+                    warn(this, tr("Export"), problem);
                 else if (file.isEmpty())
                     say(tr("Cancelled"), 8000);
                 else
@@ -365,8 +378,8 @@ void MainWindow::showSources() {
         QString name = toName(source.file.has_filename() ? source.file.filename()
                                                          : source.file.parent_path().filename());
         auto* item = new QListWidgetItem(name, files_);
-        item->setToolTip(toName(source.file) +
-                         (source.depth.empty() ? QString() : "\n" + toName(source.depth)));
+        item->setToolTip(tipOf(toName(source.file) +
+                               (source.depth.empty() ? QString() : "\n" + toName(source.depth))));
     }
     files_->setCurrentRow(controller_.current());
 }
@@ -504,8 +517,7 @@ void MainWindow::calibrationDialog() {
     try {
         useCalibration(readCalibration(toPath(name)), toPath(name));
     } catch (const std::exception& error) {
-        QMessageBox::warning(this, tr("Calibration"),
-                             QString::fromStdString(tools::sentenceOf(error)));
+        warn(this, tr("Calibration"), QString::fromStdString(tools::sentenceOf(error)));
     }
 }
 
@@ -530,9 +542,8 @@ void MainWindow::exportDialog(Product product) {
     if (name.isEmpty()) return;
     if (product != Product::Views && product != Product::SwayVideo &&
         !canWritePicture(toPath(name))) {
-        QMessageBox::warning(
-            this, title,
-            tr("%1: no picture format is known by this extension, expected .png").arg(name));
+        warn(this, title,
+             tr("%1: no picture format is known by this extension, expected .png").arg(name));
         return;
     }
     if (!controller_.startExport(product, toPath(name))) return;
@@ -603,7 +614,7 @@ void MainWindow::fillRecent() {
         QString shown = QFileInfo(name).fileName();
         shown.replace("&", "&&");
         QAction* entry = recent_->addAction(shown);
-        entry->setToolTip(name);
+        entry->setToolTip(tipOf(name));
         connect(entry, &QAction::triggered, this,
                 [this, name] { controller_.open(std::vector<fs::path>{toPath(name)}); });
     }

@@ -1,8 +1,20 @@
 #include "other_streams.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace altiro3D {
+
+namespace {
+
+// Files may hold times at the ends of the numbers.
+constexpr std::int64_t kFarthest = std::numeric_limits<std::int64_t>::max() / 4;
+
+bool isNear(std::int64_t time) {
+    return time >= -kFarthest && time <= kFarthest;
+}
+
+} // namespace
 
 bool OtherStreams::want() {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -58,11 +70,17 @@ PacketPtr OtherStreams::pop(std::size_t index, std::optional<std::int64_t> befor
     const std::int64_t shift = av_rescale_q(origin_, unit_, timeBase);
     while (!queue.empty()) {
         AVPacket& packet = *queue.front();
+        const auto isTime = [](std::int64_t one) { return one == AV_NOPTS_VALUE || isNear(one); };
+        if (!isNear(shift) || !isTime(packet.pts) || !isTime(packet.dts)) { // it belongs nowhere
+            queue.pop_front();
+            continue;
+        }
         const std::int64_t time = packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts;
         if (time != AV_NOPTS_VALUE) {
             const std::int64_t begin = time - shift;
             if (before && av_compare_ts(begin, timeBase, *before, unit) >= 0) return nullptr;
-            const std::int64_t after = begin + std::max<std::int64_t>(packet.duration, 0);
+            const std::int64_t after =
+                begin + std::clamp<std::int64_t>(packet.duration, 0, kFarthest);
             const bool early = clip_ && begin < 0 && (!isSubtitle || after <= 0);
             if (early || (end_ && av_compare_ts(begin, timeBase, *end_ - origin_, unit_) >= 0)) {
                 queue.pop_front();

@@ -255,7 +255,7 @@ PacketPtr StreamCopier::convert(Route& route, AVPacket& packet) {
     result = newPacket();
     if (av_new_packet(result.get(), size) < 0) checkMemory(nullptr);
     std::memcpy(result->data, bytes.data(), static_cast<std::size_t>(size));
-    result->pts = packet.pts + late;
+    result->pts = packet.pts != AV_NOPTS_VALUE ? packet.pts + late : AV_NOPTS_VALUE;
     result->dts = result->pts;
     result->duration = av_rescale_q(length, AVRational{1, 1000}, unit);
     result->flags |= AV_PKT_FLAG_KEY;

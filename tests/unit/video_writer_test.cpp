@@ -1,6 +1,7 @@
 #include "altiro3D/video_writer.hpp"
 
 #include "altiro3D/error.hpp"
+#include "other_streams.hpp"
 #include "support/files.hpp"
 #include "support/video.hpp"
 
@@ -11,6 +12,7 @@
 #include <deque>
 #include <functional>
 #include <gtest/gtest.h>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -533,6 +535,30 @@ TEST(VideoWriter, DamagedSoundIsLeftOutWithANote) {
     EXPECT_GT(packetTimes(copy, "a:0").size(), 80u);
     for (const std::string& note : notes)
         EXPECT_NE(note.find("could not be kept"), std::string::npos) << note;
+}
+
+TEST(VideoWriter, SoundOfTimesThatNoNumberHoldsIsLeftOut) {
+    constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+    const auto taken = [](std::int64_t pts, std::int64_t duration, std::int64_t origin) {
+        OtherStreams others;
+        OtherStream& stream = others.streams.emplace_back();
+        stream.parameters.reset(avcodec_parameters_alloc());
+        stream.timeBase = {1, 1000000};
+        others.want();
+        others.begin();
+        others.setRange(origin, std::nullopt, {1, 1}, true);
+        PacketPtr packet = newPacket();
+        packet->pts = pts;
+        packet->dts = pts;
+        packet->duration = duration;
+        others.push(0, std::move(packet));
+        return others.pop(0, std::nullopt, {1, 1000});
+    };
+    EXPECT_EQ(taken(7000000, 1, 5)->pts, 2000000);
+    EXPECT_EQ(taken(7000000, kMost, 5)->pts, 2000000);
+    EXPECT_EQ(taken(kMost, 1, 0), nullptr);
+    EXPECT_EQ(taken(-kMost, 1, 5), nullptr);
+    EXPECT_EQ(taken(7, 1, kMost / 3), nullptr) << "the origin is none in the stream's unit";
 }
 
 TEST(VideoWriter, PacketsAreInterleaved) {

@@ -142,7 +142,7 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
         for (const auto& queue : queues)
             queue->cancel();
     };
-    const auto runStage = [&](std::size_t i) { // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks)
+    const auto runStage = [&](std::size_t i) {
         try {
             for (std::int64_t number = 0;; ++number) {
                 FramePointer frame = i == 0 ? pool.take() : queues[i - 1]->pop();

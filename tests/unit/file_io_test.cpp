@@ -4,6 +4,7 @@
 #include "support/files.hpp"
 
 #include <csignal>
+#include <cstdio>
 #include <fcntl.h>
 #include <functional>
 #include <gtest/gtest.h>
@@ -36,6 +37,7 @@ std::size_t filesIn(const fs::path& directory) {
 std::string inChild(const std::function<std::string()>& call) {
     int ends[2];
     if (pipe(ends) != 0) return "no pipe";
+    std::fflush(stdout); // or the child says it once more
     const pid_t child = fork();
     if (child == 0) {
         close(ends[0]);

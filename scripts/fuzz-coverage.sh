@@ -33,6 +33,11 @@ depth_state     video_depth      8setState                             -
 depth_state     picture_tracker  4take|4load|checksum                  -
 video           video_input      .                                     describeOthers
 video           video_reader     .                                     otherStreams|pass|8validate
+other_streams   video_input      describeOthers                        -
+other_streams   video_reader     keepOther|drainOthers|4pass           -
+other_streams   other_streams    .                                     -
+other_streams   stream_copier    .                                     -
+other_streams   video_container  .                                     canWriteVideo
 "
 suffix=$(clang++ --version | sed -n 's/.*version \([0-9]*\).*/-\1/p;q')
 printf '%-16s %-18s %6s %8s %8s\n' target reader lines reached share

@@ -13,6 +13,9 @@ cmake --preset asan
 cmake --build --preset asan
 ctest --preset asan -j "$(nproc)" -LE install
 
+# Unset or foreign memory in five tools, with the kernels for AVX2.
+scripts/check-valgrind.sh
+
 echo "== Clang"
 cmake --preset clang
 cmake --build --preset clang

@@ -9,7 +9,7 @@ set -euo pipefail
 build=(g++ cmake ninja-build pkg-config libopencv-dev libexif-dev libhwy-dev zlib1g-dev qtbase5-dev
        libqt5svg5
        nlohmann-json3-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libavdevice-dev)
-tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck doxygen graphviz python3
+tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valgrind doxygen graphviz python3
        python3-numpy git curl ca-certificates ffmpeg groff-base man-db zsh xvfb xdotool
        desktop-file-utils shared-mime-info libclang-rt-dev llvm locales)
 packages=(lintian debootstrap dpkg-dev file git ca-certificates)

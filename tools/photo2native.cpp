@@ -318,6 +318,7 @@ Json makePicture(const Item& item, Studio& studio, Messages& messages) {
     }
     studio.road.makeNative(views, fittedPhoto, fittedDepth, studio.quilt, studio.native);
     times.end("native");
+    tellCut(static_cast<double>(photoSize.width) / photoSize.height, aspect, studio.fit, messages);
     const AdjacentParallax parallax = tellParallax(studio, views, fittedDepth, messages);
 
     warnAboutNativeFormat(item.native, messages);

@@ -414,6 +414,21 @@ TEST(Photo2Native, NoStrengthGivesEqualViews) {
     }
 }
 
+TEST(Photo2Native, TellsHowMuchIsCutOffForThePanelsShape) {
+    SmallStudio studio; // panel 96 x 128 px, 3 : 4
+    const auto said = [&](cv::Size size, const Arguments& more) {
+        writePicture(studio / "photo.png", madePhoto(size.width, size.height));
+        const Outcome outcome = studio.run(kTool, more + studio.goodCall(kTool, "a.png"));
+        EXPECT_TRUE(isDone(outcome));
+        return outcome.out;
+    };
+    EXPECT_NE(said({160, 90}, {"-y"}).find("fit: 58 % of the width is cut off"), std::string::npos);
+    EXPECT_NE(said({50, 200}, {"-y"}).find("fit: 67 % of the height is cut off"),
+              std::string::npos);
+    EXPECT_EQ(said({100, 90}, {"-y"}).find("fit:"), std::string::npos); // 32.5 %
+    EXPECT_EQ(said({160, 90}, {"-y", "--fit", "contain"}).find("fit:"), std::string::npos);
+}
+
 TEST(Photo2Native, TellsTheParallaxAndWarnsAboveFivePixels) {
     SmallStudio studio;
     const Arguments call{"-c", "small.json", "-q",        "2x3",   "-r", "160x120",

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <initializer_list>
 
 namespace altiro3D::tools {
@@ -199,6 +200,16 @@ std::string fitName(FitMode mode) {
         break;
     }
     return "stretch";
+}
+
+void tellCut(double seenAspect, double panelAspect, FitMode mode, const Messages& messages) {
+    constexpr double kWorthALine = 1.0 / 3;
+    const double ratio = seenAspect / panelAspect;
+    const double cut = 1 - std::min(ratio, 1 / ratio);
+    if (mode != FitMode::Cover || cut < kWorthALine) return;
+    messages.say("fit: " + std::to_string(std::lround(100 * cut)) + " % of the " +
+                 (ratio > 1 ? "width" : "height") +
+                 " is cut off to fill the panel; --fit contain keeps all of it");
 }
 
 void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages) {

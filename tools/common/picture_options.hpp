@@ -46,6 +46,10 @@ FitMode fitOption(const CommandLine& commandLine, FitMode standard);
 /// "cover", "contain" or "stretch"
 std::string fitName(FitMode mode);
 
+/// Says how much is cut off where a picture fills a panel of quite another shape.
+/// @param seenAspect width : height of what the picture shows @param panelAspect the panel's
+void tellCut(double seenAspect, double panelAspect, FitMode mode, const Messages& messages);
+
 /// Warns where a Native loses its sub-pixels on the way to the file.
 void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages);
 

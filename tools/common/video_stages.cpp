@@ -1,5 +1,7 @@
 #include "common/video_stages.hpp"
 
+#include "common/picture_options.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -95,6 +97,8 @@ RenderStage::RenderStage(const CommandLine& commandLine, const Display& display,
                          Messages& messages)
     : settings_(settings), panelAspect_(display.panelAspect()), seenAspect_(seenAspect),
       workSize_(settings.keep ? display.panelSize : settings.layout.tileSize) {
+    if (settings.product != VideoProduct::Rgbd)
+        tellCut(seenAspect, panelAspect_, settings.fit, messages);
     switch (settings.product) {
     case VideoProduct::Native:
         road_.emplace(commandLine, display, settings.layout, settings.views.method, messages,

@@ -13,6 +13,8 @@ cmake --preset asan
 cmake --build --preset asan
 ctest --preset asan -j "$(nproc)" -LE install
 
+# Data races: video stages, readers and writers in several threads, the viewer, video2native.
+scripts/check-tsan.sh
 # Unset or foreign memory in five tools, with the kernels for AVX2.
 scripts/check-valgrind.sh
 

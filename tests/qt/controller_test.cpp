@@ -52,7 +52,7 @@ class ViewerController : public ::testing::Test {
         QSignalSpy ended(&controller_, &Controller::exportEnded);
         EXPECT_TRUE(controller_.startExport(product, file));
         EXPECT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
-        return ended.at(0).at(1).toString();
+        return ended.isEmpty() ? "no end" : ended.at(0).at(1).toString();
     }
 
     TemporaryDirectory folder_;

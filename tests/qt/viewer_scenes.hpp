@@ -38,9 +38,9 @@ inline cv::Mat boxDepth(cv::Size size) {
     return depth;
 }
 
-/// Lets events come until something is so, 20 s at most.
+/// Lets events come until something is so, 2 minutes at most (ThreadSanitizer on a busy machine).
 inline bool waitFor(const std::function<bool()>& so) {
-    return QTest::qWaitFor(so, 20000);
+    return QTest::qWaitFor(so, 120000);
 }
 
 } // namespace altiro3D::test

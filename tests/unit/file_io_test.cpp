@@ -48,7 +48,7 @@ std::string inChild(const std::function<std::string()>& call) {
     close(ends[1]);
     std::string text;
     char part[256];
-    for (ssize_t count; (count = read(ends[0], part, sizeof part)) > 0;) {
+    for (ssize_t count = 0; (count = read(ends[0], part, sizeof part)) > 0;) {
         text.append(part, static_cast<std::size_t>(count));
     }
     close(ends[0]);

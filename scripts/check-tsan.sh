@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# Runs what has threads of its own under ThreadSanitizer: the stages of a video side by side, readers and
+# writers in different threads, videos that are resumed, files written at the same time, the viewer
+# (worker, player, exports) and video2native with all of its threads. Any data race fails.
+#
+# On one processor, so that OpenCV's pool (TBB, not instrumented) starts no threads: that rows are
+# independent is not looked at here but by the tests that compare numbers of threads. What others'
+# libraries do is left out by tests/tsan.supp, and tests/qt/tsan_events.cpp shows how Qt's events order
+# threads.
+#
+#   scripts/check-tsan.sh
+set -euo pipefail
+cd "$(dirname "$0")/.."
+[[ -f build/tsan/build.ninja ]] || cmake --preset tsan >/dev/null
+cmake --build --preset tsan --target altiro3D_unit_tests altiro3D_qt_tests video2native
+work=$(mktemp -d)
+# Reports into files: tools silence standard error while foreign libraries read.
+export TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp history_size=4 log_path=$work/report"
+trap 'cat "$work"/report.* 2>/dev/null || true; rm -rf -- "$work"' EXIT
+export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
+cpu=$(taskset -cp $$ | sed 's/.*: *\([0-9]*\).*/\1/')
+
+echo "== ThreadSanitizer: library"
+taskset -c "$cpu" build/tsan/tests/unit/altiro3D_unit_tests --gtest_brief=1 \
+    --gtest_filter='Pipeline.*:VideoReader.*:VideoReaderSkip.*:VideoWriter*:ResumableVideo.*:WriteSway.*:FileIo.*'
+
+echo "== ThreadSanitizer: viewer"
+taskset -c "$cpu" build/tsan/tests/qt/altiro3D_qt_tests --gtest_brief=1
+
+echo "== ThreadSanitizer: video2native"
+ffmpeg -nostdin -v error -f lavfi -i testsrc2=size=64x48:rate=10:duration=1 \
+    -f lavfi -i sine=duration=1 -c:v libx264 -pix_fmt yuv420p -c:a aac "$work/clip.mp4"
+python3 - calibration/portrait-sample.json "$work/small.json" <<'PYTHON'
+import json, sys
+display = json.load(open(sys.argv[1]))
+display["serial"] = "TEST"
+display["screenW"]["value"], display["screenH"]["value"] = 96, 128
+json.dump(display, open(sys.argv[2], "w"))
+PYTHON
+for more in "" --resume "--preview 1" --quilt --rgbd-out; do
+    # shellcheck disable=SC2086 # several arguments
+    taskset -c "$cpu" build/tsan/tools/video2native -y -q 2x3 -r 40x30 $more \
+        -c "$work/small.json" "$work/clip.mp4" "$work/out.mkv" >/dev/null
+done

@@ -19,5 +19,6 @@ with open(sys.argv[2], "w") as stream:
     json.dump(commands, stream)
 print(f"cppcheck: {len(commands)} files", flush=True)
 PYTHON
-cppcheck --project="$commands" --enable=warning,performance,portability --inline-suppr --std=c++17 \
-    --library=googletest,qt --template=gcc --error-exitcode=1 --quiet -j "$(nproc)"
+# The revision is that of Qt 5's generated files, which ask for it: Qt's headers are not read.
+cppcheck --project="$commands" -DQ_MOC_OUTPUT_REVISION=67 --enable=warning,performance,portability \
+    --inline-suppr --std=c++17 --library=googletest,qt --template=gcc --error-exitcode=1 --quiet -j "$(nproc)"

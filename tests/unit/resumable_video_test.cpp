@@ -94,7 +94,7 @@ TEST(ResumableVideo, TimesSoundAndChaptersAreTheSources) {
             ASSERT_TRUE(copyClip(clip, out, false));
             EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(out)));
             EXPECT_EQ(lines(ffprobe(out, "packet=pts", "-select_streams v:0")).size(),
-                      lines(ffprobe(clip, "packet=pts", "-select_streams v:0")).size());
+                      lines(ffprobe(clip, "frame=pts", "-select_streams v:0")).size());
             if (std::string(name) != "out.mkv") {
                 EXPECT_EQ(times(out), times(clip));
             }
@@ -292,14 +292,14 @@ TEST(ResumableVideo, WhatTheFileCannotHoldIsSaidBeforeAnyWork) {
     const TemporaryDirectory directory;
     const fs::path clip = directory / "clip.mkv";
     ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=25:duration=0.4 -f lavfi -i sine=duration=0.4 "
-           "-c:v libx264 -c:a pcm_s16le " +
+           "-c:v libx264 -c:a wavpack " +
            arg(clip));
     VideoReader reader(clip);
     const std::string error = errorOf([&] {
         const ResumableVideoWriter writer(directory / "out.mp4", optionsFor(reader.facts()),
                                           resumable(), &reader);
     });
-    EXPECT_NE(error.find("cannot hold the sound pcm_s16le"), std::string::npos) << error;
+    EXPECT_NE(error.find("cannot hold the sound wavpack"), std::string::npos) << error;
     EXPECT_NE(error.find(".mkv"), std::string::npos) << error;
     EXPECT_FALSE(fs::exists(directory / "out.mp4.parts"));
     VideoWriterOptions prores = plainOptions();

@@ -166,8 +166,10 @@ TEST(VideoReader, TellsWhatTheFileSays) {
     EXPECT_EQ(facts.streams[3].codec, "subrip");
     ASSERT_EQ(facts.chapters.size(), 2u);
     EXPECT_EQ(facts.chapters[1].title, "Two");
-    EXPECT_DOUBLE_EQ(facts.chapters[1].start, 1);
-    EXPECT_DOUBLE_EQ(facts.chapters[1].end, 2);
+    // FFmpeg 7 begins the file at its sound, 23 ms before the picture; times count from there
+    const double start = std::stod(ffprobe(file, "format=start_time"));
+    EXPECT_NEAR(facts.chapters[1].start, 1 - start, 1e-9);
+    EXPECT_NEAR(facts.chapters[1].end, 2 - start, 1e-9);
     EXPECT_NE(std::find(facts.tags.begin(), facts.tags.end(),
                         std::make_pair(std::string("title"), std::string("A film"))),
               facts.tags.end());
@@ -205,6 +207,22 @@ TEST(VideoReader, TimesCountFromTheStartOfTheFile) {
     EXPECT_EQ(timesOf(frames), expected);
 }
 
+// An MP4 file whose track header asks for a turn by a multiple of 90 degrees. Versions of ffmpeg
+// differ in how they are told to write that.
+std::string turnedClockwise(std::string bytes, int degrees) {
+    constexpr std::uint32_t kOne = 0x10000;
+    constexpr int kSines[] = {0, 1, 0, -1};
+    const auto sine = static_cast<std::uint32_t>(kSines[degrees / 90]) * kOne;
+    const auto cosine = static_cast<std::uint32_t>(kSines[(degrees / 90 + 1) % 4]) * kOne;
+    const std::uint32_t matrix[] = {cosine, sine, 0, 0U - sine, cosine};
+    std::size_t at = bytes.find("tkhd") + 44;
+    for (const std::uint32_t number : matrix) {
+        for (int shift = 24; shift >= 0; shift -= 8)
+            bytes.at(at++) = static_cast<char>(number >> shift & 0xFF);
+    }
+    return bytes;
+}
+
 class RotatedClips : public testing::TestWithParam<int> {};
 
 TEST_P(RotatedClips, ComeUpright) {
@@ -212,11 +230,7 @@ TEST_P(RotatedClips, ComeUpright) {
     const TemporaryDirectory directory;
     const fs::path plain = makeClip(directory, "plain.mp4", "-frames:v 5 -pix_fmt yuv444p");
     const fs::path turned = directory / "turned.mp4";
-    const std::string degrees = std::to_string(GetParam());
-    ffmpeg("-i " + arg(plain) + " -c copy -metadata:s:v rotate=" + degrees + " " + arg(turned));
-    if (ffprobe(turned, "stream_side_data=rotation").empty()) {
-        GTEST_SKIP() << "this ffmpeg does not write the rotation of a copied stream";
-    }
+    spill(turned, turnedClockwise(slurp(plain), GetParam()));
     // It counts counter-clockwise.
     const int turn =
         (360 - std::stoi(ffprobe(turned, "stream_side_data=rotation", "-select_streams v"))) % 360;
@@ -320,10 +334,10 @@ TEST(VideoReader, ColoursFollowTheStatedMatrixAndRange) {
             const std::optional<VideoFrame> frame = reader.next();
             ASSERT_TRUE(frame);
             const auto pixel = frame->picture.at<cv::Vec3b>(30, 30);
-            // half a level of U or V is 1.1 of blue
-            EXPECT_NEAR(pixel[2], 0xC8, 2) << one.filter << " " << pixels;
-            EXPECT_NEAR(pixel[1], 0x32, 2) << one.filter << " " << pixels;
-            EXPECT_NEAR(pixel[0], 0x64, 2) << one.filter << " " << pixels;
+            // half a level of U or V is 1.1 of blue; swscale 8 rounds light down: 1.2 of it
+            EXPECT_NEAR(pixel[2], 0xC8, 3) << one.filter << " " << pixels;
+            EXPECT_NEAR(pixel[1], 0x32, 3) << one.filter << " " << pixels;
+            EXPECT_NEAR(pixel[0], 0x64, 3) << one.filter << " " << pixels;
         }
     }
 }

@@ -81,6 +81,45 @@ std::vector<double> packetTimes(const fs::path& file, const std::string& stream)
     return times;
 }
 
+// When a file begins: before 0 where sound begins before the picture (Matroska, FFmpeg 7).
+double startOf(const fs::path& file) {
+    return std::stod(lines(ffprobe(file, "format=start_time"))[0]);
+}
+
+std::vector<double> timesFromStart(const fs::path& file, const std::string& stream) {
+    const double start = startOf(file);
+    std::vector<double> times = packetTimes(file, stream);
+    for (double& time : times)
+        time -= start;
+    return times;
+}
+
+// "800 One" for a chapter that ends 800 ms after the file's start.
+std::vector<std::string> chapterEnds(const fs::path& file) {
+    const double start = startOf(file);
+    std::vector<std::string> ends;
+    for (const std::string& line : lines(ffprobe(file, "chapter=end_time:chapter_tags=title"))) {
+        const double end = std::stod(line) - start;
+        ends.push_back(std::to_string(std::lround(1000 * end)) + " " +
+                       line.substr(line.find('|') + 1));
+    }
+    return ends;
+}
+
+// The length that an MP4 or QuickTime file states. That of ffprobe 7 is the last stream's on the
+// decoder's clock, which ends earlier where frames are out of order.
+double statedSeconds(const fs::path& file) {
+    const std::string bytes = slurp(file);
+    const std::size_t header = bytes.find("mvhd"); // then version 0, two dates, units/s, units
+    const auto number = [&](std::size_t at) {
+        double value = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            value = 256 * value + static_cast<unsigned char>(bytes.at(header + at + i));
+        return value;
+    };
+    return number(20) / number(16);
+}
+
 void expectNear(const std::vector<double>& a, const std::vector<double>& b, double tolerance) {
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -309,7 +348,9 @@ TEST(VideoWriter, TimesOfAnyBaseAreExactInMp4AndTo1msInMkv) {
                 const double end = static_cast<double>(times.back() + 2 * (times[1] - times[0])) *
                                    timeBase.value();
                 // the file's length is kept to 1 ms
-                EXPECT_NEAR(std::stod(lines(ffprobe(file, "format=duration"))[0]), end, 0.0011);
+                EXPECT_NEAR(statedSeconds(file), end, 0.0011);
+                EXPECT_EQ(lines(ffprobe(file, "frame=pts", "-select_streams v:0")).size(),
+                          times.size());
             }
         }
     }
@@ -326,13 +367,12 @@ TEST(VideoWriter, EverythingBesideThePicturesIsKept) {
     EXPECT_EQ(streamHashes(copy, "a"), streamHashes(film, "a"));
     EXPECT_EQ(streamHashes(copy, "s"), streamHashes(film, "s"));
     for (const char* const stream : {"v:0", "a:0", "a:1", "s:0"})
-        expectNear(packetTimes(copy, stream), packetTimes(film, stream), 0.0011);
+        expectNear(timesFromStart(copy, stream), timesFromStart(film, stream), 0.0011);
     EXPECT_EQ(lines(ffprobe(copy, "stream_tags=language", "-select_streams a")),
               (std::vector<std::string>{"eng", "slv"}));
     EXPECT_EQ(lines(ffprobe(copy, "format_tags=title,artist")),
               (std::vector<std::string>{"A film|Somebody"}));
-    EXPECT_EQ(ffprobe(copy, "chapter=start_time,end_time:chapter_tags=title"),
-              ffprobe(film, "chapter=start_time,end_time:chapter_tags=title"));
+    EXPECT_EQ(chapterEnds(copy), chapterEnds(film));
     EXPECT_EQ(lines(ffprobe(copy, "stream=avg_frame_rate", "-select_streams v"))[0], "24000/1001");
     EXPECT_EQ(lines(ffprobe(copy, "packet=duration_time", "-select_streams s")),
               lines(ffprobe(film, "packet=duration_time", "-select_streams s")));
@@ -351,8 +391,7 @@ TEST(VideoWriter, Mp4GetsTextSubtitlesAsMovText) {
     EXPECT_EQ(ffmpeg("-i " + arg(copy) + " -map 0:s -f srt -"),
               ffmpeg("-i " + arg(film) + " -map 0:s -f srt -"));
     EXPECT_EQ(streamHashes(copy, "a"), streamHashes(film, "a"));
-    EXPECT_EQ(ffprobe(copy, "chapter=start_time,end_time:chapter_tags=title"),
-              ffprobe(film, "chapter=start_time,end_time:chapter_tags=title"));
+    EXPECT_EQ(chapterEnds(copy), chapterEnds(film));
     EXPECT_EQ(lines(ffprobe(copy, "format_tags=title,artist"))[0], "A film|Somebody");
     // ... and back: Matroska has no mov_text.
     const fs::path back = directory / "back.mkv";
@@ -389,11 +428,12 @@ TEST(VideoWriter, QuickTimeTakesUncompressedSound) {
 TEST(VideoWriter, WhatAContainerCannotHoldIsNamedBeforeWork) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
-    const fs::path film = makeFilm(directory, "film.mkv");
+    // FFmpeg 7 puts PCM into MP4
+    const fs::path film = makeFilm(directory, "film.mkv", "-c:a:0 aac -c:a:1 wavpack -c:s srt");
     const fs::path copy = directory / "copy.mp4";
     VideoReader reader(film);
     EXPECT_EQ(errorOf([&] { VideoWriter(copy, optionsFor(reader), &reader); }),
-              copy.string() + ": cannot hold the sound pcm_s16le (slv) of " + film.string() +
+              copy.string() + ": cannot hold the sound wavpack (slv) of " + film.string() +
                   ", expected a name that ends in .mkv, or no sound");
     EXPECT_FALSE(fs::exists(copy));
     EXPECT_FALSE(fs::exists(copy.string() + ".part"));
@@ -532,7 +572,8 @@ TEST(VideoWriter, DamagedSoundIsLeftOutWithANote) {
     const fs::path copy = directory / "copy.mp4";
     const Notes notes = copyFilm(stream, copy);
     EXPECT_EQ(packetTimes(copy, "v:0").size(), 48u);
-    EXPECT_GT(packetTimes(copy, "a:0").size(), 80u);
+    // of 101; FFmpeg 7 loses more around a broken header than FFmpeg 5
+    EXPECT_GT(packetTimes(copy, "a:0").size(), 60u);
     for (const std::string& note : notes)
         EXPECT_NE(note.find("could not be kept"), std::string::npos) << note;
 }

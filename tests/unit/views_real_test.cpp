@@ -38,7 +38,7 @@ cv::Mat boardDepth(cv::Size size) {
 // rounding: up to 3 over a hole of some px, 8 over a whole picture. Navier-Stokes only rounds.
 double colourNoise(Inpainting inpainting, bool wholePicture = false) {
     if (inpainting == Inpainting::NavierStokes) return 0;
-    return wholePicture ? 8 : 3;
+    return wholePicture ? 9 : 3; // OpenCV 4.6: 8
 }
 
 RealOptions published(Inpainting inpainting = Inpainting::Telea) {

@@ -113,6 +113,7 @@ TEST_P(EveryTool, NumbersHaveAPointInEveryLocale) {
         GTEST_SKIP() << "needs Debian's package locales: " << slurp(studio_ / "log");
     }
     ASSERT_TRUE(isDone(good(output("a"))));
+    studio_.set("ASAN_OPTIONS", "detect_leaks=0"); // glibc keeps what it makes of LOCPATH
     studio_.set("LOCPATH", (studio_ / "de_DE.UTF-8").parent_path().string());
     studio_.set("LC_ALL", "de_DE.UTF-8");
     ASSERT_TRUE(isDone(good(output("b"))));

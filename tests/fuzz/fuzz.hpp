@@ -66,7 +66,7 @@ class Directory {
 
     /// Writes a file, for readers that take no bytes.
     std::filesystem::path file(const std::string& name, std::string_view contents) const {
-        const std::filesystem::path path = path_ / name;
+        std::filesystem::path path = path_ / name;
         std::ofstream(path, std::ios::binary | std::ios::trunc)
             .write(contents.data(), static_cast<std::streamsize>(contents.size()));
         return path;

@@ -345,7 +345,9 @@ void Controller::focusAt(double x, double y) {
 }
 
 void Controller::requestFrame() {
-    if (!document_ || area_.empty()) return;
+    // while another file is read nothing more comes of the one before: its frame would be taken for
+    // one of the other
+    if (opening_ || !document_ || area_.empty()) return;
     Request request{document_, knobs_, display_, mode_, position_, area_, pan_};
     if (!has(modesOf(document_->kind), mode_)) return;
     worker_.post(kRendering,

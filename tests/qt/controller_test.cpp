@@ -445,6 +445,23 @@ TEST_F(ViewerController, ANetworkThatIsNoneIsAMessage) {
     EXPECT_TRUE(waitFor([&] { return controller.problem().isEmpty(); }));
 }
 
+TEST_F(ViewerController, LateFramesOfTheFileBeforeTakeNoMessageAway) {
+    spill(folder_ / "broken.jpg", "no picture");
+    controller_.open(std::vector<fs::path>{folder_ / "broken.jpg"});
+    openPhoto();
+    controller_.setSwinging(true); // frames are asked for all the time
+    for (int i = 0; i < 10; ++i) {
+        controller_.select(0);
+        controller_.setPosition(0.1 * i); // while the file is being read
+        ASSERT_TRUE(waitFor([this] { return !controller_.isBusy(); }));
+        QTest::qWait(40);
+        EXPECT_FALSE(controller_.problem().isEmpty()) << i;
+        EXPECT_EQ(controller_.document(), nullptr);
+        controller_.select(1);
+        ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && controller_.document(); }));
+    }
+}
+
 TEST_F(ViewerController, EndsCleanlyInTheMiddleOfItsWork) {
     writePicture(folder_ / "large.png", detailedPhoto({2000, 1500}));
     for (int milliseconds = 0; milliseconds < 100; milliseconds += 20) {

@@ -76,7 +76,7 @@ if ((seconds > 0)); then
     "$tools/video2native" -c "$place/panel.json" "${network[@]}" "$place/long.mkv" \
         "$place/native.mp4" >"$place/log" 2>&1 &
     process=$!
-    watch "$process" "${SOAK_APART:-240}" "$seconds" "segments of 4 s" made
+    watch "$process" "${SOAK_APART:-240}" "$seconds" "segments of 6 s" made
     wait "$process" || [[ $? == 130 ]] || { tail -3 "$place/log" >&2; exit 1; }
     tail -1 "$place/log"
     ffprobe -v error -count_packets -show_entries stream=codec_name,nb_read_packets \

@@ -33,10 +33,10 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr double kSegmentSeconds = 4; // what a run that dies loses at most; encoders start slowly
+constexpr double kSegmentSeconds = 6; // what a run that dies loses at most; encoders start slowly
 constexpr int kLeastSegmentFrames = 12;
 constexpr int kMostSegmentFrames = 600;
-constexpr int kUsualSegmentFrames = 120;
+constexpr int kUsualSegmentFrames = 180;
 constexpr int kExitStopped = 130; // as shells call it
 
 // --- the user's stop -------------------------------------------------------------------------

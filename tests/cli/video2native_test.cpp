@@ -367,7 +367,7 @@ TEST(Video2NativeTool, WhatIsThereOfACutOffVideoIsMade) {
 
 TEST(Video2NativeTool, ARunThatIsKilledGoesOnToTheSameBytes) {
     ALTIRO3D_REQUIRE_FFMPEG();
-    VideoStudio studio(18);
+    VideoStudio studio(27);
     const Outcome whole =
         studio.run(kTool, studio.call("whole.mp4", {"--depth-kind", "near-white"}));
     ASSERT_TRUE(isDone(whole));
@@ -390,8 +390,8 @@ TEST(Video2NativeTool, ARunThatIsKilledGoesOnToTheSameBytes) {
     EXPECT_TRUE(slurp(studio / "out.mp4") == slurp(studio / "whole.mp4"));
     EXPECT_FALSE(fs::exists(studio / "out.mp4.parts"));
     const Json report = Json::parse(slurp(studio / "r.json"));
-    EXPECT_EQ(report["frames"], 540);
-    EXPECT_LT(report["framesOfThisRun"], 421);
+    EXPECT_EQ(report["frames"], 810);
+    EXPECT_LT(report["framesOfThisRun"], 631);
 }
 
 TEST(Video2NativeTool, AnInterruptEndsTheFileProperly) {

@@ -20,14 +20,15 @@ readers="
 calibration     calibration      .                                     -
 native_lut      native_lut_file  .                                     4save
 quilt           quilt            .                                     -
+picture_header  image_format     .                                     -
 picture_header  image_header     .                                     -
 exif            exif             .                                     -
-picture         image_io         .                                     rite|ncode|listPict|natural|isDigit|folded
+picture         image_read       .                                     -
 picture         rgbd             split|greyOf|halves|isBeside          -
 camera          camera           parseCamera|5check|7require|8validate CameraPose|RealOptions
 network_catalog network_profile  .                                     modelSearchPath|findModelFile
 onnx_facts      onnx_facts       .                                     -
-view_names      image_io         listPict|natural|isDigit|folded|lower -
+view_names      image_list       .                                     -
 video_run       resumable_video  readRun|differ|Segment|Shown|4join    closeSeg|segmentExt
 depth_state     video_depth      8setState                             -
 depth_state     picture_tracker  4take|4load|checksum                  -

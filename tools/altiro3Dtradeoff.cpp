@@ -35,12 +35,6 @@ struct Row {
     double peakMegabytes = 0;
 };
 
-std::string fixed(double value, int decimals) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*f", decimals, value);
-    return text;
-}
-
 std::string lineOf(const Row& row) {
     char text[256];
     std::snprintf(text, sizeof text, "%-22s %8.2f ms %7.2f dB %6.4f %9.2f dB %6.4f %8.0f MB",

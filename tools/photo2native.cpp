@@ -202,12 +202,6 @@ Json parallaxJson(const AdjacentParallax& parallax) {
     return {{"viewPixels", parallax.viewPixels}, {"panelPixels", parallax.panelPixels}};
 }
 
-std::string fixed(double value, int decimals) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*f", decimals, value);
-    return text;
-}
-
 AdjacentParallax tellParallax(const Studio& studio, const ViewOptions& views, const cv::Mat& depth,
                               Messages& messages) {
     double nearest = 0;
@@ -219,11 +213,7 @@ AdjacentParallax tellParallax(const Studio& studio, const ViewOptions& views, co
                  fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) +
                  " view px (" + fixed(parallax.panelPixels, 2) +
                  " panel px) between adjacent views");
-    if (parallax.viewPixels > kParallaxBudgetPixels) {
-        messages.warn("parallax between adjacent views is " + fixed(parallax.viewPixels, 1) +
-                      " view px, above " + fixed(kParallaxBudgetPixels, 0) +
-                      ": hard edges will show double; lower --strength or move --focus");
-    }
+    warnAboutParallax(parallax, messages);
     return parallax;
 }
 

@@ -3,40 +3,33 @@
 #include "altiro3D/altiro3D.hpp"
 #include "common/depth_options.hpp"
 #include "common/display_options.hpp"
-#include "common/outputs.hpp"
+#include "common/display_player.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/video_options.hpp"
+#include "common/video_plan.hpp"
 #include "common/video_progress.hpp"
+#include "common/video_sink.hpp"
 #include "common/video_stages.hpp"
 
-#include <QCoreApplication>
-#include <QProcess>
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <csignal>
 #include <functional>
 #include <malloc.h>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 #include <thread>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr double kSegmentSeconds = 6; // what a run that dies loses at most; encoders start slowly
-constexpr int kLeastSegmentFrames = 12;
-constexpr int kMostSegmentFrames = 600;
-constexpr int kUsualSegmentFrames = 180;
 constexpr int kExitStopped = 130; // as shells call it
 
 // --- the user's stop -------------------------------------------------------------------------
@@ -49,190 +42,7 @@ extern "C" void stopOnce(int signal) {
     std::signal(signal, SIG_DFL);
 }
 
-// --- what to make ----------------------------------------------------------------------------
-
-struct Plan {
-    fs::path input;
-    fs::path depth; // given, or empty
-    fs::path output;
-    fs::path report;
-    VideoProduct product = VideoProduct::Native;
-    bool fromQuilt = false;
-    bool show = false; // on the display, no output
-    bool resumable = false;
-    VideoReaderOptions part;
-};
-
-Plan planRun(const CommandLine& commandLine) {
-    const std::vector<fs::path>& names = commandLine.files();
-    const bool pair = commandLine.has("d");
-    const bool show = commandLine.has("show");
-    const std::size_t expected = (pair ? 3 : 2) - (show ? 1 : 0);
-    if (names.size() != expected) {
-        throw UsageError(std::string("expected ") + (pair ? "IN DEPTH" : "IN") +
-                         (show   ? ""
-                          : pair ? " OUT"
-                                 : " and OUT") +
-                         ", got " + std::to_string(names.size()) +
-                         " names; see video2native --help");
-    }
-    Plan plan;
-    plan.input = names.front();
-    plan.show = show;
-    if (!show) plan.output = names.back();
-    if (pair) plan.depth = names[1];
-    if (const auto depth = commandLine.value("depth")) plan.depth = *depth;
-    plan.report = commandLine.value("report").value_or("");
-    commandLine.exclude("quilt", "rgbd-out");
-    if (commandLine.has("quilt")) plan.product = VideoProduct::Quilt;
-    if (commandLine.has("rgbd-out")) plan.product = VideoProduct::Rgbd;
-    plan.fromQuilt = commandLine.has("from-quilt");
-    if (plan.fromQuilt) {
-        for (const char* option :
-             {"quilt", "rgbd-out", "d", "depth", "rgbd", "n", "l", "net-profile", "network-size",
-              "depth-every", "k", "g", "method", "continuous", "strength", "focus"})
-            commandLine.exclude("from-quilt", option);
-    }
-    plan.part = videoReaderOptions(commandLine);
-    if (show) {
-        for (const char* option :
-             {"quilt", "rgbd-out", "resume", "codec", "crf", "preset", "compat", "progress"})
-            commandLine.exclude("show", option);
-        return plan;
-    }
-    requireVideoName(plan.output);
-    std::error_code error;
-    plan.resumable = fs::is_regular_file(plan.input, error) && plan.part.format.empty();
-    if (commandLine.has("resume") && !plan.resumable) {
-        throw UsageError("--resume reads IN once more, expected a file, not " +
-                         plan.input.string());
-    }
-    return plan;
-}
-
-// Everything that shapes the frames and the file: a run goes on with the same only.
-std::string settingsText(const CommandLine& commandLine, const Plan& plan, const Display& display) {
-    Json settings = Json::object();
-    if (!plan.resumable) return settings.dump();
-    for (const auto& [option, value] : commandLine.given()) {
-        const bool shapes = option != "y" && option != "v" && option != "resume" &&
-                            option != "progress" && option != "report";
-        if (shapes) settings["-" + std::string(option.size() > 1 ? "-" : "") + option] = value;
-    }
-    for (const fs::path& file : {plan.input, plan.depth}) {
-        if (file.empty() || fs::is_directory(file)) continue;
-        settings[file.filename().string()] =
-            std::to_string(fs::file_size(file)) + " bytes of " +
-            std::to_string(fs::last_write_time(file).time_since_epoch().count());
-    }
-    settings["display"] =
-        fingerprintText(display.calibration ? fingerprint(*display.calibration)
-                                            : display.map->calibrationFingerprint());
-    settings["version"] = ALTIRO3D_VERSION;
-    return settings.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-// --- where the frames go ---------------------------------------------------------------------
-
-// Where the frames go: to segments that a later run can go on from, or straight to the file.
-class Sink {
-  public:
-    Sink(const Plan& plan, const VideoWriterOptions& options, const std::string& settings,
-         bool resume, VideoReader& reader)
-        : plan_(plan) {
-        if (!plan.resumable) {
-            plain_.emplace(plan.output, options, &reader);
-            return;
-        }
-        ResumableVideoOptions resumable;
-        resumable.settings = settings;
-        resumable.resume = resume;
-        resumable.segmentFrames = kUsualSegmentFrames;
-        if (options.frameRate.isKnown()) {
-            resumable.segmentFrames = static_cast<int>(
-                std::clamp<double>(std::round(options.frameRate.value() * kSegmentSeconds),
-                                   kLeastSegmentFrames, kMostSegmentFrames));
-        }
-        VideoReader probe(plan.input, plan.part);
-        segments_.emplace(plan.output, options, resumable, &probe);
-    }
-
-    KeptVideo kept() const { return segments_ ? segments_->kept() : KeptVideo(); }
-    bool wantsState(std::int64_t frame) const { return segments_ && segments_->endsSegment(frame); }
-    void write(const PipelineFrame& frame) {
-        if (segments_) {
-            segments_->write(frame.result, frame.state);
-        } else {
-            plain_->write(frame.result);
-        }
-    }
-    void finish(bool complete) {
-        if (plain_) {
-            plain_->finish();
-            return;
-        }
-        VideoReader again(plan_.input, plan_.part);
-        segments_->finish(&again, complete);
-    }
-    const Notes& notes() const { return segments_ ? segments_->notes() : plain_->notes(); }
-
-  private:
-    const Plan& plan_;
-    std::optional<VideoWriter> plain_;
-    std::optional<ResumableVideoWriter> segments_;
-};
-
-// Shows Natives on the display through altiro3Dview, which stands beside this tool.
-class Screen {
-  public:
-    Screen(const CommandLine& commandLine, const Display& display) {
-        QStringList arguments{"--show", "-"};
-        if (display.calibration && !display.files.empty()) {
-            arguments << "-c" << QString::fromLocal8Bit(display.files.front().c_str());
-        }
-        for (const char* option : {"serial", "screen"}) {
-            if (const auto value = commandLine.value(option)) {
-                arguments << QString("--") + option << QString::fromLocal8Bit(value->c_str());
-            }
-        }
-        viewer_.setProcessChannelMode(QProcess::ForwardedChannels);
-        viewer_.start(QCoreApplication::applicationDirPath() + "/altiro3Dview", arguments);
-        if (!viewer_.waitForStarted()) {
-            throw Error(ErrorCode::NotFound, "altiro3Dview",
-                        "cannot be started, expected it beside video2native");
-        }
-    }
-    // False if the user has left.
-    bool show(const cv::Mat& native) {
-        const std::string head =
-            "P6\n" + std::to_string(native.cols) + " " + std::to_string(native.rows) + "\n255\n";
-        cv::cvtColor(native, rgb_, cv::COLOR_BGR2RGB);
-        const auto bytes = static_cast<qint64>(rgb_.total() * rgb_.elemSize());
-        viewer_.write(head.data(), static_cast<qint64>(head.size()));
-        viewer_.write(reinterpret_cast<const char*>(rgb_.data), bytes);
-        while (viewer_.state() == QProcess::Running && viewer_.bytesToWrite() > 0)
-            viewer_.waitForBytesWritten(100);
-        return viewer_.state() == QProcess::Running;
-    }
-    // The viewer's exit status.
-    int end() {
-        viewer_.closeWriteChannel();
-        viewer_.waitForFinished(-1);
-        return viewer_.exitStatus() == QProcess::NormalExit ? viewer_.exitCode() : kExitFailed;
-    }
-
-  private:
-    QProcess viewer_;
-    cv::Mat rgb_;
-};
-
 // --- reports ---------------------------------------------------------------------------------
-
-std::string fixed(double value, int decimals) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.*f", decimals, value);
-    return text;
-}
 
 std::string factsText(const VideoFacts& facts) {
     std::string text =
@@ -290,7 +100,7 @@ VideoDepthOptions depthOptions(const CommandLine& commandLine, const VideoProfil
 // All that a run works with.
 struct Studio {
     VideoProfile profile;
-    Plan plan;
+    VideoPlan plan;
     Display display;
     ViewOptions views;
     QuiltLayout layout;
@@ -301,31 +111,13 @@ struct Studio {
     cv::Size size;                    // of what is written
 
     double unit() const { return reader->facts().timeBase.value(); }
-    std::string inputName() const {
-        return plan.input == "-" ? "standard input" : plan.input.string();
-    }
 };
-
-void checkOutputs(const CommandLine& commandLine, const Plan& plan, const Display& display) {
-    Outputs outputs(commandLine.has("y") || commandLine.has("resume"));
-    for (const fs::path& file : display.files)
-        outputs.addInput(file);
-    for (const fs::path& file : {plan.input, plan.depth}) {
-        if (!file.empty() && file != "-") outputs.addInput(file);
-    }
-    for (const char* option : {"n", "net-profile"}) {
-        if (const auto file = commandLine.value(option)) outputs.addInput(*file);
-    }
-    if (!plan.show) outputs.addOutput(plan.output);
-    if (!plan.report.empty()) outputs.addOutput(plan.report);
-    outputs.check();
-}
 
 // Opens everything but the output; all that can be said against the call is said here.
 void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messages) {
-    Plan& plan = studio.plan;
+    VideoPlan& plan = studio.plan;
     studio.profile = videoProfile(commandLine);
-    plan = planRun(commandLine);
+    plan = planVideo(commandLine);
     if (plan.show && !commandLine.has("profile")) studio.profile = videoProfile("live");
     studio.views = viewOptions(commandLine);
     if (!commandLine.has("method") && !commandLine.has("g")) {
@@ -338,7 +130,7 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     plan.part.threads = std::min(cv::getNumThreads(), 16);
     studio.reader = std::make_unique<VideoReader>(plan.input, plan.part);
     const VideoFacts& facts = studio.reader->facts();
-    messages.say(studio.inputName() + ": " + factsText(facts));
+    messages.say(studio.plan.inputName() + ": " + factsText(facts));
     studio.layout = plan.fromQuilt
                         ? chooseQuilt(commandLine, studio.display, messages, plan.input, facts.size)
                         : chooseQuilt(commandLine, studio.display, messages);
@@ -444,20 +236,15 @@ void tellRemarks(const Studio& studio, Result& result, Messages& messages) {
     result.cutOff = tellNotes(*studio.reader, messages);
     if (!studio.depth) return;
     studio.depth->tell(messages);
-    const AdjacentParallax parallax =
-        adjacentParallax(studio.views, studio.layout, studio.display.panelSize, {0, 1});
-    if (studio.plan.product == VideoProduct::Native &&
-        parallax.viewPixels > kParallaxBudgetPixels) {
-        messages.warn("parallax between adjacent views is up to " + fixed(parallax.viewPixels, 1) +
-                      " view px, above " + fixed(kParallaxBudgetPixels, 0) +
-                      ": hard edges will show double; lower --strength or move --focus");
-    }
+    if (studio.plan.product != VideoProduct::Native) return;
+    warnAboutParallax(
+        adjacentParallax(studio.views, studio.layout, studio.display.panelSize, {0, 1}), messages);
 }
 
 // Makes the file.
 Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress,
                Messages& messages) {
-    const Plan& plan = studio.plan;
+    const VideoPlan& plan = studio.plan;
     VideoReader& reader = *studio.reader;
     const VideoFacts& facts = reader.facts();
     const double unit = studio.unit();
@@ -466,8 +253,8 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
     if (commandLine.has("y") && !commandLine.has("resume") && plan.resumable) {
         ResumableVideoWriter::discard(plan.output);
     }
-    Sink sink(plan, result.encoding, settingsText(commandLine, plan, studio.display),
-              commandLine.has("resume"), reader);
+    VideoSink sink(plan, result.encoding, settingsText(commandLine, plan, studio.display),
+                   commandLine.has("resume"), reader);
     messages.warn(sink.notes());
     if (result.encoding.preset != "ultrafast" && result.encoding.preset != "superfast") {
         // x264's slower presets read memory they have not set: all of it is 0 from here on, or a
@@ -519,7 +306,7 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
     }
     result.stopped = stopWanted.load();
     if (tally.frames == 0) {
-        throw Error(ErrorCode::BadFormat, studio.inputName(),
+        throw Error(ErrorCode::BadFormat, studio.plan.inputName(),
                     result.stopped ? "was stopped before the first frame"
                                    : "holds no frames in this part, expected some");
     }
@@ -538,7 +325,7 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
 Result show(const CommandLine& commandLine, Studio& studio, Messages& messages) {
     VideoReader& reader = *studio.reader;
     const double unit = studio.unit();
-    Screen screen(commandLine, studio.display);
+    DisplayPlayer screen(commandLine, studio.display);
     Result result;
     std::atomic<bool> left{false};
     std::optional<std::chrono::steady_clock::time_point> start;
@@ -567,7 +354,7 @@ Result show(const CommandLine& commandLine, Studio& studio, Messages& messages) 
     result.failed = screen.end() != kExitDone; // and altiro3Dview has said why
     if (result.failed) return result;
     tellRemarks(studio, result, messages);
-    messages.say(studio.inputName() + ": " + std::to_string(result.tally.frames) +
+    messages.say(studio.plan.inputName() + ": " + std::to_string(result.tally.frames) +
                  " frames shown, " + std::to_string(result.pipeline.dropped) + " dropped; " +
                  fixed(result.rate(), 1) + " fps");
     return result;
@@ -656,7 +443,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
                                            : convert(commandLine, studio, jsonProgress, messages);
     if (result.failed) return kExitFailed;
     tellDetails(studio, result, messages);
-    const Plan& plan = studio.plan;
+    const VideoPlan& plan = studio.plan;
     if (!plan.report.empty()) {
         writeFile(plan.report, reportOf(commandLine, studio, result, messages)
                                        .dump(2, ' ', false, Json::error_handler_t::replace) +

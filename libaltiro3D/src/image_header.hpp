@@ -1,5 +1,7 @@
 #pragma once
 
+#include "image_format.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -7,21 +9,6 @@
 #include <string_view>
 
 namespace altiro3D {
-
-/// The picture formats that are read, and one value for all others.
-enum class PictureFormat {
-    Unknown,
-    Png,
-    Jpeg,
-    Tiff,
-    WebP,
-    Bmp,
-    Pnm, ///< Portable bitmap, graymap and pixmap, P1..P6.
-    Pfm,
-    Exr,
-    Hdr,
-    Jpeg2000
-};
 
 /// How the colours of a picture with alpha are stored.
 enum class AlphaKind {

@@ -1,12 +1,26 @@
 #pragma once
 
 #include <cstdint>
+#include <opencv2/core/mat.hpp>
 
 namespace altiro3D {
 
 /// 16 bits to 8: v / 257, rounded, so that 0 and 65535 become 0 and 255.
 inline std::uint8_t toEightBits(std::uint16_t value) {
     return static_cast<std::uint8_t>((value + 128u) / 257u);
+}
+
+/// A picture of 16 bits in 8. [rows x cols, CV_16UCn -> CV_8UCn]
+inline cv::Mat toEightBits(const cv::Mat& picture) {
+    cv::Mat result(picture.size(), CV_MAKETYPE(CV_8U, picture.channels()));
+    const int samples = picture.cols * picture.channels();
+    for (int y = 0; y < picture.rows; ++y) {
+        const std::uint16_t* from = picture.ptr<std::uint16_t>(y);
+        std::uint8_t* to = result.ptr<std::uint8_t>(y);
+        for (int i = 0; i < samples; ++i)
+            to[i] = toEightBits(from[i]);
+    }
+    return result;
 }
 
 /// A number of 0..1 (others are clamped, NaN is 0) as a whole number of 0..largest, rounded.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <charconv>
+#include <filesystem>
 #include <opencv2/core/types.hpp>
 #include <string>
 
@@ -22,6 +23,19 @@ inline std::string pairText(long long a, long long b) {
 /// "1536 x 2048": width x height.
 inline std::string sizeText(cv::Size size) {
     return pairText(size.width, size.height);
+}
+
+/// A to Z as a to z, whatever the locale.
+inline char lowerCase(char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
+
+/// The extension of a file name with its dot, in lower case.
+inline std::string lowerExtension(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension)
+        c = lowerCase(c);
+    return extension;
 }
 
 } // namespace altiro3D

@@ -1,6 +1,7 @@
 #include "video_container.hpp"
 
 #include "altiro3D/error.hpp"
+#include "text.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -13,10 +14,7 @@ namespace {
 
 // FFmpeg's name of the container for a file name, or null.
 const char* containerName(const fs::path& path) {
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
-        return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    });
+    const std::string extension = lowerExtension(path);
     if (extension == ".mkv") return "matroska";
     if (extension == ".mp4" || extension == ".m4v") return "mp4";
     if (extension == ".mov") return "mov";

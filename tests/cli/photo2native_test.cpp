@@ -435,7 +435,7 @@ TEST(Photo2Native, TellsTheParallaxAndWarnsAboveFivePixels) {
                          "-d", "photo.png",  "depth.png", "a.png", "-y"};
     // S/2 = 60 % of 120 px, 6 views, half of the range before the focus: 72 * 0.5 * 2 / 5 px
     const Outcome much = studio.run(kTool, Arguments{"--strength", "60"} + call);
-    EXPECT_TRUE(warns(much, "parallax between adjacent views is 7.2 view px"));
+    EXPECT_TRUE(warns(much, "parallax between adjacent views is up to 7.2 view px"));
     EXPECT_NE(much.out.find("parallax: strength 60.0 %, focus 0.50: at most 7.20 view px"),
               std::string::npos)
         << much.out;

@@ -212,6 +212,13 @@ void tellCut(double seenAspect, double panelAspect, FitMode mode, const Messages
                  " is cut off to fill the panel; --fit contain keeps all of it");
 }
 
+void warnAboutParallax(const AdjacentParallax& parallax, Messages& messages) {
+    if (!(parallax.viewPixels > kParallaxBudgetPixels)) return;
+    messages.warn("parallax between adjacent views is up to " + fixed(parallax.viewPixels, 1) +
+                  " view px, above " + fixed(kParallaxBudgetPixels, 0) +
+                  ": hard edges will show double; lower --strength or move --focus");
+}
+
 void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages) {
     if (hasExtension(file, kLossyFormats)) {
         messages.warn(file.string() +

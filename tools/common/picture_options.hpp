@@ -50,6 +50,9 @@ std::string fitName(FitMode mode);
 /// @param seenAspect width : height of what the picture shows @param panelAspect the panel's
 void tellCut(double seenAspect, double panelAspect, FitMode mode, const Messages& messages);
 
+/// Warns where neighbouring views lie so far apart that edges show double.
+void warnAboutParallax(const AdjacentParallax& parallax, Messages& messages);
+
 /// Warns where a Native loses its sub-pixels on the way to the file.
 void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages);
 

@@ -151,6 +151,12 @@ QuietStandardError::~QuietStandardError() {
     close(saved_);
 }
 
+std::string fixed(double value, int decimals) {
+    char text[512]; // of any double
+    std::snprintf(text, sizeof text, "%.*f", decimals, value);
+    return text;
+}
+
 std::string sentenceOf(const std::exception& error) {
     if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
         return "out of memory, expected more to be free or smaller pictures";

@@ -113,6 +113,9 @@ int runTool(int argc, char** argv, CommandLine& commandLine,
 int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
                               const std::function<int(const CommandLine&, Messages&)>& body);
 
+/// A number with so many decimals.
+std::string fixed(double value, int decimals);
+
 /// The sentence of any exception, on one line.
 std::string sentenceOf(const std::exception& error);
 

@@ -1,5 +1,7 @@
 #include "common/trade_plot.hpp"
 
+#include "common/run_tool.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -15,12 +17,6 @@ constexpr double kRight = 190; // room for labels
 constexpr double kTop = 40;
 constexpr double kBottom = 50;
 constexpr double kLabelHeight = 15;
-
-std::string number(double value, int decimals = 1) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.*f", decimals, value);
-    return text;
-}
 
 std::string escaped(const std::string& text) {
     std::string result;
@@ -38,8 +34,8 @@ std::string escaped(const std::string& text) {
 
 std::string label(double x, double y, const std::string& text, const std::string& anchor,
                   const std::string& more = "") {
-    return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" text-anchor=\"" + anchor + "\"" +
-           more + ">" + escaped(text) + "</text>\n";
+    return "<text x=\"" + fixed(x, 1) + "\" y=\"" + fixed(y, 1) + "\" text-anchor=\"" + anchor +
+           "\"" + more + ">" + escaped(text) + "</text>\n";
 }
 
 bool beaten(const TradePoint& point, const std::vector<TradePoint>& points) {
@@ -77,18 +73,18 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
         return kHeight - kBottom -
                (decibels - lowest) / (highest - lowest) * (kHeight - kTop - kBottom);
     };
-    std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(kWidth, 0) +
-                      "\" height=\"" + number(kHeight, 0) +
+    std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + fixed(kWidth, 0) +
+                      "\" height=\"" + fixed(kHeight, 0) +
                       "\" font-family=\"sans-serif\" font-size=\"12\">\n"
                       "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
     svg += label(kLeft, kTop - 16, "Accuracy over time per view: " + title, "start",
                  " font-size=\"15\"");
     for (int line = 0; line <= static_cast<int>(highest - lowest); ++line) {
         const double decibels = lowest + line;
-        svg += "<line x1=\"" + number(kLeft) + "\" y1=\"" + number(yOf(decibels)) + "\" x2=\"" +
-               number(kWidth - kRight) + "\" y2=\"" + number(yOf(decibels)) +
+        svg += "<line x1=\"" + fixed(kLeft, 1) + "\" y1=\"" + fixed(yOf(decibels), 1) + "\" x2=\"" +
+               fixed(kWidth - kRight, 1) + "\" y2=\"" + fixed(yOf(decibels), 1) +
                "\" stroke=\"#ddd\"/>\n" +
-               label(kLeft - 6, yOf(decibels) + 4, number(decibels, 0), "end");
+               label(kLeft - 6, yOf(decibels) + 4, fixed(decibels, 0), "end");
     }
     const auto firstDecade = static_cast<int>(std::floor(std::log10(fastest)));
     const auto lastDecade = static_cast<int>(std::floor(std::log10(slowest)));
@@ -98,8 +94,8 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
             if (tick < fastest || tick > slowest) continue;
             char text[32];
             std::snprintf(text, sizeof text, "%g", tick);
-            svg += "<line x1=\"" + number(xOf(tick)) + "\" y1=\"" + number(kTop) + "\" x2=\"" +
-                   number(xOf(tick)) + "\" y2=\"" + number(kHeight - kBottom) +
+            svg += "<line x1=\"" + fixed(xOf(tick), 1) + "\" y1=\"" + fixed(kTop, 1) + "\" x2=\"" +
+                   fixed(xOf(tick), 1) + "\" y2=\"" + fixed(kHeight - kBottom, 1) +
                    "\" stroke=\"#ddd\"/>\n" +
                    label(xOf(tick), kHeight - kBottom + 16, text, "middle");
         }
@@ -115,7 +111,7 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
     });
     svg += "<polyline fill=\"none\" stroke=\"#2a7\" stroke-width=\"2\" points=\"";
     for (const TradePoint& point : front) {
-        svg += number(xOf(point.milliseconds)) + "," + number(yOf(point.decibels)) + " ";
+        svg += fixed(xOf(point.milliseconds), 1) + "," + fixed(yOf(point.decibels), 1) + " ";
     }
     svg += "\"/>\n";
     // Labels stand in a column at the right, by accuracy, each joined to its point.
@@ -132,10 +128,10 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
                                   std::min(yOf(point.decibels), kHeight - kBottom + 10 - below));
         lastLabel = y;
         const std::string colour = beaten(point, points) ? "#888" : "#2a7";
-        svg += "<line x1=\"" + number(xOf(point.milliseconds)) + "\" y1=\"" +
-               number(yOf(point.decibels)) + "\" x2=\"" + number(column - 4) + "\" y2=\"" +
-               number(y) + "\" stroke=\"" + colour + "\" stroke-width=\"0.5\"/>\n<circle cx=\"" +
-               number(xOf(point.milliseconds)) + "\" cy=\"" + number(yOf(point.decibels)) +
+        svg += "<line x1=\"" + fixed(xOf(point.milliseconds), 1) + "\" y1=\"" +
+               fixed(yOf(point.decibels), 1) + "\" x2=\"" + fixed(column - 4, 1) + "\" y2=\"" +
+               fixed(y, 1) + "\" stroke=\"" + colour + "\" stroke-width=\"0.5\"/>\n<circle cx=\"" +
+               fixed(xOf(point.milliseconds), 1) + "\" cy=\"" + fixed(yOf(point.decibels), 1) +
                "\" r=\"4\" fill=\"" + colour + "\"/>\n" +
                label(column, y + 4, point.name, "start", " fill=\"" + colour + "\"");
     }

@@ -4,11 +4,9 @@
 #include "altiro3D/file_io.hpp"
 #include "image_header.hpp"
 #include "pixel_values.hpp"
-#include "png_encode.hpp"
+#include "text.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdint>
 #include <new>
 #include <opencv2/core.hpp>
@@ -55,16 +53,6 @@ const char* nameOf(PictureFormat format) {
     }
     return "unknown";
 }
-
-std::string lowerExtension(const fs::path& path) {
-    std::string extension = path.extension().string();
-    for (char& c : extension) {
-        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    }
-    return extension;
-}
-
-// ------------------------------------------------------------------------------------ reading
 
 [[noreturn]] void refuseUnknown(const fs::path& path, const PictureHeader& header) {
     const std::string& name = header.otherFormat;
@@ -385,78 +373,6 @@ cv::Mat greyOf(const cv::Mat& bgr) {
     return grey;
 }
 
-// ------------------------------------------------------------------------------------ writing
-
-struct Writer {
-    const char* extension;
-    const char* format;
-    bool holds16Bit;
-    int channels;    // 0: grey and colour, else only this
-    int longestSide; // px
-};
-
-constexpr std::array<Writer, 13> kWriters = {{
-    {".png", "PNG", true, 0, 1000000},
-    {".jpg", "JPEG", false, 0, 65500},
-    {".jpeg", "JPEG", false, 0, 65500},
-    {".jpe", "JPEG", false, 0, 65500},
-    {".tif", "TIFF", true, 0, 1000000},
-    {".tiff", "TIFF", true, 0, 1000000},
-    {".webp", "WebP", false, 0, 16383},
-    {".bmp", "BMP", false, 0, 1000000},
-    {".dib", "BMP", false, 0, 1000000},
-    {".ppm", "PPM", true, 3, 1000000},
-    {".pgm", "PGM", true, 1, 1000000},
-    {".pnm", "PNM", true, 0, 1000000},
-    {".jp2", "JPEG 2000", true, 0, 1000000},
-}};
-
-const Writer* writerFor(const fs::path& path) {
-    const std::string extension = lowerExtension(path);
-    const auto* const found =
-        std::find_if(kWriters.begin(), kWriters.end(),
-                     [&](const Writer& writer) { return extension == writer.extension; });
-    return found == kWriters.end() ? nullptr : found;
-}
-
-void convertToEightBits(const cv::Mat& picture, cv::Mat& result) {
-    result.create(picture.size(), CV_MAKETYPE(CV_8U, picture.channels()));
-    const int samples = picture.cols * picture.channels();
-    for (int y = 0; y < picture.rows; ++y) {
-        const std::uint16_t* from = picture.ptr<std::uint16_t>(y);
-        std::uint8_t* to = result.ptr<std::uint8_t>(y);
-        for (int i = 0; i < samples; ++i) {
-            to[i] = toEightBits(from[i]);
-        }
-    }
-}
-
-// The pieces of the file; none if it cannot be encoded.
-std::vector<std::vector<unsigned char>> encode(const cv::Mat& picture, const Writer& writer) {
-    const std::string format = writer.format;
-    if (format == "PNG") return png::encode(picture);
-    cv::Mat suited = picture;
-    if (picture.depth() == CV_16U && !writer.holds16Bit) convertToEightBits(picture, suited);
-    if (writer.channels == 3 && suited.channels() == 1) {
-        cv::cvtColor(suited, suited, cv::COLOR_GRAY2BGR);
-    }
-    std::vector<int> settings;
-    if (format == "JPEG") settings = {cv::IMWRITE_JPEG_QUALITY, 95};
-    std::vector<std::vector<unsigned char>> pieces(1);
-    if (!cv::imencode(writer.extension, suited, pieces[0], settings) || pieces[0].empty()) {
-        pieces.clear();
-    }
-    return pieces;
-}
-
-bool isDigit(char c) {
-    return c >= '0' && c <= '9';
-}
-
-unsigned char folded(char c) {
-    return static_cast<unsigned char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-}
-
 } // namespace
 
 cv::Mat readPicture(const fs::path& path, Notes* notes) {
@@ -488,12 +404,8 @@ cv::Mat readPicture(const fs::path& path, Notes* notes) {
 cv::Mat readPhoto(const fs::path& path, Notes* notes) {
     cv::Mat picture = readPicture(path, notes);
     if (picture.depth() == CV_8U) return picture;
-    cv::Mat photo;
-    if (picture.depth() == CV_16U) {
-        convertToEightBits(picture, photo);
-        return photo;
-    }
-    photo.create(picture.size(), CV_8UC3);
+    if (picture.depth() == CV_16U) return toEightBits(picture);
+    cv::Mat photo(picture.size(), CV_8UC3);
     for (int y = 0; y < picture.rows; ++y) {
         const float* from = picture.ptr<float>(y);
         std::uint8_t* to = photo.ptr<std::uint8_t>(y);
@@ -535,120 +447,6 @@ cv::Mat readDepthImage(const fs::path& path, Notes* notes) {
     cv::Mat depth = readDepthSamples(path, notes);
     if (depth.depth() != CV_32F) depth.convertTo(depth, CV_32F);
     return depth;
-}
-
-void writePicture(const fs::path& path, const cv::Mat& picture) {
-    const Writer* const writer = writerFor(path);
-    if (writer == nullptr) {
-        throw Error(ErrorCode::Unsupported, path.string(),
-                    "its extension names no picture format that is written, expected .png, .jpg, "
-                    ".tif, .webp, .bmp, .ppm, .pgm or .jp2");
-    }
-    const int type = picture.type();
-    if (picture.empty() || picture.dims != 2 ||
-        (type != CV_8UC1 && type != CV_8UC3 && type != CV_16UC1 && type != CV_16UC3)) {
-        throw Error(
-            ErrorCode::InvalidArgument, "picture",
-            (picture.empty() ? std::string("is empty") : "has the type " + cv::typeToString(type)) +
-                ", expected 8 or 16 bits and 1 or 3 channels");
-    }
-    if (std::max(picture.cols, picture.rows) > writer->longestSide) {
-        throw Error(ErrorCode::Unsupported, path.string(),
-                    std::to_string(picture.cols) + " x " + std::to_string(picture.rows) +
-                        " px are too many for " + writer->format + ", expected sides of at most " +
-                        std::to_string(writer->longestSide) + " px; write a .png");
-    }
-    if (writer->channels == 1 && picture.channels() == 3) {
-        throw Error(ErrorCode::Unsupported, path.string(),
-                    std::string(writer->format) +
-                        " holds no colours, expected .ppm or .png for a colour picture");
-    }
-    std::vector<std::vector<unsigned char>> pieces;
-    try {
-        pieces = encode(picture, *writer);
-    } catch (const cv::Exception& exception) {
-        throw Error(ErrorCode::WriteFailed, path.string(),
-                    std::string("cannot be encoded as ") + writer->format + ": " + exception.err +
-                        "; write a .png");
-    }
-    if (pieces.empty()) {
-        throw Error(ErrorCode::WriteFailed, path.string(),
-                    std::string("cannot be encoded as ") + writer->format + "; write a .png");
-    }
-    std::vector<Bytes> parts;
-    for (const std::vector<unsigned char>& piece : pieces)
-        parts.push_back({piece.data(), piece.size()});
-    writeFile(path, parts);
-}
-
-bool canWritePicture(const fs::path& path) {
-    return writerFor(path) != nullptr;
-}
-
-std::vector<fs::path> listPictures(const fs::path& directory) {
-    constexpr std::array<const char*, 19> kExtensions = {
-        ".png", ".jpg", ".jpeg", ".jpe", ".mpo", ".tif", ".tiff", ".webp", ".bmp", ".dib",
-        ".pnm", ".ppm", ".pgm",  ".pbm", ".pfm", ".exr", ".hdr",  ".jp2",  ".j2k"};
-    std::error_code error;
-    if (!fs::exists(fs::status(directory, error))) {
-        throw Error(ErrorCode::NotFound, directory.string(),
-                    "does not exist, expected a directory with pictures");
-    }
-    std::vector<fs::path> pictures;
-    fs::directory_iterator entries(directory, error);
-    while (!error && entries != fs::directory_iterator()) {
-        const fs::path& path = entries->path();
-        const bool isHidden = path.filename().string().rfind('.', 0) == 0;
-        const std::string extension = lowerExtension(path);
-        std::error_code unreadable; // a link into nowhere is left out
-        if (!isHidden &&
-            std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end() &&
-            entries->is_regular_file(unreadable)) {
-            pictures.push_back(path);
-        }
-        entries.increment(error);
-    }
-    if (error) {
-        throw Error(ErrorCode::ReadFailed, directory.string(),
-                    "cannot be listed: " + error.message() + ", expected a directory");
-    }
-    std::sort(pictures.begin(), pictures.end(), [](const fs::path& a, const fs::path& b) {
-        return naturalLess(a.filename().string(), b.filename().string());
-    });
-    return pictures;
-}
-
-bool naturalLess(const std::string& a, const std::string& b) {
-    std::size_t i = 0;
-    std::size_t j = 0;
-    while (i < a.size() && j < b.size()) {
-        if (!isDigit(a[i]) || !isDigit(b[j])) {
-            if (folded(a[i]) != folded(b[j])) return folded(a[i]) < folded(b[j]);
-            ++i;
-            ++j;
-            continue;
-        }
-        while (i < a.size() && a[i] == '0')
-            ++i;
-        while (j < b.size() && b[j] == '0')
-            ++j;
-        const auto digitsEnd = [](const std::string& text, std::size_t at) {
-            while (at < text.size() && isDigit(text[at]))
-                ++at;
-            return at;
-        };
-        const std::size_t endA = digitsEnd(a, i);
-        const std::size_t endB = digitsEnd(b, j);
-        if (endA - i != endB - j) return endA - i < endB - j;
-        const int order = a.compare(i, endA - i, b, j, endB - j);
-        if (order != 0) return order < 0;
-        i = endA;
-        j = endB;
-    }
-    const std::size_t restA = a.size() - i;
-    const std::size_t restB = b.size() - j;
-    if ((restA == 0) != (restB == 0)) return restA == 0;
-    return a < b; // equal but for case or leading zeros: some fixed order
 }
 
 } // namespace altiro3D

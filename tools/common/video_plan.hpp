@@ -1,0 +1,41 @@
+#pragma once
+
+#include "altiro3D/video_reader.hpp"
+#include "common/display_options.hpp"
+#include "common/video_stages.hpp"
+
+#include <filesystem>
+#include <string>
+
+/// What video2native is asked for.
+namespace altiro3D::tools {
+
+/// From what to what; the names and kinds of one run. Empty paths: not given.
+struct VideoPlan {
+    std::filesystem::path input;
+    std::filesystem::path depth; ///< a video or a directory of pictures
+    std::filesystem::path output;
+    std::filesystem::path report;
+    VideoProduct product = VideoProduct::Native;
+    bool fromQuilt = false;
+    bool show = false;      ///< on the display, no output
+    bool resumable = false; ///< the input can be read once more
+    VideoReaderOptions part;
+
+    /// The input's name for people.
+    std::string inputName() const { return input == "-" ? "standard input" : input.string(); }
+};
+
+/// The plan that a command line asks for.
+/// @throws UsageError where its options do not fit together
+VideoPlan planVideo(const CommandLine& commandLine);
+
+/// Checks the names of a run before any work is done: no output is an input, none would be lost.
+/// @throws UsageError, Error
+void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const Display& display);
+
+/// Everything that shapes the frames and the file, as text: a run goes on with the same only.
+std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
+                         const Display& display);
+
+} // namespace altiro3D::tools

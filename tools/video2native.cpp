@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <functional>
 #include <malloc.h>
@@ -250,10 +251,12 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
     const double unit = studio.unit();
     Result result;
     result.encoding = encodingOf(commandLine, studio, messages);
-    if (commandLine.has("y") && !commandLine.has("resume") && plan.resumable) {
+    if (commandLine.has("y") && !commandLine.has("resume") && plan.isFile) {
         ResumableVideoWriter::discard(plan.output);
     }
-    VideoSink sink(plan, result.encoding, settingsText(commandLine, plan, studio.display),
+    VideoSink sink(plan, result.encoding,
+                   settingsText(commandLine, plan, studio.display,
+                                studio.depth ? &studio.depth->source() : nullptr),
                    commandLine.has("resume"), reader);
     messages.warn(sink.notes());
     if (result.encoding.preset != "ultrafast" && result.encoding.preset != "superfast") {
@@ -274,7 +277,9 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
     }
     std::optional<double> length;
     if (facts.duration) length = std::min(*facts.duration, plan.part.to) - plan.part.from;
-    VideoProgress progress(jsonProgress, facts.frameCount, length, kept.frames);
+    const bool whole = plan.part.from <= 0 && !std::isfinite(plan.part.to);
+    VideoProgress progress(jsonProgress, whole ? facts.frameCount : std::nullopt, length,
+                           kept.frames);
 
     std::vector<PipelineStage> stages =
         middleStages(studio, [&sink](std::int64_t frame) { return sink.wantsState(frame); });
@@ -292,12 +297,12 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
                       }});
     PipelineOptions options;
     options.threads = !commandLine.has("in-turn");
-    options.dropLate = !plan.resumable && plan.input != "-";
+    options.dropLate = facts.isDevice;
     try {
         result.pipeline = runPipeline(stages, options);
     } catch (...) {
         progress.clear();
-        if (plan.resumable && tally.frames > 0) {
+        if (plan.isFile && tally.frames > 0) {
             messages.say("what is made so far is kept in " +
                          ResumableVideoWriter::partsDirectory(plan.output).string() +
                          "; --resume goes on");
@@ -351,7 +356,13 @@ Result show(const CommandLine& commandLine, Studio& studio, Messages& messages) 
     options.queueFrames = 1;
     options.dropLate = true;
     result.pipeline = runPipeline(stages, options);
-    result.failed = screen.end() != kExitDone; // and altiro3Dview has said why
+    const int status = screen.end();
+    result.stopped = stopWanted.load();
+    if (status == DisplayPlayer::kCrashed && !result.stopped) {
+        throw Error(ErrorCode::WriteFailed, "altiro3Dview",
+                    "ended unexpectedly, expected it to show the video");
+    }
+    result.failed = status != kExitDone && !result.stopped; // and altiro3Dview has said why
     if (result.failed) return result;
     tellRemarks(studio, result, messages);
     messages.say(studio.plan.inputName() + ": " + std::to_string(result.tally.frames) +
@@ -450,9 +461,10 @@ int run(const CommandLine& commandLine, Messages& messages) {
                                    "\n");
     }
     if (result.stopped) {
-        messages.warn("stopped at " + clockText(result.tally.end) + "; " + plan.output.string() +
-                      " is whole up to there" +
-                      (plan.resumable ? ", --resume goes on" : std::string()));
+        std::string line = "stopped at " + clockText(result.tally.end);
+        if (!plan.show) line += "; " + plan.output.string() + " is whole up to there";
+        if (!plan.show && plan.isFile) line += ", --resume goes on";
+        messages.warn(line);
         return kExitStopped;
     }
     if (!result.cutOff.empty() && !plan.show) {

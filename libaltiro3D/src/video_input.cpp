@@ -298,6 +298,7 @@ void fillFacts(VideoInput& input) {
     facts.codec = codecName(parameters.codec_id);
     const char* const pixels = av_get_pix_fmt_name(static_cast<AVPixelFormat>(parameters.format));
     facts.pixelFormat = pixels != nullptr ? pixels : "unknown";
+    facts.isDevice = input.kind == VideoInput::Kind::Device;
     facts.streamIndex = video.index;
     const Orientation orientation = orientationOf(displayMatrix(video));
     input.orientation = orientation;

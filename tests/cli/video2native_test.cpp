@@ -3,10 +3,14 @@
 #include "support/compare.hpp"
 #include "support/video.hpp"
 
+#include <chrono>
 #include <csignal>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sys/stat.h>
+#include <thread>
 
 namespace altiro3D::test {
 
@@ -337,6 +341,24 @@ TEST(Video2NativeTool, StandardInputAndDevicesAreRead) {
     EXPECT_LE(frameCount(studio / "live.mkv"), 10u);
 }
 
+TEST(Video2NativeTool, OnlyDevicesLoseFrames) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio;
+    const std::size_t count = frameCount(studio / "clip.mp4");
+    const Outcome stated = studio.run(kTool, studio.call("stated.mp4", {"--input-format", "mov"}));
+    ASSERT_TRUE(isDone(stated));
+    EXPECT_EQ(frameCount(studio / "stated.mp4"), count);
+    ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -c copy " + arg(studio / "clip.mkv"));
+    ASSERT_EQ(mkfifo((studio / "pipe").c_str(), 0600), 0);
+    std::thread feeder(
+        [&] { std::ofstream(studio / "pipe", std::ios::binary) << slurp(studio / "clip.mkv"); });
+    const Outcome piped = studio.run(
+        kTool, studio.display() + Arguments{"--depth", "depth.mp4", "pipe", "piped.mp4"});
+    feeder.join();
+    ASSERT_TRUE(isDone(piped));
+    EXPECT_EQ(frameCount(studio / "piped.mp4"), count);
+}
+
 TEST(Video2NativeTool, WhatIsThereOfACutOffVideoIsMade) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio;
@@ -392,6 +414,33 @@ TEST(Video2NativeTool, ARunThatIsKilledGoesOnToTheSameBytes) {
     const Json report = Json::parse(slurp(studio / "r.json"));
     EXPECT_EQ(report["frames"], 810);
     EXPECT_LT(report["framesOfThisRun"], 631);
+}
+
+TEST(Video2NativeTool, ResumeReplacesNothingIfThereIsNothingToGoOnWith) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(1);
+    spill(studio / "mine.mp4", "not to be lost");
+    EXPECT_TRUE(fails(studio.run(kTool, studio.call("mine.mp4", {"--resume"})), 1, "mine.mp4"));
+    EXPECT_EQ(slurp(studio / "mine.mp4"), "not to be lost");
+}
+
+TEST(Video2NativeTool, ARunGoesOnWithTheSameInputsOnly) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(14);
+    fs::create_directory(studio / "other"); // a depth video of the clip's name
+    fs::rename(studio / "depth.mp4", studio / "other" / "clip.mp4");
+    const Arguments call =
+        studio.display() +
+        Arguments{"-j", "1", "--resume", "--depth", "other/clip.mp4", "clip.mp4", "out.mp4"};
+    const auto begun = [&] { return fs::exists(studio / "out.mp4.parts" / "000001.mp4"); };
+    ASSERT_EQ(studio.run(kTool, call, SIGKILL, begun).status, 128 + SIGKILL);
+    for (const fs::path& input : {studio / "clip.mp4", studio / "other" / "clip.mp4"}) {
+        const auto time = fs::last_write_time(input);
+        fs::last_write_time(input, time + std::chrono::seconds(3));
+        EXPECT_TRUE(fails(studio.run(kTool, call), 1, "video was")) << input;
+        fs::last_write_time(input, time);
+    }
+    EXPECT_TRUE(isDone(studio.run(kTool, call)));
 }
 
 TEST(Video2NativeTool, AnInterruptEndsTheFileProperly) {

@@ -4,6 +4,7 @@
 #include "common/run_tool.hpp"
 
 #include <QCoreApplication>
+#include <QFile>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
@@ -11,8 +12,8 @@ namespace altiro3D::tools {
 
 DisplayPlayer::DisplayPlayer(const CommandLine& commandLine, const Display& display) {
     QStringList arguments{"--show", "-"};
-    if (display.calibration && !display.files.empty()) {
-        arguments << "-c" << QString::fromLocal8Bit(display.files.front().c_str());
+    if (display.calibration && !display.files.empty()) { // behind the map, if there is one
+        arguments << "-c" << QFile::decodeName(display.files.back().c_str());
     }
     for (const char* option : {"serial", "screen"}) {
         if (const auto value = commandLine.value(option)) {
@@ -42,7 +43,8 @@ bool DisplayPlayer::show(const cv::Mat& native) {
 int DisplayPlayer::end() {
     viewer_.closeWriteChannel();
     viewer_.waitForFinished(-1);
-    return viewer_.exitStatus() == QProcess::NormalExit ? viewer_.exitCode() : kExitFailed;
+    if (viewer_.exitStatus() == QProcess::NormalExit) return viewer_.exitCode();
+    return kCrashed;
 }
 
 } // namespace altiro3D::tools

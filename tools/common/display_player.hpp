@@ -16,6 +16,8 @@ class DisplayPlayer {
     /// Shows a Native, when the viewer has taken those before. [rows x cols, CV_8UC3, BGR]
     /// @return false if the user has left
     bool show(const cv::Mat& native);
+    /// What end() gives for a viewer that a signal has ended.
+    static constexpr int kCrashed = -1;
     /// Waits until the viewer has ended; its exit status.
     int end();
 

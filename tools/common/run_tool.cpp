@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <fcntl.h>
 #include <fstream>
+#include <mutex>
 #include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
@@ -45,6 +46,13 @@ int finish(const Messages& messages, int status) {
     messages.fail("standard output cannot be written");
     return kExitFailed;
 }
+
+// Standard error is the process's: the first who wants it quiet turns it off, the last on again.
+struct Quiet {
+    std::mutex mutex;
+    int users = 0;
+    int saved = -1;
+} quiet;
 
 } // namespace
 
@@ -136,19 +144,23 @@ void Progress::clear() {
 }
 
 QuietStandardError::QuietStandardError() {
+    const std::lock_guard<std::mutex> lock(quiet.mutex);
+    if (quiet.users++ > 0) return;
     std::fflush(stderr);
     const int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
     if (null < 0) return;
-    saved_ = fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
-    if (saved_ >= 0) dup2(null, STDERR_FILENO);
+    quiet.saved = fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
+    if (quiet.saved >= 0) dup2(null, STDERR_FILENO);
     close(null);
 }
 
 QuietStandardError::~QuietStandardError() {
-    if (saved_ < 0) return;
+    const std::lock_guard<std::mutex> lock(quiet.mutex);
+    if (--quiet.users > 0 || quiet.saved < 0) return;
     std::fflush(stderr);
-    dup2(saved_, STDERR_FILENO);
-    close(saved_);
+    dup2(quiet.saved, STDERR_FILENO);
+    close(quiet.saved);
+    quiet.saved = -1;
 }
 
 std::string fixed(double value, int decimals) {

@@ -91,16 +91,14 @@ class Progress {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Keeps what decoders print by themselves off standard error while it lives.
+/// Keeps what decoders print by themselves off standard error while any of these lives; messages of
+/// other threads are lost with it.
 class QuietStandardError {
   public:
     QuietStandardError();
     ~QuietStandardError();
     QuietStandardError(const QuietStandardError&) = delete;
     QuietStandardError& operator=(const QuietStandardError&) = delete;
-
-  private:
-    int saved_ = -1;
 };
 
 /// Runs a tool: adds the options that all tools have (--help, --version, -v, -j), reads the command

@@ -169,14 +169,13 @@ std::string clockText(double seconds) {
 }
 
 std::string tellNotes(const VideoReader& reader, Messages& messages) {
+    Notes notes = reader.notes();
     std::string cutOff;
-    for (const std::string& note : reader.notes()) {
-        if (reader.counts().truncated && note.find("is cut off") != std::string::npos) {
-            cutOff = note + "; what is there was converted";
-        } else {
-            messages.warn(note);
-        }
+    if (reader.counts().truncated) { // the first note says so
+        cutOff = notes.front() + "; what is there was converted";
+        notes.erase(notes.begin());
     }
+    messages.warn(notes);
     return cutOff;
 }
 

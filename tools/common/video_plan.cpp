@@ -4,12 +4,38 @@
 #include "common/outputs.hpp"
 #include "common/video_options.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace altiro3D::tools {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+namespace {
+
+// Tells a file, or a directory of pictures, from a later state of it.
+std::string stampOf(const fs::path& path) {
+    std::uintmax_t files = 0;
+    std::uintmax_t bytes = 0;
+    fs::file_time_type newest = fs::file_time_type::min();
+    std::error_code error; // whoever opens it says what is wrong
+    const auto add = [&](const fs::path& file) {
+        ++files;
+        bytes += fs::file_size(file, error);
+        newest = std::max(newest, fs::last_write_time(file, error));
+    };
+    if (fs::is_directory(path, error)) {
+        for (const fs::path& file : listPictures(path))
+            add(file);
+    } else {
+        add(path);
+    }
+    return (files == 1 ? "" : std::to_string(files) + " files, ") + std::to_string(bytes) +
+           " bytes of " + std::to_string(newest.time_since_epoch().count());
+}
+
+} // namespace
 
 VideoPlan planVideo(const CommandLine& commandLine) {
     const std::vector<fs::path>& names = commandLine.files();
@@ -50,8 +76,8 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     }
     requireVideoName(plan.output);
     std::error_code error;
-    plan.resumable = fs::is_regular_file(plan.input, error) && plan.part.format.empty();
-    if (commandLine.has("resume") && !plan.resumable) {
+    plan.isFile = fs::is_regular_file(plan.input, error);
+    if (commandLine.has("resume") && !plan.isFile) {
         throw UsageError("--resume reads IN once more, expected a file, not " +
                          plan.input.string());
     }
@@ -59,7 +85,11 @@ VideoPlan planVideo(const CommandLine& commandLine) {
 }
 
 void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const Display& display) {
-    Outputs outputs(commandLine.has("y") || commandLine.has("resume"));
+    // What --resume goes on with may have left these files; where nothing is left it is a new run.
+    std::error_code error;
+    const bool goesOn = commandLine.has("resume") && !plan.show &&
+                        fs::exists(ResumableVideoWriter::partsDirectory(plan.output), error);
+    Outputs outputs(commandLine.has("y") || goesOn);
     for (const fs::path& file : display.files)
         outputs.addInput(file);
     for (const fs::path& file : {plan.input, plan.depth}) {
@@ -74,20 +104,21 @@ void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const D
 }
 
 std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
-                         const Display& display) {
+                         const Display& display, const DepthSource* source) {
     Json settings = Json::object();
-    if (!plan.resumable) return settings.dump();
+    if (!plan.isFile) return settings.dump();
     for (const auto& [option, value] : commandLine.given()) {
         const bool shapes = option != "y" && option != "v" && option != "resume" &&
                             option != "progress" && option != "report";
         if (shapes) settings["-" + std::string(option.size() > 1 ? "-" : "") + option] = value;
     }
-    for (const fs::path& file : {plan.input, plan.depth}) {
-        if (file.empty() || fs::is_directory(file)) continue;
-        settings[file.filename().string()] =
-            std::to_string(fs::file_size(file)) + " bytes of " +
-            std::to_string(fs::last_write_time(file).time_since_epoch().count());
-    }
+    settings["video"] = stampOf(plan.input);
+    if (!plan.depth.empty()) settings["depth video"] = stampOf(plan.depth);
+    if (source != nullptr) settings["depth"] = source->description();
+    if (source != nullptr && source->network() != nullptr)
+        settings["network"] = stampOf(source->network()->file());
+    if (const auto profile = commandLine.value("net-profile"))
+        settings["network profile"] = stampOf(*profile);
     settings["display"] =
         fingerprintText(display.calibration ? fingerprint(*display.calibration)
                                             : display.map->calibrationFingerprint());

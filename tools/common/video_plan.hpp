@@ -18,8 +18,8 @@ struct VideoPlan {
     std::filesystem::path report;
     VideoProduct product = VideoProduct::Native;
     bool fromQuilt = false;
-    bool show = false;      ///< on the display, no output
-    bool resumable = false; ///< the input can be read once more
+    bool show = false;   ///< on the display, no output
+    bool isFile = false; ///< the input can be read once more, so that a run can be resumed
     VideoReaderOptions part;
 
     /// The input's name for people.
@@ -35,7 +35,8 @@ VideoPlan planVideo(const CommandLine& commandLine);
 void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const Display& display);
 
 /// Everything that shapes the frames and the file, as text: a run goes on with the same only.
+/// @param source where depth comes from, or null: it is in the frames or there is none
 std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
-                         const Display& display);
+                         const Display& display, const DepthSource* source);
 
 } // namespace altiro3D::tools

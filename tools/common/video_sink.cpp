@@ -17,7 +17,7 @@ constexpr int kUsualSegmentFrames = 180;
 VideoSink::VideoSink(const VideoPlan& plan, const VideoWriterOptions& options,
                      const std::string& settings, bool resume, VideoReader& reader)
     : plan_(plan) {
-    if (!plan.resumable) {
+    if (!plan.isFile) {
         plain_.emplace(plan.output, options, &reader);
         return;
     }

@@ -57,6 +57,7 @@ struct VideoFacts {
     std::string format;          ///< FFmpeg's name of the container ("matroska,webm").
     std::string codec;           ///< FFmpeg's name of the video codec ("h264").
     std::string pixelFormat;     ///< FFmpeg's name of the pixel format ("yuv420p").
+    bool isDevice = false;       ///< A capture device: what is not read in time is lost.
     int streamIndex = 0;         ///< Which stream is delivered.
     cv::Size size;               ///< Of the frames as delivered: upright.
     int rotationDegrees = 0;     ///< Clockwise turn that is applied to the stored pictures: 0..270.
@@ -135,7 +136,8 @@ class ALTIRO3D_EXPORT VideoReader {
     /// What happened so far.
     const VideoReadCounts& counts() const;
 
-    /// Remarks about the file and what happened so far, one sentence each, for people.
+    /// Remarks about the file and what happened so far, one sentence each, for people; the first
+    /// one tells of the cut where `counts().truncated`.
     Notes notes() const;
 
   private:

@@ -4,12 +4,13 @@
 #include "common/display_options.hpp"
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
+#include "common/quilt_shape.hpp"
 #include "common/run_tool.hpp"
 #include "common/video_options.hpp"
+#include "common/video_progress.hpp"
+#include "common/video_run.hpp"
 
-#include <cmath>
 #include <iostream>
-#include <opencv2/core.hpp>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
@@ -17,59 +18,6 @@ using namespace altiro3D::tools;
 namespace fs = std::filesystem;
 
 namespace {
-
-// Fits each view of a quilt to the panel's shape, tile by tile.
-cv::Mat fitViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,
-                 double panelAspect, FitMode mode) {
-    cv::Mat fitted(quilt.size(), quilt.type());
-    // A tile shows viewAspect whatever its px: fit in a space where that is so.
-    const int height = layout.tileSize.height;
-    const cv::Size shown(std::max(1, static_cast<int>(std::lround(height * viewAspect))), height);
-    const PhotoFit toShown = fitPhoto(layout.tileSize, viewAspect, shown, FitMode::Stretch);
-    const PhotoFit toPanel = fitPhoto(shown, panelAspect, layout.tileSize, mode);
-    cv::parallel_for_(cv::Range(0, layout.columns * layout.rows), [&](const cv::Range& tiles) {
-        cv::Mat view;
-        for (int i = tiles.start; i < tiles.end; ++i) {
-            applyFit(quilt(layout.tile(i)), toShown, view);
-            applyFit(view, toPanel, view);
-            view.copyTo(fitted(layout.tile(i)));
-        }
-    });
-    return fitted;
-}
-
-// Tells from a quilt's name and layout how its views become the panel's shape.
-class ViewShape {
-  public:
-    ViewShape(const fs::path& file, const QuiltLayout& layout, const Display& display, FitMode fit)
-        : layout_(layout), panelAspect_(display.panelAspect()), fit_(fit) {
-        const auto name = parseQuiltName(file);
-        isStated_ = name && name->aspect;
-        aspect_ = isStated_ ? *name->aspect
-                            : static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
-    }
-
-    // The quilt without unused px, its views fitted if that was asked for.
-    cv::Mat apply(const cv::Mat& picture, Notes* notes) const {
-        cv::Mat quilt = fitQuilt(picture, layout_, notes);
-        if (fit_ != FitMode::Stretch) quilt = fitViews(quilt, layout_, aspect_, panelAspect_, fit_);
-        return quilt;
-    }
-
-    void warnIfStretched(Messages& messages) const {
-        if (fit_ != FitMode::Stretch || !isStated_) return;
-        if (std::abs(aspect_ / panelAspect_ - 1) <= 0.05) return;
-        messages.warn("the file name says that the views are meant for another shape than the "
-                      "panel's; they are stretched to it (--fit contain or cover keep theirs)");
-    }
-
-  private:
-    QuiltLayout layout_;
-    double aspect_;
-    double panelAspect_;
-    bool isStated_;
-    FitMode fit_;
-};
 
 // What a run has settled before it reads the quilt.
 struct Job {
@@ -105,7 +53,7 @@ void convertPicture(const Job& job, Messages& messages) {
     const QuiltLayout layout =
         chooseQuilt(job.commandLine, job.display, messages, job.quilt, picture.size());
     messages.say("quilt: " + layout.text());
-    const ViewShape shape(job.quilt, layout, job.display, job.fit);
+    const QuiltShape shape(job.quilt, layout, job.display, job.fit);
     Notes notes;
     const cv::Mat quilt = shape.apply(picture, &notes);
     messages.warn(notes);
@@ -117,58 +65,19 @@ void convertPicture(const Job& job, Messages& messages) {
 }
 
 // Exit status.
-int convertVideo(const Job& job, Messages& messages) {
-    VideoReader reader(job.quilt);
-    if (isPicture(reader)) {
-        throw UsageError(job.quilt.string() + ": is a picture, expected a video, or the name of a "
-                                              "picture for the Native");
+int convertVideo(const CommandLine& commandLine, Messages& messages) {
+    VideoPlan plan;
+    plan.input = commandLine.files()[0];
+    plan.output = commandLine.files()[1];
+    plan.fromQuilt = true;
+    plan.report = commandLine.value("report").value_or("");
+    std::error_code error;
+    plan.isFile = fs::is_regular_file(plan.input, error);
+    if (isPicture(VideoReader(plan.input))) {
+        throw UsageError(plan.input.string() + ": is a picture, expected a video, or the name of a "
+                                               "picture for the Native");
     }
-    const VideoFacts& facts = reader.facts();
-    const QuiltLayout layout =
-        chooseQuilt(job.commandLine, job.display, messages, job.quilt, facts.size);
-    messages.say("quilt: " + layout.text());
-    const ViewShape shape(job.quilt, layout, job.display, job.fit);
-    shape.warnIfStretched(messages);
-    const Quilt2Native renderer = makeQuilt2Native(job.commandLine, job.display, layout, messages);
-    VideoWriterOptions options;
-    options.size = renderer.panelSize();
-    takeTimes(facts, options);
-    VideoWriter writer(job.native, options, &reader);
-    Notes notes;
-    const auto expected = static_cast<std::size_t>(facts.frameCount.value_or(0));
-    Progress progress(expected);
-    std::size_t frames = 0;
-    runPipeline({{"decode", [&](PipelineFrame& frame) { return reader.read(frame.source); }},
-                 {"render",
-                  [&](PipelineFrame& frame) {
-                      const cv::Mat& picture = frame.source.picture;
-                      renderer.render(shape.apply(picture, frame.number == 0 ? &notes : nullptr),
-                                      frame.result.picture);
-                      frame.result.pts = frame.source.pts;
-                      frame.result.duration = frame.source.duration;
-                      return true;
-                  }},
-                 {"encode", [&](PipelineFrame& frame) {
-                      writer.write(frame.result);
-                      if (frames++ < expected) progress.step(job.quilt.filename().string());
-                      return true;
-                  }}});
-    progress.clear();
-    if (frames == 0) {
-        throw Error(ErrorCode::BadFormat, job.quilt.string(),
-                    "holds no frames, expected a video of quilts");
-    }
-    writer.finish();
-    messages.warn(notes);
-    const std::string cutOff = tellNotes(reader, messages);
-    messages.warn(writer.notes());
-    messages.say(job.native.string() + ": Native video, " + std::to_string(options.size.width) +
-                 " x " + std::to_string(options.size.height) + " px, " + std::to_string(frames) +
-                 " frames");
-    if (cutOff.empty()) return kExitDone;
-    messages.flushWarnings();
-    messages.fail(cutOff);
-    return kExitFailed;
+    return runVideo(commandLine, plan, messages);
 }
 
 // Whether a picture is a quilt: its name says so, or it fills the quilt that options or display
@@ -196,12 +105,20 @@ int run(const CommandLine& commandLine, Messages& messages) {
     }
     Job job{commandLine, commandLine.files()[0], commandLine.files()[1], {}, FitMode::Stretch};
     job.fit = fitOption(commandLine, FitMode::Stretch);
-    const bool video = canWriteVideo(job.native);
-    if (!video && isVideo(job.quilt)) {
+    if (canWriteVideo(job.native)) return convertVideo(commandLine, messages);
+    if (isVideo(job.quilt)) {
         throw UsageError(job.native.string() + ": is no video's name, but " + job.quilt.string() +
                          " is a video; expected .mp4, .mov or .mkv");
     }
-    if (!video) requirePictureName(job.native);
+    for (const char* option : {"codec", "crf", "preset", "compat", "no-audio", "no-subtitles",
+                               "resume", "progress", "report"}) {
+        if (commandLine.has(option)) {
+            throw UsageError("--" + std::string(option) +
+                             " is about videos, expected it with a "
+                             "video's name for the Native");
+        }
+    }
+    requirePictureName(job.native);
     job.display = findDisplay(commandLine, messages);
     Outputs outputs(commandLine.has("y"));
     outputs.addInput(job.quilt);
@@ -209,7 +126,6 @@ int run(const CommandLine& commandLine, Messages& messages) {
         outputs.addInput(file);
     outputs.addOutput(job.native);
     outputs.check();
-    if (video) return convertVideo(job, messages);
     convertPicture(job, messages);
     return kExitDone;
 }
@@ -224,6 +140,12 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] QUILTVIDEO OUT.mp4");
     commandLine.addSection("Output");
     commandLine.add({"y"}, "Replace the output if it exists.");
+    commandLine.addSection("Videos");
+    addEncoderOptions(commandLine);
+    commandLine.add({"resume"}, "Go on where an earlier run of the same command ended.");
+    VideoProgress::add(commandLine);
+    commandLine.add({"report"}, "Write settings, counts and the time of each stage, for programs.",
+                    "FILE.json");
     addDisplayOptions(commandLine);
     addFitOption(commandLine, "stretch");
     addSamplingOptions(commandLine);

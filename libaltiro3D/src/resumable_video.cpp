@@ -164,6 +164,9 @@ int reorderedPlaces(const std::vector<std::int64_t>& times) {
 struct ResumableVideoWriter::Impl {
     Impl(const fs::path& givenPath, const VideoWriterOptions& givenOptions,
          const ResumableVideoOptions& givenResumable, VideoReader* source);
+    ~Impl();
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
 
     void write(const VideoFrame& frame, const std::string& state);
     void finish(const std::shared_ptr<OtherStreams>& others,
@@ -229,6 +232,15 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
     } else {
         writeRun();
     }
+}
+
+// A run that has kept nothing leaves nothing.
+ResumableVideoWriter::Impl::~Impl() {
+    if (finished_ || !segments_.empty()) return;
+    writer_.reset();
+    std::error_code ignored;
+    fs::remove(directory / "run.json", ignored);
+    fs::remove(directory, ignored); // unless somebody else keeps something there
 }
 
 void ResumableVideoWriter::Impl::readRun(const Json& settings) {

@@ -240,6 +240,20 @@ TEST(ResumableVideo, AnUnfinishedRunIsNeitherLostNorMixedUp) {
     ResumableVideoWriter::discard(out); // nothing is there: nothing to do
 }
 
+TEST(ResumableVideo, ARunThatHasKeptNothingLeavesNothing) {
+    const TemporaryDirectory directory;
+    const fs::path out = directory / "out.mkv";
+    const VideoFrame frame{cv::Mat(48, 64, CV_8UC3, cv::Scalar(1, 2, 3)), 0, 1};
+    { ResumableVideoWriter(out, plainOptions(), resumable()).write(frame); }
+    EXPECT_TRUE(fs::is_empty(directory.path()));
+    const fs::path parts = ResumableVideoWriter::partsDirectory(out);
+    fs::create_directory(parts);
+    spill(parts / "mine.txt", "mine");
+    { ResumableVideoWriter(out, plainOptions(), resumable()).write(frame); }
+    EXPECT_EQ(slurp(parts / "mine.txt"), "mine");
+    EXPECT_FALSE(fs::exists(parts / "run.json"));
+}
+
 TEST(ResumableVideo, DamagedLeftoversAreRefusedByName) {
     const TemporaryDirectory directory;
     const fs::path out = directory / "out.mp4";

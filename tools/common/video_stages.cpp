@@ -153,8 +153,8 @@ void RenderStage::work(PipelineFrame& frame) {
 }
 
 QuiltStage::QuiltStage(const CommandLine& commandLine, const Display& display,
-                       const QuiltLayout& layout, Messages& messages)
-    : layout_(layout), renderer_(makeQuilt2Native(commandLine, display, layout, messages)) {}
+                       const QuiltLayout& layout, const QuiltShape& shape, Messages& messages)
+    : shape_(shape), renderer_(makeQuilt2Native(commandLine, display, layout, messages)) {}
 
 void QuiltStage::work(PipelineFrame& frame) {
     if (!last_.empty() && same(frame.source.picture, lastQuilt_)) {
@@ -162,7 +162,7 @@ void QuiltStage::work(PipelineFrame& frame) {
         frame.result.picture = last_;
         return;
     }
-    const cv::Mat quilt = fitQuilt(frame.source.picture, layout_, nullptr);
+    const cv::Mat quilt = shape_.apply(frame.source.picture, last_.empty() ? &notes_ : nullptr);
     ownMemory(frame.result.picture);
     renderer_.render(quilt, frame.result.picture);
     last_ = frame.result.picture;

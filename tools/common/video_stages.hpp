@@ -9,6 +9,7 @@
 #include "common/depth_options.hpp"
 #include "common/given_depth.hpp"
 #include "common/native_road.hpp"
+#include "common/quilt_shape.hpp"
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
@@ -103,15 +104,19 @@ class RenderStage {
 /// Makes Natives of frames that are quilts.
 class QuiltStage {
   public:
+    /// @throws UsageError, Error
     QuiltStage(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout,
-               Messages& messages);
+               const QuiltShape& shape, Messages& messages);
 
     /// Reads `source`, sets the picture of `result`.
     void work(PipelineFrame& frame);
+    /// What was remarkable, for people.
+    void tell(Messages& messages) const { messages.warn(notes_); }
 
   private:
-    QuiltLayout layout_;
+    QuiltShape shape_;
     Quilt2Native renderer_;
+    Notes notes_;
     cv::Mat last_;
     cv::Mat lastQuilt_;
 };

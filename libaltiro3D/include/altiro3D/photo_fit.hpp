@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/export.hpp"
+#include "altiro3D/quilt.hpp"
 
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
@@ -51,5 +52,19 @@ ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::M
 /// @throws Error Mismatch, InvalidArgument
 ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
                                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted);
+
+/// Fits every view of a quilt to the panel's shape, as fitPhoto() and applyFit() do for one
+/// picture; the quilt keeps its layout.
+///
+/// @param quilt [layout.size(), CV_8UC3, BGR]
+/// @param layout of the quilt, before and after
+/// @param viewAspect width : height of what a view shows, whatever its px are, 0.01..100
+/// @param panelAspect width : height of the panel, 0.01..100
+/// @param mode see FitMode
+/// @param fitted [layout.size(), CV_8UC3, BGR], in memory of its own
+/// @throws Error Mismatch, InvalidArgument
+ALTIRO3D_EXPORT void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout,
+                                     double viewAspect, double panelAspect, FitMode mode,
+                                     cv::Mat& fitted);
 
 } // namespace altiro3D

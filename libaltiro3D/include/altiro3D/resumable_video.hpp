@@ -50,7 +50,7 @@ class ALTIRO3D_EXPORT ResumableVideoWriter {
     ///         in `NAME.parts`)
     ResumableVideoWriter(const std::filesystem::path& path, const VideoWriterOptions& options,
                          const ResumableVideoOptions& resumable, VideoReader* source = nullptr);
-    /// Keeps all whole segments.
+    /// Keeps all whole segments; without any, nothing stays.
     ~ResumableVideoWriter();
     ResumableVideoWriter(ResumableVideoWriter&&) noexcept;            ///< Moves.
     ResumableVideoWriter& operator=(ResumableVideoWriter&&) noexcept; ///< Moves.

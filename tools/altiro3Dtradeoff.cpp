@@ -14,6 +14,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <set>
 #include <sstream>
 
 using namespace altiro3D;
@@ -255,12 +256,20 @@ std::string jsonOf(const std::vector<Row>& rows, bool truth) {
     return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+// Names may hold commas and quotation marks.
+std::string quoted(std::string text) {
+    for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2)
+        text.insert(at, 1, '"');
+    return '"' + text + '"';
+}
+
 std::string csvOf(const std::vector<Row>& rows) {
     std::string text = "scene,setting,ms_per_view,preparation_ms,psnr_whole,ssim_whole,psnr_inside,"
                        "ssim_inside,peak_mb\n";
     for (const Row& row : rows) {
-        text += row.scene + ",\"" + row.setting + "\"," + fixed(row.cost.millisecondsPerView, 4) +
-                "," + fixed(row.cost.preparationMilliseconds, 3) + "," +
+        text += quoted(row.scene) + "," + quoted(row.setting) + "," +
+                fixed(row.cost.millisecondsPerView, 4) + "," +
+                fixed(row.cost.preparationMilliseconds, 3) + "," +
                 fixed(row.accuracy.psnrWhole, 4) + "," + fixed(row.accuracy.ssimWhole, 5) + "," +
                 fixed(row.accuracy.psnrInside, 4) + "," + fixed(row.accuracy.ssimInside, 5) + "," +
                 fixed(row.peakMegabytes, 1) + "\n";
@@ -278,10 +287,31 @@ std::string plotOf(const std::vector<Row>& rows) {
     return tradePlotSvg(points, scene);
 }
 
+// Refuses options that would change nothing.
+void checkOptions(const CommandLine& commandLine, bool truth) {
+    const std::set<std::string> forTruth = {
+        "photo", "disparity", "disparity-scale", "truth", "scenes", "json", "csv",
+        "plot",  "y",         "save-views",      "j",     "v"};
+    const std::set<std::string> measured = {"method", "g", "k"};
+    for (const auto& [option, value] : commandLine.given()) {
+        const std::string name = (option.size() > 1 ? "--" : "-") + option;
+        if (truth && forTruth.count(option) == 0) {
+            throw UsageError(name + " does not apply to scenes with a true view; leave it out");
+        }
+        if (measured.count(option) > 0) {
+            throw UsageError(name + " does not apply, as all methods are measured; leave it out");
+        }
+    }
+    if (commandLine.has("disparity-scale") && !commandLine.has("photo")) {
+        throw UsageError("--disparity-scale is about --disparity, expected --photo with it");
+    }
+}
+
 int run(const CommandLine& commandLine, Messages& messages) {
     const bool single = commandLine.has("photo");
     const bool collection = commandLine.has("scenes");
     commandLine.exclude("photo", "scenes");
+    checkOptions(commandLine, single || collection);
     for (const char* needed : {"disparity", "truth"}) {
         if (single == commandLine.has(needed)) continue;
         throw UsageError("--photo, --disparity and --truth belong together; see "

@@ -114,6 +114,14 @@ Job planJob(const CommandLine& commandLine, const Display& display, const QuiltL
             last.string() +
             ": names one file, expected a directory for the outputs of several photos");
     }
+    for (const char* option : {"save-quilt", "save-depth", "save-rgbd", "lg"}) {
+        const auto name = commandLine.value(option);
+        if (job.batch && name && (canWritePicture(*name) || canWriteVideo(*name))) {
+            throw UsageError("--" + std::string(option) + " " + *name +
+                             ": names one file, expected a directory for the outputs of several "
+                             "photos");
+        }
+    }
     std::map<std::string, int> stems;
     for (const auto& input : inputs)
         ++stems[input.first.stem().string()];

@@ -114,7 +114,7 @@ TEST_F(Tradeoff, WritesWhatIsAskedForAndReplacesItOnlyWithY) {
     const std::vector<std::string> lines = linesOf(slurp(sandbox_ / "t.csv"));
     ASSERT_EQ(lines.size(), settings + 1);
     EXPECT_EQ(lines[0].rfind("scene,setting,ms_per_view,", 0), 0U) << lines[0];
-    EXPECT_EQ(lines[1].rfind("L.png,\"fast\",", 0), 0U) << lines[1];
+    EXPECT_EQ(lines[1].rfind("\"L.png\",\"fast\",", 0), 0U) << lines[1];
 
     const std::string plot = slurp(sandbox_ / "t.svg");
     EXPECT_EQ(plot.rfind("<svg", 0), 0U) << plot.substr(0, 80);
@@ -281,6 +281,15 @@ TEST_F(Tradeoff, WrongCombinationsAreWrongUsage) {
         EXPECT_TRUE(fails(run(arguments), 2, ""));
     }
     EXPECT_FALSE(fs::exists(sandbox_ / "views"));
+}
+
+TEST_F(Tradeoff, OptionsThatChangeNothingAreRefused) {
+    EXPECT_TRUE(fails(run(scene() + Arguments{"--strength", "5"}), 2,
+                      "--strength does not apply to scenes with a true view"));
+    EXPECT_TRUE(fails(run(scene() + Arguments{"-l"}), 2, "-l does not apply to scenes"));
+    EXPECT_TRUE(fails(run({"--method", "fast", "L.png"}), 2, "--method does not apply"));
+    EXPECT_TRUE(fails(run({"-g", "L.png"}), 2, "-g does not apply"));
+    EXPECT_TRUE(fails(run({"--disparity-scale", "2", "L.png"}), 2, "expected --photo with it"));
 }
 
 TEST_F(Tradeoff, HelpAndVersionAreAsOfTheOtherTools) {

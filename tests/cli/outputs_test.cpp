@@ -194,6 +194,19 @@ TEST(Outputs, WrongUsageMakesNoDirectories) {
     }
 }
 
+TEST(Outputs, SeveralPhotosNeedDirectoriesForAllTheirOutputs) {
+    SmallStudio studio;
+    fs::create_directory(studio / "out");
+    for (const char* option : {"--save-quilt", "--save-depth", "--save-rgbd", "--lg"}) {
+        const std::string name = option == std::string("--lg") ? "a.mp4" : "a.png";
+        EXPECT_TRUE(
+            fails(studio.run("photo2native",
+                             studio.display() + Arguments{option, name, "photo.png", "out"}),
+                  2, name + ": names one file, expected a directory"));
+        EXPECT_FALSE(fs::exists(studio / name));
+    }
+}
+
 TEST(Outputs, AllExistingOutputsAreChecked) {
     SmallStudio studio;
     const Arguments call = studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};

@@ -186,8 +186,8 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
     }
     const auto wantedSize = commandLine.wholeNumber("network-size", 16, 4096);
     if (networkFile.empty() && wantedSize) {
-        throw UsageError("--network-size is about a network, but there is none; expected -n with "
-                         "it");
+        throw UsageError("--network-size needs a depth network, but none was found; give one with "
+                         "-n");
     }
     if (networkFile.empty()) {
         description_ = "built-in estimator";

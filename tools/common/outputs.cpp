@@ -34,9 +34,16 @@ std::optional<std::pair<dev_t, ino_t>> identity(const fs::path& file) {
     return std::make_pair(state.st_dev, state.st_ino);
 }
 
-bool userAgrees(const fs::path& file) {
+// "a.png exists" or "a.png and 47 more exist"
+std::string existText(const std::vector<fs::path>& files) {
+    if (files.size() == 1) return files.front().string() + " exists";
+    return files.front().string() + " and " + std::to_string(files.size() - 1) + " more exist";
+}
+
+bool userAgrees(const std::vector<fs::path>& files) {
     if (isatty(STDIN_FILENO) == 0 || isatty(STDERR_FILENO) == 0) return false;
-    std::cerr << file.string() << " exists. Replace it? [y/N] " << std::flush;
+    std::cerr << existText(files) << ". Replace " << (files.size() == 1 ? "it" : "them")
+              << "? [y/N] " << std::flush;
     std::string answer;
     std::getline(std::cin, answer);
     return answer == "y" || answer == "Y" || answer == "yes";
@@ -56,6 +63,7 @@ void Outputs::check() const {
         newDirectories.insert(place(directory / "file").parent_path()); // whatever slash it ends in
 
     std::set<fs::path> places;
+    std::vector<fs::path> existing;
     for (const fs::path& output : outputs_) {
         const fs::path outputPlace = place(output);
         const auto number = identity(output);
@@ -78,11 +86,16 @@ void Outputs::check() const {
             throw UsageError(output.string() +
                              ": is written twice, expected a name for each output");
         }
-        if (fs::is_regular_file(status) && !replace_ && !userAgrees(output)) {
-            throw Error(ErrorCode::WriteFailed, output.string(),
-                        "exists, expected a new name, or -y to replace it");
-        }
+        if (fs::is_regular_file(status)) existing.push_back(output);
     }
+    if (existing.empty() || replace_ || userAgrees(existing)) return;
+    if (existing.size() == 1) {
+        throw Error(ErrorCode::WriteFailed, existing.front().string(),
+                    "exists, expected a new name, or -y to replace it");
+    }
+    throw Error(ErrorCode::WriteFailed, existing.front().string(),
+                "exists, and so do " + std::to_string(existing.size() - 1) +
+                    " more outputs, expected new names, or -y to replace them");
 }
 
 void Outputs::makeDirectories() const {

@@ -122,7 +122,8 @@ void CameraOptions::add(CommandLine& commandLine) {
                     "FILE.json");
     commandLine.add({"fov"},
                     "Real: horizontal field of view of the photo in degrees, 0.1..179 (default: "
-                    "from its EXIF, else 40).",
+                    "from its EXIF, else 40). It says, with -v, which baseline --strength stands "
+                    "for; the views depend on --strength alone.",
                     "DEGREES");
 }
 

@@ -108,8 +108,8 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
     if (options.codec == VideoCodec::Ffv1 || options.codec == VideoCodec::ProRes) {
         for (const char* option : {"crf", "preset"}) {
             if (commandLine.has(option)) {
-                throw UsageError("--" + std::string(option) + " is nothing that the codec " +
-                                 *commandLine.value("codec") + " has, expected it without");
+                throw UsageError("--" + std::string(option) + " does not apply to --codec " +
+                                 *commandLine.value("codec") + "; leave it out");
             }
         }
     }

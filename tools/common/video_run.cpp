@@ -89,8 +89,8 @@ VideoDepthOptions depthOptions(const CommandLine& commandLine, const VideoProfil
     const bool given = source.fromFiles() || source.rgbdSide();
     if (given) {
         if (commandLine.has("depth-every")) {
-            throw UsageError("--depth-every is about a network, but depth is given; expected it "
-                             "without");
+            throw UsageError("--depth-every says how often depth is estimated, but here it is "
+                             "given; leave it out");
         }
         options.every = 1;
     }

@@ -6,13 +6,13 @@
 #include "common/display_options.hpp"
 #include "common/native_road.hpp"
 #include "common/outputs.hpp"
+#include "common/photo_plan.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/sway_options.hpp"
 
 #include <algorithm>
 #include <ctime>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
@@ -23,171 +23,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 namespace {
-
-// One photo and all that is made of it. Empty paths: not wanted.
-struct Item {
-    fs::path photo;
-    fs::path depth;
-    fs::path native;
-    fs::path quilt;
-    fs::path savedDepth;
-    fs::path rgbd;
-    fs::path views;
-    fs::path video;
-};
-
-struct Job {
-    std::vector<Item> items;
-    bool batch = false;
-    fs::path report;
-};
-
-// No for names that cannot be looked up: whoever opens them says why.
-bool isDirectory(const fs::path& name) {
-    std::error_code error;
-    return fs::is_directory(name, error);
-}
-
-// Several outputs of one kind go into a directory, one alone has the name that was given.
-fs::path outputName(const std::optional<std::string>& wanted, bool batch, const std::string& stem,
-                    const std::string& ending) {
-    if (!wanted) return {};
-    return batch ? fs::path(*wanted) / (stem + ending) : fs::path(*wanted);
-}
-
-// The photos (and depths) among the names; the last name is the output.
-std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>& names,
-                                                    bool pairs) {
-    std::vector<std::pair<fs::path, fs::path>> inputs;
-    std::vector<fs::path> given(names.begin(), names.end() - 1);
-    if (pairs && given.size() == 2 && isDirectory(given[0]) && isDirectory(given[1])) {
-        std::map<std::string, fs::path> depths;
-        for (const fs::path& depth : listPictures(given[1]))
-            depths[depth.stem().string()] = depth;
-        for (const fs::path& photo : listPictures(given[0])) {
-            const auto found = depths.find(photo.stem().string());
-            inputs.emplace_back(photo, found != depths.end()
-                                           ? found->second
-                                           : given[1] / photo.filename()); // fails by name, later
-        }
-    } else if (pairs) {
-        if (given.size() % 2 != 0) {
-            throw UsageError("-d takes pairs PHOTO DEPTH and one output, got " +
-                             std::to_string(names.size()) + " names; see photo2native --help");
-        }
-        for (std::size_t i = 0; i < given.size(); i += 2) {
-            inputs.emplace_back(given[i], given[i + 1]);
-        }
-    } else {
-        for (const fs::path& name : given) {
-            if (!isDirectory(name)) {
-                inputs.emplace_back(name, fs::path());
-                continue;
-            }
-            for (const fs::path& photo : listPictures(name))
-                inputs.emplace_back(photo, fs::path());
-        }
-    }
-    if (inputs.empty()) {
-        throw Error(ErrorCode::NotFound, given.front().string(),
-                    "holds no pictures, expected photos");
-    }
-    return inputs;
-}
-
-Job planJob(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout) {
-    const std::vector<fs::path>& names = commandLine.files();
-    const bool pairs = commandLine.has("d");
-    const std::size_t least = pairs ? 3 : 2;
-    if (names.size() < least) {
-        throw UsageError(std::string("expected ") + (pairs ? "PHOTO DEPTH OUT" : "PHOTO and OUT") +
-                         ", got " + std::to_string(names.size()) +
-                         " names; see photo2native --help");
-    }
-    const auto inputs = inputsOf(names, pairs);
-    const fs::path& last = names.back();
-    std::error_code error;
-    Job job;
-    job.batch = names.size() > least || isDirectory(last) || isDirectory(names.front());
-    if (job.batch && !isDirectory(last) && (fs::exists(last, error) || canWritePicture(last))) {
-        throw UsageError(
-            last.string() +
-            ": names one file, expected a directory for the outputs of several photos");
-    }
-    for (const char* option : {"save-quilt", "save-depth", "save-rgbd", "lg"}) {
-        const auto name = commandLine.value(option);
-        if (job.batch && name && (canWritePicture(*name) || canWriteVideo(*name))) {
-            throw UsageError("--" + std::string(option) + " " + *name +
-                             ": names one file, expected a directory for the outputs of several "
-                             "photos");
-        }
-    }
-    std::map<std::string, int> stems;
-    for (const auto& input : inputs)
-        ++stems[input.first.stem().string()];
-    for (const auto& [photo, depth] : inputs) {
-        // a.jpg and a.png keep their extensions, or their outputs would have one name
-        const std::string stem =
-            stems[photo.stem().string()] > 1 ? photo.filename().string() : photo.stem().string();
-        Item item;
-        item.photo = photo;
-        item.depth = depth;
-        item.native = job.batch ? last / (stem + "_native.png") : last;
-        item.quilt = outputName(commandLine.value("save-quilt"), job.batch, stem, ".png");
-        item.savedDepth =
-            outputName(commandLine.value("save-depth"), job.batch, stem, "_depth.png");
-        item.rgbd = outputName(commandLine.value("save-rgbd"), job.batch, stem, "_rgbd.png");
-        item.views = outputName(commandLine.value("save-views"), job.batch, stem, "_views");
-        item.video = outputName(commandLine.value("lg"), job.batch, stem, ".mp4");
-        if (!item.quilt.empty()) {
-            const auto named = parseQuiltName(item.quilt);
-            const double aspect = named && named->aspect ? *named->aspect : display.panelAspect();
-            item.quilt = quiltFileName(item.quilt, layout, aspect);
-        }
-        job.items.push_back(item);
-    }
-    job.report = commandLine.value("report").value_or("");
-    return job;
-}
-
-// Checks every name before any work is done.
-Outputs checkedOutputs(const CommandLine& commandLine, const Job& job, const Display& display,
-                       int views) {
-    Outputs outputs(commandLine.has("y"));
-    for (const fs::path& file : display.files)
-        outputs.addInput(file);
-    for (const char* option : {"n", "net-profile", "camera"}) {
-        if (const auto file = commandLine.value(option)) outputs.addInput(*file);
-    }
-    for (const Item& item : job.items) {
-        outputs.addInput(item.photo);
-        if (!item.depth.empty()) outputs.addInput(item.depth);
-        if (job.batch) {
-            for (const fs::path& file :
-                 {item.native, item.quilt, item.savedDepth, item.rgbd, item.video}) {
-                if (!file.empty()) outputs.addDirectory(file.parent_path());
-            }
-        }
-        for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
-            if (file.empty()) continue;
-            requirePictureName(file, file != item.savedDepth);
-            outputs.addOutput(file);
-        }
-        if (!item.video.empty()) {
-            requireVideoName(item.video);
-            outputs.addOutput(item.video);
-        }
-        if (!item.views.empty()) {
-            outputs.addDirectory(item.views);
-            for (int i = 0; i < views; ++i) {
-                outputs.addOutput(item.views / viewFileName(i, views));
-            }
-        }
-    }
-    if (!job.report.empty()) outputs.addOutput(job.report);
-    outputs.check();
-    return outputs;
-}
 
 // Everything that is the same for all photos of a run.
 struct Studio {
@@ -226,7 +61,7 @@ AdjacentParallax tellParallax(const Studio& studio, const ViewOptions& views, co
 }
 
 // Writes the video that swings through the views of the whole photo; its size.
-cv::Size saveVideo(const Item& item, const Studio& studio, const cv::Mat& photo,
+cv::Size saveVideo(const PhotoItem& item, const Studio& studio, const cv::Mat& photo,
                    const cv::Mat& depth, Messages& messages) {
     const double aspect = static_cast<double>(photo.cols) / photo.rows;
     const cv::Size size = studio.swaySize.value_or(swaySize(photo.size(), aspect));
@@ -242,7 +77,7 @@ cv::Size saveVideo(const Item& item, const Studio& studio, const cv::Mat& photo,
 }
 
 // Writes what is wanted besides the Native; false if nothing is. Takes photo and depth.
-bool saveOthers(const Item& item, const Studio& studio, cv::Mat& photo, cv::Mat& depth,
+bool saveOthers(const PhotoItem& item, const Studio& studio, cv::Mat& photo, cv::Mat& depth,
                 Messages& messages) {
     if (!item.quilt.empty()) writePicture(item.quilt, studio.quilt);
     if (!item.savedDepth.empty() || !item.rgbd.empty()) {
@@ -275,7 +110,7 @@ bool saveOthers(const Item& item, const Studio& studio, cv::Mat& photo, cv::Mat&
 }
 
 // Makes all that is wanted of one photo; the report of it.
-Json makePicture(const Item& item, Studio& studio, Messages& messages) {
+Json makePicture(const PhotoItem& item, Studio& studio, Messages& messages) {
     StageTimes times;
     cv::Mat photo;
     cv::Mat depth;
@@ -468,8 +303,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     NativeRoad::check(commandLine);
     const Display display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
-    const Job job = planJob(commandLine, display, layout);
-    const Outputs outputs = checkedOutputs(commandLine, job, display, layout.viewCount);
+    const PhotoPlan plan = planPhotos(commandLine, display, layout);
+    const Outputs outputs = checkedOutputs(commandLine, plan, display, layout.viewCount);
     messages.say("quilt: " + layout.text());
     setup.end("plan");
     DepthSource depthSource(commandLine, messages);
@@ -491,13 +326,13 @@ int run(const CommandLine& commandLine, Messages& messages) {
     messages.detail("ready: " + setup.text());
     outputs.makeDirectories();
 
-    if (job.batch) messages.flushWarnings(); // these belong to no photo
+    if (plan.batch) messages.flushWarnings(); // these belong to no photo
     Json pictures = Json::array();
     std::size_t failed = 0;
-    Progress progress(job.items.size());
-    for (const Item& item : job.items) {
+    Progress progress(plan.items.size());
+    for (const PhotoItem& item : plan.items) {
         progress.step(item.photo.filename().string());
-        if (!job.batch) {
+        if (!plan.batch) {
             pictures.push_back(makePicture(item, studio, messages));
             continue;
         }
@@ -517,17 +352,17 @@ int run(const CommandLine& commandLine, Messages& messages) {
     progress.clear();
     const double peak = peakMegabytes();
     if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
-    if (job.batch) {
-        messages.say(std::to_string(job.items.size() - failed) + " of " +
-                     std::to_string(job.items.size()) + " photos done");
+    if (plan.batch) {
+        messages.say(std::to_string(plan.items.size() - failed) + " of " +
+                     std::to_string(plan.items.size()) + " photos done");
     }
-    if (!job.report.empty()) {
+    if (!plan.report.empty()) {
         Json report = reportOf(commandLine, studio, messages);
         for (const auto& [stage, milliseconds] : setup.milliseconds())
             report["setupMilliseconds"][stage] = milliseconds;
         report["peakMegabytes"] = peak;
         report["pictures"] = std::move(pictures);
-        writeFile(job.report, report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+        writeFile(plan.report, report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     }
     return failed == 0 ? kExitDone : kExitFailed;
 }

@@ -1,0 +1,164 @@
+#include "common/photo_plan.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/video_writer.hpp"
+
+#include <map>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// No for names that cannot be looked up: whoever opens them says why.
+bool isDirectory(const fs::path& name) {
+    std::error_code error;
+    return fs::is_directory(name, error);
+}
+
+// Several outputs of one kind go into a directory, one alone has the name that was given.
+fs::path outputName(const std::optional<std::string>& wanted, bool batch, const std::string& stem,
+                    const std::string& ending) {
+    if (!wanted) return {};
+    return batch ? fs::path(*wanted) / (stem + ending) : fs::path(*wanted);
+}
+
+// The photos (and depths) among the names; the last name is the output.
+std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>& names,
+                                                    bool pairs) {
+    std::vector<std::pair<fs::path, fs::path>> inputs;
+    std::vector<fs::path> given(names.begin(), names.end() - 1);
+    if (pairs && given.size() == 2 && isDirectory(given[0]) && isDirectory(given[1])) {
+        std::map<std::string, fs::path> depths;
+        for (const fs::path& depth : listPictures(given[1]))
+            depths[depth.stem().string()] = depth;
+        for (const fs::path& photo : listPictures(given[0])) {
+            const auto found = depths.find(photo.stem().string());
+            inputs.emplace_back(photo, found != depths.end()
+                                           ? found->second
+                                           : given[1] / photo.filename()); // fails by name, later
+        }
+    } else if (pairs) {
+        if (given.size() % 2 != 0) {
+            throw UsageError("-d takes pairs PHOTO DEPTH and one output, got " +
+                             std::to_string(names.size()) + " names; see photo2native --help");
+        }
+        for (std::size_t i = 0; i < given.size(); i += 2) {
+            inputs.emplace_back(given[i], given[i + 1]);
+        }
+    } else {
+        for (const fs::path& name : given) {
+            if (!isDirectory(name)) {
+                inputs.emplace_back(name, fs::path());
+                continue;
+            }
+            for (const fs::path& photo : listPictures(name))
+                inputs.emplace_back(photo, fs::path());
+        }
+    }
+    if (inputs.empty()) {
+        throw Error(ErrorCode::NotFound, given.front().string(),
+                    "holds no pictures, expected photos");
+    }
+    return inputs;
+}
+
+} // namespace
+
+PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
+                     const QuiltLayout& layout) {
+    const std::vector<fs::path>& names = commandLine.files();
+    const bool pairs = commandLine.has("d");
+    const std::size_t least = pairs ? 3 : 2;
+    if (names.size() < least) {
+        throw UsageError(std::string("expected ") + (pairs ? "PHOTO DEPTH OUT" : "PHOTO and OUT") +
+                         ", got " + std::to_string(names.size()) +
+                         " names; see photo2native --help");
+    }
+    const auto inputs = inputsOf(names, pairs);
+    const fs::path& last = names.back();
+    std::error_code error;
+    PhotoPlan plan;
+    plan.batch = names.size() > least || isDirectory(last) || isDirectory(names.front());
+    if (plan.batch && !isDirectory(last) && (fs::exists(last, error) || canWritePicture(last))) {
+        throw UsageError(
+            last.string() +
+            ": names one file, expected a directory for the outputs of several photos");
+    }
+    for (const char* option : {"save-quilt", "save-depth", "save-rgbd", "lg"}) {
+        const auto name = commandLine.value(option);
+        if (plan.batch && name && (canWritePicture(*name) || canWriteVideo(*name))) {
+            throw UsageError("--" + std::string(option) + " " + *name +
+                             ": names one file, expected a directory for the outputs of several "
+                             "photos");
+        }
+    }
+    std::map<std::string, int> stems;
+    for (const auto& input : inputs)
+        ++stems[input.first.stem().string()];
+    for (const auto& [photo, depth] : inputs) {
+        // a.jpg and a.png keep their extensions, or their outputs would have one name
+        const std::string stem =
+            stems[photo.stem().string()] > 1 ? photo.filename().string() : photo.stem().string();
+        PhotoItem item;
+        item.photo = photo;
+        item.depth = depth;
+        item.native = plan.batch ? last / (stem + "_native.png") : last;
+        item.quilt = outputName(commandLine.value("save-quilt"), plan.batch, stem, ".png");
+        item.savedDepth =
+            outputName(commandLine.value("save-depth"), plan.batch, stem, "_depth.png");
+        item.rgbd = outputName(commandLine.value("save-rgbd"), plan.batch, stem, "_rgbd.png");
+        item.views = outputName(commandLine.value("save-views"), plan.batch, stem, "_views");
+        item.video = outputName(commandLine.value("lg"), plan.batch, stem, ".mp4");
+        if (!item.quilt.empty()) {
+            const auto named = parseQuiltName(item.quilt);
+            const double aspect = named && named->aspect ? *named->aspect : display.panelAspect();
+            item.quilt = quiltFileName(item.quilt, layout, aspect);
+        }
+        plan.items.push_back(item);
+    }
+    plan.report = commandLine.value("report").value_or("");
+    return plan;
+}
+
+Outputs checkedOutputs(const CommandLine& commandLine, const PhotoPlan& plan,
+                       const Display& display, int views) {
+    Outputs outputs(commandLine.has("y"));
+    for (const fs::path& file : display.files)
+        outputs.addInput(file);
+    for (const char* option : {"n", "net-profile", "camera"}) {
+        if (const auto file = commandLine.value(option)) outputs.addInput(*file);
+    }
+    for (const PhotoItem& item : plan.items) {
+        outputs.addInput(item.photo);
+        if (!item.depth.empty()) outputs.addInput(item.depth);
+        if (plan.batch) {
+            for (const fs::path& file :
+                 {item.native, item.quilt, item.savedDepth, item.rgbd, item.video}) {
+                if (!file.empty()) outputs.addDirectory(file.parent_path());
+            }
+        }
+        for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
+            if (file.empty()) continue;
+            requirePictureName(file, file != item.savedDepth);
+            outputs.addOutput(file);
+        }
+        if (!item.video.empty()) {
+            requireVideoName(item.video);
+            outputs.addOutput(item.video);
+        }
+        if (!item.views.empty()) {
+            outputs.addDirectory(item.views);
+            for (int i = 0; i < views; ++i) {
+                outputs.addOutput(item.views / viewFileName(i, views));
+            }
+        }
+    }
+    if (!plan.report.empty()) outputs.addOutput(plan.report);
+    outputs.check();
+    return outputs;
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "common/display_options.hpp"
+#include "common/outputs.hpp"
+
+#include <filesystem>
+#include <vector>
+
+/// What photo2native is asked for.
+namespace altiro3D::tools {
+
+/// One photo and all that is made of it. Empty paths: not wanted.
+struct PhotoItem {
+    std::filesystem::path photo;
+    std::filesystem::path depth; ///< given
+    std::filesystem::path native;
+    std::filesystem::path quilt;
+    std::filesystem::path savedDepth;
+    std::filesystem::path rgbd;
+    std::filesystem::path views; ///< a directory
+    std::filesystem::path video; ///< that sways
+};
+
+/// All photos of a run.
+struct PhotoPlan {
+    std::vector<PhotoItem> items;
+    bool batch = false; ///< outputs go into directories, and one bad photo does not stop the rest
+    std::filesystem::path report;
+};
+
+/// The plan that a command line asks for.
+/// @param layout of the quilts, which is a part of their names
+/// @throws UsageError, Error (a directory that cannot be listed or holds no pictures)
+PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
+                     const QuiltLayout& layout);
+
+/// Checks every name before any work is done: no output is an input, none would be lost. The result
+/// makes the directories.
+/// @param views how many of them `--save-views` writes
+/// @throws UsageError, Error
+Outputs checkedOutputs(const CommandLine& commandLine, const PhotoPlan& plan,
+                       const Display& display, int views);
+
+} // namespace altiro3D::tools

@@ -1,5 +1,7 @@
 #include "altiro3D/display.hpp"
 
+#include "text.hpp"
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -31,10 +33,6 @@ std::string upper(std::string text) {
     for (char& c : text)
         c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     return text;
-}
-
-bool startsWith(const std::string& text, const std::string& prefix) {
-    return !prefix.empty() && text.compare(0, prefix.size(), prefix) == 0;
 }
 
 const DisplayModel* byPrefix(const std::string& prefix) {

@@ -1,5 +1,7 @@
 #include "image_format.hpp"
 
+#include "text.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -9,10 +11,6 @@ namespace altiro3D {
 namespace {
 
 using std::string_view;
-
-bool startsWith(string_view bytes, string_view prefix) {
-    return bytes.substr(0, prefix.size()) == prefix;
-}
 
 // Formats that are not read, by how their files begin.
 struct Signature {

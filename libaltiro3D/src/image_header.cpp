@@ -1,6 +1,7 @@
 #include "image_header.hpp"
 
 #include "exif.hpp"
+#include "text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -49,10 +50,6 @@ class Reader {
     string_view bytes_;
     bool littleEndian_;
 };
-
-bool startsWith(string_view bytes, string_view prefix) {
-    return bytes.substr(0, prefix.size()) == prefix;
-}
 
 void useExif(const ExifFacts& facts, PictureHeader& header) {
     header.orientation = facts.orientation;

@@ -1,6 +1,7 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -29,11 +30,6 @@ struct Problem {
     std::string field;
     std::string text; // `is ..., expected ...`
 };
-
-std::string shortened(const std::string& text) {
-    constexpr std::size_t kMaxShown = 60;
-    return text.size() <= kMaxShown ? text : text.substr(0, kMaxShown) + "...";
-}
 
 std::string inQuotes(const std::string& text) {
     return '"' + shortened(text) + '"';

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <opencv2/core/types.hpp>
 #include <string>
+#include <string_view>
 
 namespace altiro3D {
 
@@ -23,6 +24,17 @@ inline std::string pairText(long long a, long long b) {
 /// "1536 x 2048": width x height.
 inline std::string sizeText(cv::Size size) {
     return pairText(size.width, size.height);
+}
+
+/// A text from a file, short enough for a message: its first 60 bytes.
+inline std::string shortened(const std::string& text) {
+    constexpr std::size_t kMaxShown = 60;
+    return text.size() <= kMaxShown ? text : text.substr(0, kMaxShown) + "...";
+}
+
+/// Whether a text begins with another one.
+inline bool startsWith(std::string_view text, std::string_view prefix) {
+    return text.substr(0, prefix.size()) == prefix;
 }
 
 /// A to Z as a to z, whatever the locale.

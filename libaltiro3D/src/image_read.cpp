@@ -417,6 +417,13 @@ cv::Mat readPhoto(const fs::path& path, Notes* notes) {
 }
 
 double readFocalLength35mm(const fs::path& path) {
+    std::error_code error;
+    const fs::file_type type = fs::status(path, error).type();
+    // Whoever has read the photo from it has taken its bytes, and more may never come.
+    if (type == fs::file_type::fifo || type == fs::file_type::character ||
+        type == fs::file_type::socket) {
+        return 0;
+    }
     return readPictureHeader(readFile(path, kMaxFileBytes), lowerExtension(path)).focalLength35mm;
 }
 

@@ -254,6 +254,8 @@ TEST_F(ImageIo, FocalLengthOf35mmIsReadFromExif) {
     spill(directory / "b.jpg", encoded(".jpg", picture));
     EXPECT_EQ(readFocalLength35mm(directory / "b.jpg"), 0);
     EXPECT_NE(errorOf([&] { readFocalLength35mm(directory / "none.jpg"); }), "(no error)");
+    ASSERT_EQ(mkfifo((directory / "pipe.jpg").c_str(), 0600), 0); // into which nobody writes
+    EXPECT_EQ(readFocalLength35mm(directory / "pipe.jpg"), 0);
 }
 
 TEST_F(ImageIo, LosslessFormatsReadBackWhatWasWritten) {

@@ -35,10 +35,11 @@ ALTIRO3D_EXPORT cv::Mat readPicture(const std::filesystem::path& path, Notes* no
 /// @return [rows x cols, CV_8UC3, BGR]
 ALTIRO3D_EXPORT cv::Mat readPhoto(const std::filesystem::path& path, Notes* notes = nullptr);
 
-/// The focal length that a photo's EXIF gives for a 35 mm camera with the same view, in mm.
+/// The focal length that a photo's EXIF gives for a 35 mm camera with the same view, in mm. Reads
+/// the file once more; a pipe, which gives its bytes once, is left alone.
 ///
-/// @return 0 if the file does not say (most do not)
-/// @throws Error NotFound, ReadFailed, TooLarge
+/// @return 0 if the file does not say (most do not) or is a pipe
+/// @throws Error NotFound, ReadFailed, TooLarge, OutOfMemory
 ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
 
 /// Reads the raw numbers of a depth image: 8-bit, 16-bit or float, of one channel or of the grey

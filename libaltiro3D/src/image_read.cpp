@@ -3,12 +3,12 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "image_header.hpp"
+#include "memory_errors.hpp"
 #include "pixel_values.hpp"
 #include "text.hpp"
 
 #include <algorithm>
 #include <cstdint>
-#include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -148,7 +148,7 @@ cv::Mat decode(const fs::path& path, const PictureHeader& header, std::string& b
                                            : cv::IMREAD_UNCHANGED;
         picture = cv::imdecode(encoded, flags);
     } catch (const cv::Exception& exception) {
-        if (exception.code == cv::Error::StsNoMem) throw std::bad_alloc();
+        if (exception.code == cv::Error::StsNoMem) throw;
         detail = exception.err;
     }
     if (!picture.empty()) return picture;
@@ -310,42 +310,42 @@ struct LoadedPicture {
     PictureHeader header; // what the file says
 };
 
-LoadedPicture load(const fs::path& path, Notes* notes) {
+// Does the work of reading a file; what goes wrong inside OpenCV is an error of the file.
+template <class Work>
+auto reading(const fs::path& path, const Work& work) {
     try {
-        const std::string extension = lowerExtension(path);
-        std::string bytes = readFile(path, kMaxFileBytes);
-        if (bytes.empty()) {
-            throw Error(ErrorCode::BadFormat, path.string(), "is empty, expected a picture");
-        }
-        LoadedPicture loaded;
-        loaded.header = readPictureHeader(bytes, extension);
-        const PictureHeader& header = loaded.header;
-        checkHeader(path, header);
-        cv::Mat picture = decode(path, header, bytes);
-        std::string().swap(bytes);
-        picture = withoutAlpha(picture, header);
-        blackenTransparent(picture, header);
-        // OpenCV knows 0 = white for 8 bits only.
-        if (header.isWhiteZero && picture.type() == CV_16UC1) cv::bitwise_not(picture, picture);
-        if (picture.channels() != 1 && picture.channels() != 3) {
-            throw Error(ErrorCode::Unsupported, path.string(),
-                        "has " + std::to_string(picture.channels()) +
-                            " channels, expected grey, RGB or either with alpha");
-        }
-        loaded.picture = upright(picture, header.orientation);
-        addNotes(header, extension, notes);
-        return loaded;
-    } catch (const std::bad_alloc&) {
-        throw Error(ErrorCode::OutOfMemory, path.string(),
-                    "does not fit into memory, expected a smaller picture");
+        return orOutOfMemory(path.string(), "does not fit into memory, expected a smaller picture",
+                             work);
     } catch (const cv::Exception& exception) {
-        if (exception.code == cv::Error::StsNoMem) {
-            throw Error(ErrorCode::OutOfMemory, path.string(),
-                        "does not fit into memory, expected a smaller picture");
-        }
         throw Error(ErrorCode::BadFormat, path.string(),
                     "cannot be decoded (" + exception.err + "), expected an ordinary picture");
     }
+}
+
+LoadedPicture load(const fs::path& path, Notes* notes) {
+    const std::string extension = lowerExtension(path);
+    std::string bytes = readFile(path, kMaxFileBytes);
+    if (bytes.empty()) {
+        throw Error(ErrorCode::BadFormat, path.string(), "is empty, expected a picture");
+    }
+    LoadedPicture loaded;
+    loaded.header = readPictureHeader(bytes, extension);
+    const PictureHeader& header = loaded.header;
+    checkHeader(path, header);
+    cv::Mat picture = decode(path, header, bytes);
+    std::string().swap(bytes);
+    picture = withoutAlpha(picture, header);
+    blackenTransparent(picture, header);
+    // OpenCV knows 0 = white for 8 bits only.
+    if (header.isWhiteZero && picture.type() == CV_16UC1) cv::bitwise_not(picture, picture);
+    if (picture.channels() != 1 && picture.channels() != 3) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    "has " + std::to_string(picture.channels()) +
+                        " channels, expected grey, RGB or either with alpha");
+    }
+    loaded.picture = upright(picture, header.orientation);
+    addNotes(header, extension, notes);
+    return loaded;
 }
 
 template <typename T>
@@ -376,44 +376,48 @@ cv::Mat greyOf(const cv::Mat& bgr) {
 } // namespace
 
 cv::Mat readPicture(const fs::path& path, Notes* notes) {
-    const LoadedPicture loaded = load(path, notes);
-    cv::Mat picture = loaded.picture;
-    switch (picture.depth()) {
-    case CV_8U:
-    case CV_32F:
-        break;
-    case CV_64F:
-        picture.convertTo(picture, CV_32F);
-        break;
-    case CV_16U:
-        // OpenCV spreads PNM samples of up to 8 bits over the whole range, longer ones not.
-        if (const unsigned largest = loaded.header.largestSample;
-            largest > 255 && largest < 65535) {
-            picture.convertTo(picture, CV_16U, 65535.0 / largest);
+    return reading(path, [&]() -> cv::Mat {
+        const LoadedPicture loaded = load(path, notes);
+        cv::Mat picture = loaded.picture;
+        switch (picture.depth()) {
+        case CV_8U:
+        case CV_32F:
+            break;
+        case CV_64F:
+            picture.convertTo(picture, CV_32F);
+            break;
+        case CV_16U:
+            // OpenCV spreads PNM samples of up to 8 bits over the whole range, longer ones not.
+            if (const unsigned largest = loaded.header.largestSample;
+                largest > 255 && largest < 65535) {
+                picture.convertTo(picture, CV_16U, 65535.0 / largest);
+            }
+            break;
+        default:
+            throw Error(ErrorCode::Unsupported, path.string(),
+                        "has signed or 32-bit whole numbers, expected 8 or 16 bits without sign or "
+                        "float numbers; convert it first");
         }
-        break;
-    default:
-        throw Error(ErrorCode::Unsupported, path.string(),
-                    "has signed or 32-bit whole numbers, expected 8 or 16 bits without sign or "
-                    "float numbers; convert it first");
-    }
-    if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
-    return picture;
+        if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
+        return picture;
+    });
 }
 
 cv::Mat readPhoto(const fs::path& path, Notes* notes) {
-    cv::Mat picture = readPicture(path, notes);
-    if (picture.depth() == CV_8U) return picture;
-    if (picture.depth() == CV_16U) return toEightBits(picture);
-    cv::Mat photo(picture.size(), CV_8UC3);
-    for (int y = 0; y < picture.rows; ++y) {
-        const float* from = picture.ptr<float>(y);
-        std::uint8_t* to = photo.ptr<std::uint8_t>(y);
-        for (int i = 0; i < 3 * picture.cols; ++i) {
-            to[i] = toWhole<std::uint8_t>(from[i], 255.0f);
+    return reading(path, [&]() -> cv::Mat {
+        cv::Mat picture = readPicture(path, notes);
+        if (picture.depth() == CV_8U) return picture;
+        if (picture.depth() == CV_16U) return toEightBits(picture);
+        cv::Mat photo(picture.size(), CV_8UC3);
+        for (int y = 0; y < picture.rows; ++y) {
+            const float* from = picture.ptr<float>(y);
+            std::uint8_t* to = photo.ptr<std::uint8_t>(y);
+            for (int i = 0; i < 3 * picture.cols; ++i) {
+                to[i] = toWhole<std::uint8_t>(from[i], 255.0f);
+            }
         }
-    }
-    return photo;
+        return photo;
+    });
 }
 
 double readFocalLength35mm(const fs::path& path) {
@@ -428,32 +432,36 @@ double readFocalLength35mm(const fs::path& path) {
 }
 
 cv::Mat readDepthSamples(const fs::path& path, Notes* notes) {
-    cv::Mat picture = load(path, notes).picture;
-    if (picture.channels() == 3) {
-        switch (picture.depth()) {
-        case CV_8U:
-            return greyOf<std::uint8_t>(picture);
-        case CV_16U:
-            return greyOf<std::uint16_t>(picture);
-        case CV_32F:
-            return greyOf<float>(picture);
-        default:
-            break;
+    return reading(path, [&]() -> cv::Mat {
+        cv::Mat picture = load(path, notes).picture;
+        if (picture.channels() == 3) {
+            switch (picture.depth()) {
+            case CV_8U:
+                return greyOf<std::uint8_t>(picture);
+            case CV_16U:
+                return greyOf<std::uint16_t>(picture);
+            case CV_32F:
+                return greyOf<float>(picture);
+            default:
+                break;
+            }
+            cv::Mat numbers;
+            picture.convertTo(numbers, CV_64F);
+            return greyOf<double>(numbers);
         }
-        cv::Mat numbers;
-        picture.convertTo(numbers, CV_64F);
-        return greyOf<double>(numbers);
-    }
-    if (picture.depth() == CV_8U || picture.depth() == CV_16U) return picture;
-    cv::Mat depth;
-    picture.convertTo(depth, CV_32F);
-    return depth;
+        if (picture.depth() == CV_8U || picture.depth() == CV_16U) return picture;
+        cv::Mat depth;
+        picture.convertTo(depth, CV_32F);
+        return depth;
+    });
 }
 
 cv::Mat readDepthImage(const fs::path& path, Notes* notes) {
-    cv::Mat depth = readDepthSamples(path, notes);
-    if (depth.depth() != CV_32F) depth.convertTo(depth, CV_32F);
-    return depth;
+    return reading(path, [&]() -> cv::Mat {
+        cv::Mat depth = readDepthSamples(path, notes);
+        if (depth.depth() != CV_32F) depth.convertTo(depth, CV_32F);
+        return depth;
+    });
 }
 
 } // namespace altiro3D

@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "memory_errors.hpp"
 #include "pixel_values.hpp"
 #include "png_encode.hpp"
 #include "text.hpp"
@@ -98,7 +99,10 @@ void writePicture(const fs::path& path, const cv::Mat& picture) {
     }
     std::vector<std::vector<unsigned char>> pieces;
     try {
-        pieces = encode(picture, *writer);
+        pieces = orOutOfMemory(path.string(),
+                               std::string("does not fit into memory as ") + writer->format +
+                                   ", expected a smaller picture or more memory to be free",
+                               [&] { return encode(picture, *writer); });
     } catch (const cv::Exception& exception) {
         throw Error(ErrorCode::WriteFailed, path.string(),
                     std::string("cannot be encoded as ") + writer->format + ": " + exception.err +

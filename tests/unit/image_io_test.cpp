@@ -3,17 +3,23 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/picture_quality.hpp"
 #include "image_header.hpp"
+#include "memory_errors.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <fcntl.h>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 #include <zlib.h>
 
 namespace altiro3D::test {
@@ -753,6 +759,70 @@ TEST_F(ImageIo, AnExrFileWithAPartThatIsLongerThanTheFileHasNoHeader) {
     EXPECT_EQ(readPictureHeader(bytes, ".exr").columns, 0u);
     EXPECT_EQ(readPictureHeader(bytes.substr(0, 100), ".exr").columns, 0u);
 }
+
+TEST(OrOutOfMemory, NamesWhatIsToBlameAndLetsOtherErrorsPass) {
+    const auto codeOf = [](const auto& work) {
+        try {
+            orOutOfMemory("a.png", "does not fit", work);
+        } catch (const Error& error) {
+            EXPECT_STREQ(error.what(), "a.png: does not fit");
+            return error.code();
+        }
+        return ErrorCode::NotFound;
+    };
+    EXPECT_EQ(codeOf([] { throw std::bad_alloc(); }), ErrorCode::OutOfMemory);
+    EXPECT_EQ(codeOf([] { std::vector<char>().reserve(std::size_t{1} << 62); }),
+              ErrorCode::OutOfMemory);
+    EXPECT_EQ(codeOf([] { cv::Mat(1 << 24, 1 << 24, CV_64FC4); }), ErrorCode::OutOfMemory);
+    EXPECT_THROW(orOutOfMemory("a", "b", [] { CV_Error(cv::Error::StsError, "other"); }),
+                 cv::Exception);
+    EXPECT_EQ(orOutOfMemory("a", "b", [] { return 7; }), 7);
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) // they take terabytes
+TEST_F(ImageIo, MemoryThatRunsOutBehindTheDecoderIsAnErrorOfTheFile) {
+    spill(directory / "grey.pgm", "P5 4000 4000 255\n" + std::string(16000000, 'g'));
+    const auto codeOf = [&](std::size_t megabytes, const auto& work) {
+        const pid_t child = fork();
+        if (child == 0) {
+            cv::setNumThreads(1); // threads would take memory for their stacks
+            const auto limitMemory = [](std::size_t megabytesMore) {
+                long pages = 0;
+                std::ifstream("/proc/self/statm") >> pages;
+                const auto page = static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+                const rlim_t more = static_cast<rlim_t>(megabytesMore) << 20;
+                const rlimit limit{static_cast<rlim_t>(pages) * page + more, RLIM_INFINITY};
+                setrlimit(RLIMIT_AS, &limit);
+            };
+            limitMemory(0);
+            void* volatile free = nullptr; // what earlier tests have given back is taken
+            do
+                free = std::malloc(1 << 16);
+            while (free != nullptr);
+            limitMemory(megabytes);
+            try {
+                work();
+            } catch (const Error& error) {
+                _exit(static_cast<int>(error.code()));
+            } catch (...) {
+                _exit(100);
+            }
+            _exit(101);
+        }
+        int status = 0;
+        waitpid(child, &status, 0);
+        return WEXITSTATUS(status);
+    };
+    const int kOut = static_cast<int>(ErrorCode::OutOfMemory);
+    // File and picture have room, three channels (48 MB) or floats (64 MB) have not.
+    EXPECT_EQ(codeOf(50, [&] { readPicture(directory / "grey.pgm"); }), kOut);
+    EXPECT_EQ(codeOf(50, [&] { readDepthImage(directory / "grey.pgm"); }), kOut);
+    EXPECT_EQ(codeOf(50, [&] { readDepthSamples(directory / "grey.pgm"); }), 101);
+    const cv::Mat picture = randomPicture({4000, 4000}, CV_8UC3, 1);
+    EXPECT_EQ(codeOf(16, [&] { writePicture(directory / "out.png", picture); }), kOut);
+    EXPECT_FALSE(fs::exists(directory / "out.png"));
+}
+#endif
 
 // ------------------------------------------------------------------------------------ writing
 

@@ -16,6 +16,9 @@
 /// - The result is the last parameter; it is allocated if its size or type does not fit and reused
 ///   otherwise.
 /// - What is wrong with an argument or a file is an altiro3D::Error; nothing is printed.
+/// - Memory that runs out is an Error OutOfMemory while a file is read or written, a network is
+///   loaded or run, and memory for a quilt or a look-up table is taken; elsewhere it is what the
+///   language or OpenCV throw, std::bad_alloc or a cv::Exception of the code StsNoMem.
 /// - Results are bit-for-bit the same for any number of threads (`cv::setNumThreads()`).
 
 #include "altiro3D/calibration.hpp"

@@ -33,6 +33,7 @@ ALTIRO3D_EXPORT cv::Mat readPicture(const std::filesystem::path& path, Notes* no
 /// float ones are clamped to 0..1).
 ///
 /// @return [rows x cols, CV_8UC3, BGR]
+/// @throws Error as readPicture()
 ALTIRO3D_EXPORT cv::Mat readPhoto(const std::filesystem::path& path, Notes* notes = nullptr);
 
 /// The focal length that a photo's EXIF gives for a 35 mm camera with the same view, in mm. Reads
@@ -47,12 +48,14 @@ ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
 ///
 /// @param path as for readPicture(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
 /// @return [rows x cols, CV_32FC1, as in the file]
+/// @throws Error as readPicture()
 ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes* notes = nullptr);
 
 /// readDepthImage() without the step to float: a quarter or half of the memory for files of 8 and
 /// 16 bits, and normalizeDepth() is faster on them and gives the same.
 ///
 /// @return [rows x cols, CV_8UC1, CV_16UC1 or CV_32FC1, as in the file]
+/// @throws Error as readPicture()
 ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path, Notes* notes = nullptr);
 
 /// Writes a picture; the format follows the extension. The file appears whole or not at all.
@@ -64,7 +67,7 @@ ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path, Note
 ///        .dib, .ppm, .pgm, .pnm or .jp2, in any case
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]
 /// @throws Error InvalidArgument (empty, wrong type), Unsupported (unknown extension, too many px
-///         for the format, colours in a .pgm), WriteFailed
+///         for the format, colours in a .pgm), WriteFailed, OutOfMemory
 ALTIRO3D_EXPORT void writePicture(const std::filesystem::path& path, const cv::Mat& picture);
 
 /// True if the file name's extension is one that writePicture() can write.

@@ -6,9 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <memory>
 #include <set>
-#include <vector>
 
 namespace altiro3D {
 
@@ -61,6 +59,7 @@ void useExif(const ExifFacts& facts, PictureHeader& header) {
 void readPng(string_view bytes, PictureHeader& header) {
     const Reader reader(bytes, false);
     unsigned colorType = 0;
+    bool hasStart = false;
     bool hasEnd = false;
     // Real EXIF wins over the text chunk, whatever their order.
     std::optional<ExifFacts> exif;
@@ -71,7 +70,8 @@ void readPng(string_view bytes, PictureHeader& header) {
         const string_view chunk = reader.text(at + 8, size);
         const std::uint64_t data = at + 8;
         if (!reader.holds(data, size + 4)) break;
-        if (name == "IHDR" && size >= 13) {
+        if (name == "IHDR" && size >= 13 && !hasStart) { // decoders go by the first, too
+            hasStart = true;
             header.columns = reader.u32(data);
             header.rows = reader.u32(data + 4);
             header.bitsPerSample = static_cast<int>(reader.u8(data + 8));
@@ -222,6 +222,7 @@ void readTiff(string_view bytes, const std::string& extension, PictureHeader& he
     if (shape.big) shape = {true, 8, 20, 8};
     std::uint64_t directory = reader.number(shape.big ? 8 : 4, shape.offsetBytes);
     std::set<std::uint64_t> seen;
+    std::set<unsigned> tags;
     unsigned photometric = 1;
     unsigned samples = 1;
     unsigned pages = 0;
@@ -236,7 +237,9 @@ void readTiff(string_view bytes, const std::string& extension, PictureHeader& he
         for (std::uint64_t i = 0; pages == 1 && i < entries; ++i) {
             const std::uint64_t entry = first + i * shape.entryBytes;
             const std::uint64_t value = tiffValue(reader, entry, shape);
-            switch (reader.u16(entry)) {
+            const unsigned tag = reader.u16(entry);
+            if (!tags.insert(tag).second) continue; // of the same tags libtiff takes the first
+            switch (tag) {
             case 256:
                 header.columns = value;
                 break;
@@ -307,8 +310,10 @@ void readWebP(string_view bytes, PictureHeader& header) {
         const std::uint64_t data = at + 8;
         if (name == "VP8X") {
             if ((reader.u8(data) & 2u) != 0) header.unreadable = "animated WebP";
-            header.columns = reader.number(data + 4, 3) + 1;
-            header.rows = reader.number(data + 7, 3) + 1;
+            if (header.columns == 0) {
+                header.columns = reader.number(data + 4, 3) + 1;
+                header.rows = reader.number(data + 7, 3) + 1;
+            }
         } else if (name == "VP8 ") {
             hasPicture = true;
             if (header.columns == 0) {
@@ -422,12 +427,29 @@ void readHdr(string_view bytes, PictureHeader& header) {
     if (!startsWith(line, "-Y")) header.unreadable = "turned or mirrored HDR";
 }
 
+// Where the codestream of a JPEG 2000 file begins; in a .jp2 it is the contents of a box of its
+// own, whatever the boxes before it hold.
+std::uint64_t codestreamAt(string_view bytes, const Reader& reader) {
+    if (startsWith(bytes, "\xff\x4f")) return 0;
+    std::uint64_t at = 0;
+    while (reader.holds(at, 8)) {
+        std::uint64_t size = reader.u32(at);
+        std::uint64_t head = 8;
+        if (size == 1) { // the size is a long one
+            size = reader.u64(at + 8);
+            head = 16;
+        }
+        if (reader.text(at + 4, 4) == "jp2c") return at + head;
+        if (size < head || !reader.holds(at, size)) break;
+        at += size;
+    }
+    return bytes.size();
+}
+
 void readJpeg2000(string_view bytes, PictureHeader& header) {
-    // SIZ follows SOC at once; in a .jp2 the codestream is somewhere behind the boxes.
-    constexpr string_view kStart("\xff\x4f\xff\x51", 4);
     const Reader reader(bytes, false);
-    const std::size_t at = bytes.find(kStart);
-    if (at == string_view::npos) return;
+    const std::uint64_t at = codestreamAt(bytes, reader);
+    if (reader.u32(at) != 0xff4fff51u) return; // SIZ follows SOC at once
     const auto extent = [&](std::uint64_t high, std::uint64_t low) -> std::uint64_t {
         return reader.u32(high) > reader.u32(low) ? reader.u32(high) - reader.u32(low) : 0;
     };

@@ -591,6 +591,58 @@ TEST_F(ImageIo, HugePicturesAreRefusedFromTheirHeader) {
     }
 }
 
+// What says another size behind the header that decoders go by, or before it where they do not
+// look.
+TEST_F(ImageIo, NoSecondHeaderHidesTheSizeOfAPicture) {
+    const std::string small = pngHeader(1, 1).substr(kPngSignature.size());
+    const std::string vp8x = "VP8X" + littleEndian(10) + std::string(4, '\0');
+    std::string wide = tiff({60000, 60000}, {}, "");
+    const std::string planes = littleEndian(284, 2) + littleEndian(3, 2);
+    ASSERT_NE(wide.find(planes), std::string::npos);
+    wide.replace(wide.find(planes), 2, littleEndian(256, 2)); // has the value 1
+    const std::vector<std::pair<std::string, std::string>> bombs = {
+        {"b.png", pngHeader(60000, 60000) + small + pngChunk("IEND", "")},
+        {"b.webp", "RIFF" + littleEndian(48) + "WEBP" + vp8x + littleEndian(59999, 3) +
+                       littleEndian(59999, 3) + vp8x + std::string(6, '\0')},
+        {"b.tif", wide}};
+    for (const auto& [name, contents] : bombs)
+        EXPECT_EQ(problemOf(name, contents).rfind("has 60000 x 60000 px", 0), 0u) << name;
+
+    const cv::Mat picture = randomPicture({5, 3}, CV_8UC3, 4);
+    cv::Mat rgb;
+    cv::cvtColor(picture, rgb, cv::COLOR_BGR2RGB);
+    std::string readable =
+        tiff(rgb.size(), {}, {reinterpret_cast<const char*>(rgb.data), 3 * rgb.total()});
+    readable.replace(readable.find(planes), 2, littleEndian(256, 2));
+    EXPECT_TRUE(samePicture(readPicture(file("r.tif", readable)), picture));
+}
+
+TEST_F(ImageIo, TheSizeOfAJpeg2000IsThatOfItsCodestreamsBox) {
+    const cv::Mat picture = randomPicture({200, 100}, CV_8UC3, 4);
+    const std::string start("\xff\x4f\xff\x51", 4);
+    const std::string decoy =
+        start + std::string("\0\x2f\0\0", 4) + bigEndian(1) + bigEndian(1) + std::string(40, '\0');
+    std::string bytes = encoded(".jp2", picture, {cv::IMWRITE_JPEG2000_COMPRESSION_X1000, 1000});
+    const std::size_t box = bytes.find("jp2c") - 4;
+    ASSERT_LT(box, bytes.size());
+    bytes.insert(box, bigEndian(static_cast<std::uint32_t>(decoy.size() + 8)) + "free" + decoy);
+    EXPECT_EQ(readPictureHeader(bytes, ".jp2").columns, 200u);
+    EXPECT_TRUE(samePicture(readPicture(file("a.jp2", bytes)), picture));
+    const std::string codestream = bytes.substr(bytes.rfind(start));
+    EXPECT_EQ(readPictureHeader(codestream, ".j2k").rows, 100u);
+    // A box with a long size says the same.
+    bytes.replace(box, 4, bigEndian(1));
+    bytes.insert(box + 8, bigEndian(0) + bigEndian(static_cast<std::uint32_t>(decoy.size() + 16)));
+    EXPECT_EQ(readPictureHeader(bytes, ".jp2").columns, 200u);
+    bytes.replace(bytes.rfind(start) + 8, 8, bigEndian(60000) + bigEndian(60000));
+    EXPECT_EQ(problemOf("b.jp2", bytes).rfind("has 60000 x 60000 px", 0), 0u);
+    // Boxes that reach beyond the file, or nowhere, lead to no codestream.
+    for (const std::uint32_t size : {0u, 7u, 0xffffffffu}) {
+        bytes.replace(box, 4, bigEndian(size));
+        EXPECT_EQ(readPictureHeader(bytes, ".jp2").columns, 0u) << size;
+    }
+}
+
 TEST_F(ImageIo, FormatsWithoutAReaderAreRefusedByName) {
     const std::string zeros(200, '\0');
     const std::vector<std::pair<std::string, std::string>> formats = {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/error.hpp"
+#include "mat_memory.hpp"
 
 #include <algorithm>
 #include <initializer_list>
@@ -28,6 +29,16 @@ inline void checkType(const cv::Mat& picture, std::initializer_list<int> types, 
     const bool fits = !picture.empty() && picture.dims == 2 &&
                       std::find(types.begin(), types.end(), picture.type()) != types.end();
     check(fits, subject, shapeText(picture) + ", expected " + expected);
+}
+
+/// Throws InvalidArgument where a result is an input of the same call or shares memory with it. To
+/// be called before the result is allocated, which would take an input's memory away.
+/// @param subject the result's name @param inputName the input's, as "photo"
+inline void checkApart(const cv::Mat& result, const cv::Mat& input, const char* subject,
+                       const char* inputName) {
+    check(&result != &input && !shareMemory(result, input), subject,
+          std::string("shares its memory with the ") + inputName +
+              ", expected a picture of its own");
 }
 
 } // namespace altiro3D

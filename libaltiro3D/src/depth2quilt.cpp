@@ -1,6 +1,8 @@
 #include "altiro3D/depth2quilt.hpp"
 
 #include "altiro3D/error.hpp"
+#include "checks.hpp"
+#include "memory_errors.hpp"
 #include "text.hpp"
 #include "view_renderer.hpp"
 
@@ -48,12 +50,11 @@ Depth2Quilt::Depth2Quilt(const QuiltLayout& layout, const ViewOptions& options)
 
 void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& quilt) const {
     const std::unique_ptr<ViewRenderer> renderer = makeRenderer(photo, depth, options_, 1);
-    try {
-        quilt.create(layout_.size(), CV_8UC3);
-    } catch (const cv::Exception&) {
-        throw Error(ErrorCode::OutOfMemory, "quilt",
-                    "no memory for " + sizeText(layout_.size()) + " px, expected a smaller layout");
-    }
+    checkApart(quilt, photo, "quilt", "photo");
+    checkApart(quilt, depth, "quilt", "depth");
+    orOutOfMemory("quilt",
+                  "no memory for " + sizeText(layout_.size()) + " px, expected a smaller layout",
+                  [&] { quilt.create(layout_.size(), CV_8UC3); });
     for (int unused = layout_.viewCount; unused < layout_.columns * layout_.rows; ++unused) {
         quilt(layout_.tile(unused)).setTo(cv::Scalar::all(0));
     }

@@ -4,6 +4,7 @@
 #include "altiro3D/error.hpp"
 #include "checks.hpp"
 #include "lens_phase.hpp"
+#include "mat_memory.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -145,7 +146,7 @@ void simulateView(const cv::Mat& native, const Calibration& calibration, const L
                     "has " + sizeText(native.size()) + " px, expected the panel's " +
                         pairText(g.panelWidth, g.panelHeight) + " px");
     }
-    const cv::Mat source = native.data == seen.data ? native.clone() : native;
+    const cv::Mat source = shareMemory(native, seen) ? native.clone() : native;
     seen.create(source.size(), source.type());
     const LitPhases lit = litPhases(eye, phases);
     for (int channel = 0; channel < 3; ++channel)

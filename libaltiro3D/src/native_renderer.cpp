@@ -167,9 +167,9 @@ void NativeRenderer::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat&
     const Impl& self = *impl_;
     const std::unique_ptr<ViewRenderer> renderer = makeRenderer(photo, depth, self.options, 1);
     const LensGeometry& geometry = self.lens.geometry();
+    checkApart(native, photo, "native", "photo");
+    checkApart(native, depth, "native", "depth");
     native.create(self.panelSize(), CV_8UC3);
-    check(native.data < photo.datastart || native.data >= photo.dataend, "native",
-          "shares its memory with the photo, expected a picture of its own");
     const std::vector<int> columns = samplesOf(native.cols, photo.cols, geometry.mirrorX);
     const std::vector<int> rowOf = samplesOf(native.rows, photo.rows, geometry.mirrorY);
     const double samples = 1.0 * self.viewCount * static_cast<double>(photo.total());

@@ -131,11 +131,8 @@ const QuiltLayout& Quilt2Native::quilt() const {
 void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native) const {
     checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
     const cv::Mat source = fitQuilt(quilt, impl_->quilt);
+    checkApart(native, source, "native", "quilt");
     native.create(impl_->panelSize, CV_8UC3);
-    if (native.data >= source.datastart && native.data < source.dataend) {
-        throw Error(ErrorCode::InvalidArgument, "native",
-                    "shares its memory with the quilt, expected a picture of its own");
-    }
     if (impl_->table) {
         impl_->table->render(source, native);
     } else if (impl_->lut) {

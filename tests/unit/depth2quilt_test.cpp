@@ -241,6 +241,34 @@ TEST(Depth2Quilt, WrongInputsAreRefusedByName) {
               std::string::npos);
 }
 
+TEST(Depth2Quilt, ItsInputsAreNoPlaceForTheQuilt) {
+    const cv::Size quilt(192, 96);
+    for (const cv::Size size : {quilt, cv::Size(400, 300)}) { // fits the quilt, and is reallocated
+        cv::Mat photo = randomPhoto(size);
+        cv::Mat depth = randomDepth(size);
+        EXPECT_EQ(errorOf([&] { maker(10, 0.5).render(photo, depth, photo); }),
+                  "quilt: shares its memory with the photo, expected a picture of its own");
+        EXPECT_EQ(errorOf([&] { maker(10, 0.5).render(photo, depth, depth); }),
+                  "quilt: shares its memory with the depth, expected a picture of its own");
+        EXPECT_EQ(photo.size(), size);
+    }
+}
+
+TEST(Depth2Quilt, PartsOfOneCanvasThatLieApartArePicturesOfTheirOwn) {
+    cv::Mat canvas(200, 300, CV_8UC3, cv::Scalar::all(7));
+    const cv::Mat depth = randomDepth({64, 48});
+    cv::Mat photo = canvas(cv::Rect(200, 60, 64, 48)); // to the right of the quilt, in its rows
+    randomPhoto({64, 48}).copyTo(photo);
+    cv::Mat expected;
+    maker(20, 0.5).render(photo.clone(), depth, expected);
+    cv::Mat quilt = canvas(cv::Rect(8, 40, 192, 96));
+    maker(20, 0.5).render(photo, depth, quilt);
+    EXPECT_TRUE(samePicture(canvas(cv::Rect(8, 40, 192, 96)), expected));
+    EXPECT_TRUE(samePicture(photo, randomPhoto({64, 48})));
+    cv::Mat touching = canvas(cv::Rect(9, 107, 192, 93)); // the photo's last row, one column
+    EXPECT_NE(errorOf([&] { maker(20, 0.5).render(photo, depth, touching); }), "(no error)");
+}
+
 TEST(AdjacentParallax, IsTheFormulaInBothUnits) {
     const QuiltLayout portrait;
     const AdjacentParallax p = adjacentParallax(viewsOf(10, 0.5), portrait, {1536, 2048}, {0, 1});

@@ -230,6 +230,40 @@ TEST(LensView, ThreadsSubMatricesAndWorkingInPlaceChangeNothing) {
     cv::Mat native = part.clone();
     simulateView(native, c, {0.4, 0}, native);
     EXPECT_TRUE(samePicture(native, expected));
+    const cv::Mat shifted = big(cv::Rect(10, 9, 101, 67)); // shares most of the Native's px
+    native = big(cv::Rect(7, 5, 101, 67));
+    cv::Mat seen = shifted;
+    simulateView(native, c, {0.4, 0}, seen);
+    EXPECT_EQ(seen.data, shifted.data);
+    EXPECT_TRUE(samePicture(seen, expected));
+}
+
+// Lenses so wide and steep that the phase grows with the row alone: a narrow spot lights a few rows
+// or none.
+TEST(LensView, RowsWithoutALitColumnAreFilledFromTheNearestThatHasOne) {
+    Calibration c = stripePanel(47, 61);
+    c.slope = 61 / (47 * 1000.0);
+    c.pitch = 1e-3 * std::sqrt(1 + 1 / (c.slope * c.slope)) * c.DPI / c.screenW;
+    c.center = 0.2;
+    const cv::Mat native = randomPhoto({47, 61}, 1, 0);
+    const bool inverted = lensGeometry(c).inverted;
+    for (const double spot : {0.3, 0.02, 0.001}) {
+        for (const double phase : {0.0, 0.3, 0.55, 0.8, 0.99}) {
+            EXPECT_TRUE(samePicture(seenBy({phase, spot}, native, c),
+                                    referenceLensView(native, c, inverted, phase, spot)))
+                << spot << " " << phase;
+        }
+    }
+}
+
+TEST(LensView, APanelThatLightsNothingIsBlackAtOnce) { // not after 16384^2 rows
+    Calibration c = stripePanel(256, 16384);
+    c.slope = 1e6;
+    c.pitch = 2e-3 * c.DPI / c.screenW;
+    c.center = 0;
+    const cv::Mat native(16384, 256, CV_8UC3, cv::Scalar::all(200));
+    const cv::Mat seen = seenBy({0.5, 0.01}, native, c);
+    EXPECT_EQ(cv::countNonZero(seen.reshape(1)), 0);
 }
 
 TEST(LensView, WhatIsWrongIsNamed) {

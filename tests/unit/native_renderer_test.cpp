@@ -369,6 +369,29 @@ TEST(NativeRenderer, WrongInputsAreRefusedByName) {
               std::string::npos);
     EXPECT_NE(errorOf([&] { renderer.render(photo, depth, photo); }).find("shares its memory"),
               std::string::npos);
+    cv::Mat large(90, 120, CV_8UC3, cv::Scalar::all(0)); // would be reallocated
+    const cv::Mat largeDepth(large.size(), CV_32FC1, cv::Scalar(0));
+    EXPECT_NE(errorOf([&] { renderer.render(large, largeDepth, large); }).find("shares its memory"),
+              std::string::npos);
+}
+
+TEST(NativeRenderer, PhotoAndNativeMayBePartsOfOneCanvas) {
+    const NativeRenderer renderer(stripes(64, 48), 48);
+    const cv::Mat depth = stepsAndSlopes({61, 37});
+    cv::Mat canvas(100, 200, CV_8UC3, cv::Scalar::all(7));
+    cv::Mat photo = canvas(cv::Rect(64, 5, 61, 37));
+    randomPhoto({61, 37}).copyTo(photo);
+    cv::Mat expected;
+    renderer.render(photo.clone(), depth, expected);
+    for (const cv::Point corner : {cv::Point(0, 0), cv::Point(125, 5), cv::Point(64, 42)}) {
+        cv::Mat native = canvas(cv::Rect(corner, expected.size()));
+        renderer.render(photo, depth, native);
+        EXPECT_TRUE(samePicture(canvas(cv::Rect(corner, expected.size())), expected)) << corner;
+    }
+    for (const cv::Point corner : {cv::Point(1, 0), cv::Point(124, 5), cv::Point(64, 41)}) {
+        cv::Mat native = canvas(cv::Rect(corner, expected.size()));
+        EXPECT_NE(errorOf([&] { renderer.render(photo, depth, native); }), "(no error)") << corner;
+    }
 }
 
 } // namespace

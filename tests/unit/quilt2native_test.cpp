@@ -208,6 +208,18 @@ TEST(Quilt2Native, WrongSizesTypesAndSharedMemoryAreRefused) {
     cv::Mat same(80, 120, CV_8UC3);
     EXPECT_NE(errorOf([&] { renderer.render(same, same); }).find("shares its memory"),
               std::string::npos);
+    cv::Mat canvas(160, 240, CV_8UC3);
+    randomQuilt({120, 80}).copyTo(canvas(cv::Rect(0, 40, 120, 80)));
+    cv::Mat expected;
+    renderer.render(randomQuilt({120, 80}), expected);
+    for (const cv::Rect part : {cv::Rect(120, 0, 120, 80), cv::Rect(120, 79, 120, 80)}) {
+        native = canvas(part);
+        renderer.render(canvas(cv::Rect(0, 40, 120, 80)), native);
+        EXPECT_TRUE(samePicture(canvas(part), expected)) << part;
+    }
+    native = canvas(cv::Rect(119, 0, 120, 80));
+    EXPECT_NE(errorOf([&] { renderer.render(canvas(cv::Rect(0, 40, 120, 80)), native); }),
+              "(no error)");
 }
 
 } // namespace

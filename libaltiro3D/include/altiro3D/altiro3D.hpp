@@ -14,7 +14,8 @@
 /// - View position runs from -1 (leftmost camera) to +1 (rightmost); view 0 is the leftmost and the
 ///   bottom-left tile of a quilt.
 /// - The result is the last parameter; it is allocated if its size or type does not fit and reused
-///   otherwise.
+///   otherwise. Where it must not share memory with an input, parts of one canvas that lie apart
+///   are fine.
 /// - What is wrong with an argument or a file is an altiro3D::Error; nothing is printed.
 /// - Memory that runs out is an Error OutOfMemory while a file is read or written, a network is
 ///   loaded or run, and memory for a quilt or a look-up table is taken; elsewhere it is what the

@@ -99,8 +99,10 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     ///
     /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px
     /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]
-    /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; reused if it fits
-    /// @throws Error InvalidArgument (type, size), Mismatch (photo and depth differ in size)
+    /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; reused if it fits, must share no
+    ///        memory with photo and depth
+    /// @throws Error InvalidArgument (type, shared memory), TooLarge, Mismatch (photo and depth
+    ///         differ in size), OutOfMemory
     void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& quilt) const;
 
     /// Makes one view.

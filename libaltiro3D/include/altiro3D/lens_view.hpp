@@ -50,7 +50,7 @@ ALTIRO3D_EXPORT LensEye eyeAtView(int view, int viewCount);
 /// @param native [panel rows x panel cols, CV_8UC3, BGR]
 /// @param calibration the display
 /// @param eye where it is and how much it takes in
-/// @param seen [as native]
+/// @param seen [as native]; may be `native` itself or share memory with it
 /// @param invert whether the order of views is reversed
 /// @throws Error BadFormat (calibration), InvalidArgument (type, eye), Mismatch (size)
 ALTIRO3D_EXPORT void simulateView(const cv::Mat& native, const Calibration& calibration,

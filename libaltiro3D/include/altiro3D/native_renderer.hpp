@@ -49,13 +49,13 @@ class ALTIRO3D_EXPORT NativeRenderer {
 
     /// Renders one Native. Sub-pixels read the photo's px under the centre of their panel px.
     ///
-    /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; it fills the panel
-    /// whatever
-    ///        its size
+    /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; whatever its size, it
+    ///        fills the panel
     /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; NaN counts as 0
-    /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits, must not be the
-    ///        photo
-    /// @throws Error InvalidArgument (type, size), Mismatch (photo and depth differ in size)
+    /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits, must share no
+    ///        memory with photo and depth
+    /// @throws Error InvalidArgument (type, shared memory), TooLarge, Mismatch (photo and depth
+    ///         differ in size)
     void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& native) const;
 
   private:

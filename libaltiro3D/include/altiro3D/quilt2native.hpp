@@ -69,9 +69,9 @@ class ALTIRO3D_EXPORT Quilt2Native {
     ///
     /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; sub-matrices and fitQuilt()'s unused
     ///        borders are fine
-    /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits, must not be
-    /// `quilt`
-    /// @throws Error InvalidArgument (type), Mismatch (size)
+    /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits, must share no
+    ///        memory with the quilt
+    /// @throws Error InvalidArgument (type, shared memory), Mismatch (size)
     void render(const cv::Mat& quilt, cv::Mat& native) const;
 
   private:

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kUsualConeDegrees = 40;
 constexpr double kLeastSpot = 1.0 / 4096;
-constexpr std::uint16_t kNone = 0xffff; // no column: panels have at most 16384
+constexpr std::uint16_t kNone = 0x7fff; // no column: panels have at most 16384
 
 // The lit phases: first, first + 1, ... first + count - 1 modulo 2^32, in 2^-32 of a lens period.
 struct LitPhases {
@@ -56,13 +56,14 @@ void nearestLit(const std::uint32_t* columnPhases, std::uint32_t rowPhase, int c
 }
 
 // Looks into one more row: where its nearest column is nearer than the best so far, that one
-// counts. Reads a row of columns, updates two rows of numbers; arithmetic bounds it.
+// counts. The row must have one. Reads a row of columns, updates three rows of numbers; arithmetic
+// bounds it.
 void takeNearer(const std::uint16_t* nearest, int columns, int rowDistance, int row, int* best,
                 int* bestRow, int* bestColumn) {
     for (int x = 0; x < columns; ++x) {
         const int across = nearest[x] - x;
         const int distance = across * across + rowDistance * rowDistance;
-        const bool nearer = nearest[x] != kNone && distance < best[x];
+        const bool nearer = distance < best[x];
         best[x] = nearer ? distance : best[x];
         bestRow[x] = nearer ? row : bestRow[x];
         bestColumn[x] = nearer ? nearest[x] : bestColumn[x];
@@ -82,29 +83,37 @@ void lightChannel(const cv::Mat& native, const LensPhases& phases, const LitPhas
                        nearest.ptr<std::uint16_t>(y));
         }
     });
+    std::vector<int> litRows; // a row with a lit column has a nearest one everywhere
+    for (int y = 0; y < rows; ++y)
+        if (*nearest.ptr<std::uint16_t>(y) != kNone) litRows.push_back(y);
+    constexpr int kFar = std::numeric_limits<int>::max();
     cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& range) {
         std::vector<int> best(static_cast<std::size_t>(columns));
         std::vector<int> bestRow(best.size());
         std::vector<int> bestColumn(best.size());
         for (int y = range.start; y < range.end; ++y) {
-            std::fill(best.begin(), best.end(), std::numeric_limits<int>::max());
-            int worst = std::numeric_limits<int>::max();
-            for (int d = 0; (y >= d || y + d < rows) && (d == 0 || d <= worst / d); ++d) {
-                if (y >= d) {
-                    takeNearer(nearest.ptr<std::uint16_t>(y - d), columns, d, y - d, best.data(),
+            std::fill(best.begin(), best.end(), kFar);
+            int worst = kFar;
+            auto below = std::upper_bound(litRows.begin(), litRows.end(), y); // y itself is above
+            auto above = below;
+            while (above != litRows.begin() || below != litRows.end()) {
+                const int up = above != litRows.begin() ? y - *(above - 1) : kFar;
+                const int down = below != litRows.end() ? *below - y : kFar;
+                const int d = std::min(up, down);
+                if (d > 0 && d > worst / d) break;
+                const auto take = [&](int row) {
+                    takeNearer(nearest.ptr<std::uint16_t>(row), columns, d, row, best.data(),
                                bestRow.data(), bestColumn.data());
-                }
-                if (d > 0 && y + d < rows) {
-                    takeNearer(nearest.ptr<std::uint16_t>(y + d), columns, d, y + d, best.data(),
-                               bestRow.data(), bestColumn.data());
-                }
+                };
+                if (up == d) take(*--above);
+                if (down == d) take(*below++);
                 worst = *std::max_element(best.begin(), best.end());
             }
             uchar* out = seen.ptr<uchar>(y) + place;
-            const bool any = worst != std::numeric_limits<int>::max();
             for (int x = 0; x < columns; ++x, out += 3) {
                 const auto i = static_cast<std::size_t>(x);
-                *out = any ? native.ptr<uchar>(bestRow[i])[3 * bestColumn[i] + place] : uchar{0};
+                *out = litRows.empty() ? uchar{0}
+                                       : native.ptr<uchar>(bestRow[i])[3 * bestColumn[i] + place];
             }
         }
     });

@@ -35,6 +35,23 @@ bool fits(double aspect, double panelAspect) {
     return std::abs(aspect / panelAspect - 1) <= kAspectTolerance;
 }
 
+bool holdsTiles(QuiltGrid grid) {
+    return grid.columns >= 1 && grid.columns <= kMaxTilesPerSide && grid.rows >= 1 &&
+           grid.rows <= kMaxTilesPerSide;
+}
+
+void checkGrid(QuiltGrid grid) {
+    if (holdsTiles(grid)) return;
+    throw Error(ErrorCode::InvalidArgument, "quilt layout",
+                std::to_string(grid.columns) + " columns x " + std::to_string(grid.rows) +
+                    " rows, expected 1..1024 of each");
+}
+
+// Whether names of quilts tell such an aspect.
+bool isNamed(double aspect) {
+    return aspect >= 0.1 && aspect <= 10;
+}
+
 cv::Size tileOf(cv::Size quilt, QuiltGrid grid) {
     return {quilt.width / grid.columns, quilt.height / grid.rows};
 }
@@ -57,12 +74,7 @@ void validate(const QuiltLayout& layout) {
     const auto fail = [](ErrorCode code, const std::string& problem) {
         throw Error(code, "quilt layout", problem);
     };
-    if (layout.columns < 1 || layout.columns > kMaxTilesPerSide || layout.rows < 1 ||
-        layout.rows > kMaxTilesPerSide) {
-        fail(ErrorCode::InvalidArgument, std::to_string(layout.columns) + " columns x " +
-                                             std::to_string(layout.rows) +
-                                             " rows, expected 1..1024 of each");
-    }
+    checkGrid({layout.columns, layout.rows});
     if (layout.tileSize.width < 1 || layout.tileSize.height < 1) {
         fail(ErrorCode::InvalidArgument, "views of " + sizeText(layout.tileSize) +
                                              " px (width x height), expected at least 1 x 1");
@@ -102,7 +114,7 @@ cv::Size parseTileSize(const std::string& text) {
 
 std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file) {
     static const std::regex kSuffix(
-        "_qs([0-9]{1,3})x([0-9]{1,3})(?:a([0-9]+(?:\\.[0-9]+)?))?(?![0-9a-z])", std::regex::icase);
+        "_qs([0-9]{1,4})x([0-9]{1,4})(?:a([0-9]+(?:\\.[0-9]+)?))?(?![0-9a-z])", std::regex::icase);
     // `photo_qs8x6a0.75` without an extension: ".75" is no extension but the end of the aspect
     const std::string extension = file.extension().string();
     const bool number =
@@ -124,21 +136,20 @@ std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file) {
         std::from_chars(text.data(), text.data() + text.size(), aspect);
         name.aspect = aspect;
     }
-    const int tiles = name.grid.columns * name.grid.rows;
-    const double aspect = name.aspect.value_or(1);
-    if (tiles < 2 || tiles > 1024 || !(aspect >= 0.1 && aspect <= 10)) {
+    if (!holdsTiles(name.grid) || !isNamed(name.aspect.value_or(1))) {
         throw Error(ErrorCode::InvalidArgument, file.string(),
                     "its name says \"" + last->str() +
-                        "\", expected _qs<columns>x<rows>a<aspect> with 2..1024 views and an "
-                        "aspect of 0.1..10");
+                        "\", expected _qs<columns>x<rows>a<aspect> with 1..1024 columns and rows "
+                        "and an aspect of 0.1..10");
     }
     return name;
 }
 
 std::filesystem::path quiltFileName(const std::filesystem::path& file, const QuiltLayout& layout,
                                     double aspect) {
-    const std::string suffix = "_qs" + std::to_string(layout.columns) + "x" +
-                               std::to_string(layout.rows) + "a" + numberText(aspect);
+    checkGrid({layout.columns, layout.rows});
+    std::string suffix = "_qs" + std::to_string(layout.columns) + "x" + std::to_string(layout.rows);
+    if (isNamed(aspect)) suffix += "a" + numberText(aspect);
     if (const std::optional<QuiltName> name = parseQuiltName(file)) {
         const bool same = name->grid.columns == layout.columns && name->grid.rows == layout.rows &&
                           (!name->aspect || fits(*name->aspect, aspect));
@@ -155,6 +166,7 @@ std::filesystem::path quiltFileName(const std::filesystem::path& file, const Qui
 
 ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& standard,
                            double panelAspect) {
+    validate(standard);
     ResolvedQuilt resolved;
     QuiltLayout& layout = resolved.layout;
     QuiltGrid grid{standard.columns, standard.rows};
@@ -172,6 +184,7 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
         }
         grid = named;
     }
+    checkGrid(grid);
     const cv::Size canvas = request.quiltSize.value_or(standard.size());
     const bool fixedTile = request.tileSize && !request.quiltSize;
     layout.columns = grid.columns;

@@ -68,7 +68,8 @@ struct Quilt2Native::Impl {
     void renderBlended(const cv::Mat& source, cv::Mat& native) const;
 };
 
-cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout, std::vector<std::string>* notes) {
+cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout, Notes* notes) {
+    validate(layout);
     const cv::Size wanted = layout.size();
     if (quilt.size() == wanted) return quilt;
     const cv::Size tile(quilt.cols / layout.columns, quilt.rows / layout.rows);

@@ -192,6 +192,18 @@ TEST(Quilt2Native, UnusedColumnsAtTheRightAndRowsAtTheTopAreLeftOut) {
     EXPECT_TRUE(samePicture(native, expected));
 }
 
+TEST(Quilt2Native, ALayoutWithoutTilesIsRefused) {
+    const cv::Mat picture(30, 40, CV_8UC3, cv::Scalar::all(0));
+    EXPECT_EQ(errorOf([&] {
+                  fitQuilt(picture, {0, 6, {9, 9}, 1});
+              }),
+              "quilt layout: 0 columns x 6 rows, expected 1..1024 of each");
+    EXPECT_EQ(errorOf([&] {
+                  fitQuilt(picture, {8, 0, {9, 9}, 1});
+              }),
+              "quilt layout: 8 columns x 0 rows, expected 1..1024 of each");
+}
+
 TEST(Quilt2Native, WrongSizesTypesAndSharedMemoryAreRefused) {
     const QuiltLayout layout{2, 2, {60, 40}, 4};
     const Quilt2Native renderer{NativeLut(panel(120, 80), layout)};

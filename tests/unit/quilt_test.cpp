@@ -77,7 +77,7 @@ TEST(QuiltName, IsTheLastSuffixOfTheName) {
     EXPECT_EQ(text("qs8x6.png"), "none");
     EXPECT_EQ(text("a_qs8x6b.png"), "none");
     EXPECT_EQ(text("a_qs8x6a0.75"), "8,6,0.750000");
-    EXPECT_NE(errorOf([] { parseQuiltName("_qs0x6a1.png"); }).find("2..1024 views"),
+    EXPECT_NE(errorOf([] { parseQuiltName("_qs0x6a1.png"); }).find("1..1024 columns"),
               std::string::npos);
     EXPECT_NE(errorOf([] { parseQuiltName("a_qs8x6a99.png"); }).find("0.1..10"), std::string::npos);
 }
@@ -87,6 +87,29 @@ TEST(QuiltName, NamesOfAnyLengthAreRead) { // a regular expression would run out
     EXPECT_FALSE(parseQuiltName("a_qs8x6a" + digits + ".png"));
     EXPECT_FALSE(parseQuiltName(digits + ".png"));
     EXPECT_TRUE(parseQuiltName(digits + "_qs8x6a0.75.png"));
+}
+
+TEST(QuiltName, WhatIsWrittenIsReadAgain) {
+    for (const QuiltLayout& layout :
+         {QuiltLayout{1, 1, {9, 9}, 1}, QuiltLayout{40, 40, {9, 9}, 1600},
+          QuiltLayout{1024, 1, {9, 9}, 1024}, QuiltLayout{1024, 1024, {1, 1}, 5}}) {
+        for (const double aspect : {16 / 16384.0, 0.0999, 0.1, 1.0, 16.0 / 9, 10.0, 10.1, 1024.0}) {
+            const std::filesystem::path named = quiltFileName("p.png", layout, aspect);
+            const auto name = parseQuiltName(named);
+            ASSERT_TRUE(name) << named;
+            EXPECT_EQ(name->grid.columns, layout.columns);
+            EXPECT_EQ(name->grid.rows, layout.rows);
+            EXPECT_EQ(name->aspect.has_value(), aspect >= 0.1 && aspect <= 10) << named;
+            EXPECT_NEAR(name->aspect.value_or(aspect), aspect, 1e-5);
+            EXPECT_EQ(quiltFileName(named, layout, aspect), named);
+        }
+    }
+    EXPECT_NE(errorOf([] { parseQuiltName("a_qs1025x6.png"); }).find("1..1024 columns"),
+              std::string::npos);
+    EXPECT_EQ(errorOf([] {
+                  quiltFileName("p.png", {0, 6, {9, 9}, 1}, 1);
+              }),
+              "quilt layout: 0 columns x 6 rows, expected 1..1024 of each");
 }
 
 TEST(QuiltName, IsWrittenOnceAndNeverAgainstTheName) {
@@ -150,6 +173,25 @@ TEST(ResolveQuilt, ViewSizeComesFromThePictureWithoutItsUnusedPixels) {
     request.quiltSize = cv::Size(3, 3);
     EXPECT_NE(errorOf([&] { resolveQuilt(request, QuiltLayout(), 1.6); }).find("do not fit"),
               std::string::npos);
+}
+
+TEST(ResolveQuilt, WhatHasNoTilesIsRefusedNotDividedBy) {
+    const auto error = [](const QuiltRequest& request, const QuiltLayout& standard) {
+        return errorOf([&] { resolveQuilt(request, standard, 0.75); });
+    };
+    for (const QuiltGrid grid : {QuiltGrid{}, QuiltGrid{8, 0}, QuiltGrid{-1, 6}, QuiltGrid{1025, 1},
+                                 QuiltGrid{65536, 65536}}) {
+        const std::string expected = "quilt layout: " + std::to_string(grid.columns) +
+                                     " columns x " + std::to_string(grid.rows) +
+                                     " rows, expected 1..1024 of each";
+        QuiltRequest request;
+        request.grid = grid;
+        EXPECT_EQ(error(request, {}), expected);
+        request = {};
+        request.name = QuiltName{grid, {}};
+        EXPECT_EQ(error(request, {}), expected);
+        EXPECT_EQ(error({}, {grid.columns, grid.rows, {9, 9}, 1}), expected);
+    }
 }
 
 TEST(ResolveQuilt, FileNameWinsAndAConflictIsAnError) {

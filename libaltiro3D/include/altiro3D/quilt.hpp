@@ -75,8 +75,8 @@ struct QuiltName {
 ALTIRO3D_EXPORT std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file);
 
 /// The file name for a quilt: `photo.png` becomes `photo_qs8x6a0.75.png`; a name that says the same
-/// already stays.
-/// @throws Error Mismatch if the name says something else
+/// already stays. An aspect that parseQuiltName() does not take is left out.
+/// @throws Error Mismatch if the name says something else; InvalidArgument (layout, name)
 ALTIRO3D_EXPORT std::filesystem::path quiltFileName(const std::filesystem::path& file,
                                                     const QuiltLayout& layout, double aspect);
 
@@ -102,7 +102,7 @@ struct ResolvedQuilt {
 /// 5 % while the swapped reading (columns x rows, width x height) fits, a warning names both.
 ///
 /// @param request what is known
-/// @param standard the display's own layout
+/// @param standard the display's own layout, valid
 /// @param panelAspect width : height of the panel
 /// @throws Error Mismatch, InvalidArgument, TooLarge
 ALTIRO3D_EXPORT ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& standard,

@@ -2,13 +2,12 @@
 
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/export.hpp"
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/quilt.hpp"
 
 #include <memory>
 #include <opencv2/core/mat.hpp>
-#include <string>
-#include <vector>
 
 namespace altiro3D {
 
@@ -37,9 +36,9 @@ struct QuiltSampling {
 /// @param layout the layout it should have
 /// @param notes if given, a remark is added when something is cut off
 /// @return [layout size], sharing memory with `quilt`
-/// @throws Error Mismatch that names both sizes
+/// @throws Error Mismatch that names both sizes; InvalidArgument or TooLarge (layout)
 ALTIRO3D_EXPORT cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout,
-                                 std::vector<std::string>* notes = nullptr);
+                                 Notes* notes = nullptr);
 
 /// Turns quilts into Natives: each sub-pixel takes its own colour from its own view.
 ///

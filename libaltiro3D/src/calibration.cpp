@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 namespace altiro3D {
 
@@ -22,6 +21,8 @@ constexpr std::size_t kMaxNesting = 64; // of brackets in the text; real files h
 constexpr int kMaxMembers = 1000;       // of an object; real files have 20
 constexpr int kMaxContainers = 3;
 constexpr std::size_t kMaxCells = 16;
+constexpr std::size_t kLongestNumber = 100; // bytes; of anything longer nothing is read
+constexpr double kMaxCenter = 1e6;          // lens periods; more leaves too few digits behind them
 
 [[noreturn]] void fail(const std::string& source, const std::string& problem) {
     throw Error(ErrorCode::BadFormat, source, problem);
@@ -113,8 +114,11 @@ class FieldReader {
         if (value.is_number()) return value.get<double>();
         if (value.is_boolean()) return value.get<bool>() ? 1 : 0;
         if (value.is_string()) { // "52.5" counts, "52.5 lpi" does not; locale must not matter
-            const json inner = json::parse(value.get_ref<const std::string&>(), nullptr, false);
-            if (inner.is_number()) return inner.get<double>();
+            const auto& text = value.get_ref<const std::string&>();
+            if (text.size() <= kLongestNumber) {
+                const json inner = json::parse(text, nullptr, false);
+                if (inner.is_number()) return inner.get<double>();
+            }
         }
         fail(source_, field + " is " + show(value) + ", expected " + expected);
     }
@@ -134,6 +138,7 @@ class FieldReader {
 constexpr const char* kExpectedPitch = "lenses per inch, a number > 0";
 constexpr const char* kExpectedSlope = "a number other than 0";
 constexpr const char* kExpectedNumber = "a finite number";
+constexpr const char* kExpectedCenter = "lens periods, -1e6..1e6";
 constexpr const char* kExpectedDpi = "px per inch, a number > 0";
 constexpr const char* kExpectedSide = "whole px, 16..16384";
 constexpr const char* kExpectedCone = "degrees, 0..180";
@@ -180,7 +185,7 @@ void require(bool good, const std::string& source, const char* field, double val
 void validate(const Calibration& c, const std::string& source) {
     require(std::isfinite(c.pitch) && c.pitch > 0, source, "pitch", c.pitch, kExpectedPitch);
     require(std::isfinite(c.slope) && c.slope != 0, source, "slope", c.slope, kExpectedSlope);
-    require(std::isfinite(c.center), source, "center", c.center, kExpectedNumber);
+    require(std::abs(c.center) <= kMaxCenter, source, "center", c.center, kExpectedCenter);
     require(std::isfinite(c.DPI) && c.DPI > 0, source, "DPI", c.DPI, kExpectedDpi);
     require(c.screenW >= 16 && c.screenW <= kMaxPanelSide, source, "screenW", c.screenW,
             kExpectedSide);
@@ -213,10 +218,9 @@ void validate(const Calibration& c, const std::string& source) {
     // Each field may be fine and their product still be beyond what the mapping can resolve.
     const double periods = c.pitch * c.screenW / c.DPI;
     const double tilt = c.screenH / (c.screenW * std::abs(c.slope));
-    if (!(periods >= 1e-3 && periods <= 3.0 * c.screenW) || !(tilt * periods <= 1e6) ||
-        !(std::abs(c.center) <= 1e6)) {
-        fail(source, "pitch " + show(c.pitch) + ", DPI " + show(c.DPI) + ", slope " +
-                         show(c.slope) + " and center " + show(c.center) +
+    if (!(periods >= 1e-3 && periods <= 3.0 * c.screenW) || !(tilt * periods <= 1e6)) {
+        fail(source, "pitch " + show(c.pitch) + ", DPI " + show(c.DPI) + " and slope " +
+                         show(c.slope) +
                          " describe no lens array, expected 0.001 periods to one per sub-pixel"
                          " across the panel");
     }
@@ -253,9 +257,7 @@ Calibration readFields(const json& object, const std::string& source) {
 } // namespace
 
 std::vector<Calibration> parseCalibrations(const std::string& text, const std::string& source) {
-    const std::string kByteOrderMark = "\xEF\xBB\xBF";
-    const bool marked = text.compare(0, kByteOrderMark.size(), kByteOrderMark) == 0;
-    const json document = parseJson(marked ? text.substr(kByteOrderMark.size()) : text, source);
+    const json document = parseJson(text, source); // which skips a byte order mark
     std::vector<json> objects;
     findCalibrations(document, kMaxContainers, objects);
     if (objects.empty()) {

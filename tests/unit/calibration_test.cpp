@@ -122,6 +122,21 @@ TEST(Calibration, ObjectsOfManyMembersAreRefusedBeforeTheyTakeTime) {
               std::string::npos);
 }
 
+// Text in text is parsed as JSON, where each member is compared with all before it: here for
+// minutes.
+TEST(Calibration, AFieldsTextIsReadAsANumberAndNothingElse) {
+    std::string members = "{\\\"a\\\":0";
+    for (int i = 0; i < 300000; ++i)
+        members += ",\\\"" + std::to_string(i) + "\\\":0";
+    EXPECT_NE(errorOf([&] {
+                  parseCalibration(with("DPI", '"' + members + "}\""), "a");
+              }).find("a: DPI is \"{"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] { parseCalibration(with("DPI", "\"[324]\""), "a"); }).find("DPI is"),
+              std::string::npos);
+    EXPECT_EQ(parseCalibration(with("DPI", "\" 3.24e2 \""), "a").DPI, 324);
+}
+
 TEST(Calibration, LimitsOfDoublesAreRefusedByField) {
     const double bad[] = {std::numeric_limits<double>::infinity(), std::nan(""), 0.0};
     for (double value : bad) {
@@ -137,7 +152,10 @@ TEST(Calibration, LimitsOfDoublesAreRefusedByField) {
     EXPECT_NE(errorOf([&] { validate(c); }).find("describe no lens array"), std::string::npos);
     c = parseCalibration(kPortrait, "a");
     c.center = 1e300;
-    EXPECT_NE(errorOf([&] { validate(c); }).find("describe no lens array"), std::string::npos);
+    EXPECT_EQ(errorOf([&] { validate(c); }),
+              "calibration: center is 1e+300, expected lens periods, -1e6..1e6");
+    c.center = std::nan("");
+    EXPECT_NE(errorOf([&] { validate(c); }).find("center is nan"), std::string::npos);
 }
 
 TEST(Calibration, FingerprintSeesWhatChangesThePictureAndNothingElse) {

@@ -22,7 +22,7 @@ struct Calibration {
     std::string serial;        ///< Serial number ("LKG-PORT-19930"); may be empty.
     double pitch = 0;          ///< Lenses per inch, perpendicular to the lenses, > 0.
     double slope = 0;          ///< Rise over run of a lens in panel px, y counted down, != 0.
-    double center = 0;         ///< Phase offset of the lens array in lens periods.
+    double center = 0;         ///< Phase offset of the lens array in lens periods, +-1e6 at most.
     double fringe = 0;         ///< Colour fringe correction; 0 in every known unit, not used.
     double viewCone = 0;       ///< Full horizontal view cone in degrees, 0..180; 0 = not given.
     double invView = 1;        ///< View order under the lens is reversed if >= 0.5.
@@ -66,8 +66,9 @@ ALTIRO3D_EXPORT Calibration parseCalibration(const std::string& text, const std:
 ALTIRO3D_EXPORT std::vector<Calibration> parseCalibrations(const std::string& text,
                                                            const std::string& source);
 
-/// A number that is equal for two calibrations exactly if they give the same picture: a hash of all
-/// fields that enter the sub-pixel mapping (the serial number is not among them).
+/// A hash of all fields that enter the sub-pixel mapping (the serial number is not among them):
+/// calibrations of the same fingerprint give the same picture. The other way round it need not be
+/// so: `invView` counts also on panels with cells, where InvertViews::Auto does not look at it.
 ALTIRO3D_EXPORT std::uint64_t fingerprint(const Calibration& calibration);
 
 /// The fingerprint as 16 hexadecimal digits.

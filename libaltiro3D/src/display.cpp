@@ -124,7 +124,7 @@ std::vector<std::string> remarks(const Calibration& c) {
 }
 
 std::vector<MountedCalibration> findMountedCalibrations(const fs::path& root) {
-    // Volumes lie directly below these, or below a user's directory in the first three.
+    // Volumes lie directly below these, or one directory, as a user's, farther down.
     const fs::path parents[] = {"media", "run/media", "mnt", "Volumes"};
     std::set<fs::path> files;
     const auto lookInto = [&files](const fs::path& directory, const auto& self,

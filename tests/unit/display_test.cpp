@@ -69,6 +69,9 @@ TEST(Display, UnknownPanelsGetAQuiltOfTheirShape) {
     }
     const QuiltLayout hd = defaultQuilt(panel(1920, 1080));
     EXPECT_NEAR(static_cast<double>(hd.tileSize.width) / hd.tileSize.height, 16.0 / 9, 0.01);
+    EXPECT_EQ(cv::Size(hd.columns, hd.rows), cv::Size(6, 8));
+    const QuiltLayout upright = defaultQuilt(panel(1080, 1920));
+    EXPECT_EQ(cv::Size(upright.columns, upright.rows), cv::Size(8, 6));
 }
 
 TEST(Display, EveryTemplatesQuiltIsItsDefault) {
@@ -102,14 +105,17 @@ TEST(Display, MountedVolumesAreFoundWhereSystemsMountThem) {
     mount("media/user/LKG-P00655");
     mount("run/media/user/LKG-E04406");
     mount("mnt/lkg-j1");
+    mount("Volumes/LKG-F1");
+    mount("mnt/disks/deeper/LKG-F2");               // beyond what is looked at
     mount("media/user/OTHER");                      // another disk
     fs::create_directories(root / "mnt/LKG-EMPTY"); // a display's volume without its file
     const auto found = findMountedCalibrations(root.path());
-    ASSERT_EQ(found.size(), 3U);
-    EXPECT_EQ(found[0].volume, "LKG-P00655");
-    EXPECT_EQ(found[1].volume, "lkg-j1");
-    EXPECT_EQ(found[2].volume, "LKG-E04406");
-    EXPECT_EQ(found[0].file, root / "media/user/LKG-P00655/LKG_calibration/visual.json");
+    ASSERT_EQ(found.size(), 4U);
+    EXPECT_EQ(found[0].volume, "LKG-F1");
+    EXPECT_EQ(found[1].volume, "LKG-P00655");
+    EXPECT_EQ(found[2].volume, "lkg-j1");
+    EXPECT_EQ(found[3].volume, "LKG-E04406");
+    EXPECT_EQ(found[1].file, root / "media/user/LKG-P00655/LKG_calibration/visual.json");
 }
 
 } // namespace

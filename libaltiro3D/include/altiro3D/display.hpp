@@ -26,8 +26,8 @@ ALTIRO3D_EXPORT const std::vector<DisplayModel>& displayModels();
 /// The model of a display, by its serial number, else by its panel; null if it is unknown.
 ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
 
-/// The default quilt for a display: its model's; for an unknown panel 48 views (8 columns x 6 rows,
-/// or 6 x 8 for an upright one) of the panel's shape in a quilt of about 4096 px.
+/// The default quilt for a display: its model's; for an unknown panel 48 views (6 columns x 8 rows,
+/// or 8 x 6 for an upright one) of the panel's shape in a quilt of about 4096 px.
 ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
 
 /// Remarks about a calibration that is valid but odd: a serial number of another model than the
@@ -40,8 +40,9 @@ struct MountedCalibration {
     std::string volume;         ///< Name of the volume ("LKG-P00655").
 };
 
-/// Looks for displays' volumes that are mounted: `LKG*/LKG_calibration/visual.json` under
-/// `media/<user>`, `run/media/<user>`, `media`, `mnt` and `Volumes`.
+/// Looks for displays' volumes that are mounted: `LKG*/LKG_calibration/visual.json` (without regard
+/// to case of `LKG`) in `media`, `run/media`, `mnt` and `Volumes` and in the directories there, as
+/// `media/<user>`.
 ///
 /// @param fileSystemRoot "/" outside of tests
 /// @return in order of their paths; unreadable directories are passed over

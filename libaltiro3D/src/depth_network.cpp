@@ -4,18 +4,17 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "checks.hpp"
+#include "memory_errors.hpp"
 #include "onnx_facts.hpp"
+#include "text.hpp"
 
 #include <algorithm>
 #include <mutex>
-#include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 #include <opencv2/dnn/all_layers.hpp>
 #include <opencv2/imgproc.hpp>
-#include <optional>
-#include <set>
 #include <string_view>
 
 namespace altiro3D {
@@ -25,17 +24,17 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::uintmax_t kMaxModelBytes = 0x7fffffff; // a protobuf message ends there
+constexpr const char* kNoMemory =
+    "does not fit into memory, expected a smaller network or more memory to be free";
 
 // What a file that is no ONNX file looks like, or nullptr.
 const char* familiarKind(std::string_view contents) {
-    const auto startsWith = [&](std::string_view start) {
-        return contents.substr(0, start.size()) == start;
-    };
-    if (startsWith("version https://git-lfs")) return "a Git LFS pointer, not the file itself";
-    if (startsWith("\x89PNG")) return "a PNG picture";
-    if (startsWith("\xff\xd8\xff")) return "a JPEG picture";
-    if (startsWith("PK\x03\x04")) return "a ZIP archive or a PyTorch file";
-    if (startsWith("\x1f\x8b")) return "a gzip archive";
+    if (startsWith(contents, "version https://git-lfs"))
+        return "a Git LFS pointer, not the file itself";
+    if (startsWith(contents, "\x89PNG")) return "a PNG picture";
+    if (startsWith(contents, "\xff\xd8\xff")) return "a JPEG picture";
+    if (startsWith(contents, "PK\x03\x04")) return "a ZIP archive or a PyTorch file";
+    if (startsWith(contents, "\x1f\x8b")) return "a gzip archive";
     if (contents.substr(0, 8).substr(std::min<std::size_t>(4, contents.size())) == "TFL3") {
         return "a TensorFlow Lite file";
     }
@@ -51,8 +50,10 @@ std::string sizeText(std::int64_t width, std::int64_t height) {
 }
 
 std::string listed(const std::vector<std::int64_t>& shape) {
+    constexpr std::size_t kMostShown = 8;
     std::string text = "[";
     for (std::size_t i = 0; i < shape.size(); ++i) {
+        if (i == kMostShown) return text + ", ...]";
         text += i == 0 ? "" : ", ";
         text += shape[i] == 0 ? "?" : std::to_string(shape[i]);
     }
@@ -71,7 +72,7 @@ void checkWeightsInside(const fs::path& file, const OnnxFacts& facts) {
     const std::string& location = *facts.externalWeights.begin();
     std::error_code error;
     const bool there = fs::exists(file.parent_path() / location, error);
-    std::string problem = "keeps its weights in another file, \"" + location + '"';
+    std::string problem = "keeps its weights in another file, \"" + shortened(location) + '"';
     if (!there) problem += ", which is missing";
     if (facts.externalWeights.size() > 1) {
         problem += " (and " + std::to_string(facts.externalWeights.size() - 1) + " more)";
@@ -84,8 +85,12 @@ void checkInput(const fs::path& file, const OnnxFacts& facts, const NetworkProfi
     const std::string name = file.string();
     if (facts.inputs.size() != 1) {
         std::string names;
-        for (const GraphInput& input : facts.inputs)
-            names += (names.empty() ? " (" : ", ") + input.name;
+        constexpr std::size_t kMostShown = 3;
+        const std::size_t shown = std::min(facts.inputs.size(), kMostShown);
+        for (std::size_t i = 0; i < shown; ++i)
+            names += (i == 0 ? " (" : ", ") + shortened(facts.inputs[i].name);
+        if (shown < facts.inputs.size())
+            names += " and " + std::to_string(facts.inputs.size() - shown) + " more";
         throw Error(ErrorCode::BadFormat, name,
                     "takes " + std::to_string(facts.inputs.size()) + " inputs" + names +
                         (names.empty() ? "" : ")") + ", expected one, the picture");
@@ -214,6 +219,8 @@ struct DepthNetwork::Impl {
 
     bool isOtherSize() const { return size != cv::Size(profile.inputWidth, profile.inputHeight); }
     void load();
+    void readGraph(const std::string& contents);
+    void infer(const cv::Mat& photo, cv::Mat& raw);
     void resample(const cv::Mat& photo);
     void fillBlob(const cv::Mat& photo);
 };
@@ -240,6 +247,18 @@ void DepthNetwork::Impl::load() {
     checkInput(file, facts, profile);
 
     const QuietOpenCv quiet;
+    orOutOfMemory(name, kNoMemory, [&] { readGraph(contents); });
+    if (outputLayer.empty()) {
+        throw Error(ErrorCode::BadFormat, name, "has no output, expected a depth image");
+    }
+}
+
+void DepthNetwork::Impl::readGraph(const std::string& contents) {
+    const auto fail = [&](const std::string& words) {
+        throw Error(ErrorCode::BadFormat, file.string(),
+                    "OpenCV " CV_VERSION " cannot load this graph (" + words +
+                        "), expected one it can; export it for ONNX opset 11");
+    };
     try {
         net = cv::dnn::readNetFromONNX(contents.data(), contents.size());
         if (target == InferenceTarget::Cuda) {
@@ -253,19 +272,13 @@ void DepthNetwork::Impl::load() {
         const std::vector<cv::String> outputs = net.getUnconnectedOutLayersNames();
         if (!outputs.empty()) outputLayer = outputs.back();
         if (isOtherSize()) freeShapeAtEnd(net, outputLayer);
-    } catch (const cv::Exception& exception) {
-        throw Error(ErrorCode::BadFormat, name,
-                    "OpenCV " CV_VERSION " cannot load this graph (" + firstWords(exception) +
-                        "), expected one it can");
     } catch (const std::bad_alloc&) {
-        throw Error(ErrorCode::OutOfMemory, name, "there is not enough memory to load it");
+        throw;
+    } catch (const cv::Exception& exception) {
+        if (exception.code == cv::Error::StsNoMem) throw;
+        fail(firstWords(exception));
     } catch (const std::exception& exception) {
-        throw Error(ErrorCode::BadFormat, name,
-                    "OpenCV " CV_VERSION " cannot load this graph (" +
-                        std::string(exception.what()).substr(0, 200) + "), expected one it can");
-    }
-    if (outputLayer.empty()) {
-        throw Error(ErrorCode::BadFormat, name, "has no output, expected a depth image");
+        fail(std::string(exception.what()).substr(0, 200));
     }
 }
 
@@ -317,6 +330,35 @@ void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
         cv::Mat plane(size, CV_32FC1, blob.ptr<float>(0, i));
         plane.convertTo(plane, CV_32F, 1 / std, -mean / std);
     }
+}
+
+void DepthNetwork::Impl::infer(const cv::Mat& photo, cv::Mat& raw) {
+    const std::string name = file.string();
+    const QuietOpenCv quiet;
+    cv::Mat output;
+    try {
+        fillBlob(photo);
+        net.setInput(blob);
+        output = net.forward(outputLayer);
+    } catch (const cv::Exception& exception) {
+        if (exception.code == cv::Error::StsNoMem) throw;
+        throw Error(ErrorCode::NetworkFailed, name,
+                    "OpenCV " CV_VERSION " cannot run this graph (" + firstWords(exception) +
+                        "), expected one it can; try its profile's size or another network");
+    }
+    const bool image = output.dims == 3 || (output.dims == 4 && output.size[1] == 1);
+    if (!image || output.size[0] != 1 || output.type() != CV_32FC1 || output.empty()) {
+        throw Error(ErrorCode::NetworkFailed, name,
+                    "puts out " + listed(output.size) + " of " + cv::typeToString(output.type()) +
+                        ", expected [1, height, width] or [1, 1, height, width] of CV_32FC1");
+    }
+    const cv::Mat values(output.size[output.dims - 2], output.size[output.dims - 1], CV_32FC1,
+                         output.ptr<float>());
+    if (!cv::checkRange(values)) {
+        throw Error(ErrorCode::NetworkFailed, name,
+                    "puts out NaN or infinity for this picture, expected finite numbers");
+    }
+    values.copyTo(raw);
 }
 
 DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, InferenceTarget target,
@@ -372,31 +414,7 @@ void DepthNetwork::infer(const cv::Mat& photo, cv::Mat& raw) {
                     photo.empty() ? "is empty, expected a picture"
                                   : "is " + cv::typeToString(photo.type()) + ", expected CV_8UC3");
     }
-    const std::string name = impl_->file.string();
-    const QuietOpenCv quiet;
-    cv::Mat output;
-    try {
-        impl_->fillBlob(photo);
-        impl_->net.setInput(impl_->blob);
-        output = impl_->net.forward(impl_->outputLayer);
-    } catch (const cv::Exception& exception) {
-        throw Error(ErrorCode::NetworkFailed, name,
-                    "OpenCV " CV_VERSION " cannot run this graph (" + firstWords(exception) +
-                        "), expected one it can");
-    }
-    const bool image = output.dims == 3 || (output.dims == 4 && output.size[1] == 1);
-    if (!image || output.size[0] != 1 || output.type() != CV_32FC1 || output.empty()) {
-        throw Error(ErrorCode::NetworkFailed, name,
-                    "puts out " + listed(output.size) + " of " + cv::typeToString(output.type()) +
-                        ", expected [1, height, width] or [1, 1, height, width] of CV_32FC1");
-    }
-    const cv::Mat values(output.size[output.dims - 2], output.size[output.dims - 1], CV_32FC1,
-                         output.ptr<float>());
-    if (!cv::checkRange(values)) {
-        throw Error(ErrorCode::NetworkFailed, name,
-                    "puts out NaN or infinity for this picture, expected finite numbers");
-    }
-    values.copyTo(raw);
+    orOutOfMemory(impl_->file.string(), kNoMemory, [&] { impl_->infer(photo, raw); });
 }
 
 void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth) {

@@ -676,6 +676,15 @@ TEST_F(DepthNetworkFile, AnInputThatDoesNotFitIsNamed) {
                                    bytes(11, valueInfo("b", {1, 3, 6, 8})) +
                                    bytes(12, valueInfo("y", {1, 3, 6, 8})))),
               "takes 2 inputs (a, b), expected one, the picture");
+    std::string many;
+    for (int i = 0; i < 1000; ++i)
+        many += bytes(11, valueInfo(std::to_string(i) + std::string(5000, 'n'), {1, 3, 6, 8}));
+    EXPECT_EQ(errorOfLoading(model(node("Add", {"a", "b"}, {"y"}) + many)),
+              "takes 1000 inputs (0" + std::string(59, 'n') + "..., 1" + std::string(59, 'n') +
+                  "..., 2" + std::string(59, 'n') + "... and 997 more), expected one, the picture");
+    EXPECT_EQ(errorOfLoading(oneNodeModel("Relu", std::vector<int>(1000, 2))),
+              "takes an input of shape [2, 2, 2, 2, 2, 2, 2, 2, ...], expected [1, 3, height, "
+              "width]");
     EXPECT_EQ(errorOfLoading(mixModel({1, 0, 0}, size), profileOf(0, 6)),
               "inputWidth: is 0, expected a whole number 1..4096");
 }
@@ -701,6 +710,13 @@ TEST_F(DepthNetworkFile, WeightsInAnotherFileAreNamed) {
     EXPECT_EQ(errorOfLoading(model(graph + constant)),
               "keeps its weights in another file, \"c.data\", which is missing (and 1 more), "
               "expected one ONNX file that holds its weights");
+    const std::string longName =
+        node("Constant", {}, {"c"},
+             bytes(5, bytes(1, "value") + bytes(5, external(std::string(100000, 'a')))));
+    EXPECT_EQ(errorOfLoading(model(graph + longName)),
+              "keeps its weights in another file, \"" + std::string(60, 'a') +
+                  "...\", which is missing (and 1 more), expected one ONNX file that holds its "
+                  "weights");
 }
 
 TEST_F(DepthNetworkFile, AGraphThatOpenCvCannotLoadGivesOneLineAndNothingElse) {

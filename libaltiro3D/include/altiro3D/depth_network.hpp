@@ -47,10 +47,11 @@ struct NetworkProfile {
 /// Checks a profile. @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const NetworkProfile& profile);
 
-/// Reads one profile from a JSON file. @throws Error NotFound, BadFormat (file, field, expected)
+/// Reads one profile from a JSON file of at most 1 MiB.
+/// @throws Error NotFound, ReadFailed, TooLarge, BadFormat (file, field, expected)
 ALTIRO3D_EXPORT NetworkProfile readNetworkProfile(const std::filesystem::path& file);
 
-/// Reads the list of known networks (`{"networks": [...]}`). @throws Error NotFound, BadFormat
+/// Reads the list of known networks (`{"networks": [...]}`). @throws Error as readNetworkProfile()
 ALTIRO3D_EXPORT std::vector<NetworkProfile> readModelCatalog(const std::filesystem::path& file);
 
 /// The catalogue entry whose `file` equals the path's file name, or null.
@@ -83,7 +84,8 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// @throws Error NotFound; BadFormat (no ONNX file, external weights missing, a graph OpenCV
     ///         cannot load); Mismatch (the file is fixed to another size than the profile's);
     ///         NetworkFailed (cannot run at `inputSize`); Unsupported (weights in another file, no
-    ///         CUDA here); InvalidArgument (profile, inputSize)
+    ///         CUDA here); InvalidArgument (profile, inputSize); ReadFailed, TooLarge (2 GiB),
+    ///         OutOfMemory
     DepthNetwork(const std::filesystem::path& file, NetworkProfile profile,
                  InferenceTarget target = InferenceTarget::Cpu, cv::Size inputSize = {});
     ~DepthNetwork();
@@ -103,13 +105,15 @@ class ALTIRO3D_EXPORT DepthNetwork {
     ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param raw [network's output size, CV_32FC1, see NetworkProfile::output]
-    /// @throws Error NetworkFailed (output of unexpected shape, NaN output, failure inside OpenCV)
+    /// @throws Error InvalidArgument (type); NetworkFailed (output of unexpected shape, NaN output,
+    ///         failure inside OpenCV); OutOfMemory
     void infer(const cv::Mat& photo, cv::Mat& raw);
 
     /// infer() followed by normalizeDepth() with the meaning of the profile.
     ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param depth [network's output size, CV_32FC1, 0..1, 1 = nearest]
+    /// @throws Error as infer()
     void estimate(const cv::Mat& photo, cv::Mat& depth);
 
   private:

@@ -23,12 +23,12 @@ std::vector<fs::path> listPictures(const fs::path& directory) {
         ".png", ".jpg", ".jpeg", ".jpe", ".mpo", ".tif", ".tiff", ".webp", ".bmp", ".dib",
         ".pnm", ".ppm", ".pgm",  ".pbm", ".pfm", ".exr", ".hdr",  ".jp2",  ".j2k"};
     std::error_code error;
-    if (!fs::exists(fs::status(directory, error))) {
+    if (fs::status(directory, error).type() == fs::file_type::not_found) {
         throw Error(ErrorCode::NotFound, directory.string(),
                     "does not exist, expected a directory with pictures");
     }
     std::vector<fs::path> pictures;
-    fs::directory_iterator entries(directory, error);
+    fs::directory_iterator entries(directory, error); // tells why it cannot be looked at
     while (!error && entries != fs::directory_iterator()) {
         const fs::path& path = entries->path();
         const bool isHidden = path.filename().string().rfind('.', 0) == 0;

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <opencv2/core.hpp>
+#include <system_error>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -85,6 +86,7 @@ class File {
         do {
             number_ = ::open(path.c_str(), O_RDONLY | O_NOCTTY | O_CLOEXEC);
         } while (number_ < 0 && errno == EINTR);
+        if (number_ < 0) error_ = {errno, std::generic_category()};
     }
     ~File() {
         if (number_ >= 0) ::close(number_);
@@ -93,6 +95,8 @@ class File {
     File& operator=(const File&) = delete;
 
     bool isOpen() const { return number_ >= 0; }
+    // Why it is not open.
+    const std::error_code& error() const { return error_; }
 
     // Reads up to `size` bytes that begin at `begin`; how many there were. Any number of threads.
     std::size_t read(void* to, std::size_t begin, std::size_t size) const {
@@ -111,6 +115,7 @@ class File {
 
   private:
     int number_ = -1;
+    std::error_code error_;
 };
 
 void checkHeader(const Header& h, const std::string& name) {
@@ -177,19 +182,23 @@ void NativeLut::save(const std::filesystem::path& file) const {
 
 NativeLut NativeLut::load(const std::filesystem::path& file) {
     const std::string name = file.string();
+    const auto failRead = [&](const std::error_code& error) {
+        throw Error(ErrorCode::ReadFailed, name,
+                    "cannot be read: " + error.message() + ", expected a .map file");
+    };
     std::error_code error;
-    if (!std::filesystem::exists(file, error)) {
+    const std::filesystem::file_status status = std::filesystem::status(file, error);
+    if (status.type() == std::filesystem::file_type::not_found) {
         throw Error(ErrorCode::NotFound, name, "does not exist, expected a .map file");
     }
-    const std::uintmax_t fileSize =
-        std::filesystem::is_regular_file(file, error) ? std::filesystem::file_size(file, error) : 0;
-    if (error || !std::filesystem::is_regular_file(file, error)) {
+    if (error) failRead(error);
+    if (!std::filesystem::is_regular_file(status)) {
         throw Error(ErrorCode::ReadFailed, name, "is no regular file, expected a .map file");
     }
+    const std::uintmax_t fileSize = std::filesystem::file_size(file, error);
+    if (error) failRead(error);
     const File opened(file);
-    if (!opened.isOpen()) {
-        throw Error(ErrorCode::ReadFailed, name, "cannot be opened, expected a readable file");
-    }
+    if (!opened.isOpen()) failRead(opened.error());
     Header h{};
     if (opened.read(&h, 0, sizeof h) < sizeof kMagic) {
         throw Error(ErrorCode::BadFormat, name,
@@ -229,14 +238,19 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
         if (largest.x >= quilt.width || largest.y >= quilt.height) inside = false;
         return crcOf(to, size);
     };
-    const bool good = crcOfPieces(tables->size(), readPiece) == h.dataCrc && inside;
+    const bool sound = crcOfPieces(tables->size(), readPiece) == h.dataCrc;
     if (!complete) {
         throw Error(ErrorCode::ReadFailed, name,
                     "cannot be read to its end, expected " + std::to_string(expected) + " bytes");
     }
-    if (!good) {
+    if (!sound) {
         throw Error(ErrorCode::BadFormat, name,
                     "is corrupt: its checksum does not match; build it again with altiro3Dnative");
+    }
+    if (!inside) {
+        throw Error(ErrorCode::BadFormat, name,
+                    "is corrupt: it names px outside of its quilt, expected px of " +
+                        sizeText(quilt) + "; build it again with altiro3Dnative");
     }
     return NativeLut(std::move(tables));
 }

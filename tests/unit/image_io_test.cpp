@@ -1060,6 +1060,10 @@ TEST_F(ImageIo, ADirectorysPicturesAreListedInNaturalOrder) {
         names.push_back(path.filename().string());
     }
     EXPECT_EQ(names, (std::vector<std::string>{"View1.jpg", "view9.PNG", "view10.png"}));
+    fs::create_directory_symlink("loop", directory / "loop");
+    EXPECT_EQ(errorOf([&] { listPictures(directory / "loop"); }),
+              (directory / "loop").string() +
+                  ": cannot be listed: Too many levels of symbolic links, expected a directory");
     EXPECT_EQ(errorOf([&] { listPictures(directory / "none"); }),
               (directory / "none").string() +
                   ": does not exist, expected a directory with pictures");

@@ -132,7 +132,21 @@ TEST_F(NativeLutFile, CoordinatesOutsideTheQuiltAreRefused) {
     std::memcpy(&broken[120], &crc, 4);
     const std::uint32_t headerCrc = slowCrc(broken.substr(0, 124));
     std::memcpy(&broken[124], &headerCrc, 4);
-    EXPECT_NE(errorWith(broken).find("is corrupt"), std::string::npos);
+    EXPECT_EQ(errorWith(broken), file.string() +
+                                     ": is corrupt: it names px outside of its quilt, expected px "
+                                     "of 336 x 336; build it again with altiro3Dnative");
+    broken[129] = '\0'; // only the checksum is wrong
+    EXPECT_NE(errorWith(broken).find("its checksum does not match"), std::string::npos);
+}
+
+TEST_F(NativeLutFile, WhatStandsInTheWayOfReadingIsNamed) {
+    std::filesystem::create_symlink("loop.map", directory / "loop.map");
+    EXPECT_EQ(errorOf([&] { NativeLut::load(directory / "loop.map"); }),
+              (directory / "loop.map").string() +
+                  ": cannot be read: Too many levels of symbolic links, expected a .map file");
+    const std::string longName = (directory / std::string(300, 'a')).string();
+    EXPECT_EQ(errorOf([&] { NativeLut::load(longName); }),
+              longName + ": cannot be read: File name too long, expected a .map file");
 }
 
 TEST_F(NativeLutFile, AnExistingMapSurvivesAFailedSave) {

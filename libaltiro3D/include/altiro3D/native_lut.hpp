@@ -29,7 +29,8 @@ class ALTIRO3D_EXPORT NativeLut {
               InvertViews invert = InvertViews::Auto);
 
     /// Reads a `.map` file (docs/map-format.md) and checks all of it.
-    /// @throws Error NotFound, ReadFailed, BadFormat (foreign, truncated, corrupt, oversize)
+    /// @throws Error NotFound, ReadFailed, BadFormat (foreign, truncated, corrupt, oversize),
+    ///         OutOfMemory
     static NativeLut load(const std::filesystem::path& file);
 
     /// Writes a `.map` file; it appears whole or not at all. @throws Error WriteFailed

@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "checks.hpp"
 #include "text.hpp"
 
 #include <algorithm>
@@ -23,12 +24,6 @@ constexpr double kOrthonormal = 1e-6;         // of R's rows; printed matrices h
 
 const char* const kExpectedFocalLength = "a focal length of 0.001..1e9 px";
 const char* const kExpectedPrincipalPoint = "a principal point of -1e9..1e9 px";
-
-void require(bool good, const std::string& field, double value, const std::string& expected) {
-    if (good) return;
-    throw Error(ErrorCode::InvalidArgument, field,
-                "is " + numberText(value) + ", expected " + expected);
-}
 
 // One check for callers and for files, which differ in how they complain.
 template <typename Complain>
@@ -72,35 +67,36 @@ double clampedDepth(double depth) {
 } // namespace
 
 void validate(const CameraIntrinsics& intrinsics) {
-    check(intrinsics, require);
+    check(intrinsics, checkNumber);
 }
 
 void validate(const Camera& camera) {
-    check(camera, require);
+    check(camera, checkNumber);
 }
 
 void validate(const RealOptions& options) {
-    require(options.inpaintingRadius >= 1 && options.inpaintingRadius <= 20, "inpaintingRadius",
-            options.inpaintingRadius, "1..20 px");
+    checkNumber(options.inpaintingRadius >= 1 && options.inpaintingRadius <= 20, "inpaintingRadius",
+                options.inpaintingRadius, "1..20 px");
 }
 
 void validate(const CameraPose& pose) {
     for (int i = 0; i < 3; ++i) {
-        require(std::abs(pose.translation[i]) <= kLargest, std::string("translation ") + "xyz"[i],
-                pose.translation[i], "-1e9..1e9");
+        checkNumber(std::abs(pose.translation[i]) <= kLargest,
+                    std::string("translation ") + "xyz"[i], pose.translation[i], "-1e9..1e9");
     }
     const cv::Matx33d product = pose.rotation * pose.rotation.t();
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
             const double error = std::abs(product(i, j) - (i == j ? 1 : 0));
-            require(error <= kOrthonormal,
-                    "rotation: row " + std::to_string(i + 1) + " times row " +
-                        std::to_string(j + 1),
-                    product(i, j), i == j ? "1 (orthonormal rows)" : "0 (orthonormal rows)");
+            checkNumber(error <= kOrthonormal,
+                        "rotation: row " + std::to_string(i + 1) + " times row " +
+                            std::to_string(j + 1),
+                        product(i, j), i == j ? "1 (orthonormal rows)" : "0 (orthonormal rows)");
         }
     }
     const double determinant = cv::determinant(pose.rotation);
-    require(determinant > 0, "rotation: determinant", determinant, "1 (a mirror is no rotation)");
+    checkNumber(determinant > 0, "rotation: determinant", determinant,
+                "1 (a mirror is no rotation)");
 }
 
 Camera parseCamera(const std::string& text, const std::string& source) {
@@ -158,17 +154,17 @@ Camera readCamera(const std::filesystem::path& path) {
 }
 
 double focalLengthFromFieldOfView(int columns, double fovDegrees) {
-    require(columns > 0, "columns", columns, "1 px or more");
-    require(fovDegrees >= 0.1 && fovDegrees <= 179, "field of view", fovDegrees,
-            "0.1..179 degrees");
+    checkNumber(columns > 0, "columns", columns, "1 px or more");
+    checkNumber(fovDegrees >= 0.1 && fovDegrees <= 179, "field of view", fovDegrees,
+                "0.1..179 degrees");
     return columns / (2 * std::tan(fovDegrees * kPi / 360));
 }
 
 double focalLengthFrom35mm(cv::Size size, double focalLength35mm) {
-    require(std::min(size.width, size.height) > 0, "size", std::min(size.width, size.height),
-            "1 px or more a side");
-    require(focalLength35mm >= 1 && focalLength35mm <= 10000, "35 mm focal length", focalLength35mm,
-            "1..10000 mm");
+    checkNumber(std::min(size.width, size.height) > 0, "size", std::min(size.width, size.height),
+                "1 px or more a side");
+    checkNumber(focalLength35mm >= 1 && focalLength35mm <= 10000, "35 mm focal length",
+                focalLength35mm, "1..10000 mm");
     return focalLength35mm / 36 * std::max(size.width, size.height); // the frame is 36 x 24 mm
 }
 
@@ -177,8 +173,10 @@ CameraIntrinsics centredIntrinsics(cv::Size size, double focalLength) {
 }
 
 CameraIntrinsics fitted(const CameraIntrinsics& k, const cv::Rect2d& part, cv::Size size) {
-    require(part.width > 0 && part.height > 0, "part", std::min(part.width, part.height),
-            "more than 0 px a side");
+    checkNumber(part.width > 0 && part.height > 0, "part", std::min(part.width, part.height),
+                "more than 0 px a side");
+    checkNumber(size.width >= 1 && size.height >= 1, "size", std::min(size.width, size.height),
+                "1 px or more a side");
     const double x = size.width / part.width;
     const double y = size.height / part.height;
     // Areas are scaled, so corners of pixels map to corners: 0.5 px off their centres.
@@ -190,7 +188,7 @@ double metricDistance(double depth, double zNear, double zFar) {
 }
 
 void metricDistance(const cv::Mat& depth, double zNear, double zFar, cv::Mat& distance) {
-    checkDistances(zNear, zFar, require);
+    checkDistances(zNear, zFar, checkNumber);
     if (depth.type() != CV_32FC1) {
         throw Error(ErrorCode::InvalidArgument, "depth",
                     "is of type " + cv::typeToString(depth.type()) + ", expected CV_32FC1 of 0..1");
@@ -220,15 +218,15 @@ double baselineFor(const Camera& camera, double parallaxPixels) {
     Camera checked = camera;
     checked.baseline = 0;
     validate(checked);
-    require(parallaxPixels >= 0 && parallaxPixels <= kLargest, "parallax", parallaxPixels,
-            "0..1e9 px");
+    checkNumber(parallaxPixels >= 0 && parallaxPixels <= kLargest, "parallax", parallaxPixels,
+                "0..1e9 px");
     return parallaxPixels / (2 * camera.intrinsics.fx * inverseRange(camera.zNear, camera.zFar));
 }
 
 ViewCamera viewCamera(const Camera& camera, double focus, double position) {
     validate(camera);
-    require(focus >= 0 && focus <= 1, "focus", focus, "a depth of 0 (farthest) .. 1 (nearest)");
-    require(std::isfinite(position), "position", position, "a finite number");
+    checkNumber(focus >= 0 && focus <= 1, "focus", focus, "a depth of 0 (farthest) .. 1 (nearest)");
+    checkNumber(std::isfinite(position), "position", position, "a finite number");
     const double right = position * camera.baseline;
     ViewCamera view;
     view.intrinsics = camera.intrinsics;

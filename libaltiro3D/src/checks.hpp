@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "mat_memory.hpp"
+#include "text.hpp"
 
 #include <algorithm>
 #include <initializer_list>
@@ -14,6 +15,14 @@ namespace altiro3D {
 /// Throws InvalidArgument unless the condition holds.
 inline void check(bool condition, const char* subject, const std::string& problem) {
     if (!condition) throw Error(ErrorCode::InvalidArgument, subject, problem);
+}
+
+/// Throws InvalidArgument unless the condition holds for a number: "is 1.5, expected 0..1".
+inline void checkNumber(bool condition, const std::string& field, double value,
+                        const std::string& expected) {
+    if (condition) return;
+    throw Error(ErrorCode::InvalidArgument, field,
+                "is " + numberText(value) + ", expected " + expected);
 }
 
 /// "is 640 x 480 px of CV_8UC3"

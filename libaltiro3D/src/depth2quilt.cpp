@@ -13,24 +13,19 @@
 namespace altiro3D {
 
 void validate(const ViewOptions& options) {
-    const auto require = [](bool good, const char* field, double value, const char* expected) {
-        if (good) return;
-        throw Error(ErrorCode::InvalidArgument, field,
-                    "is " + numberText(value) + ", expected " + expected);
-    };
-    require(options.strengthPercent >= 0 && options.strengthPercent <= 10000, "strength",
-            options.strengthPercent, "0..10000 % of the width");
-    require(options.focus >= 0 && options.focus <= 1, "focus", options.focus,
-            "a depth of 0 (farthest) .. 1 (nearest)");
-    require(options.refinement >= 0 && options.refinement <= 16, "refinement", options.refinement,
-            "0..16 steps");
+    checkNumber(options.strengthPercent >= 0 && options.strengthPercent <= 10000, "strength",
+                options.strengthPercent, "0..10000 % of the width");
+    checkNumber(options.focus >= 0 && options.focus <= 1, "focus", options.focus,
+                "a depth of 0 (farthest) .. 1 (nearest)");
+    checkNumber(options.refinement >= 0 && options.refinement <= 16, "refinement",
+                options.refinement, "0..16 steps");
     validate(options.real);
-    require(options.layered.tearPixels > 0 && options.layered.tearPixels <= 1000, "tear",
-            options.layered.tearPixels, "more than 0 and at most 1000 px");
-    require(options.layered.edgeDilationPixels >= 0 && options.layered.edgeDilationPixels <= 8,
-            "edge dilation", options.layered.edgeDilationPixels, "0..8 px");
-    require(options.layered.softEdgePixels >= 0 && options.layered.softEdgePixels <= 8,
-            "soft edges", options.layered.softEdgePixels, "0..8 px");
+    checkNumber(options.layered.tearPixels > 0 && options.layered.tearPixels <= 1000, "tear",
+                options.layered.tearPixels, "more than 0 and at most 1000 px");
+    checkNumber(options.layered.edgeDilationPixels >= 0 && options.layered.edgeDilationPixels <= 8,
+                "edge dilation", options.layered.edgeDilationPixels, "0..8 px");
+    checkNumber(options.layered.softEdgePixels >= 0 && options.layered.softEdgePixels <= 8,
+                "soft edges", options.layered.softEdgePixels, "0..8 px");
 }
 
 AdjacentParallax adjacentParallax(const ViewOptions& options, const QuiltLayout& quilt,

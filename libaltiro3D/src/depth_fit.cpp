@@ -4,6 +4,7 @@
 #include "checks.hpp"
 #include "depth_fit_row.hpp"
 #include "native_row_kernels.hpp"
+#include "text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -270,10 +271,9 @@ void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide
                           part.height > 0 && part.x + part.width <= depth.cols + kSlackPixels &&
                           part.y + part.height <= depth.rows + kSlackPixels;
     check(isInside, "part",
-          "is " + std::to_string(part.width) + " x " + std::to_string(part.height) + " px at (" +
-              std::to_string(part.x) + ", " + std::to_string(part.y) +
-              "), expected a part of the depth map of " + std::to_string(depth.cols) + " x " +
-              std::to_string(depth.rows) + " px");
+          "is " + numberText(part.width) + " x " + numberText(part.height) + " px at (" +
+              numberText(part.x) + ", " + numberText(part.y) +
+              "), expected a part of the depth map of " + sizeText(depth.size()) + " px");
     const cv::Mat source = depth;
     if (part.width >= guide.cols && part.height >= guide.rows) {
         pickNearest(source, part, guide.size(), fitted);

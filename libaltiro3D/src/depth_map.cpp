@@ -4,7 +4,6 @@
 #include "pixel_values.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cfloat>
 #include <cmath>
 #include <cstdint>
@@ -275,12 +274,11 @@ void normalizeDepth(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization
     const auto isWithin = [](double value, double low, double high) {
         return value >= low && value <= high;
     };
-    check(isWithin(options.lowPercentile, 0, 50), "lowPercentile",
-          "is " + std::to_string(options.lowPercentile) + ", expected 0..50 %");
-    check(isWithin(options.highPercentile, 50, 100), "highPercentile",
-          "is " + std::to_string(options.highPercentile) + ", expected 50..100 %");
-    check(isWithin(options.flatDepth, 0, 1), "flatDepth",
-          "is " + std::to_string(options.flatDepth) + ", expected 0..1");
+    checkNumber(isWithin(options.lowPercentile, 0, 50), "lowPercentile", options.lowPercentile,
+                "0..50 %");
+    checkNumber(isWithin(options.highPercentile, 50, 100), "highPercentile", options.highPercentile,
+                "50..100 %");
+    checkNumber(isWithin(options.flatDepth, 0, 1), "flatDepth", options.flatDepth, "0..1");
     // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): keeps raw alive if it is depth
     const cv::Mat source = raw;
     switch (source.depth()) {

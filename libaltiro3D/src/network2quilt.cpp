@@ -5,7 +5,9 @@ namespace altiro3D {
 Network2Quilt::Network2Quilt(DepthNetwork network, const QuiltLayout& layout,
                              const ViewOptions& options, double panelAspect, FitMode fit)
     : network_(std::move(network)), depth2quilt_(layout, options), panelAspect_(panelAspect),
-      fit_(fit) {}
+      fit_(fit) {
+    fitPhoto(layout.tileSize, panelAspect, layout.tileSize, fit); // refuses a wrong aspect now
+}
 
 void Network2Quilt::render(const cv::Mat& photo, cv::Mat& quilt) {
     const PhotoFit fit = fitPhoto(photo.size(), panelAspect_, depth2quilt_.layout().tileSize, fit_);

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
@@ -20,6 +21,25 @@ cv::Range centred(int whole, double part) {
     return {start, start + length};
 }
 
+bool isInside(const cv::Rect& part, cv::Size whole) {
+    const auto fits = [](std::int64_t start, std::int64_t length, int all) {
+        return start >= 0 && length >= 1 && start + length <= all;
+    };
+    return fits(part.x, part.width, whole.width) && fits(part.y, part.height, whole.height);
+}
+
+// A fit that was not made by fitPhoto(), or for another photo, may say anything.
+void checkFit(const PhotoFit& fit, cv::Size photo) {
+    if (!isInside(fit.source, photo)) {
+        throw Error(ErrorCode::Mismatch, "photo",
+                    "has " + sizeText(photo) + " px, expected the size that the fit was made for");
+    }
+    check(isInside(fit.target, fit.size), "fit",
+          "puts " + sizeText(fit.target.size()) + " px at (" + std::to_string(fit.target.x) + ", " +
+              std::to_string(fit.target.y) + "), expected a place inside of its result of " +
+              sizeText(fit.size) + " px");
+}
+
 } // namespace
 
 PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode mode) {
@@ -28,10 +48,8 @@ PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode
                     "of " + sizeText(picture) + " px cannot be brought to " + sizeText(result) +
                         " px, expected at least 1 x 1");
     }
-    if (!(panelAspect >= 0.01 && panelAspect <= 100)) {
-        throw Error(ErrorCode::InvalidArgument, "panel aspect",
-                    "is " + numberText(panelAspect) + ", expected 0.01..100");
-    }
+    checkNumber(panelAspect >= 0.01 && panelAspect <= 100, "panel aspect", panelAspect,
+                "0.01..100");
     PhotoFit fit;
     fit.size = result;
     cv::Range columns(0, picture.width);
@@ -60,12 +78,7 @@ PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode
 
 void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted) {
     checkType(picture, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
-    const cv::Rect whole(cv::Point(0, 0), picture.size());
-    if ((fit.source & whole) != fit.source || fit.source.empty()) {
-        throw Error(ErrorCode::Mismatch, "photo",
-                    "has " + sizeText(picture.size()) +
-                        " px, expected the size that the fit was made for");
-    }
+    checkFit(fit, picture.size());
     const cv::Mat source = picture(fit.source);
     cv::Mat result(fit.size, CV_8UC3); // not `fitted`: it may be the picture itself
     if (fit.target.size() != fit.size) result.setTo(cv::Scalar::all(0));
@@ -84,6 +97,8 @@ void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted) {
 
 void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted) {
+    checkFit(fit, photoSize);
+    checkNumber(focus >= 0 && focus <= 1, "focus", focus, "a depth of 0 (farthest) .. 1 (nearest)");
     if (fittedPhoto.size() != fit.size) {
         throw Error(ErrorCode::Mismatch, "photo",
                     "has " + sizeText(fittedPhoto.size()) + " px, expected " + sizeText(fit.size));

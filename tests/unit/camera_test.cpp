@@ -212,6 +212,10 @@ TEST(Camera, CroppedAndResizedPicturesKeepTheirRays) {
                   fitted(k, {0, 0, 0, 10}, {10, 10});
               }).find("part: is 0"),
               std::string::npos);
+    EXPECT_EQ(errorOf([&] {
+                  fitted(k, part, {160, 0});
+              }),
+              "size: is 0, expected 1 px or more a side");
 }
 
 TEST(Camera, SingularIntrinsicsAndPosesThatAreNoneAreRefused) {

@@ -300,15 +300,14 @@ TEST(DepthMap, WrongOptionsAndTypesAreNamed) {
     const cv::Mat raw(2, 2, CV_32FC1, cv::Scalar(1));
     DepthNormalization options;
     options.lowPercentile = 51;
-    EXPECT_EQ(errorOf([&] { normalized(raw, options); }),
-              "lowPercentile: is 51.000000, expected 0..50 %");
+    EXPECT_EQ(errorOf([&] { normalized(raw, options); }), "lowPercentile: is 51, expected 0..50 %");
     options = {};
     options.highPercentile = std::nan("");
     EXPECT_EQ(errorOf([&] { normalized(raw, options); }),
               "highPercentile: is nan, expected 50..100 %");
     options = {};
     options.flatDepth = 2;
-    EXPECT_EQ(errorOf([&] { normalized(raw, options); }), "flatDepth: is 2.000000, expected 0..1");
+    EXPECT_EQ(errorOf([&] { normalized(raw, options); }), "flatDepth: is 2, expected 0..1");
     EXPECT_EQ(errorOf([&] { normalized(cv::Mat(), {}); }),
               "depth: is empty, expected one channel of 8-bit, 16-bit, float or double numbers");
     EXPECT_EQ(errorOf([&] { normalized(cv::Mat(2, 3, CV_8UC3), {}); }),

@@ -1,5 +1,6 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/network2quilt.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/onnx.hpp"
@@ -616,6 +617,20 @@ TEST_F(DepthNetworkFile, AnotherSizeIsRefusedWhereItCannotBe) {
     EXPECT_EQ(errorAt(profileOf(8, 6), {}), "(no error)");
     const std::string error = errorAt(profileOf(8, 6), {16, 12});
     EXPECT_EQ(error.rfind("OpenCV " CV_VERSION " cannot run this graph (", 0), 0U) << error;
+}
+
+TEST_F(DepthNetworkFile, AQuiltMakerRefusesItsArgumentsBeforeTheFirstPhoto) {
+    const cv::Size size(8, 6);
+    const std::filesystem::path file = write(mixModel({0, 1, 0}, size));
+    const auto error = [&](const QuiltLayout& layout, double aspect) {
+        return errorOf(
+            [&] { Network2Quilt(DepthNetwork(file, profileOf(8, 6)), layout, {}, aspect); });
+    };
+    EXPECT_EQ(error({}, 0), "panel aspect: is 0, expected 0.01..100");
+    EXPECT_EQ(error({}, std::nan("")), "panel aspect: is nan, expected 0.01..100");
+    EXPECT_EQ(error({0, 6, {9, 9}, 1}, 1),
+              "quilt layout: 0 columns x 6 rows, expected 1..1024 of each");
+    EXPECT_EQ(error({}, 0.75), "(no error)");
 }
 
 TEST_F(DepthNetworkFile, WhatIsNoOnnxFileIsSaidInOneSentence) {

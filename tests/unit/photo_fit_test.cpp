@@ -3,6 +3,8 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 
+#include <climits>
+#include <cmath>
 #include <gtest/gtest.h>
 
 namespace altiro3D::test {
@@ -156,6 +158,31 @@ TEST(PhotoFit, WrongInputsAreNamed) {
               std::string::npos);
     EXPECT_NE(errorOf([&] { applyFit(cv::Mat(40, 40, CV_8UC1), fit, out); }).find("CV_8UC1"),
               std::string::npos);
+    const cv::Mat photo(40, 40, CV_8UC3, cv::Scalar::all(0));
+    const cv::Mat fittedPhoto(20, 20, CV_8UC3, cv::Scalar::all(0));
+    const cv::Mat depth(10, 10, CV_32FC1, cv::Scalar::all(0));
+    const cv::Rect kOutside[] = {
+        {5, 0, 20, 20}, {0, -1, 20, 20}, {0, 0, 0, 20}, {INT_MAX, 0, INT_MAX, 1}};
+    for (const cv::Rect& target : kOutside) {
+        PhotoFit made = fit;
+        made.target = target;
+        EXPECT_NE(errorOf([&] { applyFit(photo, made, out); }).find("fit: puts "),
+                  std::string::npos);
+        EXPECT_NE(errorOf([&] {
+                      applyFitToDepth(depth, photo.size(), made, fittedPhoto, 0.5, out);
+                  }).find("expected a place inside of its result of 20 x 20 px"),
+                  std::string::npos);
+    }
+    for (const double focus : {-0.1, 1.1, std::nan("")}) {
+        EXPECT_NE(errorOf([&] {
+                      applyFitToDepth(depth, photo.size(), fit, fittedPhoto, focus, out);
+                  }).find("focus: is "),
+                  std::string::npos);
+    }
+    EXPECT_EQ(errorOf([&] {
+                  applyFitToDepth(depth, {0, 40}, fit, fittedPhoto, 0.5, out);
+              }),
+              "photo: has 0 x 40 px, expected the size that the fit was made for");
 }
 
 } // namespace

@@ -80,6 +80,7 @@ ALTIRO3D_EXPORT CameraIntrinsics centredIntrinsics(cv::Size size, double focalLe
 ///
 /// @param part the part, px of the picture that the intrinsics belong to
 /// @param size the result's size in px
+/// @throws Error InvalidArgument (an empty part or size)
 ALTIRO3D_EXPORT CameraIntrinsics fitted(const CameraIntrinsics& intrinsics, const cv::Rect2d& part,
                                         cv::Size size);
 

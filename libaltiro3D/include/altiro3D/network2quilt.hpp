@@ -17,9 +17,9 @@ class ALTIRO3D_EXPORT Network2Quilt {
     /// @param network a loaded network
     /// @param layout layout of the quilts
     /// @param options what the views look like
-    /// @param panelAspect width : height of what the viewer sees
+    /// @param panelAspect width : height of what the viewer sees, 0.01..100
     /// @param fit how photos of another shape are brought to it
-    /// @throws Error as Depth2Quilt
+    /// @throws Error as Depth2Quilt; InvalidArgument (panelAspect)
     Network2Quilt(DepthNetwork network, const QuiltLayout& layout, const ViewOptions& options,
                   double panelAspect, FitMode fit = FitMode::Cover);
 

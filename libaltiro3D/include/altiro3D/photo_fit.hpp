@@ -38,7 +38,8 @@ ALTIRO3D_EXPORT PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size
 /// @param picture [rows x cols, CV_8UC3, BGR], of the size the fit was made for
 /// @param fit from fitPhoto()
 /// @param fitted [fit.size, CV_8UC3, BGR]
-/// @throws Error Mismatch, InvalidArgument
+/// @throws Error Mismatch (the fit is for another size), InvalidArgument (type, a fit whose target
+///         leaves its result)
 ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted);
 
 /// Resamples a depth map along with its photo; bars lie at the focus, so that they do not move.
@@ -49,7 +50,9 @@ ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::M
 /// @param fittedPhoto [fit.size, CV_8UC3, BGR], the photo after applyFit(): depth edges follow it
 /// @param focus depth of the bars, 0..1
 /// @param fitted [fit.size, CV_32FC1, 0..1]
-/// @throws Error Mismatch, InvalidArgument
+/// @throws Error Mismatch (the fit is for another size, or the photo of another one),
+/// InvalidArgument
+///         (types, focus, a fit whose target leaves its result)
 ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
                                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted);
 

@@ -11,7 +11,6 @@
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <string>
 #include <utility>
 #include <vector>
 

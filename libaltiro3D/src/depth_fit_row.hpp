@@ -16,11 +16,11 @@ constexpr int kColorSteps = 1024;
 /// the first of the four rows that a row of the guide reads.
 struct FitSamples {
     std::ptrdiff_t stride = 0;               ///< From row to row, of all planes.
-    const float* depth = nullptr;            ///<
-    const std::int32_t* blueGreen = nullptr; ///< blue + 65536 green, each 0..255
-    const std::int32_t* red = nullptr;       ///< 0..255
-    const float* least = nullptr;            ///< Of the 4 x 4 depths from here on,
-    const float* most = nullptr;             ///< as well.
+    const float* depth = nullptr;            ///< The samples.
+    const std::int32_t* blueGreen = nullptr; ///< Their colours: blue + 65536 green, each 0..255.
+    const std::int32_t* red = nullptr;       ///< Their colours: red, 0..255.
+    const float* least = nullptr;            ///< The least of the 4 x 4 depths from here on.
+    const float* most = nullptr;             ///< The most of the 4 x 4 depths from here on.
 };
 
 /// What is known of each column of the guide. Rows of all columns, padded (kRowPadding).

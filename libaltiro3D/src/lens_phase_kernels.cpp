@@ -37,7 +37,9 @@ HWY_INLINE bool viewsOfPhasesOn(const std::uint32_t* HWY_RESTRICT columns, std::
                                 T* HWY_RESTRICT out) {
     const std::uint32_t margin = phaseError * views;
     std::size_t i = 0;
-    std::uint32_t nearest = ~std::uint32_t{0}; // to a border, from margin below it
+    // The least of all fractions of a view, counted from `margin` below a border between two views:
+    // below 2 margin the border is too near for the phase's error to tell which view it is.
+    std::uint32_t nearest = ~std::uint32_t{0};
 #if HWY_TARGET != HWY_SCALAR
     const hn::ScalableTag<std::uint32_t> d;
     const hn::RepartitionToWide<decltype(d)> wide;

@@ -136,7 +136,7 @@ class FieldReader {
         fail(field, "is " + shown(value) + ", expected " + expected);
     }
 
-    // The value, or null where it may be and is absent.
+    // The field's value; null if it is absent and may be.
     const Json* find(const std::string& field, bool required) const {
         const auto found = object_.find(field);
         if (found != object_.end()) return &*found;

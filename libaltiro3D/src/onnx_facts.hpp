@@ -15,7 +15,7 @@ struct GraphInput {
     bool hasShape = false;
 };
 
-/// The facts about an ONNX file that the checks below need.
+/// The facts about an ONNX file that DepthNetwork checks before OpenCV sees it.
 struct OnnxFacts {
     bool hasGraph = false;
     bool broken = false;                   // a message ends before its contents do

@@ -7,7 +7,6 @@
 #include "view_table.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/core.hpp>
 #include <optional>
 

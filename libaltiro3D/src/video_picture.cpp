@@ -2,7 +2,6 @@
 
 #include "altiro3D/error.hpp"
 
-#include <cstdlib>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 

@@ -4,7 +4,6 @@
 #include "ffmpeg.hpp"
 #include "yuv_kernels.hpp"
 
-#include <memory>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>

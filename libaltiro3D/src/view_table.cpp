@@ -8,7 +8,6 @@
 #include "text.hpp"
 #include "view_table_kernels.hpp"
 
-#include <algorithm>
 #include <atomic>
 #include <opencv2/core.hpp>
 

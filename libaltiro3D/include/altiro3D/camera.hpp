@@ -155,9 +155,9 @@ ALTIRO3D_EXPORT ViewCamera viewCamera(const Camera& camera, double focus, double
 /// with its distance, moved, projected and spread over the pixels it falls between; the nearest
 /// wins. Cracks get a median, what was hidden is inpainted. Black if no pixel of the photo is seen.
 ///
-/// Positions are computed in double (there is no float road) and then rounded to 1/256 px. Warps on
-/// one thread; any number of threads may call it at once. For cameras side by side Depth2Quilt
-/// gives the same views without matrices.
+/// Positions are computed in double and then rounded to 1/256 px. Warps on one thread; any number
+/// of threads may call it at once. For cameras side by side Depth2Quilt gives the same views
+/// without matrices.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px
 /// @param distance [as photo, CV_32FC1, Z; +inf = infinitely far; NaN, 0 and less = not known, such

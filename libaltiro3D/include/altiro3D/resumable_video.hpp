@@ -77,7 +77,7 @@ class ALTIRO3D_EXPORT ResumableVideoWriter {
     /// Joins all segments and gives the file its name.
     ///
     /// @param source the video that the frames were made from, opened anew for this call; may be
-    /// null
+    ///        null
     /// @param complete false: more frames could follow; then the segments stay, so that a later run
     ///        can go on
     /// @throws Error InvalidArgument (no frame was written), Unsupported, WriteFailed

@@ -79,8 +79,7 @@ struct ALTIRO3D_EXPORT StereoScene {
 /// @param name for tables and errors
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param rawDisparity [as photo, CV_32FC1], 0 and non-finite = unknown: filled along the row by
-/// the
-///        smaller of the two valid neighbours
+///        the smaller of the two valid neighbours
 /// @param scale raw values per px of disparity, > 0
 /// @param truth [as photo]
 /// @throws Error Mismatch, InvalidArgument

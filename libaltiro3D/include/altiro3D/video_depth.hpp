@@ -12,8 +12,8 @@ namespace altiro3D {
 
 /// How often the depth of a video is estimated and how steady it is kept.
 struct VideoDepthOptions {
-    int every =
-        0; ///< The network runs on every n-th picture, 1..1000; 0 = as the pictures require.
+    /// The network runs on every n-th picture, 1..1000; 0 = as the pictures require.
+    int every = 0;
     int longestGap = 12; ///< With every = 0: pictures from one inference to the next, 1..1000.
     /// With every = 0: share of the picture that may be new since the last inference, 0..1.
     double mostNew = 0.08;

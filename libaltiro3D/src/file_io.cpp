@@ -1,6 +1,7 @@
 #include "altiro3D/file_io.hpp"
 
 #include "altiro3D/error.hpp"
+#include "posix_file.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -22,7 +23,6 @@ namespace {
 
 constexpr std::size_t kReadStepBytes = std::size_t{1} << 20;
 constexpr std::size_t kLargestCallBytes = std::size_t{1} << 30; // Linux takes 2 GiB at most
-constexpr int kMostLinks = 40;                                  // as the kernel follows
 
 std::string reason(int number) {
     return std::generic_category().message(number);
@@ -53,14 +53,6 @@ class Descriptor {
     int number_;
 };
 
-int openFile(const fs::path& path, int flags, mode_t mode = 0) {
-    int number = -1;
-    do {
-        number = ::open(path.c_str(), flags | O_CLOEXEC, mode);
-    } while (number < 0 && errno == EINTR);
-    return number;
-}
-
 // After EAGAIN (a non-blocking pipe): waits until the descriptor can go on.
 void waitFor(int number, short events) {
     pollfd waiting{number, events, 0};
@@ -69,12 +61,6 @@ void waitFor(int number, short events) {
 
 [[noreturn]] void failRead(const fs::path& path, int number) {
     throw Error(ErrorCode::ReadFailed, path.string(), "cannot be read: " + reason(number));
-}
-
-[[noreturn]] void failWrite(const fs::path& path, int number) {
-    std::string problem = "cannot be written: " + reason(number);
-    if (number == ENOENT) problem += "; its directory must exist";
-    throw Error(ErrorCode::WriteFailed, path.string(), problem);
 }
 
 [[noreturn]] void failTooLarge(const fs::path& path, const std::string& length,
@@ -105,22 +91,6 @@ int writeAll(int number, const std::vector<Bytes>& parts) {
     return 0;
 }
 
-// 0 or errno. Some file systems cannot flush; that is no failure.
-int flush(int number) {
-    while (::fsync(number) != 0) {
-        if (errno == EINTR) continue;
-        if (errno == EINVAL || errno == ENOTSUP || errno == ENOSYS || errno == EROFS) return 0;
-        return errno;
-    }
-    return 0;
-}
-
-// Where a path leads once its links are followed.
-struct Target {
-    fs::path path;               // no link any more; need not exist
-    std::optional<int> standard; // set: an open descriptor of this process (/dev/stdout, /dev/fd/3)
-};
-
 // The number of an own descriptor that `/proc/self/fd/N` and the like name.
 std::optional<int> ownDescriptor(const fs::path& path) {
     const std::string name = path.filename().string();
@@ -137,17 +107,8 @@ std::optional<int> ownDescriptor(const fs::path& path) {
     return std::stoi(name);
 }
 
-Target followLinks(const fs::path& path) {
-    fs::path current = path;
-    for (int i = 0; i < kMostLinks; ++i) {
-        if (const std::optional<int> number = ownDescriptor(current)) return {current, number};
-        std::error_code error;
-        if (!fs::is_symlink(fs::symlink_status(current, error))) return {current, std::nullopt};
-        const fs::path next = fs::read_symlink(current, error);
-        if (error) failWrite(path, error.value());
-        current = next.is_absolute() ? next : current.parent_path() / next;
-    }
-    failWrite(path, ELOOP);
+bool isOwnDescriptor(const fs::path& path) {
+    return ownDescriptor(path).has_value();
 }
 
 void writeInPlace(const fs::path& path, int number, const std::vector<Bytes>& parts) {
@@ -270,54 +231,43 @@ std::string readFile(const fs::path& path, std::uintmax_t maxBytes) {
 
 void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
     if (path.empty()) failWrite("(no name)", ENOENT);
-    const Target target = followLinks(path);
-    if (target.standard) {
+    const fs::path target = followLinks(path, isOwnDescriptor);
+    if (const std::optional<int> own = ownDescriptor(target)) {
         // Opening the name anew would lose the position in a file that output is appended to.
-        writeInPlace(path, ::fcntl(*target.standard, F_DUPFD_CLOEXEC, 0), parts);
+        writeInPlace(path, ::fcntl(*own, F_DUPFD_CLOEXEC, 0), parts);
         return;
     }
 
     struct stat state {};
-    const bool exists = ::stat(target.path.c_str(), &state) == 0;
+    const bool exists = ::stat(target.c_str(), &state) == 0;
     if (!exists && errno != ENOENT) failWrite(path, errno);
     if (exists && S_ISDIR(state.st_mode)) {
         throw Error(ErrorCode::WriteFailed, path.string(), "is a directory, expected a file name");
     }
     if (exists && !S_ISREG(state.st_mode)) {
-        writeInPlace(path, openFile(target.path, O_WRONLY | O_NOCTTY), parts);
+        writeInPlace(path, openFile(target, O_WRONLY | O_NOCTTY), parts);
         return;
     }
-    if (!target.path.has_filename()) failWrite(path, EISDIR);
+    if (!target.has_filename()) failWrite(path, EISDIR);
     // The rename would replace a write-protected file if only the directory may be changed.
-    if (exists && ::access(target.path.c_str(), W_OK) != 0) failWrite(path, errno);
+    if (exists && ::access(target.c_str(), W_OK) != 0) failWrite(path, errno);
 
-    const fs::path parent = target.path.parent_path();
+    const fs::path parent = target.parent_path();
     const fs::path directory = parent.empty() ? fs::path(".") : parent;
     TemporaryFile temporary(directory);
     if (temporary.number() < 0) failWrite(path, errno);
     Descriptor file(temporary.number());
     if (const int error = writeAll(file.get(), parts)) failWrite(path, error);
     if (exists) {
-        // The owner matters only where root replaces another's file; others may not give files
-        // away.
-        struct stat made {};
-        if (::fstat(file.get(), &made) == 0 &&
-            (made.st_uid != state.st_uid || made.st_gid != state.st_gid)) {
-            [[maybe_unused]] const int ignored = ::fchown(file.get(), state.st_uid, state.st_gid);
-        }
-        if (::fchmod(file.get(), state.st_mode & 07777) != 0 && errno != EPERM) {
-            failWrite(path, errno);
-        }
+        const int error = takeOwnerAndMode(file.get(), state);
+        if (error != 0 && error != EPERM) failWrite(path, error);
     }
-    if (const int error = flush(file.get())) failWrite(path, error);
+    if (const int error = flushFile(file.get())) failWrite(path, error);
     if (const int error = temporary.name()) failWrite(path, error);
     if (const int error = file.close()) failWrite(path, error);
-    if (::rename(temporary.path().c_str(), target.path.c_str()) != 0) failWrite(path, errno);
+    if (::rename(temporary.path().c_str(), target.c_str()) != 0) failWrite(path, errno);
     temporary.renamed();
-
-    // The name itself reaches the disk with its directory; where that fails the data is there.
-    Descriptor folder(openFile(directory, O_RDONLY | O_DIRECTORY));
-    if (folder.isOpen()) flush(folder.get());
+    flushDirectoryOf(target);
 }
 
 void writeFile(const fs::path& path, const std::string& text) {

@@ -1,6 +1,7 @@
 #include "part_file.hpp"
 
 #include "altiro3D/error.hpp"
+#include "posix_file.hpp"
 
 #include <cerrno>
 #include <cstdio>
@@ -17,25 +18,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kBufferBytes = 1 << 18;
-constexpr int kMostLinks = 40; // as the kernel follows
-
-[[noreturn]] void failWrite(const fs::path& path, int number) {
-    std::string problem = "cannot be written: " + std::generic_category().message(number);
-    if (number == ENOENT) problem += "; its directory must exist";
-    throw Error(ErrorCode::WriteFailed, path.string(), problem);
-}
-
-fs::path followLinks(const fs::path& path) {
-    fs::path current = path;
-    for (int i = 0; i < kMostLinks; ++i) {
-        std::error_code error;
-        if (!fs::is_symlink(fs::symlink_status(current, error))) return current;
-        const fs::path next = fs::read_symlink(current, error);
-        if (error) failWrite(path, error.value());
-        current = next.is_absolute() ? next : current.parent_path() / next;
-    }
-    failWrite(path, ELOOP);
-}
 
 } // namespace
 
@@ -58,7 +40,7 @@ PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path
     part_ += ".part";
     // One that a crash left is written over; one that is being written is locked.
     for (struct stat named{}, opened{};;) {
-        number_ = ::open(part_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+        number_ = openFile(part_, O_RDWR | O_CREAT | O_NOFOLLOW, 0666);
         if (number_ < 0) failWrite(path, errno);
         if (::flock(number_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
             ::close(number_);
@@ -79,7 +61,7 @@ PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path
     }
     if (exists) {
         // Where that is not allowed the new file keeps the usual permissions.
-        [[maybe_unused]] const int ignored = ::fchmod(number_, state.st_mode & 07777);
+        [[maybe_unused]] const int ignored = takeOwnerAndMode(number_, state);
     }
     auto* const buffer = static_cast<std::uint8_t*>(av_malloc(kBufferBytes));
     io_ = buffer != nullptr ? avio_alloc_context(buffer, kBufferBytes, 1, this, nullptr,
@@ -145,15 +127,10 @@ void PartFile::check() const {
 void PartFile::finish() {
     avio_flush(io_);
     check();
-    int result = 0;
-    do {
-        result = ::fsync(number_);
-    } while (result != 0 && errno == EINTR);
-    // Some file systems cannot flush; that is no failure.
-    if (result != 0 && errno != EINVAL && errno != ENOTSUP && errno != ENOSYS && errno != EROFS) {
-        failWrite(path_, errno);
-    }
+    if (const int error = flushFile(number_)) failWrite(path_, error);
+    // Closed behind this, as the lock against other writers ends with it.
     if (::rename(part_.c_str(), target_.c_str()) != 0) failWrite(path_, errno);
+    flushDirectoryOf(target_);
     av_freep(&io_->buffer);
     avio_context_free(&io_);
     const int number = number_;

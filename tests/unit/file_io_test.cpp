@@ -1,6 +1,7 @@
 #include "altiro3D/file_io.hpp"
 
 #include "altiro3D/error.hpp"
+#include "part_file.hpp"
 #include "support/files.hpp"
 
 #include <csignal>
@@ -226,6 +227,34 @@ TEST(FileIo, WithoutPermissionNothingIsReadOrWritten) {
               (directory / "secret").string() + ": cannot be written: Permission denied");
     EXPECT_EQ(slurp(directory / "secret"), "old");
     EXPECT_EQ(asNobody([&] { writeFile(directory / "fresh", "x"); }), "(no error)");
+}
+
+// Whoever replaces another's file, which only root may do, leaves it to its owner.
+TEST(FileIo, AReplacedFileKeepsItsOwnerAndPermissions) {
+    if (getuid() != 0) GTEST_SKIP() << "needs root, to write another user's file";
+    const TemporaryDirectory directory;
+    const auto others = [&](const char* name) {
+        spill(directory / name, "old");
+        EXPECT_EQ(chown((directory / name).c_str(), 65534, 65533), 0);
+        EXPECT_EQ(chmod((directory / name).c_str(), 0640), 0);
+        return directory / name;
+    };
+    const fs::path whole = others("whole");
+    writeFile(whole, "new");
+    const fs::path part = others("part");
+    fs::create_symlink("part", directory / "link");
+    PartFile video(directory / "link");
+    avio_write(video.io(), reinterpret_cast<const unsigned char*>("new"), 3);
+    video.finish();
+    for (const fs::path& file : {whole, part}) {
+        struct stat state {};
+        ASSERT_EQ(stat(file.c_str(), &state), 0);
+        EXPECT_EQ(state.st_uid, 65534U) << file;
+        EXPECT_EQ(state.st_gid, 65533U) << file;
+        EXPECT_EQ(state.st_mode & 07777U, 0640U) << file;
+        EXPECT_EQ(slurp(file), "new");
+    }
+    EXPECT_EQ(filesIn(directory.path()), 3u);
 }
 
 TEST(FileIo, MissingFilesAndDirectoriesAreNotRead) {

@@ -29,11 +29,13 @@ namespace {
 
 constexpr const char* kFormat = "altiro3D video run";
 constexpr int kVersion = 1;
+constexpr const char* kState = ".state"; // how the names of states end
 constexpr int kMostSegmentFrames = 100000;
 constexpr std::uintmax_t kMostRunBytes = std::uintmax_t{64} << 20;
 constexpr std::size_t kMostLevels = 8; // of run.json; ours has 3
 constexpr int kMostMembers = 1000;
 constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 8; // of any time
+constexpr std::int64_t kToTheEnd = std::numeric_limits<std::int64_t>::max(); // later than any time
 constexpr std::uintmax_t kMostStateBytes = std::uintmax_t{1} << 30;
 
 // Frames that were written at a time.
@@ -89,7 +91,8 @@ class DirectoryLock {
 // The first setting that differs, as a sentence; empty if none does.
 std::string difference(const Json& before, const Json& now) {
     const auto text = [](const Json& all, const std::string& name) {
-        if (!all.contains(name)) return std::string("none");
+        if (!all.contains(name)) return std::string("not set");
+        if (all[name] == "") return std::string("set");
         return all[name].is_string() ? all[name].get<std::string>() : all[name].dump();
     };
     for (const Json* all : {&before, &now}) {
@@ -101,6 +104,16 @@ std::string difference(const Json& before, const Json& now) {
         }
     }
     return {};
+}
+
+std::uintmax_t sizeOf(const fs::path& file) {
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(file, error);
+    if (error) {
+        throw Error(ErrorCode::WriteFailed, file.string(),
+                    "cannot be looked at: " + error.message() + ", expected a whole segment");
+    }
+    return bytes;
 }
 
 // The packets of one segment, in the order in which they are decoded.
@@ -169,6 +182,8 @@ struct ResumableVideoWriter::Impl {
     Impl& operator=(const Impl&) = delete;
 
     void write(const VideoFrame& frame, const std::string& state);
+    // @param pass reads the source's other streams up to a time in the options' time base; false at
+    //        its end
     void finish(const std::shared_ptr<OtherStreams>& others,
                 const std::function<bool(std::int64_t)>& pass, bool complete);
 
@@ -208,24 +223,25 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
     settings_ = Json::parse(givenResumable.settings, nullptr, false);
     check(settings_.is_object(), "settings",
           "are \"" + givenResumable.settings + "\", expected a JSON object");
-    std::error_code error;
-    const bool there = fs::exists(directory / "run.json", error);
+    const bool there = isUnfinished(path);
     if (there && !givenResumable.resume) {
         throw Error(ErrorCode::WriteFailed, path.string(),
                     "an unfinished run of it is kept in " + directory.string() +
-                        ", expected --resume to go on, or -y to begin again");
+                        ", expected it to be resumed or discarded");
     }
+    std::error_code error;
     fs::create_directory(directory, error);
     if (error) {
         throw Error(ErrorCode::WriteFailed, directory.string(),
                     "cannot be made: " + error.message());
     }
     lock_ = std::make_unique<DirectoryLock>(directory);
-    for (const auto& entry : fs::directory_iterator(directory, error)) {
-        // a run that died while it wrote a small file
-        const std::string name = entry.path().filename().string();
+    // A run that died while it wrote a small file has left it behind.
+    for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
+         entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
         std::error_code ignored;
-        if (name.rfind(".altiro3D-", 0) == 0) fs::remove(entry.path(), ignored);
+        if (name.rfind(".altiro3D-", 0) == 0) fs::remove(entry->path(), ignored);
     }
     if (there) {
         readRun(settings_);
@@ -246,8 +262,7 @@ ResumableVideoWriter::Impl::~Impl() {
 void ResumableVideoWriter::Impl::readRun(const Json& settings) {
     const fs::path file = directory / "run.json";
     const auto fail = [&](const std::string& problem) {
-        throw Error(ErrorCode::BadFormat, file.string(),
-                    problem + ", expected an unfinished run; -y begins again");
+        throw Error(ErrorCode::BadFormat, file.string(), problem + ", expected an unfinished run");
     };
     const std::string text = readFile(file, kMostRunBytes);
     if (!isHandy(text, kMostLevels, kMostMembers)) fail("is damaged");
@@ -264,8 +279,7 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
         const std::string other = difference(run.at("settings"), settings);
         if (!other.empty()) {
             throw Error(ErrorCode::Mismatch, path.string(),
-                        "was begun with other settings (" + other +
-                            "), expected the same command, or -y to begin again");
+                        "was begun with other settings (" + other + "), expected the same");
         }
         if (run.at("segmentFrames") != segmentFrames ||
             run.at("timeBase") !=
@@ -281,9 +295,15 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
                             whole(entry.at("end"), 0, kLatest),
                             static_cast<std::uintmax_t>(whole(entry.at("bytes"), 0, kLatest)),
                             entry.at("state")};
-            const fs::path name = directory / fs::path(segment.file).filename();
+            // Each has one name that it can have; others may lead out of the directory.
+            const std::size_t number = segments_.size() + 1;
+            const auto checkName = [&](const std::string& name, const std::string& expected) {
+                if (name != expected) fail("lists \"" + name + "\" in place of " + expected);
+            };
+            checkName(segment.file, numbered(number, segmentExtension(options.codec)));
+            if (!segment.stateFile.empty()) checkName(segment.stateFile, numbered(number, kState));
             std::error_code error;
-            if (fs::file_size(name, error) != segment.bytes || error) {
+            if (fs::file_size(directory / segment.file, error) != segment.bytes || error) {
                 fail("lists " + segment.file + ", which is missing or damaged");
             }
             if (segment.pts < kept.nextPts || segment.end <= segment.pts) {
@@ -291,7 +311,7 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
             }
             kept.frames += segment.frames;
             kept.nextPts = segment.end;
-            stateFile = fs::path(segment.stateFile).filename().string();
+            stateFile = segment.stateFile;
             segments_.push_back(std::move(segment));
         }
         if (!stateFile.empty()) kept.state = readFile(directory / stateFile, kMostStateBytes);
@@ -346,10 +366,10 @@ void ResumableVideoWriter::Impl::closeSegment(const std::string& state, bool lis
     writer_->finish();
     writer_.reset();
     const fs::path file = directory / current_.file;
-    current_.bytes = fs::file_size(file);
+    current_.bytes = sizeOf(file);
     reordered_ = std::max(reordered_, reorderedPlaces(timesShown(file)));
     if (listed && !state.empty()) {
-        current_.stateFile = numbered(segments_.size() + 1, ".state");
+        current_.stateFile = numbered(segments_.size() + 1, kState);
         writeFile(directory / current_.stateFile, state);
     }
     segments_.push_back(current_);
@@ -433,7 +453,7 @@ void ResumableVideoWriter::Impl::finish(const std::shared_ptr<OtherStreams>& oth
     VideoContainer container(path);
     join(container, others, pass);
     const std::int64_t end = segments_.back().end;
-    while (complete && pass && pass(std::numeric_limits<std::int64_t>::max())) {
+    while (complete && pass && pass(kToTheEnd)) {
     }
     container.finish(end, notes);
     finished_ = true;
@@ -453,11 +473,16 @@ fs::path ResumableVideoWriter::partsDirectory(const fs::path& path) {
     return directory;
 }
 
-void ResumableVideoWriter::discard(const fs::path& path) {
-    const fs::path directory = partsDirectory(path);
+bool ResumableVideoWriter::isUnfinished(const fs::path& path) {
     std::error_code error;
-    if (!fs::exists(directory / "run.json", error)) return; // nothing of ours
+    return fs::exists(partsDirectory(path) / "run.json", error);
+}
+
+void ResumableVideoWriter::discard(const fs::path& path) {
+    if (!isUnfinished(path)) return; // nothing of ours
+    const fs::path directory = partsDirectory(path);
     const DirectoryLock lock(directory);
+    std::error_code error;
     fs::remove_all(directory, error);
     if (error) {
         throw Error(ErrorCode::WriteFailed, directory.string(),
@@ -492,8 +517,12 @@ void ResumableVideoWriter::finish(VideoReader* source, bool complete) {
     }
     const std::shared_ptr<OtherStreams> others = source->otherStreams();
     check(others->want(), "source", "has delivered a frame already, expected one opened anew");
-    impl_->finish(
-        others, [source](std::int64_t until) { return source->pass(until); }, complete);
+    const AVRational unit = rational(impl_->options.timeBase);
+    const AVRational ofSource = rational(source->facts().timeBase);
+    const auto pass = [&](std::int64_t until) {
+        return source->pass(until < kToTheEnd ? av_rescale_q(until, unit, ofSource) : until);
+    };
+    impl_->finish(others, pass, complete);
 }
 
 const Notes& ResumableVideoWriter::notes() const {

@@ -405,7 +405,7 @@ TEST(Video2NativeTool, ARunThatIsKilledGoesOnToTheSameBytes) {
     EXPECT_EQ(again.status, 1);
     EXPECT_NE(again.err.find("expected --resume to go on, or -y"), std::string::npos);
     EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"--resume", "--focus", "0.4"}), 1,
-                      "--focus was none and is 0.4"));
+                      "(--focus was not set and is 0.4), expected the same; -y begins again"));
     const Outcome resumed = studio.run(kTool, call + Arguments{"--resume", "--report", "r.json"});
     ASSERT_TRUE(isDone(resumed));
     EXPECT_NE(resumed.out.find("goes on at 0:"), std::string::npos);

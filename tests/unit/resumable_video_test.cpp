@@ -160,6 +160,29 @@ TEST(ResumableVideo, ARunThatIsEndedEarlyLeavesAWholeFileAndCanGoOn) {
     EXPECT_TRUE(slurp(out) == slurp(whole));
 }
 
+TEST(ResumableVideo, SoundKeepsStepInWhateverUnitTheTimesAre) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4"; // its unit: 1/12800 s
+    makeClip(clip);
+    VideoReader reader(clip);
+    VideoWriterOptions options = optionsFor(reader.facts());
+    options.timeBase = {1, 25};
+    const fs::path out = directory / "out.mp4";
+    ResumableVideoWriter writer(out, options, resumable());
+    VideoFrame frame;
+    for (std::int64_t i = 0; i < 24; ++i) {
+        ASSERT_TRUE(reader.read(frame));
+        frame.pts = i;
+        frame.duration = 4;
+        if (i % 4 == 0) writer.write(frame);
+    }
+    VideoReader again(clip);
+    writer.finish(&again, false);
+    const double sound = std::stod(ffprobe(out, "stream=duration", "-select_streams a:0"));
+    EXPECT_NEAR(sound, 24.0 / 25, 0.05);
+}
+
 TEST(ResumableVideo, APartOfAVideoIsJoinedWithItsPartOfTheSound) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
@@ -218,13 +241,15 @@ TEST(ResumableVideo, AnUnfinishedRunIsNeitherLostNorMixedUp) {
     };
     EXPECT_EQ(begin(false, R"({"--crf": "18"})"),
               out.string() + ": an unfinished run of it is kept in " + out.string() +
-                  ".parts, expected --resume to go on, or -y to begin again");
+                  ".parts, expected it to be resumed or discarded");
+    EXPECT_TRUE(ResumableVideoWriter::isUnfinished(out));
     EXPECT_EQ(begin(true, R"({"--crf": "20"})"),
               out.string() + ": was begun with other settings (--crf was 18 and is 20), expected "
-                             "the same command, or -y to begin again");
+                             "the same");
     EXPECT_EQ(begin(true, R"({"--crf": "18", "-k": ""})"),
-              out.string() + ": was begun with other settings (-k was none and is ), expected the "
-                             "same command, or -y to begin again");
+              out.string() +
+                  ": was begun with other settings (-k was not set and is set), expected "
+                  "the same");
     {
         ResumableVideoWriter writer(out, plainOptions(), resumable(true, R"({"--crf": "18"})"));
         EXPECT_EQ(writer.kept().frames, 10);
@@ -236,6 +261,7 @@ TEST(ResumableVideo, AnUnfinishedRunIsNeitherLostNorMixedUp) {
                   std::string::npos);
     }
     ResumableVideoWriter::discard(out);
+    EXPECT_FALSE(ResumableVideoWriter::isUnfinished(out));
     EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(out)));
     ResumableVideoWriter::discard(out); // nothing is there: nothing to do
 }
@@ -288,6 +314,26 @@ TEST(ResumableVideo, DamagedLeftoversAreRefusedByName) {
           with("\"settings\": {", "\"settings\": {\"a\": " + deep + ", ")}) {
         spill(parts / "run.json", forged);
         EXPECT_NE(resume().find("run.json: "), std::string::npos) << resume();
+    }
+    // Names that lead elsewhere: nothing there is read or removed.
+    const fs::path outside = directory / "outside.txt";
+    spill(outside, "mine");
+    for (const std::string& name : {outside.string(), std::string("../outside.txt")}) {
+        spill(parts / "run.json", with("\"000002.state\"", "\"" + name + "\""));
+        const std::string error = errorOf([&] {
+            ResumableVideoWriter writer(out, plainOptions(), resumable(true));
+            writeFrames(writer, 20, 30); // the state before is of no use any more
+        });
+        EXPECT_EQ(error, (parts / "run.json").string() + ": lists \"" + name +
+                             "\" in place of 000002.state, expected an unfinished run");
+        EXPECT_EQ(slurp(outside), "mine");
+        fs::copy_file(parts / "000001.mp4", directory / "000001.mp4",
+                      fs::copy_options::overwrite_existing);
+        const std::string led =
+            name == outside ? (directory / "000001.mp4").string() : std::string("../000001.mp4");
+        spill(parts / "run.json", with("\"000001.mp4\"", "\"" + led + "\""));
+        EXPECT_EQ(resume(), (parts / "run.json").string() + ": lists \"" + led +
+                                "\" in place of 000001.mp4, expected an unfinished run");
     }
     spill(parts / "run.json", run);
     const std::string segment = slurp(parts / "000001.mp4");

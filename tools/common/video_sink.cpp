@@ -1,5 +1,7 @@
 #include "common/video_sink.hpp"
 
+#include "altiro3D/error.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,6 +13,13 @@ constexpr double kSegmentSeconds = 6; // what a run that dies loses at most; enc
 constexpr int kLeastSegmentFrames = 12;
 constexpr int kMostSegmentFrames = 600;
 constexpr int kUsualSegmentFrames = 180;
+
+// The same failure, and what this tool offers.
+Error withAdvice(const Error& error, const std::string& advice) {
+    const std::string text = error.what(); // "subject: problem"
+    const std::size_t end = text.find(": ");
+    return {error.code(), text.substr(0, end), text.substr(end + 2) + "; " + advice};
+}
 
 } // namespace
 
@@ -30,8 +39,21 @@ VideoSink::VideoSink(const VideoPlan& plan, const VideoWriterOptions& options,
             std::clamp<double>(std::round(options.frameRate.value() * kSegmentSeconds),
                                kLeastSegmentFrames, kMostSegmentFrames));
     }
+    if (!resume && ResumableVideoWriter::isUnfinished(plan.output)) {
+        throw Error(ErrorCode::WriteFailed, plan.output.string(),
+                    "an unfinished run of it is kept in " +
+                        ResumableVideoWriter::partsDirectory(plan.output).string() +
+                        ", expected --resume to go on, or -y to begin again");
+    }
     VideoReader probe(plan.input, plan.part);
-    segments_.emplace(plan.output, options, resumable, &probe);
+    try {
+        segments_.emplace(plan.output, options, resumable, &probe);
+    } catch (const Error& error) {
+        const bool isOfAnother =
+            error.code() == ErrorCode::Mismatch || error.code() == ErrorCode::BadFormat;
+        if (!resume || !isOfAnother) throw;
+        throw withAdvice(error, "-y begins again");
+    }
 }
 
 void VideoSink::write(const PipelineFrame& frame) {

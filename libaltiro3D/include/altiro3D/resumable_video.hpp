@@ -58,6 +58,9 @@ class ALTIRO3D_EXPORT ResumableVideoWriter {
     /// Where `path`'s segments are.
     static std::filesystem::path partsDirectory(const std::filesystem::path& path);
 
+    /// Whether an earlier run has left something to go on from.
+    static bool isUnfinished(const std::filesystem::path& path);
+
     /// Removes what an earlier run has left. @throws Error WriteFailed
     static void discard(const std::filesystem::path& path);
 

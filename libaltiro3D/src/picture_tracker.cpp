@@ -1,6 +1,7 @@
 #include "picture_tracker.hpp"
 
 #include "picture_motion.hpp"
+#include "shrink.hpp"
 
 #include <algorithm>
 #include <array>
@@ -79,10 +80,8 @@ PictureTracker::Step PictureTracker::next(const cv::Mat& picture) {
 
     const cv::Mat grey = greyOf(smallPicture(picture));
     step.cut = !sameSize;
-    if (sameSize && contrastOf(grey) < kBlank) {
-        step.motion = cv::Mat(grey.size(), CV_32FC2, cv::Scalar(0, 0));
-        return step;
-    }
+    step.blank = sameSize && contrastOf(grey) < kBlank;
+    if (step.blank) return step;
     if (!step.cut) {
         findMotion(grey_, grey, step.motion);
         const cv::Mat misfits = misfit(grey_, grey, step.motion);
@@ -108,11 +107,11 @@ bool PictureTracker::load(std::string_view& bytes) {
         !take(bytes, CV_8UC1, grey_)) {
         return false;
     }
-    if (rows > kMost || cols > kMost || (rows > 0) != !grey_.empty()) return false;
-    if (std::max(grey_.rows, grey_.cols) > kSmallSide) return false;
+    if (rows > kMost || cols > kMost || (rows == 0) != (cols == 0)) return false;
     rows_ = static_cast<int>(rows);
     cols_ = static_cast<int>(cols);
-    return true;
+    // The next picture's grey, which is of that size, is compared with it px by px.
+    return grey_.size() == shrunkSize({cols_, rows_}, kSmallSide);
 }
 
 void append(std::string& bytes, std::uint64_t value) {

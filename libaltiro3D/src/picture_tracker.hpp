@@ -16,7 +16,9 @@ class PictureTracker {
     struct Step {
         bool repeated = false; // equals the picture before bit for bit
         bool cut = false;      // first picture, other size, or new scene
-        cv::Mat motion;        // since the picture before [CV_32FC2, px]; empty if cut or repeated
+        bool blank = false;    // shows nothing, and is none of those
+        // since the picture before [CV_32FC2, px]; empty if cut, repeated or blank
+        cv::Mat motion;
     };
 
     /// The next picture [rows x cols, CV_8UC3, BGR].

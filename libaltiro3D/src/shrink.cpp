@@ -9,17 +9,23 @@
 
 namespace altiro3D {
 
-// Reads the photo, writes its area average with at most `longestSide` px a side; bound by memory.
-// Integer sums, so the result is exact; the blocks are placed alike from both sides, so a mirrored
-// photo gives the mirrored result.
-cv::Mat shrink(const cv::Mat& photo, int longestSide) {
-    const int longSide = std::max(photo.cols, photo.rows);
-    if (longSide <= longestSide) return photo.clone();
+cv::Size shrunkSize(cv::Size size, int longestSide) {
+    const int longSide = std::max(size.width, size.height);
+    if (longSide <= longestSide) return size;
     const auto scaled = [&](int side) {
         const double exact = static_cast<double>(side) * longestSide / longSide;
         return std::max(1, static_cast<int>(std::lround(exact)));
     };
-    cv::Mat small(scaled(photo.rows), scaled(photo.cols), CV_8UC3);
+    return {scaled(size.width), scaled(size.height)};
+}
+
+// Reads the photo, writes its area average with at most `longestSide` px a side; bound by memory.
+// Integer sums, so the result is exact; the blocks are placed alike from both sides, so a mirrored
+// photo gives the mirrored result.
+cv::Mat shrink(const cv::Mat& photo, int longestSide) {
+    const cv::Size size = shrunkSize(photo.size(), longestSide);
+    if (size == photo.size()) return photo.clone();
+    cv::Mat small(size, CV_8UC3);
     const auto blockBegin = [](int i, int from, int to) {
         return static_cast<int>(static_cast<std::int64_t>(i) * from / to);
     };

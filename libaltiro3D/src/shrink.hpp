@@ -1,8 +1,12 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
 
 namespace altiro3D {
+
+/// The size of shrink()'s result. @param size >= 1 px a side @param longestSide >= 1
+cv::Size shrunkSize(cv::Size size, int longestSide);
 
 /// The photo's area average with at most `longestSide` px a side; a copy if it has no more. Whole
 /// numbers only, so it is exact on any processor and for any number of threads, and the mirrored

@@ -292,8 +292,10 @@ VideoDepthStep VideoDepth::next(const cv::Mat& picture, cv::Mat& depth) {
     const PictureTracker::Step tracked = now.tracker.next(picture);
     step.cut = tracked.cut;
     step.repeated = tracked.repeated;
-    if (step.repeated) {
+    if (tracked.repeated || tracked.blank) {
+        // A network would make a depth of black or of a flash that no part of the scene has.
         depth = now.depth.clone();
+        impl_->memory = std::move(now);
         return step;
     }
     const cv::Mat& grey = now.tracker.grey();

@@ -2,6 +2,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_reader.hpp"
+#include "picture_tracker.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
@@ -160,6 +161,45 @@ TEST(VideoDepth, RepeatsCostNothingAndChangeNothing) {
     }
 }
 
+TEST(VideoDepth, BlankPicturesKeepTheDepthAndAreNotInferred) {
+    // A still scene, a fade that stays black for longer than the longest gap, a flash, the scene.
+    const cv::Mat scene = scenery(cv::Size(320, 180), 3);
+    std::vector<cv::Mat> clip{scene, scene + cv::Scalar::all(1)};
+    for (int i = 0; i < 30; ++i)
+        clip.emplace_back(scene.size(), CV_8UC3, cv::Scalar::all(40 - i));
+    clip.emplace_back(scene.size(), CV_8UC3, cv::Scalar::all(255));
+    clip.push_back(scene);
+    const auto isBlank = [&](std::size_t i) { return i >= 2 && i + 1 < clip.size(); };
+    for (const int every : {0, 5}) {
+        int blanks = 0;
+        const auto estimator = [&](const cv::Mat& picture, cv::Mat& raw) {
+            const cv::Vec3b first = picture.at<cv::Vec3b>(0, 0);
+            if (cv::norm(picture, cv::Mat(picture.size(), CV_8UC3, first), cv::NORM_INF) == 0)
+                ++blanks;
+            NoisyBrightness()(picture, raw);
+        };
+        VideoDepth video(estimator, DepthKind::NearWhite, everyOf(every));
+        VideoDepth resumed(estimator, DepthKind::NearWhite, everyOf(every));
+        cv::Mat before;
+        for (std::size_t i = 0; i < clip.size(); ++i) {
+            resumed.setState(video.state());
+            cv::Mat depth;
+            cv::Mat again;
+            const VideoDepthStep step = video.next(clip[i], depth);
+            resumed.next(clip[i], again);
+            EXPECT_TRUE(samePicture(again, depth)) << i;
+            EXPECT_EQ(resumed.state(), video.state()) << i;
+            EXPECT_EQ(step.inferred, i == 0) << i;
+            EXPECT_EQ(step.cut, i == 0) << i;
+            if (isBlank(i)) {
+                EXPECT_TRUE(samePicture(depth, before)) << i;
+            }
+            before = depth;
+        }
+        EXPECT_EQ(blanks, 0);
+    }
+}
+
 TEST(VideoDepth, TakesMostOfTheFlickerOfAStillPictureAway) {
     std::vector<cv::Mat> clip;
     for (int i = 0; i < 40; ++i) {
@@ -297,6 +337,26 @@ TEST(VideoDepth, RefusesForeignAndDamagedStates) {
         std::string bad = good;
         bad[i] = static_cast<char>(bad[i] ^ 4);
         EXPECT_EQ(errorOf([&] { video.setState(bad); }), sentence) << i;
+    }
+    // Right sums, but a picture of another shape than its small copy: it is compared px by px.
+    constexpr std::size_t kWord = sizeof(std::uint64_t);
+    const auto forged = [&](std::uint64_t rows, std::uint64_t cols) {
+        std::string bytes = good.substr(0, kWord);
+        append(bytes, rows);
+        append(bytes, cols);
+        bytes += good.substr(3 * kWord, good.size() - 4 * kWord);
+        append(bytes, checksum(bytes));
+        return bytes;
+    };
+    ASSERT_EQ(forged(180, 320), good);
+    for (const auto& [rows, cols] :
+         {std::pair{320, 180}, {180, 181}, {1, 320}, {0, 320}, {180, 0}, {0, 0}}) {
+        EXPECT_EQ(errorOf([&, r = rows, c = cols] {
+                      video.setState(
+                          forged(static_cast<std::uint64_t>(r), static_cast<std::uint64_t>(c)));
+                  }),
+                  sentence)
+            << rows << " x " << cols;
     }
     EXPECT_EQ(video.state(), good) << "a state that is refused changes nothing";
 }

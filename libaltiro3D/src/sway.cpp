@@ -43,6 +43,11 @@ cv::Range scaled(int start, int length, double factor, int most) {
     return {begin, end};
 }
 
+double checkedPosition(double position) {
+    check(!std::isnan(position), "position", "is nan, expected a number");
+    return std::clamp(position, -1.0, 1.0);
+}
+
 // A photo and the renderer that reads it.
 struct PhotoScene {
     PhotoScene(const cv::Mat& givenPhoto, const cv::Mat& givenDepth, const ViewOptions& given)
@@ -142,7 +147,7 @@ SwayView photoViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOption
     validate(options);
     const auto scene = std::make_shared<const PhotoScene>(photo, depth, options);
     return [scene](double position, cv::Mat& picture) {
-        renderView(*scene, std::clamp(position, -1.0, 1.0), picture);
+        renderView(*scene, checkedPosition(position), picture);
     };
 }
 
@@ -158,7 +163,7 @@ SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& layout, const Photo
         applyFit(quilt(layout.tile(view)), fit, picture);
     };
     return [tile, layout, between](double position, cv::Mat& picture) {
-        const double place = (std::clamp(position, -1.0, 1.0) + 1) / 2 * (layout.viewCount - 1);
+        const double place = (checkedPosition(position) + 1) / 2 * (layout.viewCount - 1);
         if (between == ViewFilter::Nearest) {
             tile(static_cast<int>(std::lround(place)), picture);
             return;

@@ -269,6 +269,21 @@ TEST(SwayView, WrongPicturesAreRefused) {
               "(no error)");
 }
 
+TEST(SwayView, APositionThatIsNoNumberIsRefused) {
+    const QuiltLayout layout = smallLayout();
+    const cv::Size size(61, 47);
+    ViewOptions fast;
+    fast.method = ViewMethod::Fast;
+    cv::Mat picture;
+    for (const SwayView& view : {quiltViews(numberedQuilt(layout), layout, asItIs(layout.tileSize)),
+                                 photoViews(movingPicture(size, 3), discDepth(size)),
+                                 photoViews(movingPicture(size, 3), discDepth(size), fast)}) {
+        EXPECT_EQ(errorOf([&] { view(std::nan(""), picture); }),
+                  "position: is nan, expected a number");
+        EXPECT_EQ(errorOf([&] { view(HUGE_VAL, picture); }), "(no error)"); // the end
+    }
+}
+
 TEST(WriteSway, FramesComeBackAsTheViewsOfThePath) {
     const TemporaryDirectory directory;
     const fs::path file = directory / "sway.mp4";

@@ -61,6 +61,7 @@ ALTIRO3D_EXPORT PhotoFit swayFit(cv::Size picture, double aspect, cv::Size resul
 ///
 /// @param position -1 leftmost .. +1 rightmost; what lies beyond counts as the end
 /// @param picture [rows x cols, CV_8UC3, BGR]; reused if it fits
+/// @throws Error InvalidArgument (a position that is no number), from those that are made here
 using SwayView = std::function<void(double position, cv::Mat& picture)>;
 
 /// The views of a photo with depth, at any position: those of Depth2Quilt::renderView(), bit for
@@ -69,7 +70,7 @@ using SwayView = std::function<void(double position, cv::Mat& picture)>;
 /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; must not change afterwards
 /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; must not change afterwards
 /// @param options what views look like
-/// @throws Error InvalidArgument, Mismatch, TooLarge
+/// @throws Error InvalidArgument, Mismatch, TooLarge, OutOfMemory
 ALTIRO3D_EXPORT SwayView photoViews(const cv::Mat& photo, const cv::Mat& depth,
                                     const ViewOptions& options = {});
 

@@ -3,6 +3,7 @@
 #include "altiro3D/picture_quality.hpp"
 #include "checks.hpp"
 #include "text.hpp"
+#include "view_renderer.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -101,35 +102,28 @@ ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOpti
     check(repetitions >= 1 && repetitions <= 1000, "repetitions",
           "is " + std::to_string(repetitions) + ", expected 1..1000");
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
-    // Tiles of the photo's own size, in as square a quilt as there is; one view for the
-    // preparation.
+    // Tiles of the photo's own size, in as square a quilt as there is.
     QuiltLayout layout;
     layout.columns = static_cast<int>(std::ceil(std::sqrt(views)));
     layout.rows = (views + layout.columns - 1) / layout.columns;
     layout.tileSize = photo.size();
     layout.viewCount = views;
-    const auto milliseconds = [&](const Depth2Quilt& maker, cv::Mat& quilt) {
+    const auto milliseconds = [&](const auto& work) {
         double best = std::numeric_limits<double>::infinity();
         for (int i = 0; i < repetitions; ++i) {
             const auto start = std::chrono::steady_clock::now();
-            maker.render(photo, depth, quilt);
+            work();
             const auto end = std::chrono::steady_clock::now();
             best = std::min(best, std::chrono::duration<double, std::milli>(end - start).count());
         }
         return best;
     };
+    const Depth2Quilt maker(layout, options);
     cv::Mat quilt;
-    ViewCost cost;
-    const double all = milliseconds(Depth2Quilt(layout, options), quilt);
-    cost.millisecondsPerView = all / views;
-    if (views > 1) {
-        layout.columns = layout.rows = layout.viewCount = 1;
-        const double one = milliseconds(Depth2Quilt(layout, options), quilt);
-        // one = preparation + view on one thread, all = preparation + views on all threads: an
-        // estimate from above, which is what a reader needs to know
-        cost.preparationMilliseconds = std::max(0.0, one - cost.millisecondsPerView);
-    }
-    return cost;
+    const double all = milliseconds([&] { maker.render(photo, depth, quilt); });
+    const double preparation =
+        milliseconds([&] { static_cast<void>(makeRenderer(photo, depth, options, 1)); });
+    return {all / views, std::min(preparation, all)};
 }
 
 ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth, int band) {

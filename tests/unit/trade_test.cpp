@@ -87,6 +87,17 @@ TEST(Trade, MeasuredTimesArePositiveAndBadCountsAreRefused) {
     const ViewCost cost = measureViews(photo, depth, {}, 5, 2);
     EXPECT_GT(cost.millisecondsPerView, 0);
     EXPECT_GE(cost.preparationMilliseconds, 0);
+    // What is done once is there for one view, too, and is a part of the whole.
+    const ViewCost ofOne = measureViews(photo, depth, {}, 1, 3);
+    EXPECT_GT(ofOne.preparationMilliseconds, 0);
+    EXPECT_LE(ofOne.preparationMilliseconds, ofOne.millisecondsPerView);
+    // Fast prepares nothing.
+    ViewOptions fast;
+    fast.method = ViewMethod::Fast;
+    const ViewCost cheap =
+        measureViews(cv::Mat(400, 600, CV_8UC3, cv::Scalar::all(50)),
+                     cv::Mat(400, 600, CV_32FC1, cv::Scalar::all(0.2)), fast, 8, 5);
+    EXPECT_LT(cheap.preparationMilliseconds, 0.1 * cheap.millisecondsPerView);
     EXPECT_NE(errorOf([&] { measureViews(photo, depth, {}, 0, 1); }).find("views: is 0"),
               std::string::npos);
     EXPECT_NE(errorOf([&] { measureViews(photo, depth, {}, 1, 0); }).find("repetitions: is 0"),

@@ -29,7 +29,9 @@ ALTIRO3D_EXPORT std::vector<NamedViewOptions> defaultSettings(const ViewOptions&
 /// What views cost.
 struct ViewCost {
     double millisecondsPerView = 0; ///< Wall time of a whole set of views, divided by their number.
-    double preparationMilliseconds = 0; ///< Part of that which is spent once for all views, in all.
+    /// What all views of a photo share (edges, the hidden background), done once: wall time, in
+    /// all; part of the whole set's.
+    double preparationMilliseconds = 0;
 };
 
 /// Measures what views cost on this machine, with the threads of `cv::setNumThreads()`.

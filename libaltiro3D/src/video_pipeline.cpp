@@ -25,15 +25,40 @@ double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+// Frames whose work is done, for their memory.
+class FramePool {
+  public:
+    FramePointer take() {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (frames_.empty()) return std::make_unique<PipelineFrame>();
+        FramePointer frame = std::move(frames_.back());
+        frames_.pop_back();
+        return frame;
+    }
+
+    void give(FramePointer frame) {
+        frame->step = {};
+        frame->state.clear();
+        const std::lock_guard<std::mutex> lock(mutex_);
+        frames_.push_back(std::move(frame));
+    }
+
+  private:
+    std::mutex mutex_;
+    std::vector<FramePointer> frames_;
+};
+
 // Frames between two stages.
 class FrameQueue {
   public:
-    FrameQueue(std::size_t most, bool dropLate) : most_(most), dropLate_(dropLate) {}
+    // @param late where frames that come too late go; null: none are dropped
+    FrameQueue(std::size_t most, FramePool* late) : most_(most), late_(late) {}
 
     // Waits for room; false if nobody will take the frame any more.
     bool push(FramePointer frame) {
         std::unique_lock<std::mutex> lock(mutex_);
-        while (dropLate_ && frames_.size() >= most_) {
+        while (late_ != nullptr && frames_.size() >= most_) {
+            late_->give(std::move(frames_.front()));
             frames_.pop_front();
             ++dropped_;
         }
@@ -73,33 +98,10 @@ class FrameQueue {
     std::condition_variable changed_;
     std::deque<FramePointer> frames_;
     std::size_t most_;
-    bool dropLate_;
+    FramePool* late_;
     bool ended_ = false;
     bool cancelled_ = false;
     std::int64_t dropped_ = 0;
-};
-
-// Frames whose work is done, for their memory.
-class FramePool {
-  public:
-    FramePointer take() {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        if (frames_.empty()) return std::make_unique<PipelineFrame>();
-        FramePointer frame = std::move(frames_.back());
-        frames_.pop_back();
-        return frame;
-    }
-
-    void give(FramePointer frame) {
-        frame->step = {};
-        frame->state.clear();
-        const std::lock_guard<std::mutex> lock(mutex_);
-        frames_.push_back(std::move(frame));
-    }
-
-  private:
-    std::mutex mutex_;
-    std::vector<FramePointer> frames_;
 };
 
 bool work(const PipelineStage& stage, PipelineFrame& frame, StageReport& report) {
@@ -129,8 +131,8 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
     FramePool pool;
     std::vector<std::unique_ptr<FrameQueue>> queues; // the i-th is before stage i + 1
     for (std::size_t i = 0; i + 1 < stages.size(); ++i) {
-        queues.push_back(
-            std::make_unique<FrameQueue>(options.queueFrames, options.dropLate && i == 0));
+        queues.push_back(std::make_unique<FrameQueue>(
+            options.queueFrames, options.dropLate && i == 0 ? &pool : nullptr));
     }
     std::mutex mutex;
     std::exception_ptr failure; // the first one
@@ -155,6 +157,7 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
                     break;
                 }
             }
+            if (i > 0) queues[i - 1]->cancel(); // a stage that ends early: nobody waits for it
             if (i < queues.size()) queues[i]->end();
         } catch (...) {
             keepFailure();

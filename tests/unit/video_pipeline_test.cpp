@@ -174,6 +174,45 @@ TEST(Pipeline, ALiveSourceIsNeverHeldUpAndTheNewestFrameWins) {
     EXPECT_EQ(seen.back(), 99);
 }
 
+TEST(Pipeline, AnyStageMayEndTheRun) {
+    for (const bool threads : {false, true}) {
+        for (const std::size_t last : {std::size_t{1}, std::size_t{2}}) {
+            std::int64_t done = 0;
+            std::vector<PipelineStage> stages = {source(1000000),
+                                                 {"b", [](PipelineFrame&) { return true; }},
+                                                 {"c", [](PipelineFrame&) { return true; }},
+                                                 {"d", [&](PipelineFrame&) {
+                                                      ++done;
+                                                      return true;
+                                                  }}};
+            stages[last].work = [](PipelineFrame& frame) { return frame.number < 20; };
+            runPipeline(stages, withThreads(threads, 1));
+            EXPECT_EQ(done, 20) << last;
+        }
+    }
+}
+
+TEST(Pipeline, MemoryOfFramesThatAreLateIsUsedAgain) {
+    int fresh = 0; // frames without memory
+    PipelineOptions options = withThreads(true, 1);
+    options.dropLate = true;
+    PipelineStage live = source(100);
+    const auto give = live.work;
+    live.work = [&](PipelineFrame& frame) {
+        if (frame.source.picture.empty()) ++fresh;
+        return give(frame);
+    };
+    const PipelineReport report = runPipeline({live,
+                                               {"slow",
+                                                [](PipelineFrame&) {
+                                                    std::this_thread::sleep_for(1ms);
+                                                    return true;
+                                                }}},
+                                              options);
+    EXPECT_GT(report.dropped, 20);
+    EXPECT_LE(fresh, 1 + 1 + 2); // one that waits, one in each stage, one on its way
+}
+
 TEST(Pipeline, OneStageIsEnoughAndNoneIsAnError) {
     EXPECT_EQ(runPipeline({source(7)}).stages[0].frames, 7);
     EXPECT_EQ(runPipeline({source(0), {"b", [](PipelineFrame&) { return true; }}}).stages[1].frames,

@@ -26,16 +26,18 @@ struct PipelineFrame {
 /// One step of the work on every frame.
 struct PipelineStage {
     std::string name; ///< For reports: "decode", "depth", "render", "encode".
-    /// Works on a frame. Called for one frame after the other, in order, in one thread. The first
-    /// stage returns false at the end (its frame is then dropped), the others true.
+    /// Works on a frame. Called for one frame after the other, in order, in one thread. False ends
+    /// the run: the frame is dropped, stages before make no more, those behind finish theirs.
     std::function<bool(PipelineFrame&)> work;
 };
 
 /// How a pipeline runs.
 struct PipelineOptions {
-    int queueFrames = 3;   ///< Frames that may wait between two stages, 1..64.
-    bool threads = true;   ///< Each stage has a thread; false: one after the other, for comparison.
-    bool dropLate = false; ///< Live: where frames wait, the newest wins and others are dropped.
+    int queueFrames = 3; ///< Frames that may wait between two stages, 1..64.
+    bool threads = true; ///< Each stage has a thread; false: one after the other, for comparison.
+    /// Live: the first stage never waits. Where queueFrames wait behind it already, the oldest of
+    /// them is dropped; with queueFrames = 1 the second stage always gets the newest.
+    bool dropLate = false;
 };
 
 /// What a stage did.

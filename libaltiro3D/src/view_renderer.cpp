@@ -6,6 +6,8 @@
 #include "views_layered.hpp"
 #include "views_real.hpp"
 
+#include <new>
+
 namespace altiro3D {
 
 namespace {
@@ -38,9 +40,10 @@ double shiftOf(const ViewOptions& options, int width, double position) {
     return static_cast<double>(bounded * halfParallaxOf(options, width));
 }
 
-std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
-                                           const ViewOptions& options, double reach) {
-    checkInputs(photo, depth);
+namespace {
+
+std::unique_ptr<ViewRenderer> rendererOf(const cv::Mat& photo, const cv::Mat& depth,
+                                         const ViewOptions& options, double reach) {
     switch (options.method) {
     case ViewMethod::Fast:
         return makeFastRenderer(photo, depth, options);
@@ -52,6 +55,26 @@ std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& 
     LayeredSettings settings{options.layered};
     settings.reachPixels = shiftOf(options, photo.cols, reach);
     return makeLayeredRenderer(photo, depth, options.focus, settings);
+}
+
+[[noreturn]] void failForMemory(cv::Size size) {
+    throw Error(ErrorCode::OutOfMemory, "photo",
+                "no memory for views of " + sizeText(size) + " px, expected a smaller photo");
+}
+
+} // namespace
+
+std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
+                                           const ViewOptions& options, double reach) {
+    checkInputs(photo, depth);
+    try {
+        return rendererOf(photo, depth, options, reach);
+    } catch (const std::bad_alloc&) {
+        failForMemory(photo.size());
+    } catch (const cv::Exception& exception) {
+        if (exception.code != cv::Error::StsNoMem) throw;
+        failForMemory(photo.size());
+    }
 }
 
 } // namespace altiro3D

@@ -108,7 +108,7 @@ double shiftOf(const ViewOptions& options, int width, double position);
 /// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
 /// @param options method and knobs, valid
 /// @param reach largest |position| that views will be asked for
-/// @throws Error InvalidArgument (types, sizes), Mismatch, TooLarge
+/// @throws Error InvalidArgument (types, sizes), Mismatch, TooLarge, OutOfMemory
 std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
                                            const ViewOptions& options, double reach);
 

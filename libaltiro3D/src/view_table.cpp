@@ -25,13 +25,15 @@ ViewTable emptyTable(cv::Size panelSize, const QuiltLayout& quilt) {
     ViewTable t;
     t.panelSize = panelSize;
     t.quilt = quilt;
+    const int type = tileCount(quilt) <= 256 ? CV_8U : CV_16U;
     try {
-        t.views = largeMat(3 * panelSize.height, panelSize.width,
-                           tileCount(quilt) <= 256 ? CV_8U : CV_16U);
+        t.views = largeMat(3 * panelSize.height, panelSize.width, type);
     } catch (const cv::Exception&) {
         throw Error(ErrorCode::OutOfMemory, "look-up table",
                     "no memory for a panel of " + sizeText(panelSize) + " px, expected " +
-                        std::to_string(6LL * panelSize.area() / 1000000) + " MB to be free");
+                        std::to_string(3LL * CV_ELEM_SIZE(type) * panelSize.width *
+                                       panelSize.height / 1000000) +
+                        " MB to be free");
     }
     t.columns.resize(static_cast<std::size_t>(panelSize.width));
     t.rows.resize(static_cast<std::size_t>(panelSize.height));

@@ -2,6 +2,8 @@
 
 #include "altiro3D/depth2quilt.hpp"
 #include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/memory_limit.hpp"
 
 #include <functional>
 #include <gtest/gtest.h>
@@ -333,6 +335,22 @@ TEST_P(ViewMethods, SubMatricesGiveTheSameBytesAndNothingAroundThemCounts) {
     EXPECT_TRUE(samePicture(around(cv::Rect(4, 3, 2 * 61, 2 * 37)), expected));
     quilt.setTo(cv::Scalar::all(9));
     EXPECT_EQ(cv::countNonZero(around.clone().reshape(1) != 9), 0);
+}
+
+TEST(ViewMethods, LackOfMemoryIsNamed) {
+    ALTIRO3D_REQUIRE_MEMORY_LIMITS();
+    const cv::Size size(8000, 6000);
+    const cv::Mat photo = cv::Mat::zeros(size, CV_8UC3);
+    const cv::Mat depth = cv::Mat::zeros(size, CV_32FC1);
+    for (const ViewMethod method : {ViewMethod::Layered, ViewMethod::Real}) {
+        ViewOptions options;
+        options.method = method;
+        const Depth2Quilt maker(QuiltLayout(), options);
+        cv::Mat quilt(maker.layout().size(), CV_8UC3);
+        const MemoryLimit limit(40);
+        EXPECT_EQ(errorOf([&] { maker.render(photo, depth, quilt); }),
+                  "photo: no memory for views of 8000 x 6000 px, expected a smaller photo");
+    }
 }
 
 } // namespace

@@ -5,6 +5,7 @@
 #include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
+#include "support/memory_limit.hpp"
 
 #include <cstring>
 #include <functional>
@@ -159,6 +160,26 @@ void expectRendersAsItSays(const NativeLut& lut) {
     cv::Mat native;
     Quilt2Native(lut).render(quilt, native);
     EXPECT_TRUE(samePicture(native, slowNative(lut, quilt)));
+}
+
+TEST(ViewTable, SaysHowMuchMemoryItNeeds) {
+    ALTIRO3D_REQUIRE_MEMORY_LIMITS();
+    LensGeometry g = lensGeometry(panel());
+    g.panelWidth = 20000;
+    g.panelHeight = 30000;
+    const auto problem = [&](const QuiltLayout& layout) {
+        const MemoryLimit limit(300);
+        return errorOf([&] { viewTable(g, layout); });
+    };
+    // three views for each of 600 million px, of a byte each, or two where there are more than 256
+    QuiltLayout layout;
+    EXPECT_EQ(problem(layout), "look-up table: no memory for a panel of 20000 x 30000 px, expected "
+                               "1800 MB to be free");
+    layout.columns = 20;
+    layout.rows = 20;
+    layout.viewCount = 400;
+    EXPECT_EQ(problem(layout), "look-up table: no memory for a panel of 20000 x 30000 px, expected "
+                               "3600 MB to be free");
 }
 
 TEST(ViewTable, TablesOfOtherProgramsAreRenderedAsTheySay) {

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <fstream>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+/// Skips the test where memory is not counted as a program asks for it: sanitizers reserve
+/// terabytes.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define ALTIRO3D_REQUIRE_MEMORY_LIMITS() GTEST_SKIP() << "a sanitizer has the memory"
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define ALTIRO3D_REQUIRE_MEMORY_LIMITS() GTEST_SKIP() << "a sanitizer has the memory"
+#endif
+#endif
+#ifndef ALTIRO3D_REQUIRE_MEMORY_LIMITS
+#define ALTIRO3D_REQUIRE_MEMORY_LIMITS() static_cast<void>(0)
+#endif
+
+namespace altiro3D::test {
+
+/// While it lives the process gets no more than so much memory beyond what it has.
+class MemoryLimit {
+  public:
+    explicit MemoryLimit(rlim_t megabytes) {
+        rlim_t pages = 0;
+        std::ifstream("/proc/self/statm") >> pages;
+        getrlimit(RLIMIT_AS, &before_);
+        rlimit now = before_;
+        now.rlim_cur = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (megabytes << 20U);
+        setrlimit(RLIMIT_AS, &now);
+    }
+    ~MemoryLimit() { setrlimit(RLIMIT_AS, &before_); }
+    MemoryLimit(const MemoryLimit&) = delete;
+    MemoryLimit& operator=(const MemoryLimit&) = delete;
+
+  private:
+    rlimit before_{};
+};
+
+} // namespace altiro3D::test

@@ -2,7 +2,9 @@
 
 #include "altiro3D/video_frame.hpp"
 
+#include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -53,6 +55,13 @@ int numberOf(const Enumeration& field) {
     static_assert(sizeof field == sizeof number, "C's enumerations are int");
     std::memcpy(&number, &field, sizeof number);
     return number;
+}
+
+/// Files may hold times at the ends of the numbers; of those up to here a sum of three fits.
+constexpr std::int64_t kFarthestTime = std::numeric_limits<std::int64_t>::max() / 4;
+/// False for AV_NOPTS_VALUE, too.
+inline bool isNear(std::int64_t time) {
+    return time >= -kFarthestTime && time <= kFarthestTime;
 }
 
 /// A dictionary that is freed at the end.

@@ -1,20 +1,8 @@
 #include "other_streams.hpp"
 
 #include <algorithm>
-#include <limits>
 
 namespace altiro3D {
-
-namespace {
-
-// Files may hold times at the ends of the numbers.
-constexpr std::int64_t kFarthest = std::numeric_limits<std::int64_t>::max() / 4;
-
-bool isNear(std::int64_t time) {
-    return time >= -kFarthest && time <= kFarthest;
-}
-
-} // namespace
 
 bool OtherStreams::want() {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -80,7 +68,7 @@ PacketPtr OtherStreams::pop(std::size_t index, std::optional<std::int64_t> befor
             const std::int64_t begin = time - shift;
             if (before && av_compare_ts(begin, timeBase, *before, unit) >= 0) return nullptr;
             const std::int64_t after =
-                begin + std::clamp<std::int64_t>(packet.duration, 0, kFarthest);
+                begin + std::clamp<std::int64_t>(packet.duration, 0, kFarthestTime);
             const bool early = clip_ && begin < 0 && (!isSubtitle || after <= 0);
             if (early || (end_ && av_compare_ts(begin, timeBase, *end_ - origin_, unit_) >= 0)) {
                 queue.pop_front();

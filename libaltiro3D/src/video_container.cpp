@@ -82,7 +82,9 @@ void VideoContainer::open(const AVCodecParameters& pictures, const VideoWriterOp
     file_->check();
     if (result < 0) {
         throw Error(ErrorCode::Unsupported, path_.string(),
-                    "cannot hold these streams together: " + ffmpegText(result));
+                    "cannot hold these streams together: " + ffmpegText(result) + ", expected " +
+                        (isMatroska() ? "" : "a name that ends in .mkv, or ") +
+                        "no sound, subtitles and chapters");
     }
 }
 
@@ -131,6 +133,7 @@ void VideoContainer::copyOthers(std::optional<std::int64_t> before) {
 }
 
 void VideoContainer::finish(std::int64_t end, Notes& notes) {
+    failed_ = true; // until all is well: FFmpeg must not end a file twice
     copyOthers(sourceHasEnded() ? std::nullopt : std::optional<std::int64_t>(end));
     // What is still waiting to be interleaved.
     for (int result = -1; result < 0;) {
@@ -138,7 +141,16 @@ void VideoContainer::finish(std::int64_t end, Notes& notes) {
         checkPacket(result);
     }
     checkWritten(av_write_trailer(output_.get()));
+    // The muxer counts what it has taken of a stream.
+    const std::int64_t lost = picturesWritten_ - stream_->nb_frames;
+    if (refused_ > 0 && lost > 0) {
+        throw Error(ErrorCode::WriteFailed, path_.string(),
+                    "would lack " + std::to_string(lost) + " of " +
+                        std::to_string(picturesWritten_) +
+                        " pictures, which were refused as damaged");
+    }
     file_->finish();
+    failed_ = false;
     if (refused_ > 0) {
         notes.push_back(path_.string() + ": " + std::to_string(refused_) +
                         (refused_ == 1 ? " damaged packet" : " damaged packets") +

@@ -28,6 +28,8 @@ namespace {
 
 using Kind = VideoInput::Kind;
 
+constexpr double kLatestSeconds = 1e9; // what a foreign file places later is not kept
+
 // Whether an MP4 or QuickTime file has boxes but not the one with its index.
 bool lacksMovieIndex(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
@@ -281,8 +283,8 @@ double endOfPictureAndSound(const AVFormatContext& format) {
         const bool lasts = type == AVMEDIA_TYPE_VIDEO || type == AVMEDIA_TYPE_AUDIO;
         if (!lasts || stream.duration == AV_NOPTS_VALUE || isCover(stream)) continue;
         const std::int64_t begin = stream.start_time != AV_NOPTS_VALUE ? stream.start_time : 0;
-        end =
-            std::max(end, static_cast<double>(begin + stream.duration) * av_q2d(stream.time_base));
+        const double ticks = static_cast<double>(begin) + static_cast<double>(stream.duration);
+        end = std::max(end, ticks * av_q2d(stream.time_base));
     }
     if (format.start_time != AV_NOPTS_VALUE)
         end -= static_cast<double>(format.start_time) / AV_TIME_BASE;
@@ -340,6 +342,7 @@ void fillFacts(VideoInput& input) {
     if (input.format->start_time != AV_NOPTS_VALUE) {
         input.startPts =
             av_rescale_q(input.format->start_time, AVRational{1, AV_TIME_BASE}, video.time_base);
+        if (!isNear(input.startPts)) input.startPts = 0;
     }
 }
 
@@ -390,7 +393,7 @@ std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoRea
     others.colour = input.facts.colour;
     for (const VideoChapter& chapter : input.facts.chapters) {
         const double start = std::max(chapter.start, options.from) - options.from;
-        const double end = std::min(chapter.end, options.to) - options.from;
+        const double end = std::min({chapter.end, options.to, kLatestSeconds}) - options.from;
         if (end > start) others.chapters.push_back({start, end, chapter.title});
     }
     for (unsigned i = 0; i < input.format->nb_streams; ++i) {

@@ -87,6 +87,7 @@ struct VideoReader::Impl {
   private:
     void setRange();
     void begin();
+    void restart();
     bool seek(std::int64_t target);
     bool seekToStart();
     bool readPacket();
@@ -123,7 +124,6 @@ struct VideoReader::Impl {
     bool sentEnd_ = false;
     bool ended_ = false;
     bool pastEnd_ = false; // ended by options.to
-    std::int64_t videoPackets_ = 0;
 };
 
 VideoReader::Impl::Impl(const fs::path& path, const VideoReaderOptions& given) : options(given) {
@@ -156,11 +156,8 @@ void VideoReader::Impl::setRange() {
     originPts_ = options.from > 0 ? fromPts_ : startPts_;
 }
 
-// Goes to the last key frame before a time of the file; false if the file cannot.
-bool VideoReader::Impl::seek(std::int64_t target) {
-    if (av_seek_frame(format_.get(), stream_->index, target, AVSEEK_FLAG_BACKWARD) < 0) {
-        return false;
-    }
+// After the file has been wound: what came before does not count.
+void VideoReader::Impl::restart() {
     avcodec_flush_buffers(decoder_.get());
     others->clear();
     corruptPts_.clear();
@@ -169,6 +166,14 @@ bool VideoReader::Impl::seek(std::int64_t target) {
     hasLast_ = false;
     lastEnd = 0;
     counts = {};
+}
+
+// Goes to the last key frame before a time of the file; false if the file cannot.
+bool VideoReader::Impl::seek(std::int64_t target) {
+    if (av_seek_frame(format_.get(), stream_->index, target, AVSEEK_FLAG_BACKWARD) < 0) {
+        return false;
+    }
+    restart();
     return true;
 }
 
@@ -177,12 +182,7 @@ bool VideoReader::Impl::seekToStart() {
     if (avformat_seek_file(format_.get(), -1, INT64_MIN, INT64_MIN, INT64_MAX, 0) < 0) {
         return seek(startPts_);
     }
-    avcodec_flush_buffers(decoder_.get());
-    others->clear();
-    sentEnd_ = false;
-    drained_ = false;
-    hasLast_ = false;
-    counts = {};
+    restart();
     return true;
 }
 
@@ -252,10 +252,10 @@ bool VideoReader::Impl::readPacket() {
     const AVStream& stream = *format_->streams[packet_->stream_index];
     const std::int64_t time = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
     if (time != AV_NOPTS_VALUE) {
-        const double end =
-            static_cast<double>(time + std::max<std::int64_t>(packet_->duration, 0)) *
-                av_q2d(stream.time_base) -
-            static_cast<double>(startPts_) * av_q2d(stream_->time_base);
+        const double end = (static_cast<double>(time) +
+                            static_cast<double>(std::max<std::int64_t>(packet_->duration, 0))) *
+                               av_q2d(stream.time_base) -
+                           static_cast<double>(startPts_) * av_q2d(stream_->time_base);
         lastEnd = std::max(lastEnd, end);
     }
     return true;
@@ -305,7 +305,6 @@ bool VideoReader::Impl::decode(AVFrame& frame) {
                 keepOther();
                 continue;
             }
-            ++videoPackets_;
             if ((packet_->flags & AV_PKT_FLAG_CORRUPT) != 0) {
                 if (packet_->pts != AV_NOPTS_VALUE) corruptPts_.insert(packet_->pts);
             }
@@ -319,20 +318,20 @@ bool VideoReader::Impl::decode(AVFrame& frame) {
             ++counts.corrupt;
             continue;
         }
-        const std::int64_t pts = frame.best_effort_timestamp;
+        const bool known = isNear(frame.best_effort_timestamp); // AV_NOPTS_VALUE is far outside
         if ((frame.flags & AV_FRAME_FLAG_CORRUPT) != 0 || frame.decode_error_flags != 0 ||
             corruptPts_.erase(frame.pts) != 0) {
             ++counts.corrupt;
             continue;
         }
         interlaced = interlaced || isInterlaced(frame);
-        aheadPts_ = pts;
-        if (pts == AV_NOPTS_VALUE || (hasLast_ && pts <= lastPts_)) {
+        aheadPts_ = frame.best_effort_timestamp;
+        if (!known || (hasLast_ && aheadPts_ <= lastPts_)) {
             if (hasLast_ || !facts.averageRate.isKnown() || facts.frameCount.value_or(0) > 1) {
                 ++counts.repairedTimes;
             }
-            aheadPts_ =
-                hasLast_ ? lastPts_ + std::max<std::int64_t>(frameDuration(), 1) : startPts_;
+            const std::int64_t next = lastPts_ + std::max<std::int64_t>(frameDuration(), 1);
+            aheadPts_ = hasLast_ ? std::min(next, kFarthestTime) : startPts_;
         }
         lastPts_ = aheadPts_;
         hasLast_ = true;
@@ -360,7 +359,7 @@ void VideoReader::Impl::drainOthers() {
         if (!readPacket()) break;
         const auto index = static_cast<std::size_t>(packet_->stream_index);
         const std::int64_t time = packet_->dts != AV_NOPTS_VALUE ? packet_->dts : packet_->pts;
-        if (index >= otherIndex_.size() || time == AV_NOPTS_VALUE) continue;
+        if (index >= otherIndex_.size() || !isNear(time)) continue;
         const AVRational unit = format_->streams[index]->time_base;
         if (packet_->stream_index == stream_->index) {
             const double past = static_cast<double>(time - toPts_) * av_q2d(unit);
@@ -378,17 +377,19 @@ void VideoReader::Impl::drainOthers() {
 // Goes on with the frame of that time, as read() gives it; the frames before are left out.
 void VideoReader::Impl::skipTo(std::int64_t pts) {
     if (!begun_) begin();
-    const std::int64_t goal = originPts_ + pts;
+    const std::int64_t goal = originPts_ + std::clamp(pts, -kFarthestTime, kFarthestTime);
     const auto far = static_cast<std::int64_t>(kFarSeconds / av_q2d(stream_->time_base));
     const bool seekable = kind_ == Kind::File && format_->start_time != AV_NOPTS_VALUE;
     if (hasCurrent_ && seekable && goal - currentPts_ > far && seek(goal)) {
         // Where times were missing they are not the same after a seek: then all is read.
-        while ((hasCurrent_ = decode(*current_)) && aheadPts_ < goal) {
-        }
+        bool before = false;
+        while ((hasCurrent_ = decode(*current_)) && aheadPts_ < goal)
+            before = true;
         if (hasCurrent_ && aheadPts_ == goal) {
             currentPts_ = aheadPts_;
             return;
         }
+        if (!hasCurrent_ && before && counts.repairedTimes == 0) return; // the video ends earlier
         hasCurrent_ = seekToStart() && decode(*current_);
         currentPts_ = aheadPts_;
     }
@@ -416,7 +417,7 @@ bool VideoReader::Impl::pass(std::int64_t until) {
             continue;
         }
         const std::int64_t time = packet_->dts != AV_NOPTS_VALUE ? packet_->dts : packet_->pts;
-        if (time == AV_NOPTS_VALUE) continue;
+        if (!isNear(time)) continue;
         if (time >= toPts_) {
             pastEnd_ = true;
             more = false;
@@ -434,7 +435,9 @@ bool VideoReader::Impl::pass(std::int64_t until) {
 std::int64_t VideoReader::Impl::frameDuration() const {
     const Fraction& rate = facts.averageRate.isKnown() ? facts.averageRate : facts.nominalRate;
     if (!rate.isKnown()) return 0;
-    return av_rescale_q(1, AVRational{rate.denominator, rate.numerator}, stream_->time_base);
+    const std::int64_t duration =
+        av_rescale_q(1, AVRational{rate.denominator, rate.numerator}, stream_->time_base);
+    return std::clamp<std::int64_t>(duration, 0, kFarthestTime);
 }
 
 bool VideoReader::Impl::read(VideoFrame& frame) {
@@ -447,7 +450,7 @@ bool VideoReader::Impl::read(VideoFrame& frame) {
     if (!hasCurrent_) {
         if (!ended_) {
             ended_ = true;
-            if (counts.frames == 0 && counts.corrupt > 0 && !pastEnd_) {
+            if (!hasLast_ && counts.corrupt > 0 && !pastEnd_) {
                 fail(ErrorCode::BadFormat, subject,
                      "holds " + facts.codec + " video of which not one frame can be decoded");
             }
@@ -456,7 +459,7 @@ bool VideoReader::Impl::read(VideoFrame& frame) {
         }
         return false;
     }
-    std::int64_t duration = durationOf(*current_);
+    std::int64_t duration = isNear(durationOf(*current_)) ? durationOf(*current_) : 0;
     bool hasNext = false;
     if (kind_ != Kind::Device) {
         hasNext = decode(*ahead_);

@@ -92,6 +92,14 @@ void validate(const VideoWriterOptions& options) {
     checkPositive(options.timeBase, "timeBase", false);
     checkPositive(options.frameRate, "frameRate", !options.constantRate);
     checkPositive(options.sampleAspect, "sampleAspect", false);
+    const auto checkColour = [](int number, const char* field, int most) {
+        check(number >= 1 && number <= most, field,
+              "is " + std::to_string(number) + ", expected 1.." + std::to_string(most));
+    };
+    if (options.colour) {
+        checkColour(options.colour->primaries, "colour.primaries", AVCOL_PRI_NB - 1);
+        checkColour(options.colour->transfer, "colour.transfer", AVCOL_TRC_NB - 1);
+    }
     check(options.threads >= 0 && options.threads <= kMostThreads, "threads",
           "is " + std::to_string(options.threads) + ", expected 0.." +
               std::to_string(kMostThreads));

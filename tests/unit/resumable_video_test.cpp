@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+#include <sys/resource.h>
 
 namespace altiro3D::test {
 namespace {
@@ -446,6 +447,35 @@ TEST(VideoReaderSkip, TheFramesThatFollowAreTheSame) {
             EXPECT_FALSE(reader.next());
         }
     }
+}
+
+double processorSeconds() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_utime.tv_sec) +
+           static_cast<double>(usage.ru_utime.tv_usec) * 1e-6;
+}
+
+TEST(VideoReaderSkip, NothingIsReadTwiceToFindThatNothingIsLeft) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4";
+    ffmpeg("-f lavfi -i testsrc2=size=640x480:rate=25:duration=20 -c:v libx264 -preset ultrafast "
+           "-bf 2 -g 50 " +
+           arg(clip));
+    VideoReaderOptions options;
+    options.threads = 1;
+    VideoReader linear(clip, options);
+    const double start = processorSeconds();
+    linear.skipTo(1); // no further than that is decoded frame by frame
+    for (VideoFrame frame; linear.read(frame);) {
+    }
+    const double whole = processorSeconds() - start;
+    VideoReader reader(clip, options);
+    const std::int64_t seconds = reader.facts().timeBase.denominator;
+    reader.skipTo(30 * seconds);
+    EXPECT_FALSE(reader.next());
+    EXPECT_LT(processorSeconds() - start - whole, 0.3 * whole);
 }
 
 } // namespace

@@ -553,6 +553,26 @@ TEST(VideoReader, OpensDevicesByTheirFormat) {
               "formatOptions: have \"no_such_option\", which the format lavfi does not know");
 }
 
+TEST(VideoReader, TimesAtTheEndOfTheNumbersCountAsMissing) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file =
+        makeClip(directory, "clip.mp4", "-bf 0 -t 1.2 -movflags frag_keyframe+empty_moov");
+    std::string bytes = slurp(file);
+    const std::size_t last = bytes.rfind("tfdt"); // the time at which the last third begins
+    ASSERT_NE(last, std::string::npos);
+    bytes[last + 8] = 0x60; // the first of its eight bytes
+    spill(file, bytes);
+    VideoReader reader(file);
+    const std::vector<VideoFrame> frames = allFrames(reader);
+    ASSERT_EQ(frames.size(), 30u);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        EXPECT_EQ(frames[i].pts, 512 * static_cast<std::int64_t>(i));
+        EXPECT_EQ(frames[i].duration, 512);
+    }
+    EXPECT_EQ(reader.counts().repairedTimes, 10);
+}
+
 TEST(VideoReader, ACutOffFileDeliversWhatIsThere) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;

@@ -4,11 +4,14 @@
 #include "other_streams.hpp"
 #include "support/files.hpp"
 #include "support/video.hpp"
+#include "video_container.hpp"
+#include "video_input.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <condition_variable>
 #include <csignal>
+#include <cstring>
 #include <deque>
 #include <functional>
 #include <gtest/gtest.h>
@@ -602,6 +605,59 @@ TEST(VideoWriter, SoundOfTimesThatNoNumberHoldsIsLeftOut) {
     EXPECT_EQ(taken(7, 1, kMost / 3), nullptr) << "the origin is none in the stream's unit";
 }
 
+TEST(VideoWriter, ChaptersOfTimesThatNoNumberHoldsAreLeftOut) {
+    const TemporaryDirectory directory;
+    writeClip(directory / "clip.mkv", smallOptions(), 2);
+    VideoInput input = openVideoInput(directory / "clip.mkv", {});
+    input.facts.chapters = {{0, 1, "One"}, {1, 1e300, "Long"}, {1e10, 2e10, "Late"}};
+    OtherStreams others;
+    describeOthers(input, {}, others);
+    ASSERT_EQ(others.chapters.size(), 2u); // in ns, as they are written
+    EXPECT_EQ(others.chapters[1].title, "Long");
+    EXPECT_LT(others.chapters[1].end, 9.2e9);
+}
+
+TEST(VideoWriter, AfterAFailureAtTheEndItIsLost) {
+    for (const char* const name : {"clip.mkv", "clip.mp4"}) {
+        const TemporaryDirectory directory;
+        const fs::path file = directory / name;
+        VideoWriter writer(file, smallOptions());
+        writer.write({movingPicture(kSize, 0), 0, 1});
+        fs::create_directory(file);
+        EXPECT_EQ(errorOf([&] { writer.finish(); }).find(file.string() + ": cannot be "), 0u);
+        const std::string lost = file.string() + ": cannot be written any further after a failure";
+        EXPECT_EQ(errorOf([&] { writer.finish(); }), lost);
+        EXPECT_EQ(errorOf([&] { writer.write({movingPicture(kSize, 1), 1, 1}); }), lost);
+    }
+}
+
+TEST(VideoWriter, APictureThatTheContainerRefusesIsNoDamagedSound) {
+    const TemporaryDirectory directory;
+    VideoContainer container(directory / "clip.mkv");
+    const ParametersPtr parameters(avcodec_parameters_alloc());
+    parameters->codec_type = AVMEDIA_TYPE_VIDEO;
+    parameters->codec_id = AV_CODEC_ID_FFV1;
+    parameters->width = kSize.width;
+    parameters->height = kSize.height;
+    const auto source = std::make_shared<OtherStreams>();
+    source->want();
+    source->begin();
+    Notes notes;
+    container.open(*parameters, smallOptions(), source, notes);
+    for (const std::int64_t time : {0, 2, 1, 3}) { // the third is refused: times must rise
+        const PacketPtr packet = newPacket();
+        ASSERT_EQ(av_new_packet(packet.get(), 100), 0);
+        std::memset(packet->data, 0, 100);
+        packet->pts = packet->dts = time;
+        packet->duration = 1;
+        container.write(*packet);
+    }
+    EXPECT_EQ(errorOf([&] { container.finish(3, notes); }),
+              (directory / "clip.mkv").string() +
+                  ": would lack 1 of 4 pictures, which were refused as damaged");
+    EXPECT_TRUE(notes.empty());
+}
+
 TEST(VideoWriter, PacketsAreInterleaved) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
@@ -872,6 +928,16 @@ TEST(VideoWriter, OptionsAreChecked) {
                   o.timeBase = {0, 1};
               }),
               "timeBase: is 0/1, expected more than 0");
+    const auto withColour = [&](int primaries, int transfer) {
+        return problem([&](auto& o) {
+            o.colour.emplace();
+            o.colour->primaries = primaries;
+            o.colour->transfer = transfer;
+        });
+    };
+    EXPECT_EQ(withColour(9, 16), "(no error)");
+    EXPECT_EQ(withColour(100000, 16).find("colour.primaries: is 100000, expected 1.."), 0u);
+    EXPECT_EQ(withColour(9, -1).find("colour.transfer: is -1, expected 1.."), 0u);
     EXPECT_EQ(problem([](auto& o) { o.threads = -1; }), "threads: is -1, expected 0..64");
     EXPECT_EQ(problem([](auto& o) {
                   o.size = {65, 48};

@@ -29,14 +29,17 @@ struct VideoWriterOptions {
     /// 4:2:0 for players that can do no more (H264 and Hevc); even sides only. It blurs a Native's
     /// views into each other.
     bool compatible = false;
-    double crf = 16;                    ///< Quality of H264, H264Rgb, Hevc, 0..51; less is better.
-    std::string preset = "superfast";   ///< Of H264, H264Rgb, Hevc: "ultrafast".."veryslow".
-    Fraction timeBase{1, 1000};         ///< Unit of the frames' times, s.
-    Fraction frameRate;                 ///< Frames a second, if only about; 0/1 = not known.
-    bool constantRate = false;          ///< frameRate holds for every frame.
-    Fraction sampleAspect{1, 1};        ///< Width : height of a px.
-    std::optional<ColourMatrix> matrix; ///< Else BT.709 from 720 lines on, the source's below.
-    std::optional<ColourRange> range;   ///< Else limited.
+    double crf = 16;                  ///< Quality of H264, H264Rgb, Hevc, 0..51; less is better.
+    std::string preset = "superfast"; ///< Of H264, H264Rgb, Hevc: "ultrafast".."veryslow".
+    Fraction timeBase{1, 1000};       ///< Unit of the frames' times, s.
+    Fraction frameRate;               ///< Frames a second, if only about; 0/1 = not known.
+    bool constantRate = false;        ///< frameRate holds for every frame.
+    Fraction sampleAspect{1, 1};      ///< Width : height of a px.
+    /// Else BT.709 from 720 lines on (BT.2020 if the source is), below them the source's, or
+    /// BT.601. Codecs of red, green and blue have none.
+    std::optional<ColourMatrix> matrix;
+    std::optional<ColourRange>
+        range; ///< Else limited. Codecs of red, green and blue: full, always.
     std::optional<VideoColour> colour; ///< Of the source; else as its reader says, if there is one.
     int threads = 0;   ///< Threads that encode, 0..64; 0 = one per processor. Bytes depend on it.
     bool audio = true; ///< Copy the source's sound.
@@ -92,7 +95,7 @@ class ALTIRO3D_EXPORT VideoWriter {
     /// Writes what is left and gives the file its name. If the source has been read to its end all
     /// of its other streams are kept, else what belongs to the frames written.
     ///
-    /// @throws Error InvalidArgument (no frame was written), WriteFailed
+    /// @throws Error InvalidArgument (no frame was written), WriteFailed; the file is then lost
     void finish();
 
     /// What was left out or changed, one sentence each, for people.

@@ -57,7 +57,7 @@ void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& qu
     for (int i = 0; i < layout_.viewCount; ++i)
         shifts.push_back(shiftOf(options_, photo.cols, viewPosition(i, layout_.viewCount)));
     const bool direct = photo.size() == layout_.tileSize;
-    if (direct && renderer->rowRenderer() != nullptr) {
+    if (direct && renderer->makesRows()) {
         cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& rows) {
             const std::unique_ptr<RowRenderer> rowRenderer = renderer->rowRenderer();
             std::vector<std::uint8_t*> targets(shifts.size());
@@ -105,7 +105,7 @@ void Depth2Quilt::renderView(const cv::Mat& photo, const cv::Mat& depth, double 
     const std::unique_ptr<ViewRenderer> renderer =
         makeRenderer(photo, depth, options_, std::max(1.0, std::abs(position)));
     cv::Mat result(photo.size(), CV_8UC3);
-    renderer->render(shiftOf(options_, photo.cols, position), result);
+    renderWhole(*renderer, shiftOf(options_, photo.cols, position), result);
     view = result;
 }
 

@@ -175,8 +175,7 @@ void NativeRenderer::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat&
     const double samples = 1.0 * self.viewCount * static_cast<double>(photo.total());
     const double subpixels = 3.0 * static_cast<double>(native.total());
     const bool mostAreShown = kSamplesPerSubpixel * subpixels > samples;
-    if (self.positions == ViewPositions::Discrete && mostAreShown &&
-        renderer->rowRenderer() != nullptr) {
+    if (self.positions == ViewPositions::Discrete && mostAreShown && renderer->makesRows()) {
         self.renderRows(*renderer, photo, columns, rowOf, native);
     } else {
         self.renderSubpixels(*renderer, photo, columns, rowOf, native);

@@ -62,17 +62,7 @@ struct PhotoScene {
 
 void renderView(const PhotoScene& scene, double position, cv::Mat& picture) {
     picture.create(scene.photo.size(), CV_8UC3);
-    const double shift = shiftOf(scene.options, scene.photo.cols, position);
-    if (scene.renderer->rowRenderer() == nullptr) {
-        scene.renderer->render(shift, picture);
-        return;
-    }
-    cv::parallel_for_(cv::Range(0, picture.rows), [&](const cv::Range& rows) {
-        const std::unique_ptr<RowRenderer> renderer = scene.renderer->rowRenderer();
-        const std::vector<double> shifts = {shift};
-        for (int y = rows.start; y < rows.end; ++y)
-            renderer->render(y, shifts, {picture.ptr<std::uint8_t>(y)});
-    });
+    renderWhole(*scene.renderer, shiftOf(scene.options, scene.photo.cols, position), picture);
 }
 
 } // namespace

@@ -64,6 +64,19 @@ std::unique_ptr<ViewRenderer> rendererOf(const cv::Mat& photo, const cv::Mat& de
 
 } // namespace
 
+void renderWhole(const ViewRenderer& renderer, double shiftPixels, cv::Mat& view) {
+    if (!renderer.makesRows()) {
+        renderer.render(shiftPixels, view);
+        return;
+    }
+    cv::parallel_for_(cv::Range(0, view.rows), [&](const cv::Range& rows) {
+        const std::unique_ptr<RowRenderer> rowRenderer = renderer.rowRenderer();
+        const std::vector<double> shifts = {shiftPixels};
+        for (int y = rows.start; y < rows.end; ++y)
+            rowRenderer->render(y, shifts, {view.ptr<std::uint8_t>(y)});
+    });
+}
+
 std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
                                            const ViewOptions& options, double reach) {
     checkInputs(photo, depth);

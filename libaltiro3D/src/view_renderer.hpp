@@ -81,7 +81,8 @@ class ViewRenderer {
         render(-shiftPixels, opposite);
     }
 
-    /// Null if the method makes views one by one.
+    /// Whether rowRenderer() gives one; else the method makes views one by one.
+    virtual bool makesRows() const { return false; }
     virtual std::unique_ptr<RowRenderer> rowRenderer() const { return nullptr; }
 
     /// Reads sub-pixels at the given columns of the photo; they may repeat. Null if the method
@@ -95,6 +96,9 @@ class ViewRenderer {
         return nullptr;
     }
 };
+
+/// ViewRenderer::render() on all threads, if the method makes rows.
+void renderWhole(const ViewRenderer& renderer, double shiftPixels, cv::Mat& view);
 
 /// S/2 in px for pictures of a width.
 float halfParallaxOf(const ViewOptions& options, int width);

@@ -275,6 +275,8 @@ class LayeredRenderer : public ViewRenderer {
             rows.render(y, shifts, {view.ptr<std::uint8_t>(y)});
     }
 
+    bool makesRows() const override { return true; }
+
     std::unique_ptr<RowRenderer> rowRenderer() const override {
         return std::make_unique<LayeredRows>(photo_, scene_, columns_);
     }

@@ -53,7 +53,7 @@ class Taps {
 
 // The sum of the squares of the differences of the upper 16 bits, and of the lower ones.
 HWY_INLINE I squaresOfPair(I a, I b) {
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#if ALTIRO3D_AVX512
     const __m512i both = _mm512_sub_epi16(a.raw, b.raw);
     return I{_mm512_madd_epi16(both, both)};
 #elif HWY_TARGET == HWY_AVX2

@@ -10,6 +10,10 @@
 #include <cstdint>
 #include <hwy/highway.h>
 
+// Whether this instruction set is AVX-512 or a later one of x86: Highway numbers the better ones
+// lower.
+#define ALTIRO3D_AVX512 (HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3)
+
 HWY_BEFORE_NAMESPACE();
 namespace altiro3D {
 namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
@@ -23,7 +27,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 // anywhere, else compilers take the zeros away.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V gatherBytes4(D d, const void* base, V offsets) {
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#if ALTIRO3D_AVX512
     const auto all = hn::Ne(offsets, hn::Set(d, INT32_MIN));
     return V{_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), all.raw, offsets.raw, base, 1)};
 #else
@@ -55,7 +59,7 @@ HWY_INLINE EightBytes<V> gatherBytes8(D d, const void* base, V offsets) {
     const hn::RepartitionToWide<D> wide;
     const auto lowerOffsets = hn::LowerHalf(half, offsets);
     const auto upperOffsets = hn::UpperHalf(half, offsets);
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#if ALTIRO3D_AVX512
     const auto all = hn::Ne(offsets, hn::Set(d, INT32_MIN)).raw; // see above
     const hn::Vec<decltype(wide)> lower{_mm512_mask_i32gather_epi64(
         _mm512_setzero_si512(), static_cast<__mmask8>(all), lowerOffsets.raw, base, 1)};
@@ -82,7 +86,7 @@ HWY_INLINE hn::Vec<hn::RebindToSigned<D>> smallNearestInt(D d, V value) {
 
 // Neighbouring table entries of pixels that lie close together: where registers are wide, a window
 // of the table fits into two of them, and looking up costs a tenth of reading from memory.
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#if ALTIRO3D_AVX512
 constexpr int kWindowColumns = 64;
 
 class Window {

@@ -25,6 +25,9 @@ constexpr int kStillBonus = 48;     // what a still place is better by: noise is
 constexpr int kUnlikeNeighbour = 6; // for each px that it differs from its neighbours' motion
 constexpr int kStillMisfit = 96;    // a still place that fits so well is not looked at further
 
+constexpr float kBlack =
+    8; // grey levels below 0 at which gains hold: dark cells, where noise rules, count little
+
 struct Vector {
     int x = 0;
     int y = 0;
@@ -206,7 +209,7 @@ class CellSearch {
         above_ = row > 0 ? cell(column, row - 1) : Vector{};
         best_ = {};
         stillDifference_ = difference(best_);
-        leastCost_ = stillDifference_ - kStillBonus + unlikeness(best_);
+        leastCost_ = stillDifference_ - kStillBonus + unrest(best_);
     }
 
     bool stillEnough() const {
@@ -219,7 +222,7 @@ class CellSearch {
         vector.y = std::clamp(vector.y, -kBorder - windowY_,
                               now_->size.height + kBorder - kWindow - windowY_);
         if (vector == best_ || vector == Vector{}) return;
-        const int extra = unlikeness(vector);
+        const int extra = unrest(vector);
         if (extra >= leastCost_) return;
         const int cost = difference(vector) + extra;
         if (cost >= leastCost_) return;
@@ -227,7 +230,8 @@ class CellSearch {
         best_ = vector;
     }
 
-    int unlikeness(Vector vector) const {
+    // What a motion costs for not being its neighbours'.
+    int unrest(Vector vector) const {
         const auto distance = [&](Vector other) {
             return std::abs(vector.x - other.x) + std::abs(vector.y - other.y);
         };
@@ -262,7 +266,6 @@ class CellSearch {
 float gainBetween(const cv::Mat& before, const cv::Mat& now) {
     const cv::Mat a = halved(halved(before));
     const cv::Mat b = halved(halved(now));
-    constexpr float kBlack = 8; // so that dark cells, where noise rules, count little
     std::vector<float> ratios;
     ratios.reserve(a.total());
     for (int y = 0; y < a.rows; ++y) {
@@ -280,7 +283,7 @@ float gainBetween(const cv::Mat& before, const cv::Mat& now) {
 cv::Mat brightened(const cv::Mat& grey, float gain) {
     std::array<uchar, 256> table{};
     for (std::size_t i = 0; i < table.size(); ++i) {
-        const float value = gain * (static_cast<float>(i) + 8) - 8;
+        const float value = gain * (static_cast<float>(i) + kBlack) - kBlack;
         table[i] = static_cast<uchar>(std::clamp(std::lround(value), 0L, 255L));
     }
     cv::Mat result(grey.size(), CV_8UC1);

@@ -66,7 +66,7 @@ void fastSamplesOn(const std::uint8_t* HWY_RESTRICT plane, const float* HWY_REST
         const auto sum = hn::Add(hn::ShiftLeft<5>(first), product);
         storeBytes(whole, hn::ShiftRight<5>(hn::Add(sum, round)), values + i);
     };
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#if ALTIRO3D_AVX512
     for (std::size_t begin = 0; begin < count; begin += kVectorsPerWindow * lanes) {
         const std::size_t end = std::min(begin + kVectorsPerWindow * lanes, count);
         const int from = windowOf(columns[begin], columns[end - 1], reach);

@@ -28,8 +28,8 @@ class LayeredReader {
           columnPlaces_(paddedRow<float>(columns.size())),
           guesses_(paddedRow<std::int32_t>(columns.size())), limits_{guesses_, guesses_} {
         std::copy(columns.begin(), columns.end(), columnPlaces_.begin());
-        for (std::vector<std::int32_t>& list : room_)
-            list = guesses_;
+        for (std::vector<std::int32_t>* list : room_.all())
+            *list = guesses_;
     }
 
     std::size_t count() const { return columns_.size(); }
@@ -62,15 +62,12 @@ class LayeredReader {
         begin_ = begin;
         size_ = size;
         shifts_ = shifts + begin;
-        const LayeredRoom room = {room_[0].data(), room_[1].data(), room_[2].data(),
-                                  room_[3].data(), room_[4].data(), room_[5].data(),
-                                  room_[6].data(), room_[7].data()};
         const LayeredSurfaces surfaces = {
             first_.data(),         last_.data(),
             hidden_.data(),        beyond_.data(),
             leftBorder_.data(),    rightBorder_.data(),
             surfaceStrips_.data(), {0, mirroredSurfaces_, surfaceCount_}};
-        counts_ = layeredPlaces(tables_, surfaces, pixels(), shifts_, bounded_, room);
+        counts_ = layeredPlaces(tables_, surfaces, pixels(), shifts_, bounded_, room_.pointers());
         searchHardOnes();
     }
 
@@ -79,17 +76,31 @@ class LayeredReader {
         const std::uint8_t* plane =
             planes_[static_cast<std::size_t>(channel)].data() + kTablePadding;
         values += begin_;
-        layeredSamples(tables_, pixels(), plane, room_[0].data(), values);
+        layeredSamples(tables_, pixels(), plane, room_.places.data(), values);
         for (std::size_t i = 0; i < counts_.mixed; ++i) {
-            std::uint8_t& value = values[room_[3][i]];
+            std::uint8_t& value = values[room_.mixed[i]];
             value = static_cast<std::uint8_t>(
-                coveredBy(sampleAt(plane, room_[4][i]), value, room_[5][i]));
+                coveredBy(sampleAt(plane, room_.covers[i]), value, room_.parts[i]));
         }
         for (std::size_t i = 0; i < counts_.hard; ++i)
-            values[room_[1][i]] = static_cast<std::uint8_t>(colourOf(hard_[i], plane));
+            values[room_.hard[i]] = static_cast<std::uint8_t>(colourOf(hard_[i], plane));
     }
 
   private:
+    // The memory of a LayeredRoom.
+    struct Room {
+        std::vector<std::int32_t> places, hard, hardColumns, mixed, covers, parts, open,
+            openColumns;
+
+        std::array<std::vector<std::int32_t>*, 8> all() {
+            return {&places, &hard, &hardColumns, &mixed, &covers, &parts, &open, &openColumns};
+        }
+        LayeredRoom pointers() {
+            return {places.data(), hard.data(),  hardColumns.data(), mixed.data(),
+                    covers.data(), parts.data(), open.data(),        openColumns.data()};
+        }
+    };
+
     LayeredPixels pixels() const {
         return {columnPlaces_.data() + begin_,
                 guesses_.data() + begin_,
@@ -102,11 +113,11 @@ class LayeredReader {
         const LayeredSearch search(scene_, row_, strips_);
         hard_.resize(counts_.hard);
         for (std::size_t i = 0; i < counts_.hard; ++i) {
-            const auto pixel = static_cast<std::size_t>(room_[1][i]);
+            const auto pixel = static_cast<std::size_t>(room_.hard[i]);
             const int column = columns_[begin_ + pixel];
             const int direction = shifts_[pixel] < 0 ? 1 : 0;
             const int x = direction == 0 ? column : scene_.width - 1 - column;
-            hard_[i] = search.at(direction, x, std::abs(shifts_[pixel]), room_[2][i]);
+            hard_[i] = search.at(direction, x, std::abs(shifts_[pixel]), room_.hardColumns[i]);
         }
     }
 
@@ -178,7 +189,7 @@ class LayeredReader {
     std::vector<float> columnPlaces_; // of all pixels, see LayeredPixels
     std::vector<std::int32_t> guesses_;
     std::vector<std::int32_t> limits_[2];
-    std::vector<std::int32_t> room_[8]; // in the order of LayeredRoom
+    Room room_;
     LayeredCounts counts_;
     std::vector<LayeredPixel> hard_;
     std::size_t begin_ = 0; // pixels that find() looked at

@@ -16,7 +16,6 @@ struct LayeredSettings : LayeredOptions {
 /// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
 /// @param focus depth of zero parallax, 0..1
 std::unique_ptr<ViewRenderer> makeLayeredRenderer(const cv::Mat& photo, const cv::Mat& depth,
-                                                  double focus,
-                                                  const LayeredSettings& options = {});
+                                                  double focus, const LayeredSettings& options);
 
 } // namespace altiro3D

@@ -139,7 +139,7 @@ Border findBorder(const std::uint8_t* bgr, int edge, int out, int nearRoom, int 
 
 void placeBorder(const std::uint8_t* bgr, int dilation, int leftLength, int rightLength,
                  LayeredSurface& left, LayeredSurface& right, std::vector<float>& offsets) {
-    constexpr int kWindow = 2;
+    constexpr int kLookedAt = 2; // px beside the tear, on either side
     const float leftOffset = offsets[static_cast<std::size_t>(left.last)];
     const float rightOffset = offsets[static_cast<std::size_t>(right.first)];
     const bool leftIsNear = leftOffset > rightOffset;
@@ -147,8 +147,8 @@ void placeBorder(const std::uint8_t* bgr, int dilation, int leftLength, int righ
     const int edge = leftIsNear ? left.last : right.first;
     // A surface keeps at least one px, whatever is taken from it at both ends.
     const int nearRoom =
-        std::min(kWindow + dilation, ((leftIsNear ? leftLength : rightLength) - 1) / 2);
-    const int farRoom = std::min(kWindow, ((leftIsNear ? rightLength : leftLength) - 1) / 2);
+        std::min(kLookedAt + dilation, ((leftIsNear ? leftLength : rightLength) - 1) / 2);
+    const int farRoom = std::min(kLookedAt, ((leftIsNear ? rightLength : leftLength) - 1) / 2);
     const Border border = findBorder(bgr, edge, out, nearRoom, farRoom);
     for (int k = border.gain + 1; k <= 0; ++k)
         offsets[static_cast<std::size_t>(edge + out * k)] = leftIsNear ? rightOffset : leftOffset;

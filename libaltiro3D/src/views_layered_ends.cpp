@@ -82,7 +82,7 @@ class Search {
             }
             const float farthest = x_ + unit_ * static_cast<float>(wordOffset(left_[column - 1]));
             const int next = static_cast<int>(
-                std::max(std::floor(farthest), static_cast<float>(column - 1 - kWindow)));
+                std::max(std::floor(farthest), static_cast<float>(column - 1 - kLeftColumns)));
             column = std::min(column - 1, next);
         }
         if (surface.hidden > 0) return false; // it ends behind something

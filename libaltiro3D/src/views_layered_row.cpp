@@ -53,7 +53,7 @@ HWY_INLINE Lanes<F, I> lanesOf(D d, const LayeredTables& tables, F column, F shi
             hn::IfThenElseZero(hn::RebindMask(whole, mirrored), hn::Set(whole, tables.stride))};
 }
 
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#if ALTIRO3D_AVX512
 // Windows of a table and of its mirrored twin for the pixels begin..end - 1.
 template <class T>
 class TwoWindows {
@@ -109,7 +109,7 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
     const F lastColumn = hn::Set(d, static_cast<float>(tables.width) - 0.5F);
     const F riseUnit = hn::Set(d, tables.scale * 0.25F * 0x1p-16F);
     const I none = hn::Zero(whole);
-    const I lastFlag = hn::Set(whole, 1);
+    const I lastFlag = hn::Set(whole, kLastFlag);
     const I clearBits = hn::Set(whole, 0xFFFF);
     const F clearScale = hn::Set(d, tables.clearScale);
     std::size_t openCount = 0;
@@ -142,7 +142,7 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
                            hn::And(between, hn::Le(hn::Mul(hn::Abs(shift), clearScale), clear))),
             hn::Eq(hn::And(words, lastFlag), none));
         hn::StoreU(placeBetween(d, lanes, column, from, to), whole, places + i);
-#if HWY_TARGET != HWY_AVX3 && HWY_TARGET != HWY_AVX3_DL
+#if !ALTIRO3D_AVX512
         // Where it takes one instruction to compress, a branch that nobody can foretell costs more.
         if (hn::AllTrue(whole, sure)) return;
 #endif
@@ -158,7 +158,7 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
     const std::size_t step = kVectorsPerWindow * lanesPerVector;
     for (std::size_t begin = 0; begin < pixels.count; begin += step) {
         const std::size_t end = std::min(begin + step, pixels.count);
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#if ALTIRO3D_AVX512
         const TwoWindows<std::int16_t> windows(tables, pixels, begin, end, tables.words);
         if (windows.fit()) {
             for (std::size_t i = begin; i < end; i += lanesPerVector)
@@ -224,7 +224,7 @@ class Walk {
             const F rest = hn::Sub(column, hn::Set(d_, 3.0F));
             const I restWhole = hn::Max(hn::Sub(columnWhole, hn::Set(whole_, 3)), hn::Neg(one));
             const F next = hn::Max(hn::Floor(farthest(wordAt(tables_.left, restWhole))),
-                                   hn::Sub(rest, hn::Set(d_, static_cast<float>(kWindow))));
+                                   hn::Sub(rest, hn::Set(d_, static_cast<float>(kLeftColumns))));
             column = hn::Max(hn::Min(next, rest), zero);
         }
     }
@@ -235,7 +235,7 @@ class Walk {
     }
     // How far the border of a surface that begins here may reach.
     HWY_INLINE F slack(I columnWords) const {
-        const I first = hn::Set(whole_, 2);
+        const I first = hn::Set(whole_, kFirstFlag);
         return hn::IfThenElseZero(hn::RebindMask(d_, hn::Eq(hn::And(columnWords, first), first)),
                                   hn::Set(d_, static_cast<float>(kEndReach)));
     }
@@ -271,7 +271,7 @@ std::size_t placesByWalk(const LayeredTables& tables, const LayeredPixels& pixel
     using F = hn::Vec<decltype(d)>;
     using I = hn::Vec<decltype(whole)>;
     const std::size_t lanesPerVector = hn::Lanes(d);
-    const I lastFlag = hn::Set(whole, 1);
+    const I lastFlag = hn::Set(whole, kLastFlag);
     std::size_t endCount = 0; // never ahead of the pixels that are read
     for (std::size_t i = 0; i < openCount; i += lanesPerVector) {
         const I number = hn::LoadU(whole, room.open + i);
@@ -462,7 +462,7 @@ void layeredSamplesOn(const LayeredTables& tables, const LayeredPixels& pixels,
     const std::size_t step = kVectorsPerWindow * lanes;
     for (std::size_t begin = 0; begin < pixels.count; begin += step) {
         const std::size_t end = std::min(begin + step, pixels.count);
-#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#if ALTIRO3D_AVX512
         const TwoWindows<std::uint8_t> windows(tables, pixels, begin, end, plane);
         if (windows.fit()) {
             const I lastPlain = hn::Set(d, tables.stride - 2);

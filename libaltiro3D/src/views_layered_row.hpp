@@ -18,7 +18,7 @@ namespace altiro3D {
 constexpr int kOffsetBits = 14;                              ///< Offsets are whole numbers,
 constexpr int kLargestOffset = (1 << (kOffsetBits - 1)) - 1; ///< -8191..8191 of these.
 constexpr int kEndReach = 2;      ///< The border of a surface reaches less than this beyond it, px.
-constexpr int kWindow = 16;       ///< Columns that LayeredTables::left looks at.
+constexpr int kLeftColumns = 16;  ///< Columns that LayeredTables::left looks at.
 constexpr int kTablePadding = 8;  ///< Columns left and right of each table.
 constexpr int kSubColumnBits = 8; ///< Places between columns are counted in 1/256.
 
@@ -28,17 +28,14 @@ constexpr std::int32_t kSeeEnds = INT32_MIN; ///< Place of a pixel that needs La
 
 /// An offset, and whether the column is the first one of a surface that has a border there, or the
 /// last one of its surface.
+constexpr int kLastFlag = 1;
+constexpr int kFirstFlag = 2;
 constexpr std::int16_t columnWord(int offset, bool first, bool last) {
-    return static_cast<std::int16_t>(offset * 4 + (first ? 2 : 0) + (last ? 1 : 0));
+    return static_cast<std::int16_t>(offset * 4 + (first ? kFirstFlag : 0) +
+                                     (last ? kLastFlag : 0));
 }
 constexpr int wordOffset(std::int16_t word) {
     return word >> 2;
-}
-constexpr bool wordIsFirst(std::int16_t word) {
-    return (word & 2) != 0;
-}
-constexpr bool wordIsLast(std::int16_t word) {
-    return (word & 1) != 0;
 }
 
 /// Tables of one row. Each holds the row, kTablePadding more on both sides, and then, `stride`
@@ -48,7 +45,7 @@ struct LayeredTables {
     /// Bound of the search: the largest offset among the columns that can be seen at this one, as a
     /// columnWord() without flags.
     const std::int16_t* bounds = nullptr;
-    /// As `bounds`, of the kWindow columns that end here.
+    /// As `bounds`, of the kLeftColumns columns that end here.
     const std::int16_t* left = nullptr;
     const std::int16_t* surfaces = nullptr; ///< Index of the surface that began last.
     /// columnLimits() of each column.

@@ -134,7 +134,7 @@ class TableWriter {
         std::copy_n(words, width_, ahead_.begin());
         std::reverse_copy(words, words + width_, behind_.begin());
         window_ = behind_;
-        slideMaximum(window_, kWindow); // backwards: of the columns that end at each
+        slideMaximum(window_, kLeftColumns); // backwards: of the columns that end at each
         std::reverse_copy(window_.begin(), window_.end(), left);
         slideMaximum(ahead_, reach_ + 1);
         slideMaximum(behind_, reach_ + 1);

@@ -467,11 +467,11 @@ Found slowSearch(const LayeredScene& scene, int row, int direction, int x, float
     for (int column = scene.width - 1; column >= 0; --column) {
         const float place = placeOf(column);
         const bool border =
-            wordIsFirst(words[column]) && place - kEndReach <= static_cast<float>(x);
+            (words[column] & kFirstFlag) != 0 && place - kEndReach <= static_cast<float>(x);
         if (place > static_cast<float>(x) && !border) continue;
         Found found;
         found.column = column;
-        found.inside = place <= static_cast<float>(x) && !wordIsLast(words[column]);
+        found.inside = place <= static_cast<float>(x) && (words[column] & kLastFlag) == 0;
         if (found.inside) {
             const double next = static_cast<double>(placeOf(column + 1));
             const double from = static_cast<double>(place);

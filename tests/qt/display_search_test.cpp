@@ -74,6 +74,17 @@ TEST(DisplaySearch, PairsSeveralDisplaysBySerialNumberNotBySize) {
     EXPECT_EQ(found[2].calibration->center, 0.1);
 }
 
+TEST(DisplaySearch, PairsAScreenByTheSizeThatItsScaleHasRounded) {
+    Mounts mounts;
+    mounts.add("LKG-P00655", "LKG-PORT-00655", kPortrait);
+    const auto found = mounts.find({kMonitor, screen("LKG", {1537, 2049}, 1.75)});
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].screen, 1U);
+    EXPECT_EQ(found[0].pairedBy, qt::PairedBy::Size);
+    ASSERT_EQ(found[0].problems.size(), 1U);
+    EXPECT_EQ(found[0].problems[0].find("the desktop scales this screen"), 0U);
+}
+
 TEST(DisplaySearch, PairsBySizeWhereNothingElseCouldBeMeant) {
     Mounts mounts;
     mounts.add("LKG-P00655", "LKG-PORT-00655", kPortrait);
@@ -123,6 +134,12 @@ TEST(DisplaySearch, BrokenCalibrationsAreProblemsNotErrors) {
 
 TEST(DisplaySearch, SaysHowTheDesktopStandsInTheWay) {
     EXPECT_TRUE(qt::problemsOf(screen("", kPortrait), kPortrait).empty());
+    // 1536 px are 877 or 878 of a desktop at 175 %, and those times 1.75 are 1535 or 1537.
+    for (const cv::Size rounded : {cv::Size(1535, 2048), cv::Size(1537, 2049)}) {
+        EXPECT_EQ(qt::problemsOf(screen("", rounded, 1.75), kPortrait).size(), 1U);
+        EXPECT_EQ(qt::problemsOf(screen("", rounded), kPortrait).size(), 1U); // another mode
+    }
+    EXPECT_EQ(qt::problemsOf(screen("", {1539, 2048}, 1.75), kPortrait).size(), 2U);
     const auto one = [](const qt::ScreenFacts& facts) {
         const auto problems = qt::problemsOf(facts, kPortrait);
         return problems.size() == 1 ? problems[0] : std::to_string(problems.size());

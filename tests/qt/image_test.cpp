@@ -31,6 +31,15 @@ TEST(QtImage, SharesThePicturesMemoryAndShowsItsColours) {
     }
 }
 
+TEST(QtImage, WhatIsDrawnIntoTheImageLeavesThePictureAlone) {
+    const cv::Mat picture = noise(5, 4);
+    const cv::Mat before = picture.clone();
+    QImage image = qt::toImage(picture);
+    image.fill(Qt::red);
+    EXPECT_TRUE(samePicture(picture, before));
+    EXPECT_NE(image.constBits(), picture.data);
+}
+
 TEST(QtImage, TheMemoryOutlivesThePicture) {
     cv::Mat picture = noise(50, 40);
     const cv::Mat expected = picture.clone();

@@ -53,6 +53,18 @@ bool namesIt(const ScreenFacts& screen, const FoundDisplay& display) {
     return among(display.volume) || (display.calibration && among(display.calibration->serial));
 }
 
+bool isScaled(const ScreenFacts& screen) {
+    return std::abs(screen.scale - 1) > 1e-3;
+}
+
+// The desktop counts in whole px of its own: multiplied back, a scaled screen's size is off by up
+// to one of them.
+bool hasSize(const ScreenFacts& screen, cv::Size size) {
+    const double most = isScaled(screen) ? screen.scale : 0;
+    return std::abs(screen.size.width - size.width) <= most &&
+           std::abs(screen.size.height - size.height) <= most;
+}
+
 std::string text(cv::Size size) {
     return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
@@ -95,7 +107,8 @@ void pairBySize(std::vector<FoundDisplay>& displays, const std::vector<ScreenFac
     for (std::size_t d = 0; d < displays.size(); ++d) {
         if (displays[d].screen || !displays[d].calibration) continue;
         for (std::size_t s = 0; s < screens.size(); ++s) {
-            if (candidates[s] && !taken(s) && screens[s].size == panelOf(*displays[d].calibration))
+            if (candidates[s] && !taken(s) &&
+                hasSize(screens[s], panelOf(*displays[d].calibration)))
                 pairs.emplace_back(d, s);
         }
     }
@@ -126,13 +139,14 @@ ScreenFacts factsOf(const QScreen& screen) {
 
 std::vector<std::string> problemsOf(const ScreenFacts& screen, cv::Size panel) {
     std::vector<std::string> problems;
-    if (std::abs(screen.scale - 1) > 1e-3) {
+    if (isScaled(screen)) {
         problems.push_back("the desktop scales this screen to " + text(screen.scale) +
                            ": set its scale to 100 %");
     }
-    if (screen.size == cv::Size(panel.height, panel.width) && panel.width != panel.height) {
+    if (hasSize(screen, panel)) return problems;
+    if (hasSize(screen, {panel.height, panel.width})) {
         problems.push_back("the desktop turns this screen on its side: set its rotation to none");
-    } else if (screen.size != panel) {
+    } else {
         problems.push_back("the screen is set to " + text(screen.size) + " px, but the panel has " +
                            text(panel) +
                            " px: set its resolution to that, and extend the desktop to it "
@@ -225,7 +239,7 @@ std::optional<std::size_t> chooseDisplay(const std::vector<FoundDisplay>& displa
     for (std::size_t i = 0; i < displays.size(); ++i) {
         if (!displays[i].screen) continue;
         all.push_back(i);
-        if (screens[*displays[i].screen].size == native) ofSize.push_back(i);
+        if (hasSize(screens[*displays[i].screen], native)) ofSize.push_back(i);
         if (calibration && displays[i].calibration &&
             fingerprint(*calibration) == fingerprint(*displays[i].calibration)) {
             return i;

@@ -19,9 +19,10 @@ struct ScreenFacts {
     std::string name;         ///< Of the connector ("HDMI-1"); on some systems that of the model.
     std::string model;        ///< From the screen itself (EDID): "LKG-P00655".
     std::string serialNumber; ///< From the screen itself; often empty.
-    cv::Size size;            ///< Its mode in px: desktop size times `scale`.
-    double scale = 1;         ///< Px of the screen for one of the desktop (device pixel ratio).
-    double refreshHz = 0;     ///< Pictures a second; 0 = not known.
+    /// Its mode in px: desktop size times `scale`, so where that is not 1 off by up to `scale` px.
+    cv::Size size;
+    double scale = 1;     ///< Px of the screen for one of the desktop (device pixel ratio).
+    double refreshHz = 0; ///< Pictures a second; 0 = not known.
 };
 
 /// The facts about one screen of the application. @see QGuiApplication::screens()
@@ -43,7 +44,8 @@ struct FoundDisplay {
     PairedBy pairedBy = PairedBy::Nothing;  ///< Why the two belong together.
     std::vector<std::string> problems;      ///< What keeps it from showing Natives rightly.
 
-    /// "LKG-P00655": the volume's name, else the calibration's serial number, else the screen's.
+    /// "LKG-P00655": the volume's name, else what begins so in the screen's name, model or serial
+    /// number.
     std::string name;
 };
 

@@ -8,7 +8,8 @@
 namespace altiro3D::qt {
 
 /// A picture as a QImage that shares its memory; nothing is copied, and the memory lives as long as
-/// either of them. Do not draw into the image: the picture would change with it.
+/// either of them. What is drawn into the image goes to a copy of its own;
+/// what is written to the picture shows in the image.
 ///
 /// @param picture [rows x cols, CV_8UC3 BGR or CV_8UC1 grey]; sub-matrices are fine
 /// @return Format_BGR888 or Format_Grayscale8, of device pixel ratio 1; null if `picture` is empty

@@ -48,7 +48,7 @@ struct Segment {
     std::string stateFile;
 };
 
-// A container that keeps times exactly and holds the codec.
+// A container that holds the codec and keeps times exactly, but for Matroska, which keeps ms.
 const char* segmentExtension(VideoCodec codec) {
     switch (codec) {
     case VideoCodec::Ffv1:

@@ -53,7 +53,7 @@ bool isInterlaced(const AVFrame& frame) {
 void validate(const VideoReaderOptions& options) {
     if (!(options.from >= 0) || !(options.from < 1e9)) {
         fail(ErrorCode::InvalidArgument, "from",
-             "is " + numberText(options.from) + " s, expected 0 or more");
+             "is " + numberText(options.from) + " s, expected 0 or more, less than 1e9 s");
     }
     if (!(options.to > options.from)) {
         fail(ErrorCode::InvalidArgument, "to",

@@ -110,7 +110,7 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     /// @param photo as for render()
     /// @param depth as for render()
     /// @param position camera position, -1 leftmost .. +1 rightmost; any finite number
-    /// @param view [as photo, CV_8UC3, BGR]
+    /// @param view [as photo, CV_8UC3, BGR]; new memory each time
     /// @throws Error as render()
     void renderView(const cv::Mat& photo, const cv::Mat& depth, double position,
                     cv::Mat& view) const;

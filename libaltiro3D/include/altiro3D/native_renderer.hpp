@@ -55,7 +55,7 @@ class ALTIRO3D_EXPORT NativeRenderer {
     /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits, must share no
     ///        memory with photo and depth
     /// @throws Error InvalidArgument (type, shared memory), TooLarge, Mismatch (photo and depth
-    ///         differ in size)
+    ///         differ in size), OutOfMemory
     void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& native) const;
 
   private:

@@ -27,7 +27,8 @@ class ALTIRO3D_EXPORT Network2Quilt {
     ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; reused if it fits
-    /// @throws Error as DepthNetwork::infer() and Depth2Quilt::render()
+    /// @throws Error as fitPhoto() (an aspect that nothing fits), DepthNetwork::estimate() and
+    ///         Depth2Quilt::render()
     void render(const cv::Mat& photo, cv::Mat& quilt);
 
     /// The depth of the last photo, at the network's size. [CV_32FC1, 0..1, 1 = nearest]

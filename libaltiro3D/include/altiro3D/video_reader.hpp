@@ -19,7 +19,7 @@ class OtherStreams;
 
 /// How a video is opened.
 struct VideoReaderOptions {
-    double from = 0;                                     ///< First time to deliver, s, >= 0.
+    double from = 0; ///< First time to deliver, s, 0 or more, less than 1e9.
     double to = std::numeric_limits<double>::infinity(); ///< Time to stop before, s, > from.
     int threads = 0;         ///< Threads that decode, 0..64; 0 = one per processor, at most 16.
     std::string format;      ///< FFmpeg's name of the format or device ("v4l2"); empty: found out.

@@ -66,7 +66,7 @@ ALTIRO3D_EXPORT bool canWriteVideo(const std::filesystem::path& path);
 /// Times are kept exactly in .mp4 and .mov, to 1 ms in .mkv. The file grows as `<name>.part` beside
 /// the target and gets its name in finish(); without that it is removed. A file that exists is
 /// replaced, links are followed. The same frames give the same bytes for a fixed number of threads
-/// (H264 and Hevc) or any number (the others).
+/// (H264, H264Rgb and Hevc) or any number (the others).
 ///
 /// One thread at a time per object; the source's reader may run in another thread.
 class ALTIRO3D_EXPORT VideoWriter {

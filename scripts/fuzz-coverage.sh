@@ -31,7 +31,8 @@ onnx_facts      onnx_facts       .                                     -
 view_names      image_list       .                                     -
 video_run       resumable_video  readRun|differ|Segment|Shown|4join    closeSeg|segmentExt
 depth_state     video_depth      8setState                             -
-depth_state     picture_tracker  4take|4load|checksum                  -
+depth_state     picture_tracker  4load                                 -
+depth_state     state_bytes      4take|checksum                        -
 video           video_input      .                                     describeOthers
 video           video_reader     .                                     otherStreams|pass|8validate
 other_streams   video_input      describeOthers                        -

@@ -43,14 +43,4 @@ class PictureTracker {
 /// @param picture [any size, CV_8UC3]
 std::uint64_t pictureHash(const cv::Mat& picture);
 
-// Numbers and pictures as bytes of this machine, for states that are kept beside a run.
-
-void append(std::string& bytes, std::uint64_t value);
-void append(std::string& bytes, const cv::Mat& picture);
-/// @return false if the bytes end before or the picture is not of the type
-bool take(std::string_view& bytes, std::uint64_t& value);
-bool take(std::string_view& bytes, int type, cv::Mat& picture);
-/// A number of bytes that tells damaged ones.
-std::uint64_t checksum(std::string_view bytes);
-
 } // namespace altiro3D

@@ -4,6 +4,7 @@
 #include "checks.hpp"
 #include "picture_motion.hpp"
 #include "picture_tracker.hpp"
+#include "state_bytes.hpp"
 #include "text.hpp"
 
 #include <algorithm>

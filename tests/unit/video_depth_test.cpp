@@ -2,7 +2,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_reader.hpp"
-#include "picture_tracker.hpp"
+#include "state_bytes.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"

@@ -16,11 +16,4 @@ namespace altiro3D {
 std::unique_ptr<ViewRenderer> makeRealRenderer(const cv::Mat& photo, const cv::Mat& depth,
                                                double focus, const RealOptions& options);
 
-/// Fills holes of a view in place by cv::inpaint, each group of holes on its own: the same picture
-/// as inpainting the whole, without its cost.
-///
-/// @param view [rows x cols, CV_8UC3, BGR]
-/// @param holes [as view, CV_8UC1, not 0 = hole]
-void inpaintHoles(cv::Mat& view, const cv::Mat& holes, const RealOptions& options);
-
 } // namespace altiro3D

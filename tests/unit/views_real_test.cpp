@@ -1,4 +1,5 @@
 #include "views_real.hpp"
+#include "views_real_holes.hpp"
 
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/picture_quality.hpp"

@@ -202,6 +202,22 @@ TEST_F(ViewerController, ABrokenFileIsNamedAndTheNextOneOpens) {
     EXPECT_EQ(controller_.document(), nullptr);
 }
 
+TEST_F(ViewerController, ClosingAnotherFileLeavesTheCurrentOneAsItIs) {
+    openPhoto();
+    for (int i = 0; i < 2; ++i)
+        controller_.open(std::vector<fs::path>{folder_ / "photo.png"});
+    controller_.select(1);
+    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    const auto document = controller_.document();
+    controller_.close(0);
+    EXPECT_EQ(controller_.current(), 0);
+    EXPECT_FALSE(controller_.isBusy());
+    controller_.close(1);
+    EXPECT_EQ(controller_.current(), 0);
+    EXPECT_FALSE(controller_.isBusy());
+    EXPECT_EQ(controller_.document(), document);
+}
+
 TEST_F(ViewerController, ANativeForAnotherPanelIsSaidWhenItIsLookedAt) {
     writePicture(folder_ / "n.png", detailedPhoto({64, 64}));
     controller_.open(Source{folder_ / "n.png", {}, Reading::Native});

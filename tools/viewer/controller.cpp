@@ -118,12 +118,12 @@ void Controller::select(int index) {
 void Controller::close(int index) {
     if (index < 0 || index >= static_cast<int>(sources_.size())) return;
     sources_.erase(sources_.begin() + index);
-    if (index < current_) --current_;
     const bool wasCurrent = index == current_;
+    if (index < current_) --current_;
     const int count = static_cast<int>(sources_.size());
     if (current_ >= count) current_ = count - 1;
     emit sourcesChanged();
-    if (!wasCurrent && index != current_) return;
+    if (!wasCurrent) return;
     if (current_ >= 0) {
         readCurrent();
         return;

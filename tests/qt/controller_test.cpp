@@ -7,12 +7,16 @@
 #include <QElapsedTimer>
 #include <QProcess>
 #include <QSignalSpy>
+#include <atomic>
 #include <ctime>
+#include <fcntl.h>
 #include <future>
 #include <gtest/gtest.h>
 #include <mutex>
 #include <set>
+#include <sys/stat.h>
 #include <thread>
+#include <unistd.h>
 
 namespace altiro3D::test {
 namespace {
@@ -288,12 +292,12 @@ TEST_F(ViewerController, WhatCannotBeWrittenIsNamed) {
     EXPECT_FALSE(controller_.isExporting());
 }
 
-// A video of `frames` grey pictures, 25 a second.
-void writeGreys(const fs::path& file, cv::Size size, int frames) {
+// A video of `frames` grey pictures, so many a second.
+void writeGreys(const fs::path& file, cv::Size size, int frames, int rate = 25) {
     VideoWriterOptions options;
     options.size = size;
-    options.timeBase = {1, 25};
-    options.frameRate = {25, 1};
+    options.timeBase = {1, rate};
+    options.frameRate = {rate, 1};
     VideoWriter writer(file, options);
     for (int i = 0; i < frames; ++i) {
         VideoFrame frame;
@@ -340,6 +344,44 @@ TEST(ViewerVideo, PlaysAtItsRateAgainAndAgain) {
         EXPECT_GE(shown[i].first, 40 * number); // the clock ran before the video did
     }
     EXPECT_TRUE(again);
+}
+
+// When each picture of a video was shown in so many ms, and its grey.
+std::vector<std::pair<qint64, int>> playedFor(const fs::path& file, int milliseconds) {
+    std::mutex mutex;
+    std::vector<std::pair<qint64, int>> shown;
+    QElapsedTimer timer;
+    timer.start();
+    {
+        VideoPlayer player(
+            file,
+            [&](const cv::Mat& picture) {
+                const std::lock_guard<std::mutex> lock(mutex);
+                shown.emplace_back(timer.elapsed(), picture.at<cv::Vec3b>(20, 20)[1]);
+                return true;
+            },
+            [](const std::string& problem) { ADD_FAILURE() << problem; });
+        QTest::qWait(milliseconds);
+    }
+    return shown;
+}
+
+TEST(ViewerVideo, TheLastPictureHasItsTimeToo) {
+    const TemporaryDirectory folder;
+    writeGreys(folder / "v.mkv", {64, 48}, 2, 4);
+    const auto shown = playedFor(folder / "v.mkv", 1200);
+    ASSERT_GE(shown.size(), 3U);
+    for (std::size_t i = 1; i < shown.size(); ++i)
+        EXPECT_NE(shown[i].second, shown[i - 1].second);
+    EXPECT_GE(shown[2].first, 480); // two of 250 ms; the clock here began before the player's
+}
+
+TEST(ViewerVideo, ASinglePictureIsNotReadAllTheTime) {
+    const TemporaryDirectory folder;
+    writeGreys(folder / "v.mkv", {64, 48}, 1, 1000);
+    const auto shown = playedFor(folder / "v.mkv", 600);
+    EXPECT_GE(shown.size(), 1U);
+    EXPECT_LE(shown.size(), 700U / 40);
 }
 
 TEST(ViewerVideo, CountsWhatItDrops) {
@@ -459,6 +501,75 @@ TEST_F(ViewerController, ANetworkThatIsNoneIsAMessage) {
     knobs.depth = kBuiltInDepth;
     controller.turn(knobs, "depth");
     EXPECT_TRUE(waitFor([&] { return controller.problem().isEmpty(); }));
+}
+
+TEST_F(ViewerController, WhyAVideoStoppedIsSaidUntilItPlaysAgain) {
+    writeGreys(folder_ / "flat.mkv", {90, 120}, 10);
+    controller_.open(std::vector<fs::path>{folder_ / "flat.mkv"});
+    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && controller_.document(); }));
+    fs::rename(folder_ / "flat.mkv", folder_ / "away.mkv"); // a stick that is pulled out
+    controller_.setSwinging(true);
+    ASSERT_TRUE(waitFor([this] { return controller_.problem().contains("flat.mkv"); }));
+    QSignalSpy frames(&controller_, &Controller::frameReady);
+    ASSERT_TRUE(waitFor([&frames] { return frames.count() >= 3; })); // of the last picture
+    EXPECT_TRUE(controller_.problem().contains("flat.mkv"));
+    fs::rename(folder_ / "away.mkv", folder_ / "flat.mkv");
+    Knobs knobs = controller_.knobs();
+    knobs.depth = kBuiltInDepth;
+    controller_.turn(knobs, "depth");
+    EXPECT_TRUE(waitFor([this] { return controller_.videoCounts().shown >= 3; }));
+    EXPECT_EQ(controller_.problem(), "");
+}
+
+// Lets whoever reads a named pipe read nothing, again and again, after some time.
+class Feeder {
+  public:
+    Feeder(fs::path pipe, int milliseconds)
+        : thread_([this, pipe = std::move(pipe), milliseconds] {
+              std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+              while (!ending_) {
+                  const int file = open(pipe.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+                  if (file >= 0) close(file);
+                  std::this_thread::sleep_for(std::chrono::milliseconds(5));
+              }
+          }) {}
+    ~Feeder() {
+        ending_ = true;
+        thread_.join();
+    }
+    Feeder(const Feeder&) = delete;
+    Feeder& operator=(const Feeder&) = delete;
+
+  private:
+    std::atomic<bool> ending_{false};
+    std::thread thread_;
+};
+
+// A network that takes long, in the player's thread and in the worker.
+TEST_F(ViewerController, OtherFilesAreChosenWhileAVideoWaitsForItsDepth) {
+    const TemporaryDirectory models;
+    ASSERT_EQ(mkfifo((models / "model-small.onnx").c_str(), 0600), 0);
+    const Networks networks(models.path());
+    writeGreys(folder_ / "flat.mkv", {90, 120}, 25);
+    Controller controller(sampleDisplay({150, 200}));
+    Knobs knobs;
+    knobs.depth = "midas-small";
+    controller.restoreKnobs(knobs);
+    controller.setArea({300, 400});
+    controller.open(std::vector<fs::path>{folder_ / "flat.mkv"});
+    ASSERT_TRUE(waitFor([&] { return controller.document() != nullptr; }));
+    const Feeder feeder(models / "model-small.onnx", 3000);
+    QTest::qWait(500); // both threads are in the network by now
+    QElapsedTimer timer;
+    timer.start();
+    for (int i = 0; i < 3; ++i)
+        controller.open(std::vector<fs::path>{folder_ / "photo.png", folder_ / "photo-depth.png"});
+    EXPECT_LT(timer.elapsed(), 1000);
+    knobs.depth = kBestDepth;
+    controller.turn(knobs, "depth");
+    EXPECT_TRUE(waitFor([&] {
+        return !controller.isBusy() && controller.document() && !controller.document()->video;
+    }));
 }
 
 TEST_F(ViewerController, LateFramesOfTheFileBeforeTakeNoMessageAway) {

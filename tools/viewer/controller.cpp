@@ -133,6 +133,7 @@ void Controller::close(int index) {
     opening_ = waiting_ = false;
     document_.reset();
     problem_.clear();
+    playerProblem_.clear();
     frame_ = {};
     emit documentChanged();
     emit frameReady();
@@ -147,9 +148,10 @@ void Controller::reopen(Reading reading, const fs::path& depth) {
 }
 
 void Controller::endPlayer(std::function<void()> then) {
-    // it may be in the middle of an inference
-    worker_.post(kReading, [player = std::exchange(player_, nullptr), then = std::move(then)] {
-        if (player) player->end();
+    // it may be in the middle of an inference; a task that is overtaken must not take it along
+    endingPlayers_.add(std::exchange(player_, nullptr));
+    worker_.post(kReading, [this, then = std::move(then)] {
+        endingPlayers_.endAll();
         then();
     });
 }
@@ -157,6 +159,7 @@ void Controller::endPlayer(std::function<void()> then) {
 void Controller::readCurrent() {
     const quint64 number = ++readings_;
     opening_ = true;
+    playerProblem_.clear();
     emit documentChanged();
     const Source source = sources_[static_cast<std::size_t>(current_)];
     endPlayer([this, number, source, display = display_] {
@@ -207,7 +210,8 @@ void Controller::restoreKnobs(const Knobs& knobs) {
 
 void Controller::setKnobs(const Knobs& knobs) {
     if (knobs == knobs_) return;
-    if (knobs.depth != knobs_.depth && document_ && document_->kind == Kind::Scene) {
+    const bool depthTurned = knobs.depth != knobs_.depth;
+    if (depthTurned && document_ && document_->kind == Kind::Scene) {
         waiting_ = true; // depth can take its time
         emit documentChanged();
     }
@@ -217,6 +221,10 @@ void Controller::setKnobs(const Knobs& knobs) {
         depthWish_ = knobs.depth;
     }
     emit knobsChanged();
+    if (depthTurned && !playerProblem_.isEmpty() && !opening_) {
+        readCurrent(); // the video stopped, perhaps for want of this depth
+        return;
+    }
     requestFrame();
     requestNative();
 }
@@ -312,7 +320,7 @@ void Controller::takePicture() {
     }
     if (arrival.reading != readings_) return; // of another file
     if (!arrival.document) {
-        problem_ = arrival.problem;
+        playerProblem_ = arrival.problem; // frames that are still made do not take it away
         emit documentChanged();
         return;
     }

@@ -42,7 +42,7 @@ class Controller : public QObject {
     /// What is open; null while nothing is, or if it could not be read.
     const std::shared_ptr<const Document>& document() const { return document_; }
     /// Why the current one could not be opened or shown; empty if it could.
-    const QString& problem() const { return problem_; }
+    const QString& problem() const { return playerProblem_.isEmpty() ? problem_ : playerProblem_; }
     /// Some reading or depth estimation is under way.
     bool isBusy() const { return opening_ || waiting_; }
 
@@ -125,6 +125,7 @@ class Controller : public QObject {
     int current_ = -1;
     std::shared_ptr<const Document> document_;
     QString problem_;
+    QString playerProblem_; // why the video plays no more
     bool opening_ = false;
     bool waiting_ = false; // for the first picture of a document or of other depth
     quint64 readings_ = 0; // so that an overtaken one is known
@@ -156,6 +157,7 @@ class Controller : public QObject {
 
     std::shared_ptr<DepthMaker> depthMaker_;
     std::shared_ptr<Studio> studio_; // used by worker_ alone
+    EndingPlayers endingPlayers_;
     Worker exporter_;
     Worker worker_;
     std::shared_ptr<VideoPlayer> player_; // last: its pictures and their tasks use the rest

@@ -3,6 +3,7 @@
 #include "altiro3D/video_reader.hpp"
 #include "common/run_tool.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace altiro3D::viewer {
@@ -10,6 +11,7 @@ namespace altiro3D::viewer {
 namespace {
 
 constexpr double kUsualDuration = 0.04; // s, of a picture that does not say
+constexpr double kLeastLength = 0.04;   // s, of a video: a single picture is not read all the time
 constexpr double kLongestGap = 0.25;    // s: however late, now and then a picture is shown
 
 } // namespace
@@ -71,6 +73,7 @@ void VideoPlayer::playOnce() {
     start_ = Clock::now();
     Clock::time_point last = start_ - std::chrono::hours(1);
     VideoFrame frame;
+    double end = kLeastLength;
     while (reader.read(frame)) {
         const double time = static_cast<double>(frame.pts) * unit;
         if (!waitUntil(time)) return;
@@ -79,6 +82,7 @@ void VideoPlayer::playOnce() {
         const double gap = std::chrono::duration<double>(now - last).count();
         const double duration =
             frame.duration > 0 ? static_cast<double>(frame.duration) * unit : kUsualDuration;
+        end = std::max(end, time + duration);
         const bool shown = (late < duration || gap > kLongestGap) && show_(frame.picture);
         if (shown) {
             last = now;
@@ -88,6 +92,7 @@ void VideoPlayer::playOnce() {
         ++(shown ? counts_.shown : counts_.dropped);
         if (ending_) return;
     }
+    waitUntil(end);
 }
 
 void VideoPlayer::run() {
@@ -100,6 +105,22 @@ void VideoPlayer::run() {
     } catch (const std::exception& error) {
         fail_(tools::sentenceOf(error));
     }
+}
+
+void EndingPlayers::add(std::shared_ptr<VideoPlayer> player) {
+    if (!player) return;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    players_.push_back(std::move(player));
+}
+
+void EndingPlayers::endAll() {
+    std::vector<std::shared_ptr<VideoPlayer>> players;
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        players.swap(players_);
+    }
+    for (const auto& player : players)
+        player->end();
 }
 
 } // namespace altiro3D::viewer

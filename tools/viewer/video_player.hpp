@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace altiro3D::viewer {
 
@@ -42,7 +44,7 @@ class VideoPlayer {
     using Clock = std::chrono::steady_clock;
 
     void run();
-    void playOnce();
+    void playOnce();                // until its last picture has had its time
     bool waitUntil(double seconds); // false: it ends
 
     std::filesystem::path file_;
@@ -55,6 +57,19 @@ class VideoPlayer {
     Clock::time_point start_; // when time 0 of the video was
     Counts counts_;
     std::thread thread_; // last: it uses the others
+};
+
+/// Players that are to end, until somebody has the time to wait for them. For any thread.
+class EndingPlayers {
+  public:
+    /// @param player may be null
+    void add(std::shared_ptr<VideoPlayer> player);
+    /// Ends all that have been added and waits for them.
+    void endAll();
+
+  private:
+    std::mutex mutex_;
+    std::vector<std::shared_ptr<VideoPlayer>> players_;
 };
 
 } // namespace altiro3D::viewer

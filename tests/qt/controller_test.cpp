@@ -286,6 +286,41 @@ TEST_F(ViewerController, ASwayVideoIsThereWholeOrNotAtAll) {
         EXPECT_EQ(entry.path().string().find("cancelled"), std::string::npos) << entry.path();
 }
 
+TEST_F(ViewerController, ViewsDoNotMixWithThoseOfAnotherPicture) {
+    openPhoto();
+    fs::create_directory(folder_ / "views");
+    const cv::Mat mine(3, 4, CV_8UC3, cv::Scalar(1, 2, 3));
+    writePicture(folder_ / "views/view_03.png", mine);
+    const QString problem = exportTo(Product::Views, folder_ / "views");
+    EXPECT_TRUE(problem.contains("views: holds view_03.png already")) << problem.toStdString();
+    EXPECT_TRUE(samePicture(readPhoto(folder_ / "views/view_03.png"), mine));
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "views"), {}), 1);
+
+    QSignalSpy ended(&controller_, &Controller::exportEnded);
+    QObject::connect(&controller_, &Controller::exportProgress, &controller_,
+                     [this] { controller_.cancelExport(); });
+    EXPECT_TRUE(controller_.startExport(Product::Views, folder_ / "cancelled"));
+    ASSERT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
+    EXPECT_EQ(ended.at(0).at(1).toString(), "");
+    EXPECT_FALSE(fs::exists(folder_ / "cancelled"));
+}
+
+TEST_F(ViewerController, SaysWhyNothingCanBeExportedYet) {
+    EXPECT_TRUE(controller_.exportObstacle().contains("Nothing is open"));
+    openPhoto();
+    EXPECT_EQ(controller_.exportObstacle(), "");
+    Knobs knobs = controller_.knobs();
+    knobs.depth = kBuiltInDepth;
+    controller_.turn(knobs, "depth");
+    EXPECT_TRUE(controller_.exportObstacle().contains("still being estimated"));
+    EXPECT_FALSE(controller_.startExport(Product::Native, folder_ / "n.png"));
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_TRUE(controller_.startExport(Product::Native, folder_ / "n.png"));
+    EXPECT_TRUE(controller_.exportObstacle().contains("Another export"));
+    ASSERT_TRUE(waitFor([this] { return !controller_.isExporting(); }));
+    EXPECT_EQ(controller_.exportObstacle(), "");
+}
+
 TEST_F(ViewerController, WhatCannotBeWrittenIsNamed) {
     openPhoto();
     EXPECT_TRUE(exportTo(Product::Native, folder_ / "none/n.png").contains("none/n.png"));

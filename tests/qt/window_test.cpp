@@ -6,16 +6,22 @@
 #include "viewer/picture_view.hpp"
 #include "viewer_scenes.hpp"
 
+#include <QAbstractButton>
 #include <QAction>
 #include <QComboBox>
 #include <QDropEvent>
+#include <QFileDialog>
+#include <QFileInfo>
 #include <QLabel>
+#include <QLineEdit>
 #include <QListWidget>
 #include <QMenu>
+#include <QMessageBox>
 #include <QMimeData>
 #include <QSettings>
 #include <QSlider>
 #include <QStatusBar>
+#include <QTimer>
 #include <QUrl>
 #include <gtest/gtest.h>
 
@@ -66,6 +72,35 @@ class ViewerWindow : public ::testing::Test {
             if (action->text().remove('&').remove(QChar(0x2026)) == text) return action;
         }
         return nullptr;
+    }
+
+    // Does something that opens dialogs: types a name into the file dialog, gives one answer to all
+    // questions. What was asked; the first is the name that the file dialog proposed.
+    QStringList answering(const QString& name, QMessageBox::StandardButton answer,
+                          const std::function<void()>& act) {
+        QStringList asked;
+        QTimer timer;
+        QObject::connect(&timer, &QTimer::timeout, &timer, [&] {
+            QWidget* dialog = QApplication::activeModalWidget();
+            if (auto* files = qobject_cast<QFileDialog*>(dialog)) {
+                if (!asked.isEmpty()) return;
+                asked << QFileInfo(files->selectedFiles().value(0)).fileName();
+                files->findChild<QLineEdit*>("fileNameEdit")
+                    ->setText(QString::fromStdString((folder_ / name.toStdString()).string()));
+                QMetaObject::invokeMethod(files, "accept", Qt::QueuedConnection);
+            } else if (auto* box = qobject_cast<QMessageBox*>(dialog)) {
+                asked << box->text();
+                QAbstractButton* button = box->button(answer);
+                (button != nullptr ? button : box->button(QMessageBox::Ok))->click();
+            }
+        });
+        timer.start(20);
+        act();
+        return asked;
+    }
+    // Waits for what has been started.
+    void endExport() {
+        ASSERT_TRUE(waitFor([this] { return !window_->controller().isExporting(); }));
     }
 
     TemporaryDirectory folder_;
@@ -205,6 +240,57 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     EXPECT_EQ(recent->actions()[0]->text(), "photo.png");
     recent->actions()[0]->trigger();
     EXPECT_TRUE(waitFor([this] { return !picture().picture().isNull(); }));
+}
+
+TEST_F(ViewerWindow, AsksBeforeAQuiltIsReplacedByTheNameThatItGets) {
+    openPhoto();
+    const auto exportQuilt = [this] { entry("Export Quilt")->trigger(); };
+    QStringList asked = answering("holiday.png", QMessageBox::No, exportQuilt);
+    EXPECT_EQ(asked, (QStringList{"photo_qs8x6a0.75.png"}));
+    endExport();
+    const fs::path quilt = folder_ / "holiday_qs8x6a0.75.png";
+    ASSERT_TRUE(fs::exists(quilt));
+    spill(quilt, "mine");
+    asked = answering("holiday.png", QMessageBox::No, exportQuilt);
+    ASSERT_EQ(asked.size(), 2);
+    EXPECT_TRUE(asked[1].contains("holiday_qs8x6a0.75.png exists already"));
+    EXPECT_FALSE(window_->controller().isExporting());
+    EXPECT_EQ(slurp(quilt), "mine");
+    answering("holiday.png", QMessageBox::Yes, exportQuilt);
+    endExport();
+    EXPECT_NE(slurp(quilt), "mine");
+    asked = answering("a_qs5x9a0.75.png", QMessageBox::No, exportQuilt);
+    ASSERT_EQ(asked.size(), 2);
+    EXPECT_TRUE(asked[1].contains("a_qs5x9a0.75.png: ")) << asked[1].toStdString();
+}
+
+TEST_F(ViewerWindow, AsksBeforeANativeOrDepthLosesInItsFormat) {
+    openPhoto();
+    for (const auto& [text, name] :
+         {std::pair{"Export Native", "n.jpg"}, std::pair{"Export Depth", "d.jpg"}}) {
+        const auto act = [this, text = text] { entry(text)->trigger(); };
+        const QStringList asked = answering(name, QMessageBox::No, act);
+        ASSERT_EQ(asked.size(), 2);
+        EXPECT_TRUE(asked[1].contains("PNG keeps")) << asked[1].toStdString();
+        EXPECT_FALSE(window_->controller().isExporting());
+        EXPECT_FALSE(fs::exists(folder_ / name));
+        answering(name, QMessageBox::Yes, act);
+        endExport();
+        EXPECT_TRUE(fs::exists(folder_ / name));
+    }
+}
+
+TEST_F(ViewerWindow, SaysWhyNothingIsExportedYet) {
+    openPhoto();
+    auto* depth = panel().findChild<QComboBox*>("depth");
+    depth->setCurrentIndex(depth->findText("Built-in estimator"));
+    const QStringList asked =
+        answering("n.png", QMessageBox::No, [this] { entry("Export Native")->trigger(); });
+    EXPECT_TRUE(asked.isEmpty());
+    bool said = false;
+    for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>())
+        said = said || label->toolTip().contains("still being estimated");
+    EXPECT_TRUE(said);
 }
 
 TEST_F(ViewerWindow, BrokenSettingsAreNotUsed) {

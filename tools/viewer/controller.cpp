@@ -416,11 +416,25 @@ void Controller::takeFrame(const Frame& frame) {
     emit frameReady();
 }
 
-bool Controller::startExport(Product product, const fs::path& target) {
-    if (exporting_ || !frame_.scene.document || frameReading_ != readings_) return false;
-    if (frame_.request.knobs.depth != knobs_.depth) return false; // other depth is on its way
+QString Controller::exportObstacle() const {
+    if (exporting_) return tr("Another export is under way; export again when it is done");
+    if (!document_) return tr("Nothing is open that could be exported");
+    if (!frame_.scene.document || frameReading_ != readings_)
+        return tr("The file is still being opened; export again when its picture is shown");
+    if (frame_.request.knobs.depth != knobs_.depth)
+        return tr("The depth is still being estimated; export again when the picture shows it");
+    return {};
+}
+
+Scene Controller::exportScene() const {
     Scene scene = frame_.scene;
     scene.knobs = knobs_;
+    return scene;
+}
+
+bool Controller::startExport(Product product, const fs::path& target) {
+    if (!exportObstacle().isEmpty()) return false;
+    Scene scene = exportScene();
     exporting_ = true;
     cancelling_ = false;
     exporter_.post(0, [this, scene = std::move(scene), product, target] {

@@ -86,7 +86,11 @@ class Controller : public QObject {
     /// The last picture that was made; its document may be one before the current.
     const Frame& frame() const { return frame_; }
 
-    /// Writes a product of what is shown. @return false if nothing is, or an export is under way
+    /// Why nothing can be exported just now, for people; empty if it can.
+    QString exportObstacle() const;
+    /// What would be exported. Only where exportObstacle() is empty.
+    Scene exportScene() const;
+    /// Writes a product of what is shown. @return false if exportObstacle() says why not
     bool startExport(Product product, const std::filesystem::path& target);
     void cancelExport() { cancelling_ = true; }
     bool isExporting() const { return exporting_; }

@@ -70,13 +70,21 @@ const ModeWords kModes[] = {
 
 // Names and sentences hold what files say: they are no markup.
 QString tipOf(const QString& text) {
-    return Qt::convertFromPlainText(text);
+    return Qt::convertFromPlainText(text, Qt::WhiteSpaceNormal); // long ones are wrapped
 }
 
 void warn(QWidget* parent, const QString& title, const QString& text) {
     QMessageBox box(QMessageBox::Warning, title, text, QMessageBox::Ok, parent);
     box.setTextFormat(Qt::PlainText);
     box.exec();
+}
+
+bool agrees(QWidget* parent, const QString& title, const QString& question) {
+    QMessageBox box(QMessageBox::Warning, title, question, QMessageBox::Yes | QMessageBox::No,
+                    parent);
+    box.setTextFormat(Qt::PlainText);
+    box.setDefaultButton(QMessageBox::No);
+    return box.exec() == QMessageBox::Yes;
 }
 
 QString nameOf(Product product) {
@@ -95,7 +103,7 @@ QString nameOf(Product product) {
     return QObject::tr("Sway video");
 }
 
-QString endingOf(Product product) {
+const char* endingOf(Product product) {
     switch (product) {
     case Product::Native:
         return "_native.png";
@@ -532,21 +540,47 @@ void MainWindow::useCalibration(const Calibration& calibration, const fs::path& 
 }
 
 void MainWindow::exportDialog(Product product) {
-    const auto& document = controller_.document();
-    if (!document) return;
-    const fs::path& from = document->source.file;
-    const QString start =
-        toName(from.parent_path() / (from.stem().string() + endingOf(product).toStdString()));
+    if (const QString why = controller_.exportObstacle(); !why.isEmpty()) {
+        say(why, 10000);
+        return;
+    }
+    fs::path from = controller_.document()->source.file;
+    if (!from.has_filename()) from = from.parent_path();
+    fs::path proposed = from.parent_path() / (from.stem().string() + endingOf(product));
+    try {
+        proposed = productFile(controller_.exportScene(), product, proposed);
+    } catch (const Error&) {
+        // the name tells another layout: the user will think of one
+    }
     const QString title = tr("Export %1").arg(nameOf(product));
-    const QString name = QFileDialog::getSaveFileName(this, title, start);
+    const QString name = QFileDialog::getSaveFileName(this, title, toName(proposed));
     if (name.isEmpty()) return;
+    if (const QString why = controller_.exportObstacle(); !why.isEmpty()) {
+        say(why, 10000); // a video may have changed meanwhile
+        return;
+    }
     if (product != Product::Views && product != Product::SwayVideo &&
         !canWritePicture(toPath(name))) {
         warn(this, title,
              tr("%1: no picture format is known by this extension, expected .png").arg(name));
         return;
     }
-    if (!controller_.startExport(product, toPath(name))) return;
+    fs::path file;
+    try {
+        file = productFile(controller_.exportScene(), product, toPath(name));
+    } catch (const Error& error) {
+        warn(this, title, QString::fromStdString(tools::sentenceOf(error)));
+        return;
+    }
+    // the dialog has asked about the name that was typed only
+    std::error_code error;
+    if (file != toPath(name) && fs::exists(file, error) &&
+        !agrees(this, title, tr("%1 exists already. Replace it?").arg(toName(file))))
+        return;
+    for (const std::string& loss : lossesOf(product, file)) {
+        if (!agrees(this, title, tr("%1. Write it so?").arg(QString::fromStdString(loss)))) return;
+    }
+    if (!controller_.startExport(product, file)) return;
     progress_->setValue(0);
     progress_->show();
     cancel_->show();

@@ -2,6 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/outputs.hpp"
+#include "common/picture_options.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
@@ -17,7 +18,20 @@ Fitted fittedTiles(const Scene& scene) {
     return fitScene(scene, quiltLayout(scene).tileSize);
 }
 
+// Views of two pictures in one directory would be taken for one picture.
+void requireNoViews(const fs::path& directory) {
+    std::error_code error;
+    if (!fs::is_directory(directory, error)) return;
+    for (const fs::path& picture : listPictures(directory)) {
+        if (picture.filename().string().rfind("view_", 0) != 0) continue;
+        throw Error(ErrorCode::WriteFailed, directory.string(),
+                    "holds " + picture.filename().string() +
+                        " already, expected a folder without views");
+    }
+}
+
 void writeViews(const Scene& scene, const fs::path& directory, const Progress& progress) {
+    requireNoViews(directory);
     const QuiltLayout layout = quiltLayout(scene);
     const cv::Mat quilt = makeQuilt(scene, fittedTiles(scene));
     std::error_code error;
@@ -130,10 +144,27 @@ std::vector<Product> productsOf(Kind kind) {
     return {Product::Native, Product::Quilt, Product::Views, Product::Depth, Product::SwayVideo};
 }
 
+fs::path productFile(const Scene& scene, Product product, const fs::path& target) {
+    if (product != Product::Quilt) return target;
+    double aspect = scene.display->panelAspect();
+    if (scene.document->kind == Kind::Quilt) {
+        const auto name = parseQuiltName(scene.document->source.file);
+        if (name) aspect = name->aspect.value_or(aspect);
+    }
+    return quiltFileName(target, quiltLayout(scene), aspect);
+}
+
+std::vector<std::string> lossesOf(Product product, const fs::path& file) {
+    tools::Messages messages("altiro3Dview", false);
+    if (product == Product::Native) tools::warnAboutNativeFormat(file, messages);
+    if (product == Product::Depth) tools::warnAboutDepthFormat(file, messages);
+    return messages.warnings();
+}
+
 std::string writeProduct(const Scene& scene, Product product, const fs::path& target,
                          const Progress& progress) {
     progress(0);
-    fs::path file = target;
+    const fs::path file = productFile(scene, product, target);
     switch (product) {
     case Product::Native: {
         const cv::Mat native = makeNative(scene, fittedTiles(scene));
@@ -142,7 +173,6 @@ std::string writeProduct(const Scene& scene, Product product, const fs::path& ta
         break;
     }
     case Product::Quilt: {
-        file = quiltFileName(target, quiltLayout(scene), scene.display->panelAspect());
         const cv::Mat quilt = makeQuilt(scene, fittedTiles(scene));
         progress(0.5);
         writePicture(file, quilt);

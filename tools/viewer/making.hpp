@@ -49,8 +49,16 @@ enum class Product { Native, Quilt, Views, Depth, SwayVideo };
 /// The products that a document has.
 std::vector<Product> productsOf(Kind kind);
 
+/// The file that writeProduct() writes for a name: that of a quilt tells its layout.
+/// @throws Error Mismatch if a quilt's name says something else
+std::filesystem::path productFile(const Scene& scene, Product product,
+                                  const std::filesystem::path& target);
+
+/// What a product loses in a file of that name, a sentence each.
+std::vector<std::string> lossesOf(Product product, const std::filesystem::path& file);
+
 /// Makes one and writes it.
-/// @param target a file, of views a directory; existing files are replaced
+/// @param target a file, which is replaced if it exists; of views a directory without views
 /// @return what was written, for people
 /// @throws Error, Cancelled; nothing half-written is left
 std::string writeProduct(const Scene& scene, Product product, const std::filesystem::path& target,

@@ -59,6 +59,21 @@ class ViewerController : public ::testing::Test {
         return ended.isEmpty() ? "no end" : ended.at(0).at(1).toString();
     }
 
+    QString at(const char* name) const { return QString::fromStdString((folder_ / name).string()); }
+    // Runs the tool on the photo and its depth image, for the controller's display.
+    void photo2native(const QStringList& options, const char* output) const {
+        // as a file: the sample with another panel
+        std::string text = slurp(sourcePath("calibration/portrait-sample.json"));
+        for (const auto& [from, to] : {std::pair{"1536", "150"}, std::pair{"2048", "200"}})
+            text.replace(text.find(from), std::string(from).size(), to);
+        spill(folder_ / "c.json", text);
+        ASSERT_EQ(
+            QProcess::execute(ALTIRO3D_TOOL_PHOTO2NATIVE,
+                              QStringList{"-c", at("c.json"), "-d"} + options +
+                                  QStringList{at("photo.png"), at("photo-depth.png"), at(output)}),
+            0);
+    }
+
     TemporaryDirectory folder_;
     Controller controller_{sampleDisplay({150, 200})};
 };
@@ -243,26 +258,29 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
     EXPECT_EQ(exportTo(Product::Quilt, folder_ / "q.png"), "");
     EXPECT_EQ(exportTo(Product::Views, folder_ / "views"), "");
     EXPECT_EQ(exportTo(Product::Depth, folder_ / "d.png"), "");
-    const auto at = [this](const char* name) {
-        return QString::fromStdString((folder_ / name).string());
-    };
-    const Calibration c = *sampleDisplay().calibration;
-    spill(folder_ / "c.json", "{\"pitch\": " + std::to_string(c.pitch) + "}");
-    // the display of the controller as a file: the sample with another panel
-    std::string text = slurp(sourcePath("calibration/portrait-sample.json"));
-    for (const auto& [from, to] : {std::pair{"1536", "150"}, std::pair{"2048", "200"}})
-        text.replace(text.find(from), std::string(from).size(), to);
-    spill(folder_ / "c.json", text);
-    const int status = QProcess::execute(
-        ALTIRO3D_TOOL_PHOTO2NATIVE,
-        {"-c", at("c.json"), "--strength", "7.5", "--focus", "0.25", "-d", "--save-quilt",
-         at("tool.png"), "--save-depth", at("tool-d.png"), "--save-views", at("tool-views"),
-         at("photo.png"), at("photo-depth.png"), at("tool-n.png")});
-    ASSERT_EQ(status, 0);
+    photo2native({"--strength", "7.5", "--focus", "0.25", "--save-quilt", at("tool.png"),
+                  "--save-depth", at("tool-d.png"), "--save-views", at("tool-views")},
+                 "tool-n.png");
     EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png"));
     EXPECT_EQ(slurp(folder_ / "q_qs8x6a0.75.png"), slurp(folder_ / "tool_qs8x6a0.75.png"));
     EXPECT_EQ(slurp(folder_ / "d.png"), slurp(folder_ / "tool-d.png"));
     EXPECT_EQ(slurp(folder_ / "views/view_47.png"), slurp(folder_ / "tool-views/view_47.png"));
+}
+
+TEST_F(ViewerController, FlatDepthLiesAtTheFocusAsTheToolsHaveIt) {
+    writePicture(folder_ / "photo-depth.png", cv::Mat(400, 300, CV_8UC1, cv::Scalar(90)));
+    openPhoto();
+    for (const auto& [value, text] : {std::pair{0.25, "0.25"}, std::pair{0.75, "0.75"}}) {
+        focus(value);
+        EXPECT_EQ(exportTo(Product::Native, folder_ / "n.png"), ""); // before its frame is there
+        EXPECT_EQ(exportTo(Product::Depth, folder_ / "d.png"), "");
+        photo2native({"-y", "--focus", text, "--save-depth", at("tool-d.png")}, "tool-n.png");
+        EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png")) << text;
+        EXPECT_EQ(slurp(folder_ / "d.png"), slurp(folder_ / "tool-d.png")) << text;
+        controller_.setPosition(1);
+        ASSERT_TRUE(waitForFrame());
+        EXPECT_TRUE(samePicture(picture(), detailedPhoto({300, 400}))) << text; // nothing moves
+    }
 }
 
 TEST_F(ViewerController, ASwayVideoIsThereWholeOrNotAtAll) {
@@ -325,23 +343,6 @@ TEST_F(ViewerController, WhatCannotBeWrittenIsNamed) {
     openPhoto();
     EXPECT_TRUE(exportTo(Product::Native, folder_ / "none/n.png").contains("none/n.png"));
     EXPECT_FALSE(controller_.isExporting());
-}
-
-// A video of `frames` grey pictures, so many a second.
-void writeGreys(const fs::path& file, cv::Size size, int frames, int rate = 25) {
-    VideoWriterOptions options;
-    options.size = size;
-    options.timeBase = {1, rate};
-    options.frameRate = {rate, 1};
-    VideoWriter writer(file, options);
-    for (int i = 0; i < frames; ++i) {
-        VideoFrame frame;
-        frame.picture = cv::Mat(size, CV_8UC3, cv::Scalar::all(20 + 10 * i));
-        frame.pts = i;
-        frame.duration = 1;
-        writer.write(frame);
-    }
-    writer.finish();
 }
 
 TEST(ViewerVideo, PlaysAtItsRateAgainAndAgain) {

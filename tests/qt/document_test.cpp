@@ -103,6 +103,16 @@ TEST(ViewerDocument, SixteenBitsAndGivenDepthAreRead) {
     EXPECT_EQ(document.rawDepth.type(), CV_16UC1);
 }
 
+TEST(ViewerDocument, ADepthImageOfAVideoIsSaidToBeUnused) {
+    const TemporaryDirectory folder;
+    writeGreys(folder / "v.mkv", {64, 48}, 2);
+    writePicture(folder / "d.png", cv::Mat(48, 64, CV_8UC1, cv::Scalar(9)));
+    const Document document =
+        readDocument({folder / "v.mkv", folder / "d.png", Reading::Automatic}, sampleDisplay());
+    ASSERT_EQ(document.notes.size(), 1U);
+    EXPECT_NE(document.notes[0].find("d.png: is not used"), std::string::npos);
+}
+
 TEST(ViewerDocument, PhotosAndTheirDepthImagesBecomeOne) {
     const auto sources = pairUp(
         {"d/b-depth.png", "d/a.jpg", "d/b.jpg", "e/a-depth.png", "d/a_Depth.tif", "depth.png"});
@@ -114,6 +124,7 @@ TEST(ViewerDocument, PhotosAndTheirDepthImagesBecomeOne) {
     EXPECT_EQ(sources[2].file, "e/a-depth.png"); // of a photo elsewhere
     EXPECT_TRUE(sources[2].depth.empty());
     EXPECT_EQ(sources[3].file, "depth.png");
+    EXPECT_EQ(pairUp({"clip.mp4", "clip-depth.mp4"}).size(), 2U); // a photo's, or none
 }
 
 TEST(ViewerKnobs, ColumnsAndRowsDivideTheDisplaysQuilt) {

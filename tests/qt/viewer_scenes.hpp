@@ -38,6 +38,24 @@ inline cv::Mat boxDepth(cv::Size size) {
     return depth;
 }
 
+/// A video of `frames` grey pictures, so many a second.
+inline void writeGreys(const std::filesystem::path& file, cv::Size size, int frames,
+                       int rate = 25) {
+    VideoWriterOptions options;
+    options.size = size;
+    options.timeBase = {1, rate};
+    options.frameRate = {rate, 1};
+    VideoWriter writer(file, options);
+    for (int i = 0; i < frames; ++i) {
+        VideoFrame frame;
+        frame.picture = cv::Mat(size, CV_8UC3, cv::Scalar::all(20 + 10 * i));
+        frame.pts = i;
+        frame.duration = 1;
+        writer.write(frame);
+    }
+    writer.finish();
+}
+
 /// Lets events come until something is so, 2 minutes at most (ThreadSanitizer on a busy machine).
 inline bool waitFor(const std::function<bool()>& so) {
     return QTest::qWaitFor(so, 120000);

@@ -300,6 +300,35 @@ TEST_F(ViewerWindow, BrokenSettingsAreNotUsed) {
     begin();
     EXPECT_EQ(knobs().views.strengthPercent, Knobs().views.strengthPercent);
     EXPECT_EQ(window_->controller().mode(), Mode::Sway);
+    window_.reset();
+    QSettings().setValue("strength", 12);
+    for (const char* name : {"method", "fit", "mode"})
+        QSettings().setValue(name, 99);
+    begin();
+    EXPECT_EQ(knobs().views.method, Knobs().views.method);
+    EXPECT_EQ(knobs().fit, Knobs().fit);
+    EXPECT_EQ(window_->controller().mode(), Mode::Sway);
+    EXPECT_EQ(knobs().views.strengthPercent, 12); // the others count
+    window_.reset();
+    QSettings().setValue("method", "best");
+    begin();
+    EXPECT_EQ(knobs().views.method, Knobs().views.method);
+}
+
+TEST_F(ViewerWindow, DepthImagesAreForPhotosOnly) {
+    writeGreys(folder_ / "clip.mkv", {90, 120}, 5);
+    openPhoto();
+    const auto expectOffered = [this](bool offered) {
+        EXPECT_EQ(entry("Depth image for this photo")->isEnabled(), offered);
+        EXPECT_EQ(panel().findChild<QWidget*>("depthImage")->isEnabled(), offered);
+    };
+    expectOffered(true);
+    drop({"clip.mkv", "photo-depth.png"});
+    ASSERT_TRUE(waitFor([this] {
+        const auto& document = window_->controller().document();
+        return document && document->video && !busy();
+    }));
+    expectOffered(false);
 }
 
 TEST_F(ViewerWindow, ALargePhotoDoesNotFreezeIt) {

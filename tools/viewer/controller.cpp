@@ -429,6 +429,7 @@ QString Controller::exportObstacle() const {
 Scene Controller::exportScene() const {
     Scene scene = frame_.scene;
     scene.knobs = knobs_;
+    layFlatDepth(scene);
     return scene;
 }
 

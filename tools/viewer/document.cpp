@@ -160,6 +160,11 @@ Document readDocument(const Source& source, const tools::Display& display) {
                         "expected a video");
         Document document = documentOf(source, first->picture, display);
         document.video = true;
+        if (!source.depth.empty()) {
+            document.notes.push_back(source.depth.string() +
+                                     ": is not used, as depth images are for photos; video2native "
+                                     "takes the depth of videos");
+        }
         return document;
     }
     Notes notes;
@@ -193,7 +198,8 @@ std::vector<Source> pairUp(const std::vector<fs::path>& files) {
         const fs::path stem = photoStem(files[d]);
         if (stem.empty()) continue;
         for (std::size_t p = 0; p < files.size(); ++p) {
-            if (p == d || files[p].parent_path() / files[p].stem() != stem) continue;
+            if (p == d || isVideoName(files[p]) || files[p].parent_path() / files[p].stem() != stem)
+                continue;
             depthOf[p] = files[d];
             isDepth[d] = true;
             break;

@@ -153,6 +153,7 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     }
     depth_->addItem(tr("Built-in estimator"), kBuiltInDepth);
     depthImage_ = new QToolButton;
+    depthImage_->setObjectName("depthImage");
     depthImage_->setText(tr("Image…"));
     depthImage_->setToolTip(tr("Choose a depth image for this photo"));
     depthSource_ = faintLabel("depthSource");
@@ -330,6 +331,7 @@ void KnobPanel::show(const Knobs& knobs) {
 
 void KnobPanel::show(const Document* document, const QString& depthSource) {
     scene_ = document != nullptr && document->kind == Kind::Scene;
+    depthImage_->setEnabled(scene_ && !document->video); // its own, not that of the whole group
     choose(*reading_, int(document != nullptr ? document->source.reading : Reading::Automatic));
     reading_->setEnabled(document != nullptr);
     depthSource_->setText(depthSource.isEmpty() ? tr("–") : tr("Used: %1").arg(depthSource));

@@ -31,7 +31,7 @@
 #include <QTimer>
 #include <QToolBar>
 #include <QToolButton>
-#include <clocale>
+#include <algorithm>
 
 namespace altiro3D::viewer {
 
@@ -117,6 +117,16 @@ const char* endingOf(Product product) {
         break;
     }
     return "_sway.mp4";
+}
+
+// A word of an enumeration from the settings, which may be anybody's.
+template <class Word>
+Word knownOr(Word standard, const QVariant& setting, std::initializer_list<Word> known) {
+    bool isNumber = false;
+    const int number = setting.toInt(&isNumber);
+    const auto found = std::find_if(known.begin(), known.end(),
+                                    [number](Word word) { return int(word) == number; });
+    return isNumber && found != known.end() ? *found : standard;
 }
 
 std::vector<qt::ScreenFacts> screenFacts() {
@@ -427,7 +437,7 @@ void MainWindow::showDocument() {
                  current ? QString::fromStdString(controller_.frame().depthSource) : QString());
     showLayout();
     const bool scene = document && document->kind == Kind::Scene;
-    depthImage_->setEnabled(scene);
+    depthImage_->setEnabled(scene && !document->video);
     closeFile_->setEnabled(any);
     const std::vector<Product> products =
         current ? productsOf(document->kind) : std::vector<Product>();
@@ -511,7 +521,7 @@ void MainWindow::openDirectoryDialog() {
 
 void MainWindow::openDepthDialog() {
     const auto& document = controller_.document();
-    if (!document) return;
+    if (!document || document->video) return;
     const QString name = QFileDialog::getOpenFileName(this, tr("Depth image, near is white"),
                                                       toName(document->source.file.parent_path()));
     if (!name.isEmpty()) controller_.reopen(Reading::Photo, toPath(name));
@@ -659,10 +669,12 @@ void MainWindow::readSettings() {
     const QSettings settings;
     Knobs knobs;
     ViewOptions& views = knobs.views;
-    views.method = static_cast<ViewMethod>(settings.value("method", int(views.method)).toInt());
+    views.method = knownOr(views.method, settings.value("method"),
+                           {ViewMethod::Fast, ViewMethod::Real, ViewMethod::Layered});
     views.strengthPercent = settings.value("strength", views.strengthPercent).toDouble();
     views.focus = settings.value("focus", views.focus).toDouble();
-    knobs.fit = static_cast<FitMode>(settings.value("fit", int(knobs.fit)).toInt());
+    knobs.fit = knownOr(knobs.fit, settings.value("fit"),
+                        {FitMode::Cover, FitMode::Contain, FitMode::Stretch});
     knobs.depth =
         settings.value("depth", QString::fromStdString(knobs.depth)).toString().toStdString();
     try {
@@ -673,7 +685,8 @@ void MainWindow::readSettings() {
     }
     knobs_->show(controller_.knobs());
     showLayout();
-    controller_.setMode(static_cast<Mode>(settings.value("mode", int(Mode::Sway)).toInt()));
+    controller_.setMode(knownOr(Mode::Sway, settings.value("mode"),
+                                {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens}));
     controller_.setSwinging(settings.value("swing", true).toBool());
     swing_->setChecked(controller_.isSwinging());
     follow_->setChecked(settings.value("follow", false).toBool());

@@ -92,6 +92,11 @@ void writeDepth(const Scene& scene, const fs::path& file) {
 
 } // namespace
 
+void layFlatDepth(Scene& scene) {
+    if (scene.flat)
+        scene.depth = cv::Mat(scene.depth.size(), CV_32FC1, cv::Scalar(scene.knobs.views.focus));
+}
+
 QuiltLayout quiltLayout(const Scene& scene) {
     return scene.document->kind == Kind::Quilt ? scene.document->layout
                                                : layoutOf(scene.knobs, *scene.display);

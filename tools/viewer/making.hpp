@@ -21,10 +21,14 @@ using Progress = std::function<void(double)>;
 /// A document with all that its pictures are made of.
 struct Scene {
     std::shared_ptr<const Document> document;
-    cv::Mat depth; ///< Of a photo: [any size, CV_32FC1, 0..1], shows all of it.
+    cv::Mat depth;     ///< Of a photo: [any size, CV_32FC1, 0..1], shows all of it.
+    bool flat = false; ///< The depth has no range: it lies at the focus, see layFlatDepth().
     Knobs knobs;
     std::shared_ptr<const tools::Display> display;
 };
+
+/// Brings depth without a range to the focus, as the tools do: nothing moves from view to view.
+void layFlatDepth(Scene& scene);
 
 /// The layout of the quilt: that of a quilt itself, else what the knobs mean.
 QuiltLayout quiltLayout(const Scene& scene);

@@ -42,6 +42,7 @@ using DisplayPointer = std::shared_ptr<const tools::Display>;
 
 struct DepthMap {
     cv::Mat depth;
+    bool flat = false; // without a range
     std::string source;
 };
 
@@ -56,6 +57,13 @@ cv::Mat sized(const cv::Mat& picture, cv::Size size) {
     const bool smaller = size.width <= picture.cols && size.height <= picture.rows;
     cv::resize(picture, result, size, 0, 0, smaller ? cv::INTER_AREA : cv::INTER_LINEAR);
     return result;
+}
+
+bool isFlat(const cv::Mat& depth) {
+    double low = 0;
+    double high = 0;
+    cv::minMaxLoc(depth, &low, &high);
+    return low == high;
 }
 
 // The part of a picture that is seen px by px, moved from the middle; `pan` is kept inside.
@@ -101,6 +109,7 @@ struct Studio::State {
             map.source = sourceText(from) + ", as often as the video needs it";
         } else if (from == kGivenDepth) {
             normalizeDepth(document.rawDepth, map.depth, normalization);
+            map.flat = isFlat(map.depth);
             map.source = document.source.depth.empty() ? "in the picture"
                                                        : document.source.depth.filename().string();
         } else {
@@ -111,6 +120,7 @@ struct Studio::State {
                 map.depth = raw;
             } else {
                 normalizeDepth(raw, map.depth, normalization);
+                map.flat = isFlat(map.depth);
             }
             map.source = sourceText(from);
         }
@@ -118,10 +128,11 @@ struct Studio::State {
     }
 
     const Fitted& fit(Kept<FitKey, Fitted>& kept, const Scene& scene, cv::Size size) {
-        // the bars of Contain lie at the focus
-        const double bars = scene.knobs.fit == FitMode::Contain ? scene.knobs.views.focus : 0;
+        // the bars of Contain lie at the focus, and so does flat depth
+        const bool atFocus = scene.knobs.fit == FitMode::Contain || scene.flat;
+        const double level = atFocus ? scene.knobs.views.focus : 0;
         return kept.get(
-            {how, scene.document, scene.display, scene.knobs.fit, size.width, size.height, bars},
+            {how, scene.document, scene.display, scene.knobs.fit, size.width, size.height, level},
             [&] { return fitScene(scene, size); });
     }
 
@@ -191,7 +202,7 @@ Frame Studio::render(const Request& request) {
     frame.request = request;
     state_->how.clear();
     Scene& scene = frame.scene;
-    scene = {request.document, {}, request.knobs, request.display};
+    scene = {request.document, {}, false, request.knobs, request.display};
     const Kind kind = request.document->kind;
     const double aspect = request.display->panelAspect();
     if (kind == Kind::Scene) {
@@ -201,11 +212,13 @@ Frame Studio::render(const Request& request) {
             return state_->makeDepth(*request.document, state_->how);
         });
         scene.depth = map.depth;
+        scene.flat = map.flat;
+        layFlatDepth(scene);
         frame.depthSource = map.source;
         const QuiltLayout layout = quiltLayout(scene);
         double low = 0;
         double high = 1;
-        cv::minMaxLoc(map.depth, &low, &high);
+        cv::minMaxLoc(scene.depth, &low, &high);
         frame.parallaxPixels =
             adjacentParallax(request.knobs.views, layout, request.display->panelSize, {low, high})
                 .viewPixels;

@@ -286,6 +286,11 @@ TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
     EXPECT_TRUE(
         fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1, "does not exist"));
     EXPECT_TRUE(isDone(studio.run(kTool, photo)));
+    // one that is there, but not the one that is used by itself
+    spill(studio / "net/fastdepth_224_op10.onnx", "no network");
+    const Outcome outcome = studio.run(kTool, Arguments{"-y"} + photo);
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_NE(outcome.out.find("depth: built-in estimator"), std::string::npos) << outcome.out;
 }
 
 TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {

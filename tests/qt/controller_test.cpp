@@ -2,6 +2,7 @@
 
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "viewer/depth_maker.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QElapsedTimer>
@@ -518,6 +519,17 @@ TEST_F(ViewerController, ANetworkMakesTheDepthOfPhotosAndVideos) {
     knobs.depth = kBuiltInDepth; // while it plays
     controller.turn(knobs, "depth");
     EXPECT_TRUE(isFrom("built-in estimator, as often as the video needs it"));
+}
+
+TEST(ViewerDepth, OnlyTheStandardNetworkIsUsedByItself) {
+    const TemporaryDirectory models;
+    const Networks networks(models.path());
+    spill(models / "fastdepth_224_op10.onnx", "no network");
+    EXPECT_EQ(DepthMaker().choose(kBestDepth, false), kBuiltInDepth);
+    EXPECT_EQ(DepthMaker().choose("fastdepth", false), "fastdepth");
+    spill(models / "model-small.onnx", "no network");
+    EXPECT_EQ(DepthMaker().choose(kBestDepth, false), "midas-small");
+    EXPECT_EQ(DepthMaker().choose(kBestDepth, true), kGivenDepth);
 }
 
 TEST_F(ViewerController, ANetworkThatIsNoneIsAMessage) {

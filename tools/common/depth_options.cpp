@@ -18,7 +18,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kCatalogName = "catalog.json";
-constexpr const char* kDefaultLarge = "midas-large";
 
 std::vector<NetworkProfile> catalogOf(const std::vector<fs::path>& searchPath) {
     const fs::path file = findModelFile(kCatalogName, searchPath);
@@ -68,12 +67,17 @@ std::string processorName(InferenceTarget target) {
 
 } // namespace
 
+std::string standardNetwork(bool large) {
+    return large ? "midas-large" : "midas-small";
+}
+
 void addDepthOptions(CommandLine& commandLine, Medium medium) {
     const bool video = medium == Medium::Video;
     commandLine.addSection("Depth");
     commandLine.add({"n", "network"},
-                    "Depth network: an ONNX file, or the name of one in the catalogue (default: "
-                    "midas-small if its file is found, else an estimator that is built in).",
+                    "Depth network: an ONNX file, or the name of one in the catalogue (default: " +
+                        standardNetwork() +
+                        " if its file is found, else an estimator that is built in).",
                     "NETWORK");
     commandLine.add({"l", "large"}, "Use the large MiDaS network, or treat -n as one.");
     commandLine.add({"net-profile"},
@@ -161,7 +165,7 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
                                  " is a large network, but the catalogue knows it as " +
                                  known->name + "; expected no -l");
             }
-            if (known == nullptr && large) known = named(catalog, kDefaultLarge);
+            if (known == nullptr && large) known = named(catalog, standardNetwork(true));
             if (known == nullptr) {
                 throw Error(ErrorCode::NotFound, *wanted,
                             "is not in the catalogue of networks, expected --net-profile FILE.json "
@@ -170,15 +174,12 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
             profile = *known;
         }
     } else {
-        for (const NetworkProfile& candidate : catalog) {
-            if (candidate.large != large) continue;
-            networkFile = findModelFile(candidate.file, searchPath);
-            if (networkFile.empty()) continue;
-            profile = candidate;
-            break;
+        const NetworkProfile* entry = named(catalog, standardNetwork(large));
+        if (entry != nullptr) {
+            networkFile = findModelFile(entry->file, searchPath);
+            profile = *entry;
         }
         if (networkFile.empty() && large) {
-            const NetworkProfile* entry = named(catalog, kDefaultLarge);
             throw Error(ErrorCode::NotFound, entry != nullptr ? entry->file : "-l",
                         "the large network was not found, expected it in the model search path "
                         "(scripts/get-models.sh midas-large) or given with -n");

@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_cues.hpp"
 #include "altiro3D/error.hpp"
+#include "common/depth_options.hpp"
 #include "common/network_trust.hpp"
 #include "common/run_tool.hpp"
 
@@ -13,8 +14,6 @@
 namespace altiro3D::viewer {
 
 namespace {
-
-constexpr const char* kPreferredNetwork = "midas-small";
 
 const ReadyNetwork* findIn(const std::vector<ReadyNetwork>& networks, const std::string& name) {
     const auto found = std::find_if(networks.begin(), networks.end(),
@@ -56,7 +55,8 @@ const ReadyNetwork* DepthMaker::find(const std::string& name) const {
 std::string DepthMaker::choose(const std::string& wish, bool given) const {
     if (wish == kBuiltInDepth || find(wish) != nullptr) return wish;
     if (given) return kGivenDepth;
-    return find(kPreferredNetwork) != nullptr ? kPreferredNetwork : kBuiltInDepth;
+    const std::string standard = tools::standardNetwork();
+    return find(standard) != nullptr ? standard : kBuiltInDepth;
 }
 
 DepthKind DepthMaker::kind(const std::string& chosen) const {

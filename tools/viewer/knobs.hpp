@@ -10,8 +10,8 @@
 
 namespace altiro3D::viewer {
 
-/// Depth as the picture has it, else by the best network that is found, else by the estimator that
-/// is built in.
+/// Depth as the picture has it, else by tools::standardNetwork() if its file is there, else by the
+/// estimator that is built in.
 constexpr const char* kBestDepth = "best";
 /// Depth as the picture has it.
 constexpr const char* kGivenDepth = "given";

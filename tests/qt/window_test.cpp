@@ -115,6 +115,18 @@ TEST_F(ViewerWindow, TellsWhatToDoWhileItIsEmpty) {
     EXPECT_EQ(files().count(), 0);
 }
 
+TEST_F(ViewerWindow, SaysAllThatIsToBeSaidAboutTheDisplay) {
+    window_.reset();
+    warnings_ = {"the first sentence", "a second one"};
+    begin();
+    const auto said = [this](const QString& part) {
+        for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>())
+            if (label->text().contains(part)) return label->toolTip();
+        return QString();
+    };
+    EXPECT_TRUE(said("the first sentence; a second one").contains("a second one"));
+}
+
 TEST_F(ViewerWindow, OpensWhatIsDroppedAndPaintsIt) {
     openPhoto();
     EXPECT_EQ(files().count(), 1);

@@ -68,6 +68,13 @@ const ModeWords kModes[] = {
     {Mode::Lens, QT_TRANSLATE_NOOP("mode", "Lens"),
      QT_TRANSLATE_NOOP("mode", "What an eye sees through the display's lenses")}};
 
+QString linesOf(const std::vector<std::string>& sentences) {
+    QStringList lines;
+    for (const std::string& sentence : sentences)
+        lines << QString::fromStdString(sentence);
+    return lines.join('\n');
+}
+
 // Names and sentences hold what files say: they are no markup.
 QString tipOf(const QString& text) {
     return Qt::convertFromPlainText(text, Qt::WhiteSpaceNormal); // long ones are wrapped
@@ -165,7 +172,7 @@ MainWindow::MainWindow(tools::Display display, const std::vector<std::string>& w
     showSources();
     showDocument();
     showModes();
-    if (!warnings.empty()) say(QString::fromStdString(warnings.front()), 15000);
+    if (!warnings.empty()) say(linesOf(warnings), 15000);
 }
 
 MainWindow::~MainWindow() {
@@ -330,8 +337,10 @@ void MainWindow::say(const QString& text, int milliseconds) {
 
 void MainWindow::showStatus() {
     const QString& text = said_.isEmpty() ? facts_ : said_;
+    QString line = text; // the tip has a line for each sentence
+    line.replace('\n', "; ");
     const int room = statusBar()->width() - 40 - (progress_->isVisible() ? 260 : 0);
-    status_->setText(status_->fontMetrics().elidedText(text, Qt::ElideRight, room));
+    status_->setText(status_->fontMetrics().elidedText(line, Qt::ElideRight, room));
     status_->setToolTip(tipOf(text));
 }
 
@@ -430,7 +439,7 @@ void MainWindow::showDocument() {
     }
     const bool current = document && controller_.problem().isEmpty();
     if (current && document != told_ && !document->notes.empty())
-        say(QString::fromStdString(document->notes.front()), 10000);
+        say(linesOf(document->notes), 10000);
     told_ = document;
     if (current) remember(document->source.file);
     knobs_->show(document.get(),
@@ -613,7 +622,7 @@ void MainWindow::showOnDisplay() {
     const qt::FoundDisplay& display = displays[*chosen];
     if (display.calibration && fingerprint(*display.calibration) != fingerprint(*own.calibration))
         useCalibration(*display.calibration, display.calibrationFile);
-    if (!display.problems.empty()) say(QString::fromStdString(display.problems.front()), 15000);
+    if (!display.problems.empty()) say(linesOf(display.problems), 15000);
     onDisplay_ = std::make_unique<qt::NativeWidget>();
     connect(onDisplay_.get(), &qt::NativeWidget::left, this,
             [this] { controller_.setPresenting(false); });
@@ -715,6 +724,11 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     controller_.cancelExport();
     onDisplay_.reset();
     event->accept();
+}
+
+void MainWindow::resizeEvent(QResizeEvent* event) {
+    QMainWindow::resizeEvent(event);
+    showStatus(); // it has another room
 }
 
 void MainWindow::dragEnterEvent(QDragEnterEvent* event) {

@@ -34,6 +34,7 @@ class MainWindow : public QMainWindow {
     void closeEvent(QCloseEvent* event) override;
     void dragEnterEvent(QDragEnterEvent* event) override;
     void dropEvent(QDropEvent* event) override;
+    void resizeEvent(QResizeEvent* event) override;
 
   private:
     void buildActions();
@@ -58,7 +59,7 @@ class MainWindow : public QMainWindow {
     void showFrame();
     void showModes();
     void showLayout();
-    /// A line about what happened, for a while.
+    /// What happened, a line for each sentence, for a while.
     void say(const QString& text, int milliseconds);
     void showStatus();
     void readSettings();

@@ -87,12 +87,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
                          "; see altiro3Dnative --help");
     }
     const std::filesystem::path& file = commandLine.files().front();
-    Display display;
-    display.invert = invertOption(commandLine);
-    display.calibration = readChosenCalibration(file, commandLine, messages);
-    display.source = file.string();
-    display.panelSize = {display.calibration->screenW, display.calibration->screenH};
-    display.standardQuilt = defaultQuilt(*display.calibration);
+    const Display display = displayOf(readChosenCalibration(file, commandLine, messages), file,
+                                      invertOption(commandLine));
     const Calibration& calibration = *display.calibration;
     messages.warn(remarks(calibration));
 

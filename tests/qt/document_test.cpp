@@ -4,6 +4,7 @@
 #include "viewer/knobs.hpp"
 #include "viewer_scenes.hpp"
 
+#include <QDir>
 #include <QFile>
 #include <QMimeDatabase>
 #include <algorithm>
@@ -125,6 +126,62 @@ TEST(ViewerDocument, PhotosAndTheirDepthImagesBecomeOne) {
     EXPECT_TRUE(sources[2].depth.empty());
     EXPECT_EQ(sources[3].file, "depth.png");
     EXPECT_EQ(pairUp({"clip.mp4", "clip-depth.mp4"}).size(), 2U); // a photo's, or none
+}
+
+// What the window takes among volumes, in a directory of its own.
+class ViewerDisplay : public ::testing::Test {
+  protected:
+    ViewerDisplay() {
+        QDir::setCurrent(QString::fromStdString(folder_.path().string()));
+        qunsetenv("LKG_CALIBRATION");
+        write("first.json", 100);
+        write("second.json", 104);
+    }
+    ~ViewerDisplay() override { QDir::setCurrent(before_); }
+    // The sample with a panel of that width.
+    void write(const char* name, int width) const {
+        std::string text = slurp(sourcePath("calibration/portrait-sample.json"));
+        text.replace(text.find("1536"), 4, std::to_string(width));
+        spill(folder_ / name, text);
+    }
+    tools::Display find(bool firstWillDo, std::vector<const char*> arguments = {}) {
+        tools::CommandLine commandLine("test", "");
+        tools::addDisplayOptions(commandLine);
+        arguments.insert(arguments.begin(), "test");
+        commandLine.parse(static_cast<int>(arguments.size()),
+                          const_cast<char**>(arguments.data())); // NOLINT: as main() has them
+        const auto volumes = [this] {
+            return std::vector<MountedCalibration>{{folder_ / "first.json", "LKG-1"},
+                                                   {folder_ / "second.json", "LKG-2"}};
+        };
+        return tools::findDisplay(commandLine, messages_, {volumes, firstWillDo});
+    }
+
+    TemporaryDirectory folder_;
+    QString before_ = QDir::currentPath();
+    tools::Messages messages_{"test", false};
+};
+
+TEST_F(ViewerDisplay, OfSeveralVolumesTheFirstWillDoWhereAnotherCanBeChosenLater) {
+    EXPECT_THROW(find(false), Error);
+    const tools::Display display = find(true);
+    EXPECT_EQ(display.panelSize, cv::Size(100, 2048));
+    EXPECT_EQ(display.source, (folder_ / "first.json").string());
+    ASSERT_FALSE(messages_.warnings().empty());
+    EXPECT_NE(messages_.warnings().front().find("LKG-1"), std::string::npos);
+    EXPECT_EQ(find(true, {"--serial", "LKG-2"}).panelSize.width, 104);
+}
+
+TEST_F(ViewerDisplay, WhatIsChosenOtherwiseComesBeforeVolumes) {
+    write("visual.json", 108);
+    EXPECT_EQ(find(true).panelSize.width, 108);
+    qputenv("LKG_CALIBRATION", ""); // as if it were not set
+    EXPECT_EQ(find(true).panelSize.width, 108);
+    write("variable.json", 112);
+    qputenv("LKG_CALIBRATION", "variable.json");
+    EXPECT_EQ(find(true).panelSize.width, 112);
+    qunsetenv("LKG_CALIBRATION");
+    EXPECT_EQ(find(true, {"-c", "second.json", "--invert", "on"}).invert, InvertViews::On);
 }
 
 TEST(ViewerKnobs, ColumnsAndRowsDivideTheDisplaysQuilt) {

@@ -1,6 +1,5 @@
 #include "common/display_options.hpp"
 
-#include "altiro3D/display.hpp"
 #include "altiro3D/error.hpp"
 
 #include <algorithm>
@@ -29,8 +28,9 @@ bool sameWord(const std::string& a, const std::string& b) {
 }
 
 // The one volume of a display that is mounted, or the one that --serial names.
-std::optional<MountedCalibration> mountedVolume(const std::optional<std::string>& serial) {
-    std::vector<MountedCalibration> volumes = findMountedCalibrations();
+std::optional<MountedCalibration> mountedVolume(const std::optional<std::string>& serial,
+                                                const VolumeSearch& search, Messages& messages) {
+    const std::vector<MountedCalibration> volumes = search.find();
     if (serial) {
         const auto named = [&](const MountedCalibration& volume) {
             if (sameWord(volume.volume, *serial)) return true;
@@ -51,6 +51,11 @@ std::optional<MountedCalibration> mountedVolume(const std::optional<std::string>
     }
     if (volumes.empty()) return std::nullopt;
     if (volumes.size() == 1) return volumes.front();
+    if (search.firstWillDo) {
+        messages.warn("several displays are mounted: the calibration of " + volumes.front().volume +
+                      " is used");
+        return volumes.front();
+    }
     std::string list;
     for (const MountedCalibration& volume : volumes) {
         list += (list.empty() ? "" : ", ") + volume.volume + " (" + volume.file.string() + ")";
@@ -69,41 +74,36 @@ fs::path sampleCalibration() {
                 "none was found, expected -c visual.json or -m FILE.map");
 }
 
-void useCalibration(Display& display, const fs::path& file, const std::string& source,
-                    const CommandLine& commandLine, Messages& messages) {
-    display.calibration = readChosenCalibration(file, commandLine, messages);
-    display.files = {file};
-    display.source = source;
-}
-
 // -c, or the first that is found.
-void findCalibration(Display& display, const CommandLine& commandLine, Messages& messages) {
+Display findCalibration(const CommandLine& commandLine, const VolumeSearch& volumes,
+                        Messages& messages) {
+    const InvertViews invert = invertOption(commandLine);
+    const auto chosen = [&](const fs::path& file) {
+        return displayOf(readChosenCalibration(file, commandLine, messages), file, invert);
+    };
     std::error_code error;
-    if (const auto file = commandLine.value("c")) {
-        useCalibration(display, *file, *file, commandLine, messages);
-    } else if (const auto named = environment("LKG_CALIBRATION")) {
+    if (const auto file = commandLine.value("c")) return chosen(*file);
+    if (const auto named = environment("LKG_CALIBRATION")) {
         try {
-            useCalibration(display, *named, *named + " ($LKG_CALIBRATION)", commandLine, messages);
+            Display display = chosen(*named);
+            display.source = *named + " ($LKG_CALIBRATION)";
+            return display;
         } catch (const Error& problem) {
             throw Error(problem.code(), "$LKG_CALIBRATION", problem.what());
         }
-    } else if (fs::exists("visual.json", error)) {
-        useCalibration(display, "visual.json", "visual.json", commandLine, messages);
-    } else if (const auto volume = mountedVolume(commandLine.value("serial"))) {
-        // the volume is chosen already: its file's serial may be cut short
-        display.calibration = readCalibration(volume->file);
-        display.files = {volume->file};
-        display.source = volume->file.string();
-    } else {
-        const fs::path sample = sampleCalibration();
-        display.calibration = readCalibration(sample);
-        display.files = {sample};
-        display.source = "the sample calibration of a Portrait";
-        messages.warn(
-            "no calibration was given or found: the sample one of a Portrait is used, and "
-            "the picture will not be in register on a real display; give the display's "
-            "own file with -c visual.json");
     }
+    if (fs::exists("visual.json", error)) return chosen("visual.json");
+    if (const auto volume = mountedVolume(commandLine.value("serial"), volumes, messages)) {
+        // the volume is chosen already: its file's serial may be cut short
+        return displayOf(readCalibration(volume->file), volume->file, invert);
+    }
+    const fs::path sample = sampleCalibration();
+    Display display = displayOf(readCalibration(sample), sample, invert);
+    display.source = "the sample calibration of a Portrait";
+    messages.warn("no calibration was given or found: the sample one of a Portrait is used, and "
+                  "the picture will not be in register on a real display; give the display's "
+                  "own file with -c visual.json");
+    return display;
 }
 
 // Keeps the cache below its limit: the tables that were not used for longest go first.
@@ -267,14 +267,26 @@ Calibration readChosenCalibration(const fs::path& file, const CommandLine& comma
     return all.front();
 }
 
-Display findDisplay(const CommandLine& commandLine, Messages& messages) {
+Display displayOf(Calibration calibration, const fs::path& file, InvertViews invert) {
+    Display display;
+    display.source = file.string();
+    display.files = {file};
+    display.invert = invert;
+    display.panelSize = {calibration.screenW, calibration.screenH};
+    display.standardQuilt = defaultQuilt(calibration);
+    display.calibration = std::move(calibration);
+    return display;
+}
+
+Display findDisplay(const CommandLine& commandLine, Messages& messages,
+                    const VolumeSearch& volumes) {
     samplingOption(commandLine); // wrong usage is said before any work
     Display display;
-    display.invert = invertOption(commandLine);
     if (const auto file = commandLine.value("m")) {
         commandLine.exclude("m", "invert");
         commandLine.exclude("m", "view-filter");
         commandLine.exclude("m", "sampling");
+        display.invert = invertOption(commandLine);
         display.map = NativeLut::load(*file);
         display.files = {*file};
         display.source = *file;
@@ -286,9 +298,7 @@ Display findDisplay(const CommandLine& commandLine, Messages& messages) {
             requireSameDisplay(*display.map, *file, *display.calibration, *calibrationFile);
         }
     } else {
-        findCalibration(display, commandLine, messages);
-        display.panelSize = {display.calibration->screenW, display.calibration->screenH};
-        display.standardQuilt = defaultQuilt(*display.calibration);
+        display = findCalibration(commandLine, volumes, messages);
     }
     if (display.calibration) messages.warn(remarks(*display.calibration));
     messages.detail("display: " + display.source + ", panel " +

@@ -1,11 +1,14 @@
 #pragma once
 
 #include "altiro3D/calibration.hpp"
+#include "altiro3D/display.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "common/run_tool.hpp"
 
+#include <functional>
 #include <optional>
+#include <vector>
 
 namespace altiro3D::tools {
 
@@ -42,10 +45,27 @@ bool blends(const QuiltSampling& sampling);
 void addInvertOption(CommandLine& commandLine);
 InvertViews invertOption(const CommandLine& commandLine);
 
+/// The display of a calibration: its panel, and the quilt of its model.
+/// @param file that it was read from
+Display displayOf(Calibration calibration, const std::filesystem::path& file,
+                  InvertViews invert = InvertViews::Auto);
+
+/// The mounted volumes among which findDisplay() looks.
+struct VolumeSearch {
+    /// Finds them.
+    std::function<std::vector<MountedCalibration>()> find = [] {
+        return findMountedCalibrations();
+    };
+    /// Of several, without `--serial`, the first is taken with a warning, as another can be chosen
+    /// later; else that is an error.
+    bool firstWillDo = false;
+};
+
 /// Finds the display: `-m` and `-c`, else `$LKG_CALIBRATION`, `./visual.json`, a mounted display
 /// volume, and at last the sample calibration, with a warning.
 /// @throws UsageError, Error
-Display findDisplay(const CommandLine& commandLine, Messages& messages);
+Display findDisplay(const CommandLine& commandLine, Messages& messages,
+                    const VolumeSearch& volumes = {});
 
 /// Reads one calibration; of several, `--serial` chooses, or the first is taken with a warning.
 Calibration readChosenCalibration(const std::filesystem::path& file, const CommandLine& commandLine,

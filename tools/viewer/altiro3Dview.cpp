@@ -31,30 +31,14 @@ void onQtMessage(QtMsgType type, const QMessageLogContext& /*context*/, const QS
     if (type == QtCriticalMsg) std::fprintf(stderr, "%s\n", text.toUtf8().constData());
 }
 
-// As for all tools; but of several displays the first will do, as another can be chosen later.
-Display displayFor(const CommandLine& commandLine, Messages& messages) {
-    const std::vector<MountedCalibration> volumes = qt::findVolumes();
-    const bool said = commandLine.has("c") || commandLine.has("m") || commandLine.has("serial") ||
-                      std::getenv("LKG_CALIBRATION") != nullptr;
-    if (said || volumes.size() < 2) return findDisplay(commandLine, messages);
-    Display display;
-    display.invert = invertOption(commandLine);
-    display.calibration = readCalibration(volumes.front().file);
-    display.files = {volumes.front().file};
-    display.source = volumes.front().file.string();
-    display.panelSize = {display.calibration->screenW, display.calibration->screenH};
-    display.standardQuilt = defaultQuilt(*display.calibration);
-    messages.warn("several displays are mounted: the calibration of " + volumes.front().volume +
-                  " is used");
-    return display;
-}
-
 int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& messages) {
     if (!hasDesktop()) {
         throw Error(ErrorCode::NotFound, "desktop",
                     "there is none, expected $DISPLAY or $WAYLAND_DISPLAY");
     }
-    Display display = displayFor(commandLine, messages);
+    // also volumes that are mounted elsewhere; of several the first will do, as the window can
+    // choose
+    Display display = findDisplay(commandLine, messages, {[] { return qt::findVolumes(); }, true});
     if (!display.calibration) throw UsageError("a map is not enough, expected the calibration -c");
     display.standardQuilt = chooseQuilt(commandLine, display, messages);
     QApplication application(argc, argv);
@@ -62,13 +46,7 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     QApplication::setOrganizationName("altiro3D");
     QApplication::setApplicationName("altiro3Dview");
     QApplication::setDesktopFileName("altiro3Dview");
-    std::vector<std::string> warnings = messages.warnings();
-    if (!commandLine.has("c") && !display.files.empty() &&
-        display.files.front().filename() == "portrait-sample.json") {
-        warnings = {"No display was found: a sample calibration is used, and Natives will not be "
-                    "in register on a real display"};
-    }
-    MainWindow window(display, warnings);
+    MainWindow window(display, messages.warnings());
     messages.dropWarnings(); // the window says them
     window.show();
     const std::vector<std::filesystem::path>& files = commandLine.files();

@@ -549,12 +549,12 @@ void MainWindow::calibrationDialog() {
 }
 
 void MainWindow::useCalibration(const Calibration& calibration, const fs::path& file) {
-    tools::Display display = controller_.display();
-    display.calibration = calibration;
-    display.files = {file};
-    display.source = file.string();
-    display.panelSize = {calibration.screenW, calibration.screenH};
-    display.standardQuilt = defaultQuilt(calibration);
+    const tools::Display& before = controller_.display();
+    tools::Display display = tools::displayOf(calibration, file, before.invert);
+    // a quilt that was chosen (-q, -r) stays, where it is for such a panel
+    if (display.panelSize == before.panelSize &&
+        before.standardQuilt != defaultQuilt(*before.calibration))
+        display.standardQuilt = before.standardQuilt;
     controller_.setDisplay(std::move(display));
 }
 

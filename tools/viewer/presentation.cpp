@@ -129,6 +129,7 @@ std::size_t chooseScreen(const tools::CommandLine& commandLine,
                         "(--list-displays shows them)");
     }
     messages.warn(displays[*chosen].problems);
+    messages.detail("display: " + displays[*chosen].name);
     return *displays[*chosen].screen;
 }
 
@@ -277,6 +278,7 @@ int present(int& argc, char** argv, const tools::CommandLine& commandLine,
                         sizeText(screens[screen].size) +
                         "; expected the display's own resolution and a Native made for it");
     }
+    messages.detail("screen " + std::to_string(screen) + ": " + textOf(screens[screen]));
     qt::NativeWidget widget;
     QObject::connect(&widget, &qt::NativeWidget::left, &QApplication::quit);
     widget.setNative(native);

@@ -45,6 +45,11 @@ TEST(ViewTool, WrongUsageIsSaidBeforeAnyWindow) {
     EXPECT_TRUE(fails(studio.run(kTool, {"--unknown"}), 2, "--help"));
     EXPECT_TRUE(fails(studio.run(kTool, {"-d", "photo.png"}), 2, "PHOTO DEPTH"));
     EXPECT_TRUE(fails(studio.run(kTool, {"--show", "photo.png", "quilt.png"}), 2, "one Native"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--screen", "0", "photo.png"}), 2, "expected --show"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--json"}), 2, "expected --list-displays"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--list-displays", "photo.png"}), 2, "takes no names"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--list-displays", "--show", "photo.png"}), 2,
+                      "exclude each other"));
     EXPECT_TRUE(fails(studio.run(kTool, {"-c", "none.json"}), 1, "none.json"));
     EXPECT_TRUE(
         fails(studio.run(kTool, {"--show", "photo.png", "--screen", "7"}), 2, "--screen is 7"));

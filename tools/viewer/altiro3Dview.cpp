@@ -31,6 +31,22 @@ void onQtMessage(QtMsgType type, const QMessageLogContext& /*context*/, const QS
     if (type == QtCriticalMsg) std::fprintf(stderr, "%s\n", text.toUtf8().constData());
 }
 
+// Options that would be passed over in silence.
+void requireUsage(const CommandLine& commandLine) {
+    commandLine.exclude("show", "list-displays");
+    for (const char* other : {"show", "list-displays"})
+        commandLine.exclude("d", other);
+    if (commandLine.has("screen") && !commandLine.has("show"))
+        throw UsageError("--screen says where --show shows, expected --show NATIVE with it");
+    if (commandLine.has("json") && !commandLine.has("list-displays"))
+        throw UsageError("--json is about --list-displays, expected --list-displays with it");
+    if (commandLine.has("list-displays") && !commandLine.files().empty())
+        throw UsageError("--list-displays takes no names, got " +
+                         commandLine.files().front().string());
+    if (commandLine.has("d") && commandLine.files().size() != 2)
+        throw UsageError("-d takes PHOTO DEPTH; see altiro3Dview --help");
+}
+
 int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& messages) {
     if (!hasDesktop()) {
         throw Error(ErrorCode::NotFound, "desktop",
@@ -51,7 +67,6 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     window.show();
     const std::vector<std::filesystem::path>& files = commandLine.files();
     if (commandLine.has("d")) {
-        if (files.size() != 2) throw UsageError("-d takes PHOTO DEPTH; see altiro3Dview --help");
         window.controller().open(Source{files[0], files[1], Reading::Photo});
     } else {
         window.controller().open(files);
@@ -90,6 +105,7 @@ int main(int argc, char** argv) {
                         "with the maker's software and give it with -c.");
     return runToolWithoutApplication(argc, argv, commandLine,
                                      [&](const CommandLine& given, Messages& messages) {
+                                         requireUsage(given);
                                          if (given.has("list-displays"))
                                              return listDisplays(argc, argv, given, messages);
                                          if (given.has("show"))

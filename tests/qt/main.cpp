@@ -1,5 +1,6 @@
+#include "home.hpp"
+
 #include <QApplication>
-#include <QTemporaryDir>
 #include <clocale>
 #include <cstring>
 #include <gtest/gtest.h>
@@ -13,11 +14,8 @@ int main(int argc, char** argv) {
     using namespace altiro3D::viewer;
     if (argc == 3 && std::strcmp(argv[1], kTryNetwork) == 0) return tryNetwork(argv[2]);
 #endif
-    const QTemporaryDir home; // settings of these tests, not of who runs them
+    const altiro3D::test::Home home;
     qputenv("QT_QPA_PLATFORM", "offscreen");
-    qputenv("XDG_CONFIG_HOME", home.path().toUtf8());
-    qputenv("XDG_CACHE_HOME", home.path().toUtf8());
-    qputenv("ALTIRO3D_MODELS", home.path().toUtf8()); // no networks
     ::testing::InitGoogleTest(&argc, argv);
     if (::testing::GTEST_FLAG(list_tests)) return RUN_ALL_TESTS(); // takes no desktop
     const QApplication application(argc, argv);

@@ -2,6 +2,7 @@
 // $SESSION_PICTURES: where pictures of the screen go, to be looked at.
 
 #include "altiro3D/qt/image.hpp"
+#include "home.hpp"
 #include "support/compare.hpp"
 #include "viewer/knob_panel.hpp"
 #include "viewer/main_window.hpp"
@@ -10,13 +11,15 @@
 
 #include <QApplication>
 #include <QFileDialog>
+#include <QLineEdit>
+#include <QPointer>
 #include <QProcess>
 #include <QScreen>
 #include <QSettings>
 #include <QSlider>
 #include <QStyle>
 #include <QStyleOptionSlider>
-#include <QTemporaryDir>
+#include <QTimer>
 #include <clocale>
 #include <gtest/gtest.h>
 
@@ -26,13 +29,17 @@ namespace {
 namespace fs = std::filesystem;
 using namespace viewer;
 
-// Real input. Events of this process are handled meanwhile.
-void input(const QStringList& arguments) {
+// Real input. Events of this process are handled meanwhile. False if xdotool cannot do it.
+bool send(const QStringList& arguments) {
     QProcess xdotool;
     xdotool.start("xdotool", arguments);
     EXPECT_TRUE(waitFor([&xdotool] { return xdotool.state() == QProcess::NotRunning; }));
-    EXPECT_EQ(xdotool.exitCode(), 0) << arguments.join(' ').toStdString();
     QTest::qWait(60);
+    return xdotool.exitStatus() == QProcess::NormalExit && xdotool.exitCode() == 0;
+}
+
+void input(const QStringList& arguments) {
+    EXPECT_TRUE(send(arguments)) << arguments.join(' ').toStdString();
 }
 
 void key(const QString& name) {
@@ -53,23 +60,55 @@ void keepPicture(const QString& name) {
     EXPECT_TRUE(screenPicture().save(folder + "/" + name + ".png"));
 }
 
-// Gives the keyboard to a window; there is no window manager that would.
+// Gives the keyboard to a window; there is no window manager that would. Not by --sync, which waits
+// for ever if the X server has refused it.
 void focusOn(QWidget& window) {
-    input({"windowfocus", "--sync", QString::number(window.winId())});
+    ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, 60000));
+    const auto has = [&window] {
+        return send({"windowfocus", QString::number(window.winId())}) && window.isActiveWindow();
+    };
+    EXPECT_TRUE(QTest::qWaitFor(has, 20000));
 }
 
-// Types a file's name into the dialog that is open.
-void typeName(const fs::path& file) {
-    QFileDialog* dialog = nullptr;
-    ASSERT_TRUE(waitFor([&dialog] {
-        dialog = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
-        return dialog != nullptr && dialog->isVisible();
-    }));
-    focusOn(*dialog);
-    key("ctrl+a");
-    input({"type", "--delay", "2", QString::fromStdString(file.string())});
-    key("Return");
-}
+// Types a file's name into the dialog that opens next. A timer looks for it, from inside its own
+// event loop: whoever waited for the dialog below that loop would wait for ever. So would one whose
+// keys were lost on a busy machine: they are sent again until the dialog has gone.
+class NameTyper {
+  public:
+    explicit NameTyper(const fs::path& file) : name_(QString::fromStdString(file.string())) {
+        QObject::connect(&timer_, &QTimer::timeout, &timer_, [this] { type(); });
+        timer_.start(50);
+    }
+    ~NameTyper() { EXPECT_GT(tries_, 0) << "no dialog has opened"; }
+    NameTyper(const NameTyper&) = delete;
+    NameTyper& operator=(const NameTyper&) = delete;
+
+  private:
+    void type() {
+        const QPointer<QWidget> modal = QApplication::activeModalWidget();
+        if (!modal || !modal->isVisible()) {
+            if (tries_ > 0) timer_.stop(); // it has gone
+            return;
+        }
+        if (++tries_ > 10) {
+            ADD_FAILURE() << "the dialog does not take " << name_.toStdString();
+            modal->close();
+            return;
+        }
+        focusOn(*modal);
+        if (!modal) return;
+        if (qobject_cast<QFileDialog*>(modal) != nullptr) {
+            key("ctrl+a");
+            input({"type", "--delay", "2", name_});
+            if (!modal || modal->findChild<QLineEdit*>("fileNameEdit")->text() != name_) return;
+        } // else it is a message about a name of which a part was lost
+        key("Return");
+    }
+
+    QString name_;
+    QTimer timer_;
+    int tries_ = 0;
+};
 
 QPoint handleOf(const QSlider& slider) {
     QStyleOptionSlider option;
@@ -104,11 +143,12 @@ TEST(Session, OpensDragsFocusesLooksAndExports) {
     focusOn(window);
     keepPicture("empty");
 
-    QTimer::singleShot(0, [] { key("ctrl+o"); });
-    // a dialog has an event loop of its own: what is typed is sent from inside it
-    QTimer::singleShot(300, [&] { typeName(folder / "broken.jpg"); });
-    ASSERT_TRUE(
-        waitFor([&] { return !picture.headline().isEmpty() && !controller.problem().isEmpty(); }));
+    {
+        const NameTyper typer(folder / "broken.jpg");
+        key("ctrl+o");
+        ASSERT_TRUE(waitFor(
+            [&] { return !picture.headline().isEmpty() && !controller.problem().isEmpty(); }));
+    }
     keepPicture("broken");
 
     controller.open(std::vector<fs::path>{folder / "terrace.jpg", folder / "terrace-depth.png"});
@@ -166,10 +206,12 @@ TEST(Session, OpensDragsFocusesLooksAndExports) {
     EXPECT_LT(controller.position(), -0.9);
     key("m");
 
-    QTimer::singleShot(0, [] { key("ctrl+s"); });
-    QTimer::singleShot(300, [&] { typeName(folder / "exported.png"); });
-    ASSERT_TRUE(
-        waitFor([&] { return fs::exists(folder / "exported.png") && !controller.isExporting(); }));
+    {
+        const NameTyper typer(folder / "exported.png");
+        key("ctrl+s");
+        ASSERT_TRUE(waitFor(
+            [&] { return fs::exists(folder / "exported.png") && !controller.isExporting(); }));
+    }
     EXPECT_EQ(readPhoto(folder / "exported.png").size(), cv::Size(1536, 2048));
     keepPicture("exported");
 
@@ -202,9 +244,11 @@ TEST(Session, ShowsANativePxByPxUntilEscape) {
         number = QString(search.readAllStandardOutput()).split('\n').front();
         return !number.isEmpty();
     }));
-    input({"windowfocus", number});
-    key("Escape");
-    EXPECT_TRUE(waitFor([&] { return viewer.state() == QProcess::NotRunning; }));
+    // again, as the keyboard may come late; the window goes with the first that arrives
+    EXPECT_TRUE(waitFor([&] {
+        if (viewer.state() == QProcess::Running && send({"windowfocus", number})) key("Escape");
+        return viewer.state() == QProcess::NotRunning;
+    }));
     EXPECT_EQ(viewer.exitCode(), 0);
     EXPECT_EQ(viewer.readAllStandardError().toStdString(), "");
 
@@ -222,11 +266,8 @@ TEST(Session, ShowsANativePxByPxUntilEscape) {
 } // namespace altiro3D::test
 
 int main(int argc, char** argv) {
-    const QTemporaryDir home;
+    const altiro3D::test::Home home;
     qputenv("QT_QPA_PLATFORM", "xcb");
-    qputenv("XDG_CONFIG_HOME", home.path().toUtf8());
-    qputenv("XDG_CACHE_HOME", home.path().toUtf8());
-    qputenv("ALTIRO3D_MODELS", home.path().toUtf8()); // no networks
     ::testing::InitGoogleTest(&argc, argv);
     if (::testing::GTEST_FLAG(list_tests)) return RUN_ALL_TESTS(); // takes no desktop
     const QApplication application(argc, argv);

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <QDir>
+#include <QFile>
+#include <QTemporaryDir>
+
+namespace altiro3D::test {
+
+/// A home of the tests' own while it lives: neither settings and caches nor depth networks of who
+/// runs them are read.
+class Home {
+  public:
+    Home() {
+        const QByteArray path = directory_.path().toUtf8();
+        for (const char* name :
+             {"XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME", "ALTIRO3D_MODELS"})
+            qputenv(name, path);
+        QFile catalog(directory_.filePath("catalog.json")); // found first, and it knows none
+        if (catalog.open(QIODevice::WriteOnly)) catalog.write(R"({"networks": []})");
+    }
+
+  private:
+    QTemporaryDir directory_;
+};
+
+} // namespace altiro3D::test

@@ -35,12 +35,6 @@ void PictureView::setWords(const QString& headline, const QString& advice) {
     update();
 }
 
-void PictureView::setRemark(const QString& remark) {
-    if (remark == remark_) return;
-    remark_ = remark;
-    update();
-}
-
 QSize PictureView::deviceSize() const {
     const qreal ratio = devicePixelRatioF();
     return {qRound(width() * ratio), qRound(height() * ratio)};
@@ -70,17 +64,6 @@ void PictureView::paintEvent(QPaintEvent* /*event*/) {
     } else {
         paintWords(painter);
     }
-    if (remark_.isEmpty()) return;
-    painter.setRenderHint(QPainter::Antialiasing);
-    const QFontMetrics metrics(font());
-    const QString text = metrics.elidedText(remark_, Qt::ElideRight, width() - 48);
-    QRect box = metrics.boundingRect(text).adjusted(-12, -6, 12, 6);
-    box.moveCenter({width() / 2, height() - 14 - box.height() / 2});
-    painter.setPen(Qt::NoPen);
-    painter.setBrush(QColor(0, 0, 0, 170));
-    painter.drawRoundedRect(box, 6, 6);
-    painter.setPen(kText);
-    painter.drawText(box, Qt::AlignCenter, text);
 }
 
 void PictureView::paintWords(QPainter& painter) const {
@@ -133,10 +116,6 @@ void PictureView::mouseReleaseEvent(QMouseEvent* event) {
     const double x = at.x() / place.width();
     const double y = at.y() / place.height();
     if (x >= 0 && x < 1 && y >= 0 && y < 1) emit clicked(x, y);
-}
-
-void PictureView::leaveEvent(QEvent* /*event*/) {
-    emit hoverEnded();
 }
 
 } // namespace altiro3D::viewer

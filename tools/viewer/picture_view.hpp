@@ -15,8 +15,6 @@ class PictureView : public QWidget {
     void setPicture(const QImage& image, QSize target);
     /// Instead of a picture: a headline and what can be done.
     void setWords(const QString& headline, const QString& advice);
-    /// A line over the lower border; empty: none.
-    void setRemark(const QString& remark);
 
     const QImage& picture() const { return picture_; }
     const QString& headline() const { return headline_; }
@@ -32,7 +30,6 @@ class PictureView : public QWidget {
     void clicked(double x, double y);
     /// The mouse moves over the widget; x is -1 at its left border, +1 at the right one.
     void hovered(double x);
-    void hoverEnded();
     /// The picture is dragged, px of the screen.
     void dragged(const QPoint& by);
 
@@ -42,7 +39,6 @@ class PictureView : public QWidget {
     void mousePressEvent(QMouseEvent* event) override;
     void mouseMoveEvent(QMouseEvent* event) override;
     void mouseReleaseEvent(QMouseEvent* event) override;
-    void leaveEvent(QEvent* event) override;
 
   private:
     QRect pictureRect() const; // px of the screen
@@ -52,7 +48,6 @@ class PictureView : public QWidget {
     QSize target_;
     QString headline_;
     QString advice_;
-    QString remark_;
     QPoint pressed_;
     QPoint last_;
     bool dragging_ = false;

@@ -24,10 +24,6 @@ void Worker::post(std::size_t kind, std::function<void()> task) {
     wake_.notify_one();
 }
 
-void Worker::drop(std::size_t kind) {
-    post(kind, {});
-}
-
 void Worker::run() {
     const auto first = [this] {
         return std::find_if(waiting_.begin(), waiting_.end(),

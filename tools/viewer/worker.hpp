@@ -23,8 +23,6 @@ class Worker {
     /// Does a task when those of lower kinds are done.
     /// @param kind 0..kKinds-1 @param task must not throw
     void post(std::size_t kind, std::function<void()> task);
-    /// Drops a task that has not begun.
-    void drop(std::size_t kind);
 
   private:
     void run();

@@ -277,6 +277,31 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
     EXPECT_EQ(slurp(folder_ / "views/view_47.png"), slurp(folder_ / "tool-views/view_47.png"));
 }
 
+TEST_F(ViewerController, TheBestNativeIsThatOfTheTool) {
+    openPhoto();
+    controller_.setMode(Mode::Native);
+    ASSERT_TRUE(waitForFrame());
+    const cv::Mat usual = picture().clone();
+    Knobs knobs = controller_.knobs();
+    knobs.best = true;
+    controller_.turn(knobs, "best Native");
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_EQ(exportTo(Product::Native, folder_ / "n.png"), "");
+    photo2native({"-k", "--continuous"}, "tool-n.png");
+    EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png"));
+    EXPECT_TRUE(samePicture(picture(), readPhoto(folder_ / "tool-n.png")));
+    EXPECT_FALSE(samePicture(picture(), usual));
+    knobs.views.method = ViewMethod::Real; // makes whole views only
+    controller_.turn(knobs, "method");
+    EXPECT_EQ(exportTo(Product::Native, folder_ / "r.png"), "");
+    photo2native({"-g"}, "tool-r.png");
+    EXPECT_EQ(slurp(folder_ / "r.png"), slurp(folder_ / "tool-r.png"));
+    controller_.undoStack().undo();
+    controller_.undoStack().undo();
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_TRUE(samePicture(picture(), usual));
+}
+
 TEST_F(ViewerController, FlatDepthLiesAtTheFocusAsTheToolsHaveIt) {
     writePicture(folder_ / "photo-depth.png", cv::Mat(400, 300, CV_8UC1, cv::Scalar(90)));
     openPhoto();

@@ -205,6 +205,9 @@ TEST(ViewerKnobs, AnyDifferenceCounts) {
     b = a;
     b.depth = kBuiltInDepth;
     EXPECT_NE(a, b);
+    b = a;
+    b.best = true;
+    EXPECT_NE(a, b);
 }
 
 } // namespace

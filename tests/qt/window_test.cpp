@@ -8,6 +8,7 @@
 
 #include <QAbstractButton>
 #include <QAction>
+#include <QCheckBox>
 #include <QComboBox>
 #include <QDropEvent>
 #include <QFileDialog>
@@ -231,16 +232,24 @@ TEST_F(ViewerWindow, PanelsShowOnlyWhatTheMethodHas) {
     EXPECT_EQ(knobs().views.method, ViewMethod::Fast);
     EXPECT_FALSE(fill->isVisible());
     EXPECT_TRUE(refinement->isVisible());
+    auto* best = panel().findChild<QCheckBox*>("best");
+    EXPECT_TRUE(best->isEnabled());
+    method->setCurrentIndex(method->findText("Real"));
+    EXPECT_FALSE(best->isEnabled());
 }
 
 TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     openPhoto();
     panel().strength().slider().setValue(175);
+    panel().findChild<QCheckBox*>("best")->click();
+    EXPECT_TRUE(knobs().best);
     QTest::keyClick(window_.get(), Qt::Key_2);
     window_->close();
     window_.reset();
     begin();
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 17.5);
+    EXPECT_TRUE(knobs().best);
+    EXPECT_TRUE(panel().findChild<QCheckBox*>("best")->isChecked());
     EXPECT_DOUBLE_EQ(panel().strength().value(), 17.5);
     EXPECT_EQ(window_->controller().mode(), Mode::Depth);
     QMenu* recent = nullptr;

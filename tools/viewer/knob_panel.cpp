@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 
+#include <QCheckBox>
 #include <QComboBox>
 #include <QDoubleSpinBox>
 #include <QEvent>
@@ -160,6 +161,11 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     method_ = choices("method", {{tr("Layered"), int(ViewMethod::Layered)},
                                  {tr("Fast"), int(ViewMethod::Fast)},
                                  {tr("Real"), int(ViewMethod::Real)}});
+    best_ = new QCheckBox(tr("Best (slower)"));
+    best_->setObjectName("best");
+    best_->setToolTip(tr("The Native is read at the panel's resolution, and the camera of each "
+                         "sub-pixel stands exactly where the lens sends it (photo2native -k "
+                         "--continuous). Not with method Real."));
     strength_ = new KnobSlider(0, kMostStrength, 1, standard.views.strengthPercent, tr(" %"));
     strength_->setObjectName("strength");
     focus_ = new KnobSlider(0, 1, 2, standard.views.focus, {});
@@ -190,6 +196,7 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     onChoice(method_, tr("method"));
     onChoice(fill_, tr("fill"));
     onChoice(inpainting_, tr("inpainting"));
+    connect(best_, &QCheckBox::toggled, this, [this] { turn(tr("best Native")); });
     onNumber(refinement_, tr("refinement"));
     onNumber(dilation_, tr("edge width"));
     onNumber(softEdges_, tr("soft edges"));
@@ -240,6 +247,7 @@ void KnobPanel::build() {
     form->addRow(tr("Strength"), strength_);
     form->addRow(tr("Focus"), focus_);
     form->addRow(tr("Method"), method_);
+    form->addRow(tr("Native"), best_);
     const auto addFor = [&](ViewMethod method, const QString& label, QWidget* field,
                             const QString& tip) {
         form->addRow(label, field);
@@ -301,6 +309,7 @@ Knobs KnobPanel::read() const {
     views.real.inpainting = static_cast<Inpainting>(inpainting_->currentData().toInt());
     knobs.fit = static_cast<FitMode>(fit_->currentData().toInt());
     knobs.depth = depth_->currentData().toString().toStdString();
+    knobs.best = best_->isChecked();
     return knobs;
 }
 
@@ -314,6 +323,8 @@ void KnobPanel::show(const Knobs& knobs) {
     shown_ = knobs;
     const ViewOptions& views = knobs.views;
     choose(*method_, int(views.method));
+    best_->setChecked(knobs.best);
+    best_->setEnabled(views.method != ViewMethod::Real);
     strength_->setValue(views.strengthPercent);
     focus_->setValue(views.focus);
     refinement_->setValue(views.refinement);

@@ -5,6 +5,7 @@
 
 #include <QWidget>
 
+class QCheckBox;
 class QComboBox;
 class QDoubleSpinBox;
 class QLabel;
@@ -81,6 +82,7 @@ class KnobPanel : public QWidget {
     QLabel* depthSource_;
     QToolButton* depthImage_;
     QComboBox* method_;
+    QCheckBox* best_;
     KnobSlider* strength_;
     KnobSlider* focus_;
     QSpinBox* refinement_;

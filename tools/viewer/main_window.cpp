@@ -684,6 +684,7 @@ void MainWindow::readSettings() {
     views.focus = settings.value("focus", views.focus).toDouble();
     knobs.fit = knownOr(knobs.fit, settings.value("fit"),
                         {FitMode::Cover, FitMode::Contain, FitMode::Stretch});
+    knobs.best = settings.value("best", knobs.best).toBool();
     knobs.depth =
         settings.value("depth", QString::fromStdString(knobs.depth)).toString().toStdString();
     try {
@@ -710,6 +711,7 @@ void MainWindow::writeSettings() const {
     settings.setValue("strength", knobs.views.strengthPercent);
     settings.setValue("focus", knobs.views.focus);
     settings.setValue("fit", int(knobs.fit));
+    settings.setValue("best", knobs.best);
     settings.setValue("depth", QString::fromStdString(knobs.depth));
     settings.setValue("mode", int(controller_.mode()));
     settings.setValue("swing", swing_->isChecked());

@@ -13,9 +13,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// Of a photo; else nothing, which quilts and Natives need.
+Fitted fitted(const Scene& scene, cv::Size size) {
+    return scene.document->kind == Kind::Scene ? fitScene(scene, size) : Fitted();
+}
+
 Fitted fittedTiles(const Scene& scene) {
-    if (scene.document->kind != Kind::Scene) return {};
-    return fitScene(scene, quiltLayout(scene).tileSize);
+    return fitted(scene, quiltLayout(scene).tileSize);
 }
 
 // Views of two pictures in one directory would be taken for one picture.
@@ -120,6 +124,10 @@ cv::Mat makeQuilt(const Scene& scene, const Fitted& fitted) {
     return quilt;
 }
 
+cv::Size nativeFitSize(const Scene& scene) {
+    return makesBestNative(scene.knobs) ? scene.display->panelSize : quiltLayout(scene).tileSize;
+}
+
 cv::Mat makeNative(const Scene& scene, const Fitted& fitted) {
     if (scene.document->kind == Kind::Native) return scene.document->picture;
     const QuiltLayout layout = quiltLayout(scene);
@@ -127,8 +135,9 @@ cv::Mat makeNative(const Scene& scene, const Fitted& fitted) {
     const InvertViews invert = scene.display->invert;
     cv::Mat native;
     if (scene.document->kind == Kind::Scene && scene.knobs.views.method != ViewMethod::Real) {
-        NativeRenderer(calibration, layout.viewCount, scene.knobs.views, ViewPositions::Discrete,
-                       invert)
+        const ViewPositions positions =
+            makesBestNative(scene.knobs) ? ViewPositions::Continuous : ViewPositions::Discrete;
+        NativeRenderer(calibration, layout.viewCount, scene.knobs.views, positions, invert)
             .render(fitted.photo, fitted.depth, native);
     } else {
         Quilt2Native(NativeLut(calibration, layout, invert))
@@ -172,7 +181,7 @@ std::string writeProduct(const Scene& scene, Product product, const fs::path& ta
     const fs::path file = productFile(scene, product, target);
     switch (product) {
     case Product::Native: {
-        const cv::Mat native = makeNative(scene, fittedTiles(scene));
+        const cv::Mat native = makeNative(scene, fitted(scene, nativeFitSize(scene)));
         progress(0.5);
         writePicture(file, native);
         break;

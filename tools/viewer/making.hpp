@@ -43,8 +43,11 @@ Fitted fitScene(const Scene& scene, cv::Size size);
 /// The quilt of a photo (from fitScene() at the layout's tile size), or a quilt itself.
 cv::Mat makeQuilt(const Scene& scene, const Fitted& fitted);
 
+/// The size at which a photo becomes a Native: the tile's, or the panel's if the knobs say best.
+cv::Size nativeFitSize(const Scene& scene);
+
 /// The Native, exactly as photo2native and quilt2native make it; a Native itself.
-/// @param fitted of a photo, at the layout's tile size
+/// @param fitted of a photo, at nativeFitSize()
 cv::Mat makeNative(const Scene& scene, const Fitted& fitted);
 
 /// What can be written of a scene.

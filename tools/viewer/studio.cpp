@@ -86,6 +86,7 @@ struct Studio::State {
         std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, int, int, double>;
     Kept<FitKey, Fitted> preview;
     Kept<FitKey, Fitted> tiles;
+    Kept<FitKey, Fitted> panel; // for the best Native
     struct NativeKey {
         DocumentPointer document;
         std::string how;
@@ -142,6 +143,12 @@ struct Studio::State {
         return fit(tiles, scene, quiltLayout(scene).tileSize);
     }
 
+    // Of a photo for its Native; else nothing.
+    Fitted fittedNative(const Scene& scene) {
+        if (scene.document->kind != Kind::Scene) return {};
+        return fit(makesBestNative(scene.knobs) ? panel : tiles, scene, nativeFitSize(scene));
+    }
+
     NativeKey keyOf(const Scene& scene) const {
         Knobs knobs = scene.document->kind == Kind::Scene ? scene.knobs : Knobs();
         return {scene.document, how, scene.display, knobs};
@@ -156,7 +163,7 @@ struct Studio::State {
     }
 
     const cv::Mat& nativeOf(const Scene& scene) {
-        return native.get(keyOf(scene), [&] { return makeNative(scene, fittedTiles(scene)); });
+        return native.get(keyOf(scene), [&] { return makeNative(scene, fittedNative(scene)); });
     }
 };
 

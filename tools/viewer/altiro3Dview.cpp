@@ -6,6 +6,7 @@
 #include "common/display_options.hpp"
 #include "common/run_tool.hpp"
 #include "viewer/depth_maker.hpp"
+#include "viewer/display_list.hpp"
 #include "viewer/main_window.hpp"
 #include "viewer/presentation.hpp"
 

@@ -183,7 +183,12 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     rows_ = numbers("rows", 1, 64, {});
     layout_ = faintLabel("layout");
     build();
+    connectKnobs();
+    show(standard);
+    show(nullptr, {});
+}
 
+void KnobPanel::connectKnobs() {
     const auto onChoice = [this](QComboBox* box, const QString& what) {
         connect(box, qOverload<int>(&QComboBox::currentIndexChanged), this,
                 [this, what] { turn(what); });
@@ -216,8 +221,6 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     connect(reading_, qOverload<int>(&QComboBox::activated), this,
             [this] { emit readingChosen(static_cast<Reading>(reading_->currentData().toInt())); });
     connect(depthImage_, &QToolButton::clicked, this, &KnobPanel::depthImageWanted);
-    show(standard);
-    show(nullptr, {});
 }
 
 void KnobPanel::build() {

@@ -68,7 +68,8 @@ class KnobPanel : public QWidget {
     void resetWanted();
 
   private:
-    void build();
+    void build(); // lays them out
+    void connectKnobs();
     void turn(const QString& what, int gesture = 0);
     Knobs read() const;
     void enable();

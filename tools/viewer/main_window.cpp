@@ -1,28 +1,24 @@
 #include "viewer/main_window.hpp"
 
 #include "altiro3D/altiro3D.hpp"
-#include "altiro3D/qt/display_search.hpp"
 #include "altiro3D/qt/image.hpp"
 #include "altiro3D/qt/native_widget.hpp"
-#include "common/run_tool.hpp"
 #include "viewer/knob_panel.hpp"
 #include "viewer/picture_view.hpp"
+#include "viewer/window_words.hpp"
 
 #include <QAction>
 #include <QActionGroup>
 #include <QCloseEvent>
 #include <QDockWidget>
 #include <QDragEnterEvent>
-#include <QFileDialog>
 #include <QFileInfo>
-#include <QGuiApplication>
 #include <QLabel>
 #include <QListWidget>
 #include <QMenuBar>
 #include <QMessageBox>
 #include <QMimeData>
 #include <QProgressBar>
-#include <QScreen>
 #include <QScrollArea>
 #include <QSettings>
 #include <QStatusBar>
@@ -42,15 +38,6 @@ namespace {
 constexpr int kMostRecent = 10;
 constexpr const char* kRecent = "recent";
 
-// File names are bytes.
-fs::path toPath(const QString& name) {
-    return QFile::encodeName(name).toStdString();
-}
-
-QString toName(const fs::path& path) {
-    return QFile::decodeName(path.string().c_str());
-}
-
 struct ModeWords {
     Mode mode;
     const char* text;
@@ -68,62 +55,9 @@ const ModeWords kModes[] = {
     {Mode::Lens, QT_TRANSLATE_NOOP("mode", "Lens"),
      QT_TRANSLATE_NOOP("mode", "What an eye sees through the display's lenses")}};
 
-QString linesOf(const std::vector<std::string>& sentences) {
-    QStringList lines;
-    for (const std::string& sentence : sentences)
-        lines << QString::fromStdString(sentence);
-    return lines.join('\n');
-}
-
 // Names and sentences hold what files say: they are no markup.
 QString tipOf(const QString& text) {
     return Qt::convertFromPlainText(text, Qt::WhiteSpaceNormal); // long ones are wrapped
-}
-
-void warn(QWidget* parent, const QString& title, const QString& text) {
-    QMessageBox box(QMessageBox::Warning, title, text, QMessageBox::Ok, parent);
-    box.setTextFormat(Qt::PlainText);
-    box.exec();
-}
-
-bool agrees(QWidget* parent, const QString& title, const QString& question) {
-    QMessageBox box(QMessageBox::Warning, title, question, QMessageBox::Yes | QMessageBox::No,
-                    parent);
-    box.setTextFormat(Qt::PlainText);
-    box.setDefaultButton(QMessageBox::No);
-    return box.exec() == QMessageBox::Yes;
-}
-
-QString nameOf(Product product) {
-    switch (product) {
-    case Product::Native:
-        return QObject::tr("Native");
-    case Product::Quilt:
-        return QObject::tr("Quilt");
-    case Product::Views:
-        return QObject::tr("Views");
-    case Product::Depth:
-        return QObject::tr("Depth");
-    case Product::SwayVideo:
-        break;
-    }
-    return QObject::tr("Sway video");
-}
-
-const char* endingOf(Product product) {
-    switch (product) {
-    case Product::Native:
-        return "_native.png";
-    case Product::Quilt:
-        return ".png";
-    case Product::Views:
-        return "_views";
-    case Product::Depth:
-        return "_depth.png";
-    case Product::SwayVideo:
-        break;
-    }
-    return "_sway.mp4";
 }
 
 // A word of an enumeration from the settings, which may be anybody's.
@@ -134,13 +68,6 @@ Word knownOr(Word standard, const QVariant& setting, std::initializer_list<Word>
     const auto found = std::find_if(known.begin(), known.end(),
                                     [number](Word word) { return int(word) == number; });
     return isNumber && found != known.end() ? *found : standard;
-}
-
-std::vector<qt::ScreenFacts> screenFacts() {
-    std::vector<qt::ScreenFacts> facts;
-    for (const QScreen* screen : QGuiApplication::screens())
-        facts.push_back(qt::factsOf(*screen));
-    return facts;
 }
 
 } // namespace
@@ -505,149 +432,6 @@ void MainWindow::showModes() {
         action->setEnabled(std::count(available.begin(), available.end(), mode) > 0);
         action->setChecked(mode == controller_.mode());
     }
-}
-
-void MainWindow::openDialog() {
-    QStringList patterns;
-    for (const auto* endings : {&pictureEndings(), &videoEndings()}) {
-        for (const std::string& ending : *endings)
-            patterns << "*." + QString::fromStdString(ending);
-    }
-    const QStringList names = QFileDialog::getOpenFileNames(
-        this, tr("Open"), QSettings().value("folder").toString(),
-        tr("Pictures and videos (%1);;All files (*)").arg(patterns.join(' ')));
-    std::vector<fs::path> files;
-    for (const QString& name : names)
-        files.push_back(toPath(name));
-    if (!files.empty()) controller_.open(files);
-}
-
-void MainWindow::openDirectoryDialog() {
-    const QString name = QFileDialog::getExistingDirectory(this, tr("Open a folder of views"),
-                                                           QSettings().value("folder").toString());
-    if (!name.isEmpty()) controller_.open(std::vector<fs::path>{toPath(name)});
-}
-
-void MainWindow::openDepthDialog() {
-    const auto& document = controller_.document();
-    if (!document || document->video) return;
-    const QString name = QFileDialog::getOpenFileName(this, tr("Depth image, near is white"),
-                                                      toName(document->source.file.parent_path()));
-    if (!name.isEmpty()) controller_.reopen(Reading::Photo, toPath(name));
-}
-
-void MainWindow::calibrationDialog() {
-    const QString name =
-        QFileDialog::getOpenFileName(this, tr("Calibration of the display"), {},
-                                     tr("Calibrations (visual.json *.json);;All files (*)"));
-    if (name.isEmpty()) return;
-    try {
-        useCalibration(readCalibration(toPath(name)), toPath(name));
-    } catch (const std::exception& error) {
-        warn(this, tr("Calibration"), QString::fromStdString(tools::sentenceOf(error)));
-    }
-}
-
-void MainWindow::useCalibration(const Calibration& calibration, const fs::path& file) {
-    const tools::Display& before = controller_.display();
-    tools::Display display = tools::displayOf(calibration, file, before.invert);
-    // a quilt that was chosen (-q, -r) stays, where it is for such a panel
-    if (display.panelSize == before.panelSize &&
-        before.standardQuilt != defaultQuilt(*before.calibration))
-        display.standardQuilt = before.standardQuilt;
-    controller_.setDisplay(std::move(display));
-}
-
-void MainWindow::exportDialog(Product product) {
-    if (const QString why = controller_.exportObstacle(); !why.isEmpty()) {
-        say(why, 10000);
-        return;
-    }
-    fs::path from = controller_.document()->source.file;
-    if (!from.has_filename()) from = from.parent_path();
-    fs::path proposed = from.parent_path() / (from.stem().string() + endingOf(product));
-    try {
-        proposed = productFile(controller_.exportScene(), product, proposed);
-    } catch (const Error&) {
-        // the name tells another layout: the user will think of one
-    }
-    const QString title = tr("Export %1").arg(nameOf(product));
-    const QString name = QFileDialog::getSaveFileName(this, title, toName(proposed));
-    if (name.isEmpty()) return;
-    if (const QString why = controller_.exportObstacle(); !why.isEmpty()) {
-        say(why, 10000); // a video may have changed meanwhile
-        return;
-    }
-    if (product != Product::Views && product != Product::SwayVideo &&
-        !canWritePicture(toPath(name))) {
-        warn(this, title,
-             tr("%1: no picture format is known by this extension, expected .png").arg(name));
-        return;
-    }
-    fs::path file;
-    try {
-        file = productFile(controller_.exportScene(), product, toPath(name));
-    } catch (const Error& error) {
-        warn(this, title, QString::fromStdString(tools::sentenceOf(error)));
-        return;
-    }
-    // the dialog has asked about the name that was typed only
-    std::error_code error;
-    if (file != toPath(name) && fs::exists(file, error) &&
-        !agrees(this, title, tr("%1 exists already. Replace it?").arg(toName(file))))
-        return;
-    for (const std::string& loss : lossesOf(product, file)) {
-        if (!agrees(this, title, tr("%1. Write it so?").arg(QString::fromStdString(loss)))) return;
-    }
-    if (!controller_.startExport(product, file)) return;
-    progress_->setValue(0);
-    progress_->show();
-    cancel_->show();
-    showDocument();
-}
-
-void MainWindow::showOnDisplay() {
-    const std::vector<qt::ScreenFacts> screens = screenFacts();
-    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
-    const tools::Display& own = controller_.display();
-    const auto chosen = qt::chooseDisplay(displays, screens, own.calibration, own.panelSize);
-    if (!chosen) {
-        tellDisplays();
-        return;
-    }
-    if (!controller_.document()) {
-        say(tr("Open something first, then it can be shown"), 8000);
-        return;
-    }
-    const qt::FoundDisplay& display = displays[*chosen];
-    if (display.calibration && fingerprint(*display.calibration) != fingerprint(*own.calibration))
-        useCalibration(*display.calibration, display.calibrationFile);
-    if (!display.problems.empty()) say(linesOf(display.problems), 15000);
-    onDisplay_ = std::make_unique<qt::NativeWidget>();
-    connect(onDisplay_.get(), &qt::NativeWidget::left, this,
-            [this] { controller_.setPresenting(false); });
-    connect(&controller_, &Controller::nativeReady, onDisplay_.get(), &qt::NativeWidget::setNative);
-    onDisplay_->showOn(*QGuiApplication::screens()[static_cast<int>(*display.screen)]);
-    controller_.setPresenting(true);
-}
-
-void MainWindow::tellDisplays() {
-    const std::vector<qt::ScreenFacts> screens = screenFacts();
-    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
-    QString text;
-    for (const qt::FoundDisplay& display : displays) {
-        text += "<p><b>" + QString::fromStdString(display.name).toHtmlEscaped() + "</b>";
-        if (display.problems.empty()) text += tr(": ready");
-        for (const std::string& problem : display.problems)
-            text += "<br>" + QString::fromStdString(problem).toHtmlEscaped();
-        text += "</p>";
-    }
-    if (displays.empty()) {
-        text = tr("<p><b>No light-field display was found.</b></p><p>Connect its video and USB "
-                  "cables, extend the desktop to it, and mount its volume. Without one, look with "
-                  "Sway, Quilt and Lens.</p>");
-    }
-    QMessageBox::information(this, tr("Displays"), text);
 }
 
 void MainWindow::remember(const fs::path& file) {

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "altiro3D/qt/display_search.hpp"
+#include "common/run_tool.hpp"
+
+#include <string>
+#include <vector>
+
+namespace altiro3D::viewer {
+
+/// Whether there is a desktop to open windows on.
+bool hasDesktop();
+
+/// The screens of the application, in its order.
+std::vector<qt::ScreenFacts> screenFacts();
+
+/// "HDMI-1, LKG-P00655, 1536 x 2048 px", whatever of it is known.
+std::string textOf(const qt::ScreenFacts& screen);
+
+/// Prints the displays, screens and volumes that are found, for people or (--json) for programs.
+int listDisplays(int& argc, char** argv, const tools::CommandLine& commandLine,
+                 tools::Messages& messages);
+
+} // namespace altiro3D::viewer

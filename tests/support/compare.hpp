@@ -18,7 +18,8 @@ struct Difference {
 /// Compares two pictures sample by sample. NaN equals NaN.
 Difference compare(const cv::Mat& actual, const cv::Mat& expected, double tolerance = 0);
 
-/// Success if no sample differs by more than the tolerance; say at the call why it is not 0.
+/// Success if no sample differs by more than the tolerance; say at the call why it is not 0. Two
+/// empty pictures are a failure, as nothing would be tested.
 ::testing::AssertionResult samePicture(const cv::Mat& actual, const cv::Mat& expected,
                                        double tolerance = 0);
 

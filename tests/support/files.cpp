@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -20,6 +21,23 @@ fs::path dataPath(const std::string& relative) {
     std::error_code error;
     const fs::path path = root / relative;
     return fs::exists(path, error) ? fs::canonical(path) : fs::path();
+}
+
+std::vector<fs::path> realCalibrations() {
+    constexpr std::size_t kCount = 15;
+    std::vector<fs::path> files;
+    const fs::path folder = dataPath("calibrations");
+    if (folder.empty()) return files;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string();
+        if (entry.path().extension() == ".json" && name.find("samples") == std::string::npos &&
+            name.find("templates") == std::string::npos) {
+            files.push_back(entry.path());
+        }
+    }
+    std::sort(files.begin(), files.end());
+    EXPECT_EQ(files.size(), kCount) << folder;
+    return files;
 }
 
 fs::path sourcePath(const std::string& relative) {
@@ -43,13 +61,15 @@ std::string errorOf(const std::function<void()>& call) {
     } catch (const Error& error) {
         return error.what();
     } catch (const std::exception& other) {
-        return std::string("(no altiro3D::Error but) ") + other.what();
+        ADD_FAILURE() << "no altiro3D::Error but: " << other.what();
+        return other.what();
     }
     return "(no error)";
 }
 
 std::string slurp(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
+    if (!stream || fs::is_directory(file)) throw std::runtime_error("cannot read " + file.string());
     return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <string>
+#include <vector>
 
 /// Skips the test with a clear message where the large test data is not there.
 #define ALTIRO3D_REQUIRE_DATA(relativePath)                                                        \
@@ -16,6 +17,10 @@ namespace altiro3D::test {
 /// A file or folder of the large test data (`$ALTIRO3D_TEST_DATA`, else `../shared/data` beside the
 /// source tree), or an empty path if it is not there.
 std::filesystem::path dataPath(const std::string& relative);
+
+/// The calibrations of the large test data, one of each display; a test fails if it does not find
+/// them all. Empty where the data is not there.
+std::vector<std::filesystem::path> realCalibrations();
 
 /// A file of the source tree.
 std::filesystem::path sourcePath(const std::string& relative);
@@ -35,10 +40,11 @@ class TemporaryDirectory {
     std::filesystem::path path_;
 };
 
-/// The text of the altiro3D::Error that the call throws; a failure note if it throws none.
+/// The text of the altiro3D::Error that the call throws, "(no error)" if it throws none. Any other
+/// exception fails the test.
 std::string errorOf(const std::function<void()>& call);
 
-/// Whole contents of a file.
+/// Whole contents of a file; throws where there is none, so that no two missing files are equal.
 std::string slurp(const std::filesystem::path& file);
 
 /// Writes a file, for inputs of tests.

@@ -24,16 +24,8 @@ Calibration piece(Calibration calibration, int width, int height) {
 
 // The sample calibration and, where they are, those of all known displays.
 std::vector<std::filesystem::path> allCalibrations() {
-    std::vector<std::filesystem::path> files{sourcePath("calibration/portrait-sample.json")};
-    const std::filesystem::path folder = dataPath("calibrations");
-    if (folder.empty()) return files;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-        const std::string name = entry.path().filename().string();
-        if (entry.path().extension() == ".json" && name.find("samples") == std::string::npos &&
-            name.find("templates") == std::string::npos) {
-            files.push_back(entry.path());
-        }
-    }
+    std::vector<std::filesystem::path> files = realCalibrations();
+    files.push_back(sourcePath("calibration/portrait-sample.json"));
     return files;
 }
 

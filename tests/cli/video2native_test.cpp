@@ -21,10 +21,6 @@ namespace {
 
 constexpr const char* kTool = "video2native";
 
-std::string arg(const fs::path& path) {
-    return "'" + path.string() + "'";
-}
-
 std::string streamHash(const fs::path& file, const std::string& stream) {
     return ffmpeg("-i " + arg(file) + " -map 0:" + stream + " -c copy -f md5 -");
 }
@@ -102,8 +98,9 @@ TEST(Video2NativeTool, KeepsTimesSoundSubtitlesChaptersAndTags) {
 TEST(Video2NativeTool, ATurnedVideoIsUprightAndSaysSoNoMore) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(0.4);
-    ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -c copy -metadata:s:v:0 rotate=90 " +
-           arg(studio / "turned.mp4"));
+    ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -c copy " + arg(studio / "plain.mp4"));
+    spill(studio / "turned.mp4", turnedClockwise(slurp(studio / "plain.mp4"), 90));
+    ASSERT_NE(VideoReader(studio / "turned.mp4").facts().rotationDegrees, 0);
     ffmpeg("-i " + arg(studio / "turned.mp4") + " -c:v libx264 -qp 0 " + // ffmpeg turns it
            arg(studio / "upright.mp4"));
     cv::Mat natives[2];
@@ -117,6 +114,7 @@ TEST(Video2NativeTool, ATurnedVideoIsUprightAndSaysSoNoMore) {
         natives[i] = reader.next()->picture;
     }
     EXPECT_GT(cv::PSNR(natives[0], natives[1]), 30);
+    EXPECT_FALSE(lines(ffprobe(studio / "turned.mp4", "stream_side_data=rotation")).empty());
     EXPECT_EQ(lines(ffprobe(studio / "o.mkv", "stream_tags=rotate:stream_side_data=rotation")),
               std::vector<std::string>());
 }

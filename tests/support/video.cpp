@@ -1,6 +1,7 @@
 #include "support/video.hpp"
 
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -35,11 +36,11 @@ std::string run(const std::string& command) {
     return text;
 }
 
-std::string quoted(const fs::path& path) {
+} // namespace
+
+std::string arg(const fs::path& path) {
     return "'" + path.string() + "'";
 }
-
-} // namespace
 
 bool haveFfmpeg() {
     static const bool have =
@@ -54,7 +55,7 @@ std::string ffmpeg(const std::string& arguments) {
 
 std::string ffprobe(const fs::path& file, const std::string& entries, const std::string& more) {
     return run("ffprobe -v error " + more + " -show_entries " + entries +
-               " -of compact=p=0:nk=1:s=\\| " + quoted(file));
+               " -of compact=p=0:nk=1:s=\\| " + arg(file));
 }
 
 std::vector<std::string> lines(const std::string& text) {
@@ -72,7 +73,7 @@ std::vector<cv::Mat> ffmpegFrames(const fs::path& file, cv::Size size, const std
     const std::string scale =
         "scale=in_h_chr_pos=0:flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp";
     const std::string bytes =
-        ffmpeg("-i " + quoted(file) + " -map 0:v:0 -vsync passthrough -frames:v " +
+        ffmpeg("-i " + arg(file) + " -map 0:v:0 -vsync passthrough -frames:v " +
                std::to_string(most) + " -vf '" + (filter.empty() ? scale : filter) +
                "' -sws_flags bicubic+accurate_rnd+full_chroma_int+full_chroma_inp" +
                " -f rawvideo -pix_fmt bgr24 -");
@@ -91,6 +92,20 @@ std::vector<VideoFrame> allFrames(VideoReader& reader) {
     while (std::optional<VideoFrame> frame = reader.next())
         frames.push_back(std::move(*frame));
     return frames;
+}
+
+std::string turnedClockwise(std::string bytes, int degrees) {
+    constexpr std::uint32_t kOne = 0x10000;
+    constexpr int kSines[] = {0, 1, 0, -1};
+    const auto sine = static_cast<std::uint32_t>(kSines[degrees / 90]) * kOne;
+    const auto cosine = static_cast<std::uint32_t>(kSines[(degrees / 90 + 1) % 4]) * kOne;
+    const std::uint32_t matrix[] = {cosine, sine, 0, 0U - sine, cosine};
+    std::size_t at = bytes.find("tkhd") + 44;
+    for (const std::uint32_t number : matrix) {
+        for (int shift = 24; shift >= 0; shift -= 8)
+            bytes.at(at++) = static_cast<char>(number >> shift & 0xFF);
+    }
+    return bytes;
 }
 
 cv::Mat movingPicture(cv::Size size, int number) {

@@ -17,7 +17,11 @@ namespace altiro3D::test {
 /// Whether the programs ffmpeg and ffprobe are there.
 bool haveFfmpeg();
 
-/// Runs `ffmpeg` quietly with these arguments of a shell; a failure throws with its messages.
+/// A file's name as one word of a shell's command line.
+std::string arg(const std::filesystem::path& path);
+
+/// Runs `ffmpeg` quietly with these arguments of a shell; a failure throws with the command line,
+/// its messages go to standard error.
 /// @return what it wrote to its standard output
 std::string ffmpeg(const std::string& arguments);
 
@@ -41,6 +45,13 @@ std::vector<cv::Mat> ffmpegFrames(const std::filesystem::path& file, cv::Size si
 
 /// All frames of a reader.
 std::vector<VideoFrame> allFrames(VideoReader& reader);
+
+/// An MP4 file of one video track whose header asks for a turn by a multiple of 90 degrees.
+/// Versions of ffmpeg differ in how they are told to write that.
+///
+/// @param bytes the file's contents
+/// @param degrees 0, 90, 180 or 270, clockwise
+std::string turnedClockwise(std::string bytes, int degrees);
 
 /// A picture with a gradient, moving shapes and noise-free colours, different for each number.
 cv::Mat movingPicture(cv::Size size, int number);

@@ -15,10 +15,6 @@ namespace fs = std::filesystem;
 
 constexpr int kSegmentFrames = 10;
 
-std::string arg(const fs::path& path) {
-    return "'" + path.string() + "'";
-}
-
 // A clip with moving pictures, two tracks of sound, and chapters.
 void makeClip(const fs::path& file, const std::string& timing = "") {
     const fs::path chapters = file.parent_path() / "chapters.txt";

@@ -32,10 +32,6 @@ namespace fs = std::filesystem;
 
 const cv::Size kSize(64, 48);
 
-std::string arg(const fs::path& path) {
-    return "'" + path.string() + "'";
-}
-
 VideoWriterOptions smallOptions() {
     VideoWriterOptions options;
     options.size = kSize;
@@ -575,8 +571,11 @@ TEST(VideoWriter, DamagedSoundIsLeftOutWithANote) {
     const fs::path copy = directory / "copy.mp4";
     const Notes notes = copyFilm(stream, copy);
     EXPECT_EQ(packetTimes(copy, "v:0").size(), 48u);
-    // of 101; FFmpeg 7 loses more around a broken header than FFmpeg 5
-    EXPECT_GT(packetTimes(copy, "a:0").size(), 60u);
+    // FFmpeg 7 loses more around a broken header than FFmpeg 5
+    const std::size_t whole = packetTimes(film, "a:0").size();
+    EXPECT_GT(packetTimes(copy, "a:0").size(), whole * 6 / 10);
+    EXPECT_LT(packetTimes(copy, "a:0").size(), whole);
+    EXPECT_FALSE(notes.empty());
     for (const std::string& note : notes)
         EXPECT_NE(note.find("could not be kept"), std::string::npos) << note;
 }
@@ -665,13 +664,15 @@ TEST(VideoWriter, PacketsAreInterleaved) {
     for (const char* const name : {"copy.mkv", "copy.mp4"}) {
         const fs::path copy = directory / name;
         copyFilm(film, copy);
-        std::map<std::string, double> latest;
         std::vector<std::pair<std::int64_t, double>> packets;
         for (const std::string& line : lines(ffprobe(copy, "packet=dts_time,pos"))) {
             const std::size_t bar = line.find('|');
             if (line.compare(0, bar, "N/A") == 0) continue;
             packets.emplace_back(std::stoll(line.substr(bar + 1)), std::stod(line));
         }
+        // all of them, or two seconds tell nothing
+        EXPECT_EQ(packets.size(), lines(ffprobe(copy, "packet=size")).size()) << name;
+        ASSERT_GT(packets.size(), 48U) << name;
         std::sort(packets.begin(), packets.end());
         double most = -1;
         for (const auto& [position, time] : packets) {
@@ -686,9 +687,8 @@ TEST(VideoWriter, TheRotationOfTheSourceIsNotWrittenAgain) {
     const TemporaryDirectory directory;
     const fs::path film = makeFilm(directory, "film.mp4", "-c:a aac -c:s mov_text");
     const fs::path turned = directory / "turned.mp4";
-    ffmpeg("-i " + arg(film) + " -map 0 -c copy -metadata:s:v rotate=90 " + arg(turned));
-    VideoReader reader(turned);
-    if (reader.facts().rotationDegrees == 0) GTEST_SKIP() << "this ffmpeg does not rotate copies";
+    spill(turned, turnedClockwise(slurp(film), 90)); // the video is the first track
+    ASSERT_NE(VideoReader(turned).facts().rotationDegrees, 0);
     for (const char* const name : {"copy.mp4", "copy.mkv"}) {
         const fs::path copy = directory / name;
         copyFilm(turned, copy);

@@ -444,7 +444,7 @@ TEST_F(ImageIo, DamagedExifIsIgnored) {
     for (std::size_t size = 0; size < whole.size() - 6; ++size) {
         const fs::path path = file("o.png", withPngChunk(encoded(".png", picture),
                                                          pngChunk("eXIf", whole.substr(0, size))));
-        EXPECT_EQ(readPicture(path).total(), picture.total()) << size;
+        EXPECT_TRUE(samePicture(readPicture(path), picture)) << size;
     }
 }
 

@@ -217,8 +217,11 @@ TEST(LensView, ThreadsSubMatricesAndWorkingInPlaceChangeNothing) {
     const int threads = cv::getNumThreads();
     cv::setNumThreads(1);
     const cv::Mat expected = seenBy({0.4, 0}, part.clone(), c);
+    for (const int count : {2, 3, 5}) {
+        cv::setNumThreads(count);
+        EXPECT_TRUE(samePicture(seenBy({0.4, 0}, part, c), expected)) << count;
+    }
     cv::setNumThreads(threads);
-    EXPECT_TRUE(samePicture(seenBy({0.4, 0}, part, c), expected));
     cv::Mat native = part.clone();
     simulateView(native, c, {0.4, 0}, native);
     EXPECT_TRUE(samePicture(native, expected));

@@ -253,9 +253,9 @@ TEST(ViewsReal, InpaintingByGroupsIsInpaintingTheWhole) {
     const cv::Size size(160, 90);
     const cv::Mat photo = randomPhoto(size, 5);
     cv::Mat holes(size, CV_8UC1, cv::Scalar::all(0));
+    // none so near to the frame that it makes a difference
     for (const cv::Rect& r :
-         {cv::Rect(10, 10, 9, 70), // none so near to the frame that it makes a difference
-                                   // cv::Rect(40, 20, 14, 40), cv::Rect(63, 10, 1, 1),
+         {cv::Rect(10, 10, 9, 70), cv::Rect(40, 20, 14, 40), cv::Rect(63, 10, 1, 1),
           cv::Rect(70, 60, 30, 3), cv::Rect(56, 40, 5, 5), cv::Rect(135, 65, 10, 10)})
         holes(r).setTo(255);
     for (Inpainting inpainting : {Inpainting::Telea, Inpainting::NavierStokes}) {

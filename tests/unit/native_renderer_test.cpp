@@ -339,6 +339,18 @@ TEST(NativeRenderer, DepthAtItsLimitsIsDefined) {
     }
 }
 
+TEST(NativeRenderer, TellsWhatItWasMadeWith) {
+    ViewOptions options = optionsOf(ViewMethod::Fast, 12, 0.25);
+    options.refinement = 3;
+    const NativeRenderer renderer(stripes(64, 48), 33, options);
+    EXPECT_EQ(renderer.panelSize(), cv::Size(64, 48));
+    EXPECT_EQ(renderer.viewCount(), 33);
+    EXPECT_EQ(renderer.options().method, ViewMethod::Fast);
+    EXPECT_EQ(renderer.options().strengthPercent, 12);
+    EXPECT_EQ(renderer.options().focus, 0.25);
+    EXPECT_EQ(renderer.options().refinement, 3);
+}
+
 TEST(NativeRenderer, WrongInputsAreRefusedByName) {
     const Calibration calibration = stripes(64, 48);
     EXPECT_NE(errorOf([&] {

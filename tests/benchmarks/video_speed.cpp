@@ -14,7 +14,9 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
+#include <unistd.h>
 
 namespace fs = std::filesystem;
 using namespace altiro3D;
@@ -26,6 +28,23 @@ using Clock = std::chrono::steady_clock;
 double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
+
+// Of this run alone, and gone with it.
+struct TemporaryDirectory {
+    TemporaryDirectory() {
+        std::string name = (fs::temp_directory_path() / "altiro3D-video-speed-XXXXXX").string();
+        if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
+        path = name;
+    }
+    ~TemporaryDirectory() {
+        std::error_code ignored;
+        fs::remove_all(path, ignored);
+    }
+    TemporaryDirectory(const TemporaryDirectory&) = delete;
+    TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+
+    fs::path path;
+};
 
 struct Setting {
     const char* name;
@@ -99,8 +118,7 @@ double toolRate(const std::string& command, const Setting& setting, const fs::pa
         command + " " + setting.arguments + " --report '" + report.string() + "' >/dev/null 2>&1";
     const Clock::time_point start = Clock::now();
     if (std::system(line.c_str()) != 0) {
-        std::fprintf(stderr, "altiro3D_video_speed: failed: %s\n", line.c_str());
-        std::exit(1);
+        throw std::runtime_error("failed: " + line);
     }
     const double seconds = secondsSince(start);
     const auto json = nlohmann::json::parse(readFile(report, 1 << 20));
@@ -133,9 +151,8 @@ int main(int argc, char** argv) {
         DepthNetwork network(argv[3], readNetworkProfile(argv[4]));
         const fs::path sample = ALTIRO3D_BENCH_CALIBRATION;
         const Calibration calibration = readCalibration(sample);
-        const fs::path directory =
-            fs::temp_directory_path() / ("altiro3D-video-speed-" + std::to_string(std::rand()));
-        fs::create_directories(directory);
+        const TemporaryDirectory temporary;
+        const fs::path& directory = temporary.path;
         const fs::path out = directory / "out.mp4";
         const std::string command = "'" + std::string(argv[1]) + "' -y -c '" + sample.string() +
                                     "' -n '" + argv[3] + "' --net-profile '" + argv[4] + "' '" +
@@ -155,7 +172,6 @@ int main(int argc, char** argv) {
             const double b = median(plain[setting.name]);
             std::printf("| %s | %.1f | %.1f | %.1f x |\n", setting.name, a, b, a / b);
         }
-        fs::remove_all(directory);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "altiro3D_video_speed: %s\n", error.what());
         return 1;

@@ -40,7 +40,8 @@ if [[ -f $libraries/cmake/altiro3D/altiro3DQtTargets.cmake ]]; then
     status=0
     QT_QPA_PLATFORM=offscreen LD_LIBRARY_PATH=$libraries "$work/qt/show_native" "$calibration" \
         2>"$work/message" || status=$?
-    grep -q "portrait-sample.json: " "$work/message" && [[ $status == 1 ]]
+    grep -q "portrait-sample.json: " "$work/message"
+    [[ $status == 1 ]]
 fi
 
 echo "== as a part of another project"

@@ -10,6 +10,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+#include <sys/resource.h>
 #include <unistd.h>
 
 namespace altiro3D::test {
@@ -679,6 +680,71 @@ TEST(VideoReader, OptionsAreChecked) {
     options.to = 4;
     options.threads = 65;
     EXPECT_EQ(errorOf([&] { validate(options); }), "threads: is 65, expected 0..64");
+}
+
+TEST(VideoReaderSkip, TheFramesThatFollowAreTheSame) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4";
+    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=25:duration=12 -vf "
+           "\"select='not(eq(mod(n,7),3))'\" -fps_mode vfr -c:v libx264 -bf 2 -g 40 " +
+           arg(clip));
+    const fs::path bare = directory / "clip.h264"; // without times
+    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=25:duration=6 -c:v libx264 -bf 2 -g 40 " +
+           arg(bare));
+    for (const fs::path& file : {clip, bare}) {
+        for (const double from : {0.0, 1.5}) {
+            VideoReaderOptions options;
+            options.from = from;
+            VideoReader linear(file, options);
+            const std::vector<VideoFrame> all = allFrames(linear);
+            ASSERT_GT(all.size(), 100u);
+            for (const std::size_t k :
+                 {std::size_t{0}, std::size_t{1}, std::size_t{77}, all.size() - 1}) {
+                VideoReader reader(file, options);
+                reader.skipTo(all[k].pts);
+                const std::vector<VideoFrame> rest = allFrames(reader);
+                ASSERT_EQ(rest.size(), all.size() - k) << file << " " << from << " " << k;
+                for (std::size_t i = 0; i < rest.size(); ++i) {
+                    ASSERT_EQ(rest[i].pts, all[k + i].pts);
+                    ASSERT_EQ(rest[i].duration, all[k + i].duration);
+                    ASSERT_EQ(cv::norm(rest[i].picture, all[k + i].picture, cv::NORM_INF), 0);
+                }
+            }
+            VideoReader reader(file, options);
+            reader.skipTo(all.back().pts + 1000000);
+            EXPECT_FALSE(reader.next());
+        }
+    }
+}
+
+double processorSeconds() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_utime.tv_sec) +
+           static_cast<double>(usage.ru_utime.tv_usec) * 1e-6;
+}
+
+TEST(VideoReaderSkip, NothingIsReadTwiceToFindThatNothingIsLeft) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4";
+    ffmpeg("-f lavfi -i testsrc2=size=640x480:rate=25:duration=20 -c:v libx264 -preset ultrafast "
+           "-bf 2 -g 50 " +
+           arg(clip));
+    VideoReaderOptions options;
+    options.threads = 1;
+    VideoReader linear(clip, options);
+    const double start = processorSeconds();
+    linear.skipTo(1); // no further than that is decoded frame by frame
+    for (VideoFrame frame; linear.read(frame);) {
+    }
+    const double whole = processorSeconds() - start;
+    VideoReader reader(clip, options);
+    const std::int64_t seconds = reader.facts().timeBase.denominator;
+    reader.skipTo(30 * seconds);
+    EXPECT_FALSE(reader.next());
+    EXPECT_LT(processorSeconds() - start - whole, 0.3 * whole);
 }
 
 } // namespace

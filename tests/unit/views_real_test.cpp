@@ -222,33 +222,6 @@ TEST(ViewsReal, IsTheSameForAnyNumberOfThreadsAndForSubMatrices) {
     cv::setNumThreads(before);
 }
 
-TEST(ViewsReal, MirroredInputGivesMirroredViews) {
-    const cv::Size size(163, 127);
-    const cv::Mat photo = randomPhoto(size);
-    cv::Mat mirroredPhoto;
-    cv::flip(photo, mirroredPhoto, 1);
-    const auto mirrored = [&](const cv::Mat& depth, double shift) {
-        cv::Mat mirroredDepth;
-        cv::flip(depth, mirroredDepth, 1);
-        cv::Mat view = real(mirroredPhoto, mirroredDepth, -shift);
-        cv::flip(view, view, 1);
-        return view;
-    };
-    // Where all is seen the only asymmetry is the rounding of places that fall halfway between two
-    // steps of 1/256 px: 255 / 256 and once more for the result.
-    cv::Mat slope(size, CV_32FC1);
-    for (int x = 0; x < size.width; ++x)
-        slope.col(x).setTo(x / 163.0);
-    const cv::Rect inside(20, 0, size.width - 40, size.height);
-    EXPECT_TRUE(samePicture(mirrored(slope, 30)(inside), real(photo, slope, 30)(inside), 2));
-    // Inpainting's front takes ties in the order of columns: what it paints may differ.
-    const Difference difference =
-        compare(mirrored(boardDepth(size), 30), real(photo, boardDepth(size), 30), 2);
-    EXPECT_LT(static_cast<double>(difference.count), 0.15 * static_cast<double>(difference.samples))
-        << difference.report;
-    EXPECT_LT(difference.mean, 1) << difference.report;
-}
-
 TEST(ViewsReal, InpaintingByGroupsIsInpaintingTheWhole) {
     const cv::Size size(160, 90);
     const cv::Mat photo = randomPhoto(size, 5);

@@ -25,6 +25,8 @@ Depth2Quilt maker(double strength, double focus) {
     return Depth2Quilt({3, 2, {64, 48}, 6}, viewsOf(strength, focus));
 }
 
+// What holds for all methods is in view_methods_test.cpp.
+
 TEST(Depth2Quilt, FastIsTheFormulaUpToRemapsFixedPoint) {
     const cv::Size sizes[] = {{1, 1}, {2, 3}, {61, 37}, {64, 48}, {128, 5}, {1, 40}, {40, 1}};
     for (const cv::Size size : sizes) {
@@ -94,88 +96,6 @@ TEST(Depth2Quilt, RefinementReadsDepthWhereThePixelComesFrom) {
                   Depth2Quilt({1, 1, {9, 9}, 1}, viewsOf(10, 0.5, 17));
               }).find("refinement: is 17, expected 0..16"),
               std::string::npos);
-}
-
-TEST(Depth2Quilt, CentreViewFocusDepthAndZeroStrengthGiveThePhotoBitForBit) {
-    const cv::Size size(61, 47);
-    const cv::Mat photo = randomPhoto(size);
-    cv::Mat view;
-    maker(30, 0.5).renderView(photo, randomDepth(size), 0, view);
-    EXPECT_TRUE(samePicture(view, photo));
-    maker(30, 0.25).renderView(photo, cv::Mat(size, CV_32FC1, cv::Scalar::all(0.25)), 1, view);
-    EXPECT_TRUE(samePicture(view, photo));
-    maker(0, 0.5).renderView(photo, randomDepth(size), -1, view);
-    EXPECT_TRUE(samePicture(view, photo));
-}
-
-TEST(Depth2Quilt, FlatDepthGivesIdenticalViews) {
-    const cv::Mat photo = randomPhoto({64, 48});
-    cv::Mat quilt;
-    const Depth2Quilt flat = maker(10, 0.5);
-    flat.render(photo, cv::Mat(photo.size(), CV_32FC1, cv::Scalar::all(0.5)), quilt);
-    for (int i = 0; i < 6; ++i)
-        EXPECT_TRUE(samePicture(quilt(flat.layout().tile(i)), photo));
-}
-
-TEST(Depth2Quilt, TilesAreTheSingleViewsInOrder) {
-    const cv::Mat photo = randomPhoto({64, 48});
-    const cv::Mat depth = randomDepth({64, 48});
-    const Depth2Quilt quiltMaker = maker(25, 0.3);
-    cv::Mat quilt;
-    quiltMaker.render(photo, depth, quilt);
-    for (int i = 0; i < 6; ++i) {
-        cv::Mat view;
-        quiltMaker.renderView(photo, depth, viewPosition(i, 6), view);
-        EXPECT_TRUE(samePicture(quilt(quiltMaker.layout().tile(i)), view)) << i;
-    }
-}
-
-TEST(Depth2Quilt, MirroredInputGivesMirroredViewsInReversedOrder) {
-    const cv::Size size(64, 48);
-    const cv::Mat photo = randomPhoto(size);
-    const cv::Mat depth = randomDepth(size);
-    cv::Mat mirroredPhoto;
-    cv::Mat mirroredDepth;
-    cv::flip(photo, mirroredPhoto, 1);
-    cv::flip(depth, mirroredDepth, 1);
-    cv::Mat view;
-    cv::Mat mirrored;
-    maker(15, 0.5).renderView(photo, depth, 0.7, view);
-    maker(15, 0.5).renderView(mirroredPhoto, mirroredDepth, -0.7, mirrored);
-    cv::flip(mirrored, mirrored, 1);
-    // cv::remap rounds 1/32 px halves to one side: mirrored weights may differ by one step
-    EXPECT_TRUE(samePicture(mirrored, view, 255 / 32.0 + 1));
-    EXPECT_LT(compare(mirrored, view).mean, 0.2);
-}
-
-TEST(Depth2Quilt, LargerPhotosAreAveragedIntoTheTiles) {
-    const cv::Mat photo = randomPhoto({128, 96});
-    const cv::Mat depth = randomDepth({128, 96});
-    const Depth2Quilt quiltMaker = maker(10, 0.5);
-    cv::Mat quilt;
-    quiltMaker.render(photo, depth, quilt);
-    EXPECT_EQ(quilt.size(), quiltMaker.layout().size());
-    cv::Mat view;
-    quiltMaker.renderView(photo, depth, 1, view);
-    cv::resize(view, view, {64, 48}, 0, 0, cv::INTER_AREA);
-    EXPECT_TRUE(samePicture(quilt(quiltMaker.layout().tile(5)), view));
-}
-
-TEST(Depth2Quilt, IsTheSameForAnyNumberOfThreadsAndForSubMatrices) {
-    const cv::Mat bigPhoto = randomPhoto({100, 80});
-    const cv::Mat bigDepth = randomDepth({100, 80});
-    const cv::Rect part(13, 7, 64, 48);
-    const int before = cv::getNumThreads();
-    cv::setNumThreads(1);
-    cv::Mat one;
-    maker(20, 0.5).render(bigPhoto(part).clone(), bigDepth(part).clone(), one);
-    for (int threads : {2, 3, 5}) {
-        cv::setNumThreads(threads);
-        cv::Mat many;
-        maker(20, 0.5).render(bigPhoto(part), bigDepth(part), many);
-        EXPECT_TRUE(samePicture(many, one));
-    }
-    cv::setNumThreads(before);
 }
 
 TEST(Depth2Quilt, UnusedTilesAreBlackEvenInAReusedQuilt) {

@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -18,6 +19,7 @@ using altiro3D::estimateDepthFromCues;
 using altiro3D::test::dataPath;
 using altiro3D::test::errorOf;
 using altiro3D::test::rankCorrelation;
+using altiro3D::test::RestoredThreads;
 using altiro3D::test::samePicture;
 
 namespace {
@@ -170,7 +172,7 @@ TEST(DepthCues, ALargePhotoGivesASmallDepthOfTheSameShape) {
 }
 
 TEST(DepthCues, TheNumberOfThreadsDoesNotChangeABit) {
-    const int before = cv::getNumThreads();
+    const RestoredThreads restored;
     for (const cv::Mat& photo :
          {meadow(cv::Size(641, 479)), noisePhoto(cv::Size(97, 53)), meadow(cv::Size(1500, 2003))}) {
         cv::setNumThreads(1);
@@ -180,7 +182,6 @@ TEST(DepthCues, TheNumberOfThreadsDoesNotChangeABit) {
             EXPECT_TRUE(samePicture(depthOf(photo), expected)) << threads << " threads";
         }
     }
-    cv::setNumThreads(before);
 }
 
 TEST(DepthCues, ASubMatrixIsReadWithItsStep) {

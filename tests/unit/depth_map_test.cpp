@@ -4,11 +4,11 @@
 #include "altiro3D/image_io.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 #include "support/reference.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
-#include <hwy/highway.h>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -353,14 +353,10 @@ TEST(DepthMap, FittingIsTheSameOnEveryInstructionSet) {
         const cv::Mat depth = randomPicture(c.depth, CV_32FC1, 0, 1, 3);
         const cv::Mat guide = randomPicture(c.guide, CV_8UC3, 90, 160, 4);
         const cv::Mat best = fitted(depth, guide, c.part);
-        for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-            hwy::SetSupportedTargetsForTest(target);
-            hwy::GetChosenTarget().DeInit();
+        forEachInstructionSet([&](const char* name) {
             EXPECT_TRUE(samePicture(fitted(depth, guide, c.part), best))
-                << hwy::TargetName(target) << c.depth << c.part << c.guide;
-        }
-        hwy::SetSupportedTargetsForTest(0);
-        hwy::GetChosenTarget().DeInit();
+                << name << c.depth << c.part << c.guide;
+        });
     }
 }
 
@@ -448,7 +444,7 @@ TEST(DepthMap, FittingDoesNotDependOnTheNumberOfThreads) {
     const cv::Mat depth = randomPicture({64, 48}, CV_32FC1, 0, 1, 3);
     const cv::Mat guide = randomPicture({301, 211}, CV_8UC3, 0, 256, 4);
     const cv::Mat raw = randomPicture({1201, 997}, CV_32FC1, -5, 5, 4);
-    const int before = cv::getNumThreads();
+    const RestoredThreads restored;
     cv::setNumThreads(1);
     const cv::Mat one = fitted(depth, guide);
     const cv::Mat oneNormalized = normalized(raw);
@@ -457,7 +453,6 @@ TEST(DepthMap, FittingDoesNotDependOnTheNumberOfThreads) {
         EXPECT_TRUE(samePicture(fitted(depth, guide), one)) << threads;
         EXPECT_TRUE(samePicture(normalized(raw), oneNormalized)) << threads;
     }
-    cv::setNumThreads(before);
 }
 
 TEST(DepthMap, SubMatricesFitAsTheirCopiesDo) {

@@ -6,6 +6,7 @@
 #include "memory_errors.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -950,13 +951,12 @@ TEST_F(ImageIo, PngFilesAreSmallAndTheSameForAnyNumberOfThreads) {
     const cv::Mat smooth = smoothPicture({1200, 1000});
     writePicture(directory / "smooth.png", smooth);
     EXPECT_LT(fs::file_size(directory / "smooth.png"), encoded(".png", smooth).size());
-    const int threads = cv::getNumThreads();
+    const RestoredThreads restored;
     for (const int count : {1, 2, 5}) {
         cv::setNumThreads(count);
         writePicture(directory / "again.png", smooth);
         EXPECT_EQ(slurp(directory / "again.png"), slurp(directory / "smooth.png")) << count;
     }
-    cv::setNumThreads(threads);
 }
 
 TEST_F(ImageIo, JpegIsWrittenAtQuality95) {

@@ -2,11 +2,11 @@
 
 #include "support/displays.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 
 #include <cmath>
 #include <filesystem>
 #include <gtest/gtest.h>
-#include <hwy/highway.h>
 
 namespace altiro3D::test {
 namespace {
@@ -144,17 +144,13 @@ TEST(LensPhases, AreTheSameOnEveryInstructionSet) {
     c.CellPatternMode = 3;
     const LensPhases phases(lensGeometry(c));
     const LensPhases borders(lensGeometry(onTheBorders(0.0625)));
-    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-        SCOPED_TRACE(hwy::TargetName(target));
-        hwy::SetSupportedTargetsForTest(target);
-        hwy::GetChosenTarget().DeInit();
+    forEachInstructionSet([&](const char* name) {
+        SCOPED_TRACE(name);
         EXPECT_EQ(wrongViews<std::uint8_t>(phases, 48), 0U);
         EXPECT_EQ(wrongViews<std::uint16_t>(phases, 1000), 0U);
         EXPECT_EQ(wrongViews<std::uint32_t>(phases, 1000000), 0U);
         EXPECT_EQ(wrongViews<std::uint8_t>(borders, 48), 0U);
-    }
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().DeInit();
+    });
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 #include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
 
@@ -214,14 +215,13 @@ TEST(LensView, ThreadsSubMatricesAndWorkingInPlaceChangeNothing) {
     const Calibration c = stripePanel(101, 67);
     const cv::Mat big = randomPhoto({140, 90}, 1, 0);
     const cv::Mat part = big(cv::Rect(7, 5, 101, 67));
-    const int threads = cv::getNumThreads();
+    const RestoredThreads restored;
     cv::setNumThreads(1);
     const cv::Mat expected = seenBy({0.4, 0}, part.clone(), c);
     for (const int count : {2, 3, 5}) {
         cv::setNumThreads(count);
         EXPECT_TRUE(samePicture(seenBy({0.4, 0}, part, c), expected)) << count;
     }
-    cv::setNumThreads(threads);
     cv::Mat native = part.clone();
     simulateView(native, c, {0.4, 0}, native);
     EXPECT_TRUE(samePicture(native, expected));

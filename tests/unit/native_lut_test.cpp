@@ -4,6 +4,7 @@
 #include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 #include "support/reference.hpp"
 
 #include <gtest/gtest.h>
@@ -130,7 +131,7 @@ TEST(NativeLut, IsTheSameForAnyNumberOfThreads) {
     Calibration c = smallPanel(301, 203);
     c.subpixelCells = deltaCells();
     c.CellPatternMode = 3;
-    const int before = cv::getNumThreads();
+    const RestoredThreads restored;
     cv::setNumThreads(1);
     const NativeLut one(c, QuiltLayout());
     for (int threads : {2, 3, 7}) {
@@ -140,7 +141,6 @@ TEST(NativeLut, IsTheSameForAnyNumberOfThreads) {
             EXPECT_TRUE(samePicture(many.channel(channel), one.channel(channel)));
         }
     }
-    cv::setNumThreads(before);
 }
 
 TEST(NativeLut, UnusedTilesAreNeverShown) {

@@ -6,13 +6,13 @@
 #include "altiro3D/quilt2native.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/scene.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
@@ -272,7 +272,7 @@ TEST(NativeRenderer, ThreadsReuseAndSubMatricesDoNotMatter) {
     const cv::Rect part(7, 5, 61, 37);
     const cv::Mat largePhoto = randomPhoto({90, 60});
     const cv::Mat largeDepth = stepsAndSlopes({90, 60});
-    const int before = cv::getNumThreads();
+    const RestoredThreads restored;
     for (const ViewOptions& options : allOptions()) {
         const NativeRenderer renderer(calibration, 48, options);
         cv::setNumThreads(1);
@@ -287,7 +287,6 @@ TEST(NativeRenderer, ThreadsReuseAndSubMatricesDoNotMatter) {
             EXPECT_TRUE(samePicture(many, one));
         }
     }
-    cv::setNumThreads(before);
 }
 
 // The tile is so small that vectors of AVX-512 find all they need in registers, or so large and
@@ -303,15 +302,11 @@ TEST(NativeRenderer, AllInstructionSetsGiveTheSameBytes) {
                 const NativeRenderer renderer(calibration, 48, options, positions);
                 cv::Mat expected;
                 renderer.render(photo, depth, expected);
-                for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-                    hwy::SetSupportedTargetsForTest(target);
-                    hwy::GetChosenTarget().DeInit();
+                forEachInstructionSet([&](const char* name) {
                     cv::Mat native;
                     renderer.render(photo, depth, native);
-                    EXPECT_TRUE(samePicture(native, expected)) << hwy::TargetName(target);
-                }
-                hwy::SetSupportedTargetsForTest(0);
-                hwy::GetChosenTarget().DeInit();
+                    EXPECT_TRUE(samePicture(native, expected)) << name;
+                });
             }
         }
     }

@@ -4,6 +4,7 @@
 #include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 #include "support/reference.hpp"
 
 #include <gtest/gtest.h>
@@ -152,7 +153,7 @@ TEST(Quilt2Native, SubMatricesReusedOutputsAndThreadsChangeNothing) {
     const cv::Mat big = randomQuilt({100, 60});
     const cv::Rect part({9, 5}, layout.size());
     const QuiltSampling samplings[] = {{}, {ViewFilter::Linear, TileSampling::Linear}};
-    const int before = cv::getNumThreads();
+    const RestoredThreads restored;
     for (const QuiltSampling sampling : samplings) {
         const Quilt2Native renderer(c, layout, sampling);
         cv::setNumThreads(1);
@@ -168,7 +169,6 @@ TEST(Quilt2Native, SubMatricesReusedOutputsAndThreadsChangeNothing) {
             EXPECT_EQ(frame.at<cv::Vec3b>(frame.rows - 1, frame.cols - 1), cv::Vec3b(7, 7, 7));
         }
     }
-    cv::setNumThreads(before);
 }
 
 TEST(Quilt2Native, UnusedColumnsAtTheRightAndRowsAtTheTopAreLeftOut) {

@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
-#include <sys/resource.h>
 
 namespace altiro3D::test {
 namespace {

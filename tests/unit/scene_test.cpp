@@ -1,4 +1,5 @@
 #include "support/compare.hpp"
+#include "support/processors.hpp"
 #include "support/scene.hpp"
 
 #include <cmath>
@@ -174,12 +175,11 @@ TEST(Scene, ParallaxIsFocalLengthTimesBaselineTimesInverseDepthBeyondTheFocus) {
 TEST(Scene, RenderingDoesNotDependOnTheNumberOfThreads) {
     const Scene scene = sampleScene();
     const cv::Size size(30, 40);
-    const int before = cv::getNumThreads();
+    const RestoredThreads restored;
     cv::setNumThreads(1);
     const Rendering one = render(scene, size, 0.1, 4);
     cv::setNumThreads(2);
     const Rendering two = render(scene, size, 0.1, 4);
-    cv::setNumThreads(before);
     EXPECT_TRUE(samePicture(one.photo, two.photo));
     EXPECT_TRUE(samePicture(one.depth, two.depth));
     EXPECT_TRUE(samePicture(one.metric, two.metric));

@@ -4,6 +4,7 @@
 #include "altiro3D/video_reader.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 #include "support/video.hpp"
 
 #include <cmath>
@@ -206,7 +207,7 @@ TEST(SwayView, OfAPhotoIsTheViewOfTheQuilt) {
 TEST(SwayView, OfAPhotoDoesNotDependOnThreadsAndReusesItsPicture) {
     const cv::Size size(160, 121);
     const SwayView view = photoViews(movingPicture(size, 3), discDepth(size));
-    const int threads = cv::getNumThreads();
+    const RestoredThreads restored;
     cv::Mat one;
     cv::setNumThreads(1);
     view(0.7, one);
@@ -220,7 +221,6 @@ TEST(SwayView, OfAPhotoDoesNotDependOnThreadsAndReusesItsPicture) {
         EXPECT_EQ(many.data, memory);
         EXPECT_TRUE(samePicture(many, one)) << count;
     }
-    cv::setNumThreads(threads);
 }
 
 TEST(SwayView, OfAQuiltIsTheNearestTile) {

@@ -5,6 +5,7 @@
 #include "state_bytes.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 
 #include <algorithm>
@@ -368,14 +369,13 @@ TEST(VideoDepth, RefusesForeignAndDamagedStates) {
 
 TEST(VideoDepth, IsTheSameForAnyNumberOfThreads) {
     const std::vector<cv::Mat> clip = cameraMove(14);
-    const int before = cv::getNumThreads();
+    const RestoredThreads restored;
     std::vector<std::vector<cv::Mat>> results;
     for (const int threads : {1, 2, 5}) {
         cv::setNumThreads(threads);
         VideoDepth video(NoisyBrightness(4), DepthKind::NearWhite, everyOf(3));
         results.push_back(depthsOf(video, clip));
     }
-    cv::setNumThreads(before);
     for (const auto& result : results)
         for (std::size_t i = 0; i < clip.size(); ++i)
             EXPECT_TRUE(samePicture(result[i], results[0][i])) << i;

@@ -4,6 +4,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/memory_limit.hpp"
+#include "support/processors.hpp"
 
 #include <functional>
 #include <gtest/gtest.h>
@@ -265,7 +266,7 @@ TEST_P(ViewMethods, AnyNumberOfThreadsGivesTheSameBytes) {
     const cv::Mat photo = smoothNoise(layout.tileSize);
     std::vector<std::pair<std::string, cv::Mat>> depths = wildDepths(photo.size());
     depths.emplace_back("board", boardDepth(photo.size()));
-    const int before = cv::getNumThreads();
+    const RestoredThreads restored;
     for (const auto& [name, depth] : depths) {
         cv::setNumThreads(1);
         const cv::Mat one = quiltOf(photo, depth, layout, options(60));
@@ -275,7 +276,6 @@ TEST_P(ViewMethods, AnyNumberOfThreadsGivesTheSameBytes) {
                 << name << " " << threads;
         }
     }
-    cv::setNumThreads(before);
 }
 
 TEST_P(ViewMethods, MirroredInputGivesTheMirroredViewOfTheOtherSide) {

@@ -6,11 +6,11 @@
 #include "support/displays.hpp"
 #include "support/files.hpp"
 #include "support/memory_limit.hpp"
+#include "support/processors.hpp"
 
 #include <cstring>
 #include <functional>
 #include <gtest/gtest.h>
-#include <hwy/highway.h>
 #include <zlib.h>
 
 namespace altiro3D::test {
@@ -106,13 +106,11 @@ TEST(ViewTable, SaysWhatTheFullTableSaysOfMirroredPanelsAndCells) {
 }
 
 TEST(ViewTable, IsTheSameOnEveryInstructionSetAndForAnyNumberOfThreads) {
-    const int before = cv::getNumThreads();
+    const RestoredThreads restored;
     const NativeLut lut(panel(), kLayouts[0]);
     const cv::Mat expected = viewTable(lut)->views;
-    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-        SCOPED_TRACE(hwy::TargetName(target));
-        hwy::SetSupportedTargetsForTest(target);
-        hwy::GetChosenTarget().DeInit();
+    forEachInstructionSet([&](const char* name) {
+        SCOPED_TRACE(name);
         for (int threads : {1, 3}) {
             cv::setNumThreads(threads);
             const NativeLut built(panel(), kLayouts[0]);
@@ -121,10 +119,7 @@ TEST(ViewTable, IsTheSameOnEveryInstructionSetAndForAnyNumberOfThreads) {
             EXPECT_TRUE(samePicture(viewTable(lut)->views, expected));
             expectEqualsLut(panel(19, 16), kLayouts[7]);
         }
-    }
-    hwy::SetSupportedTargetsForTest(0);
-    hwy::GetChosenTarget().DeInit();
-    cv::setNumThreads(before);
+    });
 }
 
 // A table whose contents have been replaced, as another program may have written it.

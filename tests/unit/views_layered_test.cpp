@@ -4,6 +4,7 @@
 #include "native_row_kernels.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "views_layered_ends.hpp"
 #include "views_layered_scene.hpp"
@@ -335,7 +336,7 @@ TEST(ViewsLayered, SubMatricesGiveTheSameView) {
 TEST(ViewsLayered, ThreadsAndOrderDoNotMatter) {
     const cv::Mat photo = randomPhoto({97, 61});
     const cv::Mat depth = blobDepth(photo.size());
-    const int threads = cv::getNumThreads();
+    const RestoredThreads restored;
     cv::setNumThreads(1);
     std::vector<cv::Mat> expected;
     for (int i = 0; i < 8; ++i)
@@ -352,7 +353,6 @@ TEST(ViewsLayered, ThreadsAndOrderDoNotMatter) {
     }
     for (std::thread& worker : workers)
         worker.join();
-    cv::setNumThreads(threads);
     for (std::size_t i = 0; i < 8; ++i)
         EXPECT_TRUE(samePicture(views[i], expected[i])) << i;
 }

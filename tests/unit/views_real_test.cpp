@@ -5,6 +5,7 @@
 #include "altiro3D/picture_quality.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/scene.hpp"
 
@@ -208,7 +209,7 @@ TEST(ViewsReal, IsTheSameForAnyNumberOfThreadsAndForSubMatrices) {
     const cv::Mat bigPhoto = randomPhoto({200, 160});
     const cv::Mat bigDepth = boardDepth({200, 160});
     const cv::Rect part(13, 7, 163, 127);
-    const int before = cv::getNumThreads();
+    const RestoredThreads restored;
     cv::setNumThreads(1);
     const cv::Mat one = real(bigPhoto(part).clone(), bigDepth(part).clone(), 31);
     for (int threads : {2, 3, 5}) {
@@ -219,7 +220,6 @@ TEST(ViewsReal, IsTheSameForAnyNumberOfThreadsAndForSubMatrices) {
         EXPECT_TRUE(samePicture(view, one));
         EXPECT_EQ(frame.at<cv::Vec3b>(29, 20), cv::Vec3b(5, 5, 5)) << "written beside the view";
     }
-    cv::setNumThreads(before);
 }
 
 TEST(ViewsReal, InpaintingByGroupsIsInpaintingTheWhole) {

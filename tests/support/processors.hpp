@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <hwy/highway.h>
+#include <opencv2/core/utility.hpp>
+
+namespace altiro3D::test {
+
+/// Gives OpenCV its number of threads back at the end of the scope, however a test ends; in between
+/// cv::setNumThreads() may be called.
+class RestoredThreads {
+  public:
+    RestoredThreads() = default;
+    ~RestoredThreads() { cv::setNumThreads(before_); }
+    RestoredThreads(const RestoredThreads&) = delete;
+    RestoredThreads& operator=(const RestoredThreads&) = delete;
+
+  private:
+    int before_ = cv::getNumThreads();
+};
+
+/// Calls use(name) while kernels run on each of the instruction sets of this machine, one after the
+/// other.
+template <class Use>
+void forEachInstructionSet(const Use& use) {
+    struct Restored {
+        static void choose(std::int64_t target) {
+            hwy::SetSupportedTargetsForTest(target);
+            hwy::GetChosenTarget().DeInit();
+        }
+        ~Restored() { choose(0); }
+    };
+    const Restored restored;
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+        Restored::choose(target);
+        use(hwy::TargetName(target));
+    }
+}
+
+} // namespace altiro3D::test

@@ -104,7 +104,7 @@ TEST(Data, UprightPhotosAreEqualInEveryOrientation) {
     ALTIRO3D_REQUIRE_DATA("photos/exif_orientation");
     SmallStudio studio;
     cv::Mat first;
-    for (int i = 1; i <= 8; i += 5) { // 1 upright, 6 turned
+    for (int i = 1; i <= 8; ++i) {
         const std::string photo = dataPath("photos/exif_orientation").string() + "/Landscape_" +
                                   std::to_string(i) + ".jpg";
         ASSERT_TRUE(
@@ -278,11 +278,7 @@ TEST(Data, ANetworkGivesTheNativeOfTheLibrary) {
     const fs::path network = dataPath("models/fastdepth/fastdepth_224_op10.onnx");
     const fs::path photo = dataPath("models/fastdepth/rgb.png");
     SmallStudio studio;
-    QuiltLayout layout;
-    layout.columns = 3;
-    layout.rows = 2;
-    layout.tileSize = {30, 40};
-    layout.viewCount = 6;
+    const QuiltLayout layout = smallLayout();
     const auto catalog = readModelCatalog(sourcePath("models/catalog.json"));
     const NetworkProfile* profile = findProfile(catalog, network);
     ASSERT_NE(profile, nullptr);
@@ -339,7 +335,7 @@ TEST(Data, NetworksThatCannotBeUsedAreRefusedInOneLine) {
     }
 }
 
-TEST(Data, EveryCalibrationGivesATable) {
+TEST(Data, EveryCalibrationIsExplained) {
     ALTIRO3D_REQUIRE_DATA("calibrations");
     SmallStudio studio;
     for (const std::string& file : filesIn(dataPath("calibrations"))) {

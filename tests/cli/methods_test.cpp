@@ -37,26 +37,10 @@ class Methods : public ::testing::Test {
         EXPECT_EQ(make(options + Arguments{"--report", "r.json"}).status, 0);
         return Json::parse(slurp(studio_ / "r.json"));
     }
-    // By calls of the library alone.
     cv::Mat libraryNative(const ViewOptions& views) const {
-        const Calibration calibration = readCalibration(studio_ / "small.json");
-        const cv::Mat photo = readPhoto(studio_ / "photo.png");
-        cv::Mat depth;
-        DepthNormalization normalization;
-        normalization.flatDepth = views.focus;
-        normalizeDepth(readDepthImage(studio_ / "depth.png"), depth, normalization);
-        const QuiltLayout layout{3, 2, {30, 40}, 6};
-        const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
-        const PhotoFit fit = fitPhoto(photo.size(), aspect, layout.tileSize, FitMode::Cover);
-        cv::Mat fittedPhoto;
-        cv::Mat fittedDepth;
-        cv::Mat quilt;
-        cv::Mat native;
-        applyFit(photo, fit, fittedPhoto);
-        applyFitToDepth(depth, photo.size(), fit, fittedPhoto, views.focus, fittedDepth);
-        Depth2Quilt(layout, views).render(fittedPhoto, fittedDepth, quilt);
-        Quilt2Native(calibration, layout, QuiltSampling()).render(quilt, native);
-        return native;
+        LibraryRoad road;
+        road.views = views;
+        return test::libraryNative(studio_, road);
     }
     std::vector<fs::path> cachedBudgets() const {
         std::vector<fs::path> files;

@@ -15,60 +15,6 @@ namespace {
 
 constexpr const char* kTool = "photo2native";
 
-struct LibraryRoad {
-    ViewOptions views;
-    FitMode fit = FitMode::Cover;
-    bool keep = false;
-    bool quilt = true; // false: NativeRenderer
-    ViewPositions positions = ViewPositions::Discrete;
-    QuiltSampling sampling;
-    DepthKind kind = DepthKind::NearWhite;
-    bool fromCues = false;
-};
-
-QuiltLayout smallLayout() {
-    QuiltLayout layout;
-    layout.columns = 3;
-    layout.rows = 2;
-    layout.tileSize = {30, 40};
-    layout.viewCount = 6;
-    return layout;
-}
-
-// photo.png and depth.png of a SmallStudio on small.json, by calls of the library alone.
-cv::Mat libraryNative(const Sandbox& sandbox, const LibraryRoad& road) {
-    const Calibration calibration = readCalibration(sandbox / "small.json");
-    const cv::Mat photo = readPhoto(sandbox / "photo.png");
-    cv::Mat depth;
-    if (road.fromCues) {
-        estimateDepthFromCues(photo, depth);
-    } else {
-        DepthNormalization normalization;
-        normalization.kind = road.kind;
-        normalization.flatDepth = road.views.focus;
-        normalizeDepth(readDepthImage(sandbox / "depth.png"), depth, normalization);
-    }
-    const QuiltLayout layout = smallLayout();
-    const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
-    const cv::Size size =
-        road.keep ? cv::Size(calibration.screenW, calibration.screenH) : layout.tileSize;
-    const PhotoFit fit = fitPhoto(photo.size(), aspect, size, road.fit);
-    cv::Mat fittedPhoto;
-    cv::Mat fittedDepth;
-    cv::Mat quilt;
-    cv::Mat native;
-    applyFit(photo, fit, fittedPhoto);
-    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, road.views.focus, fittedDepth);
-    if (road.quilt) {
-        Depth2Quilt(layout, road.views).render(fittedPhoto, fittedDepth, quilt);
-        Quilt2Native(calibration, layout, road.sampling).render(quilt, native);
-    } else {
-        NativeRenderer(calibration, layout.viewCount, road.views, road.positions)
-            .render(fittedPhoto, fittedDepth, native);
-    }
-    return native;
-}
-
 // Centre of gravity, in columns, of what is brighter than the background.
 double brightColumn(const cv::Mat& picture) {
     cv::Mat grey;

@@ -1,6 +1,7 @@
 #include "sandbox.hpp"
 
 #include "altiro3D/calibration.hpp"
+#include "altiro3D/depth_cues.hpp"
 #include "altiro3D/image_io.hpp"
 
 #include <algorithm>
@@ -21,25 +22,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr unsigned kTimeLimitSeconds = 300; // also under sanitizers on a busy machine
+// A short video out of a quilt.
+const Arguments kSway{"-q", "2x3", "--seconds", "0.2", "--turns", "1", "--fps", "20"};
 
-std::string toolPath(const std::string& tool) {
-    if (tool == "altiro3Dnative") return ALTIRO3D_TOOL_ALTIRO3DNATIVE;
-    if (tool == "photo2native") return ALTIRO3D_TOOL_PHOTO2NATIVE;
-    if (tool == "quilt2native") return ALTIRO3D_TOOL_QUILT2NATIVE;
-    if (tool == "quilt2video") return ALTIRO3D_TOOL_QUILT2VIDEO;
-    if (tool == "video2native") return ALTIRO3D_TOOL_VIDEO2NATIVE;
-    if (tool == "views2native") return ALTIRO3D_TOOL_VIEWS2NATIVE;
-    if (tool == "native2view") return ALTIRO3D_TOOL_NATIVE2VIEW;
-    if (tool == "altiro3Dtradeoff") return ALTIRO3D_TOOL_ALTIRO3DTRADEOFF;
-    if (tool == "altiro3Dimage" || tool == "altiro3Dvideo" || tool == "images2native") {
-        return fs::path(ALTIRO3D_TOOL_PHOTO2NATIVE).replace_filename(tool); // a script
-    }
-#ifdef ALTIRO3D_TOOL_ALTIRO3DVIEW
-    if (tool == "altiro3Dview") return ALTIRO3D_TOOL_ALTIRO3DVIEW;
-#endif
-    throw std::invalid_argument("unknown tool " + tool);
-}
+constexpr unsigned kTimeLimitSeconds = 300; // also under sanitizers on a busy machine
 
 std::vector<char*> pointers(std::vector<std::string>& strings) {
     std::vector<char*> result;
@@ -68,6 +54,25 @@ std::vector<char*> pointers(std::vector<std::string>& strings) {
 }
 
 } // namespace
+
+fs::path toolPath(const std::string& tool) {
+    if (fs::path(tool).is_absolute()) return tool;
+    if (tool == "altiro3Dnative") return ALTIRO3D_TOOL_ALTIRO3DNATIVE;
+    if (tool == "photo2native") return ALTIRO3D_TOOL_PHOTO2NATIVE;
+    if (tool == "quilt2native") return ALTIRO3D_TOOL_QUILT2NATIVE;
+    if (tool == "quilt2video") return ALTIRO3D_TOOL_QUILT2VIDEO;
+    if (tool == "video2native") return ALTIRO3D_TOOL_VIDEO2NATIVE;
+    if (tool == "views2native") return ALTIRO3D_TOOL_VIEWS2NATIVE;
+    if (tool == "native2view") return ALTIRO3D_TOOL_NATIVE2VIEW;
+    if (tool == "altiro3Dtradeoff") return ALTIRO3D_TOOL_ALTIRO3DTRADEOFF;
+    if (tool == "altiro3Dimage" || tool == "altiro3Dvideo" || tool == "images2native") {
+        return fs::path(ALTIRO3D_TOOL_PHOTO2NATIVE).replace_filename(tool); // a script
+    }
+#ifdef ALTIRO3D_TOOL_ALTIRO3DVIEW
+    if (tool == "altiro3Dview") return ALTIRO3D_TOOL_ALTIRO3DVIEW;
+#endif
+    throw std::invalid_argument("unknown tool " + tool);
+}
 
 Arguments operator+(Arguments first, const Arguments& second) {
     first.insert(first.end(), second.begin(), second.end());
@@ -147,9 +152,9 @@ void Sandbox::set(const std::string& name, const std::optional<std::string>& val
 Outcome Sandbox::run(const std::string& tool, const Arguments& arguments, int signal,
                      const std::function<bool()>& when) const {
     Outcome outcome;
-    outcome.tool = tool;
+    outcome.tool = fs::path(tool).filename().string();
     outcome.call = tool;
-    std::vector<std::string> words{toolPath(tool)};
+    std::vector<std::string> words{toolPath(tool).string()};
     for (const std::string& argument : arguments) {
         words.push_back(argument);
         outcome.call += " '" + argument + "'";
@@ -231,6 +236,7 @@ SmallStudio::SmallStudio() {
     writePicture(*this / "depth.png", madeDepth(45, 60));
     const cv::Mat quilt = madePhoto(90, 80);
     writePicture(*this / "quilt.png", quilt);
+    writePicture(*this / "panel.png", madePhoto(96, 128));
     fs::create_directory(*this / "views");
     for (int i = 0; i < 6; ++i) {
         const cv::Rect tile(i % 3 * 30, (1 - i / 3) * 40, 30, 40);
@@ -238,18 +244,80 @@ SmallStudio::SmallStudio() {
     }
 }
 
+void SmallStudio::makeClip() const {
+    EXPECT_TRUE(isDone(run("quilt2video", goodCall("quilt2video", "clip.mp4"))));
+}
+
 Arguments SmallStudio::goodCall(const std::string& tool, const std::string& output) const {
     if (tool == "altiro3Dnative") return {"-m", output, "-q", "2x3", "-r", "40x30", "small.json"};
     if (tool == "photo2native")
         return display() + Arguments{"-d", "photo.png", "depth.png", output};
     if (tool == "quilt2native") return display() + Arguments{"quilt.png", output};
+    if (tool == "native2view") return display() + Arguments{"panel.png", output};
+    if (tool == "quilt2video") return kSway + Arguments{"quilt.png", output};
+    if (tool == "video2native") return display() + Arguments{"--codec", "ffv1", "clip.mp4", output};
     return display() + Arguments{"views", output};
 }
 
 const std::vector<std::string>& allTools() {
-    static const std::vector<std::string> tools{"altiro3Dnative", "photo2native", "quilt2native",
+    static const std::vector<std::string> tools{"altiro3Dnative", "native2view", "photo2native",
+                                                "quilt2native",   "quilt2video", "video2native",
                                                 "views2native"};
     return tools;
+}
+
+std::string outputName(const std::string& tool, const std::string& stem) {
+    if (tool == "altiro3Dnative") return stem + ".map";
+    if (tool == "video2native") return stem + ".mkv";
+    if (tool == "quilt2video") return stem + ".mp4";
+    return stem + ".png";
+}
+
+bool ToolTest::takes(const std::string& option) const {
+    const std::string help = studio_.run(tool(), {"--help"}).out;
+    for (const char end : {' ', ','})
+        if (help.find("\n  " + option + end) != std::string::npos) return true;
+    return false;
+}
+
+QuiltLayout smallLayout() {
+    return {3, 2, {30, 40}, 6};
+}
+
+cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, const cv::Mat& depth,
+                      const LibraryRoad& road) {
+    const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
+    const cv::Size size =
+        road.keep ? cv::Size(calibration.screenW, calibration.screenH) : road.layout.tileSize;
+    const PhotoFit fit = fitPhoto(photo.size(), aspect, size, road.fit);
+    cv::Mat fittedPhoto;
+    cv::Mat fittedDepth;
+    cv::Mat quilt;
+    cv::Mat native;
+    applyFit(photo, fit, fittedPhoto);
+    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, road.views.focus, fittedDepth);
+    if (road.quilt) {
+        Depth2Quilt(road.layout, road.views).render(fittedPhoto, fittedDepth, quilt);
+        Quilt2Native(calibration, road.layout, road.sampling, road.invert).render(quilt, native);
+    } else {
+        NativeRenderer(calibration, road.layout.viewCount, road.views, road.positions, road.invert)
+            .render(fittedPhoto, fittedDepth, native);
+    }
+    return native;
+}
+
+cv::Mat libraryNative(const Sandbox& sandbox, const LibraryRoad& road) {
+    const cv::Mat photo = readPhoto(sandbox / "photo.png");
+    cv::Mat depth;
+    if (road.fromCues) {
+        estimateDepthFromCues(photo, depth);
+    } else {
+        DepthNormalization normalization;
+        normalization.kind = road.kind;
+        normalization.flatDepth = road.views.focus;
+        normalizeDepth(readDepthImage(sandbox / "depth.png"), depth, normalization);
+    }
+    return libraryNative(readCalibration(sandbox / "small.json"), photo, depth, road);
 }
 
 cv::Mat libraryNative(const Sandbox& sandbox, const cv::Mat& quilt, int columns, int rows,

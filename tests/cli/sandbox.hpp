@@ -1,5 +1,8 @@
 #pragma once
 
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/native_renderer.hpp"
+#include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "support/files.hpp"
 
@@ -62,7 +65,8 @@ class Sandbox {
     /// Standard input of the runs to come is this file; else it is empty.
     void readInputFrom(const std::filesystem::path& file) { inputFile_ = file; }
 
-    /// Runs a tool in the working directory, without a terminal.
+    /// Runs a tool, one of ours by its name or a program by its path, in the working directory and
+    /// without a terminal.
     Outcome run(const std::string& tool, const Arguments& arguments) const {
         return run(tool, arguments, 0, {});
     }
@@ -92,27 +96,39 @@ cv::Mat madeDepth(int cols, int rows);
 cv::Mat readBack(const std::filesystem::path& file);
 
 /// A sandbox with small.json (a panel of 96 x 128 px), photo.png, depth.png, quilt.png (3 columns x
-/// 2 rows of 30 x 40 px) and the same views in views/.
+/// 2 rows of 30 x 40 px), the same views in views/, and panel.png of the panel's size.
 class SmallStudio : public Sandbox {
   public:
     SmallStudio();
     /// -c small.json -q 2x3 -r 40x30
     Arguments display() const { return {"-c", "small.json", "-q", "2x3", "-r", "40x30"}; }
+    /// Makes clip.mp4, which video2native reads.
+    void makeClip() const;
     /// The arguments of a run that succeeds and writes one file.
     Arguments goodCall(const std::string& tool, const std::string& output) const;
 };
 
-/// The tools' names.
+/// The path of one of our tools.
+std::filesystem::path toolPath(const std::string& tool);
+
+/// The tools that turn inputs into one output: all but altiro3Dtradeoff and altiro3Dview.
 const std::vector<std::string>& allTools();
+
+/// A name with the extension that a tool writes.
+std::string outputName(const std::string& tool, const std::string& stem);
 
 /// A test that runs for each tool, in a studio of its own.
 class ToolTest : public ::testing::TestWithParam<std::string> {
   protected:
+    ToolTest() {
+        if (tool() == "video2native") studio_.makeClip();
+    }
     const std::string& tool() const { return GetParam(); }
     /// A name for the tool's output, with the extension that it writes.
-    std::string output(const std::string& stem) const {
-        return stem + (tool() == "altiro3Dnative" ? ".map" : ".png");
-    }
+    std::string output(const std::string& stem) const { return outputName(tool(), stem); }
+    bool writesPictures() const { return output("") == ".png"; }
+    /// Whether it has an option, by what --help lists ("-m", "--serial").
+    bool takes(const std::string& option) const;
     /// A run that succeeds and writes one file.
     Outcome good(const std::string& output, const Arguments& more = {}) const {
         return studio_.run(tool(), more + studio_.goodCall(tool(), output));
@@ -121,6 +137,29 @@ class ToolTest : public ::testing::TestWithParam<std::string> {
     SmallStudio studio_;
 };
 
+/// The layout of a SmallStudio's quilt.
+QuiltLayout smallLayout();
+
+/// How the library makes a Native of a photo and its depth.
+struct LibraryRoad {
+    ViewOptions views;
+    FitMode fit = FitMode::Cover;
+    bool keep = false;                                 ///< At the panel's resolution, not a view's.
+    bool quilt = true;                                 ///< Over a quilt; false: by NativeRenderer.
+    ViewPositions positions = ViewPositions::Discrete; ///< Of NativeRenderer.
+    QuiltSampling sampling;                            ///< Of a quilt.
+    InvertViews invert = InvertViews::Auto;
+    QuiltLayout layout = smallLayout();
+    DepthKind kind = DepthKind::NearWhite; ///< Of depth.png.
+    bool fromCues = false;                 ///< Depth is estimated, not read.
+};
+
+/// The Native of a photo and its depth, by calls of the library alone.
+/// @param depth [any size, CV_32FC1, 0..1, 1 = nearest]
+cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, const cv::Mat& depth,
+                      const LibraryRoad& road);
+/// The same of small.json, photo.png and depth.png in a sandbox.
+cv::Mat libraryNative(const Sandbox& sandbox, const LibraryRoad& road);
 /// The Native that the library makes of a quilt for a sandbox's small.json.
 cv::Mat libraryNative(const Sandbox& sandbox, const cv::Mat& quilt, int columns, int rows,
                       const QuiltSampling& sampling = {});

@@ -268,18 +268,26 @@ TEST_F(Tradeoff, TheDepthOfAPhotoMayBeGiven) {
 
 TEST_F(Tradeoff, WrongCombinationsAreWrongUsage) {
     spill(sandbox_ / "scenes.csv", "");
-    for (const Arguments& arguments :
-         {Arguments{}, Arguments{"L.png", "R.png"}, Arguments{"--photo", "L.png"},
-          Arguments{"--photo", "L.png", "--truth", "R.png"}, Arguments{"--truth", "R.png", "L.png"},
-          Arguments{"--disparity", "D.png", "L.png"}, scene() + Arguments{"L.png"},
-          scene() + Arguments{"--scenes", "scenes.csv"},
-          Arguments{"--scenes", "scenes.csv", "L.png"},
-          Arguments{"--scenes", "scenes.csv", "--save-views", "views"},
-          Arguments{"--save-views", "views", "L.png"}, Arguments{"--wrong", "L.png"},
-          Arguments{"--json", "", "L.png"}, Arguments{"--strength", "101", "L.png"},
-          Arguments{"--scenes"}}) {
-        EXPECT_TRUE(fails(run(arguments), 2, ""));
-    }
+    const char* const together = "--photo, --disparity and --truth belong together";
+    const char* const oneScene = "--save-views shows one scene";
+    const std::pair<Arguments, const char*> cases[] = {
+        {{}, "expected 1 names, got 0"},
+        {{"L.png", "R.png"}, "expected 1 names, got 2"},
+        {{"--photo", "L.png"}, together},
+        {{"--photo", "L.png", "--truth", "R.png"}, together},
+        {{"--truth", "R.png", "L.png"}, together},
+        {{"--disparity", "D.png", "L.png"}, together},
+        {scene() + Arguments{"L.png"}, "expected 0 names, got 1"},
+        {scene() + Arguments{"--scenes", "scenes.csv"}, "--photo and --scenes exclude each other"},
+        {{"--scenes", "scenes.csv", "L.png"}, "expected 0 names, got 1"},
+        {{"--scenes", "scenes.csv", "--save-views", "views"}, oneScene},
+        {{"--save-views", "views", "L.png"}, oneScene},
+        {{"--wrong", "L.png"}, "Unknown option 'wrong'"},
+        {{"--json", "", "L.png"}, "--json is empty"},
+        {{"--strength", "101", "L.png"}, "--strength is \"101\", expected a number 0..100"},
+        {{"--scenes"}, "Missing value after '--scenes'"}};
+    for (const auto& [arguments, sentence] : cases)
+        EXPECT_TRUE(fails(run(arguments), 2, sentence));
     EXPECT_FALSE(fs::exists(sandbox_ / "views"));
 }
 

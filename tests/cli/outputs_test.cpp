@@ -194,11 +194,22 @@ TEST(Outputs, NoTwoOutputsAreOneFile) {
 
 TEST(Outputs, WrongUsageMakesNoDirectories) {
     SmallStudio studio;
-    const Arguments call = studio.display() + Arguments{"photo.png", "photo.png", "out"};
-    for (const Arguments& more :
-         {Arguments{}, Arguments{"--sampling", "x"}, Arguments{"--depth-kind", "metric"},
-          Arguments{"--rgbd", "up"}, Arguments{"-n", "nothere.onnx"}}) {
-        EXPECT_NE(studio.run("photo2native", more + call).status, 0);
+    struct Case {
+        Arguments options;
+        std::string other; // photo
+        int status;
+        const char* sentence;
+    };
+    const Case cases[] = {
+        {{}, "photo.png", 2, "is written twice"},
+        {{"--sampling", "x"}, "quilt.png", 2, "--sampling is \"x\""},
+        {{"--depth-kind", "metric"}, "quilt.png", 2, "--depth-kind says what given depth means"},
+        {{"--rgbd", "up"}, "quilt.png", 2, "--rgbd is \"up\""},
+        {{"-n", "nothere.onnx"}, "quilt.png", 1, "nothere.onnx: does not exist"}};
+    for (const auto& [options, other, status, sentence] : cases) {
+        EXPECT_TRUE(fails(studio.run("photo2native", options + studio.display() +
+                                                         Arguments{"photo.png", other, "out"}),
+                          status, sentence));
         EXPECT_FALSE(fs::exists(studio / "out"));
     }
 }

@@ -266,20 +266,33 @@ TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {
 
 TEST(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
     SmallStudio studio;
-    for (const Arguments& more :
-         {Arguments{"-d", "--rgbd", "left"}, Arguments{"-d", "-n", "x.onnx"},
-          Arguments{"--rgbd", "left", "-l"}, Arguments{"--rgbd", "up"},
-          Arguments{"--depth-kind", "metric"}, Arguments{"-d", "--depth-kind", "near"},
-          Arguments{"-d", "--depth-kind", "metric:0"},
-          Arguments{"-d", "--depth-kind", "metric:5,5"}, Arguments{"--net-profile", "x.json"},
-          Arguments{"-l", "--net-profile", "x.json"},
-          Arguments{"-l", "-n", "x.onnx", "--net-profile", "x.json"}, Arguments{"--strength", "-1"},
-          Arguments{"--strength", "nan"}, Arguments{"--strength", "1e999"},
-          Arguments{"--focus", "1.01"}, Arguments{"--fit", "fill"},
-          Arguments{"--sampling", "cubic"}}) {
+    const std::string kinds = ", expected near-white, far-white, metric or metric:UNITS_PER_METRE";
+    const std::pair<Arguments, std::string> cases[] = {
+        {{"-d", "--rgbd", "left"}, "-d and --rgbd exclude each other"},
+        {{"-d", "-n", "x.onnx"}, "-d and -n exclude each other"},
+        {{"--rgbd", "left", "-l"}, "--rgbd and -l exclude each other"},
+        {{"--rgbd", "up"}, "--rgbd is \"up\", expected right, left, top or bottom"},
+        {{"--depth-kind", "metric"}, "expected -d or --rgbd with it"},
+        {{"-d", "--depth-kind", "near"}, "--depth-kind is \"near\"" + kinds},
+        {{"-d", "--depth-kind", "metric:0"}, "--depth-kind is \"metric:0\"" + kinds},
+        {{"-d", "--depth-kind", "metric:5,5"}, "--depth-kind is \"metric:5,5\"" + kinds},
+        {{"--net-profile", "x.json"}, "--net-profile describes a network file, expected -n FILE"},
+        {{"-l", "--net-profile", "x.json"}, "-l and --net-profile exclude each other"},
+        {{"-l", "-n", "x.onnx", "--net-profile", "x.json"},
+         "-l and --net-profile exclude each other"},
+        {{"-d", "--network-size", "64"}, "-d and --network-size exclude each other"},
+        {{"--network-size", "64"}, "--network-size is about a network, but there is none"},
+        {{"--network-size", "15"}, "--network-size is \"15\", expected a number 16..4096"},
+        {{"--strength", "-1"}, "--strength is \"-1\", expected a number 0..100"},
+        {{"--strength", "nan"}, "--strength is \"nan\", expected a number 0..100"},
+        {{"--strength", "1e999"}, "--strength is \"1e999\", expected a number 0..100"},
+        {{"--focus", "1.01"}, "--focus is \"1.01\", expected a number 0..1"},
+        {{"--fit", "fill"}, "--fit is \"fill\", expected cover, contain or stretch"},
+        {{"--sampling", "cubic"}, "--sampling is \"cubic\", expected nearest or linear"}};
+    for (const auto& [more, sentence] : cases) {
         Arguments call = more + studio.display() + Arguments{"photo.png"};
         if (more.front() == "-d") call.emplace_back("depth.png");
-        EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"a.png"}), 2, "--"));
+        EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"a.png"}), 2, sentence));
     }
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "a.png"}),
                       2, "PHOTO DEPTH OUT"));
@@ -467,9 +480,9 @@ TEST(Photo2Native, VerboseTellsWhatTheRunNeeded) {
         EXPECT_NE(outcome.out.find(part), std::string::npos) << part << outcome.out;
     const Json report = Json::parse(slurp(studio / "r.json"));
     for (const char* stage : {"start", "plan", "display"})
-        EXPECT_GE(report.at("setupMilliseconds").at(stage).get<double>(), 0) << stage;
-    EXPECT_GE(report.at("peakMegabytes").get<double>(), 0);
-    EXPECT_GE(report.at("pictures").at(0).at("milliseconds").at("save").get<double>(), 0);
+        EXPECT_GT(report.at("setupMilliseconds").at(stage).get<double>(), 0) << stage;
+    EXPECT_GT(report.at("peakMegabytes").get<double>(), 1); // the program alone is larger
+    EXPECT_GT(report.at("pictures").at(0).at("milliseconds").at("save").get<double>(), 0);
 }
 
 TEST(Photo2Native, OfABrokenPhotoAndABrokenDepthThePhotoIsNamed) {
@@ -578,7 +591,7 @@ TEST(Photo2Native, TheReportLetsOneMakeThePictureAgain) {
         EXPECT_TRUE(report.at("warnings").empty());
         EXPECT_EQ(picture.at("photoWidth"), 90);
         for (const char* stage : {"read", "depth", "fit", "views", "native", "write"})
-            EXPECT_GE(picture.at("milliseconds").at(stage).get<double>(), 0) << stage;
+            EXPECT_GT(picture.at("milliseconds").at(stage).get<double>(), 0) << stage;
     }
 }
 

@@ -1,6 +1,8 @@
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/onnx.hpp"
+#include "support/processors.hpp"
 #include "support/video.hpp"
 
 #include <chrono>
@@ -9,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <sys/stat.h>
 #include <thread>
 
@@ -119,49 +122,210 @@ TEST(Video2NativeTool, ATurnedVideoIsUprightAndSaysSoNoMore) {
               std::vector<std::string>());
 }
 
-// The Native that the library makes of one frame, step by step.
-cv::Mat nativeOf(const Sandbox& studio, const cv::Mat& photo, const cv::Mat& depth,
-                 const ViewOptions& views) {
-    const PhotoFit fit = fitPhoto(photo.size(), 96.0 / 128, {30, 40});
-    cv::Mat fittedPhoto;
-    cv::Mat fittedDepth;
-    cv::Mat quilt;
-    applyFit(photo, fit, fittedPhoto);
-    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, views.focus, fittedDepth);
-    QuiltLayout layout;
-    layout.columns = 3;
-    layout.rows = 2;
-    layout.tileSize = {30, 40};
-    layout.viewCount = 6;
-    Depth2Quilt(layout, views).render(fittedPhoto, fittedDepth, quilt);
-    return libraryNative(studio, quilt, 3, 2);
+// What the tool wrote into native.mkv, frame by frame, is what the library makes of clip.mp4 and
+// the depths.
+void expectNatives(const Sandbox& studio, const Calibration& calibration,
+                   const std::vector<cv::Mat>& depths, const LibraryRoad& road,
+                   const std::string& call) {
+    SCOPED_TRACE(call);
+    VideoReader natives(studio / "native.mkv");
+    VideoReader clip(studio / "clip.mp4");
+    for (const cv::Mat& depth : depths) {
+        const auto native = natives.next();
+        const auto frame = clip.next();
+        ASSERT_TRUE(native && frame);
+        ASSERT_TRUE(
+            samePicture(native->picture, libraryNative(calibration, frame->picture, depth, road)));
+    }
+    EXPECT_FALSE(natives.next());
 }
 
-TEST(Video2NativeTool, AFrameIsTheNativeOfThePhotoAndItsDepth) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    VideoStudio studio(0.5);
-    for (const ViewMethod method : {ViewMethod::Layered, ViewMethod::Fast}) {
-        const char* const name = method == ViewMethod::Fast ? "fast" : "layered";
-        ASSERT_TRUE(isDone(studio.run(
-            kTool, studio.call("native.mkv", {"-y", "--codec", "ffv1", "--no-subtitles", "--method",
-                                              name, "--strength", "20", "--focus", "0.3"}))));
-        VideoReader native(studio / "native.mkv");
-        VideoReader clip(studio / "clip.mp4");
-        VideoReader depths(studio / "depth.mp4");
-        ViewOptions views;
-        views.method = method;
-        views.strengthPercent = 20;
-        views.focus = 0.3;
-        const auto frame = clip.next();
-        const auto depthFrame = depths.next();
-        ASSERT_TRUE(frame && depthFrame);
-        cv::Mat raw;
-        cv::Mat depth;
-        cv::cvtColor(depthFrame->picture, raw, cv::COLOR_BGR2GRAY);
-        raw.convertTo(depth, CV_32F, 1 / 255.0); // as it was given
-        EXPECT_TRUE(
-            samePicture(native.next()->picture, nativeOf(studio, frame->picture, depth, views)));
+// The grey values of depth.mp4 as they are.
+std::vector<cv::Mat> givenDepths(const Sandbox& studio) {
+    VideoReader reader(studio / "depth.mp4");
+    std::vector<cv::Mat> depths;
+    while (const auto frame = reader.next()) {
+        cv::Mat grey;
+        cv::cvtColor(frame->picture, grey, cv::COLOR_BGR2GRAY);
+        grey.convertTo(depths.emplace_back(), CV_32F, 1 / 255.0);
     }
+    return depths;
+}
+
+const Arguments kLossless{"-y", "--codec", "ffv1", "--no-audio", "--no-subtitles"};
+
+TEST(Video2NativeTool, EveryFrameIsTheNativeOfThePhotoAndItsDepth) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(0.2);
+    const std::vector<cv::Mat> depths = givenDepths(studio);
+    ASSERT_EQ(depths.size(), 6u);
+    writeCalibration(studio / "other.json", {128, 96}, 50, "OTHER-2");
+    std::string both = slurp(studio / "small.json") + "," + slurp(studio / "other.json");
+    spill(studio / "both.json", "[" + both + "]");
+    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
+    const Calibration small = readCalibration(studio / "small.json");
+    const Calibration other = readCalibration(studio / "other.json");
+
+    struct Case {
+        Arguments arguments;
+        LibraryRoad road;
+        bool other = false; // display
+    };
+    std::vector<Case> cases;
+    const auto add = [&](const Arguments& arguments, const std::function<void(LibraryRoad&)>& set) {
+        cases.push_back({arguments, {}, false});
+        cases.back().road.views.strengthPercent = 40; // at 30 px, 10 % would show little
+        set(cases.back().road);
+        return &cases.back();
+    };
+    const auto direct = [](bool keep, ViewPositions positions) {
+        return [=](LibraryRoad& road) {
+            road.quilt = false;
+            road.keep = keep;
+            road.positions = positions;
+        };
+    };
+    const auto real = [](LibraryRoad& road) { road.views.method = ViewMethod::Real; };
+    const auto none = [](LibraryRoad&) {};
+    add({}, none);
+    add({"--profile", "balanced"}, none);
+    add({"--profile", "live"}, [](LibraryRoad& road) { road.views.method = ViewMethod::Fast; });
+    add({"--profile", "best"}, direct(true, ViewPositions::Continuous));
+    add({"--profile", "best", "-g"}, [](LibraryRoad& road) { // cannot be continuous
+        road.views.method = ViewMethod::Real;
+        road.keep = true;
+    });
+    add({"-k"}, direct(true, ViewPositions::Discrete));
+    add({"--keep"}, direct(true, ViewPositions::Discrete));
+    add({"--continuous"}, direct(false, ViewPositions::Continuous));
+    add({"--method", "fast"}, [](LibraryRoad& road) { road.views.method = ViewMethod::Fast; });
+    add({"--method", "fast", "--refine", "3"}, [](LibraryRoad& road) {
+        road.views.method = ViewMethod::Fast;
+        road.views.refinement = 3;
+    });
+    add({"-g"}, real);
+    add({"--geometric"}, real);
+    add({"--method", "real", "--inpaint", "ns", "--inpaint-from", "behind"}, [](LibraryRoad& road) {
+        road.views.method = ViewMethod::Real;
+        road.views.real.inpainting = Inpainting::NavierStokes;
+        road.views.real.backgroundOnly = true;
+    });
+    add({"--focus", "0.3"}, [](LibraryRoad& road) { road.views.focus = 0.3; });
+    add({"--dilate", "3"}, [](LibraryRoad& road) { road.views.layered.edgeDilationPixels = 3; });
+    add({"--soft-edges", "0"}, [](LibraryRoad& road) { road.views.layered.softEdgePixels = 0; });
+    add({"--fill", "continue"},
+        [](LibraryRoad& road) { road.views.layered.fill = LayeredFill::Continue; });
+    add({"--fit", "stretch"}, [](LibraryRoad& road) { road.fit = FitMode::Stretch; });
+    add({"--view-filter", "linear"},
+        [](LibraryRoad& road) { road.sampling.views = ViewFilter::Linear; });
+    add({"--sampling", "linear"},
+        [](LibraryRoad& road) { road.sampling.inTile = TileSampling::Linear; });
+    add({"--invert", "off"}, [](LibraryRoad& road) { road.invert = InvertViews::Off; });
+    add({"--layout", "4x2", "--resolution", "20x18"}, [](LibraryRoad& road) {
+        road.layout = {2, 4, {18, 20}, 8};
+    });
+    add({"-m", "a.map"}, none);
+    add({"--map", "a.map"}, none);
+    add({"--calibration", "other.json", "--fit", "contain"}, [](LibraryRoad& road) {
+        road.fit = FitMode::Contain;
+    })->other = true;
+    add({"-c", "both.json", "--serial", "TEST-1"}, none);
+    add({"-c", "both.json", "--serial", "other-2", "--fit", "contain"}, [](LibraryRoad& road) {
+        road.fit = FitMode::Contain;
+    })->other = true;
+    for (const auto& [arguments, road, otherDisplay] : cases) {
+        // what is given last counts
+        const Outcome outcome =
+            studio.run(kTool, kLossless + studio.display() +
+                                  Arguments{"--strength", "40", "--depth", "depth.mp4"} +
+                                  arguments + Arguments{"clip.mp4", "native.mkv"});
+        ASSERT_EQ(outcome.status, 0) << outcome.text();
+        expectNatives(studio, otherDisplay ? other : small, depths, road, outcome.call);
+    }
+}
+
+// The depth of clip.mp4 by the library, as often and of the input size that is asked for.
+std::vector<cv::Mat> estimatedDepths(const Sandbox& studio, const VideoDepth::Estimator& estimate,
+                                     int every) {
+    VideoDepthOptions options;
+    options.every = every;
+    VideoDepth depth(estimate, DepthKind::NearWhite, options);
+    VideoReader clip(studio / "clip.mp4");
+    std::vector<cv::Mat> depths;
+    while (const auto frame = clip.next())
+        depth.next(frame->picture, depths.emplace_back());
+    return depths;
+}
+
+TEST(Video2NativeTool, NetworksAreRunAsOftenAndAsLargeAsAsked) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(0.2);
+    fs::create_directory(studio / "net");
+    spill(studio / "net/small.onnx", onnx::mixModel({0.2F, 0.3F, 0.5F}, {64, 32}));
+    spill(studio / "net/large.onnx", onnx::mixModel({0.9F, 0.1F, 0.0F}, {64, 32}));
+    spill(studio / "net/catalog.json", R"({"networks": [
+        {"name": "small", "file": "small.onnx", "inputWidth": 64, "inputHeight": 32,
+         "multipleOf": 16},
+        {"name": "big", "file": "large.onnx", "inputWidth": 64, "inputHeight": 32,
+         "multipleOf": 16, "large": true}]})");
+    studio.set("ALTIRO3D_MODELS", (studio / "net").string());
+    spill(studio / "mine.onnx", onnx::mixModel({0.1F, 0.6F, 0.3F}, {32, 96}));
+    spill(studio / "mine.json", R"({"name": "mine", "inputWidth": 32, "inputHeight": 96})");
+
+    struct Case {
+        Arguments arguments;
+        const char* file;
+        cv::Size input;
+        int every; // 0: as the pictures need it
+    };
+    const Case cases[] = {
+        {{}, "net/small.onnx", {64, 32}, 0},
+        {{"-n", "small", "--depth-every", "auto"}, "net/small.onnx", {64, 32}, 0},
+        {{"--network", "net/small.onnx", "--depth-every", "2"}, "net/small.onnx", {64, 32}, 2},
+        {{"--depth-every", "1"}, "net/small.onnx", {64, 32}, 1},
+        {{"--profile", "best"}, "net/small.onnx", {64, 32}, 1},
+        {{"--profile", "best", "--depth-every", "4"}, "net/small.onnx", {64, 32}, 4},
+        {{"--network-size", "32"}, "net/small.onnx", {32, 16}, 0},
+        {{"--network-size", "128"}, "net/small.onnx", {128, 64}, 0},
+        {{"-l"}, "net/large.onnx", {64, 32}, 0},
+        {{"--large"}, "net/large.onnx", {64, 32}, 0},
+        {{"-n", "mine.onnx", "--net-profile", "mine.json"}, "mine.onnx", {32, 96}, 0}};
+    const RestoredThreads restored;
+    cv::setNumThreads(1); // as -j 1: a network's sums depend on it
+    for (const auto& [arguments, file, input, every] : cases) {
+        const Outcome outcome = studio.run(
+            kTool, kLossless + studio.display() + Arguments{"-j", "1", "--report", "r.json"} +
+                       arguments + Arguments{"clip.mp4", "native.mkv"});
+        ASSERT_TRUE(isDone(outcome));
+        const Json report = Json::parse(slurp(studio / "r.json"));
+        EXPECT_EQ(report["settings"]["networkSize"], Json({input.width, input.height}))
+            << outcome.call;
+        EXPECT_EQ(report["settings"]["depthEvery"], every) << outcome.call;
+        if (every > 0) {
+            EXPECT_EQ(report["inferences"], (6 + every - 1) / every) << outcome.call;
+        }
+        NetworkProfile profile;
+        profile.name = "reference";
+        profile.inputWidth = std::string(file) == "mine.onnx" ? 32 : 64;
+        profile.inputHeight = std::string(file) == "mine.onnx" ? 96 : 32;
+        profile.multipleOf = 16;
+        DepthNetwork network(studio / file, profile, InferenceTarget::Cpu, input);
+        LibraryRoad road;
+        if (report["settings"]["profile"] == "best") {
+            road.quilt = false;
+            road.keep = true;
+            road.positions = ViewPositions::Continuous;
+        }
+        expectNatives(
+            studio, readCalibration(studio / "small.json"),
+            estimatedDepths(
+                studio, [&](const cv::Mat& picture, cv::Mat& raw) { network.infer(picture, raw); },
+                every),
+            road, outcome.call);
+    }
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--network-size", "5000",
+                                                                     "clip.mp4", "o.mkv"}),
+                      2, "--network-size is \"5000\", expected a number 16..4096"));
 }
 
 TEST(Video2NativeTool, FramesDoNotDependOnThreadsOrOrder) {
@@ -170,10 +334,10 @@ TEST(Video2NativeTool, FramesDoNotDependOnThreadsOrOrder) {
     std::set<std::string> hashes;
     for (const Arguments& how : {Arguments{"-j", "1"}, Arguments{"-j", "2"}, Arguments{"-j", "5"},
                                  Arguments{"-j", "1", "--in-turn"}}) {
-        ASSERT_TRUE(isDone(studio.run(kTool, studio.display() + how +
-                                                 Arguments{"-y", "--codec", "ffv1", "clip.mp4",
-                                                           "native.mkv", "--no-subtitles"})) ||
-                    true);
+        fs::remove(studio / "native.mkv"); // else a run that fails leaves the one before
+        ASSERT_TRUE(isDone(studio.run(
+            kTool, studio.display() + how +
+                       Arguments{"--codec", "ffv1", "--no-subtitles", "clip.mp4", "native.mkv"})));
         hashes.insert(ffmpeg("-i " + arg(studio / "native.mkv") + " -map 0:v -f framemd5 -"));
     }
     EXPECT_EQ(hashes.size(), 1u);
@@ -225,6 +389,7 @@ TEST(Video2NativeTool, DepthComesInManyWaysToTheSameEnd) {
     };
     const std::string byOption = frames({"--depth", "depth.mp4", "clip.mp4"});
     EXPECT_EQ(frames({"-d", "clip.mp4", "depth.mp4"}), byOption);
+    EXPECT_EQ(frames({"--depthmode", "clip.mp4", "depth.mp4"}), byOption);
     fs::create_directory(studio / "depths");
     VideoReader depths(studio / "depth.mp4");
     for (int i = 1; const auto frame = depths.next(); ++i) {
@@ -260,8 +425,10 @@ TEST(Video2NativeTool, DepthComesInManyWaysToTheSameEnd) {
     VideoReader beside(studio / "native.mkv");
     frames({"--depth", "depth.mp4", "clip.mp4"});
     VideoReader apart(studio / "native.mkv");
-    while (const auto frame = beside.next())
+    int count = 0;
+    for (; const auto frame = beside.next(); ++count)
         EXPECT_GT(cv::PSNR(frame->picture, apart.next()->picture), 30); // of another depth size
+    EXPECT_EQ(count, 18);
     // a directory that is too short
     fs::remove(studio / "depths/d18.png");
     EXPECT_TRUE(warns(studio.run(kTool, studio.display() + Arguments{"-y", "--depth", "depths",
@@ -530,6 +697,13 @@ TEST(Video2NativeTool, ProgressIsForProgramsToo) {
 TEST(Video2NativeTool, WrongCallsSayWhatToDo) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(0.2);
+    const auto everything = [&] {
+        std::set<fs::path> files;
+        for (const auto& entry : fs::recursive_directory_iterator(studio.work()))
+            files.insert(entry.path());
+        return files;
+    };
+    const std::set<fs::path> before = everything();
     const std::pair<Arguments, const char*> wrong[] = {
         {{"clip.mp4"}, "expected IN and OUT, got 1 names"},
         {{"-d", "clip.mp4", "o.mp4"}, "expected IN DEPTH OUT, got 2 names"},
@@ -545,7 +719,8 @@ TEST(Video2NativeTool, WrongCallsSayWhatToDo) {
         {{"--from", "2", "--to", "1", "clip.mp4", "o.mp4"}, "expected a time after --from"},
         {{"--preview", "0", "clip.mp4", "o.mp4"}, "expected more than 0"},
         {{"--depth-every", "0", "clip.mp4", "o.mp4"}, "1..1000"},
-        {{"--depth-every", "2", "--depth", "depth.mp4", "clip.mp4", "o.mp4"}, "but here it is given"},
+        {{"--depth-every", "2", "--depth", "depth.mp4", "clip.mp4", "o.mp4"},
+         "but here it is given"},
         {{"--input-options", "size", "clip.mp4", "o.mp4"}, "expected name=value"},
         {{"--depth", "depth.mp4", "clip.mp4", "clip.mp4"}, "is an input too"},
         {{"--depth", "depth.mp4", "clip.mp4", "depth.mp4"}, "is an input too"}};
@@ -559,8 +734,7 @@ TEST(Video2NativeTool, WrongCallsSayWhatToDo) {
         {{"--depth", "missing.mp4", "clip.mp4", "o.mp4"}, "missing.mp4: does not exist"}};
     for (const auto& [arguments, message] : failing)
         EXPECT_TRUE(fails(studio.run(kTool, studio.display() + arguments), 1, message));
-    for (const auto& entry : fs::directory_iterator(studio.work()))
-        EXPECT_EQ(entry.path().string().find("o.mp4"), std::string::npos) << entry.path();
+    EXPECT_EQ(everything(), before);
     const Outcome compat = studio.run(kTool, studio.call("o.mp4", {"--compat"}));
     EXPECT_TRUE(warns(compat, "4:2:0"));
     EXPECT_EQ(ffprobe(studio / "o.mp4", "stream=pix_fmt", "-select_streams v"), "yuv420p\n");

@@ -374,6 +374,92 @@ TEST(Video2NativeTool, APartIsMadeWithItsSound) {
     EXPECT_FALSE(fs::exists(studio / "no.mp4"));
 }
 
+// --- on the display ----------------------------------------------------------------------------
+
+TEST(Video2NativeTool, ShowHandsTheNativesToTheViewerBesideIt) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(0.2);
+    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
+    // in place of altiro3Dview one that keeps what it is told and given
+    fs::create_directory(studio / "bin");
+    const fs::path tool = studio / "bin" / kTool;
+    fs::copy(toolPath(kTool), tool);
+    const auto viewerEndsWith = [&](const char* status) {
+        spill(studio / "bin/altiro3Dview",
+              std::string("#!/bin/sh\nprintf '%s\\n' \"$@\" >arguments\ncat >shown\nexit ") +
+                  status);
+        fs::permissions(studio / "bin/altiro3Dview", fs::perms::owner_all);
+    };
+    viewerEndsWith("0");
+    struct Case {
+        Arguments arguments;
+        std::vector<std::string> expected; // of altiro3Dview
+        ViewMethod method;
+    };
+    const Case cases[] = {
+        {{"-c", "small.json"}, {"--show", "-", "-c", "small.json"}, ViewMethod::Fast},
+        {{"-c", "small.json", "-m", "a.map"},
+         {"--show", "-", "-c", "small.json"},
+         ViewMethod::Fast},
+        {{"-m", "a.map", "--screen", "HDMI-1"},
+         {"--show", "-", "--screen", "HDMI-1"},
+         ViewMethod::Fast},
+        {{"-c", "small.json", "--screen", "1", "--serial", "TEST-1", "--profile", "balanced"},
+         {"--show", "-", "-c", "small.json", "--serial", "TEST-1", "--screen", "1"},
+         ViewMethod::Layered}};
+    const Calibration calibration = readCalibration(studio / "small.json");
+    const std::vector<cv::Mat> depths = givenDepths(studio);
+    for (const auto& [arguments, expected, method] : cases) {
+        const Outcome outcome =
+            studio.run(tool.string(), arguments + Arguments{"-q", "2x3", "-r", "40x30", "--depth",
+                                                            "depth.mp4", "--show", "clip.mp4"});
+        ASSERT_TRUE(isDone(outcome));
+        EXPECT_EQ(lines(slurp(studio / "arguments")), expected);
+        // late frames may be left out; each that is there is one of the Natives, in order
+        LibraryRoad road;
+        road.views.method = method;
+        std::vector<std::string> natives;
+        VideoReader clip(studio / "clip.mp4");
+        for (const cv::Mat& depth : depths) {
+            cv::Mat rgb;
+            cv::cvtColor(libraryNative(calibration, clip.next()->picture, depth, road), rgb,
+                         cv::COLOR_BGR2RGB);
+            natives.emplace_back(reinterpret_cast<const char*>(rgb.data), rgb.total() * 3);
+        }
+        const std::string head = "P6\n96 128\n255\n";
+        const std::string shown = slurp(studio / "shown");
+        std::size_t count = 0;
+        std::size_t next = 0;
+        for (std::size_t at = 0; at < shown.size(); ++count) {
+            ASSERT_EQ(shown.compare(at, head.size(), head), 0);
+            at += head.size();
+            while (next < natives.size() &&
+                   shown.compare(at, natives[next].size(), natives[next]) != 0)
+                ++next;
+            ASSERT_LT(next++, natives.size()) << "frame " << count << " is none of the Natives";
+            at += natives.front().size();
+        }
+        EXPECT_GE(count, 1u);
+        EXPECT_NE(outcome.out.find(std::to_string(count) + " frames shown, " +
+                                   std::to_string(natives.size() - count) + " dropped"),
+                  std::string::npos)
+            << outcome.text();
+    }
+    const Arguments call =
+        studio.display() + Arguments{"--depth", "depth.mp4", "--show", "clip.mp4"};
+    viewerEndsWith("1"); // and says itself why
+    EXPECT_EQ(studio.run(tool.string(), call).status, 1);
+    fs::remove(studio / "bin/altiro3Dview");
+    EXPECT_TRUE(fails(studio.run(tool.string(), call), 1,
+                      "altiro3Dview: cannot be started, expected it beside video2native"));
+    for (const char* option : {"--quilt", "--resume", "--compat"}) {
+        EXPECT_TRUE(fails(studio.run(tool.string(), Arguments{option} + call), 2,
+                          std::string("--show and ") + option + " exclude each other"));
+    }
+    EXPECT_TRUE(
+        fails(studio.run(tool.string(), call + Arguments{"o.mp4"}), 2, "expected IN, got 2 names"));
+}
+
 // --- inputs ----------------------------------------------------------------------------------
 
 TEST(Video2NativeTool, DepthComesInManyWaysToTheSameEnd) {

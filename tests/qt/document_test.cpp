@@ -131,13 +131,13 @@ TEST(ViewerDocument, PhotosAndTheirDepthImagesBecomeOne) {
 // What the window takes among volumes, in a directory of its own.
 class ViewerDisplay : public ::testing::Test {
   protected:
-    ViewerDisplay() {
+    void SetUp() override {
         QDir::setCurrent(QString::fromStdString(folder_.path().string()));
         qunsetenv("LKG_CALIBRATION");
         write("first.json", 100);
         write("second.json", 104);
     }
-    ~ViewerDisplay() override { QDir::setCurrent(before_); }
+    void TearDown() override { QDir::setCurrent(before_); }
     // The sample with a panel of that width.
     void write(const char* name, int width) const {
         std::string text = slurp(sourcePath("calibration/portrait-sample.json"));

@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 
+#include <cstring>
 #include <mutex>
 
 extern "C" {
@@ -52,6 +53,10 @@ FramePtr newFrame() {
 Fraction fraction(AVRational ratio) {
     if (ratio.num <= 0 || ratio.den <= 0) return {};
     return {ratio.num, ratio.den};
+}
+
+bool isMatroska(const AVOutputFormat& format) {
+    return std::strcmp(format.name, "matroska") == 0;
 }
 
 VideoTags tagsOf(const AVDictionary* dictionary) {

@@ -99,6 +99,8 @@ inline AVRational rational(const Fraction& fraction) {
 /// 0/1 where it is not known.
 Fraction fraction(AVRational ratio);
 
+bool isMatroska(const AVOutputFormat& format);
+
 /// Entries of a dictionary.
 VideoTags tagsOf(const AVDictionary* dictionary);
 /// Value of a name, or empty.

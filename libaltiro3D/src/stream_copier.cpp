@@ -60,17 +60,13 @@ bool isNamed(const OtherStream& attachment) {
     return has("filename") && has("mimetype");
 }
 
-bool isMatroska(const AVFormatContext& output) {
-    return std::strcmp(output.oformat->name, "matroska") == 0;
-}
-
 } // namespace
 
 StreamCopier::StreamCopier(std::shared_ptr<OtherStreams> source, AVFormatContext& output,
                            const std::string& path, const Wanted& wanted, Notes& notes)
     : source_(std::move(source)), output_(output) {
     routes_.reserve(source_->streams.size());
-    const bool mkv = isMatroska(output);
+    const bool mkv = isMatroska(*output.oformat);
     for (std::size_t i = 0; i < source_->streams.size(); ++i) {
         const OtherStream& stream = source_->streams[i];
         const AVCodecID codec = stream.parameters->codec_id;
@@ -124,10 +120,13 @@ StreamCopier::StreamCopier(std::shared_ptr<OtherStreams> source, AVFormatContext
             if (!isOfTheFile(name)) av_dict_set(&output.metadata, name.c_str(), value.c_str(), 0);
         }
     }
-    if (!wanted.chapters || source_->chapters.empty()) return;
+    if (wanted.chapters && !source_->chapters.empty()) addChapters();
+}
+
+void StreamCopier::addChapters() {
     const std::size_t count = source_->chapters.size();
-    output.chapters = static_cast<AVChapter**>(av_calloc(count, sizeof(AVChapter*)));
-    checkMemory(output.chapters);
+    output_.chapters = static_cast<AVChapter**>(av_calloc(count, sizeof(AVChapter*)));
+    checkMemory(output_.chapters);
     for (std::size_t i = 0; i < count; ++i) {
         const VideoChapter& from = source_->chapters[i];
         auto* const to = static_cast<AVChapter*>(av_mallocz(sizeof(AVChapter)));
@@ -137,7 +136,7 @@ StreamCopier::StreamCopier(std::shared_ptr<OtherStreams> source, AVFormatContext
         to->start = std::llround(from.start * 1e9);
         to->end = std::llround(from.end * 1e9);
         if (!from.title.empty()) av_dict_set(&to->metadata, "title", from.title.c_str(), 0);
-        output.chapters[output.nb_chapters++] = to;
+        output_.chapters[output_.nb_chapters++] = to;
     }
 }
 

@@ -46,6 +46,7 @@ class StreamCopier {
     };
 
     Route& addRoute(std::size_t index);
+    void addChapters();
     void addCopy(std::size_t index);
     bool addConversion(std::size_t index, AVCodecID to);
     bool canHold(const AVCodecParameters& parameters) const;

@@ -3,9 +3,6 @@
 #include "altiro3D/error.hpp"
 #include "text.hpp"
 
-#include <algorithm>
-#include <cstring>
-
 namespace altiro3D {
 
 namespace fs = std::filesystem;
@@ -38,10 +35,6 @@ VideoContainer::VideoContainer(const fs::path& path) : path_(path) {
         checkMemory(nullptr);
     }
     output_.reset(raw);
-}
-
-bool VideoContainer::isMatroska() const {
-    return std::strcmp(output_->oformat->name, "matroska") == 0;
 }
 
 void VideoContainer::open(const AVCodecParameters& pictures, const VideoWriterOptions& options,

@@ -22,7 +22,7 @@ class VideoContainer {
 
     /// FFmpeg's kind of container.
     const AVOutputFormat& kind() const { return *output_->oformat; }
-    bool isMatroska() const;
+    bool isMatroska() const { return altiro3D::isMatroska(kind()); }
 
     /// Begins the file.
     ///

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <map>
 #include <thread>
+#include <utility>
 
 extern "C" {
 #include <libavutil/opt.h>
@@ -125,6 +126,7 @@ struct VideoWriter::Impl {
 
   private:
     void openEncoder();
+    std::pair<ColourMatrix, ColourRange> setColours();
     void encode(const AVFrame* frame);
     void checkOpen() const;
 
@@ -154,6 +156,37 @@ VideoWriter::Impl::Impl(const fs::path& path, const VideoWriterOptions& given,
         checkMemory(nullptr);
     }
     container_.open(*parameters, options_, source, notes);
+}
+
+// How the encoder's pictures hold colours, as it will say of them.
+std::pair<ColourMatrix, ColourRange> VideoWriter::Impl::setColours() {
+    AVCodecContext& encoder = *encoder_;
+    ColourMatrix matrix = ColourMatrix::Rgb;
+    ColourRange range = ColourRange::Full;
+    if (!isRgb(format_)) {
+        const ColourMatrix before = options_.colour ? options_.colour->matrix : ColourMatrix::Bt601;
+        matrix = before == ColourMatrix::Bt2020 || options_.size.height < kLinesOfHighDefinition
+                     ? before
+                     : ColourMatrix::Bt709;
+        if (matrix == ColourMatrix::Rgb) matrix = ColourMatrix::Bt601; // of a small RGB source
+        matrix = options_.matrix.value_or(matrix);
+        range = options_.range.value_or(ColourRange::Limited);
+    }
+    encoder.colorspace = colourSpace(matrix);
+    encoder.color_range = colourRange(range);
+    if (format_ == AV_PIX_FMT_YUV420P) encoder.chroma_sample_location = AVCHROMA_LOC_LEFT;
+    encoder.color_primaries = AVCOL_PRI_UNSPECIFIED;
+    encoder.color_trc = AVCOL_TRC_UNSPECIFIED;
+    if (options_.colour) {
+        encoder.color_primaries = static_cast<AVColorPrimaries>(options_.colour->primaries);
+        encoder.color_trc = static_cast<AVColorTransferCharacteristic>(options_.colour->transfer);
+    }
+    if (matrix == ColourMatrix::Bt709) {
+        if (encoder.color_primaries == AVCOL_PRI_UNSPECIFIED)
+            encoder.color_primaries = AVCOL_PRI_BT709;
+        if (encoder.color_trc == AVCOL_TRC_UNSPECIFIED) encoder.color_trc = AVCOL_TRC_BT709;
+    }
+    return {matrix, range};
 }
 
 void VideoWriter::Impl::openEncoder() {
@@ -189,32 +222,7 @@ void VideoWriter::Impl::openEncoder() {
         encoder.flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
     }
 
-    ColourMatrix matrix = ColourMatrix::Rgb;
-    ColourRange range = ColourRange::Full;
-    if (!isRgb(format_)) {
-        const ColourMatrix before = options_.colour ? options_.colour->matrix : ColourMatrix::Bt601;
-        matrix = before == ColourMatrix::Bt2020 || options_.size.height < kLinesOfHighDefinition
-                     ? before
-                     : ColourMatrix::Bt709;
-        if (matrix == ColourMatrix::Rgb) matrix = ColourMatrix::Bt601; // of a small RGB source
-        matrix = options_.matrix.value_or(matrix);
-        range = options_.range.value_or(ColourRange::Limited);
-    }
-    encoder.colorspace = colourSpace(matrix);
-    encoder.color_range = colourRange(range);
-    if (format_ == AV_PIX_FMT_YUV420P) encoder.chroma_sample_location = AVCHROMA_LOC_LEFT;
-    encoder.color_primaries = AVCOL_PRI_UNSPECIFIED;
-    encoder.color_trc = AVCOL_TRC_UNSPECIFIED;
-    if (options_.colour) {
-        encoder.color_primaries = static_cast<AVColorPrimaries>(options_.colour->primaries);
-        encoder.color_trc = static_cast<AVColorTransferCharacteristic>(options_.colour->transfer);
-    }
-    if (matrix == ColourMatrix::Bt709) {
-        if (encoder.color_primaries == AVCOL_PRI_UNSPECIFIED)
-            encoder.color_primaries = AVCOL_PRI_BT709;
-        if (encoder.color_trc == AVCOL_TRC_UNSPECIFIED) encoder.color_trc = AVCOL_TRC_BT709;
-    }
-
+    const auto [matrix, range] = setColours();
     Dictionary settings;
     if (hasQuality(options_.codec)) {
         settings.set("preset", options_.preset);

@@ -9,6 +9,9 @@ struct LayeredSettings : LayeredOptions {
     /// Largest |shift| that will be asked for (S/2), px, >= 0: hidden background is prepared so
     /// far. Beyond, views are still whole; their gaps repeat the last prepared pixel.
     double reachPixels = 32;
+
+    /// The step of depth that is torn: one that moves apart by tearPixels in the outermost view.
+    double tearStep() const { return tearPixels / reachPixels; }
 };
 
 /// Method Layered. Photo and depth must live as long as the renderer.

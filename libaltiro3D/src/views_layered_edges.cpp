@@ -166,7 +166,7 @@ void placeBorder(const std::uint8_t* bgr, int dilation, int leftLength, int righ
 void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
                  const LayeredSettings& options, std::vector<LayeredSurface>& surfaces) {
     const int width = static_cast<int>(offsets.size());
-    const double tear = options.tearPixels / options.reachPixels;
+    const double tear = options.tearStep();
     std::vector<float> buffer;
     for (int pass = 0; pass < kHardenPasses && options.softEdgePixels > 0; ++pass)
         hardenSteps(bgr, offsets, tear, options.softEdgePixels, buffer);

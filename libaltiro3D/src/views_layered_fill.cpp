@@ -220,7 +220,7 @@ class Background {
 
 void paintBackground(const cv::Mat& photo, const LayeredSettings& options, int direction,
                      LayeredScene& scene) {
-    Background(photo, direction, scene, options.tearPixels / options.reachPixels).paint();
+    Background(photo, direction, scene, options.tearStep()).paint();
 }
 
 } // namespace altiro3D

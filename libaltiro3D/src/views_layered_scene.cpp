@@ -42,7 +42,7 @@ int hiddenCount(const std::vector<float>& offsets, int first, double reach, doub
 // @param mirrored whether the surfaces and offsets are those of the mirrored row; bgr never is
 void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<float>& offsets,
                    const LayeredSettings& options, LayeredRow& row) {
-    const double tear = options.tearPixels / options.reachPixels;
+    const double tear = options.tearStep();
     const auto offsetAt = [&](int x) {
         return static_cast<double>(offsets[static_cast<std::size_t>(x)]);
     };

@@ -92,8 +92,9 @@ class DirectoryLock {
 std::string difference(const Json& before, const Json& now) {
     const auto text = [](const Json& all, const std::string& name) {
         if (!all.contains(name)) return std::string("not set");
-        if (all[name] == "") return std::string("set");
-        return all[name].is_string() ? all[name].get<std::string>() : all[name].dump();
+        if (!all[name].is_string()) return all[name].dump();
+        const auto given = all[name].get<std::string>();
+        return given.empty() ? std::string("set") : given;
     };
     for (const Json* all : {&before, &now}) {
         for (const auto& item : all->items()) {

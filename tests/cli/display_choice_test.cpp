@@ -72,7 +72,7 @@ TEST(DisplayChoice, TheSampleComesLastWithAWarning) {
     if (!findMountedCalibrations().empty()) GTEST_SKIP() << "a display is mounted here";
     SmallStudio studio;
     const Outcome outcome = studio.run("quilt2native", {"-q", "2x3", "quilt.png", "native.png"});
-    EXPECT_TRUE(warns(outcome, "not be in register"));
+    EXPECT_TRUE(warns(outcome, "doubled and blurred"));
     EXPECT_EQ(readBack(studio / "native.png").size(), cv::Size(1536, 2048));
 }
 

@@ -281,7 +281,7 @@ TEST(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
         {{"-l", "-n", "x.onnx", "--net-profile", "x.json"},
          "-l and --net-profile exclude each other"},
         {{"-d", "--network-size", "64"}, "-d and --network-size exclude each other"},
-        {{"--network-size", "64"}, "--network-size is about a network, but there is none"},
+        {{"--network-size", "64"}, "--network-size needs a depth network, but none was found"},
         {{"--network-size", "15"}, "--network-size is \"15\", expected a number 16..4096"},
         {{"--strength", "-1"}, "--strength is \"-1\", expected a number 0..100"},
         {{"--strength", "nan"}, "--strength is \"nan\", expected a number 0..100"},

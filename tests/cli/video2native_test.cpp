@@ -264,9 +264,9 @@ TEST(Video2NativeTool, NetworksAreRunAsOftenAndAsLargeAsAsked) {
     spill(studio / "net/small.onnx", onnx::mixModel({0.2F, 0.3F, 0.5F}, {64, 32}));
     spill(studio / "net/large.onnx", onnx::mixModel({0.9F, 0.1F, 0.0F}, {64, 32}));
     spill(studio / "net/catalog.json", R"({"networks": [
-        {"name": "small", "file": "small.onnx", "inputWidth": 64, "inputHeight": 32,
+        {"name": "midas-small", "file": "small.onnx", "inputWidth": 64, "inputHeight": 32,
          "multipleOf": 16},
-        {"name": "big", "file": "large.onnx", "inputWidth": 64, "inputHeight": 32,
+        {"name": "midas-large", "file": "large.onnx", "inputWidth": 64, "inputHeight": 32,
          "multipleOf": 16, "large": true}]})");
     studio.set("ALTIRO3D_MODELS", (studio / "net").string());
     spill(studio / "mine.onnx", onnx::mixModel({0.1F, 0.6F, 0.3F}, {32, 96}));
@@ -280,7 +280,7 @@ TEST(Video2NativeTool, NetworksAreRunAsOftenAndAsLargeAsAsked) {
     };
     const Case cases[] = {
         {{}, "net/small.onnx", {64, 32}, 0},
-        {{"-n", "small", "--depth-every", "auto"}, "net/small.onnx", {64, 32}, 0},
+        {{"-n", "midas-small", "--depth-every", "auto"}, "net/small.onnx", {64, 32}, 0},
         {{"--network", "net/small.onnx", "--depth-every", "2"}, "net/small.onnx", {64, 32}, 2},
         {{"--depth-every", "1"}, "net/small.onnx", {64, 32}, 1},
         {{"--profile", "best"}, "net/small.onnx", {64, 32}, 1},

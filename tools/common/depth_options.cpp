@@ -156,7 +156,8 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
         if (networkFile.empty()) {
             throw Error(ErrorCode::NotFound, *wanted,
                         "does not exist, expected an ONNX file or a network of the catalogue that "
-                        "has been downloaded (scripts/get-models.sh NAME)");
+                        "has been downloaded (" +
+                            downloadCommand("NAME") + ")");
         }
         if (!profile) {
             known = findProfile(catalog, networkFile);
@@ -182,7 +183,8 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
         if (networkFile.empty() && large) {
             throw Error(ErrorCode::NotFound, entry != nullptr ? entry->file : "-l",
                         "the large network was not found, expected it in the model search path "
-                        "(scripts/get-models.sh midas-large) or given with -n");
+                        "(" +
+                            downloadCommand(standardNetwork(true)) + ") or given with -n");
         }
     }
     const auto wantedSize = commandLine.wholeNumber("network-size", 16, 4096);
@@ -192,8 +194,8 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
     }
     if (networkFile.empty()) {
         description_ = "built-in estimator";
-        messages.say("depth: built-in estimator; for better depth get a network "
-                     "(scripts/get-models.sh midas-small) or give a depth image (-d)");
+        messages.say("depth: built-in estimator; for better depth get a network (" +
+                     downloadCommand(standardNetwork(false)) + ") or give a depth image (-d)");
         return;
     }
     const InferenceTarget target = chooseInferenceTarget(availableBackends());

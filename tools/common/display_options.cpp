@@ -100,9 +100,10 @@ Display findCalibration(const CommandLine& commandLine, const VolumeSearch& volu
     const fs::path sample = sampleCalibration();
     Display display = displayOf(readCalibration(sample), sample, invert);
     display.source = "the sample calibration of a Portrait";
-    messages.warn("no calibration was given or found: the sample one of a Portrait is used, and "
-                  "the picture will not be in register on a real display; give the display's "
-                  "own file with -c visual.json");
+    messages.warn(
+        "no calibration was given or found: the sample one of a Portrait is used, and "
+        "a real display will show the picture doubled and blurred; give the display's own "
+        "file with -c visual.json");
     return display;
 }
 

@@ -103,10 +103,8 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
     const NetworkProfile* const named = findProfile(catalog, file);
     if (named != nullptr && !named->sha256.empty() && named->sha256 != findings.sha256) {
         messages.warn(file.string() + ": is not the file that the catalogue knows as " +
-                      named->name +
-                      " (its SHA-256 is another): get it again with "
-                      "scripts/get-models.sh " +
-                      named->name);
+                      named->name + " (its SHA-256 is another): get it again with " +
+                      downloadCommand(named->name));
     }
     const bool known =
         std::any_of(catalog.begin(), catalog.end(), [&](const NetworkProfile& network) {
@@ -120,6 +118,13 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
     } else if (isNew) {
         keep(entry, findings);
     }
+}
+
+std::string downloadCommand(const std::string& name) {
+    const fs::path installed = fs::path(ALTIRO3D_INSTALL_DATA_DIR) / "get-models.sh";
+    std::error_code error;
+    const bool isInstalled = fs::exists(installed, error);
+    return (isInstalled ? installed.string() : "scripts/get-models.sh") + " " + name;
 }
 
 } // namespace altiro3D::tools

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <opencv2/core/types.hpp>
+#include <string>
 #include <vector>
 
 namespace altiro3D::tools {
@@ -22,5 +23,8 @@ namespace altiro3D::tools {
 void requireHarmless(const std::filesystem::path& file, const NetworkProfile& profile,
                      const std::vector<NetworkProfile>& catalog, cv::Size inputSize,
                      Messages& messages);
+
+/// The command that downloads a network of the catalogue, as it is called on this machine.
+std::string downloadCommand(const std::string& name);
 
 } // namespace altiro3D::tools

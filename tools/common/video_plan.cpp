@@ -87,8 +87,8 @@ VideoPlan planVideo(const CommandLine& commandLine) {
 void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const Display& display) {
     // What --resume goes on with may have left these files; where nothing is left it is a new run.
     std::error_code error;
-    const bool goesOn = commandLine.has("resume") && !plan.show &&
-                        fs::exists(ResumableVideoWriter::partsDirectory(plan.output), error);
+    const bool goesOn =
+        commandLine.has("resume") && !plan.show && ResumableVideoWriter::isUnfinished(plan.output);
     Outputs outputs(commandLine.has("y") || goesOn);
     for (const fs::path& file : display.files)
         outputs.addInput(file);

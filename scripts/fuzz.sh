@@ -9,7 +9,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=${1:-30}
 [[ $# -eq 0 ]] || shift
-build=${ALTIRO3D_FUZZ_BUILD:-build/fuzz}
+build=build/fuzz
 
 if ! command -v clang++ >/dev/null ||
     ! echo 'extern "C" int LLVMFuzzerTestOneInput(const unsigned char*, unsigned long) { return 0; }' |

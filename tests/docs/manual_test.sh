@@ -16,6 +16,7 @@ fail() {
 for need in groff man script; do
     command -v "$need" >/dev/null || { echo "skipped: needs $need"; exit 77; }
 done
+script -qc true /dev/null >/dev/null 2>&1 || { echo "skipped: needs pseudo-terminals (/dev/pts)"; exit 77; }
 
 count=0
 for page in "$manual"/*.1; do

@@ -828,7 +828,9 @@ TEST(OrOutOfMemory, NamesWhatIsToBlameAndLetsOtherErrorsPass) {
 
 TEST_F(ImageIo, MemoryThatRunsOutBehindTheDecoderIsAnErrorOfTheFile) {
     ALTIRO3D_REQUIRE_MEMORY_LIMITS();
-    spill(directory / "grey.pgm", "P5 4000 4000 255\n" + std::string(16000000, 'g'));
+    std::string file = "P5 4000 4000 255\n";
+    file.resize(file.size() + 16000000, 'g');
+    spill(directory / "grey.pgm", file);
     const auto codeOf = [&](std::size_t megabytes, const auto& work) {
         const pid_t child = fork();
         if (child == 0) {

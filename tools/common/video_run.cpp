@@ -133,6 +133,10 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     studio.layout = plan.fromQuilt
                         ? chooseQuilt(commandLine, studio.display, messages, plan.input, facts.size)
                         : chooseQuilt(commandLine, studio.display, messages);
+    if (plan.product == VideoProduct::Quilt && !commandLine.has("r") && !studio.display.map) {
+        cv::Size& tile = studio.layout.tileSize; // 4:2:0 has even sides only
+        tile = {std::max(2, tile.width / 2 * 2), std::max(2, tile.height / 2 * 2)};
+    }
     if (plan.product == VideoProduct::Quilt) {
         plan.output = quiltFileName(plan.output, studio.layout, studio.display.panelAspect());
     }

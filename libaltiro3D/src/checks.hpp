@@ -40,6 +40,25 @@ inline void checkType(const cv::Mat& picture, std::initializer_list<int> types, 
     check(fits, subject, shapeText(picture) + ", expected " + expected);
 }
 
+/// Throws unless a photo and its depth, or distance, are of one size that views can be made of.
+/// @param subject what belongs to the photo: "depth" or "distance"
+/// @param expected its type, for people
+inline void checkPhotoAndDepth(const cv::Mat& photo, const cv::Mat& depth, const char* subject,
+                               const char* expected) {
+    constexpr int kMaxViewSide = 32766; // cv::remap's limit
+    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
+    checkType(depth, {CV_32FC1}, subject, expected);
+    if (photo.size() != depth.size()) {
+        throw Error(ErrorCode::Mismatch, subject,
+                    "has " + sizeText(depth.size()) + " px, expected the photo's " +
+                        sizeText(photo.size()) + " px");
+    }
+    if (photo.cols > kMaxViewSide || photo.rows > kMaxViewSide) {
+        throw Error(ErrorCode::TooLarge, "photo",
+                    "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
+    }
+}
+
 /// Throws InvalidArgument where a result is an input of the same call or shares memory with it. To
 /// be called before the result is allocated, which would take an input's memory away.
 /// @param subject the result's name @param inputName the input's, as "photo"

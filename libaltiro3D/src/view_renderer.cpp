@@ -10,26 +10,6 @@
 
 namespace altiro3D {
 
-namespace {
-
-constexpr int kMaxViewSide = 32766; // cv::remap's limit
-
-void checkInputs(const cv::Mat& photo, const cv::Mat& depth) {
-    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
-    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1 of 0..1");
-    if (photo.size() != depth.size()) {
-        throw Error(ErrorCode::Mismatch, "depth",
-                    "has " + sizeText(depth.size()) + " px, expected the photo's " +
-                        sizeText(photo.size()) + " px");
-    }
-    if (photo.cols > kMaxViewSide || photo.rows > kMaxViewSide) {
-        throw Error(ErrorCode::TooLarge, "photo",
-                    "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
-    }
-}
-
-} // namespace
-
 float halfParallaxOf(const ViewOptions& options, int width) {
     return static_cast<float>(options.strengthPercent / 100 * width / 2);
 }
@@ -79,7 +59,7 @@ void renderWhole(const ViewRenderer& renderer, double shiftPixels, cv::Mat& view
 
 std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
                                            const ViewOptions& options, double reach) {
-    checkInputs(photo, depth);
+    checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1 of 0..1");
     try {
         return rendererOf(photo, depth, options, reach);
     } catch (const std::bad_alloc&) {

@@ -3,6 +3,7 @@
 #include "altiro3D/camera.hpp"
 
 #include "altiro3D/error.hpp"
+#include "checks.hpp"
 #include "text.hpp"
 #include "views_real_cells.hpp"
 #include "views_real_holes.hpp"
@@ -14,8 +15,6 @@
 namespace altiro3D {
 
 namespace {
-
-constexpr int kMaxViewSide = 32766;
 
 struct Point {
     int x;
@@ -41,34 +40,12 @@ void spread(const Point& point, cv::Size size, const Use& use) {
     }
 }
 
-void checkInputs(const cv::Mat& photo, const cv::Mat& distance) {
-    if (photo.empty() || photo.type() != CV_8UC3) {
-        throw Error(ErrorCode::InvalidArgument, "photo",
-                    "is of type " + cv::typeToString(photo.type()) + " and size " +
-                        sizeText(photo.size()) +
-                        ", expected CV_8UC3 (8-bit BGR) of at least 1 x 1 px");
-    }
-    if (distance.type() != CV_32FC1) {
-        throw Error(ErrorCode::InvalidArgument, "distance",
-                    "is of type " + cv::typeToString(distance.type()) + ", expected CV_32FC1");
-    }
-    if (photo.size() != distance.size()) {
-        throw Error(ErrorCode::Mismatch, "distance",
-                    "has " + sizeText(distance.size()) + " px, expected the photo's " +
-                        sizeText(photo.size()) + " px");
-    }
-    if (photo.cols > kMaxViewSide || photo.rows > kMaxViewSide) {
-        throw Error(ErrorCode::TooLarge, "photo",
-                    "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
-    }
-}
-
 } // namespace
 
 void renderReal(const cv::Mat& photo, const cv::Mat& distance, const CameraIntrinsics& photoCamera,
                 const CameraIntrinsics& viewCamera, const CameraPose& pose,
                 const RealOptions& options, cv::Mat& view) {
-    checkInputs(photo, distance);
+    checkPhotoAndDepth(photo, distance, "distance", "CV_32FC1");
     validate(photoCamera);
     validate(viewCamera);
     validate(pose);

@@ -505,7 +505,8 @@ TEST(ViewsReal, WrongInputsAreRefusedByName) {
         return errorOf([&] { renderReal(p, z, a, b, pose, {}, view); });
     };
     EXPECT_EQ(error(cv::Mat(), distance, k, k).find("photo: "), 0U);
-    EXPECT_EQ(error(photo, cv::Mat(6, 8, CV_64FC1), k, k).find("distance: is of type CV_64F"), 0U);
+    EXPECT_EQ(error(photo, cv::Mat(6, 8, CV_64FC1), k, k).find("distance: is 8 x 6 px of CV_64FC1"),
+              0U);
     EXPECT_EQ(error(photo, cv::Mat(6, 9, CV_32FC1), k, k),
               "distance: has 9 x 6 px, expected the photo's 8 x 6 px");
     EXPECT_EQ(error(photo, distance, {0, 1, 0, 0}, k).find("fx: is 0"), 0U);

@@ -104,11 +104,7 @@ Outputs checkedOutputs(const CommandLine& commandLine, const Display& display, c
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 2) {
-        throw UsageError("expected NATIVE and OUT, got " +
-                         std::to_string(commandLine.files().size()) +
-                         " names; see native2view --help");
-    }
+    if (commandLine.files().size() != 2) commandLine.failNames("NATIVE and OUT");
     const fs::path& nativeFile = commandLine.files()[0];
     const Display display = findDisplay(commandLine, messages);
     if (!display.calibration) {
@@ -117,6 +113,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     }
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
     const Job job = planJob(commandLine, display, layout);
+    requireFile(nativeFile);
     const Outputs outputs = checkedOutputs(commandLine, display, job);
     StageTimes times;
     const cv::Mat native = readPhotoFile(nativeFile, messages);
@@ -125,13 +122,14 @@ int run(const CommandLine& commandLine, Messages& messages) {
                     "has " + std::to_string(native.cols) + " x " + std::to_string(native.rows) +
                         " px, expected a Native of the panel's " +
                         std::to_string(display.panelSize.width) + " x " +
-                        std::to_string(display.panelSize.height) + " px");
+                        std::to_string(display.panelSize.height) + " px (" + display.source +
+                        "; -c gives another)");
     }
     times.end("read");
     outputs.makeDirectories();
     cv::Mat quilt;
     if (job.quilt) {
-        messages.say("quilt: " + layout.text());
+        messages.say("quilt: " + quiltText(layout, display.panelAspect()));
         quilt = cv::Mat(layout.size(), CV_8UC3, cv::Scalar::all(0));
     }
     Progress progress(job.eyes.size());
@@ -156,9 +154,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     times.end("views");
     const bool several = job.files.size() > 1;
     messages.say((several ? commandLine.files()[1] : job.files.front()).string() + ": " +
-                 std::to_string(job.eyes.size()) + (job.eyes.size() == 1 ? " view, " : " views, ") +
-                 std::to_string(sized.cols) + " x " + std::to_string(sized.rows) + " px" +
-                 (several || job.quilt ? " each" : ""));
+                 counted(job.eyes.size(), "view") + ", " + std::to_string(sized.cols) + " x " +
+                 std::to_string(sized.rows) + " px" + (several || job.quilt ? " each" : ""));
     messages.detail(times.text());
     return kExitDone;
 }

@@ -55,7 +55,8 @@ AdjacentParallax tellParallax(const Studio& studio, const ViewOptions& views, co
     messages.say("parallax: strength " + fixed(views.strengthPercent, 1) + " %, focus " +
                  fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) +
                  " view px (" + fixed(parallax.panelPixels, 2) +
-                 " panel px) between adjacent views");
+                 " panel px) between adjacent views; up to " + fixed(kParallaxBudgetPixels, 0) +
+                 " view px look clean");
     warnAboutParallax(parallax, messages);
     return parallax;
 }
@@ -161,7 +162,8 @@ Json makePicture(const PhotoItem& item, Studio& studio, Messages& messages) {
         times.end("video");
     }
     if (saveOthers(item, studio, photo, depth, messages)) times.end("save");
-    writePicture(item.native, studio.native); // last: where it is, the rest is too
+    writePicture(item.native, studio.native,
+                 PictureMark::Native); // last: where it is, the rest is too
     times.end("write");
 
     Json report = {{"photo", item.photo.string()},
@@ -305,7 +307,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
     const PhotoPlan plan = planPhotos(commandLine, display, layout);
     const Outputs outputs = checkedOutputs(commandLine, plan, display, layout.viewCount);
-    messages.say("quilt: " + layout.text());
+    messages.say("quilt: " + quiltText(layout, display.panelAspect()));
     setup.end("plan");
     DepthSource depthSource(commandLine, messages);
     if (depthSource.network() != nullptr) setup.end("network");

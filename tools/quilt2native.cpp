@@ -28,19 +28,11 @@ struct Job {
     FitMode fit = FitMode::Stretch;
 };
 
-// FFmpeg takes a picture for a video of one frame.
-bool isPicture(const VideoReader& reader) {
-    const std::string& format = reader.facts().format;
-    const std::string ending = "_pipe";
-    return format == "image2" || format == "gif" ||
-           (format.size() > ending.size() &&
-            format.compare(format.size() - ending.size(), ending.size(), ending) == 0);
-}
-
 bool isVideo(const fs::path& file) {
     if (canWritePicture(file)) return false; // by its name
     try {
-        return !isPicture(VideoReader(file));
+        const VideoReader reader(file);
+        return !isPicture(reader.facts()) && reader.facts().format != "gif";
     } catch (const Error&) {
         return false; // who reads it as a picture says what is wrong with it
     }
@@ -48,11 +40,12 @@ bool isVideo(const fs::path& file) {
 
 void convertPicture(const Job& job, Messages& messages) {
     StageTimes times;
+    refuseNative(job.quilt, "a quilt");
     const cv::Mat picture = readPhotoFile(job.quilt, messages);
     times.end("read");
     const QuiltLayout layout =
         chooseQuilt(job.commandLine, job.display, messages, job.quilt, picture.size());
-    messages.say("quilt: " + layout.text());
+    messages.say("quilt: " + quiltText(layout, job.display.panelAspect()));
     const QuiltShape shape(job.quilt, layout, job.display, job.fit);
     Notes notes;
     const cv::Mat quilt = shape.apply(picture, &notes);
@@ -73,7 +66,7 @@ int convertVideo(const CommandLine& commandLine, Messages& messages) {
     plan.report = commandLine.value("report").value_or("");
     std::error_code error;
     plan.isFile = fs::is_regular_file(plan.input, error);
-    if (isPicture(VideoReader(plan.input))) {
+    if (isPicture(VideoReader(plan.input).facts())) {
         throw UsageError(plan.input.string() + ": is a picture, expected a video, or the name of a "
                                                "picture for the Native");
     }
@@ -92,11 +85,7 @@ bool isQuilt(const CommandLine& commandLine, Messages& messages) {
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 2) {
-        throw UsageError("expected QUILT and OUT, got " +
-                         std::to_string(commandLine.files().size()) +
-                         " names; see quilt2native --help");
-    }
+    if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT");
     if (commandLine.has("tell-kind")) {
         messages.leaveStandardOutput();
         std::cout << (isQuilt(commandLine, messages) ? "quilt" : "photo") << "\n";
@@ -119,6 +108,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         }
     }
     requirePictureName(job.native);
+    requireFile(job.quilt);
     job.display = findDisplay(commandLine, messages);
     Outputs outputs(commandLine.has("y"));
     outputs.addInput(job.quilt);

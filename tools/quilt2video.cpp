@@ -49,11 +49,7 @@ Views chooseViews(const CommandLine& commandLine, const std::optional<Calibratio
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 2) {
-        throw UsageError("expected QUILT and OUT, got " +
-                         std::to_string(commandLine.files().size()) +
-                         " names; see quilt2video --help");
-    }
+    if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT");
     const fs::path& quiltFile = commandLine.files()[0];
     const fs::path& output = commandLine.files()[1];
     const FitMode fit = fitOption(commandLine, FitMode::Cover);
@@ -62,6 +58,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const auto between = commandLine.choice("view-filter", {"nearest", "linear"});
     requireVideoName(output);
     Outputs outputs(commandLine.has("y"));
+    requireFile(quiltFile);
     outputs.addInput(quiltFile);
     std::optional<Calibration> display;
     if (const auto file = commandLine.value("c")) {
@@ -77,7 +74,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     cv::Mat quilt = readPhotoFile(quiltFile, messages);
     times.end("read");
     const Views views = chooseViews(commandLine, display, quiltFile, quilt.size(), messages);
-    messages.say("quilt: " + views.layout.text());
+    messages.say("quilt: " + quiltText(views.layout, views.aspect));
     Notes notes;
     quilt = fitQuilt(quilt, views.layout, &notes);
     messages.warn(notes);

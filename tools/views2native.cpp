@@ -19,10 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 2) {
-        throw UsageError("expected DIR and OUT, got " + std::to_string(commandLine.files().size()) +
-                         " names; see views2native --help");
-    }
+    if (commandLine.files().size() != 2) commandLine.failNames("DIR and OUT");
     const fs::path& directory = commandLine.files()[0];
     const fs::path& output = commandLine.files()[1];
     const FitMode mode = fitOption(commandLine, FitMode::Cover);
@@ -50,7 +47,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     }
     outputs.check();
 
-    messages.say("quilt: " + layout.text());
+    messages.say("quilt: " + quiltText(layout, display.panelAspect()));
     Progress progress(files.size());
     const ViewsQuilt views = quiltOfViews(
         directory, files, layout, display.panelAspect(), mode, messages,

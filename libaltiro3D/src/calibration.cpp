@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "image_header.hpp"
 #include "json_limits.hpp"
 #include "text.hpp"
 
@@ -40,6 +41,8 @@ std::string show(const json& value) {
 }
 
 json parseJson(const std::string& text, const std::string& source) {
+    if (readPictureHeader(text, {}).format != PictureFormat::Unknown)
+        fail(source, "is a picture, expected a display's visual.json");
     if (!isHandy(text, kMaxNesting, kMaxMembers)) {
         fail(source, "nests deeper than 64 levels or has an object of more than 1000 members, "
                      "expected a visual.json");

@@ -86,6 +86,8 @@ void readPng(string_view bytes, PictureHeader& header) {
             header.pictures = std::max(1u, reader.u32(data));
         } else if (name == "eXIf") {
             exif = readExif(chunk);
+        } else if (name == "tEXt" && chunk == kNativeMark) {
+            header.isNative = true;
         } else if ((name == "tEXt" || name == "zTXt") && (!text || text->orientation == 1)) {
             text = readExifInPngText(chunk, name == "zTXt");
         } else if (name == "IEND") {

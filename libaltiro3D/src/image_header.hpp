@@ -47,8 +47,12 @@ struct PictureHeader {
     std::size_t usableBytes = 0; ///< JPEG: all but a last segment that the cut has halved.
     bool hasWholeScan = false;   ///< JPEG: progressive and at least its first pass is complete.
     bool isUnmarkedCmyk = false; ///< JPEG: CMYK without Adobe's mark.
+    bool isNative = false;       ///< PNG: writePicture() has marked it as a Native.
     unsigned pictures = 1;       ///< Pages or frames in the file; more than 1 is a remark.
 };
+
+/// The text chunk of a PNG file that marks a Native: its keyword, a zero byte and its text.
+constexpr std::string_view kNativeMark("altiro3D\0Native", 15);
 
 /// Reads the header of a picture file without decoding or allocating for its pixels.
 ///

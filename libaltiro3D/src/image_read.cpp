@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <fstream>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -359,9 +361,31 @@ bool isGrey(const cv::Mat& bgr) {
     return true;
 }
 
+// Whether more than a few px differ visibly in their channels; in a large picture some rows tell.
+template <typename T>
+bool hasColours(const cv::Mat& bgr) {
+    constexpr int kMostRows = 512;
+    const T visible = std::is_integral_v<T> ? std::numeric_limits<T>::max() / 16 : T(0.0625);
+    const int step = bgr.rows / kMostRows + 1;
+    std::int64_t seen = 0;
+    std::int64_t coloured = 0;
+    for (int y = 0; y < bgr.rows; y += step) {
+        const T* pixel = bgr.ptr<T>(y);
+        for (int x = 0; x < bgr.cols; ++x, pixel += 3, ++seen) {
+            const auto [least, most] = std::minmax({pixel[0], pixel[1], pixel[2]});
+            if (most - least > visible) ++coloured;
+        }
+    }
+    return coloured * 50 > seen;
+}
+
 // Whole numbers stay what they are where all three channels agree.
 template <typename T>
-cv::Mat greyOf(const cv::Mat& bgr) {
+cv::Mat greyOf(const cv::Mat& bgr, Notes* notes) {
+    if (notes != nullptr && hasColours<T>(bgr)) {
+        notes->emplace_back("has colours, and depth has none: their grey value is taken (is it the "
+                            "depth, not the photo?)");
+    }
     cv::Mat grey;
     if (std::is_integral_v<T> && isGrey<T>(bgr)) {
         cv::extractChannel(bgr, grey, 1);
@@ -371,6 +395,14 @@ cv::Mat greyOf(const cv::Mat& bgr) {
     for (int y = 0; y < bgr.rows; ++y)
         greyRow(bgr.ptr<T>(y), grey.ptr<float>(y), bgr.cols);
     return grey;
+}
+
+// Whoever has read a picture from a pipe has taken its bytes, and more may never come.
+bool givesBytesOnce(const fs::path& path) {
+    std::error_code error;
+    const fs::file_type type = fs::status(path, error).type();
+    return type == fs::file_type::fifo || type == fs::file_type::character ||
+           type == fs::file_type::socket;
 }
 
 } // namespace
@@ -421,14 +453,18 @@ cv::Mat readPhoto(const fs::path& path, Notes* notes) {
 }
 
 double readFocalLength35mm(const fs::path& path) {
-    std::error_code error;
-    const fs::file_type type = fs::status(path, error).type();
-    // Whoever has read the photo from it has taken its bytes, and more may never come.
-    if (type == fs::file_type::fifo || type == fs::file_type::character ||
-        type == fs::file_type::socket) {
-        return 0;
-    }
+    if (givesBytesOnce(path)) return 0;
     return readPictureHeader(readFile(path, kMaxFileBytes), lowerExtension(path)).focalLength35mm;
+}
+
+bool isMarkedNative(const fs::path& path) {
+    if (givesBytesOnce(path)) return false;
+    constexpr std::size_t kMostBytes = 4096; // the mark comes before the pixels
+    std::string bytes(kMostBytes, '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    bytes.resize(static_cast<std::size_t>(file.gcount()));
+    return readPictureHeader(bytes, lowerExtension(path)).isNative;
 }
 
 cv::Mat readDepthSamples(const fs::path& path, Notes* notes) {
@@ -437,17 +473,17 @@ cv::Mat readDepthSamples(const fs::path& path, Notes* notes) {
         if (picture.channels() == 3) {
             switch (picture.depth()) {
             case CV_8U:
-                return greyOf<std::uint8_t>(picture);
+                return greyOf<std::uint8_t>(picture, notes);
             case CV_16U:
-                return greyOf<std::uint16_t>(picture);
+                return greyOf<std::uint16_t>(picture, notes);
             case CV_32F:
-                return greyOf<float>(picture);
+                return greyOf<float>(picture, notes);
             default:
                 break;
             }
             cv::Mat numbers;
             picture.convertTo(numbers, CV_64F);
-            return greyOf<double>(numbers);
+            return greyOf<double>(numbers, notes);
         }
         if (picture.depth() == CV_8U || picture.depth() == CV_16U) return picture;
         cv::Mat depth;

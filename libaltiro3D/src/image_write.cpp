@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "image_header.hpp"
 #include "memory_errors.hpp"
 #include "pixel_values.hpp"
 #include "png_encode.hpp"
@@ -52,9 +53,12 @@ const Writer* writerFor(const fs::path& path) {
 }
 
 // The pieces of the file; none if it cannot be encoded.
-std::vector<std::vector<unsigned char>> encode(const cv::Mat& picture, const Writer& writer) {
+std::vector<std::vector<unsigned char>> encode(const cv::Mat& picture, const Writer& writer,
+                                               PictureMark mark) {
     const std::string format = writer.format;
-    if (format == "PNG") return png::encode(picture);
+    if (format == "PNG") {
+        return png::encode(picture, mark == PictureMark::Native ? kNativeMark : std::string_view());
+    }
     cv::Mat suited = picture;
     if (picture.depth() == CV_16U && !writer.holds16Bit) suited = toEightBits(picture);
     if (writer.channels == 3 && suited.channels() == 1) {
@@ -71,7 +75,7 @@ std::vector<std::vector<unsigned char>> encode(const cv::Mat& picture, const Wri
 
 } // namespace
 
-void writePicture(const fs::path& path, const cv::Mat& picture) {
+void writePicture(const fs::path& path, const cv::Mat& picture, PictureMark mark) {
     const Writer* const writer = writerFor(path);
     if (writer == nullptr) {
         throw Error(ErrorCode::Unsupported, path.string(),
@@ -102,7 +106,7 @@ void writePicture(const fs::path& path, const cv::Mat& picture) {
         pieces = orOutOfMemory(path.string(),
                                std::string("does not fit into memory as ") + writer->format +
                                    ", expected a smaller picture or more memory to be free",
-                               [&] { return encode(picture, *writer); });
+                               [&] { return encode(picture, *writer, mark); });
     } catch (const cv::Exception& exception) {
         throw Error(ErrorCode::WriteFailed, path.string(),
                     std::string("cannot be encoded as ") + writer->format + ": " + exception.err +

@@ -7,13 +7,14 @@
 #include <cstdlib>
 #include <new>
 #include <opencv2/core.hpp>
+#include <string_view>
 #include <utility>
 #include <vector>
 #include <zlib.h>
 
 /// PNG files made by all threads: filters, deflate and checksums of bands of rows are independent.
 ///
-///     signature IHDR | IDAT: band 0 | IDAT: band 1 | ... | IDAT: Adler-32, IEND
+///     signature IHDR tEXt | IDAT: band 0 | IDAT: band 1 | ... | IDAT: Adler-32, IEND
 ///
 /// The bands are cut by the picture's size alone, so any number of threads gives the same bytes.
 /// Deflate looks for runs only (Z_RLE), which the cuts cost nothing: longer matches take twice the
@@ -156,7 +157,8 @@ inline void appendDeflated(Piece& contents, bool isLast, Piece& to) {
     CV_Assert(isWhole);
 }
 
-inline Piece beginning(const cv::Mat& picture) {
+/// @param text contents of a text chunk: keyword, a zero byte, text; empty: there is none
+inline Piece beginning(const cv::Mat& picture, std::string_view text) {
     constexpr std::array<unsigned char, 8> kSignature = {0x89, 'P',  'N',  'G',
                                                          '\r', '\n', 0x1a, '\n'};
     Piece header = beginChunk("IHDR", 13);
@@ -165,9 +167,14 @@ inline Piece beginning(const cv::Mat& picture) {
     header[16] = picture.depth() == CV_8U ? 8 : 16;
     header[17] = picture.channels() == 1 ? 0 : 2; // grey, RGB; then deflate, filters, no interlace
     endChunk(header);
-    Piece piece(kSignature.size() + header.size());
-    std::copy(header.begin(), header.end(),
-              std::copy(kSignature.begin(), kSignature.end(), piece.begin()));
+    Piece piece(kSignature.begin(), kSignature.end());
+    piece.insert(piece.end(), header.begin(), header.end());
+    if (!text.empty()) {
+        Piece chunk = beginChunk("tEXt", text.size());
+        std::copy(text.begin(), text.end(), chunk.begin() + 8);
+        endChunk(chunk);
+        piece.insert(piece.end(), chunk.begin(), chunk.end());
+    }
     return piece;
 }
 
@@ -185,7 +192,8 @@ inline Piece ending(uLong adler) {
 /// Encodes a picture; the pieces in order are the file.
 ///
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR], not empty
-inline std::vector<Piece> encode(const cv::Mat& picture) {
+/// @param text see beginning()
+inline std::vector<Piece> encode(const cv::Mat& picture, std::string_view text = {}) {
     const std::size_t rowBytes = 1 + static_cast<std::size_t>(picture.cols) * picture.elemSize();
     const int bandRows = static_cast<int>(std::max<std::size_t>(1, kBandBytes / rowBytes));
     const int bands = (picture.rows + bandRows - 1) / bandRows;
@@ -214,7 +222,7 @@ inline std::vector<Piece> encode(const cv::Mat& picture) {
         sum = adler32_combine(sum, sums[static_cast<std::size_t>(i)],
                               static_cast<z_off_t>(rows * rowBytes));
     }
-    pieces.front() = beginning(picture);
+    pieces.front() = beginning(picture, text);
     pieces.back() = ending(sum);
     return pieces;
 }

@@ -33,6 +33,15 @@ TEST_P(OutputsOf, ExistingFilesAreReplacedOnlyWithY) {
     EXPECT_EQ(slurp(studio_ / output("a")), slurp(studio_ / output("b")));
 }
 
+// Names in the wrong order: what is missing is said, not that the output exists.
+TEST_P(OutputsOf, AMissingInputIsNamedBeforeAnOutputThatExists) {
+    const std::string input = tool() == "views2native" ? "views" : anInput();
+    fs::rename(studio_ / input, studio_ / "away");
+    spill(studio_ / output("a"), "precious");
+    EXPECT_TRUE(fails(good(output("a")), 1, input + ": does not exist"));
+    EXPECT_EQ(slurp(studio_ / output("a")), "precious");
+}
+
 TEST_P(OutputsOf, AnInputIsNeverReplaced) {
     const std::string input = anInput();
     const std::string before = slurp(studio_ / input);

@@ -393,6 +393,24 @@ TEST(Photo2Native, TellsHowMuchIsCutOffForThePanelsShape) {
     EXPECT_EQ(said({160, 90}, {"-y", "--fit", "contain"}).find("fit:"), std::string::npos);
 }
 
+TEST(Photo2Native, TellsTheShapeThatViewsAreShownIn) {
+    SmallStudio studio;
+    const auto said = [&](cv::Size panel, const char* tile) {
+        writeCalibration(studio / "small.json", panel);
+        return studio
+            .run(kTool, {"-c", "small.json", "-q", "2x3", "-r", tile, "-d", "photo.png",
+                         "depth.png", "a.png", "-y"})
+            .out;
+    };
+    const auto holds = [](const std::string& text, const char* part) {
+        return text.find(part) != std::string::npos;
+    };
+    EXPECT_TRUE(holds(said({128, 72}, "40x40"), "each view 40 x 40 px, shown 16:9\n"));
+    EXPECT_TRUE(holds(said({72, 128}, "40x40"), "each view 40 x 40 px, shown 9:16\n"));
+    EXPECT_TRUE(holds(said({101, 64}, "40x40"), "each view 40 x 40 px, shown 1.58:1\n"));
+    EXPECT_TRUE(holds(said({96, 128}, "40x30"), "each view 30 x 40 px\n"));
+}
+
 TEST(Photo2Native, TellsTheParallaxAndWarnsAboveFivePixels) {
     SmallStudio studio;
     const Arguments call{"-c", "small.json", "-q",        "2x3",   "-r", "160x120",
@@ -593,6 +611,40 @@ TEST(Photo2Native, TheReportLetsOneMakeThePictureAgain) {
         for (const char* stage : {"read", "depth", "fit", "views", "native", "write"})
             EXPECT_GT(picture.at("milliseconds").at(stage).get<double>(), 0) << stage;
     }
+}
+
+TEST(Photo2Native, NamesInTheWrongOrderLoseNoPhoto) {
+    SmallStudio studio;
+    ASSERT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photo.png", "out.png"})));
+    const std::string photo = slurp(studio / "photo.png");
+    const std::string wrong = "out.png: is a Native already, expected a photo";
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-y", "out.png", "photo.png"}),
+                      1, wrong));
+    EXPECT_EQ(slurp(studio / "photo.png"), photo);
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-d", "-y", "out.png",
+                                                                     "depth.png", "photo.png"}),
+                      1, wrong));
+    EXPECT_TRUE(fails(studio.run("quilt2native", {"-c", "small.json", "out.png", "b.png"}), 1,
+                      "out.png: is a Native already, expected a quilt"));
+    EXPECT_TRUE(fails(
+        studio.run(kTool, studio.display() + Arguments{"photo.png", "depth.png", "missing.png"}), 2,
+        "or -d with a photo and its depth"));
+    // photo and depth
+    EXPECT_TRUE(warns(
+        studio.run(kTool, studio.display() + Arguments{"-d", "depth.png", "photo.png", "c.png"}),
+        "photo.png: has colours, and depth has none"));
+}
+
+TEST(Photo2Native, AQuiltsNameIsAskedAbout) {
+    SmallStudio studio;
+    fs::copy(studio / "photo.png", studio / "photo_qs3x2a0.75.png");
+    fs::copy(studio / "photo.png", studio / "photo_qs0x2.png"); // no quilt's name
+    EXPECT_TRUE(warns(
+        studio.run(kTool, studio.display() + Arguments{"photo_qs3x2a0.75.png", "a.png"}),
+        "its name says that it is a quilt, but it is taken as one picture of a scene; for quilts "
+        "there is quilt2native"));
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, studio.display() + Arguments{"photo_qs0x2.png", "b.png"})));
 }
 
 TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {

@@ -370,7 +370,7 @@ TEST(Video2NativeTool, APartIsMadeWithItsSound) {
     EXPECT_TRUE(slurp(studio / "same.mp4") == slurp(studio / "part.mp4"));
     EXPECT_TRUE(
         fails(studio.run(kTool, studio.display() + Arguments{"--from", "70", "clip.mp4", "no.mp4"}),
-              1, "holds no frames in this part"));
+              1, "holds no frames in this part, expected some (it ends at 0:03.0)"));
     EXPECT_FALSE(fs::exists(studio / "no.mp4"));
 }
 
@@ -682,7 +682,8 @@ TEST(Video2NativeTool, ResumeReplacesNothingIfThereIsNothingToGoOnWith) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(1);
     spill(studio / "mine.mp4", "not to be lost");
-    EXPECT_TRUE(fails(studio.run(kTool, studio.call("mine.mp4", {"--resume"})), 1, "mine.mp4"));
+    EXPECT_TRUE(fails(studio.run(kTool, studio.call("mine.mp4", {"--resume"})), 1,
+                      "mine.mp4: exists, and no unfinished run of it is kept"));
     EXPECT_EQ(slurp(studio / "mine.mp4"), "not to be lost");
 }
 
@@ -774,11 +775,16 @@ TEST(Video2NativeTool, ProgressIsForProgramsToo) {
     ASSERT_GE(progress.size(), 2u);
     EXPECT_EQ(progress.front()["state"], "running");
     EXPECT_EQ(progress.front()["framesInAll"], 90);
+    EXPECT_EQ(progress[progress.size() - 2]["state"], "finishing");
     EXPECT_EQ(progress.back()["state"], "done");
     EXPECT_EQ(progress.back()["frames"], 90);
     const Json report = Json::parse(slurp(studio / "r.json"));
     EXPECT_EQ(report["state"], "done");
     EXPECT_EQ(report["frames"], 90);
+    const double finish = report["finishSeconds"];
+    EXPECT_GT(finish, 0);
+    EXPECT_GT(report["seconds"], finish);
+    EXPECT_NEAR(report["framesPerSecond"], 90 / report["seconds"].get<double>(), 1e-6);
     ASSERT_EQ(report["stages"].size(), 4u);
     const char* const names[] = {"decode", "depth", "render", "encode"};
     for (std::size_t i = 0; i < 4; ++i) {
@@ -802,7 +808,7 @@ TEST(Video2NativeTool, WrongCallsSayWhatToDo) {
     };
     const std::set<fs::path> before = everything();
     const std::pair<Arguments, const char*> wrong[] = {
-        {{"clip.mp4"}, "expected IN and OUT, got 1 names"},
+        {{"clip.mp4"}, "expected IN and OUT, got 1 name; see"},
         {{"-d", "clip.mp4", "o.mp4"}, "expected IN DEPTH OUT, got 2 names"},
         {{"clip.mp4", "o.avi"}, "expected .mp4, .mov or .mkv"},
         {{"--quilt", "--rgbd-out", "clip.mp4", "o.mp4"}, "exclude each other"},
@@ -818,6 +824,7 @@ TEST(Video2NativeTool, WrongCallsSayWhatToDo) {
         {{"--depth-every", "0", "clip.mp4", "o.mp4"}, "1..1000"},
         {{"--depth-every", "2", "--depth", "depth.mp4", "clip.mp4", "o.mp4"},
          "but here it is given"},
+        {{"photo.png", "o.mp4"}, "photo.png: is a picture, expected a video; photo2native"},
         {{"--input-options", "size", "clip.mp4", "o.mp4"}, "expected name=value"},
         {{"--depth", "depth.mp4", "clip.mp4", "clip.mp4"}, "is an input too"},
         {{"--depth", "depth.mp4", "clip.mp4", "depth.mp4"}, "is an input too"}};

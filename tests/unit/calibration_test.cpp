@@ -6,6 +6,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <opencv2/imgcodecs.hpp>
 
 namespace altiro3D::test {
 namespace {
@@ -106,6 +107,13 @@ TEST(Calibration, CellsAreCheckedOneByOne) {
               "a: subpixelCells[0] offset is 1.5, expected px, -1..1");
     EXPECT_EQ(replaced("{\"value\":2.0}", "7"),
               "a: CellPatternMode is 7, expected a whole number, 0..4");
+}
+
+TEST(Calibration, APictureInItsPlaceIsSaidToBeOne) {
+    std::vector<uchar> png;
+    cv::imencode(".png", cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(0)), png);
+    EXPECT_EQ(errorOf([&] { parseCalibration(std::string(png.begin(), png.end()), "a.png"); }),
+              "a.png: is a picture, expected a display's visual.json");
 }
 
 TEST(Calibration, DeepNestingIsRefusedWithoutRunningOutOfStack) {

@@ -541,9 +541,37 @@ TEST_F(ImageIo, ColouredDepthImagesGiveTheirGreyValue) {
     cv::Mat picture(1, 2, CV_8UC3);
     picture.at<cv::Vec3b>(0, 0) = cv::Vec3b(77, 77, 77);
     picture.at<cv::Vec3b>(0, 1) = cv::Vec3b(10, 100, 200);
-    const cv::Mat depth = readDepthImage(file("c.png", encoded(".png", picture)));
+    Notes notes;
+    const cv::Mat depth = readDepthImage(file("c.png", encoded(".png", picture)), &notes);
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_NE(notes[0].find("has colours, and depth has none"), std::string::npos);
     EXPECT_EQ(depth.at<float>(0, 0), 77);
     EXPECT_FLOAT_EQ(depth.at<float>(0, 1), 0.114f * 10 + 0.587f * 100 + 0.299f * 200);
+}
+
+TEST_F(ImageIo, OnlyColoursThatShowAreNotedInDepthImages) {
+    const auto notesOf = [&](const cv::Mat& picture, const char* extension) {
+        Notes notes;
+        readDepthSamples(file(std::string("d") + extension, encoded(extension, picture)), &notes);
+        return notes.size();
+    };
+    cv::Mat grey(40, 40, CV_8UC3, cv::Scalar::all(100));
+    EXPECT_EQ(notesOf(grey, ".png"), 0U);
+    EXPECT_EQ(notesOf(grey, ".jpg"), 0U);
+    cv::Mat faint = grey + cv::Scalar(15, 0, 0); // as of a careless converter
+    EXPECT_EQ(notesOf(faint, ".png"), 0U);
+    EXPECT_EQ(notesOf(grey + cv::Scalar(16, 0, 0), ".png"), 1U);
+    cv::Mat mark = grey.clone();
+    mark(cv::Rect(0, 0, 8, 4)).setTo(cv::Scalar(0, 0, 255)); // 2 %
+    EXPECT_EQ(notesOf(mark, ".png"), 0U);
+    mark(cv::Rect(0, 0, 8, 5)).setTo(cv::Scalar(0, 0, 255));
+    EXPECT_EQ(notesOf(mark, ".png"), 1U);
+    cv::Mat wide;
+    grey.convertTo(wide, CV_16U, 257);
+    EXPECT_EQ(notesOf(wide, ".png"), 0U);
+    EXPECT_EQ(notesOf(wide + cv::Scalar(5000, 0, 0), ".png"), 1U);
+    cv::Mat tall(3000, 4, CV_8UC3, cv::Scalar(10, 20, 200)); // not each row is looked at
+    EXPECT_EQ(notesOf(tall, ".png"), 1U);
 }
 
 TEST_F(ImageIo, PnmSamplesAreSpreadForPhotosAndKeptForDepth) {
@@ -874,21 +902,6 @@ TEST_F(ImageIo, MemoryThatRunsOutBehindTheDecoderIsAnErrorOfTheFile) {
 
 // ------------------------------------------------------------------------------------ writing
 
-TEST_F(ImageIo, PngFilesHoldThePictureAndNothingElse) {
-    writePicture(directory / "a.png", randomPicture({20, 10}, CV_8UC3, 1));
-    const std::string png = slurp(directory / "a.png");
-    std::string names;
-    for (std::size_t at = 8; at + 12 <= png.size();) {
-        const std::string name = png.substr(at + 4, 4);
-        if (names.size() < 4 || names.substr(names.size() - 4) != name) names += name;
-        std::uint32_t size = 0;
-        for (std::size_t i = 0; i < 4; ++i)
-            size = size << 8 | static_cast<uchar>(png[at + i]);
-        at += 12 + size;
-    }
-    EXPECT_EQ(names, "IHDRIDATIEND");
-}
-
 namespace {
 
 std::uint32_t bigEndianAt(const std::string& text, std::size_t at) {
@@ -911,7 +924,46 @@ std::string imageData(const std::string& png) {
     return data;
 }
 
+// The names of a PNG file's chunks, each once.
+std::string chunkNames(const std::string& png) {
+    std::string names;
+    for (std::size_t at = 8; at + 12 <= png.size(); at += 12 + bigEndianAt(png, at)) {
+        const std::string name = png.substr(at + 4, 4);
+        if (names.find(name) == std::string::npos) names += name;
+    }
+    return names;
+}
+
 } // namespace
+
+TEST_F(ImageIo, PngFilesHoldThePictureAndNothingElse) {
+    writePicture(directory / "a.png", randomPicture({20, 10}, CV_8UC3, 1));
+    EXPECT_EQ(chunkNames(slurp(directory / "a.png")), "IHDRIDATIEND");
+}
+
+TEST_F(ImageIo, NativesAreMarkedInPngFiles) {
+    const cv::Mat picture = randomPicture({20, 10}, CV_8UC3, 1);
+    const fs::path native = directory / "native.png";
+    writePicture(native, picture, PictureMark::Native);
+    const std::string png = slurp(native);
+    EXPECT_EQ(chunkNames(png), "IHDRtEXtIDATIEND");
+    EXPECT_NE(png.find(std::string("tEXtaltiro3D\0Native", 19)), std::string::npos);
+    imageData(png); // checks each sum
+    EXPECT_TRUE(samePicture(readPicture(native), picture));
+    EXPECT_TRUE(isMarkedNative(native));
+
+    writePicture(directory / "plain.png", picture);
+    writePicture(directory / "native.tif", picture, PictureMark::Native);
+    // the words alone are no mark: not after the pixels' end, not with another keyword
+    const std::string text = "tEXt" + std::string("altiro3D\0Native", 15);
+    file("tail.png", slurp(directory / "plain.png") + text);
+    file("other.png", withPngChunk(encoded(".png", picture),
+                                   pngChunk("tEXt", std::string("Title\0Native", 12))));
+    file("cut.png", png.substr(0, 40));
+    for (const char* name :
+         {"plain.png", "native.tif", "tail.png", "other.png", "cut.png", "missing.png", "."})
+        EXPECT_FALSE(isMarkedNative(directory / name)) << name;
+}
 
 TEST_F(ImageIo, PngFilesOfAnyShapeAreSoundAndReadBack) {
     struct Case {

@@ -175,6 +175,20 @@ TEST(ResolveQuilt, ViewSizeComesFromThePictureWithoutItsUnusedPixels) {
               std::string::npos);
 }
 
+TEST(ResolveQuilt, APictureThatLooksLikeNoQuiltOfTheDisplayIsAskedAbout) {
+    const auto warnings = [](cv::Size size, bool named) {
+        QuiltRequest request;
+        request.quiltSize = size;
+        if (named) request.name = parseQuiltName("a_qs8x6a0.75.png");
+        return resolveQuilt(request, QuiltLayout(), 0.75).warnings;
+    };
+    EXPECT_TRUE(warnings({3360, 3360}, false).empty()); // 8 x 6 views of 3:4
+    EXPECT_TRUE(warnings({4096, 4096}, false).empty());
+    ASSERT_EQ(warnings({4032, 3024}, false).size(), 1U); // a photo
+    EXPECT_NE(warnings({4032, 3024}, false)[0].find("is it a quilt?"), std::string::npos);
+    EXPECT_TRUE(warnings({4032, 3024}, true).empty());
+}
+
 TEST(ResolveQuilt, WhatHasNoTilesIsRefusedNotDividedBy) {
     const auto error = [](const QuiltRequest& request, const QuiltLayout& standard) {
         return errorOf([&] { resolveQuilt(request, standard, 0.75); });

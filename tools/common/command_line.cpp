@@ -40,6 +40,10 @@ void wrap(std::string& out, const std::string& text, std::size_t indent, std::si
 
 } // namespace
 
+std::string counted(std::uintmax_t count, const std::string& noun) {
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
 CommandLine::CommandLine(std::string name, std::string summary)
     : name_(std::move(name)), summary_(std::move(summary)) {
     parser_.setOptionsAfterPositionalArgumentsMode(QCommandLineParser::ParseAsOptions);
@@ -182,6 +186,11 @@ std::optional<std::size_t> CommandLine::choice(const std::string& option,
         list += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
     }
     throw UsageError(dashed(option) + " is \"" + *text + "\", expected " + list);
+}
+
+void CommandLine::failNames(const std::string& expected) const {
+    throw UsageError("expected " + expected + ", got " + counted(files_.size(), "name") + "; see " +
+                     name_ + " --help");
 }
 
 void CommandLine::exclude(const std::string& option, const std::string& other) const {

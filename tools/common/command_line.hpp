@@ -1,6 +1,7 @@
 #pragma once
 
 #include <QCommandLineParser>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -16,6 +17,9 @@ class UsageError : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
 };
+
+/// "1 name", "2 names"
+std::string counted(std::uintmax_t count, const std::string& noun);
 
 /// The options of one tool, their help and their values.
 ///
@@ -67,6 +71,8 @@ class CommandLine {
     /// One of some words: its index. @throws UsageError that lists them
     std::optional<std::size_t> choice(const std::string& option,
                                       const std::vector<std::string>& words) const;
+    /// Refuses a number of names that is not the expected one. @param expected "PHOTO and OUT"
+    [[noreturn]] void failNames(const std::string& expected) const;
     /// Refuses options that make no sense together. @throws UsageError
     void exclude(const std::string& option, const std::string& other) const;
 

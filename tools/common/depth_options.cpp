@@ -4,6 +4,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "common/network_trust.hpp"
+#include "common/picture_options.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -181,9 +182,10 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
             profile = *entry;
         }
         if (networkFile.empty() && large) {
-            throw Error(ErrorCode::NotFound, entry != nullptr ? entry->file : "-l",
-                        "the large network was not found, expected it in the model search path "
-                        "(" +
+            throw Error(ErrorCode::NotFound, "-l",
+                        "the large network" +
+                            (entry != nullptr ? " (" + entry->file + ")" : std::string()) +
+                            " was not found, expected it in the model search path (" +
                             downloadCommand(standardNetwork(true)) + ") or given with -n");
         }
     }
@@ -215,6 +217,8 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
 
 void DepthSource::readFiles(const fs::path& photoFile, const fs::path& depthFile, cv::Mat& photo,
                             cv::Mat& rawDepth, Messages& messages) const {
+    refuseNative(photoFile, "a photo");
+    warnIfQuilt(photoFile, "quilt2native", messages);
     Notes photoNotes;
     Notes depthNotes;
     const auto tell = [&](const fs::path& file, const Notes& notes) {

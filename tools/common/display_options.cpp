@@ -12,6 +12,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr double kSameShape = 0.05;    // views that are off by less look right
+constexpr double kSameAspect = 0.0025; // of a panel and its name
 constexpr const char* kSampleName = "portrait-sample.json";
 constexpr std::uintmax_t kCacheBytes = std::uintmax_t{1} << 30;
 
@@ -177,6 +179,18 @@ NativeLut cachedLut(const Calibration& calibration, const QuiltLayout& layout, I
     return lut;
 }
 
+// "16:9", or "1.85:1" for what has no short name
+std::string aspectText(double aspect) {
+    constexpr int kMost = 21;
+    for (int height = 1; height <= kMost; ++height) {
+        const int width = static_cast<int>(std::lround(aspect * height));
+        if (width < 1 || width > kMost || std::min(width, height) > 10) continue;
+        if (std::abs(static_cast<double>(width) / height / aspect - 1) < kSameAspect)
+            return std::to_string(width) + ":" + std::to_string(height);
+    }
+    return fixed(aspect, 2) + ":1";
+}
+
 } // namespace
 
 fs::path cacheDirectory() {
@@ -306,6 +320,13 @@ Display findDisplay(const CommandLine& commandLine, Messages& messages,
                     std::to_string(display.panelSize.width) + " x " +
                     std::to_string(display.panelSize.height) + " px");
     return display;
+}
+
+std::string quiltText(const QuiltLayout& layout, double aspect) {
+    std::string text = layout.text();
+    const double ofTile = static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
+    if (std::abs(ofTile / aspect - 1) > kSameShape) text += ", shown " + aspectText(aspect);
+    return text;
 }
 
 QuiltLayout chooseQuilt(const CommandLine& commandLine, const Display& display, Messages& messages,

@@ -71,8 +71,13 @@ Display findDisplay(const CommandLine& commandLine, Messages& messages,
 Calibration readChosenCalibration(const std::filesystem::path& file, const CommandLine& commandLine,
                                   Messages& messages);
 
+/// What a quilt is understood to be, for people: QuiltLayout::text(), and the shape that its views
+/// are shown in where their px are not square.
+/// @param aspect width : height of a view as it is shown
+std::string quiltText(const QuiltLayout& layout, double aspect);
+
 /// The quilt's layout from `-q`, `-r`, a quilt's file name and its size. Tell the user what was
-/// understood (QuiltLayout::text()).
+/// understood (quiltText()).
 /// @param quiltFile the quilt that is read, if one is
 /// @param quiltSize its size in px
 QuiltLayout chooseQuilt(const CommandLine& commandLine, const Display& display, Messages& messages,

@@ -109,6 +109,12 @@ void Outputs::makeDirectories() const {
     }
 }
 
+void requireFile(const fs::path& file) {
+    std::error_code error;
+    if (fs::status(file, error).type() == fs::file_type::not_found)
+        throw Error(ErrorCode::NotFound, file.string(), "does not exist, expected a file");
+}
+
 void requirePictureName(const fs::path& file, bool colours) {
     const std::string extension = file.extension().string();
     if (colours && (extension == ".pgm" || extension == ".PGM")) {

@@ -13,7 +13,7 @@ class Outputs {
     /// @param replace existing files may be replaced (`-y`)
     explicit Outputs(bool replace) : replace_(replace) {}
 
-    /// A file that is read.
+    /// A file that is read; it may be a network's name, or missing: whoever opens it says so.
     void addInput(const std::filesystem::path& file) { inputs_.push_back(file); }
     /// A file that will be written.
     void addOutput(const std::filesystem::path& file) { outputs_.push_back(file); }
@@ -34,6 +34,10 @@ class Outputs {
     std::vector<std::filesystem::path> outputs_;
     std::vector<std::filesystem::path> directories_;
 };
+
+/// Says that an input is missing before anything is said about outputs: names may be in the wrong
+/// order. @throws Error NotFound
+void requireFile(const std::filesystem::path& file);
 
 /// Refuses a file name that no picture can be written to.
 /// @param colours the picture has colours @throws UsageError

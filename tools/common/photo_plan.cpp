@@ -43,7 +43,7 @@ std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>&
     } else if (pairs) {
         if (given.size() % 2 != 0) {
             throw UsageError("-d takes pairs PHOTO DEPTH and one output, got " +
-                             std::to_string(names.size()) + " names; see photo2native --help");
+                             counted(names.size(), "name") + "; see photo2native --help");
         }
         for (std::size_t i = 0; i < given.size(); i += 2) {
             inputs.emplace_back(given[i], given[i + 1]);
@@ -73,9 +73,7 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
     const bool pairs = commandLine.has("d");
     const std::size_t least = pairs ? 3 : 2;
     if (names.size() < least) {
-        throw UsageError(std::string("expected ") + (pairs ? "PHOTO DEPTH OUT" : "PHOTO and OUT") +
-                         ", got " + std::to_string(names.size()) +
-                         " names; see photo2native --help");
+        commandLine.failNames(pairs ? "PHOTO DEPTH OUT" : "PHOTO and OUT");
     }
     const auto inputs = inputsOf(names, pairs);
     const fs::path& last = names.back();
@@ -85,7 +83,8 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
     if (plan.batch && !isDirectory(last) && (fs::exists(last, error) || canWritePicture(last))) {
         throw UsageError(
             last.string() +
-            ": names one file, expected a directory for the outputs of several photos");
+            ": names one file, expected a directory for the outputs of several photos" +
+            (names.size() == 3 && !pairs ? ", or -d with a photo and its depth" : ""));
     }
     for (const char* option : {"save-quilt", "save-depth", "save-rgbd", "lg"}) {
         const auto name = commandLine.value(option);
@@ -105,6 +104,8 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
         PhotoItem item;
         item.photo = photo;
         item.depth = depth;
+        if (!plan.batch) requireFile(photo); // of several, one that is bad does not stop the rest
+        if (!plan.batch && !depth.empty()) requireFile(depth);
         item.native = plan.batch ? last / (stem + "_native.png") : last;
         item.quilt = outputName(commandLine.value("save-quilt"), plan.batch, stem, ".png");
         item.savedDepth =

@@ -1,5 +1,6 @@
 #include "common/picture_options.hpp"
 
+#include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 
 #include <algorithm>
@@ -244,10 +245,32 @@ void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
     renderer.render(quilt, native);
     times.end("render");
     warnAboutNativeFormat(output, messages);
-    writePicture(output, native);
+    writePicture(output, native, PictureMark::Native);
     times.end("write");
     messages.say(output.string() + ": Native, " + std::to_string(native.cols) + " x " +
                  std::to_string(native.rows) + " px");
+}
+
+void warnIfQuilt(const std::filesystem::path& file, const std::string& instead,
+                 Messages& messages) {
+    try {
+        const std::optional<QuiltName> name = parseQuiltName(file);
+        if (!name || name->grid.columns * name->grid.rows < 2) return;
+    } catch (const Error&) {
+        return; // no quilt's name
+    }
+    messages.warn(file.string() +
+                  ": its name says that it is a quilt, but it is taken as one "
+                  "picture of a scene; for quilts there is " +
+                  instead);
+}
+
+void refuseNative(const std::filesystem::path& file, const std::string& expected) {
+    if (!isMarkedNative(file)) return;
+    throw Error(ErrorCode::BadFormat, file.string(),
+                "is a Native already, expected " + expected +
+                    " (first what is read, then what is "
+                    "written; native2view shows what is in a Native)");
 }
 
 cv::Mat readPhotoFile(const std::filesystem::path& file, Messages& messages) {

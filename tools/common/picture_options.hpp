@@ -63,6 +63,14 @@ void warnAboutDepthFormat(const std::filesystem::path& file, Messages& messages)
 void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
                     const std::filesystem::path& output, Messages& messages, StageTimes& times);
 
+/// Warns of a photo or clip whose name says that it is a quilt.
+/// @param instead what takes quilts: a tool or an option
+void warnIfQuilt(const std::filesystem::path& file, const std::string& instead, Messages& messages);
+
+/// Refuses a Native where another picture is expected: names in the wrong order, mostly.
+/// @param expected "a photo" @throws Error BadFormat
+void refuseNative(const std::filesystem::path& file, const std::string& expected);
+
 /// Reads a photo or quilt; remarks about the file become warnings.
 cv::Mat readPhotoFile(const std::filesystem::path& file, Messages& messages);
 

@@ -168,6 +168,14 @@ std::string clockText(double seconds) {
     return text;
 }
 
+bool isPicture(const VideoFacts& facts) {
+    const std::string& format = facts.format;
+    const std::string ending = "_pipe";
+    return format == "image2" ||
+           (format.size() > ending.size() &&
+            format.compare(format.size() - ending.size(), ending.size(), ending) == 0);
+}
+
 std::string tellNotes(const VideoReader& reader, Messages& messages) {
     Notes notes = reader.notes();
     std::string cutOff;

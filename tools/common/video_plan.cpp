@@ -43,12 +43,8 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     const bool show = commandLine.has("show");
     const std::size_t expected = (pair ? 3 : 2) - (show ? 1 : 0);
     if (names.size() != expected) {
-        throw UsageError(std::string("expected ") + (pair ? "IN DEPTH" : "IN") +
-                         (show   ? ""
-                          : pair ? " OUT"
-                                 : " and OUT") +
-                         ", got " + std::to_string(names.size()) +
-                         " names; see video2native --help");
+        const std::string in = pair ? "IN DEPTH" : "IN";
+        commandLine.failNames(show ? in : in + (pair ? " OUT" : " and OUT"));
     }
     VideoPlan plan;
     plan.input = names.front();
@@ -89,6 +85,12 @@ void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const D
     std::error_code error;
     const bool goesOn =
         commandLine.has("resume") && !plan.show && ResumableVideoWriter::isUnfinished(plan.output);
+    if (commandLine.has("resume") && !goesOn && !commandLine.has("y") &&
+        fs::is_regular_file(plan.output, error)) {
+        throw Error(ErrorCode::WriteFailed, plan.output.string(),
+                    "exists, and no unfinished run of it is kept: it is complete already, or not "
+                    "of this tool; expected -y to make it anew");
+    }
     Outputs outputs(commandLine.has("y") || goesOn);
     for (const fs::path& file : display.files)
         outputs.addInput(file);

@@ -55,7 +55,6 @@ void VideoProgress::frame(double end) {
 void VideoProgress::show() {
     if (!json_ && !terminal_) return;
     const double spent = between(start_, Clock::now());
-    const double rate = spent > 0 ? static_cast<double>(done_) / spent : 0;
     std::optional<double> share; // of all
     std::optional<double> left;  // s
     if (seconds_ && *seconds_ > 0) {
@@ -67,7 +66,7 @@ void VideoProgress::show() {
         nlohmann::ordered_json line = {{"state", "running"},
                                        {"frames", before_ + done_},
                                        {"time", time_},
-                                       {"framesPerSecond", rate}};
+                                       {"framesPerSecond", rate()}};
         if (frames_) line["framesInAll"] = *frames_;
         if (share) line["share"] = *share;
         if (left) line["secondsLeft"] = *left;
@@ -85,24 +84,38 @@ void VideoProgress::show() {
     if (seconds_) text += " of " + clockText(*seconds_);
     char numbers[64];
     std::snprintf(numbers, sizeof numbers, ", frame %lld, %.1f fps",
-                  static_cast<long long>(before_ + done_), rate);
+                  static_cast<long long>(before_ + done_), rate());
     text += numbers;
     if (left) text += ", " + clockText(*left) + " left";
     std::fputs(text.c_str(), stderr);
     std::fflush(stderr);
 }
 
-void VideoProgress::end(const std::string& state) {
-    clear();
-    if (!json_) return;
+double VideoProgress::rate() const {
     const double spent = between(start_, Clock::now());
-    const nlohmann::ordered_json line = {
-        {"state", state},
-        {"frames", before_ + done_},
-        {"time", time_},
-        {"framesPerSecond", spent > 0 ? static_cast<double>(done_) / spent : 0}};
+    return spent > 0 ? static_cast<double>(done_) / spent : 0;
+}
+
+void VideoProgress::putLine(const std::string& state) const {
+    const nlohmann::ordered_json line = {{"state", state},
+                                         {"frames", before_ + done_},
+                                         {"time", time_},
+                                         {"framesPerSecond", rate()}};
     std::puts(line.dump().c_str());
     std::fflush(stdout);
+}
+
+void VideoProgress::finishing() {
+    clear();
+    if (json_) putLine("finishing");
+    if (!terminal_) return;
+    std::fputs("finishing the file ...", stderr);
+    std::fflush(stderr);
+}
+
+void VideoProgress::end(const std::string& state) {
+    clear();
+    if (json_) putLine(state);
 }
 
 void VideoProgress::clear() {

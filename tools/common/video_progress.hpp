@@ -29,6 +29,8 @@ class VideoProgress {
 
     /// A frame is done that ends at a time of the video, s.
     void frame(double end);
+    /// All frames are given to the encoder, which still holds some; the file is being closed.
+    void finishing();
     /// All are done: the last JSON line; takes the bar away.
     /// @param state "done", "stopped" or "truncated"
     void end(const std::string& state);
@@ -36,7 +38,9 @@ class VideoProgress {
     void clear();
 
   private:
+    double rate() const; // frames a second of this run
     void show();
+    void putLine(const std::string& state) const;
 
     bool json_;
     bool terminal_;

@@ -26,6 +26,7 @@
 
 namespace altiro3D::tools {
 
+namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 namespace {
@@ -113,6 +114,17 @@ struct Studio {
     double unit() const { return reader->facts().timeBase.value(); }
 };
 
+// Refuses what opens but is no video for this call.
+void checkInput(const CommandLine& commandLine, const VideoPlan& plan, const VideoFacts& facts) {
+    std::error_code error;
+    if (fs::is_regular_file(plan.input, error) && !commandLine.has("input-format") &&
+        isPicture(facts)) {
+        throw UsageError(plan.inputName() +
+                         ": is a picture, expected a video; photo2native makes a Native of a "
+                         "photo");
+    }
+}
+
 // Opens everything but the output; all that can be said against the call is said here.
 void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messages) {
     VideoPlan& plan = studio.plan;
@@ -129,7 +141,9 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     plan.part.threads = std::min(cv::getNumThreads(), 16);
     studio.reader = std::make_unique<VideoReader>(plan.input, plan.part);
     const VideoFacts& facts = studio.reader->facts();
+    checkInput(commandLine, plan, facts);
     messages.say(studio.plan.inputName() + ": " + factsText(facts));
+    if (!plan.fromQuilt) warnIfQuilt(plan.input, "--from-quilt", messages);
     studio.layout = plan.fromQuilt
                         ? chooseQuilt(commandLine, studio.display, messages, plan.input, facts.size)
                         : chooseQuilt(commandLine, studio.display, messages);
@@ -141,7 +155,8 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
         plan.output = quiltFileName(plan.output, studio.layout, studio.display.panelAspect());
     }
     checkOutputs(commandLine, plan, studio.display);
-    if (plan.product == VideoProduct::Native) messages.say("quilt: " + studio.layout.text());
+    if (plan.product == VideoProduct::Native)
+        messages.say("quilt: " + quiltText(studio.layout, studio.display.panelAspect()));
     if (plan.fromQuilt) {
         const QuiltShape shape(plan.input, studio.layout, studio.display,
                                fitOption(commandLine, FitMode::Stretch));
@@ -212,6 +227,7 @@ VideoWriterOptions encodingOf(const CommandLine& commandLine, const Studio& stud
 struct Result {
     Tally tally;
     PipelineReport pipeline;
+    double finishSeconds = 0; // after the pipeline: the encoder's last frames, joining the segments
     VideoWriterOptions encoding;
     std::int64_t keptFrames = 0;
     bool stopped = false;
@@ -219,9 +235,8 @@ struct Result {
     std::string cutOff; // that the video is, as its reader says it
 
     std::int64_t made() const { return tally.frames - keptFrames; }
-    double rate() const {
-        return pipeline.seconds > 0 ? static_cast<double>(made()) / pipeline.seconds : 0;
-    }
+    double seconds() const { return pipeline.seconds + finishSeconds; }
+    double rate() const { return seconds() > 0 ? static_cast<double>(made()) / seconds() : 0; }
     const char* state() const {
         return stopped ? "stopped" : cutOff.empty() ? "done" : "truncated";
     }
@@ -318,17 +333,24 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
     result.stopped = stopWanted.load();
     if (tally.frames == 0) {
         throw Error(ErrorCode::BadFormat, studio.plan.inputName(),
-                    result.stopped ? "was stopped before the first frame"
-                                   : "holds no frames in this part, expected some");
+                    result.stopped
+                        ? "was stopped before the first frame"
+                        : "holds no frames in this part, expected some" +
+                              (facts.duration ? " (it ends at " + clockText(*facts.duration) + ")"
+                                              : std::string()));
     }
+    progress.finishing();
+    const auto finishStart = std::chrono::steady_clock::now();
     sink.finish(!result.stopped);
+    const std::chrono::duration<double> finishTime = std::chrono::steady_clock::now() - finishStart;
+    result.finishSeconds = finishTime.count();
     tellRemarks(studio, result, messages);
     progress.end(result.state());
     constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D"};
     messages.say(plan.output.string() + ": " + kProducts[static_cast<int>(plan.product)] +
                  " video, " + std::to_string(studio.size.width) + " x " +
-                 std::to_string(studio.size.height) + " px, " + std::to_string(tally.frames) +
-                 " frames, " + clockText(tally.end) + "; " + fixed(result.rate(), 1) + " fps");
+                 std::to_string(studio.size.height) + " px, " + counted(tally.frames, "frame") +
+                 ", " + clockText(tally.end) + "; " + fixed(result.rate(), 1) + " fps");
     return result;
 }
 
@@ -393,7 +415,8 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Result
                  {"frames", tally.frames},
                  {"framesOfThisRun", result.made()},
                  {"duration", tally.end},
-                 {"seconds", result.pipeline.seconds},
+                 {"seconds", result.seconds()},
+                 {"finishSeconds", result.finishSeconds},
                  {"framesPerSecond", result.rate()},
                  {"stages", stagesJson(result.pipeline)},
                  {"inferences", tally.inferences},
@@ -436,6 +459,8 @@ void tellDetails(const Studio& studio, const Result& result, Messages& messages)
                  fixed(1000 * stage.seconds / frames, 1) + " ms";
     }
     messages.detail("a frame takes: " + times);
+    if (!studio.plan.show)
+        messages.detail("finishing the file took " + fixed(result.finishSeconds, 1) + " s");
     const Tally& tally = result.tally;
     if (studio.depth) {
         messages.detail("depth was inferred for " + std::to_string(tally.inferences) + " of " +

@@ -40,6 +40,7 @@ Reading guess(const fs::path& file, cv::Size size, const tools::Display& display
         return contains(stem, "topbottom") ? Reading::RgbdBottom : Reading::RgbdRight;
     }
     const bool lossy = isOneOf(lower(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
+    if (isMarkedNative(file)) return Reading::Native;
     if (size == display.panelSize && (!lossy || contains(stem, "native"))) return Reading::Native;
     return Reading::Photo;
 }

@@ -183,7 +183,7 @@ std::string writeProduct(const Scene& scene, Product product, const fs::path& ta
     case Product::Native: {
         const cv::Mat native = makeNative(scene, fitted(scene, nativeFitSize(scene)));
         progress(0.5);
-        writePicture(file, native);
+        writePicture(file, native, PictureMark::Native);
         break;
     }
     case Product::Quilt: {

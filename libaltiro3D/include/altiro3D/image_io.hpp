@@ -58,17 +58,31 @@ ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes*
 /// @throws Error as readPicture()
 ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path, Notes* notes = nullptr);
 
+/// What a picture file says of itself, for those who take it for something else.
+enum class PictureMark {
+    None,
+    Native ///< A Native: a PNG file gets a text chunk "altiro3D" that says so.
+};
+
 /// Writes a picture; the format follows the extension. The file appears whole or not at all.
 ///
-/// PNG files carry no resolution (DPI) and no other metadata. JPEG is written at quality 95, WebP
-/// without loss. Where the format holds 8 bits only, 16-bit values are divided by 257 and rounded.
+/// PNG files carry no resolution (DPI) and no metadata but the mark. JPEG is written at quality 95,
+/// WebP without loss. Where the format holds 8 bits only, 16-bit values are divided by 257 and
+/// rounded.
 ///
 /// @param path file name with the extension .png, .jpg, .jpeg, .jpe, .tif, .tiff, .webp, .bmp,
 ///        .dib, .ppm, .pgm, .pnm or .jp2, in any case
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]
+/// @param mark in PNG files only; isMarkedNative() finds it
 /// @throws Error InvalidArgument (empty, wrong type), Unsupported (unknown extension, too many px
 ///         for the format, colours in a .pgm), WriteFailed, OutOfMemory
-ALTIRO3D_EXPORT void writePicture(const std::filesystem::path& path, const cv::Mat& picture);
+ALTIRO3D_EXPORT void writePicture(const std::filesystem::path& path, const cv::Mat& picture,
+                                  PictureMark mark = PictureMark::None);
+
+/// Whether a PNG file says that it is a Native: such a picture is no photo, though it looks like
+/// one. No for Natives in other formats and of other programs, for pipes, and for files that cannot
+/// be read. Never throws but for want of memory.
+ALTIRO3D_EXPORT bool isMarkedNative(const std::filesystem::path& path);
 
 /// True if the file name's extension is one that writePicture() can write.
 ALTIRO3D_EXPORT bool canWritePicture(const std::filesystem::path& path);

@@ -305,7 +305,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     NativeRoad::check(commandLine);
     const Display display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
-    const PhotoPlan plan = planPhotos(commandLine, display, layout);
+    const PhotoPlan plan = planPhotos(commandLine, display, layout, messages);
     const Outputs outputs = checkedOutputs(commandLine, plan, display, layout.viewCount);
     messages.say("quilt: " + quiltText(layout, display.panelAspect()));
     setup.end("plan");

@@ -31,8 +31,7 @@ struct Job {
 bool isVideo(const fs::path& file) {
     if (canWritePicture(file)) return false; // by its name
     try {
-        const VideoReader reader(file);
-        return !isPicture(reader.facts()) && reader.facts().format != "gif";
+        return !isPicture(file);
     } catch (const Error&) {
         return false; // who reads it as a picture says what is wrong with it
     }
@@ -45,8 +44,8 @@ void convertPicture(const Job& job, Messages& messages) {
     times.end("read");
     const QuiltLayout layout =
         chooseQuilt(job.commandLine, job.display, messages, job.quilt, picture.size());
-    messages.say("quilt: " + quiltText(layout, job.display.panelAspect()));
     const QuiltShape shape(job.quilt, layout, job.display, job.fit);
+    messages.say("quilt: " + quiltText(layout, shape.shownAspect()));
     Notes notes;
     const cv::Mat quilt = shape.apply(picture, &notes);
     messages.warn(notes);
@@ -66,7 +65,7 @@ int convertVideo(const CommandLine& commandLine, Messages& messages) {
     plan.report = commandLine.value("report").value_or("");
     std::error_code error;
     plan.isFile = fs::is_regular_file(plan.input, error);
-    if (isPicture(VideoReader(plan.input).facts())) {
+    if (isPicture(plan.input)) {
         throw UsageError(plan.input.string() + ": is a picture, expected a video, or the name of a "
                                                "picture for the Native");
     }
@@ -77,6 +76,7 @@ int convertVideo(const CommandLine& commandLine, Messages& messages) {
 // tell.
 bool isQuilt(const CommandLine& commandLine, Messages& messages) {
     const fs::path& file = commandLine.files()[0];
+    refuseNative(file, "a photo or a quilt");
     if (parseQuiltName(file) || isVideo(file)) return true;
     const Display display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages, file, std::nullopt);

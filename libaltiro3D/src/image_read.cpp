@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "checks.hpp"
 #include "image_header.hpp"
 #include "memory_errors.hpp"
 #include "pixel_values.hpp"
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <fstream>
-#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -361,28 +361,10 @@ bool isGrey(const cv::Mat& bgr) {
     return true;
 }
 
-// Whether more than a few px differ visibly in their channels; in a large picture some rows tell.
-template <typename T>
-bool hasColours(const cv::Mat& bgr) {
-    constexpr int kMostRows = 512;
-    const T visible = std::is_integral_v<T> ? std::numeric_limits<T>::max() / 16 : T(0.0625);
-    const int step = bgr.rows / kMostRows + 1;
-    std::int64_t seen = 0;
-    std::int64_t coloured = 0;
-    for (int y = 0; y < bgr.rows; y += step) {
-        const T* pixel = bgr.ptr<T>(y);
-        for (int x = 0; x < bgr.cols; ++x, pixel += 3, ++seen) {
-            const auto [least, most] = std::minmax({pixel[0], pixel[1], pixel[2]});
-            if (most - least > visible) ++coloured;
-        }
-    }
-    return coloured * 50 > seen;
-}
-
 // Whole numbers stay what they are where all three channels agree.
 template <typename T>
 cv::Mat greyOf(const cv::Mat& bgr, Notes* notes) {
-    if (notes != nullptr && hasColours<T>(bgr)) {
+    if (notes != nullptr && hasColours(bgr)) {
         notes->emplace_back("has colours, and depth has none: their grey value is taken (is it the "
                             "depth, not the photo?)");
     }
@@ -455,6 +437,28 @@ cv::Mat readPhoto(const fs::path& path, Notes* notes) {
 double readFocalLength35mm(const fs::path& path) {
     if (givesBytesOnce(path)) return 0;
     return readPictureHeader(readFile(path, kMaxFileBytes), lowerExtension(path)).focalLength35mm;
+}
+
+bool hasColours(const cv::Mat& picture) {
+    checkType(picture, {CV_8UC3, CV_16UC3, CV_32FC3, CV_64FC3}, "picture",
+              "three channels of 8 or 16 bits or of floats");
+    constexpr int kMostRows = 512; // of a large picture some tell
+    const int step = picture.rows / kMostRows + 1;
+    cv::Mat rows;
+    for (int y = 0; y < picture.rows; y += step)
+        rows.push_back(picture.row(y));
+    rows.convertTo(rows, CV_32F);
+    double white = picture.depth() == CV_8U ? 255 : 65535;
+    if (picture.depth() >= CV_32F) white = cv::norm(rows, cv::NORM_INF); // floats have any unit
+    std::int64_t coloured = 0;
+    for (int y = 0; y < rows.rows; ++y) {
+        const auto* pixel = rows.ptr<cv::Vec3f>(y);
+        for (int x = 0; x < rows.cols; ++x) {
+            const auto [least, most] = std::minmax({pixel[x][0], pixel[x][1], pixel[x][2]});
+            if (most - least > white / 16) ++coloured;
+        }
+    }
+    return coloured * 50 > static_cast<std::int64_t>(rows.total());
 }
 
 bool isMarkedNative(const fs::path& path) {

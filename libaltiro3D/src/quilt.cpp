@@ -206,11 +206,12 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
                         " px, expected fewer");
     }
     validate(layout);
-    if (!request.grid && !request.name && request.quiltSize &&
+    if (!request.grid && !request.name && !request.tileSize && request.quiltSize &&
         !fits(aspectOf(layout.tileSize), aspectOf(standard.tileSize))) {
-        resolved.warnings.push_back("a picture of " + sizeText(canvas) +
-                                    " px whose name tells no layout is taken as a quilt of " +
-                                    layout.text() + ", which is unusual: is it a quilt?");
+        resolved.warnings.push_back(sizeText(canvas) +
+                                    " px, and a name that tells no layout, are taken for "
+                                    "a quilt of " +
+                                    layout.text() + ", which is an unusual shape: is it a quilt?");
     }
 
     // Both orders are in use among people; say so where the other one makes more sense.

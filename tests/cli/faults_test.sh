@@ -3,11 +3,14 @@
 # written, memory that is not there, processes that die. Whatever happens, a tool ends with 0, 1 or 2,
 # says one line, and leaves an output whole: as it was, or new.
 #
-#   faults_test.sh DIRECTORY-OF-TOOLS SOURCE-TREE [KILLS]
+#   faults_test.sh DIRECTORY-OF-TOOLS SOURCE-TREE [KILLS [TOOL|inputs]]
+#
+# With TOOL only that one is tried, with "inputs" only inputs that are made to hurt; else all.
 set -uo pipefail
 tools=$1
 source=$2
 kills=${3:-20}
+part=${4:-all}
 root=$(mktemp -d "${TMPDIR:-/tmp}/altiro3D-faults-XXXXXX")
 # a full disk that an interrupted run left mounted would keep the directory
 trap 'cd /; umount "$root/full" 2>/dev/null; chmod -R u+rwx "$root"; rm -rf -- "$root"' EXIT
@@ -18,7 +21,12 @@ mkdir -p "$root/home" "$root/models" "$root/in"
 echo '{"networks": []}' >"$root/models/catalog.json"
 failures=0
 checks=0
-all=(altiro3Dnative native2view photo2native quilt2native quilt2video video2native views2native)
+tools_tried=(altiro3Dnative native2view photo2native quilt2native quilt2video video2native views2native)
+case $part in
+all) ;;
+inputs) tools_tried=() ;;
+*) tools_tried=("$part") ;;
+esac
 
 fail() {
     failures=$((failures + 1))
@@ -99,7 +107,7 @@ localedef -i de_DE -f UTF-8 "$root/de_DE.UTF-8" 2>/dev/null ||
 # The tools are asked whether they are built with a sanitizer: its memory is not a tool's.
 sanitized=$(ldd "$tools/photo2native" | grep -cE 'lib[at]san')
 
-for tool in "${all[@]}"; do
+for tool in "${tools_tried[@]}"; do
     ending=$(ending_of "$tool")
     input=$(input_of "$tool")
     out=$root/out.$ending
@@ -273,6 +281,13 @@ for tool in "${all[@]}"; do
     check "$tool: nothing is left anywhere" holds_no_leftovers "$root"
 done
 
+finish() {
+    echo "$checks checks, $failures failed"
+    [[ $failures -eq 0 ]]
+    exit
+}
+[[ $part == all || $part == inputs ]] || finish
+
 # --- bombs: refused in one line, before memory is taken
 peak() { # of a command, MB; its status in `status`
     python3 - "$root" "$@" <<'PYTHON'
@@ -335,6 +350,4 @@ for tool in photo2native video2native; do
     check "$tool: a network that crashes OpenCV" ends 1
     check "$tool: a network that crashes OpenCV: one line" one_error "$tool" "crash.onnx: crashes OpenCV"
 done
-
-echo "$checks checks, $failures failed"
-[[ $failures -eq 0 ]]
+finish

@@ -621,9 +621,16 @@ TEST(Photo2Native, NamesInTheWrongOrderLoseNoPhoto) {
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-y", "out.png", "photo.png"}),
                       1, wrong));
     EXPECT_EQ(slurp(studio / "photo.png"), photo);
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-d", "-y", "out.png",
-                                                                     "depth.png", "photo.png"}),
-                      1, wrong));
+    const std::string depth = slurp(studio / "depth.png");
+    for (const Arguments& names : {Arguments{"out.png", "depth.png", "photo.png"},
+                                   {"depth.png", "out.png", "photo.png"},
+                                   {"out.png", "photo.png", "depth.png"},
+                                   {"photo.png", "out.png", "depth.png"}}) {
+        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-d", "-y"} + names), 1,
+                          "out.png: is a Native already"));
+    }
+    EXPECT_EQ(slurp(studio / "photo.png"), photo);
+    EXPECT_EQ(slurp(studio / "depth.png"), depth);
     EXPECT_TRUE(fails(studio.run("quilt2native", {"-c", "small.json", "out.png", "b.png"}), 1,
                       "out.png: is a Native already, expected a quilt"));
     EXPECT_TRUE(fails(
@@ -645,6 +652,18 @@ TEST(Photo2Native, AQuiltsNameIsAskedAbout) {
         "there is quilt2native"));
     EXPECT_TRUE(
         isDone(studio.run(kTool, studio.display() + Arguments{"photo_qs0x2.png", "b.png"})));
+}
+
+TEST(Photo2Native, NativesAmongThePhotosOfADirectoryAreLeftOut) {
+    SmallStudio studio;
+    fs::create_directory(studio / "photos");
+    writePicture(studio / "photos/a.png", madePhoto(40, 50));
+    const Arguments again = studio.display() + Arguments{"-y", "photos", "photos"};
+    ASSERT_TRUE(isDone(studio.run(kTool, again)));
+    const Outcome outcome = studio.run(kTool, again);
+    EXPECT_TRUE(warns(outcome, "photos/a_native.png: is a Native and no photo; it is left out"));
+    EXPECT_NE(outcome.out.find("1 of 1 photos done"), std::string::npos) << outcome.out;
+    EXPECT_EQ(names(studio / "photos"), (std::vector<std::string>{"a.png", "a_native.png"}));
 }
 
 TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {

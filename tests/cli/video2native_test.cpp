@@ -683,8 +683,11 @@ TEST(Video2NativeTool, ResumeReplacesNothingIfThereIsNothingToGoOnWith) {
     VideoStudio studio(1);
     spill(studio / "mine.mp4", "not to be lost");
     EXPECT_TRUE(fails(studio.run(kTool, studio.call("mine.mp4", {"--resume"})), 1,
-                      "mine.mp4: exists, and no unfinished run of it is kept"));
+                      "mine.mp4: exists, and no unfinished run of it is kept, so it may be "
+                      "complete, expected a new name"));
     EXPECT_EQ(slurp(studio / "mine.mp4"), "not to be lost");
+    const Arguments onto = studio.display() + Arguments{"--resume", "clip.mp4", "clip.mp4"};
+    EXPECT_TRUE(fails(studio.run(kTool, onto), 2, "is an input too"));
 }
 
 TEST(Video2NativeTool, ARunGoesOnWithTheSameInputsOnly) {
@@ -793,6 +796,29 @@ TEST(Video2NativeTool, ProgressIsForProgramsToo) {
         EXPECT_GT(report["stages"][i]["millisecondsPerFrame"], 0);
     }
     EXPECT_EQ(report["settings"]["given"]["depth"], "depth.mp4");
+}
+
+TEST(Video2NativeTool, PicturesOneAfterTheOtherAreAVideo) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(1);
+    ffmpeg("-i " + arg(studio / "clip.mp4") + " -frames:v 3 -f image2pipe -c:v png " +
+           arg(studio / "pictures.png"));
+    const Arguments call = studio.display() + Arguments{"-y"};
+    EXPECT_TRUE(isDone(studio.run(kTool, call + Arguments{"pictures.png", "o.mp4"})));
+    EXPECT_EQ(frameCount(studio / "o.mp4"), 3U);
+    // who says how a picture is to be read means it
+    EXPECT_TRUE(isDone(
+        studio.run(kTool, call + Arguments{"--input-format", "png_pipe", "photo.png", "o.mp4"})));
+    EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"--from-quilt", "quilt.png", "o.mp4"}), 2,
+                      "quilt.png: is a picture, expected a video; quilt2native"));
+}
+
+TEST(Video2NativeTool, ColoursOfGivenDepthAreWarnedOf) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(0.2);
+    EXPECT_TRUE(warns(
+        studio.run(kTool, studio.display() + Arguments{"-d", "depth.mp4", "clip.mp4", "o.mp4"}),
+        "clip.mp4: has colours, and depth has none"));
 }
 
 // --- calls -----------------------------------------------------------------------------------

@@ -68,7 +68,8 @@ TEST(Views2Native, OtherCountsAreSpreadOverTheViewsWithAWarning) {
         writeGreys(studio / "grey", pictures);
         EXPECT_TRUE(warns(studio.run(kTool, studio.display() + Arguments{"-y", "--save-quilt",
                                                                          "q.png", "grey", "a.png"}),
-                          "holds " + std::to_string(pictures) + " pictures for 6 views"));
+                          "holds " + std::to_string(pictures) +
+                              (pictures == 1 ? " picture" : " pictures") + " for 6 views"));
         fs::remove_all(studio / "grey");
         return greys(studio / "q_qs3x2a0.75.png", 3, 2);
     };

@@ -35,6 +35,23 @@ TEST(ViewerDocument, NameAndSizeTellWhatAPictureIs) {
     EXPECT_EQ(rgbd.facts(), "Photo, 45 x 60 px, with depth");
 }
 
+TEST(ViewerDocument, ThePngFileOfANativeSaysSoWhateverItsName) {
+    const tools::Display display = sampleDisplay({48, 64});
+    const TemporaryDirectory directory;
+    const cv::Mat native = detailedPhoto({48, 64});
+    const auto documentAt = [&](const char* name, const tools::Display& shownOn) {
+        const fs::path file = directory / name;
+        writePicture(file, native, PictureMark::Native);
+        return readDocument({file, {}, Reading::Automatic}, shownOn);
+    };
+    EXPECT_EQ(documentAt("a_qs8x6a0.75_native.png", display).kind, Kind::Native);
+    EXPECT_EQ(documentAt("a_rgbd_native.png", display).kind, Kind::Native);
+    const Document other = documentAt("a.png", sampleDisplay({96, 128}));
+    EXPECT_EQ(other.kind, Kind::Scene);
+    ASSERT_EQ(other.notes.size(), 1U);
+    EXPECT_NE(other.notes[0].find("but not of this display's 96 x 128 px"), std::string::npos);
+}
+
 TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {
     QFile entry(QString::fromStdString(sourcePath("tools/viewer/altiro3Dview.desktop").string()));
     ASSERT_TRUE(entry.open(QIODevice::ReadOnly));

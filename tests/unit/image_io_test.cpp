@@ -570,6 +570,16 @@ TEST_F(ImageIo, OnlyColoursThatShowAreNotedInDepthImages) {
     grey.convertTo(wide, CV_16U, 257);
     EXPECT_EQ(notesOf(wide, ".png"), 0U);
     EXPECT_EQ(notesOf(wide + cv::Scalar(5000, 0, 0), ".png"), 1U);
+    cv::Mat floats;
+    cv::Mat(grey + cv::Scalar(6, 0, 0)).convertTo(floats, CV_32F, 1000); // below a sixteenth of the most
+    EXPECT_FALSE(hasColours(floats));
+    cv::Mat(grey - cv::Scalar(0, 8, 0)).convertTo(floats, CV_32F, 1e-6);
+    EXPECT_TRUE(hasColours(floats));
+    EXPECT_FALSE(hasColours(cv::Mat(3, 3, CV_32FC3, cv::Scalar::all(0))));
+    EXPECT_FALSE(hasColours(cv::Mat(3, 3, CV_32FC3, cv::Scalar::all(NAN))));
+    EXPECT_FALSE(hasColours(cv::Mat(3, 3, CV_64FC3, cv::Scalar(1, HUGE_VAL, 2))));
+    EXPECT_THROW(hasColours(cv::Mat(3, 3, CV_8UC1)), Error);
+    EXPECT_THROW(hasColours(cv::Mat()), Error);
     cv::Mat tall(3000, 4, CV_8UC3, cv::Scalar(10, 20, 200)); // not each row is looked at
     EXPECT_EQ(notesOf(tall, ".png"), 1U);
 }

@@ -218,6 +218,7 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
 void DepthSource::readFiles(const fs::path& photoFile, const fs::path& depthFile, cv::Mat& photo,
                             cv::Mat& rawDepth, Messages& messages) const {
     refuseNative(photoFile, "a photo");
+    if (fromFiles_) refuseNative(depthFile, "a depth picture");
     warnIfQuilt(photoFile, "quilt2native", messages);
     Notes photoNotes;
     Notes depthNotes;

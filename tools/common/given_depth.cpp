@@ -38,6 +38,10 @@ GivenDepth::GivenDepth(fs::path source, const VideoReaderOptions& part, const Vi
     if (!video_->read(frame_)) {
         throw Error(ErrorCode::BadFormat, source_.string(), "holds no depth for this part");
     }
+    if (hasColours(frame_.picture)) {
+        notes_.push_back(source_.string() + ": has colours, and depth has none: their grey value "
+                                            "is taken (is it the depth, not the video?)");
+    }
     hasAhead_ = video_->read(ahead_);
 }
 

@@ -91,7 +91,7 @@ void Outputs::check() const {
     if (existing.empty() || replace_ || userAgrees(existing)) return;
     if (existing.size() == 1) {
         throw Error(ErrorCode::WriteFailed, existing.front().string(),
-                    "exists, expected a new name, or -y to replace it");
+                    "exists" + why_ + ", expected a new name, or -y to replace it");
     }
     throw Error(ErrorCode::WriteFailed, existing.front().string(),
                 "exists, and so do " + std::to_string(existing.size() - 1) +

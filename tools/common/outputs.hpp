@@ -21,6 +21,9 @@ class Outputs {
     /// A directory that outputs go into; makeDirectories() makes it if it is not there.
     void addDirectory(const std::filesystem::path& directory) { directories_.push_back(directory); }
 
+    /// What else is to be said of an output that exists: "and ...".
+    void explainExisting(const std::string& why) { why_ = ", " + why; }
+
     /// Checks all of it; asks on a terminal where a file exists and `-y` was not given.
     /// @throws UsageError (output = input, two outputs in one), Error (exists, no directory)
     void check() const;
@@ -30,6 +33,7 @@ class Outputs {
 
   private:
     bool replace_;
+    std::string why_;
     std::vector<std::filesystem::path> inputs_;
     std::vector<std::filesystem::path> outputs_;
     std::vector<std::filesystem::path> directories_;

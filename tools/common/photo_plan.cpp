@@ -26,8 +26,8 @@ fs::path outputName(const std::optional<std::string>& wanted, bool batch, const 
 }
 
 // The photos (and depths) among the names; the last name is the output.
-std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>& names,
-                                                    bool pairs) {
+std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>& names, bool pairs,
+                                                    Messages& messages) {
     std::vector<std::pair<fs::path, fs::path>> inputs;
     std::vector<fs::path> given(names.begin(), names.end() - 1);
     if (pairs && given.size() == 2 && isDirectory(given[0]) && isDirectory(given[1])) {
@@ -54,8 +54,13 @@ std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>&
                 inputs.emplace_back(name, fs::path());
                 continue;
             }
-            for (const fs::path& photo : listPictures(name))
-                inputs.emplace_back(photo, fs::path());
+            for (const fs::path& photo : listPictures(name)) {
+                if (isMarkedNative(photo)) { // of an earlier run, it may be
+                    messages.warn(photo.string() + ": is a Native and no photo; it is left out");
+                } else {
+                    inputs.emplace_back(photo, fs::path());
+                }
+            }
         }
     }
     if (inputs.empty()) {
@@ -68,14 +73,14 @@ std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>&
 } // namespace
 
 PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
-                     const QuiltLayout& layout) {
+                     const QuiltLayout& layout, Messages& messages) {
     const std::vector<fs::path>& names = commandLine.files();
     const bool pairs = commandLine.has("d");
     const std::size_t least = pairs ? 3 : 2;
     if (names.size() < least) {
         commandLine.failNames(pairs ? "PHOTO DEPTH OUT" : "PHOTO and OUT");
     }
-    const auto inputs = inputsOf(names, pairs);
+    const auto inputs = inputsOf(names, pairs, messages);
     const fs::path& last = names.back();
     std::error_code error;
     PhotoPlan plan;

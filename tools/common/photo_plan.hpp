@@ -32,7 +32,7 @@ struct PhotoPlan {
 /// @param layout of the quilts, which is a part of their names
 /// @throws UsageError, Error (a directory that cannot be listed or holds no pictures)
 PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
-                     const QuiltLayout& layout);
+                     const QuiltLayout& layout, Messages& messages);
 
 /// Checks every name before any work is done: no output is an input, none would be lost. The result
 /// makes the directories.

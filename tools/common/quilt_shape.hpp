@@ -20,6 +20,9 @@ class QuiltShape {
     /// @param notes what was left out; may be null
     cv::Mat apply(const cv::Mat& picture, Notes* notes) const;
 
+    /// Width : height in which a view is shown.
+    double shownAspect() const { return fit_ == FitMode::Stretch ? panelAspect_ : aspect_; }
+
     /// Warns of views that the file's name means for another shape.
     void warnIfStretched(Messages& messages) const;
 

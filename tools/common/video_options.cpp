@@ -1,5 +1,7 @@
 #include "common/video_options.hpp"
 
+#include "altiro3D/error.hpp"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -168,12 +170,19 @@ std::string clockText(double seconds) {
     return text;
 }
 
-bool isPicture(const VideoFacts& facts) {
-    const std::string& format = facts.format;
+bool isPicture(const std::filesystem::path& file) {
+    VideoReader reader(file);
+    const std::string& format = reader.facts().format;
     const std::string ending = "_pipe";
-    return format == "image2" ||
-           (format.size() > ending.size() &&
-            format.compare(format.size() - ending.size(), ending.size(), ending) == 0);
+    const bool mayBe = format == "image2" ||
+                       (format.size() > ending.size() &&
+                        format.compare(format.size() - ending.size(), ending.size(), ending) == 0);
+    if (!mayBe) return false;
+    try {
+        return !reader.next() || !reader.next(); // pictures may also stand one after the other
+    } catch (const Error&) {
+        return true; // a broken one
+    }
 }
 
 std::string tellNotes(const VideoReader& reader, Messages& messages) {

@@ -47,8 +47,9 @@ double secondsOption(const std::string& option, const std::string& text);
 /// "0:05.2" or "1:02:03"
 std::string clockText(double seconds);
 
-/// Whether it is one picture, which FFmpeg takes for a video of one frame.
-bool isPicture(const VideoFacts& facts);
+/// Whether a file is one picture, which FFmpeg takes for a video of one frame.
+/// @throws Error if it cannot be opened
+bool isPicture(const std::filesystem::path& file);
 
 /// Warns of what a reader has found.
 /// @return that the video is cut off, for an error; empty if it is not

@@ -85,13 +85,9 @@ void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const D
     std::error_code error;
     const bool goesOn =
         commandLine.has("resume") && !plan.show && ResumableVideoWriter::isUnfinished(plan.output);
-    if (commandLine.has("resume") && !goesOn && !commandLine.has("y") &&
-        fs::is_regular_file(plan.output, error)) {
-        throw Error(ErrorCode::WriteFailed, plan.output.string(),
-                    "exists, and no unfinished run of it is kept: it is complete already, or not "
-                    "of this tool; expected -y to make it anew");
-    }
     Outputs outputs(commandLine.has("y") || goesOn);
+    if (commandLine.has("resume") && !goesOn)
+        outputs.explainExisting("and no unfinished run of it is kept, so it may be complete");
     for (const fs::path& file : display.files)
         outputs.addInput(file);
     for (const fs::path& file : {plan.input, plan.depth}) {

@@ -34,9 +34,9 @@ bool VideoProgress::json(const CommandLine& commandLine) {
 }
 
 VideoProgress::VideoProgress(bool json, std::optional<std::int64_t> frames,
-                             std::optional<double> seconds, std::int64_t done)
+                             std::optional<double> seconds, std::int64_t done, double doneTime)
     : json_(json), terminal_(!json && isatty(STDERR_FILENO) != 0), frames_(frames),
-      seconds_(seconds), before_(done) {}
+      seconds_(seconds), before_(done), time_(doneTime) {}
 
 VideoProgress::~VideoProgress() {
     clear();
@@ -87,6 +87,7 @@ void VideoProgress::show() {
                   static_cast<long long>(before_ + done_), rate());
     text += numbers;
     if (left) text += ", " + clockText(*left) + " left";
+    onTerminal_ = true;
     std::fputs(text.c_str(), stderr);
     std::fflush(stderr);
 }
@@ -109,6 +110,7 @@ void VideoProgress::finishing() {
     clear();
     if (json_) putLine("finishing");
     if (!terminal_) return;
+    onTerminal_ = true;
     std::fputs("finishing the file ...", stderr);
     std::fflush(stderr);
 }
@@ -119,7 +121,8 @@ void VideoProgress::end(const std::string& state) {
 }
 
 void VideoProgress::clear() {
-    if (terminal_ && done_ > 0) std::fputs("\r\033[K", stderr);
+    if (onTerminal_) std::fputs("\r\033[K", stderr);
+    onTerminal_ = false;
 }
 
 } // namespace altiro3D::tools

@@ -21,8 +21,9 @@ class VideoProgress {
     /// @param frames how many there are in all, as far as known
     /// @param seconds how long the video is, as far as known
     /// @param done frames that an earlier run has made
+    /// @param doneTime where they end, s of the video
     VideoProgress(bool json, std::optional<std::int64_t> frames, std::optional<double> seconds,
-                  std::int64_t done);
+                  std::int64_t done, double doneTime);
     ~VideoProgress();
     VideoProgress(const VideoProgress&) = delete;
     VideoProgress& operator=(const VideoProgress&) = delete;
@@ -48,8 +49,9 @@ class VideoProgress {
     std::optional<double> seconds_;
     std::int64_t before_;
     std::int64_t done_ = 0;
-    double time_ = 0;
+    double time_;
     double firstTime_ = -1;
+    bool onTerminal_ = false; // there is something to take away
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point shown_{};
 };

@@ -114,15 +114,16 @@ struct Studio {
     double unit() const { return reader->facts().timeBase.value(); }
 };
 
-// Refuses what opens but is no video for this call.
-void checkInput(const CommandLine& commandLine, const VideoPlan& plan, const VideoFacts& facts) {
+// A picture opens as a video of one frame; who asks for that says so by --input-...
+void refusePicture(const CommandLine& commandLine, const VideoPlan& plan) {
     std::error_code error;
-    if (fs::is_regular_file(plan.input, error) && !commandLine.has("input-format") &&
-        isPicture(facts)) {
-        throw UsageError(plan.inputName() +
-                         ": is a picture, expected a video; photo2native makes a Native of a "
-                         "photo");
+    if (!fs::is_regular_file(plan.input, error) || commandLine.has("input-format") ||
+        commandLine.has("input-options") || !isPicture(plan.input)) {
+        return;
     }
+    throw UsageError(plan.inputName() + ": is a picture, expected a video; " +
+                     (plan.fromQuilt ? "quilt2native makes a Native of a quilt"
+                                     : "photo2native makes a Native of a photo"));
 }
 
 // Opens everything but the output; all that can be said against the call is said here.
@@ -141,7 +142,7 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     plan.part.threads = std::min(cv::getNumThreads(), 16);
     studio.reader = std::make_unique<VideoReader>(plan.input, plan.part);
     const VideoFacts& facts = studio.reader->facts();
-    checkInput(commandLine, plan, facts);
+    refusePicture(commandLine, plan);
     messages.say(studio.plan.inputName() + ": " + factsText(facts));
     if (!plan.fromQuilt) warnIfQuilt(plan.input, "--from-quilt", messages);
     studio.layout = plan.fromQuilt
@@ -263,6 +264,16 @@ void tellRemarks(const Studio& studio, Result& result, Messages& messages) {
         adjacentParallax(studio.views, studio.layout, studio.display.panelSize, {0, 1}), messages);
 }
 
+[[noreturn]] void failEmpty(const VideoPlan& plan, const VideoFacts& facts, bool stopped) {
+    if (stopped) {
+        throw Error(ErrorCode::BadFormat, plan.inputName(), "was stopped before the first frame");
+    }
+    std::string problem = "holds no frames in this part, expected some";
+    if (facts.duration && plan.part.from >= *facts.duration)
+        problem += " (it ends at " + clockText(*facts.duration) + ")";
+    throw Error(ErrorCode::BadFormat, plan.inputName(), problem);
+}
+
 // Makes the file.
 Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress,
                Messages& messages) {
@@ -291,8 +302,8 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
         result.keptFrames = kept.frames;
         tally.frames = kept.frames;
         tally.end = static_cast<double>(kept.nextPts) * unit;
-        messages.say("goes on at " + clockText(tally.end) + ", " + std::to_string(kept.frames) +
-                     " frames are there");
+        messages.say("goes on at " + clockText(tally.end) +
+                     "; what is there: " + counted(kept.frames, "frame"));
         if (studio.depth && !kept.state.empty()) studio.depth->depth().setState(kept.state);
         reader.skipTo(kept.nextPts);
     }
@@ -300,7 +311,7 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
     if (facts.duration) length = std::min(*facts.duration, plan.part.to) - plan.part.from;
     const bool whole = plan.part.from <= 0 && !std::isfinite(plan.part.to);
     VideoProgress progress(jsonProgress, whole ? facts.frameCount : std::nullopt, length,
-                           kept.frames);
+                           kept.frames, tally.end);
 
     std::vector<PipelineStage> stages =
         middleStages(studio, [&sink](std::int64_t frame) { return sink.wantsState(frame); });
@@ -321,6 +332,13 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
     options.dropLate = facts.isDevice;
     try {
         result.pipeline = runPipeline(stages, options);
+        result.stopped = stopWanted.load();
+        if (tally.frames == 0) failEmpty(plan, facts, result.stopped);
+        progress.finishing();
+        const auto start = std::chrono::steady_clock::now();
+        sink.finish(!result.stopped);
+        const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+        result.finishSeconds = time.count();
     } catch (...) {
         progress.clear();
         if (plan.isFile && tally.frames > 0) {
@@ -330,20 +348,6 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
         }
         throw;
     }
-    result.stopped = stopWanted.load();
-    if (tally.frames == 0) {
-        throw Error(ErrorCode::BadFormat, studio.plan.inputName(),
-                    result.stopped
-                        ? "was stopped before the first frame"
-                        : "holds no frames in this part, expected some" +
-                              (facts.duration ? " (it ends at " + clockText(*facts.duration) + ")"
-                                              : std::string()));
-    }
-    progress.finishing();
-    const auto finishStart = std::chrono::steady_clock::now();
-    sink.finish(!result.stopped);
-    const std::chrono::duration<double> finishTime = std::chrono::steady_clock::now() - finishStart;
-    result.finishSeconds = finishTime.count();
     tellRemarks(studio, result, messages);
     progress.end(result.state());
     constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D"};
@@ -393,8 +397,8 @@ Result show(const CommandLine& commandLine, Studio& studio, Messages& messages) 
     result.failed = status != kExitDone && !result.stopped; // and altiro3Dview has said why
     if (result.failed) return result;
     tellRemarks(studio, result, messages);
-    messages.say(studio.plan.inputName() + ": " + std::to_string(result.tally.frames) +
-                 " frames shown, " + std::to_string(result.pipeline.dropped) + " dropped; " +
+    messages.say(studio.plan.inputName() + ": " + counted(result.tally.frames, "frame") +
+                 " shown, " + std::to_string(result.pipeline.dropped) + " dropped; " +
                  fixed(result.rate(), 1) + " fps");
     return result;
 }
@@ -469,8 +473,7 @@ void tellDetails(const Studio& studio, const Result& result, Messages& messages)
                         std::to_string(tally.repeated) + " repeated frames");
     }
     if (!studio.plan.show && result.pipeline.dropped > 0) {
-        messages.say(std::to_string(result.pipeline.dropped) +
-                     " frames came too fast and were left out");
+        messages.say(counted(result.pipeline.dropped, "frame") + " came too fast, left out");
     }
 }
 

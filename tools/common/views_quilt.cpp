@@ -24,9 +24,9 @@ ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& 
                         const QuiltLayout& layout, double aspect, FitMode mode, Messages& messages,
                         const std::function<void(const fs::path&)>& atFile) {
     if (files.size() != static_cast<std::size_t>(layout.viewCount)) {
-        messages.warn(directory.string() + " holds " + std::to_string(files.size()) +
-                      " pictures for " + std::to_string(layout.viewCount) +
-                      " views: each view takes the picture nearest to it");
+        messages.warn(directory.string() + " holds " + counted(files.size(), "picture") + " for " +
+                      counted(static_cast<std::uintmax_t>(layout.viewCount), "view") +
+                      ": each view takes the picture nearest to it");
     }
     ViewsQuilt result;
     result.quilt = cv::Mat(layout.size(), CV_8UC3, cv::Scalar::all(0));

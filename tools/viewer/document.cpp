@@ -35,12 +35,12 @@ std::string sizeText(cv::Size size) {
 // What a picture's name and size suggest.
 Reading guess(const fs::path& file, cv::Size size, const tools::Display& display) {
     const std::string stem = lower(file.stem().string());
+    if (size == display.panelSize && isMarkedNative(file)) return Reading::Native;
     if (parseQuiltName(file)) return Reading::Quilt;
     if (contains(stem, "rgbd")) {
         return contains(stem, "topbottom") ? Reading::RgbdBottom : Reading::RgbdRight;
     }
     const bool lossy = isOneOf(lower(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
-    if (isMarkedNative(file)) return Reading::Native;
     if (size == display.panelSize && (!lossy || contains(stem, "native"))) return Reading::Native;
     return Reading::Photo;
 }
@@ -145,6 +145,9 @@ Document documentOf(const Source& source, const cv::Mat& picture, const tools::D
         document.picture = fitQuilt(document.picture, document.layout, &document.notes);
     } else if (reading == Reading::Native) {
         document.kind = Kind::Native;
+    } else if (isMarkedNative(source.file)) {
+        document.notes.push_back("the file says that it is a Native, but not of this display's " +
+                                 sizeText(display.panelSize) + "; it is taken as a photo");
     }
     return document;
 }

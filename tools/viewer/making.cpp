@@ -183,7 +183,9 @@ std::string writeProduct(const Scene& scene, Product product, const fs::path& ta
     case Product::Native: {
         const cv::Mat native = makeNative(scene, fitted(scene, nativeFitSize(scene)));
         progress(0.5);
-        writePicture(file, native, PictureMark::Native);
+        // a picture that was opened as a Native may be a photo of that size
+        const bool made = scene.document->kind != Kind::Native;
+        writePicture(file, native, made ? PictureMark::Native : PictureMark::None);
         break;
     }
     case Product::Quilt: {

@@ -58,6 +58,13 @@ ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes*
 /// @throws Error as readPicture()
 ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path, Notes* notes = nullptr);
 
+/// Whether a picture shows colours, as depth does not: in more than 2 % of its px the channels
+/// differ by more than a sixteenth of white, of floats a sixteenth of the largest one.
+///
+/// @param picture [rows x cols, CV_8UC3, CV_16UC3, CV_32FC3 or CV_64FC3]
+/// @throws Error InvalidArgument
+ALTIRO3D_EXPORT bool hasColours(const cv::Mat& picture);
+
 /// What a picture file says of itself, for those who take it for something else.
 enum class PictureMark {
     None,

@@ -319,9 +319,10 @@ int run(const CommandLine& commandLine, Messages& messages) {
     }
     const std::size_t wanted = single || collection ? 0 : commandLine.has("d") ? 2 : 1;
     if (commandLine.files().size() != wanted) {
-        throw UsageError("expected " + std::to_string(wanted) + " names, got " +
-                         std::to_string(commandLine.files().size()) +
-                         "; see altiro3Dtradeoff --help");
+        commandLine.failNames(wanted == 0   ? "no names beside --photo or --scenes"
+                              : wanted == 2 ? "PHOTO and DEPTH"
+                                            : "PHOTO (with -d PHOTO and DEPTH)",
+                              wanted);
     }
     Outputs outputs(commandLine.has("y"));
     for (const char* input : {"photo", "disparity", "truth", "scenes"}) {

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <sstream>
 
@@ -56,7 +57,8 @@ struct Job {
     std::optional<cv::Size> size; // of each view, else the panel's
 };
 
-Job planJob(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout) {
+Job planJob(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout,
+            Messages& messages) {
     commandLine.exclude("angle", "view");
     commandLine.exclude("angle", "quilt-of-views");
     commandLine.exclude("view", "quilt-of-views");
@@ -68,6 +70,11 @@ Job planJob(const CommandLine& commandLine, const Display& display, const QuiltL
     const auto list = job.quilt ? std::string("all") : commandLine.value("view");
     if (!list) {
         const double angle = commandLine.number("angle", -kWidestAngle, kWidestAngle).value_or(0);
+        const double most = display.calibration->viewCone / 2;
+        if (std::abs(angle) > most) {
+            messages.warn("the display's views fill " + fixed(most, 0) +
+                          " degrees to each side; beyond them they come once more");
+        }
         job.eyes = {eyeAtAngle(*display.calibration, angle)};
         job.files = {output};
     } else {
@@ -104,7 +111,7 @@ Outputs checkedOutputs(const CommandLine& commandLine, const Display& display, c
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 2) commandLine.failNames("NATIVE and OUT");
+    if (commandLine.files().size() != 2) commandLine.failNames("NATIVE and OUT", 2);
     const fs::path& nativeFile = commandLine.files()[0];
     const Display display = findDisplay(commandLine, messages);
     if (!display.calibration) {
@@ -112,7 +119,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
                          "calibration with -c");
     }
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
-    const Job job = planJob(commandLine, display, layout);
+    const Job job = planJob(commandLine, display, layout, messages);
     requireFile(nativeFile);
     const Outputs outputs = checkedOutputs(commandLine, display, job);
     StageTimes times;

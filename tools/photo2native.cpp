@@ -55,8 +55,10 @@ AdjacentParallax tellParallax(const Studio& studio, const ViewOptions& views, co
     messages.say("parallax: strength " + fixed(views.strengthPercent, 1) + " %, focus " +
                  fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) +
                  " view px (" + fixed(parallax.panelPixels, 2) +
-                 " panel px) between adjacent views; up to " + fixed(kParallaxBudgetPixels, 0) +
-                 " view px look clean");
+                 " panel px) between adjacent views; above " + fixed(kParallaxBudgetPixels, 0) +
+                 " view px hard edges show double");
+    if (views.strengthPercent > 0 && views.strengthPercent < 1 && parallax.viewPixels < 0.1)
+        messages.warn("the picture will be nearly flat: --strength is in %, 10 is usual");
     warnAboutParallax(parallax, messages);
     return parallax;
 }
@@ -302,6 +304,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         throw UsageError("--seconds, --turns, --fps and --size shape the video of --lg, expected "
                          "--lg with them");
     }
+    if (!commandLine.has("budget")) requireKnobsOf(commandLine, views.method);
     NativeRoad::check(commandLine);
     const Display display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
@@ -334,6 +337,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     Progress progress(plan.items.size());
     for (const PhotoItem& item : plan.items) {
         progress.step(item.photo.filename().string());
+        if (plan.batch) messages.setSubject(item.photo.filename().string());
         if (!plan.batch) {
             pictures.push_back(makePicture(item, studio, messages));
             continue;
@@ -352,6 +356,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         }
     }
     progress.clear();
+    messages.setSubject({});
     const double peak = peakMegabytes();
     if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
     if (plan.batch) {

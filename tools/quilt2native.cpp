@@ -31,7 +31,7 @@ struct Job {
 bool isVideo(const fs::path& file) {
     if (canWritePicture(file)) return false; // by its name
     try {
-        return !isPicture(file);
+        return !isPicture(file) && VideoReader(file).facts().format != "gif";
     } catch (const Error&) {
         return false; // who reads it as a picture says what is wrong with it
     }
@@ -85,7 +85,7 @@ bool isQuilt(const CommandLine& commandLine, Messages& messages) {
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT");
+    if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT", 2);
     if (commandLine.has("tell-kind")) {
         messages.leaveStandardOutput();
         std::cout << (isQuilt(commandLine, messages) ? "quilt" : "photo") << "\n";
@@ -114,7 +114,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     outputs.addInput(job.quilt);
     for (const fs::path& file : job.display.files)
         outputs.addInput(file);
-    outputs.addOutput(job.native);
+    outputs.addNative(job.native);
     outputs.check();
     convertPicture(job, messages);
     return kExitDone;

@@ -49,7 +49,7 @@ Views chooseViews(const CommandLine& commandLine, const std::optional<Calibratio
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT");
+    if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT", 2);
     const fs::path& quiltFile = commandLine.files()[0];
     const fs::path& output = commandLine.files()[1];
     const FitMode fit = fitOption(commandLine, FitMode::Cover);

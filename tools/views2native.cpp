@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 2) commandLine.failNames("DIR and OUT");
+    if (commandLine.files().size() != 2) commandLine.failNames("DIR and OUT", 2);
     const fs::path& directory = commandLine.files()[0];
     const fs::path& output = commandLine.files()[1];
     const FitMode mode = fitOption(commandLine, FitMode::Cover);
@@ -33,7 +33,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     Outputs outputs(commandLine.has("y"));
     for (const fs::path& file : files)
         outputs.addInput(file);
-    outputs.addOutput(output);
+    outputs.addNative(output);
     std::optional<fs::path> quiltOutput;
     StageTimes times;
     const Display display = findDisplay(commandLine, messages);

@@ -365,8 +365,8 @@ bool isGrey(const cv::Mat& bgr) {
 template <typename T>
 cv::Mat greyOf(const cv::Mat& bgr, Notes* notes) {
     if (notes != nullptr && hasColours(bgr)) {
-        notes->emplace_back("has colours, and depth has none: their grey value is taken (is it the "
-                            "depth, not the photo?)");
+        notes->emplace_back("has colours, and depth has none: their grey value is taken (the photo "
+                            "comes first, then its depth)");
     }
     cv::Mat grey;
     if (std::is_integral_v<T> && isGrey<T>(bgr)) {

@@ -206,12 +206,12 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
                         " px, expected fewer");
     }
     validate(layout);
-    if (!request.grid && !request.name && !request.tileSize && request.quiltSize &&
-        !fits(aspectOf(layout.tileSize), aspectOf(standard.tileSize))) {
-        resolved.warnings.push_back(sizeText(canvas) +
-                                    " px, and a name that tells no layout, are taken for "
-                                    "a quilt of " +
-                                    layout.text() + ", which is an unusual shape: is it a quilt?");
+    if (!request.grid && !request.name && !request.tileSize &&
+        request.quiltSize.value_or(standard.size()) != standard.size()) {
+        resolved.warnings.push_back(
+            "the file's name tells no layout, and its " + sizeText(canvas) +
+            " px are not the display's own: taken for " + layout.text() +
+            " (-q ROWSxCOLUMNS tells another; a photo or plain video is no quilt)");
     }
 
     // Both orders are in use among people; say so where the other one makes more sense.

@@ -262,7 +262,7 @@ TEST_F(Tradeoff, TheDepthOfAPhotoMayBeGiven) {
     EXPECT_TRUE(rows.back().at("psnrWhole").is_null()) << "the reference itself";
     EXPECT_TRUE(rows.front().at("psnrWhole").is_number()) << rows.front();
 
-    EXPECT_TRUE(fails(run({"-d", "L.png"}), 2, "expected 2 names, got 1"));
+    EXPECT_TRUE(fails(run({"-d", "L.png"}), 2, "expected PHOTO and DEPTH, got 1 name"));
     EXPECT_TRUE(fails(run({"-d", "L.png", "none.png"}), 1, "none.png"));
 }
 
@@ -271,15 +271,16 @@ TEST_F(Tradeoff, WrongCombinationsAreWrongUsage) {
     const char* const together = "--photo, --disparity and --truth belong together";
     const char* const oneScene = "--save-views shows one scene";
     const std::pair<Arguments, const char*> cases[] = {
-        {{}, "expected 1 names, got 0"},
-        {{"L.png", "R.png"}, "expected 1 names, got 2"},
+        {{}, "expected PHOTO (with -d PHOTO and DEPTH), got 0 names"},
+        {{"L.png", "R.png"}, "expected PHOTO (with -d PHOTO and DEPTH), got 2 names"},
         {{"--photo", "L.png"}, together},
         {{"--photo", "L.png", "--truth", "R.png"}, together},
         {{"--truth", "R.png", "L.png"}, together},
         {{"--disparity", "D.png", "L.png"}, together},
-        {scene() + Arguments{"L.png"}, "expected 0 names, got 1"},
+        {scene() + Arguments{"L.png"}, "expected no names beside --photo or --scenes, got 1 name"},
         {scene() + Arguments{"--scenes", "scenes.csv"}, "--photo and --scenes exclude each other"},
-        {{"--scenes", "scenes.csv", "L.png"}, "expected 0 names, got 1"},
+        {{"--scenes", "scenes.csv", "L.png"},
+         "expected no names beside --photo or --scenes, got 1 name"},
         {{"--scenes", "scenes.csv", "--save-views", "views"}, oneScene},
         {{"--save-views", "views", "L.png"}, oneScene},
         {{"--wrong", "L.png"}, "Unknown option 'wrong'"},

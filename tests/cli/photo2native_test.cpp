@@ -266,7 +266,8 @@ TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {
 
 TEST(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
     SmallStudio studio;
-    const std::string kinds = ", expected near-white, far-white, metric or metric:UNITS_PER_METRE";
+    const std::string kinds =
+        ", expected near-white, far-white, metric or metric:SCALE (units of a metre)";
     const std::pair<Arguments, std::string> cases[] = {
         {{"-d", "--rgbd", "left"}, "-d and --rgbd exclude each other"},
         {{"-d", "-n", "x.onnx"}, "-d and -n exclude each other"},
@@ -642,6 +643,52 @@ TEST(Photo2Native, NamesInTheWrongOrderLoseNoPhoto) {
         "photo.png: has colours, and depth has none"));
 }
 
+TEST(Photo2Native, WhatIsMeantIsGuessedAndSaid) {
+    SmallStudio studio;
+    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
+    spill(studio / "clip.mp4", "");
+    const std::pair<Arguments, const char*> wrong[] = {
+        {{"small.json", "photo.png", "o.png"}, "a calibration is given with -c"},
+        {{"a.map", "photo.png", "o.png"}, "a look-up table is given with -m"},
+        {{"clip.mp4", "o.png"}, "video2native makes Natives of videos"},
+        {{"photo.png", "o.mp4"}, "video2native makes videos"},
+        {{"-c", "a.map", "photo.png", "o.png"}, "tables are given with -m"},
+        {{"-m", "small.json", "photo.png", "o.png"}, "calibrations are given with -c"},
+        {{"--strenght", "5", "photo.png", "o.png"}, "did you mean --strength?"},
+        {{"--methods=fast", "photo.png", "o.png"}, "did you mean --method?"},
+        {{"-strength", "5", "photo.png", "o.png"}, "long options have two dashes: --strength"},
+        {{"--save-quilt", "photo.png", "o.png"}, "got 1 name (--save-quilt took photo.png)"},
+        {{"--refine", "2", "photo.png", "o.png"}, "--refine is a knob of method fast"},
+        {{"-g", "--dilate", "3", "photo.png", "o.png"}, "expected --method layered with it"},
+        {{"--method", "fast", "--inpaint", "ns", "photo.png", "o.png"}, "of method real"}};
+    for (const auto& [arguments, message] : wrong)
+        EXPECT_TRUE(fails(studio.run(kTool, arguments), 2, message));
+    const Outcome unknown = studio.run(kTool, {"--quite-another", "photo.png", "o.png"});
+    EXPECT_TRUE(fails(unknown, 2, "quite-another"));
+    EXPECT_EQ(unknown.err.find("did you mean"), std::string::npos) << unknown.err;
+    EXPECT_FALSE(fs::exists(studio / "o.png"));
+    // an existing file that is no Native may be an input
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"photo.png", "depth.png"}), 1,
+                      "depth.png: exists, and is no Native (first what is read, then what is "
+                      "written)"));
+    EXPECT_TRUE(warns(
+        studio.run(kTool, studio.display() + Arguments{"--strength", "0.1", "photo.png", "o.png"}),
+        "--strength is in %"));
+}
+
+TEST(Photo2Native, ACalibrationIsFoundInItsVolume) {
+    SmallStudio studio;
+    fs::create_directories(studio / "LKG/LKG_calibration");
+    fs::rename(studio / "small.json", studio / "LKG/LKG_calibration/visual.json");
+    const Arguments rest{"-q", "2x3", "-r", "40x30", "photo.png"};
+    EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"-c", "LKG"} + rest + Arguments{"a.png"})));
+    EXPECT_TRUE(isDone(
+        studio.run(kTool, Arguments{"-c", "LKG/LKG_calibration"} + rest + Arguments{"b.png"})));
+    EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
+    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-c", "."} + rest + Arguments{"c.png"}), 1,
+                      "is a directory"));
+}
+
 TEST(Photo2Native, AQuiltsNameIsAskedAbout) {
     SmallStudio studio;
     fs::copy(studio / "photo.png", studio / "photo_qs3x2a0.75.png");
@@ -678,7 +725,8 @@ TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
         studio.run(kTool, studio.display() + Arguments{"--report", "r.json", "--save-quilt", "q",
                                                        "--save-views", "v", "photos", "out"});
     EXPECT_TRUE(fails(outcome, 1, "photos/b.png"));
-    EXPECT_NE(outcome.out.find("3 of 4 photos done"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("\n3 of 4 photos done"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("\nc.png: parallax: "), std::string::npos) << outcome.out;
     EXPECT_EQ(names(studio / "out"),
               (std::vector<std::string>{"a_native.png", "c_native.png", "d_native.png"}));
     EXPECT_EQ(names(studio / "q").size(), 3U);

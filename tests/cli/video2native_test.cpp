@@ -706,7 +706,10 @@ TEST(Video2NativeTool, ARunGoesOnWithTheSameInputsOnly) {
         EXPECT_TRUE(fails(studio.run(kTool, call), 1, "video was")) << input;
         fs::last_write_time(input, time);
     }
-    EXPECT_TRUE(isDone(studio.run(kTool, call)));
+    fs::rename(studio / "small.json", studio / "mine.json"); // the same display
+    Arguments renamed = call;
+    renamed[1] = "mine.json";
+    EXPECT_TRUE(isDone(studio.run(kTool, renamed)));
 }
 
 TEST(Video2NativeTool, AnInterruptEndsTheFileProperly) {
@@ -811,6 +814,15 @@ TEST(Video2NativeTool, PicturesOneAfterTheOtherAreAVideo) {
         studio.run(kTool, call + Arguments{"--input-format", "png_pipe", "photo.png", "o.mp4"})));
     EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"--from-quilt", "quilt.png", "o.mp4"}), 2,
                       "quilt.png: is a picture, expected a video; quilt2native"));
+}
+
+TEST(Video2NativeTool, ANativeVideoIsNotMeantToBeConvertedAgain) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(0.2);
+    ASSERT_TRUE(isDone(studio.run(kTool, studio.call("native.mp4"))));
+    EXPECT_TRUE(
+        warns(studio.run(kTool, studio.display() + Arguments{"-j", "1", "native.mp4", "again.mp4"}),
+              "as a Native video has"));
 }
 
 TEST(Video2NativeTool, ColoursOfGivenDepthAreWarnedOf) {

@@ -175,18 +175,24 @@ TEST(ResolveQuilt, ViewSizeComesFromThePictureWithoutItsUnusedPixels) {
               std::string::npos);
 }
 
-TEST(ResolveQuilt, APictureThatLooksLikeNoQuiltOfTheDisplayIsAskedAbout) {
-    const auto warnings = [](cv::Size size, bool named) {
-        QuiltRequest request;
+TEST(ResolveQuilt, WhatIsAssumedOfANamelessPictureIsSaid) {
+    const auto warnings = [](cv::Size size, const QuiltRequest& stated = {}) {
+        QuiltRequest request = stated;
         request.quiltSize = size;
-        if (named) request.name = parseQuiltName("a_qs8x6a0.75.png");
         return resolveQuilt(request, QuiltLayout(), 0.75).warnings;
     };
-    EXPECT_TRUE(warnings({3360, 3360}, false).empty()); // 8 x 6 views of 3:4
-    EXPECT_TRUE(warnings({4096, 4096}, false).empty());
-    ASSERT_EQ(warnings({4032, 3024}, false).size(), 1U); // a photo
-    EXPECT_NE(warnings({4032, 3024}, false)[0].find("is it a quilt?"), std::string::npos);
-    EXPECT_TRUE(warnings({4032, 3024}, true).empty());
+    EXPECT_TRUE(warnings(QuiltLayout().size()).empty()); // the display's own
+    ASSERT_EQ(warnings({4095, 4095}).size(), 1U);        // 5 columns x 9 rows, but who knows
+    EXPECT_NE(warnings({4095, 4095})[0].find("taken for 8 columns x 6 rows"), std::string::npos);
+    QuiltRequest stated;
+    stated.name = parseQuiltName("a_qs8x6a0.75.png");
+    EXPECT_TRUE(warnings({4095, 4095}, stated).empty());
+    stated = {};
+    stated.grid = QuiltGrid{8, 6};
+    EXPECT_TRUE(warnings({4096, 4096}, stated).empty());
+    stated = {};
+    stated.tileSize = cv::Size(512, 682);
+    EXPECT_TRUE(warnings({4096, 4096}, stated).empty());
 }
 
 TEST(ResolveQuilt, WhatHasNoTilesIsRefusedNotDividedBy) {

@@ -1,12 +1,18 @@
 #include "common/command_line.hpp"
 
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/video_writer.hpp"
+
+#include <algorithm>
 #include <charconv>
+#include <numeric>
 #include <sstream>
 
 namespace altiro3D::tools {
 
 namespace {
 
+constexpr std::size_t kMostTypos = 2;
 constexpr std::size_t kHelpColumn = 30;
 constexpr std::size_t kHelpWidth = 96;
 
@@ -17,6 +23,22 @@ QString fromBytes(const std::string& bytes) {
 
 std::string toBytes(const QString& text) {
     return text.toLatin1().toStdString();
+}
+
+// How many letters must be changed, added or left out to make one word of the other (Levenshtein).
+std::size_t editDistance(const std::string& a, const std::string& b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t corner = row[0];
+        row[0] = i + 1;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t changed = corner + (a[i] == b[j] ? 0 : 1);
+            corner = row[j + 1];
+            row[j + 1] = std::min({changed, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
 }
 
 // Appends words, broken into lines that begin at `indent`; `column` is where the first one begins.
@@ -91,12 +113,33 @@ void CommandLine::parse(int argc, char** argv) {
     if (!parser_.parse(arguments)) {
         std::string problem = toBytes(parser_.errorText());
         if (!problem.empty() && problem.back() == '.') problem.pop_back();
+        problem += suggestion(argc, argv);
         throw UsageError(problem + "; see " + name_ + " --help");
     }
     for (const QString& file : parser_.positionalArguments()) {
         if (file.isEmpty()) throw UsageError("a name is empty; see " + name_ + " --help");
         files_.emplace_back(toBytes(file));
     }
+}
+
+std::string CommandLine::suggestion(int argc, char** argv) const {
+    for (int i = 1; i < argc; ++i) {
+        const std::string word(argv[i]);
+        if (word == "--") break;
+        const std::size_t dashes = std::min(word.find_first_not_of('-'), word.size());
+        const std::string name = word.substr(dashes, word.find('=') - dashes);
+        if (dashes == 1 && name.size() > 1 && options_.count(name) > 0)
+            return "; long options have two dashes: --" + name;
+        if (dashes != 2 || options_.count(name) > 0) continue;
+        const auto nearest =
+            std::min_element(options_.begin(), options_.end(), [&](const auto& a, const auto& b) {
+                return editDistance(name, a) < editDistance(name, b);
+            });
+        if (nearest != options_.end() && nearest->size() > 2 &&
+            editDistance(name, *nearest) <= kMostTypos)
+            return ", did you mean --" + *nearest + "?";
+    }
+    return {};
 }
 
 std::string CommandLine::help() const {
@@ -188,9 +231,14 @@ std::optional<std::size_t> CommandLine::choice(const std::string& option,
     throw UsageError(dashed(option) + " is \"" + *text + "\", expected " + list);
 }
 
-void CommandLine::failNames(const std::string& expected) const {
-    throw UsageError("expected " + expected + ", got " + counted(files_.size(), "name") + "; see " +
-                     name_ + " --help");
+void CommandLine::failNames(const std::string& expected, std::size_t count) const {
+    std::string got = counted(files_.size(), "name");
+    for (const auto& [option, taken] : given()) { // an option may have taken a name for its value
+        const bool isPicture = canWritePicture(taken) || canWriteVideo(taken);
+        if (files_.size() < count && isPicture)
+            got += " (" + dashed(option) + " took " + taken + ")";
+    }
+    throw UsageError("expected " + expected + ", got " + got + "; see " + name_ + " --help");
 }
 
 void CommandLine::exclude(const std::string& option, const std::string& other) const {

@@ -71,8 +71,9 @@ class CommandLine {
     /// One of some words: its index. @throws UsageError that lists them
     std::optional<std::size_t> choice(const std::string& option,
                                       const std::vector<std::string>& words) const;
-    /// Refuses a number of names that is not the expected one. @param expected "PHOTO and OUT"
-    [[noreturn]] void failNames(const std::string& expected) const;
+    /// Refuses a number of names that is not the expected one.
+    /// @param expected "PHOTO and OUT" @param count how many these are
+    [[noreturn]] void failNames(const std::string& expected, std::size_t count) const;
     /// Refuses options that make no sense together. @throws UsageError
     void exclude(const std::string& option, const std::string& other) const;
 
@@ -84,6 +85,8 @@ class CommandLine {
         std::string valueName;
     };
     static std::string dashed(const std::string& name);
+    // What an unknown option may have been meant for; empty if nothing is near.
+    std::string suggestion(int argc, char** argv) const;
 
     std::string name_;
     std::string summary_;

@@ -48,8 +48,9 @@ DepthKind kindOption(const CommandLine& commandLine) {
             return DepthKind::Metric;
         }
     }
-    throw UsageError("--depth-kind is \"" + *text +
-                     "\", expected near-white, far-white, metric or metric:UNITS_PER_METRE");
+    throw UsageError(
+        "--depth-kind is \"" + *text +
+        "\", expected near-white, far-white, metric or metric:SCALE (units of a metre)");
 }
 
 // The network's input size with another longer side; its multiples are kept.

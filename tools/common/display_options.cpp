@@ -179,6 +179,15 @@ NativeLut cachedLut(const Calibration& calibration, const QuiltLayout& layout, I
     return lut;
 }
 
+// The calibration in a display's volume or its folder, if that was given.
+fs::path inVolume(const fs::path& given) {
+    std::error_code error;
+    for (const char* place : {"visual.json", "LKG_calibration/visual.json"}) {
+        if (fs::is_regular_file(given / place, error)) return given / place;
+    }
+    return given;
+}
+
 // "16:9", or "1.85:1" for what has no short name
 std::string aspectText(double aspect) {
     constexpr int kMost = 21;
@@ -262,8 +271,15 @@ bool blends(const QuiltSampling& sampling) {
     return sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest;
 }
 
-Calibration readChosenCalibration(const fs::path& file, const CommandLine& commandLine,
+Calibration readChosenCalibration(const fs::path& given, const CommandLine& commandLine,
                                   Messages& messages) {
+    std::error_code error;
+    if (given.extension() == ".map" && fs::is_regular_file(given, error)) {
+        throw UsageError(given.string() +
+                         ": is a look-up table, expected a display's visual.json; tables are "
+                         "given with -m");
+    }
+    const fs::path file = inVolume(given);
     const std::vector<Calibration> all = readCalibrations(file);
     const auto serial = commandLine.value("serial");
     if (serial) {
@@ -298,6 +314,10 @@ Display findDisplay(const CommandLine& commandLine, Messages& messages,
     samplingOption(commandLine); // wrong usage is said before any work
     Display display;
     if (const auto file = commandLine.value("m")) {
+        if (fs::path(*file).extension() == ".json") {
+            throw UsageError(*file + ": is a calibration, expected a look-up table (.map); "
+                                     "calibrations are given with -c");
+        }
         commandLine.exclude("m", "invert");
         commandLine.exclude("m", "view-filter");
         commandLine.exclude("m", "sampling");
@@ -356,7 +376,9 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const Display& display, 
                             "; expected the map's");
         }
     }
-    messages.warn(resolved.warnings);
+    // of a nameless quilt the map tells what it is
+    if (!display.map || request.grid || request.tileSize || request.name)
+        messages.warn(resolved.warnings);
     return layout;
 }
 

@@ -40,7 +40,7 @@ GivenDepth::GivenDepth(fs::path source, const VideoReaderOptions& part, const Vi
     }
     if (hasColours(frame_.picture)) {
         notes_.push_back(source_.string() + ": has colours, and depth has none: their grey value "
-                                            "is taken (is it the depth, not the video?)");
+                                            "is taken (the video comes first, then its depth)");
     }
     hasAhead_ = video_->read(ahead_);
 }

@@ -51,6 +51,13 @@ bool userAgrees(const std::vector<fs::path>& files) {
 
 } // namespace
 
+void Outputs::addNative(const fs::path& file) {
+    std::error_code error;
+    if (fs::is_regular_file(file, error) && !isMarkedNative(file))
+        explainExisting("and is no Native (first what is read, then what is written)");
+    addOutput(file);
+}
+
 void Outputs::check() const {
     std::set<fs::path> inputPlaces;
     std::set<std::pair<dev_t, ino_t>> inputIdentities;
@@ -122,7 +129,8 @@ void requirePictureName(const fs::path& file, bool colours) {
     }
     if (!canWritePicture(file)) {
         throw UsageError(file.string() +
-                         ": no picture format is known by this extension, expected .png");
+                         ": no picture format is known by this extension, expected .png" +
+                         (canWriteVideo(file) ? "; video2native makes videos" : ""));
     }
 }
 

@@ -18,6 +18,10 @@ class Outputs {
     /// A file that will be written.
     void addOutput(const std::filesystem::path& file) { outputs_.push_back(file); }
 
+    /// The Native that will be written: what exists in its place but is none may be an input, where
+    /// names are in the wrong order, and that is said.
+    void addNative(const std::filesystem::path& file);
+
     /// A directory that outputs go into; makeDirectories() makes it if it is not there.
     void addDirectory(const std::filesystem::path& directory) { directories_.push_back(directory); }
 

@@ -18,6 +18,18 @@ bool isDirectory(const fs::path& name) {
     return fs::is_directory(name, error);
 }
 
+// Says what a file that can be no photo is for.
+void requirePhotoName(const fs::path& name) {
+    const std::string extension = name.extension().string();
+    const char* hint = nullptr;
+    if (extension == ".json") hint = "a calibration is given with -c";
+    if (extension == ".map") hint = "a look-up table is given with -m";
+    if (extension == ".onnx") hint = "a network is given with -n";
+    if (canWriteVideo(name)) hint = "video2native makes Natives of videos";
+    if (hint == nullptr || isDirectory(name)) return;
+    throw UsageError(name.string() + ": is no picture, expected a photo; " + hint);
+}
+
 // Several outputs of one kind go into a directory, one alone has the name that was given.
 fs::path outputName(const std::optional<std::string>& wanted, bool batch, const std::string& stem,
                     const std::string& ending) {
@@ -78,8 +90,10 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
     const bool pairs = commandLine.has("d");
     const std::size_t least = pairs ? 3 : 2;
     if (names.size() < least) {
-        commandLine.failNames(pairs ? "PHOTO DEPTH OUT" : "PHOTO and OUT");
+        commandLine.failNames(pairs ? "PHOTO DEPTH OUT" : "PHOTO and OUT", least);
     }
+    for (std::size_t i = 0; i + 1 < names.size(); ++i)
+        requirePhotoName(names[i]);
     const auto inputs = inputsOf(names, pairs, messages);
     const fs::path& last = names.back();
     std::error_code error;
@@ -149,7 +163,11 @@ Outputs checkedOutputs(const CommandLine& commandLine, const PhotoPlan& plan,
         for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
             if (file.empty()) continue;
             requirePictureName(file, file != item.savedDepth);
-            outputs.addOutput(file);
+            if (file == item.native && !plan.batch) {
+                outputs.addNative(file);
+            } else {
+                outputs.addOutput(file);
+            }
         }
         if (!item.video.empty()) {
             requireVideoName(item.video);

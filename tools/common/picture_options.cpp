@@ -115,6 +115,31 @@ std::string methodName(ViewMethod method) {
     return "layered";
 }
 
+void requireKnobsOf(const CommandLine& commandLine, ViewMethod method) {
+    const ViewOptions given = viewOptions(commandLine);
+    const ViewOptions usual;
+    struct Knob {
+        const char* name;
+        ViewMethod owner;
+        bool turned;
+    };
+    const Knob knobs[] = {
+        {"dilate", ViewMethod::Layered,
+         given.layered.edgeDilationPixels != usual.layered.edgeDilationPixels},
+        {"soft-edges", ViewMethod::Layered,
+         given.layered.softEdgePixels != usual.layered.softEdgePixels},
+        {"fill", ViewMethod::Layered, given.layered.fill != usual.layered.fill},
+        {"refine", ViewMethod::Fast, given.refinement != usual.refinement},
+        {"inpaint", ViewMethod::Real, given.real.inpainting != usual.real.inpainting},
+        {"inpaint-from", ViewMethod::Real, given.real.backgroundOnly != usual.real.backgroundOnly}};
+    for (const Knob& knob : knobs) {
+        if (knob.owner == method || !knob.turned) continue;
+        throw UsageError("--" + std::string(knob.name) + " is a knob of method " +
+                         methodName(knob.owner) + ", but " + methodName(method) +
+                         " is used; expected --method " + methodName(knob.owner) + " with it");
+    }
+}
+
 void CameraOptions::add(CommandLine& commandLine) {
     commandLine.add({"camera"},
                     "Real: the camera of the photo and the distances in it, JSON with fx fy cx cy "

@@ -18,6 +18,10 @@ ViewOptions viewOptions(const CommandLine& commandLine);
 /// "fast", "real" or "layered"
 std::string methodName(ViewMethod method);
 
+/// Refuses knobs of methods that are not used, unless they stand where they stand anyway.
+/// @throws UsageError
+void requireKnobsOf(const CommandLine& commandLine, ViewMethod method);
+
 /// --camera --fov: the camera of method Real.
 class CameraOptions {
   public:

@@ -57,7 +57,7 @@ struct Quiet {
 } // namespace
 
 void Messages::say(const std::string& line) const {
-    if (!silent_) printLine(stdout, line);
+    if (!silent_) printLine(stdout, subject_.empty() ? line : subject_ + ": " + line);
 }
 
 void Messages::detail(const std::string& line) const {

@@ -27,6 +27,8 @@ class Messages {
     void leaveStandardOutput() { silent_ = true; }
     /// A line about the result.
     void say(const std::string& line) const;
+    /// What say() and detail() talk about from now on, where there are several; empty: no word.
+    void setSubject(const std::string& subject) { subject_ = subject; }
     /// A line that only `-v` shows.
     void detail(const std::string& line) const;
     /// A warning; shown by flushWarnings(), the same text once only.
@@ -45,6 +47,7 @@ class Messages {
     std::string tool_;
     bool verbose_;
     bool silent_ = false;
+    std::string subject_;
     std::vector<std::string> waiting_;
     std::vector<std::string> all_;
 };

@@ -44,7 +44,7 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     const std::size_t expected = (pair ? 3 : 2) - (show ? 1 : 0);
     if (names.size() != expected) {
         const std::string in = pair ? "IN DEPTH" : "IN";
-        commandLine.failNames(show ? in : in + (pair ? " OUT" : " and OUT"));
+        commandLine.failNames(show ? in : in + (pair ? " OUT" : " and OUT"), expected);
     }
     VideoPlan plan;
     plan.input = names.front();
@@ -59,8 +59,11 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     plan.fromQuilt = commandLine.has("from-quilt");
     if (plan.fromQuilt) {
         for (const char* option :
-             {"quilt", "rgbd-out", "d", "depth", "rgbd", "n", "l", "net-profile", "network-size",
-              "depth-every", "k", "g", "method", "continuous", "strength", "focus"})
+             {"quilt",   "rgbd-out",    "d",           "depth",        "rgbd",
+              "n",       "l",           "net-profile", "network-size", "depth-every",
+              "k",       "g",           "method",      "continuous",   "strength",
+              "focus",   "dilate",      "soft-edges",  "fill",         "refine",
+              "inpaint", "inpaint-from"})
             commandLine.exclude("from-quilt", option);
     }
     plan.part = videoReaderOptions(commandLine);
@@ -107,7 +110,8 @@ std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
     if (!plan.isFile) return settings.dump();
     for (const auto& [option, value] : commandLine.given()) {
         const bool shapes = option != "y" && option != "v" && option != "resume" &&
-                            option != "progress" && option != "report";
+                            option != "progress" && option != "report" && option != "c" &&
+                            option != "serial"; // the display's own is below
         if (shapes) settings["-" + std::string(option.size() > 1 ? "-" : "") + option] = value;
     }
     settings["video"] = stampOf(plan.input);

@@ -126,6 +126,15 @@ void refusePicture(const CommandLine& commandLine, const VideoPlan& plan) {
                                      : "photo2native makes a Native of a photo"));
 }
 
+// Videos carry no mark; ordinary ones have no 4:4:4 at the very size of a panel.
+void warnIfNative(const VideoFacts& facts, const Display& display, Messages& messages) {
+    const bool fullColour = facts.pixelFormat.find("444") != std::string::npos ||
+                            facts.pixelFormat.find("gbr") != std::string::npos;
+    if (facts.size != display.panelSize || !fullColour) return;
+    messages.warn("the video has the panel's size and 4:4:4 colour, as a Native video has: one is "
+                  "not to be converted again");
+}
+
 // Opens everything but the output; all that can be said against the call is said here.
 void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messages) {
     VideoPlan& plan = studio.plan;
@@ -135,6 +144,7 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     if (!commandLine.has("method") && !commandLine.has("g")) {
         studio.views.method = studio.profile.method;
     }
+    if (!plan.fromQuilt) requireKnobsOf(commandLine, studio.views.method);
     RenderStage::Settings settings;
     settings.fit = fitOption(commandLine, FitMode::Cover);
     NativeRoad::check(commandLine);
@@ -145,6 +155,7 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     refusePicture(commandLine, plan);
     messages.say(studio.plan.inputName() + ": " + factsText(facts));
     if (!plan.fromQuilt) warnIfQuilt(plan.input, "--from-quilt", messages);
+    if (plan.product == VideoProduct::Native) warnIfNative(facts, studio.display, messages);
     studio.layout = plan.fromQuilt
                         ? chooseQuilt(commandLine, studio.display, messages, plan.input, facts.size)
                         : chooseQuilt(commandLine, studio.display, messages);
@@ -306,6 +317,8 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
                      "; what is there: " + counted(kept.frames, "frame"));
         if (studio.depth && !kept.state.empty()) studio.depth->depth().setState(kept.state);
         reader.skipTo(kept.nextPts);
+    } else if (commandLine.has("resume")) {
+        messages.say("nothing of an earlier run is kept; begins at the start");
     }
     std::optional<double> length;
     if (facts.duration) length = std::min(*facts.duration, plan.part.to) - plan.part.from;

@@ -100,8 +100,8 @@ struct ResolvedQuilt {
 /// from the picture (floor of its size by columns and rows), else from `-r`, else from the size of
 /// `standard`'s quilt. Contradictions are errors. If a view's shape is off the panel's by more than
 /// 5 % while the swapped reading (columns x rows, width x height) fits, a warning names both.
-/// Another one asks about a picture of which nothing is stated and whose views would have another
-/// shape than those of `standard`.
+/// Another one says what is assumed of a picture of which nothing is stated and that has not the
+/// size of `standard`'s quilt.
 ///
 /// @param request what is known
 /// @param standard the display's own layout, valid

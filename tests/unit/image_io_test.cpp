@@ -571,7 +571,8 @@ TEST_F(ImageIo, OnlyColoursThatShowAreNotedInDepthImages) {
     EXPECT_EQ(notesOf(wide, ".png"), 0U);
     EXPECT_EQ(notesOf(wide + cv::Scalar(5000, 0, 0), ".png"), 1U);
     cv::Mat floats;
-    cv::Mat(grey + cv::Scalar(6, 0, 0)).convertTo(floats, CV_32F, 1000); // below a sixteenth of the most
+    cv::Mat(grey + cv::Scalar(6, 0, 0))
+        .convertTo(floats, CV_32F, 1000); // below a sixteenth of the most
     EXPECT_FALSE(hasColours(floats));
     cv::Mat(grey - cv::Scalar(0, 8, 0)).convertTo(floats, CV_32F, 1e-6);
     EXPECT_TRUE(hasColours(floats));

@@ -63,7 +63,7 @@ cv::Mat slowNormalize(const cv::Mat& raw, const DepthNormalization& options) {
             if (!std::isnan(v)) known.push_back(v);
         }
     }
-    const cv::Mat flat(raw.size(), CV_32FC1, cv::Scalar(options.flatDepth));
+    cv::Mat flat(raw.size(), CV_32FC1, cv::Scalar(options.flatDepth));
     if (known.empty()) return flat;
     std::sort(known.begin(), known.end());
     const double last = static_cast<double>(known.size() - 1);

@@ -25,7 +25,7 @@ struct Job {
     fs::path quilt;
     fs::path native;
     Display display;
-    FitMode fit = FitMode::Stretch;
+    std::optional<FitMode> fit;
 };
 
 bool isVideo(const fs::path& file) {
@@ -49,7 +49,7 @@ void convertPicture(const Job& job, Messages& messages) {
     Notes notes;
     const cv::Mat quilt = shape.apply(picture, &notes);
     messages.warn(notes);
-    shape.warnIfStretched(messages);
+    shape.tell(messages);
     const Quilt2Native renderer = makeQuilt2Native(job.commandLine, job.display, layout, messages);
     times.end("look-up table");
     makeNativeFile(renderer, quilt, job.native, messages, times);
@@ -92,8 +92,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
         messages.dropWarnings(); // the run to come says them
         return kExitDone;
     }
-    Job job{commandLine, commandLine.files()[0], commandLine.files()[1], {}, FitMode::Stretch};
-    job.fit = fitOption(commandLine, FitMode::Stretch);
+    Job job{
+        commandLine, commandLine.files()[0], commandLine.files()[1], {}, fitOption(commandLine)};
     if (canWriteVideo(job.native)) return convertVideo(commandLine, messages);
     if (isVideo(job.quilt)) {
         throw UsageError(job.native.string() + ": is no video's name, but " + job.quilt.string() +
@@ -137,7 +137,7 @@ int main(int argc, char** argv) {
     commandLine.add({"report"}, "Write settings, counts and the time of each stage, for programs.",
                     "FILE.json");
     addDisplayOptions(commandLine);
-    addFitOption(commandLine, "stretch");
+    addFitOption(commandLine, "contain where the file's name tells another shape, else stretch");
     addSamplingOptions(commandLine);
     commandLine.addHidden("tell-kind"); // for altiro3Dimage
     commandLine.addNote("A file name that ends in _qs<columns>x<rows>a<aspect>, such as "

@@ -129,7 +129,7 @@ TEST(Data, QuiltsBecomeNatives) {
         ALTIRO3D_REQUIRE_DATA(file);
         SmallStudio studio;
         const Outcome outcome =
-            studio.run("quilt2native", {"-c", "small.json", "-q",
+            studio.run("quilt2native", {"-c", "small.json", "--fit", "stretch", "-q",
                                         std::to_string(rows) + "x" + std::to_string(columns),
                                         dataPath(file).string(), "a.png"});
         EXPECT_EQ(outcome.status, 0) << outcome.text();

@@ -120,18 +120,27 @@ TEST(Quilt2NativeTool, ContradictionsAreErrors) {
               "do not fit"));
 }
 
-TEST(Quilt2NativeTool, ViewsOfAnotherShapeAreFittedIfAsked) {
+TEST(Quilt2NativeTool, ViewsOfAnotherShapeKeepItUnlessAsked) {
     SmallStudio studio;
     writePicture(studio / "q_qs3x2a1.5.png", cv::Mat(80, 90, CV_8UC3, cv::Scalar::all(200)));
     const auto run = [&](const Arguments& more) {
         return studio.run(kTool,
                           more + Arguments{"-y", "-c", "small.json", "q_qs3x2a1.5.png", "a.png"});
     };
-    EXPECT_TRUE(warns(run({}), "another shape"));
-    EXPECT_TRUE(isDone(run({"--fit", "cover"})));
-    EXPECT_EQ(cv::countNonZero(readBack(studio / "a.png").reshape(1) != 200), 0);
-    EXPECT_TRUE(isDone(run({"--fit", "contain"})));
+    for (const char* fill : {"cover", "stretch"}) {
+        EXPECT_TRUE(isDone(run({"--fit", fill})));
+        EXPECT_EQ(cv::countNonZero(readBack(studio / "a.png").reshape(1) != 200), 0) << fill;
+    }
+    const Outcome usual = run({});
+    EXPECT_TRUE(isDone(usual));
+    EXPECT_NE(usual.out.find("each view 30 x 40 px, shown 3:2\nfit: the file name says"),
+              std::string::npos)
+        << usual.out;
     const cv::Mat bars = readBack(studio / "a.png");
+    const Outcome asked = run({"--fit", "contain"});
+    EXPECT_TRUE(isDone(asked));
+    EXPECT_EQ(asked.out.find("fit: "), std::string::npos) << asked.out;
+    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), bars));
     EXPECT_EQ(bars.at<cv::Vec3b>(2, 48), cv::Vec3b(0, 0, 0));
     EXPECT_EQ(bars.at<cv::Vec3b>(64, 48), cv::Vec3b(200, 200, 200));
     EXPECT_EQ(bars.at<cv::Vec3b>(125, 48), cv::Vec3b(0, 0, 0));
@@ -235,8 +244,8 @@ TEST(Quilt2NativeTool, TheSoundOfAVideoIsCopied) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const fs::path chess = dataPath("videos/derived/chess_lightfield_qs3x3a1.7667.mp4");
     SmallStudio studio;
-    EXPECT_TRUE(
-        warns(studio.run(kTool, {"-c", "small.json", chess.string(), "a.mp4"}), "another shape"));
+    EXPECT_TRUE(isDone(
+        studio.run(kTool, {"-c", "small.json", "--fit", "stretch", chess.string(), "a.mp4"})));
     EXPECT_EQ(lines(ffprobe(studio / "a.mp4",
                             "stream=codec_name,width,height,pix_fmt,r_frame_rate,nb_read_frames",
                             "-count_frames -select_streams v")),

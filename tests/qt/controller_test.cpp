@@ -257,6 +257,21 @@ TEST_F(ViewerController, ANativeForAnotherPanelIsSaidWhenItIsLookedAt) {
     EXPECT_EQ(picture().size(), cv::Size(64, 64));
 }
 
+TEST_F(ViewerController, ViewsOfAQuiltKeepTheShapeThatItsNameTells) {
+    const cv::Mat quilt = detailedPhoto({90, 80});
+    writePicture(folder_ / "q_qs3x2a1.5.png", quilt);
+    controller_.setMode(Mode::Native);
+    controller_.open(Source{folder_ / "q_qs3x2a1.5.png", {}, Reading::Automatic});
+    ASSERT_TRUE(waitForFrame());
+    const QuiltLayout layout{3, 2, {30, 40}, 6};
+    cv::Mat withBars;
+    applyFitToViews(quilt, layout, 1.5, 0.75, FitMode::Contain, withBars);
+    cv::Mat native;
+    const tools::Display display = sampleDisplay({150, 200});
+    Quilt2Native(NativeLut(*display.calibration, layout)).render(withBars, native);
+    EXPECT_TRUE(samePicture(picture(), native));
+}
+
 TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
     openPhoto();
     Knobs knobs = controller_.knobs();

@@ -211,10 +211,15 @@ void addFitOption(CommandLine& commandLine, const std::string& standard) {
                     "cover|contain|stretch");
 }
 
-FitMode fitOption(const CommandLine& commandLine, FitMode standard) {
+std::optional<FitMode> fitOption(const CommandLine& commandLine) {
     constexpr FitMode kModes[] = {FitMode::Cover, FitMode::Contain, FitMode::Stretch};
     const auto choice = commandLine.choice("fit", {"cover", "contain", "stretch"});
-    return choice ? kModes[*choice] : standard;
+    if (!choice) return std::nullopt;
+    return kModes[*choice];
+}
+
+FitMode fitOption(const CommandLine& commandLine, FitMode standard) {
+    return fitOption(commandLine).value_or(standard);
 }
 
 std::string fitName(FitMode mode) {

@@ -46,6 +46,7 @@ class CameraOptions {
 /// --fit
 void addFitOption(CommandLine& commandLine, const std::string& standard);
 /// @param standard used where the option is not given
+std::optional<FitMode> fitOption(const CommandLine& commandLine);
 FitMode fitOption(const CommandLine& commandLine, FitMode standard);
 /// "cover", "contain" or "stretch"
 std::string fitName(FitMode mode);

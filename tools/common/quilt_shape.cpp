@@ -9,12 +9,15 @@ namespace altiro3D::tools {
 namespace fs = std::filesystem;
 
 QuiltShape::QuiltShape(const fs::path& file, const QuiltLayout& layout, const Display& display,
-                       FitMode fit)
-    : layout_(layout), panelAspect_(display.panelAspect()), fit_(fit) {
+                       std::optional<FitMode> fit)
+    : layout_(layout), panelAspect_(display.panelAspect()) {
+    constexpr double kSameShape = 0.05;
     const auto name = parseQuiltName(file);
-    isStated_ = name && name->aspect;
-    aspect_ = isStated_ ? *name->aspect
-                        : static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
+    const bool isStated = name && name->aspect;
+    aspect_ = isStated ? *name->aspect
+                       : static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
+    isFittedUnasked_ = !fit && isStated && std::abs(aspect_ / panelAspect_ - 1) > kSameShape;
+    fit_ = fit.value_or(isFittedUnasked_ ? FitMode::Contain : FitMode::Stretch);
 }
 
 cv::Mat QuiltShape::apply(const cv::Mat& picture, Notes* notes) const {
@@ -24,11 +27,10 @@ cv::Mat QuiltShape::apply(const cv::Mat& picture, Notes* notes) const {
     return quilt;
 }
 
-void QuiltShape::warnIfStretched(Messages& messages) const {
-    if (fit_ != FitMode::Stretch || !isStated_) return;
-    if (std::abs(aspect_ / panelAspect_ - 1) <= 0.05) return;
-    messages.warn("the file name says that the views are meant for another shape than the "
-                  "panel's; they are stretched to it (--fit contain or cover keep theirs)");
+void QuiltShape::tell(Messages& messages) const {
+    if (!isFittedUnasked_) return;
+    messages.say("fit: the file name says that the views are meant for another shape than the "
+                 "panel's; black bars keep it (--fit cover or stretch fills the panel)");
 }
 
 } // namespace altiro3D::tools

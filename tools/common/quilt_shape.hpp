@@ -6,15 +6,18 @@
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 
 namespace altiro3D::tools {
 
 /// How the views of a quilt file become the panel's shape.
 class QuiltShape {
   public:
-    /// @param file whose name may tell what the views show
+    /// @param file whose name may tell which shape the views are meant for
+    /// @param fit nothing: with black bars where the name tells another shape than the panel's, as
+    ///        the displays' own players show it, else stretched
     QuiltShape(const std::filesystem::path& file, const QuiltLayout& layout, const Display& display,
-               FitMode fit);
+               std::optional<FitMode> fit);
 
     /// The quilt without unused px, its views fitted if that was asked for.
     /// @param notes what was left out; may be null
@@ -23,14 +26,14 @@ class QuiltShape {
     /// Width : height in which a view is shown.
     double shownAspect() const { return fit_ == FitMode::Stretch ? panelAspect_ : aspect_; }
 
-    /// Warns of views that the file's name means for another shape.
-    void warnIfStretched(Messages& messages) const;
+    /// Says where black bars keep the shape of the views without having been asked for.
+    void tell(Messages& messages) const;
 
   private:
     QuiltLayout layout_;
     double aspect_;
     double panelAspect_;
-    bool isStated_;
+    bool isFittedUnasked_;
     FitMode fit_;
 };
 

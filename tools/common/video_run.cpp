@@ -170,9 +170,8 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     if (plan.product == VideoProduct::Native)
         messages.say("quilt: " + quiltText(studio.layout, studio.display.panelAspect()));
     if (plan.fromQuilt) {
-        const QuiltShape shape(plan.input, studio.layout, studio.display,
-                               fitOption(commandLine, FitMode::Stretch));
-        shape.warnIfStretched(messages);
+        const QuiltShape shape(plan.input, studio.layout, studio.display, fitOption(commandLine));
+        shape.tell(messages);
         studio.quilts.emplace(commandLine, studio.display, studio.layout, shape, messages);
         studio.size = studio.display.panelSize;
         return;

@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
+#include "common/quilt_shape.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
@@ -140,8 +141,13 @@ cv::Mat makeNative(const Scene& scene, const Fitted& fitted) {
         NativeRenderer(calibration, layout.viewCount, scene.knobs.views, positions, invert)
             .render(fitted.photo, fitted.depth, native);
     } else {
-        Quilt2Native(NativeLut(calibration, layout, invert))
-            .render(makeQuilt(scene, fitted), native);
+        cv::Mat quilt = makeQuilt(scene, fitted);
+        if (scene.document->kind == Kind::Quilt) { // of the panel's shape, as quilt2native does it
+            const fs::path& file = scene.document->source.file;
+            quilt =
+                tools::QuiltShape(file, layout, *scene.display, std::nullopt).apply(quilt, nullptr);
+        }
+        Quilt2Native(NativeLut(calibration, layout, invert)).render(quilt, native);
     }
     return native;
 }

@@ -83,7 +83,7 @@ void printJson(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
 int run(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.files().size() != 1)
         commandLine.failNames("one calibration (the table's name goes with -m)", 1);
-    const std::filesystem::path& file = commandLine.files().front();
+    const std::filesystem::path file = calibrationFile(commandLine.files().front());
     const Display display = displayOf(readChosenCalibration(file, commandLine, messages), file,
                                       invertOption(commandLine));
     const Calibration& calibration = *display.calibration;

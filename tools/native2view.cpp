@@ -70,9 +70,9 @@ Job planJob(const CommandLine& commandLine, const Display& display, const QuiltL
     const auto list = job.quilt ? std::string("all") : commandLine.value("view");
     if (!list) {
         const double angle = commandLine.number("angle", -kWidestAngle, kWidestAngle).value_or(0);
-        const double most = display.calibration->viewCone / 2;
+        const double most = viewConeDegrees(*display.calibration) / 2;
         if (std::abs(angle) > most) {
-            messages.warn("the display's views fill " + fixed(most, 0) +
+            messages.warn("the display's views fill " + fixed(most, 1) +
                           " degrees to each side; beyond them they come once more");
         }
         job.eyes = {eyeAtAngle(*display.calibration, angle)};

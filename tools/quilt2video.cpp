@@ -62,8 +62,9 @@ int run(const CommandLine& commandLine, Messages& messages) {
     outputs.addInput(quiltFile);
     std::optional<Calibration> display;
     if (const auto file = commandLine.value("c")) {
-        display = readChosenCalibration(*file, commandLine, messages);
-        outputs.addInput(*file);
+        const fs::path calibration = calibrationFile(*file);
+        display = readChosenCalibration(calibration, commandLine, messages);
+        outputs.addInput(calibration);
     } else if (commandLine.has("serial")) {
         throw UsageError("--serial chooses in the file of -c, expected -c with it");
     }

@@ -80,7 +80,7 @@ TEST(Native2ViewTool, WrongCallsAreNamed) {
         fails(studio.see({"--angle", "1", "--view", "1", "native.png", "a.png"}), 2, "--angle"));
     EXPECT_TRUE(isDone(studio.see({"--angle", "20", "native.png", "at-the-end.png"})));
     EXPECT_TRUE(warns(studio.see({"--angle", "-21", "native.png", "behind.png"}),
-                      "fill 20 degrees to each side"));
+                      "fill 20.0 degrees to each side"));
     EXPECT_TRUE(fails(studio.see({"native.png"}), 2, "expected NATIVE and OUT"));
     EXPECT_TRUE(fails(studio.see({"quilt.png", "a.png"}), 1,
                       "quilt.png: has 90 x 80 px, expected a Native of the panel's 96 x 128 px "

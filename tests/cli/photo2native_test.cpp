@@ -652,7 +652,6 @@ TEST(Photo2Native, WhatIsMeantIsGuessedAndSaid) {
         {{"a.map", "photo.png", "o.png"}, "a look-up table is given with -m"},
         {{"clip.mp4", "o.png"}, "video2native makes Natives of videos"},
         {{"photo.png", "o.mp4"}, "video2native makes videos"},
-        {{"-c", "a.map", "photo.png", "o.png"}, "tables are given with -m"},
         {{"-m", "small.json", "photo.png", "o.png"}, "calibrations are given with -c"},
         {{"--strenght", "5", "photo.png", "o.png"}, "did you mean --strength?"},
         {{"--methods=fast", "photo.png", "o.png"}, "did you mean --method?"},
@@ -663,14 +662,16 @@ TEST(Photo2Native, WhatIsMeantIsGuessedAndSaid) {
         {{"--method", "fast", "--inpaint", "ns", "photo.png", "o.png"}, "of method real"}};
     for (const auto& [arguments, message] : wrong)
         EXPECT_TRUE(fails(studio.run(kTool, arguments), 2, message));
+    EXPECT_TRUE(fails(studio.run(kTool, {"-c", "a.map", "photo.png", "o.png"}), 1,
+                      "a.map: is a look-up table, expected a display's visual.json"));
     const Outcome unknown = studio.run(kTool, {"--quite-another", "photo.png", "o.png"});
     EXPECT_TRUE(fails(unknown, 2, "quite-another"));
     EXPECT_EQ(unknown.err.find("did you mean"), std::string::npos) << unknown.err;
     EXPECT_FALSE(fs::exists(studio / "o.png"));
     // an existing file that is no Native may be an input
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"photo.png", "depth.png"}), 1,
-                      "depth.png: exists, and is no Native (first what is read, then what is "
-                      "written)"));
+                      "depth.png: exists, and is not marked as a Native (first what is read, "
+                      "then what is written)"));
     EXPECT_TRUE(warns(
         studio.run(kTool, studio.display() + Arguments{"--strength", "0.1", "photo.png", "o.png"}),
         "--strength is in %"));
@@ -687,6 +688,13 @@ TEST(Photo2Native, ACalibrationIsFoundInItsVolume) {
     EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-c", "."} + rest + Arguments{"c.png"}), 1,
                       "is a directory"));
+    // and it is an input, which nothing replaces
+    const std::string inside = "LKG/LKG_calibration/visual.json";
+    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-c", "LKG", "--report", inside, "-y"} + rest +
+                                            Arguments{"c.png"}),
+                      2, "is an input too"));
+    EXPECT_TRUE(
+        fails(studio.run("altiro3Dnative", {"-y", "-m", inside, "LKG"}), 2, "is an input too"));
 }
 
 TEST(Photo2Native, AQuiltsNameIsAskedAbout) {
@@ -711,6 +719,8 @@ TEST(Photo2Native, NativesAmongThePhotosOfADirectoryAreLeftOut) {
     EXPECT_TRUE(warns(outcome, "photos/a_native.png: is a Native and no photo; it is left out"));
     EXPECT_NE(outcome.out.find("1 of 1 photos done"), std::string::npos) << outcome.out;
     EXPECT_EQ(names(studio / "photos"), (std::vector<std::string>{"a.png", "a_native.png"}));
+    fs::remove(studio / "photos/a.png");
+    EXPECT_TRUE(fails(studio.run(kTool, again), 1, "photos: holds no pictures"));
 }
 
 TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {

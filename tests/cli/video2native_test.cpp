@@ -706,6 +706,13 @@ TEST(Video2NativeTool, ARunGoesOnWithTheSameInputsOnly) {
         EXPECT_TRUE(fails(studio.run(kTool, call), 1, "video was")) << input;
         fs::last_write_time(input, time);
     }
+    // lenses of the same kind, but another model, which has another quilt of its own
+    std::string other = slurp(studio / "small.json");
+    other.replace(other.find("TEST-1"), 6, "LKG-A1");
+    spill(studio / "other.json", other);
+    const Arguments elsewhere{"-c",      "other.json",     "-j",       "1",      "--resume",
+                              "--depth", "other/clip.mp4", "clip.mp4", "out.mp4"};
+    EXPECT_TRUE(fails(studio.run(kTool, elsewhere), 1, "other settings"));
     fs::rename(studio / "small.json", studio / "mine.json"); // the same display
     Arguments renamed = call;
     renamed[1] = "mine.json";

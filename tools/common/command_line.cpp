@@ -131,13 +131,16 @@ std::string CommandLine::suggestion(int argc, char** argv) const {
         if (dashes == 1 && name.size() > 1 && options_.count(name) > 0)
             return "; long options have two dashes: --" + name;
         if (dashes != 2 || options_.count(name) > 0) continue;
-        const auto nearest =
-            std::min_element(options_.begin(), options_.end(), [&](const auto& a, const auto& b) {
-                return editDistance(name, a) < editDistance(name, b);
-            });
-        if (nearest != options_.end() && nearest->size() > 2 &&
-            editDistance(name, *nearest) <= kMostTypos)
-            return ", did you mean --" + *nearest + "?";
+        std::string nearest;
+        std::size_t typos = std::min(kMostTypos, name.size() / 3) + 1;
+        for (const HelpEntry& entry : entries_) { // not the hidden ones
+            for (const std::string& known : entry.names) {
+                if (known.size() < 2 || editDistance(name, known) >= typos) continue;
+                typos = editDistance(name, known);
+                nearest = known;
+            }
+        }
+        if (!nearest.empty()) return ", did you mean --" + nearest + "?";
     }
     return {};
 }

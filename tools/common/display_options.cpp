@@ -80,7 +80,8 @@ fs::path sampleCalibration() {
 Display findCalibration(const CommandLine& commandLine, const VolumeSearch& volumes,
                         Messages& messages) {
     const InvertViews invert = invertOption(commandLine);
-    const auto chosen = [&](const fs::path& file) {
+    const auto chosen = [&](const fs::path& given) {
+        const fs::path file = calibrationFile(given);
         return displayOf(readChosenCalibration(file, commandLine, messages), file, invert);
     };
     std::error_code error;
@@ -179,15 +180,6 @@ NativeLut cachedLut(const Calibration& calibration, const QuiltLayout& layout, I
     return lut;
 }
 
-// The calibration in a display's volume or its folder, if that was given.
-fs::path inVolume(const fs::path& given) {
-    std::error_code error;
-    for (const char* place : {"visual.json", "LKG_calibration/visual.json"}) {
-        if (fs::is_regular_file(given / place, error)) return given / place;
-    }
-    return given;
-}
-
 // "16:9", or "1.85:1" for what has no short name
 std::string aspectText(double aspect) {
     constexpr int kMost = 21;
@@ -271,15 +263,21 @@ bool blends(const QuiltSampling& sampling) {
     return sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest;
 }
 
-Calibration readChosenCalibration(const fs::path& given, const CommandLine& commandLine,
-                                  Messages& messages) {
+fs::path calibrationFile(const fs::path& given) {
     std::error_code error;
     if (given.extension() == ".map" && fs::is_regular_file(given, error)) {
-        throw UsageError(given.string() +
-                         ": is a look-up table, expected a display's visual.json; tables are "
-                         "given with -m");
+        throw Error(ErrorCode::BadFormat, given.string(),
+                    "is a look-up table, expected a display's visual.json (tools that use tables "
+                    "take them with -m)");
     }
-    const fs::path file = inVolume(given);
+    for (const char* place : {"visual.json", "LKG_calibration/visual.json"}) {
+        if (fs::is_regular_file(given / place, error)) return given / place;
+    }
+    return given;
+}
+
+Calibration readChosenCalibration(const fs::path& file, const CommandLine& commandLine,
+                                  Messages& messages) {
     const std::vector<Calibration> all = readCalibrations(file);
     const auto serial = commandLine.value("serial");
     if (serial) {
@@ -327,10 +325,11 @@ Display findDisplay(const CommandLine& commandLine, Messages& messages,
         display.source = *file;
         display.panelSize = display.map->panelSize();
         display.standardQuilt = display.map->quilt();
-        if (const auto calibrationFile = commandLine.value("c")) {
-            display.calibration = readChosenCalibration(*calibrationFile, commandLine, messages);
-            display.files.emplace_back(*calibrationFile);
-            requireSameDisplay(*display.map, *file, *display.calibration, *calibrationFile);
+        if (const auto given = commandLine.value("c")) {
+            const fs::path other = calibrationFile(*given);
+            display.calibration = readChosenCalibration(other, commandLine, messages);
+            display.files.emplace_back(other);
+            requireSameDisplay(*display.map, *file, *display.calibration, other);
         }
     } else {
         display = findCalibration(commandLine, volumes, messages);

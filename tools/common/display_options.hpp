@@ -67,6 +67,10 @@ struct VolumeSearch {
 Display findDisplay(const CommandLine& commandLine, Messages& messages,
                     const VolumeSearch& volumes = {});
 
+/// The file that is meant: in a display's volume, or its folder, the calibration.
+/// @throws Error BadFormat (a look-up table)
+std::filesystem::path calibrationFile(const std::filesystem::path& given);
+
 /// Reads one calibration; of several, `--serial` chooses, or the first is taken with a warning.
 Calibration readChosenCalibration(const std::filesystem::path& file, const CommandLine& commandLine,
                                   Messages& messages);

@@ -34,16 +34,10 @@ std::optional<std::pair<dev_t, ino_t>> identity(const fs::path& file) {
     return std::make_pair(state.st_dev, state.st_ino);
 }
 
-// "a.png exists" or "a.png and 47 more exist"
-std::string existText(const std::vector<fs::path>& files) {
-    if (files.size() == 1) return files.front().string() + " exists";
-    return files.front().string() + " and " + std::to_string(files.size() - 1) + " more exist";
-}
-
-bool userAgrees(const std::vector<fs::path>& files) {
+// @param problem says that files exist
+bool userAgrees(const std::string& problem) {
     if (isatty(STDIN_FILENO) == 0 || isatty(STDERR_FILENO) == 0) return false;
-    std::cerr << existText(files) << ". Replace " << (files.size() == 1 ? "it" : "them")
-              << "? [y/N] " << std::flush;
+    std::cerr << problem << ". Replace? [y/N] " << std::flush;
     std::string answer;
     std::getline(std::cin, answer);
     return answer == "y" || answer == "Y" || answer == "yes";
@@ -53,9 +47,20 @@ bool userAgrees(const std::vector<fs::path>& files) {
 
 void Outputs::addNative(const fs::path& file) {
     std::error_code error;
-    if (fs::is_regular_file(file, error) && !isMarkedNative(file))
-        explainExisting("and is no Native (first what is read, then what is written)");
+    const bool mayBeMarked = file.extension() == ".png" && fs::is_regular_file(file, error);
+    if (mayBeMarked && !isMarkedNative(file))
+        explainExisting(file,
+                        "and is not marked as a Native (first what is read, then what is written)");
     addOutput(file);
+}
+
+// "a.png: exists, and ..., and so do 47 more outputs"
+std::string Outputs::existText(const std::vector<fs::path>& files) const {
+    std::string text = "exists";
+    const auto why = why_.find(files.front());
+    if (why != why_.end()) text += why->second;
+    if (files.size() > 1) text += ", and so do more: " + std::to_string(files.size() - 1);
+    return text;
 }
 
 void Outputs::check() const {
@@ -95,14 +100,12 @@ void Outputs::check() const {
         }
         if (fs::is_regular_file(status)) existing.push_back(output);
     }
-    if (existing.empty() || replace_ || userAgrees(existing)) return;
-    if (existing.size() == 1) {
-        throw Error(ErrorCode::WriteFailed, existing.front().string(),
-                    "exists" + why_ + ", expected a new name, or -y to replace it");
-    }
+    if (existing.empty() || replace_) return;
+    const std::string problem = existText(existing);
+    if (userAgrees(existing.front().string() + " " + problem)) return;
     throw Error(ErrorCode::WriteFailed, existing.front().string(),
-                "exists, and so do " + std::to_string(existing.size() - 1) +
-                    " more outputs, expected new names, or -y to replace them");
+                problem + (existing.size() == 1 ? ", expected a new name, or -y to replace it"
+                                                : ", expected new names, or -y to replace them"));
 }
 
 void Outputs::makeDirectories() const {

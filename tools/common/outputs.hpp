@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,15 +19,17 @@ class Outputs {
     /// A file that will be written.
     void addOutput(const std::filesystem::path& file) { outputs_.push_back(file); }
 
-    /// The Native that will be written: what exists in its place but is none may be an input, where
-    /// names are in the wrong order, and that is said.
+    /// The Native that will be written: a PNG file in its place that is not marked as one may be an
+    /// input, where names are in the wrong order, and that is said.
     void addNative(const std::filesystem::path& file);
 
     /// A directory that outputs go into; makeDirectories() makes it if it is not there.
     void addDirectory(const std::filesystem::path& directory) { directories_.push_back(directory); }
 
-    /// What else is to be said of an output that exists: "and ...".
-    void explainExisting(const std::string& why) { why_ = ", " + why; }
+    /// What else is to be said of an output if it exists: "and ...".
+    void explainExisting(const std::filesystem::path& file, const std::string& why) {
+        why_[file] = ", " + why;
+    }
 
     /// Checks all of it; asks on a terminal where a file exists and `-y` was not given.
     /// @throws UsageError (output = input, two outputs in one), Error (exists, no directory)
@@ -36,8 +39,10 @@ class Outputs {
     void makeDirectories() const;
 
   private:
+    std::string existText(const std::vector<std::filesystem::path>& files) const;
+
     bool replace_;
-    std::string why_;
+    std::map<std::filesystem::path, std::string> why_;
     std::vector<std::filesystem::path> inputs_;
     std::vector<std::filesystem::path> outputs_;
     std::vector<std::filesystem::path> directories_;

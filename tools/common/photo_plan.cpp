@@ -37,6 +37,19 @@ fs::path outputName(const std::optional<std::string>& wanted, bool batch, const 
     return batch ? fs::path(*wanted) / (stem + ending) : fs::path(*wanted);
 }
 
+// The pictures of a directory but Natives, which an earlier run may have left there.
+std::vector<fs::path> listPhotos(const fs::path& directory, Messages& messages) {
+    std::vector<fs::path> photos;
+    for (const fs::path& picture : listPictures(directory)) {
+        if (isMarkedNative(picture)) {
+            messages.warn(picture.string() + ": is a Native and no photo; it is left out");
+        } else {
+            photos.push_back(picture);
+        }
+    }
+    return photos;
+}
+
 // The photos (and depths) among the names; the last name is the output.
 std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>& names, bool pairs,
                                                     Messages& messages) {
@@ -46,7 +59,7 @@ std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>&
         std::map<std::string, fs::path> depths;
         for (const fs::path& depth : listPictures(given[1]))
             depths[depth.stem().string()] = depth;
-        for (const fs::path& photo : listPictures(given[0])) {
+        for (const fs::path& photo : listPhotos(given[0], messages)) {
             const auto found = depths.find(photo.stem().string());
             inputs.emplace_back(photo, found != depths.end()
                                            ? found->second
@@ -66,18 +79,13 @@ std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>&
                 inputs.emplace_back(name, fs::path());
                 continue;
             }
-            for (const fs::path& photo : listPictures(name)) {
-                if (isMarkedNative(photo)) { // of an earlier run, it may be
-                    messages.warn(photo.string() + ": is a Native and no photo; it is left out");
-                } else {
-                    inputs.emplace_back(photo, fs::path());
-                }
-            }
+            for (const fs::path& photo : listPhotos(name, messages))
+                inputs.emplace_back(photo, fs::path());
         }
     }
     if (inputs.empty()) {
         throw Error(ErrorCode::NotFound, given.front().string(),
-                    "holds no pictures, expected photos");
+                    "holds no pictures to convert, expected photos (Natives are left out)");
     }
     return inputs;
 }

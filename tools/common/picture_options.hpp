@@ -45,8 +45,9 @@ class CameraOptions {
 
 /// --fit
 void addFitOption(CommandLine& commandLine, const std::string& standard);
-/// @param standard used where the option is not given
+/// @throws UsageError
 std::optional<FitMode> fitOption(const CommandLine& commandLine);
+/// @param standard used where the option is not given @throws UsageError
 FitMode fitOption(const CommandLine& commandLine, FitMode standard);
 /// "cover", "contain" or "stretch"
 std::string fitName(FitMode mode);

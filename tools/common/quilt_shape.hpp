@@ -19,14 +19,16 @@ class QuiltShape {
     QuiltShape(const std::filesystem::path& file, const QuiltLayout& layout, const Display& display,
                std::optional<FitMode> fit);
 
-    /// The quilt without unused px, its views fitted if that was asked for.
+    /// The quilt without unused px, its views of the panel's shape.
     /// @param notes what was left out; may be null
     cv::Mat apply(const cv::Mat& picture, Notes* notes) const;
 
     /// Width : height in which a view is shown.
     double shownAspect() const { return fit_ == FitMode::Stretch ? panelAspect_ : aspect_; }
 
-    /// Says where black bars keep the shape of the views without having been asked for.
+    /// Whether black bars keep the shape of the views without having been asked for.
+    bool fitsUnasked() const { return isFittedUnasked_; }
+    /// Says so.
     void tell(Messages& messages) const;
 
   private:

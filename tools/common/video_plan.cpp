@@ -90,7 +90,8 @@ void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const D
         commandLine.has("resume") && !plan.show && ResumableVideoWriter::isUnfinished(plan.output);
     Outputs outputs(commandLine.has("y") || goesOn);
     if (commandLine.has("resume") && !goesOn)
-        outputs.explainExisting("and no unfinished run of it is kept, so it may be complete");
+        outputs.explainExisting(plan.output,
+                                "and no unfinished run of it is kept, so it may be complete");
     for (const fs::path& file : display.files)
         outputs.addInput(file);
     for (const fs::path& file : {plan.input, plan.depth}) {
@@ -105,7 +106,8 @@ void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const D
 }
 
 std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
-                         const Display& display, const DepthSource* source) {
+                         const QuiltLayout& layout, const Display& display,
+                         const DepthSource* source) {
     Json settings = Json::object();
     if (!plan.isFile) return settings.dump();
     for (const auto& [option, value] : commandLine.given()) {
@@ -121,6 +123,7 @@ std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
         settings["network"] = stampOf(source->network()->file());
     if (const auto profile = commandLine.value("net-profile"))
         settings["network profile"] = stampOf(*profile);
+    settings["quilt"] = layout.text(); // the model's own is chosen by the serial
     settings["display"] =
         fingerprintText(display.calibration ? fingerprint(*display.calibration)
                                             : display.map->calibrationFingerprint());

@@ -37,6 +37,7 @@ void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const D
 /// Everything that shapes the frames and the file, as text: a run goes on with the same only.
 /// @param source where depth comes from, or null: it is in the frames or there is none
 std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
-                         const Display& display, const DepthSource* source);
+                         const QuiltLayout& layout, const Display& display,
+                         const DepthSource* source);
 
 } // namespace altiro3D::tools

@@ -167,15 +167,16 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
         plan.output = quiltFileName(plan.output, studio.layout, studio.display.panelAspect());
     }
     checkOutputs(commandLine, plan, studio.display);
-    if (plan.product == VideoProduct::Native)
-        messages.say("quilt: " + quiltText(studio.layout, studio.display.panelAspect()));
     if (plan.fromQuilt) {
         const QuiltShape shape(plan.input, studio.layout, studio.display, fitOption(commandLine));
+        messages.say("quilt: " + quiltText(studio.layout, shape.shownAspect()));
         shape.tell(messages);
         studio.quilts.emplace(commandLine, studio.display, studio.layout, shape, messages);
         studio.size = studio.display.panelSize;
         return;
     }
+    if (plan.product == VideoProduct::Native)
+        messages.say("quilt: " + quiltText(studio.layout, studio.display.panelAspect()));
     DepthSource source(commandLine, messages, Medium::Video);
     const VideoDepthOptions options = depthOptions(commandLine, studio.profile, source);
     studio.depth.emplace(plan.depth, plan.part, facts, std::move(source), options);
@@ -297,7 +298,7 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
         ResumableVideoWriter::discard(plan.output);
     }
     VideoSink sink(plan, result.encoding,
-                   settingsText(commandLine, plan, studio.display,
+                   settingsText(commandLine, plan, studio.layout, studio.display,
                                 studio.depth ? &studio.depth->source() : nullptr),
                    commandLine.has("resume"), reader);
     messages.warn(sink.notes());

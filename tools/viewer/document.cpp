@@ -1,6 +1,7 @@
 #include "viewer/document.hpp"
 
 #include "altiro3D/altiro3D.hpp"
+#include "common/quilt_shape.hpp"
 #include "common/views_quilt.hpp"
 
 #include <algorithm>
@@ -143,9 +144,12 @@ Document documentOf(const Source& source, const cv::Mat& picture, const tools::D
         document.layout = resolved.layout;
         document.notes = resolved.warnings;
         document.picture = fitQuilt(document.picture, document.layout, &document.notes);
+        if (tools::QuiltShape(source.file, document.layout, display, std::nullopt).fitsUnasked())
+            document.notes.emplace_back("the file name tells another shape than the panel's: black "
+                                        "bars keep it on the display");
     } else if (reading == Reading::Native) {
         document.kind = Kind::Native;
-    } else if (isMarkedNative(source.file)) {
+    } else if (picture.size() != display.panelSize && isMarkedNative(source.file)) {
         document.notes.push_back("the file says that it is a Native, but not of this display's " +
                                  sizeText(display.panelSize) + "; it is taken as a photo");
     }

@@ -142,8 +142,10 @@ cv::Mat makeNative(const Scene& scene, const Fitted& fitted) {
             .render(fitted.photo, fitted.depth, native);
     } else {
         cv::Mat quilt = makeQuilt(scene, fitted);
-        if (scene.document->kind == Kind::Quilt) { // of the panel's shape, as quilt2native does it
-            const fs::path& file = scene.document->source.file;
+        const fs::path& file = scene.document->source.file;
+        std::error_code error;
+        // a quilt's views get the panel's shape as in quilt2native; those of a directory have it
+        if (scene.document->kind == Kind::Quilt && !fs::is_directory(file, error)) {
             quilt =
                 tools::QuiltShape(file, layout, *scene.display, std::nullopt).apply(quilt, nullptr);
         }
@@ -190,7 +192,8 @@ std::string writeProduct(const Scene& scene, Product product, const fs::path& ta
         const cv::Mat native = makeNative(scene, fitted(scene, nativeFitSize(scene)));
         progress(0.5);
         // a picture that was opened as a Native may be a photo of that size
-        const bool made = scene.document->kind != Kind::Native;
+        const bool made =
+            scene.document->kind != Kind::Native || isMarkedNative(scene.document->source.file);
         writePicture(file, native, made ? PictureMark::Native : PictureMark::None);
         break;
     }

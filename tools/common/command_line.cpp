@@ -62,10 +62,6 @@ void wrap(std::string& out, const std::string& text, std::size_t indent, std::si
 
 } // namespace
 
-std::string counted(std::uintmax_t count, const std::string& noun) {
-    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
-
 CommandLine::CommandLine(std::string name, std::string summary)
     : name_(std::move(name)), summary_(std::move(summary)) {
     parser_.setOptionsAfterPositionalArgumentsMode(QCommandLineParser::ParseAsOptions);

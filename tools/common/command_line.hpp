@@ -1,7 +1,6 @@
 #pragma once
 
 #include <QCommandLineParser>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -19,7 +18,10 @@ class UsageError : public std::runtime_error {
 };
 
 /// "1 name", "2 names"
-std::string counted(std::uintmax_t count, const std::string& noun);
+template <typename WholeNumber>
+std::string counted(WholeNumber count, const std::string& noun) {
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
 
 /// The options of one tool, their help and their values.
 ///

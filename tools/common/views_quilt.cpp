@@ -25,7 +25,7 @@ ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& 
                         const std::function<void(const fs::path&)>& atFile) {
     if (files.size() != static_cast<std::size_t>(layout.viewCount)) {
         messages.warn(directory.string() + " holds " + counted(files.size(), "picture") + " for " +
-                      counted(static_cast<std::uintmax_t>(layout.viewCount), "view") +
+                      counted(layout.viewCount, "view") +
                       ": each view takes the picture nearest to it");
     }
     ViewsQuilt result;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <fstream>
 
 namespace altiro3D::tools {
 
@@ -265,7 +266,10 @@ bool blends(const QuiltSampling& sampling) {
 
 fs::path calibrationFile(const fs::path& given) {
     std::error_code error;
-    if (given.extension() == ".map" && fs::is_regular_file(given, error)) {
+    std::string beginning(8, '\0');
+    if (fs::is_regular_file(given, error)) // a pipe gives its bytes once
+        std::ifstream(given, std::ios::binary).read(beginning.data(), 8);
+    if (beginning == "ALTIRO3D") {
         throw Error(ErrorCode::BadFormat, given.string(),
                     "is a look-up table, expected a display's visual.json (tools that use tables "
                     "take them with -m)");

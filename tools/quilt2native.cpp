@@ -31,7 +31,8 @@ struct Job {
 bool isVideo(const fs::path& file) {
     if (canWritePicture(file)) return false; // by its name
     try {
-        return !isPicture(file) && VideoReader(file).facts().format != "gif";
+        const VideoFacts facts = VideoReader(file).facts();
+        return !isPicture(file, facts) && facts.format != "gif";
     } catch (const Error&) {
         return false; // who reads it as a picture says what is wrong with it
     }
@@ -65,10 +66,6 @@ int convertVideo(const CommandLine& commandLine, Messages& messages) {
     plan.report = commandLine.value("report").value_or("");
     std::error_code error;
     plan.isFile = fs::is_regular_file(plan.input, error);
-    if (isPicture(plan.input)) {
-        throw UsageError(plan.input.string() + ": is a picture, expected a video, or the name of a "
-                                               "picture for the Native");
-    }
     return runVideo(commandLine, plan, messages);
 }
 

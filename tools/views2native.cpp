@@ -8,7 +8,6 @@
 #include "common/views_quilt.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/core.hpp>
 
 using namespace altiro3D;
@@ -55,7 +54,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     progress.clear();
     times.end("read views");
     const double aspect = static_cast<double>(views.viewSize.width) / views.viewSize.height;
-    if (std::abs(aspect / display.panelAspect() - 1) > 0.05) {
+    if (!haveSameShape(aspect, display.panelAspect())) {
         messages.warn("the views have another shape than the panel: --fit " + fitName(mode) +
                       " is applied");
     }

@@ -3,6 +3,7 @@
 #include "altiro3D/depth_cues.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "common/display_options.hpp"
 #include "common/network_trust.hpp"
 #include "common/picture_options.hpp"
 
@@ -268,7 +269,7 @@ void DepthSource::read(const fs::path& photoFile, const fs::path& depthFile, dou
     if (fromFiles_) {
         const double photoAspect = static_cast<double>(photo.cols) / photo.rows;
         const double depthAspect = static_cast<double>(rawDepth.cols) / rawDepth.rows;
-        if (photoAspect / depthAspect > 1.05 || depthAspect / photoAspect > 1.05) {
+        if (!haveSameShape(photoAspect, depthAspect)) {
             messages.warn(depthFile.string() + ": has another shape than the photo (" +
                           std::to_string(rawDepth.cols) + " x " + std::to_string(rawDepth.rows) +
                           " and " + std::to_string(photo.cols) + " x " +

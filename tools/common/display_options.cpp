@@ -13,7 +13,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kSameShape = 0.05;    // views that are off by less look right
 constexpr double kSameAspect = 0.0025; // of a panel and its name
 constexpr const char* kSampleName = "portrait-sample.json";
 constexpr std::uintmax_t kCacheBytes = std::uintmax_t{1} << 30;
@@ -345,10 +344,15 @@ Display findDisplay(const CommandLine& commandLine, Messages& messages,
     return display;
 }
 
+bool haveSameShape(double aspect, double other) {
+    constexpr double kMostOff = 0.05; // looks right
+    return std::abs(aspect / other - 1) <= kMostOff;
+}
+
 std::string quiltText(const QuiltLayout& layout, double aspect) {
     std::string text = layout.text();
     const double ofTile = static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
-    if (std::abs(ofTile / aspect - 1) > kSameShape) text += ", shown " + aspectText(aspect);
+    if (!haveSameShape(ofTile, aspect)) text += ", shown " + aspectText(aspect);
     return text;
 }
 

@@ -75,6 +75,9 @@ std::filesystem::path calibrationFile(const std::filesystem::path& given);
 Calibration readChosenCalibration(const std::filesystem::path& file, const CommandLine& commandLine,
                                   Messages& messages);
 
+/// Whether pictures of these shapes, width : height, can stand for each other.
+bool haveSameShape(double aspect, double other);
+
 /// What a quilt is understood to be, for people: QuiltLayout::text(), and the shape that its views
 /// are shown in where their px are not square.
 /// @param aspect width : height of a view as it is shown

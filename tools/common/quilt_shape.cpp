@@ -2,8 +2,6 @@
 
 #include "altiro3D/quilt2native.hpp"
 
-#include <cmath>
-
 namespace altiro3D::tools {
 
 namespace fs = std::filesystem;
@@ -11,12 +9,11 @@ namespace fs = std::filesystem;
 QuiltShape::QuiltShape(const fs::path& file, const QuiltLayout& layout, const Display& display,
                        std::optional<FitMode> fit)
     : layout_(layout), panelAspect_(display.panelAspect()) {
-    constexpr double kSameShape = 0.05;
     const auto name = parseQuiltName(file);
     const bool isStated = name && name->aspect;
     aspect_ = isStated ? *name->aspect
                        : static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
-    isFittedUnasked_ = !fit && isStated && std::abs(aspect_ / panelAspect_ - 1) > kSameShape;
+    isFittedUnasked_ = !fit && isStated && !haveSameShape(aspect_, panelAspect_);
     fit_ = fit.value_or(isFittedUnasked_ ? FitMode::Contain : FitMode::Stretch);
 }
 

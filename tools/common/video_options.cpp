@@ -170,15 +170,15 @@ std::string clockText(double seconds) {
     return text;
 }
 
-bool isPicture(const std::filesystem::path& file) {
-    VideoReader reader(file);
-    const std::string& format = reader.facts().format;
+bool isPicture(const std::filesystem::path& file, const VideoFacts& facts) {
+    const std::string& format = facts.format;
     const std::string ending = "_pipe";
     const bool mayBe = format == "image2" ||
                        (format.size() > ending.size() &&
                         format.compare(format.size() - ending.size(), ending.size(), ending) == 0);
     if (!mayBe) return false;
     try {
+        VideoReader reader(file);
         return !reader.next() || !reader.next(); // pictures may also stand one after the other
     } catch (const Error&) {
         return true; // a broken one

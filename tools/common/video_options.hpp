@@ -48,8 +48,8 @@ double secondsOption(const std::string& option, const std::string& text);
 std::string clockText(double seconds);
 
 /// Whether a file is one picture, which FFmpeg takes for a video of one frame.
-/// @throws Error if it cannot be opened
-bool isPicture(const std::filesystem::path& file);
+/// @param facts of the file; only where they leave it open it is read
+bool isPicture(const std::filesystem::path& file, const VideoFacts& facts);
 
 /// Warns of what a reader has found.
 /// @return that the video is cut off, for an error; empty if it is not

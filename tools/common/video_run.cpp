@@ -115,15 +115,16 @@ struct Studio {
 };
 
 // A picture opens as a video of one frame; who asks for that says so by --input-...
-void refusePicture(const CommandLine& commandLine, const VideoPlan& plan) {
+void refusePicture(const CommandLine& commandLine, const VideoPlan& plan, const VideoFacts& facts) {
     std::error_code error;
     if (!fs::is_regular_file(plan.input, error) || commandLine.has("input-format") ||
-        commandLine.has("input-options") || !isPicture(plan.input)) {
+        commandLine.has("input-options") || !isPicture(plan.input, facts)) {
         return;
     }
     throw UsageError(plan.inputName() + ": is a picture, expected a video; " +
-                     (plan.fromQuilt ? "quilt2native makes a Native of a quilt"
-                                     : "photo2native makes a Native of a photo"));
+                     (plan.fromQuilt
+                          ? "quilt2native makes a Native picture of it if OUT is named as one"
+                          : "photo2native makes a Native of a photo"));
 }
 
 // Videos carry no mark; ordinary ones have no 4:4:4 at the very size of a panel.
@@ -152,7 +153,7 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     plan.part.threads = std::min(cv::getNumThreads(), 16);
     studio.reader = std::make_unique<VideoReader>(plan.input, plan.part);
     const VideoFacts& facts = studio.reader->facts();
-    refusePicture(commandLine, plan);
+    refusePicture(commandLine, plan, facts);
     messages.say(studio.plan.inputName() + ": " + factsText(facts));
     if (!plan.fromQuilt) warnIfQuilt(plan.input, "--from-quilt", messages);
     if (plan.product == VideoProduct::Native) warnIfNative(facts, studio.display, messages);

@@ -51,6 +51,8 @@ pictures that lenticular light-field displays (Looking Glass and kin) show
 without glasses. Depth is estimated or given; everything runs offline.
 
 This package holds the command-line tools and the library libaltiro3D.")
+string(REGEX MATCH "^[0-9]+" avdevice_major "${AVDEVICE_VERSION}") # see ffmpeg.cpp
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "libavdevice${avdevice_major}")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "altiro3d-viewer, curl, python3")
 
 set(CPACK_DEBIAN_VIEWER_PACKAGE_NAME altiro3d-viewer)

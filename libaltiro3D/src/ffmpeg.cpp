@@ -3,9 +3,11 @@
 #include "altiro3D/error.hpp"
 
 #include <cstring>
+#include <dlfcn.h>
 #include <mutex>
 
 extern "C" {
+#include <libavdevice/avdevice.h>
 #include <libavutil/log.h>
 }
 
@@ -26,6 +28,36 @@ void quietFfmpeg() {
     std::call_once(once, [] {
         if (av_log_get_level() == AV_LOG_INFO) av_log_set_level(AV_LOG_QUIET); // INFO: the default
     });
+}
+
+namespace {
+
+constexpr const char* kDevices = "libavdevice.so." AV_STRINGIFY(LIBAVDEVICE_VERSION_MAJOR);
+
+// Loaded, not linked: its hundred libraries (X11, sound, 3D, ...) would cost every program a third of
+// its start, and only who films needs them.
+bool registerDevices() {
+    static const bool areThere = [] {
+        void* const library = dlopen(kDevices, RTLD_NOW);
+        void* const all = library != nullptr ? dlsym(library, "avdevice_register_all") : nullptr;
+        if (all != nullptr) reinterpret_cast<decltype(&avdevice_register_all)>(all)();
+        return all != nullptr;
+    }();
+    return areThere;
+}
+
+} // namespace
+
+const AVInputFormat* inputFormat(const std::string& name) {
+    const AVInputFormat* format = av_find_input_format(name.c_str());
+    const bool withDevices = format != nullptr || registerDevices();
+    if (format == nullptr) format = av_find_input_format(name.c_str());
+    if (format == nullptr) {
+        std::string problem = "is \"" + name + "\", which this FFmpeg does not know";
+        if (!withDevices) problem += std::string("; capture devices need ") + kDevices;
+        throw Error(ErrorCode::Unsupported, "format", problem);
+    }
+    return format;
 }
 
 std::string ffmpegText(int number) {

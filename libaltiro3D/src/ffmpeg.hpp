@@ -84,6 +84,10 @@ class Dictionary {
 /// FFmpeg prints nothing from now on, unless the process has chosen its level of messages.
 void quietFfmpeg();
 
+/// The format of that name, capture devices included.
+/// @throws Error Unsupported if this FFmpeg does not know it
+const AVInputFormat* inputFormat(const std::string& name);
+
 /// FFmpeg's words for an error number.
 std::string ffmpegText(int number);
 

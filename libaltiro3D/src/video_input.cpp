@@ -10,12 +10,10 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <mutex>
 #include <sys/stat.h>
 #include <system_error>
 
 extern "C" {
-#include <libavdevice/avdevice.h>
 #include <libavutil/display.h>
 #include <libavutil/pixdesc.h>
 }
@@ -175,13 +173,7 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
         wanted = "v4l2";
     }
     if (!wanted.empty()) {
-        static std::once_flag once;
-        std::call_once(once, [] { avdevice_register_all(); });
-        wantedFormat = av_find_input_format(wanted.c_str());
-        if (wantedFormat == nullptr) {
-            throw Error(ErrorCode::Unsupported, "format",
-                        "is \"" + wanted + "\", which this FFmpeg does not know");
-        }
+        wantedFormat = inputFormat(wanted);
         if ((wantedFormat->flags & AVFMT_NOFILE) != 0) {
             input.kind = Kind::Device;
             url = path.string();

@@ -57,6 +57,14 @@ TEST(OriginalCommands, NetworksMakeAPhoto) {
     EXPECT_EQ(outcome.err.rfind("photo2native: error: none.onnx: ", 0), 0U) << outcome.text();
 }
 
+TEST(OriginalCommands, WithoutArgumentsNoToolIsGuessed) {
+    Sandbox studio;
+    const Outcome outcome = studio.run(kImage, {});
+    EXPECT_EQ(outcome.status, 2) << outcome.text();
+    EXPECT_EQ(outcome.err.rfind("altiro3Dimage: error: expected a picture", 0), 0U)
+        << outcome.text();
+}
+
 TEST(OriginalCommands, SwayingVideosAreOfPhotos) {
     OriginalStudio studio;
     EXPECT_EQ(studio

@@ -229,8 +229,10 @@ TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1, "midas-small"));
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "no.onnx"} + photo), 1, "no.onnx"));
     fs::create_directory(studio / "midas-small"); // a folder of that name is no network
+    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1,
+                      "its file model-small.onnx is not there"));
     EXPECT_TRUE(
-        fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1, "does not exist"));
+        fails(studio.run(kTool, Arguments{"-n", "midas"} + photo), 1, "midas-small, midas-large"));
     EXPECT_TRUE(isDone(studio.run(kTool, photo)));
     // one that is there, but not the one that is used by itself
     spill(studio / "net/fastdepth_224_op10.onnx", "no network");

@@ -33,6 +33,13 @@ const NetworkProfile* named(const std::vector<NetworkProfile>& catalog, const st
     return nullptr;
 }
 
+std::string namesOf(const std::vector<NetworkProfile>& catalog) {
+    std::string names;
+    for (const NetworkProfile& profile : catalog)
+        names += (names.empty() ? " or a network of the catalogue: " : ", ") + profile.name;
+    return names;
+}
+
 // near-white | far-white | metric[:SCALE]. The scale names the unit; relative depth does not need
 // it.
 DepthKind kindOption(const CommandLine& commandLine) {
@@ -156,11 +163,14 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
         const bool isFile = fs::exists(*wanted, error) && !fs::is_directory(*wanted, error);
         networkFile = isFile ? fs::path(*wanted)
                              : findModelFile(known != nullptr ? known->file : *wanted, searchPath);
+        if (networkFile.empty() && known != nullptr) {
+            throw Error(ErrorCode::NotFound, *wanted,
+                        "its file " + known->file + " is not there, expected it to be downloaded (" +
+                            downloadCommand(known->name) + ")");
+        }
         if (networkFile.empty()) {
             throw Error(ErrorCode::NotFound, *wanted,
-                        "does not exist, expected an ONNX file or a network of the catalogue that "
-                        "has been downloaded (" +
-                            downloadCommand("NAME") + ")");
+                        "does not exist, expected an ONNX file" + namesOf(catalog));
         }
         if (!profile) {
             known = findProfile(catalog, networkFile);

@@ -24,7 +24,7 @@ enum class LayeredFill {
 /// Knobs of method Layered; the defaults were measured (docs/tradeoff.md).
 struct LayeredOptions {
     /// Neighbours are torn apart where their depth step moves them apart by more than this in the
-    /// outermost view, px, > 0; less stretches the surface between them.
+    /// outermost view, px, > 0, at most 1000; less stretches the surface between them.
     double tearPixels = 1;
     /// Background pixels at a tear that go with the foreground, since they are mixed with its
     /// colour, px, 0..8. Where the photo shows the border clearly, it decides.
@@ -53,7 +53,9 @@ struct ViewOptions {
     LayeredOptions layered;
 };
 
-/// Checks options. @throws Error InvalidArgument that names the field, its value and the range
+/// Checks options, also those of methods that are not chosen.
+/// @param options what to check
+/// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const ViewOptions& options);
 
 /// How far things move from one view to the next.
@@ -65,12 +67,14 @@ struct AdjacentParallax {
 /// Above this parallax between adjacent views, in px of a view, hard edges begin to show double.
 constexpr double kParallaxBudgetPixels = 5;
 
-/// The largest parallax between adjacent views that a depth map gives.
+/// The largest parallax between adjacent views that a depth map gives: docs/mathematics.md, (3.3),
+/// with d the end of the range that is farther from the focus. Nothing is checked.
 ///
 /// @param options strength and focus
 /// @param quilt view count and size
 /// @param panelSize panel in px
 /// @param depthRange smallest and largest depth in the picture, each 0..1
+/// @return the parallax, 0 or more; 0 for less than two views
 ALTIRO3D_EXPORT AdjacentParallax adjacentParallax(const ViewOptions& options,
                                                   const QuiltLayout& quilt, cv::Size panelSize,
                                                   cv::Vec2d depthRange = {0, 1});
@@ -78,7 +82,8 @@ ALTIRO3D_EXPORT AdjacentParallax adjacentParallax(const ViewOptions& options,
 /// Makes the views of a photo with depth and lays them out as a quilt.
 ///
 /// Content at depth d appears in view p (-1 leftmost .. +1 rightmost) shifted by -p (d - focus) S/2
-/// px, S = strength % of the picture's width: nearer things move against the camera. At p = 0 and
+/// px, S = strength % of the picture's width: nearer things move against the camera (positions:
+/// docs/mathematics.md, (3.1); displacement and methods: docs/mathematics.md, (3.2)). At p = 0 and
 /// for a depth map that is `focus` everywhere the view is the photo, bit for bit. Depth outside
 /// 0..1 is clamped, NaN counts as 0.
 ///
@@ -86,12 +91,14 @@ ALTIRO3D_EXPORT AdjacentParallax adjacentParallax(const ViewOptions& options,
 /// any number of threads.
 class ALTIRO3D_EXPORT Depth2Quilt {
   public:
-    /// @throws Error InvalidArgument or TooLarge (layout, options)
+    /// @param layout layout of the quilts
+    /// @param options what the views look like
+    /// @throws Error InvalidArgument (layout, options) or TooLarge (layout)
     explicit Depth2Quilt(const QuiltLayout& layout, const ViewOptions& options = {});
 
-    /// The layout of the quilts.
+    /// The layout of the quilts. @return as given to the constructor
     const QuiltLayout& layout() const { return layout_; }
-    /// The options in use.
+    /// The options in use. @return as given to the constructor
     const ViewOptions& options() const { return options_; }
 
     /// Makes all views. They are rendered at the photo's size and, if that is not the tile's,
@@ -109,9 +116,9 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     ///
     /// @param photo as for render()
     /// @param depth as for render()
-    /// @param position camera position, -1 leftmost .. +1 rightmost; any finite number
+    /// @param position p, camera position, -1 leftmost .. +1 rightmost; any finite number
     /// @param view [as photo, CV_8UC3, BGR]; new memory each time
-    /// @throws Error as render()
+    /// @throws Error InvalidArgument (position) and as render()
     void renderView(const cv::Mat& photo, const cv::Mat& depth, double position,
                     cv::Mat& view) const;
 

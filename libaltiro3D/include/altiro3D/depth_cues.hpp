@@ -14,8 +14,8 @@ namespace altiro3D {
 /// network.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR], any size from 1 x 1
-/// @param depth [smaller or equal size of the same shape, CV_32FC1, 0..1, 1 = nearest]; bring it to
-///        the photo with fitDepth()
+/// @param depth [smaller or equal size of the same shape, at most 320 px a side, CV_32FC1, 0..1,
+///        1 = nearest]; bring it to the photo with fitDepth()
 /// @throws Error InvalidArgument (empty or wrong type)
 ALTIRO3D_EXPORT void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth);
 

@@ -22,7 +22,8 @@ struct DepthNormalization {
     double flatDepth = 0.5;                ///< The result where there is no depth range, 0..1.
 };
 
-/// Turns raw depth numbers into a depth map: relative inverse depth, 0..1, 1 = nearest.
+/// Turns raw depth numbers into a depth map: relative inverse depth, 0..1, 1 = nearest
+/// (docs/mathematics.md, 4).
 ///
 /// The two percentiles of the valid values (for metric depth: of 1/Z) are mapped to 0 and 1 and
 /// what lies beyond is clamped, so single wild values do not squeeze the rest. A percentile is the
@@ -38,23 +39,24 @@ struct DepthNormalization {
 /// @param raw [rows x cols, CV_8UC1, CV_16UC1, CV_32FC1 or CV_64FC1, any range]
 /// @param depth may be `raw` itself [rows x cols, CV_32FC1, 0..1, 1 = nearest]
 /// @param options see DepthNormalization
-/// @throws Error InvalidArgument (empty, wrong type, percentiles out of range)
+/// @throws Error InvalidArgument (empty, wrong type, percentiles or flatDepth out of range)
 ALTIRO3D_EXPORT void normalizeDepth(const cv::Mat& raw, cv::Mat& depth,
                                     const DepthNormalization& options = {});
 
 /// Brings a depth map to the size of a picture so that its edges stand where the picture's do.
 ///
 /// Enlarging weighs the surrounding depth samples by nearness and by how alike the picture is there
-/// (joint bilateral upsampling); shrinking takes the nearest sample, so that no depth appears that
-/// is on neither side of an edge. Equal sizes are copied. The result never leaves the range of the
-/// samples, does not depend on the number of threads, and ramps under a plain picture stay ramps.
+/// (joint bilateral upsampling, docs/mathematics.md, (4.1)); shrinking takes the nearest sample, so
+/// that no depth appears that is on neither side of an edge. Equal sizes are copied. The result
+/// never leaves the range of the samples, does not depend on the number of threads, and ramps under
+/// a plain picture stay ramps.
 ///
 /// @param depth [any size, CV_32FC1, 0..1]
 /// @param part the part of `depth` that the guide shows, in px of `depth` (fractions allowed),
 ///        inside [0, cols] x [0, rows]
 /// @param guide [rows x cols, CV_8UC3, BGR], the picture
 /// @param fitted [rows x cols of guide, CV_32FC1, 0..1]
-/// @throws Error InvalidArgument
+/// @throws Error InvalidArgument (empty or wrong type, a part that is empty or leaves `depth`)
 ALTIRO3D_EXPORT void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide,
                               cv::Mat& fitted);
 
@@ -66,8 +68,9 @@ enum class DepthSide { Right, Left, Top, Bottom };
 ///
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
 /// @param side where the depth is
-/// @param photo [half size, CV_8UC3, BGR]
-/// @param rawDepth [half size, CV_32FC1, grey value of the depth half]
+/// @param photo [half size, CV_8UC3, BGR]; 16-bit values are divided by 257 and rounded
+/// @param rawDepth [half size, CV_32FC1, grey value of the depth half: 0..255, or 0..65535 of 16
+///        bits]
 /// @throws Error InvalidArgument (too small to split, wrong type)
 ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo,
                                cv::Mat& rawDepth);
@@ -77,15 +80,16 @@ ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& 
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [rows x cols, CV_32FC1, 0..1, 1 = nearest]
 /// @param side where the depth goes
-/// @param picture [both halves, CV_8UC3, BGR]
-/// @throws Error InvalidArgument
+/// @param picture [both halves, CV_8UC3, BGR]; may be `photo` itself
+/// @throws Error InvalidArgument (empty, wrong type, photo and depth differ in size)
 ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthSide side,
                               cv::Mat& picture);
 
 /// The 16-bit picture of a depth map: 0 = farthest, 65535 = nearest.
 ///
-/// @param depth [rows x cols, CV_32FC1, 0..1]
+/// @param depth [rows x cols, CV_32FC1, 0..1]; clamped, NaN counts as 0
 /// @return [rows x cols, CV_16UC1]
+/// @throws Error InvalidArgument (empty or wrong type)
 ALTIRO3D_EXPORT cv::Mat depthTo16Bit(const cv::Mat& depth);
 
 } // namespace altiro3D

@@ -20,18 +20,26 @@ struct DisplayModel {
     QuiltLayout quilt;          ///< Default quilt.
 };
 
-/// All known models, in the order in which serial prefixes are tried.
+/// All known models. @return in the order in which serial prefixes are tried; lives on
 ALTIRO3D_EXPORT const std::vector<DisplayModel>& displayModels();
 
-/// The model of a display, by its serial number, else by its panel; null if it is unknown.
+/// The model of a display, by its serial number, else by its panel.
+/// @param calibration the display
+/// @return one of displayModels(), or null if it is unknown
 ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
 
 /// The default quilt for a display: its model's; for an unknown panel 48 views (6 columns x 8 rows,
 /// or 8 x 6 for an upright one) of the panel's shape in a quilt of about 4096 px.
+///
+/// @param calibration the display, valid
+/// @return the layout
 ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
 
 /// Remarks about a calibration that is valid but odd: a serial number of another model than the
 /// panel's, fringe correction that is not applied, flags that no known unit has set.
+///
+/// @param calibration the display
+/// @return one sentence each, for people; mostly none
 ALTIRO3D_EXPORT std::vector<std::string> remarks(const Calibration& calibration);
 
 /// A calibration found on a display's own volume.

@@ -31,7 +31,7 @@ class ALTIRO3D_EXPORT Error : public std::runtime_error {
     /// @param problem what is wrong with it and what was expected instead
     Error(ErrorCode code, const std::string& subject, const std::string& problem);
 
-    /// What kind of failure this is.
+    /// What kind of failure this is. @return as given to the constructor
     ErrorCode code() const noexcept { return code_; }
 
   private:

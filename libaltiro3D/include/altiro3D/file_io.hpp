@@ -19,8 +19,10 @@ struct Bytes {
 /// Reads a whole regular file (or a pipe) into memory.
 ///
 /// @param path the file
-/// @param maxBytes files longer than this are refused before they are read
-/// @throws Error NotFound, ReadFailed (a directory, no permission) or TooLarge
+/// @param maxBytes files longer than this are refused before they are read, a pipe when it gives
+///        more
+/// @return the contents
+/// @throws Error NotFound, ReadFailed (a directory, no permission), TooLarge or OutOfMemory
 ALTIRO3D_EXPORT std::string readFile(const std::filesystem::path& path, std::uintmax_t maxBytes);
 
 /// Writes a file so that the name holds either its old contents or all of the new ones.
@@ -31,10 +33,13 @@ ALTIRO3D_EXPORT std::string readFile(const std::filesystem::path& path, std::uin
 ///
 /// @param path the file; its directory must exist
 /// @param parts the contents, one run after the other
-/// @throws Error WriteFailed
+/// @throws Error WriteFailed (no permission, a directory, a full disk, ...)
 ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::vector<Bytes>& parts);
 
 /// @overload
+/// @param path the file; its directory must exist
+/// @param text the contents
+/// @throws Error WriteFailed
 ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::string& text);
 
 } // namespace altiro3D

@@ -32,6 +32,8 @@ ALTIRO3D_EXPORT cv::Mat readPicture(const std::filesystem::path& path, Notes* no
 /// Reads a photo: readPicture() brought to 8 bits (16-bit values are divided by 257 and rounded,
 /// float ones are clamped to 0..1).
 ///
+/// @param path as for readPicture()
+/// @param notes as for readPicture()
 /// @return [rows x cols, CV_8UC3, BGR]
 /// @throws Error as readPicture()
 ALTIRO3D_EXPORT cv::Mat readPhoto(const std::filesystem::path& path, Notes* notes = nullptr);
@@ -39,14 +41,16 @@ ALTIRO3D_EXPORT cv::Mat readPhoto(const std::filesystem::path& path, Notes* note
 /// The focal length that a photo's EXIF gives for a 35 mm camera with the same view, in mm. Reads
 /// the file once more; a pipe, which gives its bytes once, is left alone.
 ///
-/// @return 0 if the file does not say (most do not) or is a pipe
-/// @throws Error NotFound, ReadFailed, TooLarge, OutOfMemory
+/// @param path as for readPicture(); a file of another kind does not say
+/// @return mm; 0 if the file does not say (most do not) or is a pipe
+/// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
 ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
 
 /// Reads the raw numbers of a depth image: 8-bit, 16-bit or float, of one channel or of the grey
 /// value of three; no normalisation (see depth_map.hpp for that). EXIF orientation is applied.
 ///
 /// @param path as for readPicture(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
+/// @param notes as for readPicture(), and where the picture shows colours
 /// @return [rows x cols, CV_32FC1, as in the file]
 /// @throws Error as readPicture()
 ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes* notes = nullptr);
@@ -54,15 +58,19 @@ ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes*
 /// readDepthImage() without the step to float: a quarter or half of the memory for files of 8 and
 /// 16 bits, and normalizeDepth() is faster on them and gives the same.
 ///
+/// @param path as for readDepthImage()
+/// @param notes as for readDepthImage()
 /// @return [rows x cols, CV_8UC1, CV_16UC1 or CV_32FC1, as in the file]
 /// @throws Error as readPicture()
 ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path, Notes* notes = nullptr);
 
 /// Whether a picture shows colours, as depth does not: in more than 2 % of its px the channels
-/// differ by more than a sixteenth of white, of floats a sixteenth of the largest one.
+/// differ by more than a sixteenth of white, of floats a sixteenth of the largest one. From 512
+/// rows on some of them tell, evenly spaced.
 ///
 /// @param picture [rows x cols, CV_8UC3, CV_16UC3, CV_32FC3 or CV_64FC3]
-/// @throws Error InvalidArgument
+/// @return true if it does
+/// @throws Error InvalidArgument (empty or wrong type)
 ALTIRO3D_EXPORT bool hasColours(const cv::Mat& picture);
 
 /// What a picture file says of itself, for those who take it for something else.
@@ -89,20 +97,31 @@ ALTIRO3D_EXPORT void writePicture(const std::filesystem::path& path, const cv::M
 /// Whether a PNG file says that it is a Native: such a picture is no photo, though it looks like
 /// one. No for Natives in other formats and of other programs, for pipes, and for files that cannot
 /// be read. Never throws but for want of memory.
+///
+/// @param path the file
+/// @return true if it does
 ALTIRO3D_EXPORT bool isMarkedNative(const std::filesystem::path& path);
 
-/// True if the file name's extension is one that writePicture() can write.
+/// Whether the file name's extension is one that writePicture() can write.
+/// @param path file name; the file is not looked at
+/// @return true if it is
 ALTIRO3D_EXPORT bool canWritePicture(const std::filesystem::path& path);
 
 /// The pictures in a directory (files with a picture's extension, hidden ones left out), in natural
-/// order: `view9.png` before `view10.png`.
+/// order: `view9.png` before `view10.png`. Directories in it are not looked into.
 ///
-/// @throws Error NotFound or ReadFailed
+/// @param directory the directory
+/// @return their paths, with the directory
+/// @throws Error NotFound or ReadFailed (no directory, no permission)
 ALTIRO3D_EXPORT std::vector<std::filesystem::path>
 listPictures(const std::filesystem::path& directory);
 
 /// Natural order of names: runs of digits compare as numbers, letters without regard to case; names
 /// that differ in case or leading zeros alone compare as bytes.
+///
+/// @param a one name
+/// @param b another one
+/// @return true if `a` comes before `b`
 ALTIRO3D_EXPORT bool naturalLess(const std::string& a, const std::string& b);
 
 } // namespace altiro3D

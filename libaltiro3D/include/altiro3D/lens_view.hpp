@@ -17,26 +17,32 @@ struct LensEye {
     double spot = 0;
 };
 
-/// The full horizontal view cone of a display in degrees: the calibration's, else its model's, else
-/// 40.
+/// The full horizontal view cone of a display: the calibration's, else its model's, else 40.
+///
+/// @param calibration the display; not checked
+/// @return C in degrees
 ALTIRO3D_EXPORT double viewConeDegrees(const Calibration& calibration);
 
-/// The eye at an angle from the panel's normal.
+/// The eye at an angle from the panel's normal: z = 1/2 + angle / cone, docs/mathematics.md, (2.4).
 ///
-/// @param calibration tells the view cone, over which the angle becomes a phase
+/// @param calibration tells the view cone, over which the angle becomes a phase; not checked
 /// @param angleDegrees 0 = straight ahead, less is to the left, where view 0 is seen; beyond half
 ///        the cone the views begin again, as they do on a display
+/// @return the eye, with a spot of one sub-pixel
 /// @throws Error InvalidArgument (angle not finite)
 ALTIRO3D_EXPORT LensEye eyeAtAngle(const Calibration& calibration, double angleDegrees);
 
-/// The eye that takes in exactly the sub-pixels that show one view.
+/// The eye that takes in exactly the sub-pixels that show one view: z = (view + 0.5) / N,
+/// docs/mathematics.md, (2.4).
 ///
 /// @param view 0 (leftmost camera) .. viewCount-1
 /// @param viewCount N, 1..4096
-/// @throws Error InvalidArgument
+/// @return the eye, with a spot of 1/N
+/// @throws Error InvalidArgument (out of these ranges)
 ALTIRO3D_EXPORT LensEye eyeAtView(int view, int viewCount);
 
-/// What an eye sees of a Native through the display's lenses.
+/// What an eye sees of a Native through the display's lenses (docs/mathematics.md, 2a, with the
+/// bound (2.5) of what is lost).
 ///
 /// The sub-pixels whose lens phase lies within half the spot of the eye's are lit. Each px of the
 /// result takes each colour from the lit sub-pixel of that colour whose px is nearest to it (of

@@ -19,7 +19,8 @@ namespace altiro3D {
 class ALTIRO3D_EXPORT NativeLut {
   public:
     /// Builds the table, in double precision, in parallel; equal inputs give equal bytes for any
-    /// number of threads. View of a sub-pixel and place inside the tile are the nearest ones.
+    /// number of threads. View of a sub-pixel and place inside the tile are the nearest ones:
+    /// docs/mathematics.md, (1.1) to (1.10) and (2.1) to (2.3).
     ///
     /// @param calibration the display
     /// @param quilt the layout; at most 65535 px a side
@@ -29,27 +30,33 @@ class ALTIRO3D_EXPORT NativeLut {
               InvertViews invert = InvertViews::Auto);
 
     /// Reads a `.map` file (docs/map-format.md) and checks all of it.
-    /// @throws Error NotFound, ReadFailed, BadFormat (foreign, truncated, corrupt, oversize),
-    ///         OutOfMemory
+    /// @param file a regular file
+    /// @return the table
+    /// @throws Error NotFound, ReadFailed (no permission, no regular file), BadFormat (foreign,
+    ///         truncated, corrupt, oversize), OutOfMemory
     static NativeLut load(const std::filesystem::path& file);
 
-    /// Writes a `.map` file; it appears whole or not at all. @throws Error WriteFailed
+    /// Writes a `.map` file; it appears whole or not at all. It holds the first 47 bytes of the
+    /// serial number.
+    /// @param file the file; its directory must exist
+    /// @throws Error WriteFailed
     void save(const std::filesystem::path& file) const;
 
-    /// Size of the panel in px.
+    /// Size of the panel. @return columns x rows in px
     cv::Size panelSize() const;
-    /// The quilt that the coordinates point into.
+    /// The quilt that the coordinates point into. @return its layout
     const QuiltLayout& quilt() const;
-    /// fingerprint() of the calibration it was built from.
+    /// Tells the calibration it was built from. @return its fingerprint()
     std::uint64_t calibrationFingerprint() const;
-    /// Serial number of the display; may be empty.
+    /// Serial number of the display. @return may be empty
     const std::string& serial() const;
-    /// Whether the order of views is reversed.
+    /// Whether the order of views is reversed. @return true if it is
     bool inverted() const;
 
     /// The table of one colour.
     /// @param channel 0 red, 1 green, 2 blue
     /// @return [panel rows x panel cols, CV_16UC2, (X, Y) in px of the quilt, Y counted down]
+    /// @throws Error InvalidArgument (channel)
     const cv::Mat& channel(int channel) const;
 
   private:
@@ -59,8 +66,10 @@ class ALTIRO3D_EXPORT NativeLut {
 };
 
 /// Checks that a table was built from this calibration.
-/// @param lut the table @param lutName its name in the error message
-/// @param calibration the display @param calibrationName its name in the error message
+/// @param lut the table
+/// @param lutName its name in the error message
+/// @param calibration the display
+/// @param calibrationName its name in the error message
 /// @throws Error Mismatch that names both
 ALTIRO3D_EXPORT void requireSameDisplay(const NativeLut& lut, const std::string& lutName,
                                         const Calibration& calibration,

@@ -11,8 +11,9 @@ namespace altiro3D {
 
 /// Where the camera of a sub-pixel stands.
 enum class ViewPositions {
-    Discrete,  ///< At one of N views, as in a quilt.
-    Continuous ///< Where its place under the lens says; N = number of views of the display.
+    Discrete,  ///< At one of N views, as in a quilt: docs/mathematics.md, (3.1).
+    Continuous ///< Where its place z under the lens says: p = (2Nz - N)/(N-1), -1..1
+               ///< (docs/conventions.md); N = number of views of the display.
 };
 
 /// Turns photos with depth into Natives at once: each sub-pixel of the panel is read from the photo
@@ -22,7 +23,8 @@ enum class ViewPositions {
 /// With discrete views and a photo of the tile's size the Native is the one that Depth2Quilt and
 /// Quilt2Native give, bit for bit. With a photo of the panel's size no detail is lost in tiles.
 ///
-/// Methods Fast and Layered; Real makes whole views only.
+/// Methods Fast and Layered; Real makes whole views only. Phases and views are those of
+/// docs/mathematics.md, (1.1) to (1.10), displacements those of docs/mathematics.md, (3.2).
 ///
 /// Immutable; render() may run on any number of threads at once and gives the same bytes for any
 /// number of threads and on any processor.
@@ -40,11 +42,11 @@ class ALTIRO3D_EXPORT NativeRenderer {
                    ViewPositions positions = ViewPositions::Discrete,
                    InvertViews invert = InvertViews::Auto);
 
-    /// Size of the Native in px.
+    /// Size of the Native. @return columns x rows in px
     cv::Size panelSize() const;
-    /// Number of views.
+    /// Number of views. @return as given to the constructor
     int viewCount() const;
-    /// The options in use.
+    /// The options in use. @return as given to the constructor
     const ViewOptions& options() const;
 
     /// Renders one Native. Sub-pixels read the photo's px under the centre of their panel px.
@@ -54,8 +56,8 @@ class ALTIRO3D_EXPORT NativeRenderer {
     /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; NaN counts as 0
     /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits, must share no
     ///        memory with photo and depth
-    /// @throws Error InvalidArgument (type, shared memory), TooLarge, Mismatch (photo and depth
-    ///         differ in size), OutOfMemory
+    /// @throws Error InvalidArgument (empty or wrong type, shared memory), TooLarge, Mismatch
+    ///         (photo and depth differ in size), OutOfMemory
     void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& native) const;
 
   private:

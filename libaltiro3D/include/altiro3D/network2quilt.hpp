@@ -19,11 +19,12 @@ class ALTIRO3D_EXPORT Network2Quilt {
     /// @param options what the views look like
     /// @param panelAspect width : height of what the viewer sees, 0.01..100
     /// @param fit how photos of another shape are brought to it
-    /// @throws Error as Depth2Quilt; InvalidArgument (panelAspect)
+    /// @throws Error InvalidArgument (layout, options, panelAspect) or TooLarge (layout)
     Network2Quilt(DepthNetwork network, const QuiltLayout& layout, const ViewOptions& options,
                   double panelAspect, FitMode fit = FitMode::Cover);
 
     /// Estimates the depth of the whole photo, fits both to the view's size and makes the views.
+    /// The depth may differ in the last digits between numbers of threads: DepthNetwork::infer().
     ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; reused if it fits
@@ -31,7 +32,8 @@ class ALTIRO3D_EXPORT Network2Quilt {
     ///         Depth2Quilt::render()
     void render(const cv::Mat& photo, cv::Mat& quilt);
 
-    /// The depth of the last photo, at the network's size. [CV_32FC1, 0..1, 1 = nearest]
+    /// The depth of the last photo.
+    /// @return [network's output size, CV_32FC1, 0..1, 1 = nearest]; empty before the first photo
     const cv::Mat& depth() const { return depth_; }
 
   private:

@@ -25,11 +25,12 @@ struct PhotoFit {
 /// Computes the fit. The shape that counts is the panel's; the result may have another one (square
 /// tiles for a wide panel) and is then stretched by the display.
 ///
-/// @param picture size of the picture in px
+/// @param picture size of the picture in px, at least 1 x 1
 /// @param panelAspect width : height of what the viewer will see, 0.01..100
-/// @param result size of the result in px
+/// @param result size of the result in px, at least 1 x 1
 /// @param mode see FitMode
-/// @throws Error InvalidArgument
+/// @return the fit
+/// @throws Error InvalidArgument (out of these ranges)
 ALTIRO3D_EXPORT PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result,
                                   FitMode mode = FitMode::Cover);
 
@@ -37,7 +38,7 @@ ALTIRO3D_EXPORT PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size
 ///
 /// @param picture [rows x cols, CV_8UC3, BGR], of the size the fit was made for
 /// @param fit from fitPhoto()
-/// @param fitted [fit.size, CV_8UC3, BGR]
+/// @param fitted [fit.size, CV_8UC3, BGR], in memory of its own; may be `picture` itself
 /// @throws Error Mismatch (the fit is for another size), InvalidArgument (type, a fit whose target
 ///         leaves its result)
 ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted);
@@ -51,8 +52,7 @@ ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::M
 /// @param focus depth of the bars, 0..1
 /// @param fitted [fit.size, CV_32FC1, 0..1]
 /// @throws Error Mismatch (the fit is for another size, or the photo of another one),
-/// InvalidArgument
-///         (types, focus, a fit whose target leaves its result)
+///         InvalidArgument (types, focus, a fit whose target leaves its result)
 ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
                                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted);
 
@@ -65,7 +65,8 @@ ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, c
 /// @param panelAspect width : height of the panel, 0.01..100
 /// @param mode see FitMode
 /// @param fitted [layout.size(), CV_8UC3, BGR], in memory of its own
-/// @throws Error Mismatch, InvalidArgument
+/// @throws Error Mismatch (the quilt has not the layout's size), InvalidArgument (layout, type,
+///         aspects), TooLarge (layout)
 ALTIRO3D_EXPORT void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout,
                                      double viewAspect, double panelAspect, FitMode mode,
                                      cv::Mat& fitted);

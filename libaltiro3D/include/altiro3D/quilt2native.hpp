@@ -40,13 +40,17 @@ struct QuiltSampling {
 ALTIRO3D_EXPORT cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout,
                                  Notes* notes = nullptr);
 
-/// Turns quilts into Natives: each sub-pixel takes its own colour from its own view.
+/// Turns quilts into Natives: each sub-pixel takes its own colour from its own view
+/// (docs/mathematics.md, 1 and 2).
 ///
 /// Immutable; render() may run on any number of threads at once and gives the same bytes for any
 /// number of threads.
 class ALTIRO3D_EXPORT Quilt2Native {
   public:
     /// Renders through a look-up table: nearest view, nearest pixel.
+    ///
+    /// @param lut the table; display and layout are those that it was built for
+    /// @throws Error OutOfMemory
     explicit Quilt2Native(NativeLut lut);
 
     /// Renders from the calibration itself; needed for blended sampling, which a table cannot hold.
@@ -55,13 +59,13 @@ class ALTIRO3D_EXPORT Quilt2Native {
     /// @param quilt layout of the quilts to come
     /// @param sampling nearest or blended, between views and inside them
     /// @param invert whether the order of views is reversed
-    /// @throws Error as NativeLut
+    /// @throws Error BadFormat (calibration), InvalidArgument or TooLarge (layout), OutOfMemory
     Quilt2Native(const Calibration& calibration, const QuiltLayout& quilt, QuiltSampling sampling,
                  InvertViews invert = InvertViews::Auto);
 
-    /// Size of the Native in px.
+    /// Size of the Native. @return columns x rows in px
     cv::Size panelSize() const;
-    /// Layout of the quilts that render() takes.
+    /// Layout of the quilts that render() takes. @return the layout
     const QuiltLayout& quilt() const;
 
     /// Renders one Native.

@@ -45,36 +45,45 @@ class ALTIRO3D_EXPORT ResumableVideoWriter {
     /// @param resumable see ResumableVideoOptions
     /// @param source the video that the frames are made from, opened for this call only: what the
     ///        file cannot hold of it is said before any work is done; may be null
-    /// @throws Error as VideoWriter; WriteFailed (`NAME.parts` is there and `resume` is not set,
-    ///         or another process is at it); Mismatch (other settings, by name); BadFormat (what is
-    ///         in `NAME.parts`)
+    /// @throws Error as VideoWriter; InvalidArgument (segmentFrames, settings that are no JSON
+    ///         object); WriteFailed (`NAME.parts` is there and `resume` is not set, or another
+    ///         process is at it); Mismatch (other settings, by name); BadFormat (what is in
+    ///         `NAME.parts`)
     ResumableVideoWriter(const std::filesystem::path& path, const VideoWriterOptions& options,
                          const ResumableVideoOptions& resumable, VideoReader* source = nullptr);
     /// Keeps all whole segments; without any, nothing stays.
     ~ResumableVideoWriter();
     ResumableVideoWriter(ResumableVideoWriter&&) noexcept;            ///< Moves.
-    ResumableVideoWriter& operator=(ResumableVideoWriter&&) noexcept; ///< Moves.
+    ResumableVideoWriter& operator=(ResumableVideoWriter&&) noexcept; ///< Moves. @return *this
 
-    /// Where `path`'s segments are.
+    /// Where a video's segments are.
+    /// @param path of the video
+    /// @return `path` + ".parts"
     static std::filesystem::path partsDirectory(const std::filesystem::path& path);
 
     /// Whether an earlier run has left something to go on from.
+    /// @param path of the video
+    /// @return true if there is a `run.json` in `NAME.parts`
     static bool isUnfinished(const std::filesystem::path& path);
 
-    /// Removes what an earlier run has left. @throws Error WriteFailed
+    /// Removes what an earlier run has left; without an unfinished run nothing is done.
+    /// @param path of the video
+    /// @throws Error WriteFailed (another process is at it, no permission)
     static void discard(const std::filesystem::path& path);
 
-    /// What was there at the beginning.
+    /// What was there at the beginning. @return 0 frames if the run is new
     const KeptVideo& kept() const;
-    /// True if a segment ends with the frame of this number (from 0, over all runs); write() keeps
-    /// a state with such frames only.
+    /// Whether a segment ends with a frame; write() keeps a state with such frames only.
+    /// @param frameNumber number of the frame, from 0, over all runs
+    /// @return true if it does
     bool endsSegment(std::int64_t frameNumber) const;
 
     /// Encodes a frame.
     ///
     /// @param frame as for VideoWriter; the first one's pts is kept().nextPts or more
     /// @param state what is needed to make the next frame, if this one ends a segment
-    /// @throws Error InvalidArgument, WriteFailed; whole segments stay
+    /// @throws Error InvalidArgument (picture, time, after finish()), WriteFailed; whole segments
+    ///         stay
     void write(const VideoFrame& frame, const std::string& state = {});
 
     /// Joins all segments and gives the file its name.
@@ -83,10 +92,12 @@ class ALTIRO3D_EXPORT ResumableVideoWriter {
     ///        null
     /// @param complete false: more frames could follow; then the segments stay, so that a later run
     ///        can go on
-    /// @throws Error InvalidArgument (no frame was written), Unsupported, WriteFailed
+    /// @throws Error InvalidArgument (no frame was written, a second call, a source that has
+    ///         begun), BadFormat (a damaged segment), Unsupported, WriteFailed, and what reading
+    ///         the source throws
     void finish(VideoReader* source, bool complete = true);
 
-    /// What was left out or changed, one sentence each, for people.
+    /// What was left out or changed. @return one sentence each, for people
     const Notes& notes() const;
 
   private:

@@ -21,11 +21,12 @@ class ALTIRO3D_EXPORT SceneCuts {
     SceneCuts();
     ~SceneCuts();
     SceneCuts(SceneCuts&&) noexcept;            ///< Moves.
-    SceneCuts& operator=(SceneCuts&&) noexcept; ///< Moves.
+    SceneCuts& operator=(SceneCuts&&) noexcept; ///< Moves. @return *this
 
     /// Whether the next picture begins a scene; so does the first one and one of another size.
     ///
     /// @param picture [rows x cols, CV_8UC3, BGR]
+    /// @return true if it does
     /// @throws Error InvalidArgument (empty, wrong type)
     bool next(const cv::Mat& picture);
 

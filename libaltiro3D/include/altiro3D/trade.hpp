@@ -19,11 +19,13 @@ struct NamedViewOptions {
 /// values. The most accurate one comes last.
 ///
 /// @param base strength and focus of all of them
+/// @return the settings, with names that differ
 ALTIRO3D_EXPORT std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base = {});
 
 /// Each method with its default knobs, cheapest first; named as the method.
 ///
-/// @param base strength and focus of all of them
+/// @param base strength and focus of all of them, and their knobs
+/// @return "fast", "layered", "real"
 ALTIRO3D_EXPORT std::vector<NamedViewOptions> defaultSettings(const ViewOptions& base = {});
 
 /// What views cost.
@@ -41,7 +43,9 @@ struct ViewCost {
 /// @param options method and knobs
 /// @param views number of views of a set, 1..1024, evenly spaced
 /// @param repetitions sets to make; the fastest counts, 1..1000
-/// @throws Error as Depth2Quilt::render()
+/// @return the times
+/// @throws Error InvalidArgument (views, repetitions, options), TooLarge (the quilt of all views),
+///         and as Depth2Quilt::render()
 ALTIRO3D_EXPORT ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth,
                                       const ViewOptions& options, int views, int repetitions);
 
@@ -57,9 +61,10 @@ struct ViewAccuracy {
 ///
 /// @param view [rows x cols, CV_8UC3, BGR]
 /// @param truth [as view]
-/// @param band width in px of the bands that "inside" leaves out at the left and at the right; both
-///        are kept if nothing would be left
-/// @throws Error Mismatch, InvalidArgument
+/// @param band width in px of the bands that "inside" leaves out at the left and at the right, 0 or
+///        more; both are kept if nothing would be left
+/// @return psnr() and ssim()
+/// @throws Error Mismatch (sizes or types differ), InvalidArgument (empty, not of 8 bits, band)
 ALTIRO3D_EXPORT ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth, int band);
 
 /// A measured stereo scene: a photo, its true disparity, and what a second camera saw.
@@ -70,9 +75,12 @@ struct ALTIRO3D_EXPORT StereoScene {
     cv::Mat truth;               ///< [as photo]: the second camera's photo.
     double largestDisparity = 0; ///< In px; content at depth d stands d times this further left.
 
-    /// Options with which the view at position +1 is the second camera's.
+    /// Options with which the view at position +1 is the second camera's: focus 0 and S/2 =
+    /// largestDisparity, docs/mathematics.md, (3.2).
+    /// @param knobs all the rest
+    /// @return the options
     ViewOptions options(const ViewOptions& knobs) const;
-    /// Width of the band that "inside" leaves out: ceil(largest disparity) + 2 px.
+    /// Width of the band that "inside" leaves out. @return ceil(largest disparity) + 2 px
     int band() const;
 };
 
@@ -83,8 +91,9 @@ struct ALTIRO3D_EXPORT StereoScene {
 /// @param rawDisparity [as photo, CV_32FC1], 0 and non-finite = unknown: filled along the row by
 ///        the smaller of the two valid neighbours
 /// @param scale raw values per px of disparity, > 0
-/// @param truth [as photo]
-/// @throws Error Mismatch, InvalidArgument
+/// @param truth [as photo], what the second camera saw
+/// @return the scene; photo and truth share memory with the arguments
+/// @throws Error Mismatch (sizes differ), InvalidArgument (empty, wrong type, scale)
 ALTIRO3D_EXPORT StereoScene makeStereoScene(const std::string& name, const cv::Mat& photo,
                                             const cv::Mat& rawDisparity, double scale,
                                             const cv::Mat& truth);

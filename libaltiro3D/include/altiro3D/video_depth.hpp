@@ -22,7 +22,9 @@ struct VideoDepthOptions {
     double steadiness = 0.9;
 };
 
-/// Checks the options. @throws Error InvalidArgument that names the field, its value and the range
+/// Checks the options.
+/// @param options what to check
+/// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const VideoDepthOptions& options);
 
 /// What happened with one picture.
@@ -33,7 +35,7 @@ struct VideoDepthStep {
 };
 
 /// The depth of a video, picture by picture and without looking ahead: steady, and with as few
-/// inferences as wanted (docs/mathematics.md, section 5).
+/// inferences as wanted (docs/mathematics.md, 5).
 ///
 /// The estimator runs on the first picture of a scene and then on every n-th, or when the picture
 /// has changed enough. In between the last depth moves with the picture. What a new inference says
@@ -59,9 +61,9 @@ class ALTIRO3D_EXPORT VideoDepth {
     VideoDepth(Estimator estimator, DepthKind kind, const VideoDepthOptions& options = {});
     ~VideoDepth();
     VideoDepth(VideoDepth&&) noexcept;            ///< Moves.
-    VideoDepth& operator=(VideoDepth&&) noexcept; ///< Moves.
+    VideoDepth& operator=(VideoDepth&&) noexcept; ///< Moves. @return *this
 
-    /// The options in use.
+    /// The options in use. @return as given to the constructor
     const VideoDepthOptions& options() const;
 
     /// The depth of the next picture.
@@ -70,15 +72,18 @@ class ALTIRO3D_EXPORT VideoDepth {
     ///
     /// @param picture [rows x cols, CV_8UC3, BGR]
     /// @param depth in memory of its own each time [estimator's size, CV_32FC1, 0..1, 1 = nearest]
+    /// @return what was done
     /// @throws Error InvalidArgument (picture or raw numbers empty or of a wrong type), and what
     ///         the estimator throws
     VideoDepthStep next(const cv::Mat& picture, cv::Mat& depth);
 
     /// All that is needed to go on later, for setState() of an object with the same options on a
     /// machine of the same kind: the depth is then the same bit for bit. Some 1 MB for 256 x 256.
+    /// @return bytes, no text
     std::string state() const;
 
     /// Goes on from a state().
+    /// @param bytes from state()
     /// @throws Error BadFormat (damaged, not from state()); the object is then as before
     void setState(const std::string& bytes);
 

@@ -13,9 +13,9 @@ struct Fraction {
     int numerator = 0;   ///< Above the line.
     int denominator = 1; ///< Below the line, > 0.
 
-    /// The ratio as a number.
+    /// The ratio as a number. @return numerator / denominator
     double value() const { return static_cast<double>(numerator) / denominator; }
-    /// True if it is more than 0.
+    /// Whether it is known. @return true if it is more than 0
     bool isKnown() const { return numerator > 0 && denominator > 0; }
 };
 

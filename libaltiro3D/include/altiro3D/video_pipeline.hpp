@@ -55,7 +55,11 @@ struct PipelineReport {
     std::int64_t dropped = 0;        ///< Frames left out by PipelineOptions::dropLate.
 };
 
-/// Gives the picture memory of its own to be written to: what others hold, too, is let go.
+/// Gives the picture memory of its own to be written to: what others hold, too, is let go, and
+/// `create()` then takes new memory.
+///
+/// @param picture [any size and type]; empty afterwards if anybody else holds its memory, else as
+///        it was
 ALTIRO3D_EXPORT void ownMemory(cv::Mat& picture);
 
 /// Takes frames through stages, each in its own thread, with short queues between them: memory does
@@ -64,9 +68,10 @@ ALTIRO3D_EXPORT void ownMemory(cv::Mat& picture);
 /// Returns when the last frame has passed the last stage. If a stage throws, all stop and the
 /// exception is thrown here.
 ///
-/// @param stages at least one
+/// @param stages at least one, in the order of the work
 /// @param options see PipelineOptions
-/// @throws Error InvalidArgument, and what the stages throw
+/// @return what each stage did
+/// @throws Error InvalidArgument (no stage, queueFrames), and what the stages throw
 ALTIRO3D_EXPORT PipelineReport runPipeline(const std::vector<PipelineStage>& stages,
                                            const PipelineOptions& options = {});
 

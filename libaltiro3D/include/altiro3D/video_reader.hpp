@@ -26,7 +26,9 @@ struct VideoReaderOptions {
     VideoTags formatOptions; ///< FFmpeg's settings of the format ("video_size", "1280x720").
 };
 
-/// Checks the options. @throws Error InvalidArgument that names the field, its value and the range
+/// Checks the options; `format` and its options only VideoReader can.
+/// @param options what to check
+/// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const VideoReaderOptions& options);
 
 /// What a stream of a video file holds.
@@ -104,40 +106,47 @@ class ALTIRO3D_EXPORT VideoReader {
     ///        (`/dev/video0`)
     /// @param options the part to read, threads, format of a device
     /// @throws Error NotFound; ReadFailed (a directory, no permission); BadFormat (empty, no video
-    ///         in it, cut off before its index); Unsupported (a codec without a decoder); TooLarge;
-    ///         InvalidArgument (options)
+    ///         in it, cut off before its index); Unsupported (a codec without a decoder, an unknown
+    ///         `format`); TooLarge (more px than kMaxPicturePixels); InvalidArgument (options);
+    ///         OutOfMemory
     explicit VideoReader(const std::filesystem::path& path, const VideoReaderOptions& options = {});
     ~VideoReader();
     VideoReader(VideoReader&&) noexcept;            ///< Moves.
-    VideoReader& operator=(VideoReader&&) noexcept; ///< Moves.
+    VideoReader& operator=(VideoReader&&) noexcept; ///< Moves. @return *this
 
-    /// What the file says about itself.
+    /// What the file says about itself. @return the facts, the same all the time
     const VideoFacts& facts() const;
 
-    /// The next frame, in memory of its own; nothing at the end.
+    /// The next frame, in memory of its own.
     ///
-    /// @throws Error ReadFailed, BadFormat (not one frame could be decoded), OutOfMemory
+    /// @return the frame, its times in facts().timeBase; nothing at the end
+    /// @throws Error ReadFailed, BadFormat (not one frame could be decoded), Unsupported (a pixel
+    ///         format that cannot be read), OutOfMemory
     std::optional<VideoFrame> next();
 
     /// next() into a frame whose memory is used again if it fits and nobody else holds it.
     ///
+    /// @param frame becomes the next one: picture [facts().size, CV_8UC3, BGR], times in
+    ///        facts().timeBase
     /// @return false at the end; the frame is then as before
+    /// @throws Error as next()
     bool read(VideoFrame& frame);
 
     /// Leaves out frames, so that the next one is the one of a time, as a run that is resumed needs
-    /// it. Fast where the file can be wound; times stay as they are. A writer that was given this
-    /// reader gets the other streams from there on only.
+    /// it. Fast where the file can be wound, and counts() then begin anew; times stay as they are.
+    /// A writer that was given this reader gets the other streams from there on only.
     ///
-    /// @param pts of the next frame, as next() gave it in an earlier run; without such a frame the
-    ///        first later one comes
+    /// @param pts of the next frame in facts().timeBase, as next() gave it in an earlier run;
+    ///        without such a frame the first later one comes
     /// @throws Error as next()
     void skipTo(std::int64_t pts);
 
-    /// What happened so far.
+    /// What happened so far. @return counts from the beginning, or from where skipTo() has wound to
     const VideoReadCounts& counts() const;
 
-    /// Remarks about the file and what happened so far, one sentence each, for people; the first
-    /// one tells of the cut where `counts().truncated`.
+    /// Remarks about the file and what happened so far.
+    /// @return one sentence each, for people; the first one tells of the cut where
+    ///         `counts().truncated`
     Notes notes() const;
 
   private:

@@ -49,10 +49,14 @@ struct VideoWriterOptions {
     VideoTags tags;        ///< Further tags of the file; they win over the source's.
 };
 
-/// Checks the options. @throws Error InvalidArgument that names the field, its value and the range
+/// Checks the options.
+/// @param options what to check
+/// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const VideoWriterOptions& options);
 
-/// True if the file name's extension is one that VideoWriter can write: .mkv, .mp4, .m4v or .mov.
+/// Whether the file name's extension is one that VideoWriter can write: .mkv, .mp4, .m4v or .mov.
+/// @param path file name; the file is not looked at
+/// @return true if it is
 ALTIRO3D_EXPORT bool canWriteVideo(const std::filesystem::path& path);
 
 /// Writes frames as a video through FFmpeg's libraries, with sound, subtitles, chapters and tags of
@@ -84,21 +88,24 @@ class ALTIRO3D_EXPORT VideoWriter {
     /// Removes the unfinished file.
     ~VideoWriter();
     VideoWriter(VideoWriter&&) noexcept;            ///< Moves.
-    VideoWriter& operator=(VideoWriter&&) noexcept; ///< Moves.
+    VideoWriter& operator=(VideoWriter&&) noexcept; ///< Moves. @return *this
 
     /// Encodes a frame.
     ///
-    /// @param frame of the options' size; pts 0 or more and after the last one's
-    /// @throws Error InvalidArgument, WriteFailed (full disk, ...); the file is then lost
+    /// @param frame picture [options' size, CV_8UC3, BGR]; times in the options' time base, pts 0
+    ///        or more and after the last one's
+    /// @throws Error InvalidArgument (picture, time, after finish()): the frame is left out;
+    ///         WriteFailed (full disk, ...): the file is then lost
     void write(const VideoFrame& frame);
 
     /// Writes what is left and gives the file its name. If the source has been read to its end all
     /// of its other streams are kept, else what belongs to the frames written.
     ///
-    /// @throws Error InvalidArgument (no frame was written), WriteFailed; the file is then lost
+    /// @throws Error InvalidArgument (no frame was written, a second call); WriteFailed: the file
+    ///         is then lost
     void finish();
 
-    /// What was left out or changed, one sentence each, for people.
+    /// What was left out or changed. @return one sentence each, for people
     const Notes& notes() const;
 
   private:

@@ -25,7 +25,9 @@ struct ScreenFacts {
     double refreshHz = 0; ///< Pictures a second; 0 = not known.
 };
 
-/// The facts about one screen of the application. @see QGuiApplication::screens()
+/// The facts about one screen of the application.
+/// @param screen one of QGuiApplication::screens()
+/// @return what the desktop says of it
 ALTIRO3D_EXPORT ScreenFacts factsOf(const QScreen& screen);
 
 /// How a screen and a calibration volume were found to belong together.
@@ -50,7 +52,11 @@ struct FoundDisplay {
 };
 
 /// What keeps a screen from showing a panel's Natives px by px: the desktop scales it, or it has
-/// another size. One sentence each, with what to do.
+/// another size.
+///
+/// @param screen from factsOf()
+/// @param panel size of the panel in px
+/// @return one sentence each, with what to do; none if all is well
 ALTIRO3D_EXPORT std::vector<std::string> problemsOf(const ScreenFacts& screen, cv::Size panel);
 
 /// Finds the light-field displays among screens and mounted volumes and puts them together.
@@ -68,13 +74,19 @@ findDisplays(const std::vector<ScreenFacts>& screens,
              const std::vector<MountedCalibration>& volumes);
 
 /// findMountedCalibrations(), and for "/" also volumes that are mounted anywhere else.
+///
+/// @param fileSystemRoot "/" outside of tests
+/// @return as findMountedCalibrations(), then the others
 ALTIRO3D_EXPORT std::vector<MountedCalibration>
 findVolumes(const std::filesystem::path& fileSystemRoot = "/");
 
 /// The display that a Native of this size and calibration is for: the one whose calibration has the
 /// same fingerprint, else the only one with a screen of that size, else the only one with a screen.
 ///
+/// @param displays as findDisplays() gives them
+/// @param screens those that it was given
 /// @param calibration the Native's, if it is known
+/// @param native size of the Native in px
 /// @return index into `displays`; nothing if no display has a screen, or several could be meant
 ALTIRO3D_EXPORT std::optional<std::size_t>
 chooseDisplay(const std::vector<FoundDisplay>& displays, const std::vector<ScreenFacts>& screens,

@@ -5,6 +5,9 @@
 #include <QImage>
 #include <opencv2/core/mat.hpp>
 
+/// @namespace altiro3D::qt
+/// What programs with Qt need besides: displays among the screens, pictures as QImage, a widget.
+
 namespace altiro3D::qt {
 
 /// A picture as a QImage that shares its memory; nothing is copied, and the memory lives as long as
@@ -18,6 +21,7 @@ ALTIRO3D_EXPORT QImage toImage(const cv::Mat& picture);
 
 /// An image as a picture of its own, in one copy; what is transparent becomes black.
 ///
+/// @param image of any format; its device pixel ratio does not count
 /// @return [rows x cols, CV_8UC3, BGR]; empty if `image` is null
 ALTIRO3D_EXPORT cv::Mat toPicture(const QImage& image);
 

@@ -17,21 +17,25 @@ class ALTIRO3D_EXPORT NativeWidget : public QWidget {
     Q_OBJECT
   public:
     /// An empty, black widget.
+    /// @param parent owns it; null: a window of its own
     explicit NativeWidget(QWidget* parent = nullptr);
 
     /// Shows a picture; its memory is shared, so do not write into it afterwards.
     /// @param native [rows x cols, CV_8UC3, BGR]; empty: black
+    /// @throws Error InvalidArgument (type)
     void setNative(const cv::Mat& native);
-    /// The picture that is shown.
+    /// The picture that is shown. @return shares memory with it; null if there is none
     const QImage& image() const { return image_; }
 
-    /// The widget's size in px of the screen.
+    /// The widget's size. @return width x height in px of the screen
     QSize deviceSize() const;
     /// The picture fills the widget exactly, so a display with this Native shows it rightly.
+    /// @return true if it does
     bool isExact() const { return image_.size() == deviceSize(); }
 
     /// Goes full screen on one screen, without frame and mouse pointer. Escape, F11 and a double
     /// click end it by leave().
+    /// @param screen one of QGuiApplication::screens()
     void showOn(QScreen& screen);
 
   public slots:
@@ -43,9 +47,12 @@ class ALTIRO3D_EXPORT NativeWidget : public QWidget {
     void left();
 
   protected:
-    void paintEvent(QPaintEvent* event) override;            ///< Paints the picture.
-    void keyPressEvent(QKeyEvent* event) override;           ///< Escape and F11.
-    void mouseDoubleClickEvent(QMouseEvent* event) override; ///< Leaves the full screen.
+    /// Paints the picture. @param event not read
+    void paintEvent(QPaintEvent* event) override;
+    /// Escape and F11. @param event the key
+    void keyPressEvent(QKeyEvent* event) override;
+    /// Leaves the full screen. @param event the click
+    void mouseDoubleClickEvent(QMouseEvent* event) override;
 
   private:
     QImage image_;

@@ -30,11 +30,21 @@ for page in "$manual"/*.1; do
     LC_ALL=C.UTF-8 MANWIDTH=1000 man -E UTF-8 -l "$page" | col -bx >"$work/page"
     bash -n "$manual/$tool" || fail "$manual/$tool: bash cannot read it"
     ! command -v zsh >/dev/null || zsh -n "$manual/_$tool" || fail "$manual/_$tool: zsh cannot read it"
-    names=$("$tools/$tool" --help | sed -n 's/^  \(-[^ ].*\)/\1/p' | sed 's/   .*//' |
+    # a command of the original's has no options of its own, but those of the tool that it calls first
+    called=
+    if ! grep -q '^\.SH OPTIONS' "$page"; then
+        called=$(sed -n '/^\.SH SEE ALSO/,$ s/^\.BR \([^ ]*\) .*/\1/p' "$page" | head -n 1)
+        "$tools/$tool" --help | sed 1,/^$/d | awk -v RS= '{ gsub(/\n/, " "); print }' >"$work/paragraphs"
+        [[ -s $work/paragraphs ]] || fail "$tool: --help has no text"
+        while read -r paragraph; do
+            grep -qF -- "$paragraph" "$work/page" || fail "$page: lacks $paragraph"
+        done <"$work/paragraphs"
+    fi
+    names=$("$tools/${called:-$tool}" --help | sed -n 's/^  \(-[^ ].*\)/\1/p' | sed 's/   .*//' |
         grep -oE '(^|, )--?[A-Za-z0-9-]+' | tr -d ', ')
     [[ $(wc -w <<<"$names") -ge 5 ]] || fail "$tool: --help names no options"
     for name in $names; do
-        grep -qE "^ +(-.*, )?$name( |,|\$)" "$work/page" || fail "$page: lacks $name"
+        [[ -n $called ]] || grep -qE "^ +(-.*, )?$name( |,|\$)" "$work/page" || fail "$page: lacks $name"
         grep -qF -- "'$name" "$manual/_$tool" || grep -qE -- "[{,]${name}[,}]" "$manual/_$tool" ||
             fail "$manual/_$tool: lacks $name"
     done

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Finds what is dead in the documents: links and anchors that lead nowhere, commands that do not
-exist, and options that the command's --help does not name.
+exist, options that the command's --help does not name, and values of an option that are none of
+those it lists, as in `--method layered|fast|real`; PLACEHOLDERS stand for any.
 
     scripts/check-links.py TOOLS_DIRECTORY [FILE.md...]    (default: all in the repository)
 
 Commands are looked for in code: indented and fenced blocks, and `spans`. A span that is a long
-option alone must be one of any tool or script.
+option alone, or with its value, must be one of any tool or script.
 """
 
 import os
@@ -20,15 +21,18 @@ OPTION = re.compile(r"(?<![\w-])--?[A-Za-z][\w-]*")
 # What looks like a command of ours, and so has to be one.
 OURS = re.compile(r"altiro3D[a-z]\w*|(?:photo|video|quilt|views?|images?|native)2\w+")
 SCRIPT = re.compile(r"(?<![\w./-])(?:scripts/[\w.-]+|\.ci/\w+)")
+# An option in the help, with its list of values; what stands for a value in a document.
+CHOICE = re.compile(r"(--[a-z][\w-]*) ([a-z][\w-]*(?:\|[\w-]+)+)$")
+PLACEHOLDER = re.compile(r"[A-Z][A-Z0-9_.]*|[$<].*|\.\.\.")
 # What looks the same: targets and tests.
 NOT_COMMANDS = re.compile(r"altiro3D_\w+|\w+_test")
 
 
 class Commands:
-    """Our tools and scripts, and the options of each."""
+    """Our tools and scripts, the options of each, and the values of those that list them."""
 
     def __init__(self, tools):
-        self.options = {}
+        self.options, self.values = {}, {}
         scripts = ROOT / "tools/original"
         environment = dict(os.environ, QT_QPA_PLATFORM="offscreen")
         for tool in sorted(p for p in Path(tools).iterdir() if p.is_file() and os.access(p, os.X_OK)):
@@ -38,13 +42,32 @@ class Commands:
                 left = [re.split(r"  +", line[2:])[0] for line in text.splitlines()
                         if line.startswith("  -")]
                 self.options[tool.name] = set(OPTION.findall(" ".join(left)))
+                self.values[tool.name] = {option: set(values.split("|")) for option, values
+                                          in (m.groups() for m in map(CHOICE.search, left) if m)}
         for script in (s for s in scripts.iterdir() if (Path(tools) / s.name).exists()):
             called = re.findall(r'"\$here/(\w+)" "\$@"', script.read_text())
             self.options[script.name] = set().union(*(self.options[tool] for tool in called))
+            self.values[script.name] = self.values_of(called)
         self.all = set().union(*self.options.values())
         for script in [*(ROOT / "scripts").iterdir(), *(ROOT / ".ci").iterdir(),
                        ROOT / "tools/CMakeLists.txt"]:  # calls what no help names
             self.all |= set(OPTION.findall(script.read_text()))
+
+    def values_of(self, tools):
+        """The values of some tools' options, all together."""
+        merged = {}
+        for tool in tools:
+            for option, values in self.values[tool].items():
+                merged[option] = merged.get(option, set()) | values
+        return merged
+
+    def faults_of_option(self, span):
+        """What is wrong with an option that stands alone, perhaps with its value."""
+        option, _, value = re.sub("=", " ", span, count=1).partition(" ")
+        if option not in self.all:
+            yield f"{span}: no tool has this option"
+        for word in value.split("|") if value else []:
+            yield from fault_of_value(option, word, self.values_of(self.values))
 
     def faults(self, line):
         """What is wrong with a line of code."""
@@ -64,7 +87,7 @@ class Commands:
     def faults_of_call(self, command, arguments):
         path = ROOT / command
         if SCRIPT.fullmatch(command) and path.is_file():
-            known = set(OPTION.findall(path.read_text()))
+            known, values = set(OPTION.findall(path.read_text())), {}
         else:
             command = Path(command).name
             if not OURS.fullmatch(command) or NOT_COMMANDS.fullmatch(command):
@@ -72,13 +95,21 @@ class Commands:
             if command not in self.options:
                 yield f"{command}: no such command"
                 return
-            known = self.options[command]
-        for argument in arguments:
+            known, values = self.options[command], self.values[command]
+        for argument, following in zip(arguments, [*arguments[1:], ""]):
             if argument == "--":
                 return
-            option = argument.strip("[]").split("=")[0]
+            option, equals, value = argument.strip("[]").partition("=")
             if OPTION.fullmatch(option) and option not in known:
                 yield f"{command}: has no option {option}"
+            for fault in fault_of_value(option, value if equals else following.strip("]"), values):
+                yield f"{command}: {fault}"
+
+
+def fault_of_value(option, value, values):
+    """What is wrong with the value of an option, if it lists its values."""
+    if value and value not in values.get(option, {value}) and not PLACEHOLDER.fullmatch(value):
+        yield f"{option} has no value {value!r}, only {'|'.join(sorted(values[option]))}"
 
 
 def code(text):
@@ -147,8 +178,8 @@ def main():
         lines, prose = code(file.read_text(encoding="utf-8"))
         faults = list(faults_of_links(file, prose))
         for number, line in lines:
-            if re.fullmatch(r"--[a-z][\w-]*( \S+)?", line) and line.split()[0] not in commands.all:
-                faults.append((number, f"{line}: no tool has this option"))
+            if re.fullmatch(r"--[a-z][\w-]*([ =]\S+)?", line):
+                faults += [(number, fault) for fault in commands.faults_of_option(line)]
             faults += [(number, fault) for fault in commands.faults(line)]
         for number, fault in sorted(set(faults)):
             print(f"{file}:{number}: {fault}")

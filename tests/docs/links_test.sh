@@ -17,6 +17,9 @@ cat >"$work/good.md" <<'TEXT'
     photo2native -k --strength=5 --save-quilt q.png -- -photo.png out.png | quilt2native -m a.map
     altiro3Dimage -n model.onnx -q 6x8 photo.jpg out.png
     native2view --angle -10 native.png out.png
+    photo2native --method real [--fit contain] --inpaint=ns --fill FILL photo.jpg out.png
+
+`--method layered|fast`, `--fit=cover`, `quilt2native --sampling`, `--invert MODE`.
 
 Not a command: `quilt2native_test`, `--lg`, a drawing:
 
@@ -34,7 +37,11 @@ cat >"$work/bad.md" <<'TEXT'
 
 ```sh
 altiro3Dvideo --lg a.mp4 b.mp4
+altiro3Dvideo --method slow a.mp4 b.mp4
+photo2native --fit=crop photo.jpg out.png
 ```
+
+`--fill nothing` and `--invert=maybe`.
 TEXT
 "$source/scripts/check-links.py" "$tools" "$work/good.md"
 status=0
@@ -48,6 +55,10 @@ cat >"$work/wanted" <<'TEXT'
 6: view2native: no such command
 7: scripts/gone.sh: no such script
 10: altiro3Dvideo: has no option --lg
+11: altiro3Dvideo: --method has no value 'slow', only fast|layered|real
+12: photo2native: --fit has no value 'crop', only contain|cover|stretch
+15: --fill has no value 'nothing', only background|continue
+15: --invert has no value 'maybe', only auto|off|on
 TEXT
 sed -n "s|^$work/bad.md:||p" "$work/found" | diff "$work/wanted" -
 [[ $status -eq 1 ]]

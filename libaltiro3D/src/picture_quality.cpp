@@ -44,6 +44,10 @@ double psnr(const cv::Mat& picture, const cv::Mat& truth) {
 
 double ssim(const cv::Mat& picture, const cv::Mat& truth) {
     checkPair(picture, truth);
+    if (picture.channels() > 4) { // of OpenCV's Scalar
+        throw Error(ErrorCode::InvalidArgument, "picture",
+                    "has " + std::to_string(picture.channels()) + " channels, expected at most 4");
+    }
     constexpr double kC1 = (0.01 * 255) * (0.01 * 255);
     constexpr double kC2 = (0.03 * 255) * (0.03 * 255);
     cv::Mat x;

@@ -195,7 +195,9 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
     AVFormatContext* raw = nullptr;
     int result = avformat_open_input(&raw, url.c_str(), wantedFormat, settings.address());
     if (result < 0) {
-        if (result == AVERROR_INVALIDDATA || result == AVERROR_EOF) {
+        // Of a picture beyond its limits FFmpeg's Y4M reader says "busy": an error number plus six.
+        if (result == AVERROR_INVALIDDATA || result == AVERROR_EOF ||
+            (input.kind == Kind::File && result == AVERROR(EBUSY))) {
             if (input.kind == Kind::File && lacksMovieIndex(path)) {
                 throw Error(
                     ErrorCode::BadFormat, input.subject,

@@ -96,6 +96,10 @@ TEST(PictureQuality, DifferentShapesAndTypesAreRefused) {
     const cv::Mat a(4, 5, CV_8UC3);
     EXPECT_NE(errorOf([&] { altiro3D::psnr(a, cv::Mat(5, 4, CV_8UC3)); }).find("expected"),
               std::string::npos);
+    const cv::Mat five(4, 5, CV_8UC(5), cv::Scalar::all(0));
+    EXPECT_EQ(altiro3D::psnr(five, five), std::numeric_limits<double>::infinity());
+    EXPECT_EQ(errorOf([&] { altiro3D::ssim(five, five); }),
+              "picture: has 5 channels, expected at most 4");
     EXPECT_NE(errorOf([&] { altiro3D::ssim(cv::Mat(4, 5, CV_16UC3), a); }).find("8-bit"),
               std::string::npos);
 }

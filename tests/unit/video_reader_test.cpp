@@ -632,6 +632,8 @@ TEST(VideoReader, BadInputIsNamed) {
     const fs::path text = directory / "text.txt";
     spill(text, "This is no video, but a text of some length.\nAnd another line.\n");
     EXPECT_EQ(openError(text), text.string() + ": is no video that FFmpeg can read");
+    spill(text, "YUV4MPEG2 W60000 H60000 F25:1 C420\nFRAME\n"); // more than FFmpeg can count
+    EXPECT_EQ(openError(text), text.string() + ": is no video that FFmpeg can read");
     const fs::path art = directory / "text.nfo"; // FFmpeg would draw it
     spill(art, "This is no video, but a text of some length.\nAnd another line.\n");
     EXPECT_EQ(openError(art), art.string() + ": is a text, expected a video file");

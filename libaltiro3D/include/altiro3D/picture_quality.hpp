@@ -6,21 +6,23 @@
 
 namespace altiro3D {
 
-/// Peak signal-to-noise ratio of two pictures in dB, over all channels; +infinity if they are
-/// equal.
+/// Peak signal-to-noise ratio of two pictures: 10 log10(255² / mean squared difference), over all
+/// channels.
 ///
 /// @param picture [rows x cols, 8-bit, any number of channels]
 /// @param truth [as picture]
-/// @throws Error InvalidArgument, Mismatch
+/// @return dB; +infinity if they are equal
+/// @throws Error InvalidArgument (empty, not of 8 bits), Mismatch (size or type differ)
 ALTIRO3D_EXPORT double psnr(const cv::Mat& picture, const cv::Mat& truth);
 
-/// Structural similarity of two pictures, -1..1, 1 = equal: Wang et al. 2004 with an 11 x 11
-/// Gaussian window (sigma 1.5), K1 = 0.01, K2 = 0.03, range 255, borders reflected, the mean over
-/// all pixels and channels.
+/// Structural similarity of two pictures: Wang et al. 2004 with an 11 x 11 Gaussian window (sigma
+/// 1.5), K1 = 0.01, K2 = 0.03, range 255, borders reflected, the mean over all pixels and channels.
 ///
-/// @param picture [rows x cols, 8-bit, any number of channels]
+/// @param picture [rows x cols, 8-bit, 1..4 channels]
 /// @param truth [as picture]
-/// @throws Error InvalidArgument, Mismatch
+/// @return -1..1, 1 = equal
+/// @throws Error InvalidArgument (empty, not of 8 bits, more than 4 channels), Mismatch (size or
+///         type differ)
 ALTIRO3D_EXPORT double ssim(const cv::Mat& picture, const cv::Mat& truth);
 
 } // namespace altiro3D

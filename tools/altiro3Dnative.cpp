@@ -77,7 +77,18 @@ void printJson(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
         {"quilt", layoutJson(layout)},
         {"defaultQuilt", layoutJson(defaultQuilt(c))},
         {"fingerprint", fingerprintText(fingerprint(c))}};
-    messages.say(info.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    messages.print(info.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+// The serial is the file's word: no path, no option, nothing that a shell or a terminal obeys.
+std::string inFileName(std::string text) {
+    for (char& c : text) {
+        const bool isPlain =
+            (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+        if (!isPlain && !(c == '-' || c == '_' || c == '.')) c = '_';
+    }
+    if (text.front() == '-' || text.front() == '.') text.front() = '_';
+    return text;
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
@@ -103,8 +114,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
         if (!commandLine.has("m")) return kExitDone;
     }
 
-    std::string stem = calibration.serial.empty() ? file.stem().string() : calibration.serial;
-    std::replace(stem.begin(), stem.end(), '/', '_'); // the serial is the file's word, not a path
+    const std::string stem =
+        calibration.serial.empty() ? file.stem().string() : inFileName(calibration.serial);
     const std::filesystem::path output = commandLine.value("m").value_or(
         stem + "-" + std::to_string(layout.rows) + "x" + std::to_string(layout.columns) + ".map");
     Outputs outputs(commandLine.has("y"));

@@ -32,7 +32,8 @@ std::string millisecondsText(double milliseconds) {
     return text;
 }
 
-// File names may hold line breaks; a message stays one line.
+// File names and what files say may hold line breaks and orders to the terminal; a message stays
+// one line.
 std::string oneLine(std::string text) {
     for (char& c : text) {
         if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
@@ -57,7 +58,11 @@ struct Quiet {
 } // namespace
 
 void Messages::say(const std::string& line) const {
-    if (!silent_) printLine(stdout, subject_.empty() ? line : subject_ + ": " + line);
+    print(oneLine(subject_.empty() ? line : subject_ + ": " + line));
+}
+
+void Messages::print(const std::string& text) const {
+    if (!silent_) printLine(stdout, text);
 }
 
 void Messages::detail(const std::string& line) const {

@@ -27,6 +27,8 @@ class Messages {
     void leaveStandardOutput() { silent_ = true; }
     /// A line about the result.
     void say(const std::string& line) const;
+    /// A text for programs, such as JSON, as it is.
+    void print(const std::string& text) const;
     /// What say() and detail() talk about from now on, where there are several; empty: no word.
     void setSubject(const std::string& subject) { subject_ = subject; }
     /// A line that only `-v` shows.

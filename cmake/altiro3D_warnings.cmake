@@ -3,6 +3,7 @@ add_library(altiro3D_warnings INTERFACE)
 target_compile_options(altiro3D_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion
   $<$<BOOL:${ALTIRO3D_WARNINGS_AS_ERRORS}>:-Werror>
+  -fmacro-prefix-map=${PROJECT_SOURCE_DIR}/= # no folder of the builder's in what is installed
   # Equal inputs give equal bytes on every compiler: no fused multiply-add behind our back.
   -ffp-contract=off)
 if(ALTIRO3D_SANITIZE)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what altiro3D needs on Debian 12 or Ubuntu.
+# Installs what altiro3D needs on Debian 12 or 13, or Ubuntu.
 #
 #   scripts/install-dependencies.sh build    to build and run the tools
 #   scripts/install-dependencies.sh test     and to run all tests and checks

@@ -1,3 +1,4 @@
+#include "altiro3D/data_directories.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
@@ -388,9 +389,8 @@ std::vector<fs::path> modelSearchPath() {
     } else if (home.is_absolute()) {
         candidates.push_back(home / ".local" / "share" / "altiro3D" / "models");
     }
-    candidates.push_back(fs::path(ALTIRO3D_INSTALL_DATA_DIR) / "models");
-    candidates.emplace_back(ALTIRO3D_SOURCE_MODELS_DIR);
-    candidates.emplace_back("models");
+    for (const fs::path& directory : dataDirectories())
+        candidates.push_back(directory / "models");
 
     std::vector<fs::path> directories;
     for (const fs::path& candidate : candidates) {

@@ -72,3 +72,10 @@ LD_LIBRARY_PATH=$libraries "$work/plain" "$calibration"
 echo "== the installed tool"
 "$prefix/bin/photo2native" --version
 "$prefix/bin/altiro3Dnative" --info "$calibration"
+# the prefix is not the one that the build was made for: its own files are found all the same
+sed -i 's/1536/768/; s/2048/1024/' "$calibration"
+"$prefix/bin/photo2native" -v "$source/docs/examples/sample.jpg" "$work/native.png" >"$work/said"
+grep -q "panel 768 x 1024 px" "$work/said" || { cat "$work/said"; exit 1; }
+! "$prefix/bin/photo2native" -n no-network "$source/docs/examples/sample.jpg" "$work/b.png" 2>"$work/said"
+grep -q "midas-small" "$work/said" || { cat "$work/said"; exit 1; }
+! strings -a "$libraries"/libaltiro3D.* "$prefix"/bin/* | grep -F "$source/libaltiro3D/src"

@@ -1,6 +1,8 @@
+#include "altiro3D/data_directories.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/network2quilt.hpp"
+#include "data_prefix.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/onnx.hpp"
@@ -360,6 +362,41 @@ TEST(ModelSearchPath, FollowsTheEnvironmentInOrderAndLeavesOutWhatIsNotThere) {
         ASSERT_GE(path.size(), 3U);
         EXPECT_EQ(path[2], root / "home/.local/share/altiro3D/models");
     }
+}
+
+TEST(ModelSearchPath, TheWorkingDirectoryBringsNoNetwork) {
+    const TemporaryDirectory root;
+    fs::create_directories(root / "models");
+    const fs::path before = fs::current_path();
+    fs::current_path(root.path());
+    const auto path = modelSearchPath();
+    fs::current_path(before);
+    for (const fs::path& directory : path) {
+        EXPECT_TRUE(directory.is_absolute()) << directory;
+        EXPECT_NE(directory, root / "models");
+    }
+}
+
+TEST(DataDirectories, HoldWhatComesWithTheLibrary) {
+    int calibrations = 0;
+    for (const fs::path& directory : dataDirectories()) {
+        EXPECT_TRUE(fs::is_directory(directory)) << directory;
+        calibrations += fs::exists(directory / "calibration/portrait-sample.json") ? 1 : 0;
+    }
+    EXPECT_GE(calibrations, 1);
+}
+
+TEST(DataDirectories, ThePrefixIsThatOfTheFilesPlace) {
+    EXPECT_EQ(prefixOf("/opt/a/lib/x86_64-linux-gnu/libaltiro3D.so.0", "lib/x86_64-linux-gnu"),
+              "/opt/a");
+    EXPECT_EQ(prefixOf("/usr/bin/photo2native", "bin"), "/usr");
+    EXPECT_EQ(prefixOf("/lib/libaltiro3D.so.0", "lib"), "/");
+    for (const char* elsewhere : {"/opt/a/lib/libaltiro3D.so", "/tmp/build/libaltiro3D.so",
+                                  "/libaltiro3D.so", "libaltiro3D.so", "/", ""}) {
+        EXPECT_EQ(prefixOf(elsewhere, "lib/x86_64-linux-gnu"), "") << elsewhere;
+    }
+    EXPECT_EQ(prefixOf("/usr/bin/photo2native", "/usr/bin"), "") << "such a prefix cannot be moved";
+    EXPECT_EQ(prefixOf("/usr/bin/photo2native", ""), "");
 }
 
 TEST(ModelSearchPath, NeedsNoHome) {

@@ -1,5 +1,6 @@
 #include "common/display_options.hpp"
 
+#include "altiro3D/data_directories.hpp"
 #include "altiro3D/error.hpp"
 
 #include <algorithm>
@@ -67,10 +68,10 @@ std::optional<MountedCalibration> mountedVolume(const std::optional<std::string>
 }
 
 fs::path sampleCalibration() {
-    for (const fs::path& directory : {fs::path(ALTIRO3D_SOURCE_CALIBRATION_DIR),
-                                      fs::path(ALTIRO3D_INSTALL_DATA_DIR) / "calibration"}) {
+    for (const fs::path& directory : dataDirectories()) {
         std::error_code error;
-        if (fs::exists(directory / kSampleName, error)) return directory / kSampleName;
+        const fs::path sample = directory / "calibration" / kSampleName;
+        if (fs::exists(sample, error)) return sample;
     }
     throw Error(ErrorCode::NotFound, "calibration",
                 "none was found, expected -c visual.json or -m FILE.map");

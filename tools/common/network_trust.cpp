@@ -1,5 +1,6 @@
 #include "common/network_trust.hpp"
 
+#include "altiro3D/data_directories.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
@@ -121,10 +122,14 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
 }
 
 std::string downloadCommand(const std::string& name) {
-    const fs::path installed = fs::path(ALTIRO3D_INSTALL_DATA_DIR) / "get-models.sh";
-    std::error_code error;
-    const bool isInstalled = fs::exists(installed, error);
-    return (isInstalled ? installed.string() : "scripts/get-models.sh") + " " + name;
+    for (const fs::path& directory : dataDirectories()) {
+        for (const char* place : {"", "scripts"}) { // installed, in the source tree
+            std::error_code error;
+            const fs::path script = directory / place / "get-models.sh";
+            if (fs::exists(script, error)) return script.string() + " " + name;
+        }
+    }
+    return "get-models.sh " + name;
 }
 
 } // namespace altiro3D::tools

@@ -21,9 +21,16 @@
 ///   loaded or run, and memory for a quilt or a look-up table is taken; elsewhere it is what the
 ///   language or OpenCV throw, std::bad_alloc or a cv::Exception of the code StsNoMem.
 /// - Results are bit-for-bit the same for any number of threads (`cv::setNumThreads()`).
+///
+/// Formulas are those of docs/mathematics.md, whose numbers stand in parentheses.
+
+/// @namespace altiro3D
+/// Photos and flat video as glasses-free 3D pictures; altiro3D.hpp tells the rules that hold for
+/// all of it.
 
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/camera.hpp"
+#include "altiro3D/data_directories.hpp"
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_cues.hpp"
 #include "altiro3D/depth_map.hpp"

@@ -44,29 +44,41 @@ struct NetworkProfile {
     NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
 };
 
-/// Checks a profile. @throws Error InvalidArgument that names the field, its value and the range
+/// Checks a profile.
+/// @param profile what to check
+/// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const NetworkProfile& profile);
 
-/// Reads one profile from a JSON file of at most 1 MiB.
-/// @throws Error NotFound, ReadFailed, TooLarge, BadFormat (file, field, expected)
+/// Reads one profile from a JSON file.
+/// @param file the file, at most 1 MiB
+/// @return the profile, valid; `file` may be empty
+/// @throws Error NotFound, ReadFailed, TooLarge, BadFormat (file, field, expected), OutOfMemory
 ALTIRO3D_EXPORT NetworkProfile readNetworkProfile(const std::filesystem::path& file);
 
-/// Reads the list of known networks (`{"networks": [...]}`). @throws Error as readNetworkProfile()
+/// Reads the list of known networks (`{"networks": [...]}`), at most 1000.
+/// @param file the file, at most 1 MiB
+/// @return the profiles in the file's order, valid, no two of one `name` or `file`
+/// @throws Error as readNetworkProfile()
 ALTIRO3D_EXPORT std::vector<NetworkProfile> readModelCatalog(const std::filesystem::path& file);
 
-/// The catalogue entry whose `file` equals the path's file name, or null.
+/// The catalogue entry of a network file.
+/// @param catalog from readModelCatalog(); the result points into it
+/// @param modelFile the ONNX file; its directories do not count
+/// @return the entry whose `file` equals the path's file name, or null
 ALTIRO3D_EXPORT const NetworkProfile* findProfile(const std::vector<NetworkProfile>& catalog,
                                                   const std::filesystem::path& modelFile);
 
 /// The processor a network runs on.
 enum class InferenceTarget { Cpu, Cuda };
 
-/// Chooses the processor from OpenCV's list of (back-end, target) numbers: CUDA if it is among
-/// them, else the CPU. @see availableBackends()
+/// Chooses the processor.
+/// @param backends OpenCV's (back-end, target) numbers, from availableBackends()
+/// @return CUDA if it is among them, else the CPU
 ALTIRO3D_EXPORT InferenceTarget
 chooseInferenceTarget(const std::vector<std::pair<int, int>>& backends);
 
-/// The (back-end, target) numbers that this OpenCV build offers.
+/// What this OpenCV build can run networks on.
+/// @return (back-end, target), OpenCV's numbers (cv::dnn::Backend, cv::dnn::Target)
 ALTIRO3D_EXPORT std::vector<std::pair<int, int>> availableBackends();
 
 /// A depth network, loaded and ready. Move-only; one thread at a time per object.
@@ -77,10 +89,11 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// @param file the ONNX file
     /// @param profile how to feed it
     /// @param target processor to run on
-    /// @param inputSize size to bring photos to, sides multiples of the profile's `multipleOf`;
-    ///        empty: the profile's. Most networks take others than they were trained for: less is
-    ///        quicker and sees less. The file may be fixed to the profile's size; what it does at
-    ///        its end to bring its numbers into the shape for that size is left out then.
+    /// @param inputSize size to bring photos to, sides of 1..4096 px, multiples of the profile's
+    ///        `multipleOf`; empty: the profile's. Most networks take others than they were trained
+    ///        for: less is quicker and sees less. The file may be fixed to the profile's size; what
+    ///        it does at its end to bring its numbers into the shape for that size is left out
+    ///        then.
     /// @throws Error NotFound; BadFormat (no ONNX file, external weights missing, a graph OpenCV
     ///         cannot load); Mismatch (the file is fixed to another size than the profile's);
     ///         NetworkFailed (cannot run at `inputSize`); Unsupported (weights in another file, no
@@ -90,26 +103,31 @@ class ALTIRO3D_EXPORT DepthNetwork {
                  InferenceTarget target = InferenceTarget::Cpu, cv::Size inputSize = {});
     ~DepthNetwork();
     DepthNetwork(DepthNetwork&&) noexcept;            ///< Moves.
-    DepthNetwork& operator=(DepthNetwork&&) noexcept; ///< Moves.
+    DepthNetwork& operator=(DepthNetwork&&) noexcept; ///< Moves. @return *this
 
-    /// The profile in use.
+    /// The profile in use. @return as given to the constructor
     const NetworkProfile& profile() const;
-    /// The size that photos are brought to.
+    /// The size that photos are brought to. @return width x height in px
     cv::Size inputSize() const;
-    /// The file it was loaded from.
+    /// The file it was loaded from. @return as given to the constructor
     const std::filesystem::path& file() const;
-    /// The processor it runs on.
+    /// The processor it runs on. @return as given to the constructor
     InferenceTarget target() const;
 
     /// The network's own numbers for a photo. Of several outputs the last one counts.
     ///
+    /// OpenCV runs the network: its numbers are not the same bits for any number of threads, they
+    /// may differ in the 7th digit between 2 and 3 (docs/reliability.md, "The same bytes"), and
+    /// between processors.
+    ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
-    /// @param raw [network's output size, CV_32FC1, see NetworkProfile::output]
-    /// @throws Error InvalidArgument (type); NetworkFailed (output of unexpected shape, NaN output,
-    ///         failure inside OpenCV); OutOfMemory
+    /// @param raw [network's output size, CV_32FC1, finite, see NetworkProfile::output]
+    /// @throws Error InvalidArgument (empty or wrong type); NetworkFailed (output of unexpected
+    ///         shape, NaN or infinity in it, failure inside OpenCV); OutOfMemory
     void infer(const cv::Mat& photo, cv::Mat& raw);
 
-    /// infer() followed by normalizeDepth() with the meaning of the profile.
+    /// infer() followed by normalizeDepth() with the meaning of the profile. As infer()'s numbers
+    /// the depth may differ in the last digits between numbers of threads and processors.
     ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param depth [network's output size, CV_32FC1, 0..1, 1 = nearest]
@@ -138,12 +156,18 @@ ALTIRO3D_EXPORT void probeNetwork(const std::filesystem::path& file, const Netwo
                                   cv::Size inputSize = {}, double seconds = 120);
 
 /// Where network files and the catalogue are looked for, in this order: `$ALTIRO3D_MODELS` (a list
-/// separated by ':'), `$XDG_DATA_HOME` or `~/.local/share` + `/altiro3D/models`, the install
-/// prefix, `models/` of the source tree and of the working directory. Directories that do not exist
-/// are left out.
+/// separated by ':'), `$XDG_DATA_HOME` or `~/.local/share` + `/altiro3D/models`, `models/` of each
+/// of dataDirectories(). Directories that do not exist are left out. The working directory is not
+/// among them: pictures from elsewhere must not bring their own network.
+///
+/// @return the directories, first choice first
 ALTIRO3D_EXPORT std::vector<std::filesystem::path> modelSearchPath();
 
-/// The file `name` in the first directory of `searchPath` that holds it; empty path if none does.
+/// Looks for a file that is no directory.
+/// @param name file name, as "midas.onnx"; not absolute
+/// @param searchPath directories, as modelSearchPath() gives them
+/// @return the file in the first directory that holds it; empty if none does, or `name` is empty or
+///         absolute
 ALTIRO3D_EXPORT std::filesystem::path
 findModelFile(const std::string& name, const std::vector<std::filesystem::path>& searchPath);
 

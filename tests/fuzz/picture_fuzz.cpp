@@ -59,8 +59,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
             break;
         }
         default:
-            readDepthSamples(file, &notes);
+            isMarkedNative(file);
             readFocalLength35mm(file);
+            hasColours(readDepthSamples(file, &notes));
         }
     });
     return 0;

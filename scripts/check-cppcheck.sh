@@ -1,21 +1,30 @@
 #!/usr/bin/env bash
-# Runs cppcheck on all sources that are in the build; whatever it finds fails.
+# Runs cppcheck on all sources that are in the build, and on the fuzz targets; whatever it finds fails.
 #
 #   scripts/check-cppcheck.sh
 set -euo pipefail
 cd "$(dirname "$0")/.."
-build=build/dev
-[[ -f $build/compile_commands.json ]] || cmake --preset dev >/dev/null
+[[ -f build/dev/compile_commands.json ]] || cmake --preset dev >/dev/null
+# the fuzz targets need Clang and are in a build of their own
+if [[ ! -f build/fuzz/compile_commands.json ]] && command -v clang++ >/dev/null; then
+    cmake --preset fuzz >/dev/null
+fi
+[[ -f build/fuzz/compile_commands.json ]] || echo "cppcheck: tests/fuzz: skipped: there is no clang++"
 commands=$(mktemp --suffix .json)
 trap 'rm -f -- "$commands"' EXIT
 # Without what Qt generates, which is there only after a build and is not ours.
-python3 - "$build/compile_commands.json" "$commands" <<'PYTHON'
+python3 - "$commands" <<'PYTHON'
 import json, os, subprocess, sys
 tracked = set(subprocess.check_output(["git", "ls-files", "-z"], text=True).split("\0"))
-with open(sys.argv[1]) as stream:
-    commands = [command for command in json.load(stream)
-                if os.path.relpath(command["file"]) in tracked]
-with open(sys.argv[2], "w") as stream:
+commands = []
+for build in "build/dev", "build/fuzz":
+    path = build + "/compile_commands.json"
+    if not os.path.exists(path): continue
+    for command in json.load(open(path)):
+        file = os.path.relpath(command["file"])
+        if file in tracked and file.startswith("tests/fuzz/") == (build == "build/fuzz"):
+            commands.append(command)
+with open(sys.argv[1], "w") as stream:
     json.dump(commands, stream)
 print(f"cppcheck: {len(commands)} files", flush=True)
 PYTHON

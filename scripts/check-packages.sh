@@ -31,7 +31,7 @@ for file in /etc/apt/apt.conf /etc/apt/apt.conf.d/*prox*; do
 done
 mkdir "$root/made"
 cp "${packages[@]}" docs/examples/sample.jpg docs/examples/sample-depth.png "$root/made/"
-cp -r tests/install/consumer "$root/made/"
+cp -r tests/install/consumer docs/examples/qt "$root/made/"
 
 inside() { # command: run by a shell in that Debian
     chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 \
@@ -53,10 +53,28 @@ inside 'ldd /usr/bin/photo2native /usr/bin/video2native | { ! grep "not found"; 
 inside 'photo2native sample.jpg native.png 2>&1; photo2native -d sample.jpg sample-depth.png given.png 2>&1'
 inside 'for tool in $(dpkg -L altiro3d | grep ^/usr/bin/.); do "$tool" --version >/dev/null; done'
 inside 'test "$(/usr/share/altiro3D/get-models.sh --help | head -c 6)" = "Usage:"'
-for native in native given; do
-    size=$(file -b "$root/made/$native.png")
-    [[ $size == *"1536 x 2048"* ]] || fail "$native.png: is $size, expected a PNG of 1536 x 2048 px"
+
+echo "== altiro3d: map, quilt, videos, view"
+inside 'altiro3Dnative -m portrait.map /usr/share/altiro3D/calibration/portrait-sample.json
+    photo2native --save-quilt quilt.png sample.jpg with-quilt.png
+    quilt2native -m portrait.map quilt_qs8x6a0.75.png from-quilt.png
+    quilt2video --seconds 0.5 --turns 1 --fps 8 quilt_qs8x6a0.75.png sway.mp4
+    video2native sway.mp4 native.mkv
+    native2view native.png view.png
+    altiro3Dimage sample.jpg image.png' 2>&1
+expect() { # file, what file(1) says of it
+    local kind
+    kind=$(file -b "$root/made/$1")
+    [[ $kind == *"$2"* ]] || fail "$1: is $kind, expected $2"
+}
+for picture in native given with-quilt from-quilt view image; do
+    expect "$picture.png" "1536 x 2048"
 done
+expect sway.mp4 "ISO Media"
+expect native.mkv "Matroska"
+# only recommended: what needs it must say so
+inside '! timeout 120 video2native --input-format lavfi testsrc=duration=0.2 device.mkv 2>message &&
+    grep "capture devices need libavdevice" message'
 
 echo "== altiro3d-viewer: install, start"
 install './altiro3d-viewer_*.deb'
@@ -68,6 +86,12 @@ inside 'cmake -S consumer -B cmake >/dev/null && cmake --build cmake >/dev/null 
     cmake/consumer /usr/share/altiro3D/calibration/portrait-sample.json'
 inside 'g++ -std=c++17 consumer/main.cpp -o plain $(pkg-config --cflags --libs altiro3D) -lopencv_core &&
     ./plain /usr/share/altiro3D/calibration/portrait-sample.json'
+install qtbase5-dev
+inside 'cmake -S qt -B with-qt >/dev/null && cmake --build with-qt >/dev/null
+    status=0
+    QT_QPA_PLATFORM=offscreen with-qt/show_native none.png 2>message || status=$?
+    cat message
+    [[ $status == 1 ]] && grep -q "none.png: " message'
 
 echo "== all: remove"
 inside 'dpkg -L altiro3d altiro3d-viewer libaltiro3d-dev | sort -u >own'

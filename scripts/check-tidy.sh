@@ -5,8 +5,11 @@
 #   scripts/check-tidy.sh [--all | REVISION]
 set -euo pipefail
 cd "$(dirname "$0")/.."
-build=build/dev
-[[ -f $build/compile_commands.json ]] || cmake --preset dev >/dev/null
+[[ -f build/dev/compile_commands.json ]] || cmake --preset dev >/dev/null
+# the fuzz targets need Clang and are in a build of their own
+if [[ ! -f build/fuzz/compile_commands.json ]] && command -v clang++ >/dev/null; then
+    cmake --preset fuzz >/dev/null
+fi
 if [[ ${1:-} == --all ]]; then
     mapfile -t files < <(git ls-files 'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
 else
@@ -15,11 +18,16 @@ else
     mapfile -t files < <(git diff --name-only --diff-filter=d "$base" -- \
         'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
 fi
-existing=()
+checked=() # build and file, in turn
 for file in "${files[@]}"; do
-    # examples of their own and programs that are not in this build have no compile command
-    ! grep -q "/$file\"" "$build/compile_commands.json" || existing+=("$file")
+    build=build/dev
+    [[ $file != tests/fuzz/* ]] || build=build/fuzz
+    if grep -qs "/$file\"" "$build/compile_commands.json"; then
+        checked+=("$build" "$file")
+    else # programs of their own that no build has, and fuzz targets where there is no Clang
+        echo "clang-tidy: $file: skipped: is not in $build/compile_commands.json"
+    fi
 done
-[[ ${#existing[@]} -gt 0 ]] || exit 0
-echo "clang-tidy: ${#existing[@]} files"
-printf '%s\0' "${existing[@]}" | xargs -0 -n 1 -P "$(nproc)" clang-tidy -p "$build" --quiet
+[[ ${#checked[@]} -gt 0 ]] || exit 0
+echo "clang-tidy: $((${#checked[@]} / 2)) files"
+printf '%s\0' "${checked[@]}" | xargs -0 -n 2 -P "$(nproc)" clang-tidy --quiet -p

@@ -1,13 +1,16 @@
 #!/usr/bin/env bash
 # Which lines of each reader its fuzz target has reached: runs the inputs that scripts/fuzz.sh has
 # gathered (build/fuzz/seeds and build/fuzz/corpus, or those below DIR) once, with Clang's coverage.
+# Fails if less than 80 % of a reader's lines are reached.
 #
 #   scripts/fuzz-coverage.sh [DIR]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 inputs=${1:-build/fuzz}
 build=build/fuzz-coverage
+least=80 # %
 declare -A seen=()
+failed=0
 cmake -S . -B "$build" -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -fprofile-instr-generate -fcoverage-mapping" \
     -DALTIRO3D_SANITIZE=fuzzer-no-link -DALTIRO3D_BUILD_FUZZERS=ON -DALTIRO3D_BUILD_TOOLS=OFF \
@@ -52,15 +55,16 @@ while read -r target source wanted others; do
             [[ ! -d $directory ]] || directories+=("$directory")
         done
         LLVM_PROFILE_FILE=$profile.profraw "$build/tests/fuzz/${target}_fuzz" -runs=0 \
-            -rss_limit_mb=4000 "${directories[@]}" >"$profile.log" 2>&1
+            -rss_limit_mb=4000 "${directories[@]}" >"$profile.log" 2>&1 ||
+            { tail -5 "$profile.log" >&2 && exit 1; }
         "llvm-profdata$suffix" merge -sparse "$profile.profraw" -o "$profile.profdata"
         seen[$target]=1
     fi
     "llvm-cov$suffix" export -instr-profile="$profile.profdata" \
         "$build/tests/fuzz/${target}_fuzz" >"$profile.json"
-    python3 - "$profile.json" "$target" "$source" "$wanted" "$others" <<'PYTHON'
+    python3 - "$profile.json" "$target" "$source" "$wanted" "$others" "$least" <<'PYTHON' || failed=1
 import json, re, sys
-path, target, source, wanted, others = sys.argv[1:]
+path, target, source, wanted, others, least = sys.argv[1:]
 spans = {}  # of a function's first place: its lines and how often each ran; the most of all instances
 for function in json.load(open(path))["data"][0]["functions"]:
     name = function["name"]
@@ -80,5 +84,9 @@ for place in sorted(spans, key=lambda p: p[0] - p[2]):  # lambdas stand in longe
 reached = sum(count > 0 for count in lines.values())
 share = 100 * reached / max(len(lines), 1)
 print(f"{target:16} {source:18} {len(lines):6} {reached:8} {share:7.1f}%", flush=True)
+if share < float(least):
+    sys.exit(f"fuzz-coverage: {target}: {share:.1f} % of the lines of {source}.cpp are reached, "
+             f"expected {least} % or more")
 PYTHON
 done <<<"$readers"
+exit "$failed"

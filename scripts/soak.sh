@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Lets one process make many photos and another one a long video, and watches what they hold: a row
-# now and then of memory, open files and threads. Nothing of it may grow.
+# now and then of memory, open files and threads. Nothing of it may grow from the first half to the
+# second, or the script fails.
 #
 #   scripts/soak.sh [PHOTOS [SECONDS]]      1000 photos, an hour of video
 #
@@ -18,18 +19,32 @@ export XDG_CACHE_HOME=$place/cache
 sed -e 's/1536\.0/384.0/; s/2048\.0/512.0/; s/324\.0/81.0/' \
     calibration/portrait-sample.json >"$place/panel.json"
 
-# watch PID ROWS-APART MOST-SECONDS UNIT COUNT: rows until the process ends; stops it in time.
+# sample PID: memory in KB, open files, threads; nothing once the process has ended.
+sample() {
+    local memory threads files
+    memory=$(awk '/^VmRSS/ { print $2 }' "/proc/$1/status" 2>/dev/null) || return 0
+    threads=$(awk '/^Threads/ { print $2 }' "/proc/$1/status" 2>/dev/null) || return 0
+    files=$(find "/proc/$1/fd" -type l 2>/dev/null | wc -l) || return 0
+    [[ -z $memory || -z $threads ]] || echo "$memory $files $threads"
+}
+
+# watch PID ROWS-APART MOST-SECONDS UNIT COUNT: rows until the process ends; stops it in time. Each
+# second's sample goes to $place/samples.
 watch() {
-    local pid=$1 apart=$2 most=$3 unit=$4 count=$5 begin=$SECONDS next=0 held
-    printf '| s | %s | memory, MB | open files | threads |\n|---:|---:|---:|---:|---:|\n' "$unit"
+    local pid=$1 apart=$2 most=$3 unit=$4 count=$5 begin=$SECONDS next=0 held now
+    printf '| wall clock, s | %s | memory, MB | open files | threads |\n|---:|---:|---:|---:|---:|\n' \
+        "$unit"
+    : >"$place/samples"
     while kill -0 "$pid" 2>/dev/null; do
         held=$((SECONDS - begin))
-        if ((held >= next)) && [[ -r /proc/$pid/status ]]; then
-            awk -v s="$held" -v n="$($count)" -v files="$(ls "/proc/$pid/fd" | wc -l)" \
-                '/^VmRSS/ { memory = $2 / 1024 } /^Threads/ { threads = $2 }
-                 END { printf "| %d | %s | %.1f | %d | %d |\n", s, n, memory, files, threads }' \
-                "/proc/$pid/status" 2>/dev/null || true
-            next=$((held + apart))
+        now=$(sample "$pid")
+        if [[ -n $now ]]; then
+            echo "$now" >>"$place/samples"
+            if ((held >= next)); then
+                awk -v s="$held" -v n="$($count)" \
+                    '{ printf "| %d | %s | %.1f | %d | %d |\n", s, n, $1 / 1024, $2, $3 }' <<<"$now"
+                next=$((held + apart))
+            fi
         fi
         if ((most > 0 && held >= most)); then
             kill -INT "$pid" 2>/dev/null || true
@@ -39,6 +54,30 @@ watch() {
     done
 }
 
+# judge WHAT: fails if the last quarter of the samples holds more than the second, which ends at half
+# time: over 10 % more memory, or over two more open files or threads (a photo that is being read is
+# one). Medians, as a single sample hangs on which photo is in work, and the last ones on how segments
+# are joined; the first quarter is left out, in which the C library's free memory still grows.
+judge() {
+    python3 - "$1" "$place/samples" <<'PYTHON'
+import statistics, sys
+what, path = sys.argv[1:]
+samples = [[int(number) for number in line.split()] for line in open(path)]
+quarter = len(samples) // 4
+if quarter < 2:
+    sys.exit(print(f"soak: {what}: too short to tell whether anything grows"))
+grown = []
+for column, name in enumerate(("memory, KB", "open files", "threads")):
+    held = [sample[column] for sample in samples]
+    before, after = (statistics.median(part) for part in (held[quarter:2 * quarter], held[-quarter:]))
+    if after > (before * 1.1 if column == 0 else before + 2):
+        grown.append(f"{name}: {before:g} before half time, {after:g} at the end")
+if grown:
+    sys.exit(f"soak: {what}: FAILED, holds more and more: " + "; ".join(grown))
+PYTHON
+}
+
+failed=0
 if ((photos > 0)); then
     mkdir "$place/photos" "$place/natives"
     for ((i = 0; i < 16; ++i)); do
@@ -55,6 +94,7 @@ if ((photos > 0)); then
     watch "$process" "${SOAK_APART:-20}" 0 photos made
     wait "$process" || { tail -3 "$place/log" >&2; exit 1; }
     echo "$(made) photos were made"
+    judge photos || failed=1
     rm -rf "$place/photos" "$place/natives"
 fi
 
@@ -81,4 +121,6 @@ if ((seconds > 0)); then
     tail -1 "$place/log"
     ffprobe -v error -count_packets -show_entries stream=codec_name,nb_read_packets \
         -of csv=p=0 "$place/native.mp4"
+    judge video || failed=1
 fi
+exit "$failed"

@@ -34,8 +34,8 @@ namespace {
 
 constexpr const char* kDevices = "libavdevice.so." AV_STRINGIFY(LIBAVDEVICE_VERSION_MAJOR);
 
-// Loaded, not linked: its hundred libraries (X11, sound, 3D, ...) would cost every program a third of
-// its start, and only who films needs them.
+// Loaded, not linked: its hundred libraries (X11, sound, 3D, ...) would cost every program a third
+// of its start, and only who films needs them.
 bool registerDevices() {
     static const bool areThere = [] {
         void* const library = dlopen(kDevices, RTLD_NOW);

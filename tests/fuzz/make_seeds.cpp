@@ -66,7 +66,7 @@ void addExif(const fs::path& root) {
         seeds.add(kind + exifBlob());
         seeds.add(kind + std::string("Exif\0\0", 6) + exifBlob());
     }
-    seeds.add('\1' + std::string("Raw profile type exif\0\nexif\n  4\n4949", 37));
+    seeds.add('\1' + std::string("Raw profile type exif\0\nexif\n  4\n4949", 36));
     seeds.add('\2' + std::string("Raw profile type APP1\0\0x", 24));
 }
 
@@ -131,7 +131,7 @@ std::vector<std::string> samplePictures() {
     for (const std::string& chunk :
          {pngChunk("eXIf", exifBlob()), pngChunk("tRNS", std::string("\0\1\0\2\0\3", 6)),
           pngChunk("acTL", bigEndian(2, 4) + bigEndian(0, 4)),
-          pngChunk("tEXt", std::string("Raw profile type exif\0\nexif\n 4\n4949", 36))}) {
+          pngChunk("tEXt", std::string("Raw profile type exif\0\nexif\n 4\n4949", 35))}) {
         all.push_back(inserted(png, kBehindHeader, chunk));
     }
     const auto riff = [](const std::string& chunks) {

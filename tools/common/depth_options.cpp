@@ -165,7 +165,8 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
                              : findModelFile(known != nullptr ? known->file : *wanted, searchPath);
         if (networkFile.empty() && known != nullptr) {
             throw Error(ErrorCode::NotFound, *wanted,
-                        "its file " + known->file + " is not there, expected it to be downloaded (" +
+                        "its file " + known->file +
+                            " is not there, expected it to be downloaded (" +
                             downloadCommand(known->name) + ")");
         }
         if (networkFile.empty()) {

@@ -70,7 +70,7 @@ std::optional<MountedCalibration> mountedVolume(const std::optional<std::string>
 fs::path sampleCalibration() {
     for (const fs::path& directory : dataDirectories()) {
         std::error_code error;
-        const fs::path sample = directory / "calibration" / kSampleName;
+        fs::path sample = directory / "calibration" / kSampleName;
         if (fs::exists(sample, error)) return sample;
     }
     throw Error(ErrorCode::NotFound, "calibration",

@@ -15,6 +15,7 @@
 #include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
+#include <system_error>
 #include <unistd.h>
 
 namespace altiro3D::tools {
@@ -177,6 +178,11 @@ std::string fixed(double value, int decimals) {
 std::string sentenceOf(const std::exception& error) {
     if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
         return "out of memory, expected more to be free or smaller pictures";
+    }
+    const auto* const fromSystem = dynamic_cast<const std::system_error*>(&error);
+    if (fromSystem != nullptr &&
+        fromSystem->code() == std::errc::resource_unavailable_try_again) { // of std::thread
+        return "no thread can be started, expected more memory or processes to be allowed";
     }
     std::string text = error.what();
     if (const auto* fromOpenCv = dynamic_cast<const cv::Exception*>(&error)) {

@@ -90,7 +90,8 @@ int listDisplays(int& argc, char** argv, const tools::CommandLine& commandLine,
         application ? screenFacts() : std::vector<qt::ScreenFacts>();
     const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
     if (commandLine.has("json")) {
-        messages.print(jsonOf(displays, screens).dump(2, ' ', false, Json::error_handler_t::replace));
+        messages.print(
+            jsonOf(displays, screens).dump(2, ' ', false, Json::error_handler_t::replace));
         return tools::kExitDone;
     }
     for (const qt::FoundDisplay& display : displays) {

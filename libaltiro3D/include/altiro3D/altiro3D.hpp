@@ -6,7 +6,10 @@
 ///     visual.json ─► Calibration ──┐
 ///                                  ├─► NativeLut (.map) ─────────────┐
 ///                  QuiltLayout ────┘                                 ▼
-///     photo ─► DepthNetwork ─► depth map ─► Depth2Quilt ─► quilt ─► Quilt2Native ─► Native
+///     photo ─► depth map ─► PhotoFit ─► Depth2Quilt ─► quilt ─► Quilt2Native ─► Native
+///                ▲              │                                                  ▲
+///                │              └─► NativeRenderer (with Calibration) ─────────────┘
+///                └─ DepthNetwork | depth_cues | depth image | RGB-D
 ///
 /// Rules that hold for all image functions, which tell only their exceptions:
 /// - Pictures are `cv::Mat`, 8-bit BGR, row 0 on top; sub-matrices with a step are fine.

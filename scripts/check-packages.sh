@@ -5,10 +5,7 @@
 #   scripts/check-packages.sh [--made]    --made: takes the packages that are in build/package/
 set -euo pipefail
 cd "$(dirname "$0")/.."
-if [[ $(id -u) -ne 0 ]]; then
-    echo "$0: needs root, for debootstrap and chroot" >&2
-    exit 1
-fi
+. scripts/bare-debian.sh
 [[ ${1:-} == --made ]] || scripts/make-packages.sh
 shopt -s nullglob
 packages=(build/package/*.deb)
@@ -17,26 +14,12 @@ if [[ ${#packages[@]} -ne 3 ]]; then
     exit 1
 fi
 
-root=$(mktemp -d)
-trap 'rm -rf --one-file-system "$root"' EXIT
-chmod 755 "$root" # apt drops to a user of its own
-echo "== a bare Debian 12 in $root"
-debootstrap --variant=minbase bookworm "$root" "${DEBIAN_MIRROR:-http://deb.debian.org/debian}" >/dev/null
-for file in /etc/resolv.conf /etc/hosts; do
-    [[ ! -f $file ]] || cp -L "$file" "$root/etc/"
-done
-# apt reaches its servers as on this machine
-for file in /etc/apt/apt.conf /etc/apt/apt.conf.d/*prox*; do
-    [[ ! -f $file ]] || cp "$file" "$root/etc/apt/apt.conf.d/90$(basename "$file")"
-done
+make_root bookworm
+folder=/made
 mkdir "$root/made"
 cp "${packages[@]}" docs/examples/sample.jpg docs/examples/sample-depth.png "$root/made/"
 cp -r tests/install/consumer docs/examples/qt "$root/made/"
 
-inside() { # command: run by a shell in that Debian
-    chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 \
-        DEBIAN_FRONTEND=noninteractive bash -euo pipefail -c "cd /made; $1"
-}
 install() { # packages; what apt says matters only if it fails
     inside "apt-get install -q -y --no-install-recommends $1 >/tmp/apt 2>&1 || { cat /tmp/apt; exit 1; }"
 }

@@ -35,8 +35,12 @@ inline void put32(unsigned char* to, std::uint32_t value) {
 /// A chunk with room for its length, which is not known yet, and `bytes` of contents after its
 /// name.
 inline Piece beginChunk(const char* name, std::size_t bytes) {
-    Piece chunk(8 + bytes);
-    std::copy_n(name, 4, chunk.begin() + 4);
+    Piece chunk;
+    chunk.reserve(8 + bytes + 4);
+    chunk.resize(4);
+    for (int i = 0; i < 4; ++i)
+        chunk.push_back(static_cast<unsigned char>(name[i]));
+    chunk.resize(8 + bytes);
     return chunk;
 }
 

@@ -196,7 +196,8 @@ void copyBytes(benchmark::State& state, std::size_t bytes) {
     std::vector<char> target(bytes, 2);
     for (auto _ : state) {
         std::memcpy(target.data(), source.data(), bytes);
-        benchmark::DoNotOptimize(target.data());
+        auto* samples = target.data();
+        benchmark::DoNotOptimize(samples);
         benchmark::ClobberMemory();
     }
     state.SetBytesProcessed(static_cast<std::int64_t>(bytes) *
@@ -248,7 +249,8 @@ void BM_LutBuild(benchmark::State& state, const Display& display) {
     }
     for (auto _ : state) {
         const NativeLut table(display.calibration, display.layout);
-        benchmark::DoNotOptimize(table.channel(0).data);
+        auto* samples = table.channel(0).data;
+        benchmark::DoNotOptimize(samples);
     }
 }
 
@@ -261,8 +263,11 @@ void BM_LutLoad(benchmark::State& state, const Display& display) {
         for (int k = 0; k < 3; ++k)
             require(equal(loaded.channel(k), display.lut().channel(k)), "LutLoad");
     }
-    for (auto _ : state)
-        benchmark::DoNotOptimize(NativeLut::load(file).channel(0).data);
+    for (auto _ : state) {
+        const NativeLut table = NativeLut::load(file);
+        auto* samples = table.channel(0).data;
+        benchmark::DoNotOptimize(samples);
+    }
     std::filesystem::remove(file);
 }
 
@@ -421,7 +426,8 @@ void BM_PaperPipeline(benchmark::State& state, const Display& display) {
     require(equal(pipeline.native(), display.slowNative(pipeline.quilt())), "PaperPipeline");
     for (auto _ : state) {
         pipeline.run(display.photo(), display.depth());
-        benchmark::DoNotOptimize(pipeline.native().data);
+        auto* samples = pipeline.native().data;
+        benchmark::DoNotOptimize(samples);
     }
 }
 

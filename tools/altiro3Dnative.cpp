@@ -5,7 +5,6 @@
 #include "common/outputs.hpp"
 #include "common/run_tool.hpp"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
 

@@ -300,10 +300,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const FitMode fit = fitOption(commandLine, FitMode::Cover);
     const SwayOptions sway = swayOptions(commandLine);
     const auto videoSize = swaySizeOption(commandLine);
-    if (hasSwayOptions(commandLine) && !commandLine.has("lg")) {
-        throw UsageError("--seconds, --turns, --fps and --size shape the video of --lg, expected "
-                         "--lg with them");
-    }
+    requireSwayFile(commandLine);
     if (!commandLine.has("budget")) requireKnobsOf(commandLine, views.method);
     NativeRoad::check(commandLine);
     const Display display = findDisplay(commandLine, messages);
@@ -397,11 +394,7 @@ int main(int argc, char** argv) {
     commandLine.add({"save-depth"}, "Also write the depth, 16-bit, near = white.", "FILE.png");
     commandLine.add({"save-rgbd"}, "Also write photo and depth side by side.", "FILE");
     commandLine.add({"save-views"}, "Also write the single views, leftmost camera first.", "DIR");
-    commandLine.add({"lg", "looking"},
-                    "Also write a video in which the camera swings through the views, to show the "
-                    "depth on any screen. It holds the whole photo in its own shape and plays "
-                    "everywhere (H.264 4:2:0).",
-                    "FILE.mp4");
+    addSwayFileOption(commandLine, "It holds the whole photo in its own shape and");
     commandLine.add({"report"}, "Write all settings used and the time of each stage, for programs.",
                     "FILE.json");
     commandLine.add({"y"}, "Replace outputs that exist.");

@@ -6,6 +6,7 @@
 #include "common/picture_options.hpp"
 #include "common/quilt_shape.hpp"
 #include "common/run_tool.hpp"
+#include "common/sway_options.hpp"
 #include "common/video_options.hpp"
 #include "common/video_progress.hpp"
 #include "common/video_run.hpp"
@@ -26,6 +27,10 @@ struct Job {
     fs::path native;
     Display display;
     std::optional<FitMode> fit;
+    fs::path swayFile; // empty: none
+    SwayOptions sway;
+    std::optional<cv::Size> swaySize;
+    ViewFilter between;
 };
 
 bool isVideo(const fs::path& file) {
@@ -53,7 +58,17 @@ void convertPicture(const Job& job, Messages& messages) {
     shape.tell(messages);
     const Quilt2Native renderer = makeQuilt2Native(job.commandLine, job.display, layout, messages);
     times.end("look-up table");
+    cv::Size swaySize;
+    if (!job.swayFile.empty()) {
+        swaySize = writeQuiltSwayFile(job.swayFile, fitQuilt(picture, layout), layout,
+                                      shape.shownAspect(), job.swaySize,
+                                      job.fit.value_or(FitMode::Cover), job.between, job.sway);
+        times.end("video");
+    }
+    // last: where it is, the rest is too
     makeNativeFile(renderer, quilt, job.native, messages, times);
+    if (!job.swayFile.empty())
+        messages.say(job.swayFile.string() + ": video, " + swayText(job.sway, swaySize));
     messages.detail(times.text());
 }
 
@@ -73,6 +88,8 @@ int convertVideo(const CommandLine& commandLine, Messages& messages) {
 // tell.
 bool isQuilt(const CommandLine& commandLine, Messages& messages) {
     const fs::path& file = commandLine.files()[0];
+    std::error_code error;
+    if (!fs::is_regular_file(file, error)) return false;
     refuseNative(file, "a photo or a quilt");
     if (parseQuiltName(file) || isVideo(file)) return true;
     const Display display = findDisplay(commandLine, messages);
@@ -89,9 +106,24 @@ int run(const CommandLine& commandLine, Messages& messages) {
         messages.dropWarnings(); // the run to come says them
         return kExitDone;
     }
-    Job job{
-        commandLine, commandLine.files()[0], commandLine.files()[1], {}, fitOption(commandLine)};
-    if (canWriteVideo(job.native)) return convertVideo(commandLine, messages);
+    requireSwayFile(commandLine);
+    const auto between = commandLine.choice("view-filter", {"nearest", "linear"});
+    Job job{commandLine,
+            commandLine.files()[0],
+            commandLine.files()[1],
+            {},
+            fitOption(commandLine),
+            commandLine.value("lg").value_or(""),
+            swayOptions(commandLine),
+            swaySizeOption(commandLine),
+            between.value_or(0) == 1 ? ViewFilter::Linear : ViewFilter::Nearest};
+    if (canWriteVideo(job.native)) {
+        if (!job.swayFile.empty()) {
+            throw UsageError(job.native.string() +
+                             ": is a video's name, expected a picture's with --lg, such as .png");
+        }
+        return convertVideo(commandLine, messages);
+    }
     if (isVideo(job.quilt)) {
         throw UsageError(job.native.string() + ": is no video's name, but " + job.quilt.string() +
                          " is a video; expected .mp4, .mov or .mkv");
@@ -105,6 +137,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         }
     }
     requirePictureName(job.native);
+    if (!job.swayFile.empty()) requireVideoName(job.swayFile);
     requireFile(job.quilt);
     job.display = findDisplay(commandLine, messages);
     Outputs outputs(commandLine.has("y"));
@@ -112,6 +145,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     for (const fs::path& file : job.display.files)
         outputs.addInput(file);
     outputs.addNative(job.native);
+    if (!job.swayFile.empty()) outputs.addOutput(job.swayFile);
     outputs.check();
     convertPicture(job, messages);
     return kExitDone;
@@ -126,7 +160,10 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] QUILT OUT.png");
     commandLine.addUsage("[options] QUILTVIDEO OUT.mp4");
     commandLine.addSection("Output");
-    commandLine.add({"y"}, "Replace the output if it exists.");
+    addSwayFileOption(commandLine, "It shows them in the shape that they have in the Native and");
+    commandLine.add({"y"}, "Replace outputs that exist.");
+    commandLine.addSection("Video of --lg");
+    addSwayOptions(commandLine);
     commandLine.addSection("Videos");
     addEncoderOptions(commandLine);
     commandLine.add({"resume"}, "Go on where an earlier run of the same command ended.");

@@ -79,11 +79,9 @@ int run(const CommandLine& commandLine, Messages& messages) {
     Notes notes;
     quilt = fitQuilt(quilt, views.layout, &notes);
     messages.warn(notes);
-    const cv::Size size = wantedSize.value_or(swaySize(views.layout.tileSize, views.aspect));
-    const SwayView view =
-        quiltViews(quilt, views.layout, swayFit(views.layout.tileSize, views.aspect, size, fit),
-                   between.value_or(0) == 1 ? ViewFilter::Linear : ViewFilter::Nearest);
-    writeSwayFile(output, size, sway, view);
+    const cv::Size size = writeQuiltSwayFile(
+        output, quilt, views.layout, views.aspect, wantedSize, fit,
+        between.value_or(0) == 1 ? ViewFilter::Linear : ViewFilter::Nearest, sway);
     times.end("video");
     messages.say(output.string() + ": video, " + swayText(sway, size));
     messages.detail(times.text());

@@ -146,6 +146,55 @@ TEST(Quilt2NativeTool, ViewsOfAnotherShapeKeepItUnlessAsked) {
     EXPECT_EQ(bars.at<cv::Vec3b>(125, 48), cv::Vec3b(0, 0, 0));
 }
 
+TEST(Quilt2NativeTool, ASwayingVideoIsThatOfQuilt2video) {
+    SmallStudio studio;
+    const Arguments fast{"--seconds", "0.2", "--turns", "1"};
+    const auto expect = [&](const std::string& quilt, const Arguments& ofNative,
+                            const Arguments& ofVideo) {
+        const Arguments display{"-y", "-c", "small.json", "-q", "2x3"};
+        const Outcome outcome = studio.run(kTool, display + fast + ofNative +
+                                                      Arguments{"--lg", "a.mp4", quilt, "a.png"});
+        EXPECT_TRUE(isDone(outcome));
+        EXPECT_NE(outcome.out.find("a.mp4: video, "), std::string::npos) << outcome.out;
+        EXPECT_TRUE(isDone(
+            studio.run("quilt2video", display + fast + ofVideo + Arguments{quilt, "b.mp4"})));
+        EXPECT_TRUE(slurp(studio / "a.mp4") == slurp(studio / "b.mp4")) << quilt;
+    };
+    expect("quilt.png", {}, {});
+    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"quilt.png", "plain.png"})));
+    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), readBack(studio / "plain.png")));
+    const Arguments both{"--view-filter", "linear", "--fit", "cover", "--size", "64x32"};
+    expect("quilt.png", both, both);
+    // the views have the shape that the Native shows
+    writePicture(studio / "q_qs3x2a1.5.png", madePhoto(90, 80));
+    expect("q_qs3x2a1.5.png", {}, {});
+    expect("q_qs3x2a1.5.png", {"--fit", "stretch"}, {"--fit", "stretch", "--aspect", "0.75"});
+}
+
+TEST(Quilt2NativeTool, OfASwayingVideoThatFailsNothingIsLeft) {
+    SmallStudio studio;
+    spill(studio / "precious.mp4", "precious");
+    struct Case {
+        Arguments arguments;
+        int status;
+        std::string part;
+    };
+    const Case cases[] = {{{"--lg", "s.mp4", "--fps", "0", "quilt.png", "a.png"}, 2, "--fps"},
+                          {{"--fps", "20", "quilt.png", "a.png"}, 2, "--lg"},
+                          {{"--lg", "s.gif", "quilt.png", "a.png"}, 2, "s.gif"},
+                          {{"--lg", "precious.mp4", "quilt.png", "a.png"}, 1, "precious.mp4"},
+                          {{"--lg", "no/s.mp4", "quilt.png", "a.png"}, 1, "no/s.mp4"},
+                          {{"--lg", "s.mp4", "quilt.png", "no/a.png"}, 1, "no/a.png"},
+                          {{"--lg", "s.mp4", "quilt.png", "a.mp4"}, 2, "a.mp4"},
+                          {{"--lg", "a.png", "quilt.png", "a.png"}, 2, "a.png"}};
+    for (const auto& [arguments, status, part] : cases) {
+        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + arguments), status, part)) << part;
+        for (const char* output : {"a.png", "a.mp4", "s.mp4", "s.gif"})
+            EXPECT_FALSE(fs::exists(studio / output)) << output;
+    }
+    EXPECT_EQ(slurp(studio / "precious.mp4"), "precious");
+}
+
 TEST(Quilt2NativeTool, AVideoOfQuiltsBecomesAVideoOfNatives) {
     SmallStudio studio;
     writeQuiltVideo(studio / "q_qs3x2a0.75.mkv", 5);

@@ -10,7 +10,6 @@ namespace {
 
 constexpr int kLeastSide = 16;
 constexpr int kLargestSide = 16384;
-constexpr const char* kOptions[] = {"seconds", "turns", "fps", "size"};
 
 } // namespace
 
@@ -30,11 +29,22 @@ void addSwayOptions(CommandLine& commandLine) {
                     "WxH");
 }
 
-bool hasSwayOptions(const CommandLine& commandLine) {
-    for (const char* option : kOptions) {
-        if (commandLine.has(option)) return true;
+void addSwayFileOption(CommandLine& commandLine, const std::string& of) {
+    commandLine.add({"lg", "looking"},
+                    "Also write a video in which the camera swings through the views, to show the "
+                    "depth on any screen. " +
+                        of + " plays everywhere (H.264 4:2:0).",
+                    "FILE.mp4");
+}
+
+void requireSwayFile(const CommandLine& commandLine) {
+    if (commandLine.has("lg")) return;
+    for (const char* option : {"seconds", "turns", "fps", "size"}) {
+        if (commandLine.has(option)) {
+            throw UsageError("--seconds, --turns, --fps and --size shape the video of --lg, "
+                             "expected --lg with them");
+        }
     }
-    return false;
 }
 
 SwayOptions swayOptions(const CommandLine& commandLine) {
@@ -93,6 +103,16 @@ void writeSwayFile(const std::filesystem::path& file, cv::Size size, const SwayO
     writeSway(file, size, options, view,
               [&](int, int) { progress.step(file.filename().string()); });
     progress.clear();
+}
+
+cv::Size writeQuiltSwayFile(const std::filesystem::path& file, const cv::Mat& quilt,
+                            const QuiltLayout& layout, double aspect,
+                            std::optional<cv::Size> wanted, FitMode fit, ViewFilter between,
+                            const SwayOptions& options) {
+    const cv::Size size = wanted.value_or(swaySize(layout.tileSize, aspect));
+    writeSwayFile(file, size, options,
+                  quiltViews(quilt, layout, swayFit(layout.tileSize, aspect, size, fit), between));
+    return size;
 }
 
 } // namespace altiro3D::tools

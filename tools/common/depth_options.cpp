@@ -108,8 +108,8 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
     }
     commandLine.add({"rgbd"},
                     std::string(video ? "Frame" : "Photo") +
-                        " and depth are one picture; depth is on the right, left, top or bottom.",
-                    "SIDE");
+                        " and depth are one picture; where depth is in it.",
+                    "right|left|top|bottom");
     commandLine.add({"depth-kind"},
                     "Meaning of given depth: near-white (default), far-white, or metric[:SCALE] "
                     "(distances, 0 = unknown).",

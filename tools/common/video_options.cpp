@@ -30,7 +30,7 @@ void addProfileOption(CommandLine& commandLine) {
         "balanced (default): method layered, depth as often as the picture needs it, --preset "
         "superfast --crf 16; live: method fast, --preset ultrafast --crf 20; best: layered with "
         "-k --continuous, --depth-every 1, --preset medium --crf 12. Options given beside it win.",
-        "NAME");
+        "live|balanced|best");
 }
 
 VideoProfile videoProfile(const CommandLine& commandLine) {
@@ -90,7 +90,7 @@ VideoReaderOptions videoReaderOptions(const CommandLine& commandLine) {
 void addEncoderOptions(CommandLine& commandLine) {
     commandLine.add({"codec"},
                     "h264 (default), hevc, h264rgb, ffv1 (lossless, .mkv) or prores (.mov, .mkv).",
-                    "NAME");
+                    "h264|hevc|h264rgb|ffv1|prores");
     commandLine.add({"crf"}, "Quality of h264, hevc, h264rgb, 0..51; less is better.", "NUMBER");
     commandLine.add({"preset"}, "Effort of h264, hevc, h264rgb: ultrafast .. veryslow.", "NAME");
     commandLine.add({"compat"},

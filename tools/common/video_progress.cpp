@@ -26,7 +26,7 @@ void VideoProgress::add(CommandLine& commandLine) {
     commandLine.add({"progress"},
                     "bar (default: a line on a terminal) or json (one object a line on standard "
                     "output, for programs).",
-                    "KIND");
+                    "bar|json");
 }
 
 bool VideoProgress::json(const CommandLine& commandLine) {

@@ -18,9 +18,19 @@ bool OtherStreams::begin() {
     return wanted_;
 }
 
+void OtherStreams::take(std::size_t index) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    taken_.insert(index);
+}
+
+bool OtherStreams::isTaken(std::size_t index) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return taken_.count(index) != 0;
+}
+
 void OtherStreams::push(std::size_t index, PacketPtr packet) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    packets_[index].push_back(std::move(packet));
+    if (taken_.count(index) != 0) packets_[index].push_back(std::move(packet));
 }
 
 void OtherStreams::clear() {

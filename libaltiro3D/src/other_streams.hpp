@@ -7,6 +7,7 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <vector>
 
 namespace altiro3D {
@@ -36,7 +37,11 @@ class OtherStreams {
     bool want();
     /// The reader begins. @return true if packets are wanted
     bool begin();
-    /// The reader hands a packet of `streams[index]` over, times as in the file.
+    /// The writer takes the packets of `streams[index]`; said before the reader begins.
+    void take(std::size_t index);
+    bool isTaken(std::size_t index) const;
+    /// The reader hands a packet of `streams[index]` over, times as in the file. What nobody takes
+    /// is dropped: it would pile up.
     void push(std::size_t index, PacketPtr packet);
     /// Begins again: what was handed over is dropped.
     void clear();
@@ -57,6 +62,7 @@ class OtherStreams {
   private:
     mutable std::mutex mutex_;
     std::vector<std::deque<PacketPtr>> packets_; // by stream
+    std::set<std::size_t> taken_;
     std::int64_t origin_ = 0;
     std::optional<std::int64_t> end_;
     AVRational unit_{1, AV_TIME_BASE};

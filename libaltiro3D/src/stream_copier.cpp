@@ -182,6 +182,7 @@ StreamCopier::Route& StreamCopier::addRoute(std::size_t index) {
     Route& route = routes_.emplace_back();
     route.from = index;
     route.to = to;
+    source_->take(index);
     return route;
 }
 

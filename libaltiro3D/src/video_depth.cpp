@@ -134,8 +134,8 @@ std::pair<float, float> percentilesOf(const cv::Mat& depth) {
     const int step =
         std::max(1, static_cast<int>(std::sqrt(static_cast<double>(depth.total()) / kEnough)));
     std::vector<float> values;
-    for (int y = step / 2; y < depth.rows; y += step)
-        for (int x = step / 2; x < depth.cols; x += step)
+    for (int y = std::min(step / 2, depth.rows - 1); y < depth.rows; y += step)
+        for (int x = std::min(step / 2, depth.cols - 1); x < depth.cols; x += step)
             values.push_back(depth.at<float>(y, x));
     const DepthNormalization percentiles;
     const auto at = [&](double percentile) {

@@ -26,7 +26,9 @@ constexpr int kMostThreadsByItself = 16; // more only take memory
 constexpr double kStepsBackSeconds[] = {0, 2, 10};
 constexpr double kMissingSeconds = 0.5; // a file that ends so much too early is cut off
 constexpr double kInterleavedSeconds = 10;
-constexpr double kFarSeconds = 2; // nearer frames are decoded, further ones sought
+constexpr double kFarSeconds = 2;   // nearer frames are decoded, further ones sought
+constexpr int kMostInDisorder = 16; // frames; more, or further back, and times have jumped
+constexpr double kJumpSeconds = 1;
 
 [[noreturn]] void fail(ErrorCode code, const std::string& subject, const std::string& problem) {
     throw Error(code, subject, problem);
@@ -92,6 +94,7 @@ struct VideoReader::Impl {
     bool seekToStart();
     bool readPacket();
     void keepOther();
+    std::int64_t risingTime(std::optional<std::int64_t> stated);
     bool decode(AVFrame& frame);
     bool decodeInRange(AVFrame& frame);
     void drainOthers();
@@ -118,6 +121,8 @@ struct VideoReader::Impl {
     std::int64_t originPts_ = 0;
     std::int64_t lastPts_ = 0; // of the frame decoded last
     bool hasLast_ = false;
+    std::int64_t timeShift_ = 0; // see risingTime()
+    int inDisorder_ = 0;         // frames in a row
     bool begun_ = false;
     bool wanted_ = false; // a writer wants the other streams
     bool drained_ = false;
@@ -164,6 +169,8 @@ void VideoReader::Impl::restart() {
     sentEnd_ = false;
     drained_ = false;
     hasLast_ = false;
+    timeShift_ = 0;
+    inDisorder_ = 0;
     lastEnd = 0;
     counts = {};
 }
@@ -287,6 +294,32 @@ void VideoReader::Impl::keepOther() {
     others->push(static_cast<std::size_t>(otherIndex_[index]), std::move(kept));
 }
 
+// The time of the frame after that of lastPts_: as the file states it if that is later, else
+// repaired.
+//
+// A few frames in disorder are put one tick apart, so that the next good time counts again. Where
+// times go back for good, as in files put together, what follows is shifted as a whole.
+std::int64_t VideoReader::Impl::risingTime(std::optional<std::int64_t> stated) {
+    if (stated && (!hasLast_ || *stated > lastPts_)) timeShift_ = 0;
+    const std::int64_t latest = kFarthestTime;
+    if (stated && (!hasLast_ || *stated + timeShift_ > lastPts_)) {
+        inDisorder_ = 0;
+        return std::min(*stated + timeShift_, latest);
+    }
+    if (hasLast_ || !facts.averageRate.isKnown() || facts.frameCount.value_or(0) > 1)
+        ++counts.repairedTimes;
+    if (!hasLast_) return startPts_;
+    const std::int64_t step = std::max<std::int64_t>(frameDuration(), 1);
+    const std::int64_t next = std::min(lastPts_ + step, latest);
+    if (!stated) return next;
+    const double unit = av_q2d(stream_->time_base);
+    const double back = static_cast<double>(lastPts_ - *stated - timeShift_) * unit;
+    const double least = std::max(kJumpSeconds, kMostInDisorder * static_cast<double>(step) * unit);
+    if (++inDisorder_ <= kMostInDisorder && back < least) return std::min(lastPts_ + 1, latest);
+    timeShift_ = next - *stated;
+    return next;
+}
+
 // The next undamaged frame and its time (aheadPts_); false at the end.
 bool VideoReader::Impl::decode(AVFrame& frame) {
     for (;;) {
@@ -325,14 +358,7 @@ bool VideoReader::Impl::decode(AVFrame& frame) {
             continue;
         }
         interlaced = interlaced || isInterlaced(frame);
-        aheadPts_ = frame.best_effort_timestamp;
-        if (!known || (hasLast_ && aheadPts_ <= lastPts_)) {
-            if (hasLast_ || !facts.averageRate.isKnown() || facts.frameCount.value_or(0) > 1) {
-                ++counts.repairedTimes;
-            }
-            const std::int64_t next = lastPts_ + std::max<std::int64_t>(frameDuration(), 1);
-            aheadPts_ = hasLast_ ? std::min(next, kFarthestTime) : startPts_;
-        }
+        aheadPts_ = risingTime(known ? std::optional(frame.best_effort_timestamp) : std::nullopt);
         lastPts_ = aheadPts_;
         hasLast_ = true;
         return true;
@@ -351,8 +377,10 @@ bool VideoReader::Impl::decodeInRange(AVFrame& frame) {
 void VideoReader::Impl::drainOthers() {
     if (!wanted_ || !pastEnd_) return;
     std::set<int> behind;
-    for (const OtherStream& other : others->streams) {
-        if (other.parameters->codec_type == AVMEDIA_TYPE_AUDIO) behind.insert(other.index);
+    for (std::size_t i = 0; i < others->streams.size(); ++i) {
+        const OtherStream& other = others->streams[i];
+        if (other.parameters->codec_type == AVMEDIA_TYPE_AUDIO && others->isTaken(i))
+            behind.insert(other.index);
     }
     while (!behind.empty()) {
         av_packet_unref(packet_.get());
@@ -389,7 +417,8 @@ void VideoReader::Impl::skipTo(std::int64_t pts) {
             currentPts_ = aheadPts_;
             return;
         }
-        if (!hasCurrent_ && before && counts.repairedTimes == 0) return; // the video ends earlier
+        const bool near = goal - lastPts_ <= 2 * frameDuration();
+        if (!hasCurrent_ && before && near && counts.repairedTimes == 0) return; // it ends earlier
         hasCurrent_ = seekToStart() && decode(*current_);
         currentPts_ = aheadPts_;
     }

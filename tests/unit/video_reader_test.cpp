@@ -555,6 +555,56 @@ TEST(VideoReader, TimesAtTheEndOfTheNumbersCountAsMissing) {
     EXPECT_EQ(reader.counts().repairedTimes, 10);
 }
 
+TEST(VideoReader, AFewEqualTimesMoveNoOthers) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    // three frames one tick after the one before, which is as near as ffmpeg puts them
+    const fs::path file = makeClip(
+        directory, "clip.mp4", "-bf 0 -bsf:v \"setts=pts='if(between(N,11,13),PREV_OUTPTS,PTS)'\"");
+    std::string bytes = slurp(file);
+    const std::string three({0, 0, 0, 3, 0, 0, 0, 1}); // of the table of durations
+    const std::size_t place = bytes.find(three, bytes.find("stts"));
+    ASSERT_NE(place, std::string::npos);
+    bytes[place + 7] = 0;
+    spill(file, bytes);
+    VideoReader reader(file);
+    const std::vector<std::int64_t> times = timesOf(allFrames(reader));
+    const std::vector<std::int64_t> stated = probedTimes(file);
+    ASSERT_EQ(times.size(), 50U);
+    ASSERT_EQ(stated.size(), 50U);
+    for (std::size_t i = 0; i < times.size(); ++i) {
+        const bool equal = i > 0 && stated[i] == stated[i - 1];
+        EXPECT_EQ(times[i], equal ? times[i - 1] + 1 : stated[i]) << i;
+    }
+    EXPECT_EQ(reader.counts().repairedTimes, 3);
+}
+
+TEST(VideoReader, FilesPutTogetherGoOn) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path one = makeClip(directory, "one.ts", "-bf 0", "testsrc2=size=96x64:duration=4");
+    spill(directory / "two.ts", slurp(one) + slurp(one)); // times begin again in the middle
+    VideoReader reader(directory / "two.ts");
+    const std::vector<std::int64_t> times = timesOf(allFrames(reader));
+    ASSERT_GE(times.size(), 198U); // what lies across the joint may be lost
+    int gaps = 0;
+    for (std::size_t i = 1; i < times.size(); ++i) {
+        if (times[i] - times[i - 1] == 3600) continue;
+        ++gaps;
+        EXPECT_EQ(times[i] - times[i - 1], 7200) << i;
+    }
+    EXPECT_LE(gaps, 1);
+    EXPECT_EQ(reader.counts().repairedTimes, 1);
+    // and again without what was before
+    for (const std::size_t place : {std::size_t{60}, std::size_t{150}, times.size() - 1}) {
+        VideoReader later(directory / "two.ts");
+        later.skipTo(times[place]);
+        VideoFrame frame;
+        ASSERT_TRUE(later.read(frame)) << place;
+        EXPECT_EQ(frame.pts, times[place]);
+    }
+}
+
 TEST(VideoReader, ACutOffFileDeliversWhatIsThere) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;

@@ -127,9 +127,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     lut.save(output);
     times.end("write");
     if (!json) {
-        messages.say(output.string() + ": look-up table for " +
-                     std::to_string(lut.panelSize().width) + " x " +
-                     std::to_string(lut.panelSize().height) + " px");
+        messages.say(output.string() + ": look-up table for " + sizeText(lut.panelSize()));
     }
     if (!json) messages.detail(times.text());
     return kExitDone;

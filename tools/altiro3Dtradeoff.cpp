@@ -165,8 +165,7 @@ std::vector<Row> measurePhoto(const CommandLine& commandLine, Messages& messages
     Depth2Quilt({1, 1, scene.photo.size(), 1}, settings.back().options)
         .renderView(scene.photo, scene.depth, 1, reference);
     messages.say("reference: " + settings.back().name + ", outermost view, " +
-                 std::to_string(scene.photo.cols) + " x " + std::to_string(scene.photo.rows) +
-                 " px");
+                 sizeText(scene.photo.size()));
     messages.say(kHeading);
     std::vector<Row> rows;
     Progress progress(settings.size());
@@ -206,8 +205,7 @@ std::vector<Row> measureScenes(const std::vector<StereoScene>& scenes, Messages&
     std::vector<Row> rows;
     Progress progress(scenes.size() * settings.size());
     for (const StereoScene& scene : scenes) {
-        messages.say(scene.name + ", " + std::to_string(scene.photo.cols) + " x " +
-                     std::to_string(scene.photo.rows) + " px, disparity up to " +
+        messages.say(scene.name + ", " + sizeText(scene.photo.size()) + ", disparity up to " +
                      fixed(scene.largestDisparity, 2) + " px");
         messages.say(kHeading);
         for (const NamedViewOptions& setting : settings) {
@@ -401,6 +399,6 @@ int main(int argc, char** argv) {
         "Without a true view the most accurate setting stands for it: the numbers "
         "then say how far the others are from it. Times are those of a set of 48 "
         "views, divided by 48; -j 1 shows the work of one thread. \"Inside\" leaves "
-        "out what came from outside the frame.");
+        "out what came from outside the frame; inf dB is no difference at all.");
     return runTool(argc, argv, commandLine, run);
 }

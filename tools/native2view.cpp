@@ -126,10 +126,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const cv::Mat native = readPhotoFile(nativeFile, messages);
     if (native.size() != display.panelSize) {
         throw Error(ErrorCode::Mismatch, nativeFile.string(),
-                    "has " + std::to_string(native.cols) + " x " + std::to_string(native.rows) +
-                        " px, expected a Native of the panel's " +
-                        std::to_string(display.panelSize.width) + " x " +
-                        std::to_string(display.panelSize.height) + " px (" + display.source +
+                    "has " + sizeText(native.size()) + ", expected a Native of the panel's " +
+                        sizeText(display.panelSize) + " (" + display.source +
                         "; -c gives another)");
     }
     times.end("read");
@@ -161,8 +159,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     times.end("views");
     const bool several = job.files.size() > 1;
     messages.say((several ? commandLine.files()[1] : job.files.front()).string() + ": " +
-                 counted(job.eyes.size(), "view") + ", " + std::to_string(sized.cols) + " x " +
-                 std::to_string(sized.rows) + " px" + (several || job.quilt ? " each" : ""));
+                 counted(job.eyes.size(), "view") + ", " + sizeText(sized.size()) +
+                 (several || job.quilt ? " each" : ""));
     messages.detail(times.text());
     return kExitDone;
 }

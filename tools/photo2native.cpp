@@ -193,8 +193,7 @@ Json makePicture(const PhotoItem& item, Studio& studio, Messages& messages) {
     for (const auto& [stage, milliseconds] : times.milliseconds()) {
         report["milliseconds"][stage] = milliseconds;
     }
-    messages.say(item.native.string() + ": Native, " + std::to_string(studio.native.cols) + " x " +
-                 std::to_string(studio.native.rows) + " px");
+    messages.say(item.native.string() + ": Native, " + sizeText(studio.native.size()));
     for (const auto& [key, file] : others) {
         if (!file.empty()) messages.say(file.string() + ": " + key);
     }

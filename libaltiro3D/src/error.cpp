@@ -4,10 +4,15 @@ namespace altiro3D {
 
 namespace {
 
-// What comes from files and users may hold line breaks; an error stays one line.
+// What comes from files and users may hold line breaks and orders to the terminal; an error stays
+// one line.
 std::string oneLine(std::string text) {
-    for (char& c : text) {
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto c = static_cast<unsigned char>(text[i]);
+        if (c < 0x20 || c == 0x7f) text[i] = ' ';
+        // U+0080..U+009F, which some terminals obey
+        if (c == 0xc2 && i + 1 < text.size() && (text[i + 1] & 0xe0) == 0x80)
+            text.replace(i, 2, " ");
     }
     return text;
 }

@@ -50,9 +50,23 @@ TEST(ViewTool, WrongUsageIsSaidBeforeAnyWindow) {
     EXPECT_TRUE(fails(studio.run(kTool, {"--list-displays", "photo.png"}), 2, "takes no names"));
     EXPECT_TRUE(fails(studio.run(kTool, {"--list-displays", "--show", "photo.png"}), 2,
                       "exclude each other"));
+    for (const char* option : {"-m", "-q", "-r", "--invert"})
+        EXPECT_TRUE(fails(studio.run(kTool, {"--show", "photo.png", option, "off"}), 2,
+                          std::string(option) + " and --show exclude each other"));
     EXPECT_TRUE(fails(studio.run(kTool, {"-c", "none.json"}), 1, "none.json"));
     EXPECT_TRUE(
         fails(studio.run(kTool, {"--show", "photo.png", "--screen", "7"}), 2, "--screen is 7"));
+}
+
+TEST(ViewTool, AFolderOfACalibrationWillDo) {
+    ViewerStudio studio;
+    studio.set("QT_QPA_PLATFORM", "offscreen");
+    std::filesystem::create_directory(studio / "volume");
+    std::filesystem::copy(studio / "small.json", studio / "volume/visual.json");
+    const Arguments show{"--show", "photo.png", "-c"};
+    const Outcome folder = studio.run(kTool, show + Arguments{"volume"});
+    EXPECT_EQ(folder.err, studio.run(kTool, show + Arguments{"small.json"}).err);
+    EXPECT_EQ(folder.err.find("volume"), std::string::npos) << folder.text();
 }
 
 TEST(ViewTool, ShowsNothingOnAScreenOfAnotherSizeOrWithoutADisplay) {

@@ -480,6 +480,21 @@ check "a map of terabytes" ends 1
 check "a map of terabytes: one line" one_error quilt2native "terabytes.map"
 check "a map of terabytes: $megabytes MB" test "$sanitized" -gt 0 -o "$megabytes" -lt 200
 
+# --- names that give a terminal orders
+if script -qc true /dev/null >/dev/null 2>&1; then
+    mkdir orders
+    for order in $'\x1b]0;order\x07' $'\xc2\x9b31m'; do
+        cp in/photo.jpg "orders/a${order}b.jpg"
+    done
+    said=$(script -qec "'$tools/photo2native' -c in/small.json -q 2x3 -r 40x30 -j 1 orders ordered" /dev/null </dev/null)
+    check "names on a terminal: works" test "$(ls ordered | wc -l)" -eq 2
+    check "names on a terminal: progress is seen" test -n "$(grep -F '[2/2]' <<<"$said")"
+    check "names on a terminal: no orders" test -z "$(LC_ALL=C grep -e $'\x1b\\]' -e $'\xc2\x9b' <<<"$said")"
+    rm -r orders ordered
+else
+    skip "names on a terminal (needs pseudo-terminals)"
+fi
+
 # --- a network that crashes OpenCV
 python3 - "$root/crash.onnx" <<'PYTHON'
 import sys

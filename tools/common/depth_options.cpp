@@ -223,8 +223,7 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
     requireHarmless(networkFile, *profile, catalog, size, messages);
     network_.emplace(networkFile, *profile, target, size);
     description_ = "network " + profile->name + " (" + networkFile.string() + ")";
-    messages.say("depth: " + description_ + ", " + std::to_string(network_->inputSize().width) +
-                 " x " + std::to_string(network_->inputSize().height) + " px");
+    messages.say("depth: " + description_ + ", " + sizeText(network_->inputSize()));
     messages.detail("depth network runs on " + processorName(target));
 }
 
@@ -283,8 +282,7 @@ void DepthSource::read(const fs::path& photoFile, const fs::path& depthFile, dou
         if (!haveSameShape(photoAspect, depthAspect)) {
             messages.warn(depthFile.string() + ": has another shape than the photo (" +
                           std::to_string(rawDepth.cols) + " x " + std::to_string(rawDepth.rows) +
-                          " and " + std::to_string(photo.cols) + " x " +
-                          std::to_string(photo.rows) + " px); it is stretched over it");
+                          " and " + sizeText(photo.size()) + "); it is stretched over it");
         }
     }
     if (network_) network_->infer(photo, rawDepth);

@@ -339,9 +339,7 @@ Display findDisplay(const CommandLine& commandLine, Messages& messages,
         display = findCalibration(commandLine, volumes, messages);
     }
     if (display.calibration) messages.warn(remarks(*display.calibration));
-    messages.detail("display: " + display.source + ", panel " +
-                    std::to_string(display.panelSize.width) + " x " +
-                    std::to_string(display.panelSize.height) + " px");
+    messages.detail("display: " + display.source + ", panel " + sizeText(display.panelSize));
     return display;
 }
 
@@ -377,11 +375,9 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const Display& display, 
         layout.viewCount = mapped.viewCount;
         if (layout != mapped) {
             throw Error(ErrorCode::Mismatch, display.source,
-                        "is made for a quilt of " + std::to_string(mapped.size().width) + " x " +
-                            std::to_string(mapped.size().height) + " px with " + mapped.text() +
-                            ", but this one has " + std::to_string(layout.size().width) + " x " +
-                            std::to_string(layout.size().height) + " px with " + layout.text() +
-                            "; expected the map's");
+                        "is made for a quilt of " + sizeText(mapped.size()) + " with " +
+                            mapped.text() + ", but this one has " + sizeText(layout.size()) +
+                            " with " + layout.text() + "; expected the map's");
         }
     }
     // of a nameless quilt the map tells what it is

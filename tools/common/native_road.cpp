@@ -18,7 +18,7 @@ std::string obstacle(const Display& display, const QuiltLayout& layout, bool ble
     return {};
 }
 
-std::string sizeText(cv::Size size) {
+std::string sizeKey(cv::Size size) {
     return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
@@ -71,11 +71,10 @@ NativeRoad::NativeRoad(const CommandLine& commandLine, const Display& display,
 }
 
 std::string NativeRoad::costKey(cv::Size photo) const {
-    std::string key = name() + "-" + sizeText(photo) + "-" + sizeText(panelSize_);
+    std::string key = name() + "-" + sizeKey(photo) + "-" + sizeKey(panelSize_);
     if (continuous()) key += "-continuous";
     if (blends_) key += "-blended";
-    if (!direct())
-        key += "-" + sizeText(layout_.tileSize) + "-" + std::to_string(layout_.viewCount);
+    if (!direct()) key += "-" + sizeKey(layout_.tileSize) + "-" + std::to_string(layout_.viewCount);
     return key;
 }
 

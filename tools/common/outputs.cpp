@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_writer.hpp"
 #include "common/command_line.hpp"
+#include "common/run_tool.hpp"
 
 #include <cstdio>
 #include <iostream>
@@ -37,7 +38,7 @@ std::optional<std::pair<dev_t, ino_t>> identity(const fs::path& file) {
 // @param problem says that files exist
 bool userAgrees(const std::string& problem) {
     if (isatty(STDIN_FILENO) == 0 || isatty(STDERR_FILENO) == 0) return false;
-    std::cerr << problem << ". Replace? [y/N] " << std::flush;
+    std::cerr << oneLine(problem) << ". Replace? [y/N] " << std::flush;
     std::string answer;
     std::getline(std::cin, answer);
     return answer == "y" || answer == "Y" || answer == "yes";

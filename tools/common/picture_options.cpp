@@ -277,8 +277,7 @@ void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
     warnAboutNativeFormat(output, messages);
     writePicture(output, native, PictureMark::Native);
     times.end("write");
-    messages.say(output.string() + ": Native, " + std::to_string(native.cols) + " x " +
-                 std::to_string(native.rows) + " px");
+    messages.say(output.string() + ": Native, " + sizeText(native.size()));
 }
 
 void warnIfQuilt(const std::filesystem::path& file, const std::string& instead,

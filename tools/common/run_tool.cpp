@@ -33,15 +33,6 @@ std::string millisecondsText(double milliseconds) {
     return text;
 }
 
-// File names and what files say may hold line breaks and orders to the terminal; a message stays
-// one line.
-std::string oneLine(std::string text) {
-    for (char& c : text) {
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-    }
-    return text;
-}
-
 // Standard output may be a full disk or a closed pipe: then the user has not got the answer.
 int finish(const Messages& messages, int status) {
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
@@ -57,6 +48,21 @@ struct Quiet {
 } quiet;
 
 } // namespace
+
+std::string sizeText(cv::Size size) {
+    return std::to_string(size.width) + " x " + std::to_string(size.height) + " px";
+}
+
+std::string oneLine(std::string text) {
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto c = static_cast<unsigned char>(text[i]);
+        if (c < 0x20 || c == 0x7f) text[i] = ' ';
+        // U+0080..U+009F, which some terminals obey
+        if (c == 0xc2 && i + 1 < text.size() && (text[i + 1] & 0xe0) == 0x80)
+            text.replace(i, 2, " ");
+    }
+    return text;
+}
 
 void Messages::say(const std::string& line) const {
     print(oneLine(subject_.empty() ? line : subject_ + ": " + line));
@@ -134,7 +140,7 @@ Progress::~Progress() {
 void Progress::step(const std::string& what) {
     if (terminal_) {
         const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
-        std::fprintf(stderr, "\r\033[K[%zu/%zu] %s", done_ + 1, steps_, what.c_str());
+        std::fprintf(stderr, "\r\033[K[%zu/%zu] %s", done_ + 1, steps_, oneLine(what).c_str());
         if (done_ > 0) {
             const double left =
                 spent.count() / static_cast<double>(done_) * static_cast<double>(steps_ - done_);

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <functional>
+#include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -76,6 +77,11 @@ class StageTimes {
 /// 0 where the system does not tell.
 double peakMegabytes();
 void resetPeakMemory();
+
+/// "1536 x 2048 px"
+std::string sizeText(cv::Size size);
+/// The text as one line without orders to a terminal, such as file names may hold.
+std::string oneLine(std::string text);
 
 /// A progress line on a terminal, for work of several steps; nothing elsewhere.
 class Progress {

@@ -41,11 +41,9 @@ ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& 
                 view = readPhotoFile(files[picture], messages);
                 if (viewSize.area() == 0) viewSize = view.size();
                 if (view.size() != viewSize) {
-                    throw Error(
-                        ErrorCode::Mismatch, files[picture].string(),
-                        "has " + std::to_string(view.cols) + " x " + std::to_string(view.rows) +
-                            " px, expected " + std::to_string(viewSize.width) + " x " +
-                            std::to_string(viewSize.height) + " px like the views before it");
+                    throw Error(ErrorCode::Mismatch, files[picture].string(),
+                                "has " + sizeText(view.size()) + ", expected " +
+                                    sizeText(viewSize) + " like the views before it");
                 }
                 applyFit(view, fitPhoto(viewSize, aspect, layout.tileSize, mode), fitted);
             }

@@ -35,8 +35,10 @@ void onQtMessage(QtMsgType type, const QMessageLogContext& /*context*/, const QS
 // Options that would be passed over in silence.
 void requireUsage(const CommandLine& commandLine) {
     commandLine.exclude("show", "list-displays");
-    for (const char* other : {"show", "list-displays"})
-        commandLine.exclude("d", other);
+    for (const char* other : {"show", "list-displays"}) {
+        for (const char* option : {"d", "m", "q", "r", "invert"})
+            commandLine.exclude(option, other);
+    }
     if (commandLine.has("screen") && !commandLine.has("show"))
         throw UsageError("--screen says where --show shows, expected --show NATIVE with it");
     if (commandLine.has("json") && !commandLine.has("list-displays"))

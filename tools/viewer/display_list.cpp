@@ -13,10 +13,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string sizeText(cv::Size size) {
-    return std::to_string(size.width) + " x " + std::to_string(size.height) + " px";
-}
-
 std::string pairedByText(qt::PairedBy by) {
     if (by == qt::PairedBy::Serial) return "serial";
     return by == qt::PairedBy::Size ? "size" : "nothing";
@@ -73,7 +69,7 @@ std::string textOf(const qt::ScreenFacts& screen) {
     std::string text;
     if (!screen.name.empty()) text += screen.name + ", ";
     if (!screen.model.empty() && screen.model != screen.name) text += screen.model + ", ";
-    text += sizeText(screen.size);
+    text += tools::sizeText(screen.size);
     if (std::abs(screen.scale - 1) > 1e-3)
         text += ", scaled to " + std::to_string(std::lround(screen.scale * 100)) + " %";
     return text;
@@ -98,8 +94,8 @@ int listDisplays(int& argc, char** argv, const tools::CommandLine& commandLine,
         std::string line = "display " + display.name;
         if (display.screen) line += ", screen " + std::to_string(*display.screen);
         if (display.calibration) {
-            line +=
-                ", panel " + sizeText({display.calibration->screenW, display.calibration->screenH});
+            line += ", panel " +
+                    tools::sizeText({display.calibration->screenW, display.calibration->screenH});
         }
         if (!display.calibrationFile.empty()) line += ", " + display.calibrationFile.string();
         messages.say(line);

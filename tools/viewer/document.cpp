@@ -29,10 +29,6 @@ bool isOneOf(const std::string& word, std::initializer_list<const char*> words) 
     return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-std::string sizeText(cv::Size size) {
-    return std::to_string(size.width) + " x " + std::to_string(size.height) + " px";
-}
-
 // What a picture's name and size suggest.
 Reading guess(const fs::path& file, cv::Size size, const tools::Display& display) {
     const std::string stem = lower(file.stem().string());
@@ -94,11 +90,11 @@ std::string Document::facts() const {
     case Kind::Quilt:
         return (video ? "Video of quilts, " : "Quilt, ") + layout.text();
     case Kind::Native:
-        return (video ? "Native video, " : "Native, ") + sizeText(picture.size());
+        return (video ? "Native video, " : "Native, ") + tools::sizeText(picture.size());
     case Kind::Scene:
         break;
     }
-    return (video ? "Video, " : "Photo, ") + sizeText(picture.size()) +
+    return (video ? "Video, " : "Photo, ") + tools::sizeText(picture.size()) +
            (rawDepth.empty() ? "" : ", with depth");
 }
 
@@ -151,7 +147,7 @@ Document documentOf(const Source& source, const cv::Mat& picture, const tools::D
         document.kind = Kind::Native;
     } else if (picture.size() != display.panelSize && isMarkedNative(source.file)) {
         document.notes.push_back("the file says that it is a Native, but not of this display's " +
-                                 sizeText(display.panelSize) + "; it is taken as a photo");
+                                 tools::sizeText(display.panelSize) + "; it is taken as a photo");
     }
     return document;
 }

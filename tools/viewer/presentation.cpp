@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/qt/display_search.hpp"
 #include "altiro3D/qt/native_widget.hpp"
+#include "common/display_options.hpp"
 #include "common/picture_options.hpp"
 #include "viewer/display_list.hpp"
 #include "viewer/document.hpp"
@@ -20,10 +21,6 @@
 namespace altiro3D::viewer {
 
 namespace {
-
-std::string sizeText(cv::Size size) {
-    return std::to_string(size.width) + " x " + std::to_string(size.height) + " px";
-}
 
 // --screen: by number as --list-displays counts, or by any of its names.
 std::size_t namedScreen(const std::string& wanted, const std::vector<qt::ScreenFacts>& screens) {
@@ -55,7 +52,8 @@ std::size_t chooseScreen(const tools::CommandLine& commandLine,
         }
     } else {
         std::optional<Calibration> calibration;
-        if (const auto file = commandLine.value("c")) calibration = readCalibration(*file);
+        if (const auto file = commandLine.value("c"))
+            calibration = readCalibration(tools::calibrationFile(*file));
         chosen = qt::chooseDisplay(displays, screens, calibration, native);
     }
     if (!chosen) {
@@ -177,8 +175,8 @@ int present(int& argc, char** argv, const tools::CommandLine& commandLine,
     const std::size_t screen = chooseScreen(commandLine, screens, native.size(), messages);
     if (screens[screen].size != native.size()) {
         throw Error(ErrorCode::Mismatch, file.string(),
-                    "has " + sizeText(native.size()) + ", but the screen shows " +
-                        sizeText(screens[screen].size) +
+                    "has " + tools::sizeText(native.size()) + ", but the screen shows " +
+                        tools::sizeText(screens[screen].size) +
                         "; expected the display's own resolution and a Native made for it");
     }
     messages.detail("screen " + std::to_string(screen) + ": " + textOf(screens[screen]));

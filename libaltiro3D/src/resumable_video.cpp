@@ -183,6 +183,7 @@ struct ResumableVideoWriter::Impl {
     Impl& operator=(const Impl&) = delete;
 
     void write(const VideoFrame& frame, const std::string& state);
+    bool keepsWork() const { return !segments_.empty(); }
     // @param pass reads the source's other streams up to a time in the options' time base; false at
     //        its end
     void finish(const std::shared_ptr<OtherStreams>& others,
@@ -253,7 +254,7 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
 
 // A run that has kept nothing leaves nothing.
 ResumableVideoWriter::Impl::~Impl() {
-    if (finished_ || !segments_.empty()) return;
+    if (finished_ || keepsWork()) return;
     writer_.reset();
     std::error_code ignored;
     fs::remove(directory / "run.json", ignored);
@@ -461,6 +462,7 @@ void ResumableVideoWriter::Impl::finish(const std::shared_ptr<OtherStreams>& oth
     if (complete) {
         std::error_code ignored; // the file is there
         fs::remove_all(directory, ignored);
+        segments_.clear();
     } else if (segments_.size() > whole) {
         std::error_code ignored;
         fs::remove(directory / segments_.back().file, ignored);
@@ -501,6 +503,10 @@ ResumableVideoWriter& ResumableVideoWriter::operator=(ResumableVideoWriter&&) no
 
 const KeptVideo& ResumableVideoWriter::kept() const {
     return impl_->kept;
+}
+
+bool ResumableVideoWriter::keepsWork() const {
+    return impl_->keepsWork();
 }
 
 bool ResumableVideoWriter::endsSegment(std::int64_t frameNumber) const {

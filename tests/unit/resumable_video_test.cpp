@@ -62,6 +62,7 @@ bool copyClip(const fs::path& from, const fs::path& to, bool resume, std::int64_
     }
     VideoReader again(from);
     writer.finish(&again);
+    EXPECT_FALSE(writer.keepsWork());
     return true;
 }
 
@@ -143,10 +144,12 @@ TEST(ResumableVideo, ARunThatIsEndedEarlyLeavesAWholeFileAndCanGoOn) {
         VideoFrame frame;
         for (std::int64_t i = 0; i < 23; ++i) {
             ASSERT_TRUE(reader.read(frame));
+            EXPECT_EQ(writer.keepsWork(), i >= resumable().segmentFrames) << i;
             writer.write(frame, writer.endsSegment(i) ? std::to_string(i + 1) : "");
         }
         VideoReader again(clip);
         writer.finish(&again, false);
+        EXPECT_TRUE(writer.keepsWork());
     }
     EXPECT_EQ(lines(ffprobe(out, "packet=pts", "-select_streams v:0")).size(), 23u);
     const double sound = std::stod(ffprobe(out, "stream=duration", "-select_streams a:0"));

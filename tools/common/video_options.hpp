@@ -35,11 +35,11 @@ VideoReaderOptions videoReaderOptions(const CommandLine& commandLine);
 
 /// --codec --crf --preset --compat --no-audio --no-subtitles
 void addEncoderOptions(CommandLine& commandLine);
-/// What the encoder options say; size, times and colours are to be filled in.
+/// What the encoder options say; size and times are to be filled in.
 /// @throws UsageError
 VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile);
 
-/// Times and colours as those of a video.
+/// Times as those of a video.
 void takeTimes(const VideoFacts& facts, VideoWriterOptions& options);
 
 /// Seconds as "90", "1:30" or "0:01:30.5". @throws UsageError that names the option

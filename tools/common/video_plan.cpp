@@ -76,14 +76,14 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     requireVideoName(plan.output);
     std::error_code error;
     plan.isFile = fs::is_regular_file(plan.input, error);
-    if (commandLine.has("resume") && !plan.isFile) {
-        throw UsageError("--resume reads IN once more, expected a file, not " +
-                         plan.input.string());
-    }
     return plan;
 }
 
 void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const Display& display) {
+    if (commandLine.has("resume") && !plan.isFile) {
+        throw UsageError("--resume reads the input once more, expected a file, not " +
+                         plan.inputName());
+    }
     // What --resume goes on with may have left these files; where nothing is left it is a new run.
     std::error_code error;
     const bool goesOn =

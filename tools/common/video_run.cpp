@@ -46,8 +46,7 @@ extern "C" void stopOnce(int signal) {
 // --- reports ---------------------------------------------------------------------------------
 
 std::string factsText(const VideoFacts& facts) {
-    std::string text =
-        std::to_string(facts.size.width) + " x " + std::to_string(facts.size.height) + " px";
+    std::string text = sizeText(facts.size);
     if (facts.averageRate.isKnown()) text += ", " + fixed(facts.averageRate.value(), 2) + " fps";
     if (facts.duration) text += ", " + clockText(*facts.duration);
     text += ", " + facts.codec;
@@ -201,8 +200,7 @@ std::vector<PipelineStage> middleStages(Studio& studio,
     if (studio.depth) {
         stages.push_back({"depth", [&studio, wantsState](PipelineFrame& frame) {
                               studio.depth->work(frame);
-                              if (wantsState(frame.number))
-                                  frame.state = studio.depth->depth().state();
+                              if (wantsState(frame.number)) frame.state = studio.depth->state();
                               return true;
                           }});
     }
@@ -316,7 +314,7 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
         tally.end = static_cast<double>(kept.nextPts) * unit;
         messages.say("goes on at " + clockText(tally.end) +
                      "; what is there: " + counted(kept.frames, "frame"));
-        if (studio.depth && !kept.state.empty()) studio.depth->depth().setState(kept.state);
+        if (studio.depth && !kept.state.empty()) studio.depth->setState(kept.state);
         reader.skipTo(kept.nextPts);
     } else if (commandLine.has("resume")) {
         messages.say("nothing of an earlier run is kept; begins at the start");
@@ -355,7 +353,7 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
         result.finishSeconds = time.count();
     } catch (...) {
         progress.clear();
-        if (plan.isFile && tally.frames > 0) {
+        if (sink.keepsWork()) {
             messages.say("what is made so far is kept in " +
                          ResumableVideoWriter::partsDirectory(plan.output).string() +
                          "; --resume goes on");
@@ -366,9 +364,8 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
     progress.end(result.state());
     constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D"};
     messages.say(plan.output.string() + ": " + kProducts[static_cast<int>(plan.product)] +
-                 " video, " + std::to_string(studio.size.width) + " x " +
-                 std::to_string(studio.size.height) + " px, " + counted(tally.frames, "frame") +
-                 ", " + clockText(tally.end) + "; " + fixed(result.rate(), 1) + " fps");
+                 " video, " + sizeText(studio.size) + ", " + counted(tally.frames, "frame") + ", " +
+                 clockText(tally.end) + "; " + fixed(result.rate(), 1) + " fps");
     return result;
 }
 

@@ -25,6 +25,8 @@ class VideoSink {
 
     /// What an earlier run has left.
     KeptVideo kept() const { return segments_ ? segments_->kept() : KeptVideo(); }
+    /// Whether a later run can go on from what there is.
+    bool keepsWork() const { return segments_ && segments_->keepsWork(); }
     /// Whether the state after that frame is to be in PipelineFrame::state.
     bool wantsState(std::int64_t frame) const { return segments_ && segments_->endsSegment(frame); }
     void write(const PipelineFrame& frame);

@@ -2,6 +2,7 @@
 
 #include "common/picture_options.hpp"
 
+#include <QCryptographicHash>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -14,6 +15,14 @@ namespace {
 bool same(const cv::Mat& a, const cv::Mat& b) {
     return a.size() == b.size() && a.type() == b.type() && a.isContinuous() && b.isContinuous() &&
            std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
+}
+
+QByteArray digest(const cv::Mat& picture) {
+    QCryptographicHash hash(QCryptographicHash::Sha256);
+    const std::size_t bytes = static_cast<std::size_t>(picture.cols) * picture.elemSize();
+    for (int y = 0; y < picture.rows; ++y)
+        hash.addData(picture.ptr<char>(y), static_cast<int>(bytes));
+    return hash.result();
 }
 
 bool isBeside(DepthSide side) {
@@ -56,6 +65,17 @@ void DepthStage::tell(Messages& messages) const {
     if (given_) given_->tell(messages);
 }
 
+std::string DepthStage::state() const {
+    return (digest(lastPhoto_) + digest(lastRaw_)).toStdString() + depth_->state();
+}
+
+void DepthStage::setState(const std::string& state) {
+    const auto bytes =
+        2 * static_cast<std::size_t>(QCryptographicHash::hashLength(QCryptographicHash::Sha256));
+    kept_ = state.substr(0, bytes);
+    depth_->setState(state.substr(kept_.size()));
+}
+
 void DepthStage::work(PipelineFrame& frame) {
     if (given_) {
         given_->read(static_cast<double>(frame.source.pts) * unit_, frame.number, raw_);
@@ -74,8 +94,15 @@ void DepthStage::work(PipelineFrame& frame) {
 // Grey values are taken as they are, so that nothing wavers; distances and floats have no range of
 // their own and get one that follows them slowly.
 void DepthStage::useGiven(PipelineFrame& frame) {
-    const bool samePhoto = same(frame.source.picture, lastPhoto_);
-    const bool sameDepth = same(raw_, lastRaw_);
+    bool samePhoto = same(frame.source.picture, lastPhoto_);
+    bool sameDepth = same(raw_, lastRaw_);
+    if (!kept_.empty()) {
+        const QByteArray photo = digest(frame.source.picture);
+        const QByteArray kept = QByteArray::fromStdString(kept_);
+        samePhoto = kept.startsWith(photo);
+        sameDepth = kept.mid(photo.size()) == digest(raw_);
+        kept_.clear();
+    }
     lastPhoto_ = frame.source.picture;
     lastRaw_ = raw_.clone();
     const bool grey = raw_.depth() == CV_8U || raw_.depth() == CV_16U;

@@ -35,6 +35,10 @@ class DepthStage {
     /// Reads `source`, sets `depth` and `step`; of an RGB-D frame the photo stays in `source`.
     void work(PipelineFrame& frame);
 
+    /// What the next frame's depth hangs on, for a run that goes on from here.
+    std::string state() const;
+    /// @throws Error BadFormat
+    void setState(const std::string& state);
     VideoDepth& depth() { return *depth_; }
     const DepthSource& source() const { return source_; }
     const VideoDepthOptions& options() const { return options_; }
@@ -55,6 +59,7 @@ class DepthStage {
     cv::Mat raw_; // given
     cv::Mat lastRaw_;
     cv::Mat lastPhoto_;
+    std::string kept_; // digests of both, where an earlier run had them; empty: see above
     std::optional<VideoDepth> depth_; // keeps a pointer to this
 };
 

@@ -73,6 +73,9 @@ class ALTIRO3D_EXPORT ResumableVideoWriter {
 
     /// What was there at the beginning. @return 0 frames if the run is new
     const KeptVideo& kept() const;
+    /// Whether there is something that a later run can go on from.
+    /// @return true if a segment is whole and the video is not complete
+    bool keepsWork() const;
     /// Whether a segment ends with a frame; write() keeps a state with such frames only.
     /// @param frameNumber number of the frame, from 0, over all runs
     /// @return true if it does

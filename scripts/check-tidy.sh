@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs clang-tidy on the sources that differ from a revision (default: the commit before the last),
-# or on all of them.
+# and on one for each header that does, or on all of them.
 #
 #   scripts/check-tidy.sh [--all | REVISION]
 set -euo pipefail
@@ -17,6 +17,17 @@ else
     git rev-parse --verify -q "$base^{commit}" >/dev/null || base=HEAD
     mapfile -t files < <(git diff --name-only --diff-filter=d "$base" -- \
         'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
+    # A header is seen through a source: its own if it has one that did not change, too.
+    while read -r header; do
+        name=$(basename "$header" .hpp)
+        mapfile -t sources < <(git ls-files "libaltiro3D/*/$name.cpp" "tools/*/$name.cpp" "tests/*/$name.cpp")
+        if [[ ${#sources[@]} -eq 0 ]]; then # else the first that includes it
+            mapfile -t sources < <(git grep -l "[\"/]$name\.hpp\"" -- '*.cpp' | head -n 1)
+        fi
+        for source in "${sources[@]}"; do
+            [[ " ${files[*]} " == *" $source "* ]] || files+=("$source")
+        done
+    done < <(git diff --name-only --diff-filter=d "$base" -- 'libaltiro3D/*.hpp' 'tools/*.hpp' 'tests/*.hpp')
 fi
 checked=() # build and file, in turn
 for file in "${files[@]}"; do
@@ -28,6 +39,9 @@ for file in "${files[@]}"; do
         echo "clang-tidy: $file: skipped: is not in $build/compile_commands.json"
     fi
 done
-[[ ${#checked[@]} -gt 0 ]] || exit 0
+if [[ ${#checked[@]} -eq 0 ]]; then
+    echo "clang-tidy: no source differs"
+    exit 0
+fi
 echo "clang-tidy: $((${#checked[@]} / 2)) files"
 printf '%s\0' "${checked[@]}" | xargs -0 -n 2 -P "$(nproc)" clang-tidy --quiet -p

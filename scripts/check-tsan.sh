@@ -37,8 +37,21 @@ display["serial"] = "TEST"
 display["screenW"]["value"], display["screenH"]["value"] = 96, 128
 json.dump(display, open(sys.argv[2], "w"))
 PYTHON
-for more in "" --resume "--preview 1" --quilt --rgbd-out; do
+convert() { # options, input
+    taskset -c "$cpu" build/tsan/tools/video2native -q 2x3 -r 40x30 -c "$work/small.json" "$@" "$work/out.mkv"
+}
+for more in "" "--preview 1" --quilt --rgbd-out; do
     # shellcheck disable=SC2086 # several arguments
-    taskset -c "$cpu" build/tsan/tools/video2native -y -q 2x3 -r 40x30 $more \
-        -c "$work/small.json" "$work/clip.mp4" "$work/out.mkv" >/dev/null
+    convert -y $more "$work/clip.mp4" >/dev/null
 done
+# A run that is killed after its first segment, and one that goes on from there.
+ffmpeg -nostdin -v error -stream_loop 19 -i "$work/clip.mp4" -c copy "$work/long.mp4"
+rm "$work/out.mkv"
+convert "$work/long.mp4" >/dev/null &
+while [[ ! -e $work/out.mkv.parts/000002.mp4 ]]; do
+    kill -0 $! # else it has ended before
+    sleep 0.05
+done
+pkill -KILL -f "$work/out.mkv"
+wait $! || true
+convert --resume "$work/long.mp4" | grep "goes on at"

@@ -97,6 +97,10 @@ make_all "$first" "$work/one" taskset -c "$(taskset -cp $$ | sed 's/.*: //; s/[-
 same one "$1, one processor"
 
 limit=$first/tests/libaltiro3D_highway_limit.so
+if [[ ! -f $limit ]]; then # what cannot be preloaded is passed over
+    echo "$limit: is not there, expected a build with tests" >&2
+    exit 1
+fi
 for ((leave_out = 1; ; ++leave_out)); do
     lesser=(HIGHWAY_LEAVE_OUT="$leave_out" LD_PRELOAD="$limit")
     status=0

@@ -183,7 +183,7 @@ struct ResumableVideoWriter::Impl {
     Impl& operator=(const Impl&) = delete;
 
     void write(const VideoFrame& frame, const std::string& state);
-    bool keepsWork() const { return !segments_.empty(); }
+    bool keepsWork() const { return listed_ > 0; }
     // @param pass reads the source's other streams up to a time in the options' time base; false at
     //        its end
     void finish(const std::shared_ptr<OtherStreams>& others,
@@ -198,7 +198,7 @@ struct ResumableVideoWriter::Impl {
 
   private:
     void readRun(const Json& settings);
-    void writeRun() const;
+    void writeRun();
     void closeSegment(const std::string& state, bool listed);
     void join(VideoContainer& container, const std::shared_ptr<OtherStreams>& others,
               const std::function<bool(std::int64_t)>& pass);
@@ -206,10 +206,12 @@ struct ResumableVideoWriter::Impl {
     Json settings_;
     std::unique_ptr<DirectoryLock> lock_;
     std::vector<Segment> segments_; // whole ones
+    std::size_t listed_ = 0;        // of them, in run.json
     int reordered_ = 0;             // see reorderedPlaces(), over all segments
     Segment current_;
     std::unique_ptr<VideoWriter> writer_; // of the current segment
     bool finished_ = false;
+    bool complete_ = false; // and nothing is kept
 };
 
 ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOptions& givenOptions,
@@ -254,9 +256,12 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
 
 // A run that has kept nothing leaves nothing.
 ResumableVideoWriter::Impl::~Impl() {
-    if (finished_ || keepsWork()) return;
+    if (complete_ || keepsWork()) return;
     writer_.reset();
     std::error_code ignored;
+    for (const std::string& file : {current_.file, current_.stateFile}) {
+        if (!file.empty()) fs::remove(directory / file, ignored);
+    }
     fs::remove(directory / "run.json", ignored);
     fs::remove(directory, ignored); // unless somebody else keeps something there
 }
@@ -316,13 +321,14 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
             stateFile = segment.stateFile;
             segments_.push_back(std::move(segment));
         }
+        listed_ = segments_.size();
         if (!stateFile.empty()) kept.state = readFile(directory / stateFile, kMostStateBytes);
     } catch (const Json::exception&) {
         fail("is damaged");
     }
 }
 
-void ResumableVideoWriter::Impl::writeRun() const {
+void ResumableVideoWriter::Impl::writeRun() {
     Json list = Json::array();
     for (const Segment& segment : segments_) {
         list.push_back({{"file", segment.file},
@@ -341,6 +347,7 @@ void ResumableVideoWriter::Impl::writeRun() const {
                       {"segments", list}};
     writeFile(directory / "run.json",
               run.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    listed_ = segments_.size();
 }
 
 void ResumableVideoWriter::Impl::write(const VideoFrame& frame, const std::string& state) {
@@ -462,7 +469,8 @@ void ResumableVideoWriter::Impl::finish(const std::shared_ptr<OtherStreams>& oth
     if (complete) {
         std::error_code ignored; // the file is there
         fs::remove_all(directory, ignored);
-        segments_.clear();
+        complete_ = true;
+        listed_ = 0;
     } else if (segments_.size() > whole) {
         std::error_code ignored;
         fs::remove(directory / segments_.back().file, ignored);

@@ -28,7 +28,7 @@ constexpr double kMissingSeconds = 0.5; // a file that ends so much too early is
 constexpr double kInterleavedSeconds = 10;
 constexpr double kFarSeconds = 2;   // nearer frames are decoded, further ones sought
 constexpr int kMostInDisorder = 16; // frames; more, or further back, and times have jumped
-constexpr double kJumpSeconds = 1;
+constexpr double kFarBackSeconds = 1;
 
 [[noreturn]] void fail(ErrorCode code, const std::string& subject, const std::string& problem) {
     throw Error(code, subject, problem);
@@ -85,6 +85,7 @@ struct VideoReader::Impl {
     double fileEnd = 0; // s: where the file says it ends; 0 = it does not
     bool interlaced = false;
     bool resized = false;
+    bool beginsAgain = false; // times of the file do
 
   private:
     void setRange();
@@ -94,7 +95,7 @@ struct VideoReader::Impl {
     bool seekToStart();
     bool readPacket();
     void keepOther();
-    std::int64_t risingTime(std::optional<std::int64_t> stated);
+    std::int64_t risingTime(const AVFrame& frame);
     bool decode(AVFrame& frame);
     bool decodeInRange(AVFrame& frame);
     void drainOthers();
@@ -171,6 +172,7 @@ void VideoReader::Impl::restart() {
     hasLast_ = false;
     timeShift_ = 0;
     inDisorder_ = 0;
+    beginsAgain = false;
     lastEnd = 0;
     counts = {};
 }
@@ -298,8 +300,10 @@ void VideoReader::Impl::keepOther() {
 // repaired.
 //
 // A few frames in disorder are put one tick apart, so that the next good time counts again. Where
-// times go back for good, as in files put together, what follows is shifted as a whole.
-std::int64_t VideoReader::Impl::risingTime(std::optional<std::int64_t> stated) {
+// times begin again, as in files put together, what follows is shifted as a whole.
+std::int64_t VideoReader::Impl::risingTime(const AVFrame& frame) {
+    std::optional<std::int64_t> stated; // AV_NOPTS_VALUE is far outside
+    if (isNear(frame.best_effort_timestamp)) stated = frame.best_effort_timestamp;
     if (stated && (!hasLast_ || *stated > lastPts_)) timeShift_ = 0;
     const std::int64_t latest = kFarthestTime;
     if (stated && (!hasLast_ || *stated + timeShift_ > lastPts_)) {
@@ -312,10 +316,14 @@ std::int64_t VideoReader::Impl::risingTime(std::optional<std::int64_t> stated) {
     const std::int64_t step = std::max<std::int64_t>(frameDuration(), 1);
     const std::int64_t next = std::min(lastPts_ + step, latest);
     if (!stated) return next;
-    const double unit = av_q2d(stream_->time_base);
-    const double back = static_cast<double>(lastPts_ - *stated - timeShift_) * unit;
-    const double least = std::max(kJumpSeconds, kMostInDisorder * static_cast<double>(step) * unit);
-    if (++inDisorder_ <= kMostInDisorder && back < least) return std::min(lastPts_ + 1, latest);
+    // A piece begins with a picture that needs no other.
+    const std::int64_t back = lastPts_ - *stated - timeShift_;
+    const bool isPiece = frame.pict_type == AV_PICTURE_TYPE_I && back >= 2 * step;
+    const double seconds = static_cast<double>(back) * av_q2d(stream_->time_base);
+    const bool isFar = seconds >= kFarBackSeconds && back >= kMostInDisorder * step;
+    if (++inDisorder_ <= kMostInDisorder && !isPiece && !isFar)
+        return std::min(lastPts_ + 1, latest);
+    beginsAgain = beginsAgain || isPiece || isFar;
     timeShift_ = next - *stated;
     return next;
 }
@@ -351,14 +359,13 @@ bool VideoReader::Impl::decode(AVFrame& frame) {
             ++counts.corrupt;
             continue;
         }
-        const bool known = isNear(frame.best_effort_timestamp); // AV_NOPTS_VALUE is far outside
         if ((frame.flags & AV_FRAME_FLAG_CORRUPT) != 0 || frame.decode_error_flags != 0 ||
             corruptPts_.erase(frame.pts) != 0) {
             ++counts.corrupt;
             continue;
         }
         interlaced = interlaced || isInterlaced(frame);
-        aheadPts_ = risingTime(known ? std::optional(frame.best_effort_timestamp) : std::nullopt);
+        aheadPts_ = risingTime(frame);
         lastPts_ = aheadPts_;
         hasLast_ = true;
         return true;
@@ -407,7 +414,9 @@ void VideoReader::Impl::skipTo(std::int64_t pts) {
     if (!begun_) begin();
     const std::int64_t goal = originPts_ + std::clamp(pts, -kFarthestTime, kFarthestTime);
     const auto far = static_cast<std::int64_t>(kFarSeconds / av_q2d(stream_->time_base));
-    const bool seekable = kind_ == Kind::File && format_->start_time != AV_NOPTS_VALUE;
+    // Where times may begin again a place is no place: all is read.
+    const bool seekable = kind_ == Kind::File && format_->start_time != AV_NOPTS_VALUE &&
+                          (format_->iformat->flags & AVFMT_TS_DISCONT) == 0;
     if (hasCurrent_ && seekable && goal - currentPts_ > far && seek(goal)) {
         // Where times were missing they are not the same after a seek: then all is read.
         bool before = false;
@@ -417,8 +426,7 @@ void VideoReader::Impl::skipTo(std::int64_t pts) {
             currentPts_ = aheadPts_;
             return;
         }
-        const bool near = goal - lastPts_ <= 2 * frameDuration();
-        if (!hasCurrent_ && before && near && counts.repairedTimes == 0) return; // it ends earlier
+        if (!hasCurrent_ && before && counts.repairedTimes == 0) return; // the video ends earlier
         hasCurrent_ = seekToStart() && decode(*current_);
         currentPts_ = aheadPts_;
     }
@@ -565,6 +573,10 @@ Notes VideoReader::notes() const {
     if (impl.counts.repairedTimes > 0) {
         note("the times of " + std::to_string(impl.counts.repairedTimes) +
              " frames were missing or ran backwards and were replaced");
+    }
+    if (impl.beginsAgain) {
+        note("times begin again in it, as where files were put together; sound is out of step from "
+             "there on (ffmpeg -f concat puts files together properly)");
     }
     if (impl.interlaced) note("holds interlaced pictures, which are used as they are");
     if (impl.resized) note("changes the size of its pictures; all are brought to the first one's");

@@ -277,6 +277,23 @@ TEST(ResumableVideo, ARunThatHasKeptNothingLeavesNothing) {
     { ResumableVideoWriter(out, plainOptions(), resumable()).write(frame); }
     EXPECT_EQ(slurp(parts / "mine.txt"), "mine");
     EXPECT_FALSE(fs::exists(parts / "run.json"));
+    // ended before a segment is whole, and so that it cannot be joined
+    const fs::path brief = directory / "brief.mkv";
+    const fs::path never = directory / "never.mkv";
+    for (const fs::path& file : {brief, never}) {
+        ResumableVideoWriter writer(file, plainOptions(), resumable());
+        writer.write(frame);
+        if (file == never) {
+            fs::create_directory(never);
+            EXPECT_THROW(writer.finish(nullptr, false), Error);
+        } else {
+            writer.finish(nullptr, false);
+        }
+        EXPECT_FALSE(writer.keepsWork());
+    }
+    EXPECT_TRUE(fs::is_regular_file(brief));
+    for (const fs::path& file : {brief, never})
+        EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(file))) << file;
 }
 
 TEST(ResumableVideo, DamagedLeftoversAreRefusedByName) {

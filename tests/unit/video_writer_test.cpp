@@ -583,6 +583,7 @@ TEST(VideoWriter, SoundOfTimesThatNoNumberHoldsIsLeftOut) {
         stream.parameters.reset(avcodec_parameters_alloc());
         stream.timeBase = {1, 1000000};
         others.want();
+        others.take(0);
         others.begin();
         others.setRange(origin, std::nullopt, {1, 1}, true);
         PacketPtr packet = newPacket();

@@ -242,6 +242,7 @@ struct Result {
     VideoWriterOptions encoding;
     std::int64_t keptFrames = 0;
     bool stopped = false;
+    bool keepsWork = false; // what a later run can go on from
     bool failed = false;
     std::string cutOff; // that the video is, as its reader says it
 
@@ -349,6 +350,7 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
         progress.finishing();
         const auto start = std::chrono::steady_clock::now();
         sink.finish(!result.stopped);
+        result.keepsWork = sink.keepsWork();
         const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
         result.finishSeconds = time.count();
     } catch (...) {
@@ -510,7 +512,7 @@ int runVideo(const CommandLine& commandLine, const VideoPlan& plan, Messages& me
     if (result.stopped) {
         std::string line = "stopped at " + clockText(result.tally.end);
         if (!plan.show) line += "; " + studio.plan.output.string() + " is whole up to there";
-        if (!plan.show && plan.isFile) line += ", --resume goes on";
+        if (result.keepsWork) line += ", --resume goes on";
         messages.warn(line);
         return kExitStopped;
     }

@@ -13,7 +13,7 @@
 #include "altiro3D/quilt2native.hpp"
 #include "paper_pipeline.hpp"
 #include "support/reference.hpp"
-#include "yuv_kernels.hpp"
+#include "video/yuv_kernels.hpp"
 
 #include <algorithm>
 #include <benchmark/benchmark.h>

@@ -11,9 +11,9 @@
 
 #include "altiro3D/picture_quality.hpp"
 #include "support/files.hpp"
-#include "view_renderer.hpp"
-#include "views_layered.hpp"
-#include "views_real.hpp"
+#include "views/view_renderer.hpp"
+#include "views/views_layered.hpp"
+#include "views/views_real.hpp"
 
 #include <algorithm>
 #include <chrono>

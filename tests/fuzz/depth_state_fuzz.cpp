@@ -2,7 +2,7 @@
 
 #include "altiro3D/video_depth.hpp"
 #include "fuzz.hpp"
-#include "state_bytes.hpp"
+#include "video/state_bytes.hpp"
 
 #include <opencv2/core.hpp>
 

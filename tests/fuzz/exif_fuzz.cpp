@@ -1,7 +1,7 @@
 // EXIF; the first byte says what it is wrapped in.
 
-#include "exif.hpp"
 #include "fuzz.hpp"
+#include "image/exif.hpp"
 
 #include <vector>
 #include <zlib.h>

@@ -1,7 +1,7 @@
 // The facts about a network that are read before OpenCV sees it.
 
+#include "depth/onnx_facts.hpp"
 #include "fuzz.hpp"
-#include "onnx_facts.hpp"
 
 using namespace altiro3D;
 

@@ -3,7 +3,7 @@
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/image_io.hpp"
 #include "fuzz.hpp"
-#include "image_header.hpp"
+#include "image/image_header.hpp"
 
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>

@@ -1,7 +1,7 @@
 // What pictures say about themselves; the first byte chooses the extension.
 
 #include "fuzz.hpp"
-#include "image_header.hpp"
+#include "image/image_header.hpp"
 
 #include <array>
 

@@ -1,0 +1,72 @@
+#pragma once
+
+#include "altiro3D/error.hpp"
+#include "base/mat_memory.hpp"
+#include "base/text.hpp"
+
+#include <algorithm>
+#include <initializer_list>
+#include <opencv2/core.hpp>
+#include <string>
+
+/// Checks at the door of the image functions.
+namespace altiro3D {
+
+/// Throws InvalidArgument unless the condition holds.
+inline void check(bool condition, const char* subject, const std::string& problem) {
+    if (!condition) throw Error(ErrorCode::InvalidArgument, subject, problem);
+}
+
+/// Throws InvalidArgument unless the condition holds for a number: "is 1.5, expected 0..1".
+inline void checkNumber(bool condition, const std::string& field, double value,
+                        const std::string& expected) {
+    if (condition) return;
+    throw Error(ErrorCode::InvalidArgument, field,
+                "is " + numberText(value) + ", expected " + expected);
+}
+
+/// "is 640 x 480 px of CV_8UC3"
+inline std::string shapeText(const cv::Mat& picture) {
+    if (picture.empty()) return "is empty";
+    return "is " + std::to_string(picture.cols) + " x " + std::to_string(picture.rows) + " px of " +
+           cv::typeToString(picture.type());
+}
+
+/// Throws InvalidArgument unless the picture has at least one px and one of the types.
+inline void checkType(const cv::Mat& picture, std::initializer_list<int> types, const char* subject,
+                      const char* expected) {
+    const bool fits = !picture.empty() && picture.dims == 2 &&
+                      std::find(types.begin(), types.end(), picture.type()) != types.end();
+    check(fits, subject, shapeText(picture) + ", expected " + expected);
+}
+
+/// Throws unless a photo and its depth, or distance, are of one size that views can be made of.
+/// @param subject what belongs to the photo: "depth" or "distance"
+/// @param expected its type, for people
+inline void checkPhotoAndDepth(const cv::Mat& photo, const cv::Mat& depth, const char* subject,
+                               const char* expected) {
+    constexpr int kMaxViewSide = 32766; // cv::remap's limit
+    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
+    checkType(depth, {CV_32FC1}, subject, expected);
+    if (photo.size() != depth.size()) {
+        throw Error(ErrorCode::Mismatch, subject,
+                    "has " + sizeText(depth.size()) + " px, expected the photo's " +
+                        sizeText(photo.size()) + " px");
+    }
+    if (photo.cols > kMaxViewSide || photo.rows > kMaxViewSide) {
+        throw Error(ErrorCode::TooLarge, "photo",
+                    "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
+    }
+}
+
+/// Throws InvalidArgument where a result is an input of the same call or shares memory with it. To
+/// be called before the result is allocated, which would take an input's memory away.
+/// @param subject the result's name @param inputName the input's, as "photo"
+inline void checkApart(const cv::Mat& result, const cv::Mat& input, const char* subject,
+                       const char* inputName) {
+    check(&result != &input && !shareMemory(result, input), subject,
+          std::string("shares its memory with the ") + inputName +
+              ", expected a picture of its own");
+}
+
+} // namespace altiro3D

@@ -1,0 +1,55 @@
+#include "altiro3D/data_directories.hpp"
+
+#include "base/data_prefix.hpp"
+
+#include <dlfcn.h>
+#include <system_error>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// The file that this code lies in: the shared library, or the program.
+fs::path ownFile() {
+    Dl_info info{};
+    std::error_code error;
+    static const char here = 0;
+    fs::path file;
+    if (dladdr(&here, &info) != 0 && info.dli_fname != nullptr) file = info.dli_fname;
+    if (!file.is_absolute()) file = "/proc/self/exe"; // a program's name is what it was called by
+    return fs::canonical(file, error);
+}
+
+} // namespace
+
+fs::path prefixOf(const fs::path& file, const fs::path& place) {
+    if (place.is_absolute() || place.empty()) return {};
+    fs::path directory = file.parent_path();
+    for (fs::path part = place; !part.empty(); part = part.parent_path()) {
+        if (part.filename() != directory.filename()) return {};
+        directory = directory.parent_path();
+    }
+    return directory;
+}
+
+std::vector<fs::path> dataDirectories() {
+    std::vector<fs::path> candidates;
+    const fs::path own = ownFile();
+    for (const char* place : {ALTIRO3D_INSTALL_LIBDIR, ALTIRO3D_INSTALL_BINDIR}) {
+        const fs::path prefix = prefixOf(own, place);
+        if (!prefix.empty()) candidates.push_back(prefix / ALTIRO3D_INSTALL_DATADIR / "altiro3D");
+    }
+    candidates.emplace_back(ALTIRO3D_SOURCE_DATA_DIR);
+    candidates.emplace_back(ALTIRO3D_INSTALL_DATA_DIR);
+
+    std::vector<fs::path> directories;
+    for (const fs::path& candidate : candidates) {
+        std::error_code error; // what cannot be looked into does not count as there
+        if (fs::is_directory(candidate, error)) directories.push_back(candidate);
+    }
+    return directories;
+}
+
+} // namespace altiro3D

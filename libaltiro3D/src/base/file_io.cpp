@@ -1,0 +1,277 @@
+#include "altiro3D/file_io.hpp"
+
+#include "altiro3D/error.hpp"
+#include "base/posix_file.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <fcntl.h>
+#include <new>
+#include <optional>
+#include <poll.h>
+#include <sys/stat.h>
+#include <system_error>
+#include <unistd.h>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kReadStepBytes = std::size_t{1} << 20;
+constexpr std::size_t kLargestCallBytes = std::size_t{1} << 30; // Linux takes 2 GiB at most
+
+std::string reason(int number) {
+    return std::generic_category().message(number);
+}
+
+// A file descriptor that is closed at the end.
+class Descriptor {
+  public:
+    explicit Descriptor(int number) : number_(number) {}
+    ~Descriptor() {
+        if (number_ >= 0) ::close(number_);
+    }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+
+    int get() const { return number_; }
+    bool isOpen() const { return number_ >= 0; }
+
+    // Closes now and tells errno, as network file systems report a full disk only here.
+    int close() {
+        const int number = number_;
+        number_ = -1;
+        // After EINTR the descriptor is gone on Linux; a second close could hit another's.
+        return ::close(number) == 0 || errno == EINTR ? 0 : errno;
+    }
+
+  private:
+    int number_;
+};
+
+// After EAGAIN (a non-blocking pipe): waits until the descriptor can go on.
+void waitFor(int number, short events) {
+    pollfd waiting{number, events, 0};
+    ::poll(&waiting, 1, -1);
+}
+
+[[noreturn]] void failRead(const fs::path& path, int number) {
+    throw Error(ErrorCode::ReadFailed, path.string(), "cannot be read: " + reason(number));
+}
+
+[[noreturn]] void failTooLarge(const fs::path& path, const std::string& length,
+                               std::uintmax_t maxBytes) {
+    throw Error(ErrorCode::TooLarge, path.string(),
+                "holds " + length + " bytes, expected at most " + std::to_string(maxBytes));
+}
+
+// Writes all parts; 0 or errno.
+int writeAll(int number, const std::vector<Bytes>& parts) {
+    for (const Bytes& part : parts) {
+        const char* next = static_cast<const char*>(part.data);
+        std::size_t left = part.size;
+        while (left > 0) {
+            const ssize_t count = ::write(number, next, std::min(left, kLargestCallBytes));
+            if (count > 0) {
+                next += count;
+                left -= static_cast<std::size_t>(count);
+            } else if (count == 0) {
+                return EIO;
+            } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
+                waitFor(number, POLLOUT);
+            } else if (errno != EINTR) {
+                return errno;
+            }
+        }
+    }
+    return 0;
+}
+
+// The number of an own descriptor that `/proc/self/fd/N` and the like name.
+std::optional<int> ownDescriptor(const fs::path& path) {
+    const std::string name = path.filename().string();
+    if (name.empty() || name.size() > 6) return std::nullopt;
+    if (!std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; })) {
+        return std::nullopt;
+    }
+    std::error_code error;
+    const fs::path directory = fs::canonical(path.parent_path(), error);
+    const std::string self = "/proc/" + std::to_string(::getpid());
+    if (error || (directory != self + "/fd" && directory.string().rfind(self + "/task/", 0) != 0)) {
+        return std::nullopt;
+    }
+    return std::stoi(name);
+}
+
+bool isOwnDescriptor(const fs::path& path) {
+    return ownDescriptor(path).has_value();
+}
+
+void writeInPlace(const fs::path& path, int number, const std::vector<Bytes>& parts) {
+    Descriptor file(number);
+    if (!file.isOpen()) failWrite(path, errno);
+    if (const int error = writeAll(file.get(), parts)) failWrite(path, error);
+    if (const int error = file.close()) failWrite(path, error);
+}
+
+// A file beside the target that gets its name by a rename. Until name() it has none, so that a
+// process that is killed leaves nothing behind; where the file system knows no such files, or
+// without /proc, it is a hidden one. Removed at the end unless it was renamed.
+class TemporaryFile {
+  public:
+    explicit TemporaryFile(const fs::path& directory) : directory_(directory) {
+        if (::access("/proc/self/fd", X_OK) == 0) {
+            number_ = openFile(directory, O_WRONLY | O_TMPFILE, 0666);
+        }
+        if (number_ >= 0) return;
+        tryNames([this] {
+            number_ = openFile(path_, O_WRONLY | O_CREAT | O_EXCL, 0666);
+            return number_ >= 0;
+        });
+    }
+    ~TemporaryFile() {
+        if (!path_.empty()) ::unlink(path_.c_str());
+    }
+    TemporaryFile(const TemporaryFile&) = delete;
+    TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+    int number() const { return number_; }
+    const fs::path& path() const { return path_; }
+    // Gives it a name, while it is open. 0 or errno.
+    int name() {
+        if (!path_.empty()) return 0;
+        const std::string self = "/proc/self/fd/" + std::to_string(number_);
+        return tryNames([&] {
+            return ::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, path_.c_str(), AT_SYMLINK_FOLLOW) ==
+                   0;
+        });
+    }
+    void renamed() { path_.clear(); }
+
+  private:
+    // Calls `take` for new names until it succeeds. 0 or errno.
+    template <class Take>
+    int tryNames(const Take& take) {
+        static std::atomic<unsigned> counter{0};
+        for (int attempt = 0; attempt < 1000; ++attempt) {
+            path_ = directory_ / (".altiro3D-" + std::to_string(::getpid()) + "-" +
+                                  std::to_string(counter++) + ".tmp");
+            if (take()) return 0;
+            if (errno != EEXIST) break;
+        }
+        path_.clear(); // it is not ours
+        return errno;
+    }
+
+    fs::path directory_;
+    fs::path path_; // empty: no name
+    int number_ = -1;
+};
+
+} // namespace
+
+std::string readFile(const fs::path& path, std::uintmax_t maxBytes) {
+    Descriptor file(openFile(path, O_RDONLY | O_NOCTTY));
+    if (!file.isOpen()) {
+        if (errno == ENOENT || errno == ENOTDIR) {
+            throw Error(ErrorCode::NotFound, path.string(), "does not exist, expected a file");
+        }
+        failRead(path, errno);
+    }
+    struct stat state {};
+    if (::fstat(file.get(), &state) != 0) failRead(path, errno);
+    if (S_ISDIR(state.st_mode)) {
+        throw Error(ErrorCode::ReadFailed, path.string(), "is a directory, expected a file");
+    }
+    std::uintmax_t length = 0;
+    if (S_ISREG(state.st_mode)) length = static_cast<std::uintmax_t>(state.st_size);
+    if (length > maxBytes) failTooLarge(path, std::to_string(length), maxBytes);
+
+    try {
+        std::string contents;
+        contents.resize(static_cast<std::size_t>(length));
+        std::size_t filled = 0;
+        for (;;) {
+            // One byte past the expected end tells whether the file has grown.
+            char extra = 0;
+            const bool full = filled == contents.size();
+            char* const to = full ? &extra : contents.data() + filled;
+            const std::size_t room =
+                full ? 1 : std::min(contents.size() - filled, kLargestCallBytes);
+            const ssize_t count = ::read(file.get(), to, room);
+            if (count < 0) {
+                if (errno == EAGAIN || errno == EWOULDBLOCK) {
+                    waitFor(file.get(), POLLIN);
+                } else if (errno != EINTR) {
+                    failRead(path, errno);
+                }
+                continue;
+            }
+            if (count == 0) break;
+            if (full) {
+                if (filled >= maxBytes) failTooLarge(path, "more", maxBytes);
+                const std::uintmax_t step = std::max<std::uintmax_t>(kReadStepBytes, filled / 2);
+                contents.resize(
+                    static_cast<std::size_t>(std::min<std::uintmax_t>(maxBytes, filled + step)));
+                contents[filled] = extra;
+            }
+            filled += static_cast<std::size_t>(count);
+        }
+        contents.resize(filled);
+        return contents;
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorCode::OutOfMemory, path.string(),
+                    "does not fit into memory, expected a smaller file");
+    }
+}
+
+void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
+    if (path.empty()) failWrite("(no name)", ENOENT);
+    const fs::path target = followLinks(path, isOwnDescriptor);
+    if (const std::optional<int> own = ownDescriptor(target)) {
+        // Opening the name anew would lose the position in a file that output is appended to.
+        writeInPlace(path, ::fcntl(*own, F_DUPFD_CLOEXEC, 0), parts);
+        return;
+    }
+
+    struct stat state {};
+    const bool exists = ::stat(target.c_str(), &state) == 0;
+    if (!exists && errno != ENOENT) failWrite(path, errno);
+    if (exists && S_ISDIR(state.st_mode)) {
+        throw Error(ErrorCode::WriteFailed, path.string(), "is a directory, expected a file name");
+    }
+    if (exists && !S_ISREG(state.st_mode)) {
+        writeInPlace(path, openFile(target, O_WRONLY | O_NOCTTY), parts);
+        return;
+    }
+    if (!target.has_filename()) failWrite(path, EISDIR);
+    // The rename would replace a write-protected file if only the directory may be changed.
+    if (exists && ::access(target.c_str(), W_OK) != 0) failWrite(path, errno);
+
+    const fs::path parent = target.parent_path();
+    const fs::path directory = parent.empty() ? fs::path(".") : parent;
+    TemporaryFile temporary(directory);
+    if (temporary.number() < 0) failWrite(path, errno);
+    Descriptor file(temporary.number());
+    if (const int error = writeAll(file.get(), parts)) failWrite(path, error);
+    if (exists) {
+        const int error = takeOwnerAndMode(file.get(), state);
+        if (error != 0 && error != EPERM) failWrite(path, error);
+    }
+    if (const int error = flushFile(file.get())) failWrite(path, error);
+    if (const int error = temporary.name()) failWrite(path, error);
+    if (const int error = file.close()) failWrite(path, error);
+    if (::rename(temporary.path().c_str(), target.c_str()) != 0) failWrite(path, errno);
+    temporary.renamed();
+    flushDirectoryOf(target);
+}
+
+void writeFile(const fs::path& path, const std::string& text) {
+    writeFile(path, std::vector<Bytes>{{text.data(), text.size()}});
+}
+
+} // namespace altiro3D

@@ -1,0 +1,75 @@
+#include "base/posix_file.hpp"
+
+#include "altiro3D/error.hpp"
+
+#include <cerrno>
+#include <fcntl.h>
+#include <string>
+#include <system_error>
+#include <unistd.h>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kMostLinks = 40; // as the kernel follows
+
+} // namespace
+
+void failWrite(const fs::path& path, int number) {
+    std::string problem = "cannot be written: " + std::generic_category().message(number);
+    if (number == ENOENT) problem += "; its directory must exist";
+    throw Error(ErrorCode::WriteFailed, path.string(), problem);
+}
+
+int openFile(const fs::path& path, int flags, mode_t mode) {
+    int number = -1;
+    do {
+        number = ::open(path.c_str(), flags | O_CLOEXEC, mode);
+    } while (number < 0 && errno == EINTR);
+    return number;
+}
+
+fs::path followLinks(const fs::path& path, bool (*isEnd)(const fs::path&)) {
+    fs::path current = path;
+    for (int i = 0; i < kMostLinks; ++i) {
+        if (isEnd != nullptr && isEnd(current)) return current;
+        std::error_code error;
+        if (!fs::is_symlink(fs::symlink_status(current, error))) return current;
+        const fs::path next = fs::read_symlink(current, error);
+        if (error) failWrite(path, error.value());
+        current = next.is_absolute() ? next : current.parent_path() / next;
+    }
+    failWrite(path, ELOOP);
+}
+
+int takeOwnerAndMode(int number, const struct stat& replaced) {
+    // The owner matters only where root replaces another's file; others may not give files away.
+    struct stat made {};
+    if (::fstat(number, &made) == 0 &&
+        (made.st_uid != replaced.st_uid || made.st_gid != replaced.st_gid)) {
+        [[maybe_unused]] const int ignored = ::fchown(number, replaced.st_uid, replaced.st_gid);
+    }
+    return ::fchmod(number, replaced.st_mode & 07777) == 0 ? 0 : errno;
+}
+
+int flushFile(int number) {
+    while (::fsync(number) != 0) {
+        if (errno == EINTR) continue;
+        if (errno == EINVAL || errno == ENOTSUP || errno == ENOSYS || errno == EROFS) return 0;
+        return errno;
+    }
+    return 0;
+}
+
+void flushDirectoryOf(const fs::path& path) {
+    const fs::path parent = path.parent_path();
+    const int number = openFile(parent.empty() ? fs::path(".") : parent, O_RDONLY | O_DIRECTORY);
+    if (number < 0) return;
+    flushFile(number);
+    ::close(number);
+}
+
+} // namespace altiro3D

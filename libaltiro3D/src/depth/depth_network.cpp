@@ -1,0 +1,442 @@
+#include "altiro3D/depth_network.hpp"
+
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "base/checks.hpp"
+#include "base/memory_errors.hpp"
+#include "base/text.hpp"
+#include "depth/onnx_facts.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/dnn.hpp>
+#include <opencv2/dnn/all_layers.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string_view>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::uintmax_t kMaxModelBytes = 0x7fffffff; // a protobuf message ends there
+constexpr const char* kNoMemory =
+    "does not fit into memory, expected a smaller network or more memory to be free";
+
+// What a file that is no ONNX file looks like, or nullptr.
+const char* familiarKind(std::string_view contents) {
+    if (startsWith(contents, "version https://git-lfs"))
+        return "a Git LFS pointer, not the file itself";
+    if (startsWith(contents, "\x89PNG")) return "a PNG picture";
+    if (startsWith(contents, "\xff\xd8\xff")) return "a JPEG picture";
+    if (startsWith(contents, "PK\x03\x04")) return "a ZIP archive or a PyTorch file";
+    if (startsWith(contents, "\x1f\x8b")) return "a gzip archive";
+    if (contents.substr(0, 8).substr(std::min<std::size_t>(4, contents.size())) == "TFL3") {
+        return "a TensorFlow Lite file";
+    }
+    const std::size_t text = contents.find_first_not_of(" \t\r\n\xef\xbb\xbf");
+    if (text == std::string_view::npos) return nullptr;
+    if (contents[text] == '<') return "a web page or XML";
+    if (text < 16 && contents[text] == '{') return "a JSON text";
+    return nullptr;
+}
+
+std::string sizeText(std::int64_t width, std::int64_t height) {
+    return std::to_string(width) + " x " + std::to_string(height) + " px";
+}
+
+std::string listed(const std::vector<std::int64_t>& shape) {
+    constexpr std::size_t kMostShown = 8;
+    std::string text = "[";
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+        if (i == kMostShown) return text + ", ...]";
+        text += i == 0 ? "" : ", ";
+        text += shape[i] == 0 ? "?" : std::to_string(shape[i]);
+    }
+    return text + ']';
+}
+
+std::string listed(const cv::MatSize& size) {
+    std::vector<std::int64_t> shape;
+    for (int i = 0; i < size.dims(); ++i)
+        shape.push_back(size[i]);
+    return listed(shape);
+}
+
+void checkWeightsInside(const fs::path& file, const OnnxFacts& facts) {
+    if (facts.externalWeights.empty()) return;
+    const std::string& location = *facts.externalWeights.begin();
+    std::error_code error;
+    const bool there = fs::exists(file.parent_path() / location, error);
+    std::string problem = "keeps its weights in another file, \"" + shortened(location) + '"';
+    if (!there) problem += ", which is missing";
+    if (facts.externalWeights.size() > 1) {
+        problem += " (and " + std::to_string(facts.externalWeights.size() - 1) + " more)";
+    }
+    throw Error(there ? ErrorCode::Unsupported : ErrorCode::BadFormat, file.string(),
+                problem + ", expected one ONNX file that holds its weights");
+}
+
+void checkInput(const fs::path& file, const OnnxFacts& facts, const NetworkProfile& profile) {
+    const std::string name = file.string();
+    if (facts.inputs.size() != 1) {
+        std::string names;
+        constexpr std::size_t kMostShown = 3;
+        const std::size_t shown = std::min(facts.inputs.size(), kMostShown);
+        for (std::size_t i = 0; i < shown; ++i)
+            names += (i == 0 ? " (" : ", ") + shortened(facts.inputs[i].name);
+        if (shown < facts.inputs.size())
+            names += " and " + std::to_string(facts.inputs.size() - shown) + " more";
+        throw Error(ErrorCode::BadFormat, name,
+                    "takes " + std::to_string(facts.inputs.size()) + " inputs" + names +
+                        (names.empty() ? "" : ")") + ", expected one, the picture");
+    }
+    const GraphInput& input = facts.inputs.front();
+    if (!input.hasShape) return;
+    const auto& shape = input.shape;
+    const auto open = [](std::int64_t side, std::int64_t value) {
+        return side <= 0 || side == value;
+    };
+    if (shape.size() != 4 || !open(shape[0], 1) || !open(shape[1], 3)) {
+        throw Error(ErrorCode::BadFormat, name,
+                    "takes an input of shape " + listed(shape) +
+                        ", expected [1, 3, height, width]");
+    }
+    if (!open(shape[2], profile.inputHeight) || !open(shape[3], profile.inputWidth)) {
+        throw Error(ErrorCode::Mismatch, name,
+                    "takes pictures of " + sizeText(shape[3], shape[2]) + ", expected " +
+                        sizeText(profile.inputWidth, profile.inputHeight) +
+                        " as in the profile \"" + profile.name + '"');
+    }
+}
+
+// --- OpenCV ----------------------------------------------------------------------------------
+
+// OpenCV's own words about an error, without line breaks and not longer than a line.
+std::string firstWords(const cv::Exception& exception) {
+    constexpr std::size_t kMaxShown = 200;
+    std::string text;
+    for (const char c : exception.err.empty() ? exception.msg : exception.err) {
+        const bool space = static_cast<unsigned char>(c) <= 0x20;
+        if (text.empty() && (space || c == '>')) continue; // its mark of a text of several lines
+        if (!space) text += c;
+        if (space && text.back() != ' ') text += ' ';
+        if (text.size() > kMaxShown) return text + "...";
+    }
+    return text.substr(0, text.find_last_not_of(' ') + 1);
+}
+
+// Keeps OpenCV from writing about errors on stderr, in all threads, while any such object lives.
+class QuietOpenCv {
+  public:
+    QuietOpenCv() {
+        const std::lock_guard<std::mutex> lock(mutex());
+        if (users()++ > 0) return;
+        before().level = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+        before().callback = cv::redirectError(
+            [](int, const char*, const char*, const char*, int, void*) { return 0; }, nullptr,
+            &before().userData);
+    }
+    ~QuietOpenCv() {
+        const std::lock_guard<std::mutex> lock(mutex());
+        if (--users() > 0) return;
+        cv::utils::logging::setLogLevel(before().level);
+        cv::redirectError(before().callback, before().userData);
+    }
+    QuietOpenCv(const QuietOpenCv&) = delete;
+    QuietOpenCv& operator=(const QuietOpenCv&) = delete;
+
+  private:
+    struct Settings {
+        cv::utils::logging::LogLevel level = cv::utils::logging::LOG_LEVEL_WARNING;
+        cv::ErrorCallback callback = nullptr;
+        void* userData = nullptr;
+    };
+    static std::mutex& mutex() {
+        static std::mutex theMutex;
+        return theMutex;
+    }
+    static int& users() {
+        static int count = 0;
+        return count;
+    }
+    static Settings& before() {
+        static Settings settings;
+        return settings;
+    }
+};
+
+// Makes the layers at the end that only bring the numbers into another shape, a fixed one in files
+// that are made for one size, hand them on as they are. (They cannot be left out: OpenCV works out
+// the shapes of all layers. It has made Reshape layers of Squeeze and its like.)
+void freeShapeAtEnd(cv::dnn::Net& net, const std::string& outputLayer) {
+    int id = net.getLayerId(outputLayer);
+    constexpr int kMostSteps = 16;
+    for (int step = 0; step < kMostSteps && id > 0; ++step) {
+        const auto layer = net.getLayer(id);
+        const auto reshape = layer.dynamicCast<cv::dnn::ReshapeLayer>();
+        if (reshape.empty() && layer->type != "Identity") return; // OpenCV ends with one
+        if (!reshape.empty()) {
+            reshape->newShapeDesc = {0, 0, 0, 0}; // each side as it comes
+            reshape->newShapeRange = cv::Range::all();
+        }
+        const auto inputs = net.getLayerInputs(id);
+        if (inputs.size() != 1) return;
+        id = net.getLayerId(inputs[0]->name);
+    }
+}
+
+int interpolation(ResizeKernel kernel) {
+    switch (kernel) {
+    case ResizeKernel::Nearest:
+        return cv::INTER_NEAREST;
+    case ResizeKernel::Linear:
+        return cv::INTER_LINEAR;
+    case ResizeKernel::Cubic:
+        return cv::INTER_CUBIC;
+    case ResizeKernel::Area:
+        return cv::INTER_AREA;
+    }
+    return cv::INTER_CUBIC;
+}
+
+} // namespace
+
+struct DepthNetwork::Impl {
+    fs::path file;
+    NetworkProfile profile;
+    InferenceTarget target = InferenceTarget::Cpu;
+    cv::Size size; // of the input
+    cv::dnn::Net net;
+    std::string outputLayer;
+    cv::Mat narrowed; // [photo's rows x input's cols, CV_32FC3, BGR, 8-bit values times scale]
+    cv::Mat resized;  // [input's size, CV_32FC3, BGR, as narrowed]
+    cv::Mat blob;     // [1 x 3 x size, CV_32F, planes in channelOrder]
+
+    bool isOtherSize() const { return size != cv::Size(profile.inputWidth, profile.inputHeight); }
+    void load();
+    void readGraph(const std::string& contents);
+    void infer(const cv::Mat& photo, cv::Mat& raw);
+    void resample(const cv::Mat& photo);
+    void fillBlob(const cv::Mat& photo);
+};
+
+void DepthNetwork::Impl::load() {
+    const std::string name = file.string();
+    const std::string contents = readFile(file, kMaxModelBytes);
+    if (contents.empty()) {
+        throw Error(ErrorCode::BadFormat, name, "is empty, expected an ONNX file");
+    }
+    if (const char* kind = familiarKind(contents)) {
+        throw Error(ErrorCode::BadFormat, name,
+                    std::string("is ") + kind + ", expected an ONNX file");
+    }
+    const OnnxFacts facts = readOnnxFacts(contents);
+    if (!facts.hasGraph || facts.broken) {
+        // Every ONNX file begins with the number and value of its version field.
+        const bool begun = contents.front() == '\x08';
+        throw Error(ErrorCode::BadFormat, name,
+                    std::string(begun ? "is damaged or cut off" : "is no ONNX file") +
+                        ", expected a whole ONNX file");
+    }
+    checkWeightsInside(file, facts);
+    checkInput(file, facts, profile);
+
+    const QuietOpenCv quiet;
+    orOutOfMemory(name, kNoMemory, [&] { readGraph(contents); });
+    if (outputLayer.empty()) {
+        throw Error(ErrorCode::BadFormat, name, "has no output, expected a depth image");
+    }
+}
+
+void DepthNetwork::Impl::readGraph(const std::string& contents) {
+    const auto fail = [&](const std::string& words) {
+        throw Error(ErrorCode::BadFormat, file.string(),
+                    "OpenCV " CV_VERSION " cannot load this graph (" + words +
+                        "), expected one it can; export it for ONNX opset 11");
+    };
+    try {
+        net = cv::dnn::readNetFromONNX(contents.data(), contents.size());
+        if (target == InferenceTarget::Cuda) {
+            net.setPreferableBackend(cv::dnn::DNN_BACKEND_CUDA);
+            net.setPreferableTarget(cv::dnn::DNN_TARGET_CUDA);
+        } else {
+            net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
+            net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
+        }
+        // Of several outputs the last one: decoders end with their finest.
+        const std::vector<cv::String> outputs = net.getUnconnectedOutLayersNames();
+        if (!outputs.empty()) outputLayer = outputs.back();
+        if (isOtherSize()) freeShapeAtEnd(net, outputLayer);
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const cv::Exception& exception) {
+        if (exception.code == cv::Error::StsNoMem) throw;
+        fail(firstWords(exception));
+    } catch (const std::exception& exception) {
+        fail(std::string(exception.what()).substr(0, 200));
+    }
+}
+
+// Scale, then resample the float values without keeping the aspect: `resized`.
+//
+// The kernels are separable, and OpenCV's are exactly 1 where an axis keeps its size, so rows first
+// and columns then give cv::resize's numbers; the whole photo is never float at once (12 bytes/px).
+void DepthNetwork::Impl::resample(const cv::Mat& photo) {
+    const int kernel = interpolation(profile.resizeKernel);
+    if (photo.cols <= size.width || photo.rows <= size.height) {
+        // OpenCV's area kernel is another one if either axis grows: not separable, and small.
+        cv::Mat scaled;
+        photo.convertTo(scaled, CV_32F, profile.scale);
+        cv::resize(scaled, resized, size, 0, 0, kernel);
+        return;
+    }
+    constexpr int kBandRows = 32;
+    narrowed.create(photo.rows, size.width, CV_32FC3);
+    const int bands = (photo.rows + kBandRows - 1) / kBandRows;
+    cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
+        cv::Mat scaled;
+        for (int band = range.start; band < range.end; ++band) {
+            const cv::Range rows(band * kBandRows, std::min((band + 1) * kBandRows, photo.rows));
+            photo.rowRange(rows).convertTo(scaled, CV_32F, profile.scale);
+            cv::Mat part = narrowed.rowRange(rows);
+            cv::resize(scaled, part, part.size(), 0, 0, kernel);
+        }
+    });
+    cv::resize(narrowed, resized, size, 0, 0, kernel);
+}
+
+// Scale, resample, then mean and std: the order in which the networks' own tools do it (cubic
+// resampling of floats may leave 0..1, and shall).
+void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
+    resample(photo);
+    const int shape[] = {1, 3, size.height, size.width};
+    blob.create(4, shape, CV_32F);
+    std::array<cv::Mat, 3> planes;
+    const bool swap = profile.channelOrder == "RGB";
+    for (int i = 0; i < 3; ++i) {
+        cv::Mat& plane = planes[static_cast<std::size_t>(swap ? 2 - i : i)];
+        plane = cv::Mat(size, CV_32FC1, blob.ptr<float>(0, i));
+    }
+    cv::split(resized, planes.data());
+    for (int i = 0; i < 3; ++i) {
+        const double mean = profile.mean[static_cast<std::size_t>(i)];
+        const double std = profile.std[static_cast<std::size_t>(i)];
+        if (mean == 0 && std == 1) continue;
+        cv::Mat plane(size, CV_32FC1, blob.ptr<float>(0, i));
+        plane.convertTo(plane, CV_32F, 1 / std, -mean / std);
+    }
+}
+
+void DepthNetwork::Impl::infer(const cv::Mat& photo, cv::Mat& raw) {
+    const std::string name = file.string();
+    const QuietOpenCv quiet;
+    cv::Mat output;
+    try {
+        fillBlob(photo);
+        net.setInput(blob);
+        output = net.forward(outputLayer);
+    } catch (const cv::Exception& exception) {
+        if (exception.code == cv::Error::StsNoMem) throw;
+        throw Error(ErrorCode::NetworkFailed, name,
+                    "OpenCV " CV_VERSION " cannot run this graph (" + firstWords(exception) +
+                        "), expected one it can; try its profile's size or another network");
+    }
+    const bool image = output.dims == 3 || (output.dims == 4 && output.size[1] == 1);
+    if (!image || output.size[0] != 1 || output.type() != CV_32FC1 || output.empty()) {
+        throw Error(ErrorCode::NetworkFailed, name,
+                    "puts out " + listed(output.size) + " of " + cv::typeToString(output.type()) +
+                        ", expected [1, height, width] or [1, 1, height, width] of CV_32FC1");
+    }
+    const cv::Mat values(output.size[output.dims - 2], output.size[output.dims - 1], CV_32FC1,
+                         output.ptr<float>());
+    if (!cv::checkRange(values)) {
+        throw Error(ErrorCode::NetworkFailed, name,
+                    "puts out NaN or infinity for this picture, expected finite numbers");
+    }
+    values.copyTo(raw);
+}
+
+DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, InferenceTarget target,
+                           cv::Size inputSize)
+    : impl_(std::make_unique<Impl>()) {
+    validate(profile);
+    if (inputSize == cv::Size()) inputSize = {profile.inputWidth, profile.inputHeight};
+    const auto fits = [&](int side) {
+        return side >= 1 && side <= 4096 && side % profile.multipleOf == 0;
+    };
+    check(fits(inputSize.width) && fits(inputSize.height), "inputSize",
+          "is " + sizeText(inputSize.width, inputSize.height) + ", expected sides of 1..4096 px, " +
+              "multiples of " + std::to_string(profile.multipleOf));
+    impl_->size = inputSize;
+    impl_->file = file;
+    impl_->profile = std::move(profile);
+    impl_->target = target;
+    if (target == InferenceTarget::Cuda &&
+        chooseInferenceTarget(availableBackends()) != InferenceTarget::Cuda) {
+        throw Error(ErrorCode::Unsupported, file.string(),
+                    "cannot run on CUDA, which this OpenCV does not offer, expected the CPU");
+    }
+    impl_->load();
+    if (impl_->isOtherSize()) { // whether it can is known only by trying
+        cv::Mat raw;
+        infer(cv::Mat(inputSize, CV_8UC3, cv::Scalar::all(128)), raw);
+    }
+}
+
+DepthNetwork::~DepthNetwork() = default;
+DepthNetwork::DepthNetwork(DepthNetwork&&) noexcept = default;
+DepthNetwork& DepthNetwork::operator=(DepthNetwork&&) noexcept = default;
+
+const NetworkProfile& DepthNetwork::profile() const {
+    return impl_->profile;
+}
+
+cv::Size DepthNetwork::inputSize() const {
+    return impl_->size;
+}
+
+const fs::path& DepthNetwork::file() const {
+    return impl_->file;
+}
+
+InferenceTarget DepthNetwork::target() const {
+    return impl_->target;
+}
+
+void DepthNetwork::infer(const cv::Mat& photo, cv::Mat& raw) {
+    if (photo.empty() || photo.type() != CV_8UC3) {
+        throw Error(ErrorCode::InvalidArgument, "photo",
+                    photo.empty() ? "is empty, expected a picture"
+                                  : "is " + cv::typeToString(photo.type()) + ", expected CV_8UC3");
+    }
+    orOutOfMemory(impl_->file.string(), kNoMemory, [&] { impl_->infer(photo, raw); });
+}
+
+void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth) {
+    cv::Mat raw;
+    infer(photo, raw);
+    DepthNormalization options;
+    options.kind = impl_->profile.output == NetworkOutput::MetricDepth ? DepthKind::Metric
+                                                                       : DepthKind::NearWhite;
+    normalizeDepth(raw, depth, options);
+}
+
+InferenceTarget chooseInferenceTarget(const std::vector<std::pair<int, int>>& backends) {
+    const std::pair<int, int> cuda(cv::dnn::DNN_BACKEND_CUDA, cv::dnn::DNN_TARGET_CUDA);
+    const bool offered = std::find(backends.begin(), backends.end(), cuda) != backends.end();
+    return offered ? InferenceTarget::Cuda : InferenceTarget::Cpu;
+}
+
+std::vector<std::pair<int, int>> availableBackends() {
+    std::vector<std::pair<int, int>> backends;
+    for (const auto& entry : cv::dnn::getAvailableBackends())
+        backends.emplace_back(entry.first, entry.second);
+    return backends;
+}
+
+} // namespace altiro3D

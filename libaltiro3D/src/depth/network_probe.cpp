@@ -1,0 +1,118 @@
+// probeNetwork(): a network is tried where it can do no harm.
+
+#include "altiro3D/depth_network.hpp"
+#include "altiro3D/error.hpp"
+#include "base/checks.hpp"
+#include "base/text.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <fcntl.h>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utility.hpp>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <system_error>
+#include <unistd.h>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr char kSurvived = 'y';
+
+// In the child. It never comes back: no destructor of the parent's objects may run here.
+[[noreturn]] void tryNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size size,
+                             int result) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL); // where the parent dies nobody watches the time
+    const rlimit none{0, 0};
+    ::setrlimit(RLIMIT_CORE, &none);
+    for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
+        std::signal(signal, SIG_DFL);
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere >= 0) {
+        ::dup2(nowhere, STDOUT_FILENO);
+        ::dup2(nowhere, STDERR_FILENO);
+    }
+    try {
+        cv::setNumThreads(1); // the parent's threads are not here
+        DepthNetwork network(file, profile, InferenceTarget::Cpu, size);
+        cv::Mat raw;
+        network.infer(cv::Mat(network.inputSize(), CV_8UC3, cv::Scalar::all(128)), raw);
+    } catch (const std::exception&) { // the parent will get it, too, and can say it
+    }
+    while (::write(result, &kSurvived, 1) < 0 && errno == EINTR) {
+    }
+    ::_exit(0);
+}
+
+// Waits until the descriptor can be read or is closed at its other end. False: the time is over.
+bool waitFor(int descriptor, double seconds) {
+    using Clock = std::chrono::steady_clock;
+    const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+    for (;;) {
+        const double left =
+            std::max(0.0, std::chrono::duration<double, std::milli>(end - Clock::now()).count());
+        pollfd waiting{descriptor, POLLIN, 0};
+        const int ready = ::poll(&waiting, 1, static_cast<int>(left) + 1);
+        if (ready > 0) return true;
+        if (ready == 0 && left <= 0) return false;
+        if (ready < 0 && errno != EINTR) return true; // the read that follows tells
+    }
+}
+
+} // namespace
+
+void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size inputSize,
+                  double seconds) {
+    check(seconds >= 0.1 && seconds <= 3600, "seconds",
+          "is " + numberText(seconds) + ", expected 0.1..3600");
+    int ends[2] = {-1, -1};
+    const auto refuse = [&] {
+        throw Error(ErrorCode::ReadFailed, file.string(),
+                    "cannot be tried in a process of its own: " +
+                        std::generic_category().message(errno));
+    };
+    if (::pipe2(ends, O_CLOEXEC) != 0) refuse();
+    const pid_t child = ::fork();
+    if (child < 0) {
+        const int number = errno;
+        ::close(ends[0]);
+        ::close(ends[1]);
+        errno = number;
+        refuse();
+    }
+    if (child == 0) tryNetwork(file, profile, inputSize, ends[1]);
+    ::close(ends[1]);
+    const bool inTime = waitFor(ends[0], seconds);
+    char answer = 0;
+    if (inTime) {
+        while (::read(ends[0], &answer, 1) < 0 && errno == EINTR) {
+        }
+    }
+    ::close(ends[0]);
+    if (!inTime) ::kill(child, SIGKILL);
+    int status = 0;
+    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    if (!inTime) {
+        throw Error(ErrorCode::NetworkFailed, file.string(),
+                    "does not come to an end in " + numberText(seconds) +
+                        " s, expected a depth network that OpenCV " CV_VERSION " can run");
+    }
+    if (answer == kSurvived) return;
+    const std::string signal =
+        WIFSIGNALED(status) ? std::string(" (") + strsignal(WTERMSIG(status)) + ")" : "";
+    throw Error(ErrorCode::NetworkFailed, file.string(),
+                "crashes OpenCV " CV_VERSION " when it is loaded or run" + signal +
+                    ", expected a depth network that it can run");
+}
+
+} // namespace altiro3D

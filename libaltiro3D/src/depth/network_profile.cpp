@@ -1,0 +1,418 @@
+#include "altiro3D/data_directories.hpp"
+#include "altiro3D/depth_network.hpp"
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "base/text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <system_error>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::uintmax_t kMaxJsonBytes = 1024 * 1024;
+constexpr int kMaxJsonDepth = 16; // a catalogue needs 4
+constexpr std::size_t kMaxNetworks = 1000;
+constexpr int kMaxSide = 4096;
+
+// What is wrong with which field of a profile.
+struct Problem {
+    std::string field;
+    std::string text; // `is ..., expected ...`
+};
+
+std::string inQuotes(const std::string& text) {
+    return '"' + shortened(text) + '"';
+}
+
+std::string shown(double value) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text << value;
+    return text.str();
+}
+
+bool isPlainName(const std::string& text) {
+    const auto allowed = [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+               c == '.' || c == '_' || c == '-';
+    };
+    return !text.empty() && text.size() <= 64 && text[0] != '.' && text[0] != '-' &&
+           std::all_of(text.begin(), text.end(), allowed);
+}
+
+bool isLowerHex(const std::string& text) {
+    return std::all_of(text.begin(), text.end(),
+                       [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
+
+std::optional<Problem> findSideProblem(const char* field, int value, int multipleOf) {
+    if (value < 1 || value > kMaxSide) {
+        return Problem{field, "is " + std::to_string(value) + ", expected a whole number 1..4096"};
+    }
+    if (value % multipleOf != 0) {
+        return Problem{field, "is " + std::to_string(value) + ", expected a multiple of " +
+                                  std::to_string(multipleOf)};
+    }
+    return std::nullopt;
+}
+
+std::optional<Problem> findProblem(const NetworkProfile& profile) {
+    if (!isPlainName(profile.name)) {
+        return Problem{"name", "is " + inQuotes(profile.name) +
+                                   ", expected 1..64 letters, digits, '.', '_' or '-'"};
+    }
+    if (!profile.file.empty() && !isPlainName(profile.file)) {
+        return Problem{"file", "is " + inQuotes(profile.file) +
+                                   ", expected a file name without directories, of letters, "
+                                   "digits, '.', '_' or '-'"};
+    }
+    if (!profile.url.empty() && profile.url.rfind("https://", 0) != 0) {
+        return Problem{"url", "is " + inQuotes(profile.url) + ", expected https://..."};
+    }
+    if (!profile.sha256.empty() && (profile.sha256.size() != 64 || !isLowerHex(profile.sha256))) {
+        return Problem{"sha256", "is " + inQuotes(profile.sha256) +
+                                     ", expected 64 lower-case hexadecimal digits"};
+    }
+    if (profile.multipleOf < 1 || profile.multipleOf > kMaxSide) {
+        return Problem{"multipleOf", "is " + std::to_string(profile.multipleOf) +
+                                         ", expected a whole number 1..4096"};
+    }
+    if (auto found = findSideProblem("inputWidth", profile.inputWidth, profile.multipleOf)) {
+        return found;
+    }
+    if (auto found = findSideProblem("inputHeight", profile.inputHeight, profile.multipleOf)) {
+        return found;
+    }
+    if (profile.channelOrder != "RGB" && profile.channelOrder != "BGR") {
+        return Problem{"channelOrder",
+                       "is " + inQuotes(profile.channelOrder) + R"(, expected "RGB" or "BGR")"};
+    }
+    if (!std::isfinite(profile.scale) || profile.scale == 0) {
+        return Problem{"scale", "is " + shown(profile.scale) + ", expected a number other than 0"};
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::string index = '[' + std::to_string(i) + ']';
+        if (!std::isfinite(profile.mean[i])) {
+            return Problem{"mean" + index, "is " + shown(profile.mean[i]) + ", expected a number"};
+        }
+        if (!std::isfinite(profile.std[i]) || profile.std[i] == 0) {
+            return Problem{"std" + index,
+                           "is " + shown(profile.std[i]) + ", expected a number other than 0"};
+        }
+    }
+    return std::nullopt;
+}
+
+// A JSON value as an error shows it; lists and objects may be long and are only named.
+std::string shown(const Json& value) {
+    if (value.is_array()) return "a list";
+    if (value.is_object()) return "an object";
+    return shortened(value.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+// Reads the fields of one JSON object, and blames file and field for what it finds.
+class FieldReader {
+  public:
+    FieldReader(std::string file, std::string prefix, const Json& object)
+        : file_(std::move(file)), prefix_(std::move(prefix)), object_(object) {}
+
+    [[noreturn]] void fail(const std::string& field, const std::string& problem) const {
+        throw Error(ErrorCode::BadFormat, file_ + ": " + prefix_ + field, problem);
+    }
+
+    [[noreturn]] void failExpecting(const std::string& field, const Json& value,
+                                    const std::string& expected) const {
+        fail(field, "is " + shown(value) + ", expected " + expected);
+    }
+
+    // The field's value; null if it is absent and may be.
+    const Json* find(const std::string& field, bool required) const {
+        const auto found = object_.find(field);
+        if (found != object_.end()) return &*found;
+        if (required) fail(field, "is missing, expected it in every network");
+        return nullptr;
+    }
+
+    void read(const std::string& field, std::string& target, bool required = false) const {
+        const Json* value = find(field, required);
+        if (value == nullptr) return;
+        if (!value->is_string()) failExpecting(field, *value, "a text");
+        target = value->get<std::string>();
+    }
+
+    void read(const std::string& field, bool& target) const {
+        const Json* value = find(field, false);
+        if (value == nullptr) return;
+        if (!value->is_boolean()) failExpecting(field, *value, "true or false");
+        target = value->get<bool>();
+    }
+
+    void read(const std::string& field, int& target, bool required = false) const {
+        const Json* value = find(field, required);
+        if (value == nullptr) return;
+        const std::string expected = "a whole number 1..4096";
+        if (!value->is_number_integer()) failExpecting(field, *value, expected);
+        const bool large = value->is_number_unsigned() && value->get<std::uint64_t>() > kMaxSide;
+        if (large || value->get<std::int64_t>() < 1) failExpecting(field, *value, expected);
+        target = value->get<int>();
+    }
+
+    void read(const std::string& field, std::uint64_t& target) const {
+        const Json* value = find(field, false);
+        if (value == nullptr) return;
+        if (!value->is_number_unsigned()) {
+            failExpecting(field, *value, "a whole number of bytes, 0 if unknown");
+        }
+        target = value->get<std::uint64_t>();
+    }
+
+    void read(const std::string& field, double& target) const {
+        const Json* value = find(field, false);
+        if (value == nullptr) return;
+        if (!value->is_number()) failExpecting(field, *value, "a number");
+        target = value->get<double>();
+    }
+
+    void read(const std::string& field, std::array<double, 3>& target) const {
+        const Json* value = find(field, false);
+        if (value == nullptr) return;
+        const std::string expected = "a list of three numbers";
+        if (!value->is_array()) failExpecting(field, *value, expected);
+        if (value->size() != 3) {
+            fail(field, "has " + std::to_string(value->size()) + " entries, expected " + expected);
+        }
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Json& entry = (*value)[i];
+            if (!entry.is_number()) {
+                failExpecting(field + '[' + std::to_string(i) + ']', entry, "a number");
+            }
+            target[i] = entry.get<double>();
+        }
+    }
+
+    // One of a few words.
+    template <typename Value>
+    void read(const std::string& field, const std::vector<std::pair<std::string, Value>>& words,
+              Value& target) const {
+        const Json* value = find(field, false);
+        if (value == nullptr) return;
+        std::string expected;
+        for (const auto& word : words) {
+            if (value->is_string() && value->get_ref<const std::string&>() == word.first) {
+                target = word.second;
+                return;
+            }
+            if (!expected.empty()) expected += &word == &words.back() ? " or " : ", ";
+            expected += inQuotes(word.first);
+        }
+        failExpecting(field, *value, expected);
+    }
+
+  private:
+    std::string file_;
+    std::string prefix_;
+    const Json& object_;
+};
+
+NetworkProfile readProfile(const std::string& file, const std::string& prefix, const Json& object) {
+    const FieldReader reader(file, prefix, object);
+    NetworkProfile profile;
+    reader.read("name", profile.name, true);
+    reader.read("file", profile.file);
+    reader.read("url", profile.url);
+    reader.read("bytes", profile.bytes);
+    reader.read("sha256", profile.sha256);
+    reader.read("licence", profile.licence);
+    reader.read("large", profile.large);
+    reader.read("inputWidth", profile.inputWidth, true);
+    reader.read("inputHeight", profile.inputHeight, true);
+    reader.read("multipleOf", profile.multipleOf);
+    reader.read("channelOrder", profile.channelOrder);
+    reader.read("scale", profile.scale);
+    reader.read("mean", profile.mean);
+    reader.read("std", profile.std);
+    reader.read<ResizeKernel>("resizeKernel",
+                              {{"nearest", ResizeKernel::Nearest},
+                               {"linear", ResizeKernel::Linear},
+                               {"cubic", ResizeKernel::Cubic},
+                               {"area", ResizeKernel::Area}},
+                              profile.resizeKernel);
+    reader.read<NetworkOutput>("output",
+                               {{"inverseDepth", NetworkOutput::InverseDepth},
+                                {"metricDepth", NetworkOutput::MetricDepth}},
+                               profile.output);
+    if (const auto problem = findProblem(profile)) reader.fail(problem->field, problem->text);
+    return profile;
+}
+
+// `line 3, column 7` of a byte of the text, counted from 1.
+std::string placeOf(const std::string& text, std::size_t byte) {
+    const std::size_t end = std::min(byte > 0 ? byte - 1 : 0, text.size());
+    const std::string before = text.substr(0, end);
+    const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+    const std::size_t lineStart = before.rfind('\n') + 1; // npos + 1 = 0: the first line
+    return "line " + std::to_string(line) + ", column " + std::to_string(end - lineStart + 1);
+}
+
+Json readJsonObject(const fs::path& path, const std::string& expected) {
+    const std::string file = path.string();
+    const std::string text = readFile(path, kMaxJsonBytes);
+    std::vector<std::set<std::string>> keys; // of the objects that are open
+    const auto check = [&](int depth, Json::parse_event_t event, Json& parsed) {
+        if (depth > kMaxJsonDepth) {
+            throw Error(ErrorCode::BadFormat, file,
+                        "is nested more than " + std::to_string(kMaxJsonDepth) +
+                            " levels deep, expected " + expected);
+        }
+        if (event == Json::parse_event_t::object_start) keys.emplace_back();
+        if (event == Json::parse_event_t::object_end) keys.pop_back();
+        if (event == Json::parse_event_t::key) {
+            const auto& key = parsed.get_ref<const std::string&>();
+            if (!keys.back().insert(key).second) {
+                throw Error(ErrorCode::BadFormat, file,
+                            "the key " + inQuotes(key) +
+                                " stands twice in one object, expected it once");
+            }
+        }
+        return true;
+    };
+    Json document;
+    try {
+        document = Json::parse(text, check);
+    } catch (const Json::parse_error& error) {
+        throw Error(ErrorCode::BadFormat, file,
+                    "is no valid JSON (" + placeOf(text, error.byte) + "), expected " + expected);
+    } catch (const Json::exception&) { // a number beyond double, as 1e999
+        throw Error(ErrorCode::BadFormat, file,
+                    "holds a number that is out of range, expected " + expected);
+    }
+    if (!document.is_object()) {
+        throw Error(ErrorCode::BadFormat, file, "is " + shown(document) + ", expected " + expected);
+    }
+    return document;
+}
+
+} // namespace
+
+void validate(const NetworkProfile& profile) {
+    if (const auto problem = findProblem(profile)) {
+        throw Error(ErrorCode::InvalidArgument, problem->field, problem->text);
+    }
+}
+
+NetworkProfile readNetworkProfile(const fs::path& file) {
+    const Json document = readJsonObject(file, "an object with the fields of one network");
+    return readProfile(file.string(), "", document);
+}
+
+std::vector<NetworkProfile> readModelCatalog(const fs::path& file) {
+    const std::string name = file.string();
+    const std::string expected = R"({"networks": [...]})";
+    const Json document = readJsonObject(file, expected);
+    const auto networks = document.find("networks");
+    if (networks == document.end()) {
+        throw Error(ErrorCode::BadFormat, name, "has no \"networks\", expected " + expected);
+    }
+    if (!networks->is_array()) {
+        throw Error(ErrorCode::BadFormat, name + ": networks",
+                    "is " + shown(*networks) + ", expected a list");
+    }
+    if (networks->size() > kMaxNetworks) {
+        throw Error(ErrorCode::BadFormat, name + ": networks",
+                    "has " + std::to_string(networks->size()) + " entries, expected at most " +
+                        std::to_string(kMaxNetworks));
+    }
+    std::vector<NetworkProfile> catalog;
+    std::set<std::string> names;
+    std::set<std::string> files;
+    for (const Json& entry : *networks) {
+        const std::string place = "networks[" + std::to_string(catalog.size()) + ']';
+        if (!entry.is_object()) {
+            throw Error(ErrorCode::BadFormat, name + ": " + place,
+                        "is " + shown(entry) + ", expected an object");
+        }
+        NetworkProfile profile = readProfile(name, place + '.', entry);
+        const auto refuse = [&](const std::string& field, const std::string& problem) {
+            throw Error(ErrorCode::BadFormat, name + ": " + place + '.' + field, problem);
+        };
+        if (profile.file.empty()) refuse("file", "is empty, expected the ONNX file's name");
+        if (!names.insert(profile.name).second) {
+            refuse("name",
+                   "is " + inQuotes(profile.name) + " for the second time, expected a new name");
+        }
+        if (!files.insert(profile.file).second) {
+            refuse("file",
+                   "is " + inQuotes(profile.file) + " for the second time, expected a new file");
+        }
+        catalog.push_back(std::move(profile));
+    }
+    return catalog;
+}
+
+const NetworkProfile* findProfile(const std::vector<NetworkProfile>& catalog,
+                                  const fs::path& modelFile) {
+    const std::string name = modelFile.filename().string();
+    const auto found =
+        std::find_if(catalog.begin(), catalog.end(), [&](const NetworkProfile& profile) {
+            return !name.empty() && profile.file == name;
+        });
+    return found == catalog.end() ? nullptr : &*found;
+}
+
+std::vector<fs::path> modelSearchPath() {
+    const auto variable = [](const char* name) {
+        const char* value = std::getenv(name);
+        return std::string(value == nullptr ? "" : value);
+    };
+    std::vector<fs::path> candidates;
+    std::istringstream list(variable("ALTIRO3D_MODELS"));
+    for (std::string entry; std::getline(list, entry, ':');) {
+        if (!entry.empty()) candidates.emplace_back(entry);
+    }
+    // The base directory specification: a relative $XDG_DATA_HOME is to be ignored.
+    const fs::path dataHome = variable("XDG_DATA_HOME");
+    const fs::path home = variable("HOME");
+    if (dataHome.is_absolute()) {
+        candidates.push_back(dataHome / "altiro3D" / "models");
+    } else if (home.is_absolute()) {
+        candidates.push_back(home / ".local" / "share" / "altiro3D" / "models");
+    }
+    for (const fs::path& directory : dataDirectories())
+        candidates.push_back(directory / "models");
+
+    std::vector<fs::path> directories;
+    for (const fs::path& candidate : candidates) {
+        std::error_code error; // what cannot be looked into does not count as there
+        if (!fs::is_directory(candidate, error)) continue;
+        const bool known =
+            std::any_of(directories.begin(), directories.end(), [&](const fs::path& earlier) {
+                return fs::equivalent(earlier, candidate, error);
+            });
+        if (!known) directories.push_back(candidate);
+    }
+    return directories;
+}
+
+fs::path findModelFile(const std::string& name, const std::vector<fs::path>& searchPath) {
+    if (name.empty() || fs::path(name).is_absolute()) return {};
+    for (const fs::path& directory : searchPath) {
+        fs::path file = directory / name;
+        std::error_code error;
+        if (fs::exists(file, error) && !fs::is_directory(file, error)) return file;
+    }
+    return {};
+}
+
+} // namespace altiro3D

@@ -1,0 +1,168 @@
+#include "depth/onnx_facts.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace altiro3D {
+
+namespace {
+
+// One field of a protobuf message.
+struct Field {
+    std::uint64_t number = 0;
+    std::uint64_t value = 0; // of a varint
+    std::string_view bytes;  // of a length-delimited field
+};
+
+// Steps through the fields of one message; never reads outside of it.
+class FieldWalk {
+  public:
+    explicit FieldWalk(std::string_view message) : rest_(message) {}
+
+    // The next field; nothing at the end, and at the first thing that is no protobuf (see broken).
+    std::optional<Field> next() {
+        if (rest_.empty() || broken_) return std::nullopt;
+        Field field;
+        const std::uint64_t tag = varint();
+        field.number = tag >> 3U;
+        switch (tag & 7U) {
+        case 0:
+            field.value = varint();
+            break;
+        case 1:
+            field.bytes = take(8);
+            break;
+        case 2:
+            field.bytes = take(varint());
+            break;
+        case 5:
+            field.bytes = take(4);
+            break;
+        default: // groups, which ONNX does not use
+            broken_ = true;
+        }
+        if (field.number == 0) broken_ = true;
+        if (broken_) return std::nullopt;
+        return field;
+    }
+
+    bool broken() const { return broken_; }
+
+  private:
+    std::uint64_t varint() {
+        std::uint64_t value = 0;
+        for (unsigned shift = 0; shift < 64 && !rest_.empty(); shift += 7) {
+            const auto byte = static_cast<unsigned char>(rest_.front());
+            rest_.remove_prefix(1);
+            value |= static_cast<std::uint64_t>(byte & 0x7fU) << shift;
+            if (byte < 0x80U) return value;
+        }
+        broken_ = true;
+        return 0;
+    }
+
+    std::string_view take(std::uint64_t count) {
+        if (count > rest_.size()) {
+            broken_ = true;
+            return {};
+        }
+        const std::string_view taken = rest_.substr(0, static_cast<std::size_t>(count));
+        rest_.remove_prefix(taken.size());
+        return taken;
+    }
+
+    std::string_view rest_;
+    bool broken_ = false;
+};
+
+template <typename Visit>
+void forEachField(std::string_view message, bool& broken, Visit visit) {
+    FieldWalk walk(message);
+    while (const auto field = walk.next())
+        visit(*field);
+    broken = broken || walk.broken();
+}
+
+// TensorProto. Returns the tensor's name.
+std::string readTensor(std::string_view message, OnnxFacts& facts) {
+    std::string name;
+    std::string location;
+    bool external = false;
+    forEachField(message, facts.broken, [&](const Field& field) {
+        if (field.number == 8) name = field.bytes;
+        if (field.number == 14) external = field.value == 1;
+        if (field.number != 13) return; // external_data: a list of key and value
+        std::string_view key;
+        std::string_view value;
+        forEachField(field.bytes, facts.broken, [&](const Field& entry) {
+            if (entry.number == 1) key = entry.bytes;
+            if (entry.number == 2) value = entry.bytes;
+        });
+        if (key == "location") location = value;
+    });
+    if (external) facts.externalWeights.insert(location);
+    return name;
+}
+
+// ValueInfoProto -> TypeProto -> Tensor -> TensorShapeProto -> Dimension.
+GraphInput readGraphInput(std::string_view message, bool& broken) {
+    GraphInput input;
+    const auto readShape = [&](const Field& shape) {
+        if (shape.number != 1) return;
+        input.shape.push_back(0);
+        forEachField(shape.bytes, broken, [&](const Field& dimension) {
+            if (dimension.number == 1) {
+                input.shape.back() = static_cast<std::int64_t>(dimension.value);
+            }
+        });
+    };
+    forEachField(message, broken, [&](const Field& info) {
+        if (info.number == 1) input.name = info.bytes;
+        if (info.number != 2) return;
+        forEachField(info.bytes, broken, [&](const Field& type) {
+            if (type.number != 1) return;
+            forEachField(type.bytes, broken, [&](const Field& tensor) {
+                if (tensor.number != 2) return;
+                input.hasShape = true;
+                forEachField(tensor.bytes, broken, readShape);
+            });
+        });
+    });
+    return input;
+}
+
+// NodeProto: constants may hold their tensor here.
+void readNode(std::string_view message, OnnxFacts& facts) {
+    forEachField(message, facts.broken, [&](const Field& node) {
+        if (node.number != 5) return;
+        forEachField(node.bytes, facts.broken, [&](const Field& attribute) {
+            if (attribute.number == 5) readTensor(attribute.bytes, facts);
+        });
+    });
+}
+
+} // namespace
+
+OnnxFacts readOnnxFacts(std::string_view model) {
+    OnnxFacts facts;
+    std::set<std::string> weights;
+    forEachField(model, facts.broken, [&](const Field& field) {
+        if (field.number != 7 || field.bytes.empty()) return;
+        facts.hasGraph = true;
+        forEachField(field.bytes, facts.broken, [&](const Field& graph) {
+            if (graph.number == 1) readNode(graph.bytes, facts);
+            if (graph.number == 5) weights.insert(readTensor(graph.bytes, facts));
+            if (graph.number == 11) {
+                facts.inputs.push_back(readGraphInput(graph.bytes, facts.broken));
+            }
+        });
+    });
+    // Older exporters list every weight as an input, too.
+    facts.inputs.erase(
+        std::remove_if(facts.inputs.begin(), facts.inputs.end(),
+                       [&](const GraphInput& input) { return weights.count(input.name) > 0; }),
+        facts.inputs.end());
+    return facts;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,398 @@
+#include "altiro3D/calibration.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "base/json_limits.hpp"
+#include "base/text.hpp"
+#include "image/image_header.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+using json = nlohmann::ordered_json; // "the first" is the first in the file
+
+constexpr std::uintmax_t kMaxFileBytes = 4 * 1024 * 1024;
+constexpr std::size_t kMaxNesting = 64; // of brackets in the text; real files have 4
+constexpr int kMaxMembers = 1000;       // of an object; real files have 20
+constexpr int kMaxContainers = 3;
+constexpr std::size_t kMaxCells = 16;
+constexpr std::size_t kLongestNumber = 100; // bytes; of anything longer nothing is read
+constexpr double kMaxCenter = 1e6;          // lens periods; more leaves too few digits behind them
+
+[[noreturn]] void fail(const std::string& source, const std::string& problem) {
+    throw Error(ErrorCode::BadFormat, source, problem);
+}
+
+std::string show(double value) {
+    return numberText(value, 12);
+}
+
+// A value as it stands in the file, short enough for one line.
+std::string show(const json& value) {
+    std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
+    if (text.size() > 40) text.replace(37, std::string::npos, "...");
+    return text;
+}
+
+json parseJson(const std::string& text, const std::string& source) {
+    if (readPictureHeader(text, {}).format != PictureFormat::Unknown)
+        fail(source, "is a picture, expected a display's visual.json");
+    if (!isHandy(text, kMaxNesting, kMaxMembers)) {
+        fail(source, "nests deeper than 64 levels or has an object of more than 1000 members, "
+                     "expected a visual.json");
+    }
+    try {
+        return json::parse(text);
+    } catch (const json::exception& error) {
+        std::string reason = error.what(); // "[json.exception...] parse error at line 1, ..."
+        const auto bracket = reason.find("] ");
+        if (bracket != std::string::npos) reason = reason.substr(bracket + 2);
+        fail(source, "is not valid JSON (" + reason + "), expected a display's visual.json");
+    }
+}
+
+// Collects the objects that have pitch and slope: the document itself, or up to three containers
+// down. A string that holds an object is looked into as if it were that object.
+void findCalibrations(const json& node, int containersLeft, std::vector<json>& found) {
+    if (node.is_object() && node.contains("pitch") && node.contains("slope")) {
+        found.push_back(node);
+    } else if (node.is_string()) {
+        const auto& text = node.get_ref<const std::string&>();
+        if (text.empty() || text[0] != '{') return;
+        if (!isHandy(text, kMaxNesting, kMaxMembers)) return;
+        const json inner = json::parse(text, nullptr, false);
+        if (!inner.is_discarded()) findCalibrations(inner, containersLeft, found);
+    } else if (node.is_structured() && containersLeft > 0) {
+        for (const auto& child : node)
+            findCalibrations(child, containersLeft - 1, found);
+    }
+}
+
+// Reads the fields of one calibration object, each with its name in the error.
+class FieldReader {
+  public:
+    FieldReader(const json& object, std::string source)
+        : object_(object), source_(std::move(source)) {}
+
+    double required(const char* field, const std::string& expected) const {
+        const json* value = find(field);
+        if (value == nullptr)
+            fail(source_, std::string(field) + " is missing, expected " + expected);
+        return number(*value, field, expected);
+    }
+
+    double optional(const char* field, double fallback, const std::string& expected) const {
+        const json* value = find(field);
+        return value == nullptr ? fallback : number(*value, field, expected);
+    }
+
+    int requiredInteger(const char* field, const std::string& expected) const {
+        return integer(required(field, expected), field, expected);
+    }
+
+    int optionalInteger(const char* field, int fallback, const std::string& expected) const {
+        return integer(optional(field, fallback, expected), field, expected);
+    }
+
+    std::string text(const char* field) const {
+        const json* value = find(field);
+        return value != nullptr && value->is_string() ? value->get<std::string>() : std::string();
+    }
+
+    const json* find(const char* field) const {
+        auto found = object_.find(field);
+        if (found == object_.end()) return nullptr;
+        const json* value = &*found;
+        if (value->is_object() && value->contains("value")) value = &value->at("value");
+        return value->is_null() ? nullptr : value;
+    }
+
+    double number(const json& value, const std::string& field, const std::string& expected) const {
+        if (value.is_number()) return value.get<double>();
+        if (value.is_boolean()) return value.get<bool>() ? 1 : 0;
+        if (value.is_string()) { // "52.5" counts, "52.5 lpi" does not; locale must not matter
+            const auto& text = value.get_ref<const std::string&>();
+            if (text.size() <= kLongestNumber) {
+                const json inner = json::parse(text, nullptr, false);
+                if (inner.is_number()) return inner.get<double>();
+            }
+        }
+        fail(source_, field + " is " + show(value) + ", expected " + expected);
+    }
+
+  private:
+    int integer(double value, const char* field, const std::string& expected) const {
+        if (!(std::abs(value) <= 1e9) || value != std::floor(value)) {
+            fail(source_, std::string(field) + " is " + show(value) + ", expected " + expected);
+        }
+        return static_cast<int>(value);
+    }
+
+    const json& object_;
+    std::string source_;
+};
+
+constexpr const char* kExpectedPitch = "lenses per inch, a number > 0";
+constexpr const char* kExpectedSlope = "a number other than 0";
+constexpr const char* kExpectedNumber = "a finite number";
+constexpr const char* kExpectedCenter = "lens periods, -1e6..1e6";
+constexpr const char* kExpectedDpi = "px per inch, a number > 0";
+constexpr const char* kExpectedSide = "whole px, 16..16384";
+constexpr const char* kExpectedCone = "degrees, 0..180";
+constexpr const char* kExpectedPattern = "a whole number, 0..4";
+constexpr const char* kExpectedOffset = "px, -1..1";
+
+std::vector<SubpixelCell> readCells(const FieldReader& reader, const std::string& source) {
+    std::vector<SubpixelCell> cells;
+    const json* list = reader.find("subpixelCells");
+    if (list == nullptr) return cells;
+    if (!list->is_array()) {
+        fail(source, "subpixelCells is " + show(*list) + ", expected a list of cells");
+    }
+    if (list->size() > kMaxCells) {
+        fail(source, "subpixelCells has " + std::to_string(list->size()) +
+                         " cells, expected at most " + std::to_string(kMaxCells));
+    }
+    constexpr const char* kNames[3][2] = {
+        {"ROffsetX", "ROffsetY"}, {"GOffsetX", "GOffsetY"}, {"BOffsetX", "BOffsetY"}};
+    for (std::size_t i = 0; i < list->size(); ++i) {
+        const std::string name = source + ": subpixelCells[" + std::to_string(i) + "]";
+        if (!(*list)[i].is_object()) {
+            fail(name,
+                 "is " + show((*list)[i]) + ", expected an object with ROffsetX ... BOffsetY");
+        }
+        const FieldReader cellReader((*list)[i], name);
+        SubpixelCell cell;
+        for (std::size_t k = 0; k < 3; ++k) {
+            cell.x[k] = cellReader.required(kNames[k][0], kExpectedOffset);
+            cell.y[k] = cellReader.required(kNames[k][1], kExpectedOffset);
+        }
+        cells.push_back(cell);
+    }
+    return cells;
+}
+
+void require(bool good, const std::string& source, const char* field, double value,
+             const std::string& expected) {
+    if (!good) fail(source, std::string(field) + " is " + show(value) + ", expected " + expected);
+}
+
+} // namespace
+
+void validate(const Calibration& c, const std::string& source) {
+    require(std::isfinite(c.pitch) && c.pitch > 0, source, "pitch", c.pitch, kExpectedPitch);
+    require(std::isfinite(c.slope) && c.slope != 0, source, "slope", c.slope, kExpectedSlope);
+    require(std::abs(c.center) <= kMaxCenter, source, "center", c.center, kExpectedCenter);
+    require(std::isfinite(c.DPI) && c.DPI > 0, source, "DPI", c.DPI, kExpectedDpi);
+    require(c.screenW >= 16 && c.screenW <= kMaxPanelSide, source, "screenW", c.screenW,
+            kExpectedSide);
+    require(c.screenH >= 16 && c.screenH <= kMaxPanelSide, source, "screenH", c.screenH,
+            kExpectedSide);
+    require(c.viewCone >= 0 && c.viewCone <= 180, source, "viewCone", c.viewCone, kExpectedCone);
+    const std::pair<const char*, double> plainNumbers[] = {{"fringe", c.fringe},
+                                                           {"invView", c.invView},
+                                                           {"verticalAngle", c.verticalAngle},
+                                                           {"flipImageX", c.flipImageX},
+                                                           {"flipImageY", c.flipImageY},
+                                                           {"flipSubp", c.flipSubp}};
+    for (const auto& [field, value] : plainNumbers) {
+        require(std::isfinite(value), source, field, value, kExpectedNumber);
+    }
+    require(c.CellPatternMode >= 0 && c.CellPatternMode <= 4, source, "CellPatternMode",
+            c.CellPatternMode, kExpectedPattern);
+    if (c.subpixelCells.size() > kMaxCells) {
+        fail(source, "subpixelCells has " + std::to_string(c.subpixelCells.size()) +
+                         " cells, expected at most " + std::to_string(kMaxCells));
+    }
+    for (std::size_t i = 0; i < c.subpixelCells.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            for (double offset : {c.subpixelCells[i].x[k], c.subpixelCells[i].y[k]}) {
+                const std::string field = "subpixelCells[" + std::to_string(i) + "] offset";
+                require(std::abs(offset) <= 1, source, field.c_str(), offset, kExpectedOffset);
+            }
+        }
+    }
+    // Each field may be fine and their product still be beyond what the mapping can resolve.
+    const double periods = c.pitch * c.screenW / c.DPI;
+    const double tilt = c.screenH / (c.screenW * std::abs(c.slope));
+    if (!(periods >= 1e-3 && periods <= 3.0 * c.screenW) || !(tilt * periods <= 1e6)) {
+        fail(source, "pitch " + show(c.pitch) + ", DPI " + show(c.DPI) + " and slope " +
+                         show(c.slope) +
+                         " describe no lens array, expected 0.001 periods to one per sub-pixel"
+                         " across the panel");
+    }
+}
+
+namespace {
+
+Calibration readFields(const json& object, const std::string& source) {
+    const FieldReader reader(object, source);
+    Calibration c;
+    c.configVersion = reader.text("configVersion");
+    c.serial = reader.text("serial");
+    c.pitch = reader.required("pitch", kExpectedPitch);
+    c.slope = reader.required("slope", kExpectedSlope);
+    c.center = reader.required("center", kExpectedNumber);
+    c.DPI = reader.required("DPI", kExpectedDpi);
+    c.screenW = reader.requiredInteger("screenW", kExpectedSide);
+    c.screenH = reader.requiredInteger("screenH", kExpectedSide);
+    c.fringe = reader.optional("fringe", c.fringe, kExpectedNumber);
+    c.viewCone = reader.optional("viewCone", c.viewCone, kExpectedCone);
+    c.invView = reader.optional("invView", c.invView, kExpectedNumber);
+    c.verticalAngle = reader.optional("verticalAngle", c.verticalAngle, kExpectedNumber);
+    c.flipImageX = reader.optional("flipImageX", c.flipImageX, kExpectedNumber);
+    c.flipImageY = reader.optional("flipImageY", c.flipImageY, kExpectedNumber);
+    c.flipSubp = reader.optional("flipSubp", c.flipSubp, kExpectedNumber);
+    const char* pattern =
+        reader.find("CellPatternMode") != nullptr ? "CellPatternMode" : "cellPatternMode";
+    c.CellPatternMode = reader.optionalInteger(pattern, c.CellPatternMode, kExpectedPattern);
+    c.subpixelCells = readCells(reader, source);
+    validate(c, source);
+    return c;
+}
+
+} // namespace
+
+std::vector<Calibration> parseCalibrations(const std::string& text, const std::string& source) {
+    const json document = parseJson(text, source); // which skips a byte order mark
+    std::vector<json> objects;
+    findCalibrations(document, kMaxContainers, objects);
+    if (objects.empty()) {
+        const bool half =
+            document.is_object() && (document.contains("pitch") || document.contains("slope"));
+        if (!half) {
+            fail(source, "holds no calibration, expected an object with pitch, slope and center");
+        }
+        objects.push_back(document); // let the reader name the field that is missing
+    }
+    std::vector<Calibration> calibrations;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const bool several = objects.size() > 1;
+        calibrations.push_back(readFields(
+            objects[i], several ? source + ": calibration " + std::to_string(i + 1) : source));
+    }
+    return calibrations;
+}
+
+Calibration parseCalibration(const std::string& text, const std::string& source) {
+    return parseCalibrations(text, source).front();
+}
+
+std::vector<Calibration> readCalibrations(const std::filesystem::path& file) {
+    return parseCalibrations(readFile(file, kMaxFileBytes), file.string());
+}
+
+Calibration readCalibration(const std::filesystem::path& file) {
+    return readCalibrations(file).front();
+}
+
+std::uint64_t fingerprint(const Calibration& c) {
+    std::uint64_t hash = 0xcbf29ce484222325; // FNV-1a, 64 bit
+    const auto add = [&hash](double value) {
+        if (value == 0) value = 0; // -0 and 0 are the same place
+        std::uint64_t bits = 0;
+        std::memcpy(&bits, &value, sizeof bits);
+        for (int byte = 0; byte < 8; ++byte) {
+            hash = (hash ^ ((bits >> (8 * byte)) & 0xff)) * 0x100000001b3;
+        }
+    };
+    const auto flag = [](double value) { return value >= 0.5 ? 1.0 : 0.0; };
+    const bool cells = !c.subpixelCells.empty();
+    for (double value : {c.pitch, c.slope, c.center, c.DPI, double(c.screenW), double(c.screenH),
+                         flag(c.invView), flag(c.flipImageX), flag(c.flipImageY), flag(c.flipSubp),
+                         cells ? double(c.CellPatternMode) : 0.0}) {
+        add(value);
+    }
+    for (const SubpixelCell& cell : c.subpixelCells) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            add(cell.x[k]);
+            add(cell.y[k]);
+        }
+    }
+    return hash;
+}
+
+std::string fingerprintText(std::uint64_t value) {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+    return text;
+}
+
+LensGeometry lensGeometry(const Calibration& c, InvertViews invert) {
+    validate(c, c.serial.empty() ? "calibration" : "calibration of " + c.serial);
+    LensGeometry g;
+    const double mirror = c.flipImageX >= 0.5 ? -1 : 1;
+    // cos(atan(1/s)) without the two roundings of trigonometry
+    const double cosine = std::abs(c.slope) / std::sqrt(1 + c.slope * c.slope);
+    g.panelWidth = c.screenW;
+    g.panelHeight = c.screenH;
+    g.periodsPerWidth = c.pitch * c.screenW / c.DPI * cosine;
+    g.tilt = c.screenH / (c.screenW * c.slope) * mirror;
+    g.subpixelStep = 1.0 / (3.0 * c.screenW) * mirror;
+    g.center = c.center;
+    g.lensPeriodSubpixels = 3.0 * c.screenW / g.periodsPerWidth;
+    g.offsetSubpixels = c.center * g.lensPeriodSubpixels - 1.5 - 3.0 * (c.screenH - 0.5) / c.slope;
+    g.cells = c.subpixelCells;
+    g.cellPattern = g.cells.empty() ? 0 : c.CellPatternMode;
+    g.inverted = invert == InvertViews::On ||
+                 (invert == InvertViews::Auto && (!g.cells.empty() || c.invView >= 0.5));
+    g.mirrorX = c.flipImageX >= 0.5;
+    g.mirrorY = c.flipImageY >= 0.5;
+    g.blueFirst = c.flipSubp >= 0.5;
+    return g;
+}
+
+int LensGeometry::cellIndex(int x, int y) const {
+    if (cells.empty()) return 0;
+    const int fromBottom = panelHeight - 1 - y;
+    int index = 0;
+    switch (cellPattern) {
+    case 1:
+        index = (x + fromBottom) % 2;
+        break;
+    case 2:
+        index = x % 2;
+        break;
+    case 3:
+        index = (fromBottom + 2 * (x % 2)) % 4;
+        break;
+    case 4:
+        index = fromBottom % 2;
+        break;
+    default:
+        break;
+    }
+    return index % static_cast<int>(cells.size());
+}
+
+double LensGeometry::phase(int x, int y, int channel) const {
+    const int k = blueFirst ? 2 - channel : channel;
+    const double u = (x + 0.5) / panelWidth;
+    const double v = 1 - (y + 0.5) / panelHeight;
+    double a = 0;
+    if (cells.empty()) {
+        a = (u + k * subpixelStep + v * tilt) * periodsPerWidth - center;
+    } else {
+        const SubpixelCell& cell = cells[static_cast<std::size_t>(cellIndex(x, y))];
+        const auto c = static_cast<std::size_t>(k);
+        const double mirror = mirrorX ? -1 : 1; // as the sub-pixel step
+        a = ((u + mirror * cell.x[c] / panelWidth) + (v + cell.y[c] / panelHeight) * tilt) *
+                periodsPerWidth -
+            center;
+    }
+    const double z = a - std::floor(a);
+    return inverted ? 1 - z : z;
+}
+
+int LensGeometry::viewOfPhase(double phase, int views) {
+    const int view = static_cast<int>(phase * views); // phase >= 0: truncation is floor
+    return view < views ? view : views - 1;
+}
+
+} // namespace altiro3D

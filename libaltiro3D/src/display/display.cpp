@@ -1,0 +1,154 @@
+#include "altiro3D/display.hpp"
+
+#include "base/text.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <set>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// columns x rows in a quilt of the given size; its tiles are the floor of the division.
+DisplayModel model(const char* name, const char* prefix, cv::Size panel, double dpi, double cone,
+                   QuiltGrid grid, cv::Size quilt) {
+    DisplayModel m;
+    m.name = name;
+    m.serialPrefix = prefix;
+    m.panelSize = panel;
+    m.dpi = dpi;
+    m.viewConeDegrees = cone;
+    m.quilt.columns = grid.columns;
+    m.quilt.rows = grid.rows;
+    m.quilt.tileSize = {quilt.width / grid.columns, quilt.height / grid.rows};
+    m.quilt.viewCount = grid.columns * grid.rows;
+    return m;
+}
+
+std::string upper(std::string text) {
+    for (char& c : text)
+        c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    return text;
+}
+
+const DisplayModel* byPrefix(const std::string& prefix) {
+    for (const DisplayModel& m : displayModels()) {
+        if (m.serialPrefix == prefix) return &m;
+    }
+    return nullptr;
+}
+
+// Models share panels; cone, cells and density tell them apart.
+const DisplayModel* byPanel(const Calibration& c) {
+    const bool third = std::abs(c.viewCone - 50) < 0.5 || !c.subpixelCells.empty();
+    const cv::Size panel(c.screenW, c.screenH);
+    if (panel == cv::Size(3840, 2160)) return byPrefix(third ? "LKG-J" : "LKG-A");
+    if (panel == cv::Size(7680, 4320)) {
+        if (third) return byPrefix("LKG-L");
+        return byPrefix(c.DPI < 200 ? "LKG-D" : "LKG-B");
+    }
+    for (const DisplayModel& m : displayModels()) {
+        if (m.panelSize == panel) return &m;
+    }
+    return nullptr;
+}
+
+} // namespace
+
+const std::vector<DisplayModel>& displayModels() {
+    static const std::vector<DisplayModel> kModels = {
+        model("Looking Glass 8.9\"", "LKG-2K", {2560, 1600}, 338, 40, {5, 9}, {4096, 4096}),
+        model("Looking Glass 15.6\"", "LKG-4K", {3840, 2160}, 283, 40, {5, 9}, {4096, 4096}),
+        model("Looking Glass 8K", "LKG-8K", {7680, 4320}, 280, 40, {5, 9}, {8192, 8192}),
+        model("Looking Glass Portrait", "LKG-P", {1536, 2048}, 324, 40, {8, 6}, {3360, 3360}),
+        model("Looking Glass 16\" (2nd generation)", "LKG-A", {3840, 2160}, 283, 40, {5, 9},
+              {4096, 4096}),
+        model("Looking Glass 32\" (2nd generation)", "LKG-B", {7680, 4320}, 280, 40, {5, 9},
+              {8192, 8192}),
+        model("Looking Glass 65\"", "LKG-D", {7680, 4320}, 136, 40, {8, 9}, {8192, 8192}),
+        model("Looking Glass Prototype", "LKG-Q", {7680, 4320}, 136.6, 40, {5, 9}, {4096, 4096}),
+        model("Looking Glass Go", "LKG-E", {1440, 2560}, 491, 54, {11, 6}, {4092, 4092}),
+        model("Looking Glass Kiosk", "LKG-F", {1536, 2048}, 324, 40, {8, 6}, {3360, 3360}),
+        model("Looking Glass 16\" portrait", "LKG-H", {2160, 3840}, 283, 50, {11, 6}, {5995, 6000}),
+        model("Looking Glass 16\" landscape", "LKG-J", {3840, 2160}, 283, 50, {7, 7}, {5999, 5999}),
+        model("Looking Glass 32\" portrait", "LKG-K", {4320, 7680}, 280, 54, {11, 6}, {8184, 8184}),
+        model("Looking Glass 32\" landscape", "LKG-L", {7680, 4320}, 280, 50, {7, 7}, {8190, 8190}),
+    };
+    return kModels;
+}
+
+const DisplayModel* findDisplayModel(const Calibration& calibration) {
+    const std::string serial = upper(calibration.serial);
+    for (const DisplayModel& m : displayModels()) {
+        if (startsWith(serial, m.serialPrefix)) return &m;
+    }
+    return byPanel(calibration);
+}
+
+QuiltLayout defaultQuilt(const Calibration& calibration) {
+    if (const DisplayModel* m = findDisplayModel(calibration)) return m->quilt;
+    // Views of the panel's shape, 48 of them on about 4096 x 4096 px.
+    const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
+    QuiltLayout layout;
+    layout.columns = aspect < 1 ? 8 : 6;
+    layout.rows = aspect < 1 ? 6 : 8;
+    layout.viewCount = layout.columns * layout.rows;
+    const double area = 4096.0 * 4096.0 / layout.viewCount;
+    const double limit = static_cast<double>(kMaxQuiltSide) / 8;
+    const auto side = [limit](double px) {
+        return static_cast<int>(std::lround(std::min(std::max(px, 1.0), limit)));
+    };
+    layout.tileSize = {side(std::sqrt(area * aspect)), side(std::sqrt(area / aspect))};
+    return layout;
+}
+
+std::vector<std::string> remarks(const Calibration& c) {
+    std::vector<std::string> result;
+    const DisplayModel* m = findDisplayModel(c);
+    if (m != nullptr && m->panelSize != cv::Size(c.screenW, c.screenH)) {
+        result.push_back("serial number " + c.serial + " is that of a " + m->name + " with " +
+                         std::to_string(m->panelSize.width) + " x " +
+                         std::to_string(m->panelSize.height) + " px, but the panel has " +
+                         std::to_string(c.screenW) + " x " + std::to_string(c.screenH) + " px");
+    }
+    if (c.fringe != 0) result.push_back("fringe is not 0; this correction is not applied");
+    if (c.flipImageX >= 0.5 || c.flipImageY >= 0.5) {
+        result.push_back(
+            "the flip flags are set, as in no display known so far: check the picture");
+    }
+    return result;
+}
+
+std::vector<MountedCalibration> findMountedCalibrations(const fs::path& root) {
+    // Volumes lie directly below these, or one directory, as a user's, farther down.
+    const fs::path parents[] = {"media", "run/media", "mnt", "Volumes"};
+    std::set<fs::path> files;
+    const auto lookInto = [&files](const fs::path& directory, const auto& self,
+                                   int levels) -> void {
+        std::error_code error;
+        for (fs::directory_iterator it(directory, error), end; !error && it != end;
+             it.increment(error)) {
+            std::error_code ignored;
+            if (!it->is_directory(ignored)) continue;
+            if (startsWith(upper(it->path().filename().string()), "LKG")) {
+                const fs::path file = it->path() / "LKG_calibration" / "visual.json";
+                if (fs::is_regular_file(file, ignored)) files.insert(file);
+            } else if (levels > 0) {
+                self(it->path(), self, levels - 1);
+            }
+        }
+    };
+    for (const fs::path& parent : parents)
+        lookInto(root / parent, lookInto, 1);
+    std::vector<MountedCalibration> found;
+    for (const fs::path& file : files) {
+        found.push_back({file, file.parent_path().parent_path().filename().string()});
+    }
+    return found;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,111 @@
+#include "display/lens_phase_kernels.hpp"
+
+#include <algorithm>
+
+// This file is compiled once per instruction set; the best one is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "display/lens_phase_kernels.cpp"
+#include <hwy/foreach_target.h> // IWYU pragma: keep
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace altiro3D {
+namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+#if HWY_TARGET != HWY_SCALAR
+template <class D, class V>
+HWY_INLINE void storeViews(D d, V views, std::uint32_t* out) {
+    hn::StoreU(views, d, out);
+}
+
+template <class D, class V, class T>
+HWY_INLINE void storeViews(D /*d*/, V views, T* out) {
+    const hn::Rebind<T, D> narrow;
+    const hn::RebindToSigned<D> asSigned; // views are below 2^31
+    hn::StoreU(hn::DemoteTo(narrow, hn::BitCast(asSigned, views)), narrow, out);
+}
+#endif
+
+// Reads 4 bytes of column table per sub-pixel (in cache from the second row on), writes 1, 2 or 4.
+// Bound by the two 32 x 32 bit multiplications.
+template <class T>
+HWY_INLINE bool viewsOfPhasesOn(const std::uint32_t* HWY_RESTRICT columns, std::uint32_t row,
+                                std::size_t count, std::uint32_t views, std::uint32_t phaseError,
+                                T* HWY_RESTRICT out) {
+    const std::uint32_t margin = phaseError * views;
+    std::size_t i = 0;
+    // The least of all fractions of a view, counted from `margin` below a border between two views:
+    // below 2 margin the border is too near for the phase's error to tell which view it is.
+    std::uint32_t nearest = ~std::uint32_t{0};
+#if HWY_TARGET != HWY_SCALAR
+    const hn::ScalableTag<std::uint32_t> d;
+    const hn::RepartitionToWide<decltype(d)> wide;
+    const auto vRow = hn::Set(d, row);
+    const auto vViews = hn::Set(d, views);
+    const auto vMargin = hn::Set(d, margin);
+    auto vNearest = hn::Set(d, nearest);
+    const std::size_t lanes = hn::Lanes(d);
+    for (; i + lanes <= count; i += lanes) {
+        const auto phase = hn::Add(hn::LoadU(d, columns + i), vRow);
+        const auto even = hn::MulEven(phase, vViews);
+        const auto odd =
+            hn::MulEven(hn::BitCast(d, hn::ShiftRight<32>(hn::BitCast(wide, phase))), vViews);
+        const auto view =
+            hn::OddEven(hn::BitCast(d, odd), hn::BitCast(d, hn::ShiftRight<32>(even)));
+        const auto fraction =
+            hn::OddEven(hn::BitCast(d, hn::ShiftLeft<32>(odd)), hn::BitCast(d, even));
+        vNearest = hn::Min(vNearest, hn::Add(fraction, vMargin));
+        storeViews(d, view, out + i);
+    }
+    nearest = hn::GetLane(hn::MinOfLanes(d, vNearest));
+#endif
+    for (; i < count; ++i) {
+        const std::uint64_t place = std::uint64_t{columns[i] + row} * views;
+        nearest = std::min(nearest, static_cast<std::uint32_t>(place) + margin);
+        out[i] = static_cast<T>(place >> 32);
+    }
+    return nearest < 2 * margin;
+}
+
+bool viewsOfPhases8(const std::uint32_t* columns, std::uint32_t row, std::size_t count,
+                    std::uint32_t views, std::uint32_t phaseError, std::uint8_t* out) {
+    return viewsOfPhasesOn(columns, row, count, views, phaseError, out);
+}
+bool viewsOfPhases16(const std::uint32_t* columns, std::uint32_t row, std::size_t count,
+                     std::uint32_t views, std::uint32_t phaseError, std::uint16_t* out) {
+    return viewsOfPhasesOn(columns, row, count, views, phaseError, out);
+}
+bool viewsOfPhases32(const std::uint32_t* columns, std::uint32_t row, std::size_t count,
+                     std::uint32_t views, std::uint32_t phaseError, std::uint32_t* out) {
+    return viewsOfPhasesOn(columns, row, count, views, phaseError, out);
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace altiro3D
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace altiro3D {
+
+HWY_EXPORT(viewsOfPhases8);
+HWY_EXPORT(viewsOfPhases16);
+HWY_EXPORT(viewsOfPhases32);
+
+bool viewsOfPhases(const std::uint32_t* columns, std::uint32_t row, std::size_t count,
+                   std::uint32_t views, std::uint32_t phaseError, std::uint8_t* out) {
+    return HWY_DYNAMIC_DISPATCH(viewsOfPhases8)(columns, row, count, views, phaseError, out);
+}
+bool viewsOfPhases(const std::uint32_t* columns, std::uint32_t row, std::size_t count,
+                   std::uint32_t views, std::uint32_t phaseError, std::uint16_t* out) {
+    return HWY_DYNAMIC_DISPATCH(viewsOfPhases16)(columns, row, count, views, phaseError, out);
+}
+bool viewsOfPhases(const std::uint32_t* columns, std::uint32_t row, std::size_t count,
+                   std::uint32_t views, std::uint32_t phaseError, std::uint32_t* out) {
+    return HWY_DYNAMIC_DISPATCH(viewsOfPhases32)(columns, row, count, views, phaseError, out);
+}
+
+} // namespace altiro3D
+#endif

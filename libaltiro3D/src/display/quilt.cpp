@@ -1,0 +1,238 @@
+#include "altiro3D/quilt.hpp"
+
+#include "altiro3D/error.hpp"
+#include "base/text.hpp"
+
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <regex>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr int kMaxTilesPerSide = 1024;
+constexpr double kAspectTolerance = 0.05;
+
+// "AxB" with whole numbers of at most five digits, or an error that explains the order.
+std::pair<int, int> parsePair(const std::string& text, const char* option, const char* expected) {
+    static const std::regex kPair("([0-9]{1,5})[xX]([0-9]{1,5})");
+    std::smatch match;
+    if (!std::regex_match(text, match, kPair) || std::stoi(match[1]) < 1 ||
+        std::stoi(match[2]) < 1) {
+        throw Error(ErrorCode::InvalidArgument, option,
+                    "\"" + text + "\" is not understood, expected " + expected);
+    }
+    return {std::stoi(match[1]), std::stoi(match[2])};
+}
+
+double aspectOf(cv::Size size) {
+    return static_cast<double>(size.width) / size.height;
+}
+
+bool fits(double aspect, double panelAspect) {
+    return std::abs(aspect / panelAspect - 1) <= kAspectTolerance;
+}
+
+bool holdsTiles(QuiltGrid grid) {
+    return grid.columns >= 1 && grid.columns <= kMaxTilesPerSide && grid.rows >= 1 &&
+           grid.rows <= kMaxTilesPerSide;
+}
+
+void checkGrid(QuiltGrid grid) {
+    if (holdsTiles(grid)) return;
+    throw Error(ErrorCode::InvalidArgument, "quilt layout",
+                std::to_string(grid.columns) + " columns x " + std::to_string(grid.rows) +
+                    " rows, expected 1..1024 of each");
+}
+
+// Whether names of quilts tell such an aspect.
+bool isNamed(double aspect) {
+    return aspect >= 0.1 && aspect <= 10;
+}
+
+cv::Size tileOf(cv::Size quilt, QuiltGrid grid) {
+    return {quilt.width / grid.columns, quilt.height / grid.rows};
+}
+
+} // namespace
+
+std::string QuiltLayout::text() const {
+    std::string text = std::to_string(columns) + " columns x " + std::to_string(rows) +
+                       " rows, each view " + sizeText(tileSize) + " px";
+    if (viewCount != columns * rows) text += ", " + std::to_string(viewCount) + " views";
+    return text;
+}
+
+bool operator==(const QuiltLayout& a, const QuiltLayout& b) {
+    return a.columns == b.columns && a.rows == b.rows && a.tileSize == b.tileSize &&
+           a.viewCount == b.viewCount;
+}
+
+void validate(const QuiltLayout& layout) {
+    const auto fail = [](ErrorCode code, const std::string& problem) {
+        throw Error(code, "quilt layout", problem);
+    };
+    checkGrid({layout.columns, layout.rows});
+    if (layout.tileSize.width < 1 || layout.tileSize.height < 1) {
+        fail(ErrorCode::InvalidArgument, "views of " + sizeText(layout.tileSize) +
+                                             " px (width x height), expected at least 1 x 1");
+    }
+    const std::int64_t width = std::int64_t{layout.columns} * layout.tileSize.width;
+    const std::int64_t height = std::int64_t{layout.rows} * layout.tileSize.height;
+    if (width > kMaxQuiltSide || height > kMaxQuiltSide) {
+        fail(ErrorCode::TooLarge, std::to_string(width) + " x " + std::to_string(height) +
+                                      " px (width x height), expected at most 65535 a side");
+    }
+    if (layout.viewCount < 1 || layout.viewCount > layout.columns * layout.rows) {
+        fail(ErrorCode::InvalidArgument, std::to_string(layout.viewCount) + " views, expected 1.." +
+                                             std::to_string(layout.columns * layout.rows) +
+                                             ", the number of tiles");
+    }
+}
+
+double viewPosition(int view, int viewCount) {
+    return viewCount > 1 ? 2.0 * view / (viewCount - 1) - 1 : 0;
+}
+
+QuiltGrid parseQuiltGrid(const std::string& text) {
+    const auto [rows, columns] =
+        parsePair(text, "-q", "ROWSxCOLUMNS, for instance 6x8 for 6 rows of 8 columns");
+    if (rows > kMaxTilesPerSide || columns > kMaxTilesPerSide) {
+        throw Error(ErrorCode::InvalidArgument, "-q",
+                    "\"" + text + "\" is too many, expected ROWSxCOLUMNS of 1..1024 each");
+    }
+    return {columns, rows};
+}
+
+cv::Size parseTileSize(const std::string& text) {
+    const auto [height, width] =
+        parsePair(text, "-r", "HEIGHTxWIDTH of one view in px, for instance 560x420");
+    return {width, height};
+}
+
+std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file) {
+    static const std::regex kSuffix(
+        "_qs([0-9]{1,4})x([0-9]{1,4})(?:a([0-9]+(?:\\.[0-9]+)?))?(?![0-9a-z])", std::regex::icase);
+    // `photo_qs8x6a0.75` without an extension: ".75" is no extension but the end of the aspect
+    const std::string extension = file.extension().string();
+    const bool number =
+        extension.size() > 1 && std::isdigit(static_cast<unsigned char>(extension[1]));
+    std::string stem = number ? file.filename().string() : file.stem().string();
+    // std::regex needs stack for each byte, and no file's name is longer.
+    constexpr std::size_t kMostBytes = 255;
+    if (stem.size() > kMostBytes) stem.erase(0, stem.size() - kMostBytes);
+    std::optional<std::smatch> last;
+    for (std::sregex_iterator it(stem.begin(), stem.end(), kSuffix), end; it != end; ++it) {
+        last = *it;
+    }
+    if (!last) return std::nullopt;
+    QuiltName name;
+    name.grid = {std::stoi((*last)[1]), std::stoi((*last)[2])};
+    if ((*last)[3].matched) {
+        const std::string text = (*last)[3];
+        double aspect = 0;
+        std::from_chars(text.data(), text.data() + text.size(), aspect);
+        name.aspect = aspect;
+    }
+    if (!holdsTiles(name.grid) || !isNamed(name.aspect.value_or(1))) {
+        throw Error(ErrorCode::InvalidArgument, file.string(),
+                    "its name says \"" + last->str() +
+                        "\", expected _qs<columns>x<rows>a<aspect> with 1..1024 columns and rows "
+                        "and an aspect of 0.1..10");
+    }
+    return name;
+}
+
+std::filesystem::path quiltFileName(const std::filesystem::path& file, const QuiltLayout& layout,
+                                    double aspect) {
+    checkGrid({layout.columns, layout.rows});
+    std::string suffix = "_qs" + std::to_string(layout.columns) + "x" + std::to_string(layout.rows);
+    if (isNamed(aspect)) suffix += "a" + numberText(aspect);
+    if (const std::optional<QuiltName> name = parseQuiltName(file)) {
+        const bool same = name->grid.columns == layout.columns && name->grid.rows == layout.rows &&
+                          (!name->aspect || fits(*name->aspect, aspect));
+        if (same) return file;
+        throw Error(ErrorCode::Mismatch, file.string(),
+                    "its name says " + std::to_string(name->grid.columns) + " columns x " +
+                        std::to_string(name->grid.rows) + " rows, but the quilt has " +
+                        layout.text() + "; expected a name that ends in " + suffix);
+    }
+    std::filesystem::path named = file;
+    named.replace_filename(file.stem().string() + suffix + file.extension().string());
+    return named;
+}
+
+ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& standard,
+                           double panelAspect) {
+    validate(standard);
+    ResolvedQuilt resolved;
+    QuiltLayout& layout = resolved.layout;
+    QuiltGrid grid{standard.columns, standard.rows};
+    if (request.grid) grid = *request.grid;
+    if (request.name) {
+        const QuiltGrid named = request.name->grid;
+        if (request.grid && (named.columns != grid.columns || named.rows != grid.rows)) {
+            throw Error(ErrorCode::Mismatch, "-q",
+                        "says " + std::to_string(grid.columns) + " columns x " +
+                            std::to_string(grid.rows) + " rows, but the file name says " +
+                            std::to_string(named.columns) + " columns x " +
+                            std::to_string(named.rows) +
+                            " rows; expected one reading (-q takes "
+                            "rows x columns)");
+        }
+        grid = named;
+    }
+    checkGrid(grid);
+    const cv::Size canvas = request.quiltSize.value_or(standard.size());
+    const bool fixedTile = request.tileSize && !request.quiltSize;
+    layout.columns = grid.columns;
+    layout.rows = grid.rows;
+    layout.viewCount = grid.columns * grid.rows;
+    if (!request.grid && !request.name) layout.viewCount = standard.viewCount;
+    layout.tileSize = fixedTile ? *request.tileSize : tileOf(canvas, grid);
+    if (request.quiltSize && request.tileSize && layout.tileSize != *request.tileSize) {
+        throw Error(ErrorCode::Mismatch, "-r",
+                    "says views of " + sizeText(*request.tileSize) +
+                        " px (width x height), but a quilt of " + sizeText(canvas) + " px with " +
+                        std::to_string(grid.columns) + " columns x " + std::to_string(grid.rows) +
+                        " rows has views of " + sizeText(layout.tileSize) + " px");
+    }
+    if (layout.tileSize.width < 1 || layout.tileSize.height < 1) {
+        throw Error(ErrorCode::InvalidArgument, "quilt layout",
+                    std::to_string(grid.columns) + " columns x " + std::to_string(grid.rows) +
+                        " rows do not fit into a quilt of " + sizeText(canvas) +
+                        " px, expected fewer");
+    }
+    validate(layout);
+    if (!request.grid && !request.name && !request.tileSize &&
+        request.quiltSize.value_or(standard.size()) != standard.size()) {
+        resolved.warnings.push_back(
+            "the file's name tells no layout, and its " + sizeText(canvas) +
+            " px are not the display's own: taken for " + layout.text() +
+            " (-q ROWSxCOLUMNS tells another; a photo or plain video is no quilt)");
+    }
+
+    // Both orders are in use among people; say so where the other one makes more sense.
+    const bool asked = request.grid || request.tileSize;
+    if (asked && !request.name && !fits(aspectOf(layout.tileSize), panelAspect)) {
+        const QuiltGrid swappedGrid = request.grid ? QuiltGrid{grid.rows, grid.columns} : grid;
+        const cv::Size swappedTile =
+            fixedTile ? cv::Size(request.tileSize->height, request.tileSize->width)
+                      : tileOf(canvas, swappedGrid);
+        if (!swappedTile.empty() && fits(aspectOf(swappedTile), panelAspect)) {
+            QuiltLayout swapped = layout;
+            swapped.columns = swappedGrid.columns;
+            swapped.rows = swappedGrid.rows;
+            swapped.tileSize = swappedTile;
+            resolved.warnings.push_back(
+                "the layout is read as " + layout.text() +
+                ", whose views are not of the panel's shape; the swapped reading " +
+                swapped.text() + " would be (-q takes rows x columns, -r height x width)");
+        }
+    }
+    return resolved;
+}
+
+} // namespace altiro3D

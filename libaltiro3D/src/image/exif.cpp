@@ -1,0 +1,102 @@
+#include "image/exif.hpp"
+
+#include <libexif/exif-data.h>
+#include <memory>
+#include <optional>
+#include <string>
+#include <zlib.h>
+
+namespace altiro3D {
+
+namespace {
+
+using std::string_view;
+
+constexpr std::size_t kMostExifBytes = std::size_t{1} << 20;
+
+// A 16-bit number of an EXIF directory; nothing if it is not there.
+std::optional<unsigned> exifShort(const ExifData& data, ExifIfd directory, ExifTag tag) {
+    const ExifEntry* const entry = exif_content_get_entry(data.ifd[directory], tag);
+    if (entry == nullptr || entry->format != EXIF_FORMAT_SHORT || entry->size < 2) {
+        return std::nullopt;
+    }
+    return exif_get_short(entry->data, exif_data_get_byte_order(const_cast<ExifData*>(&data)));
+}
+
+// ImageMagick's way to keep EXIF in a text chunk: "\nexif\n     <length>\n<hexadecimal digits>".
+std::string rawProfile(string_view text) {
+    std::string bytes;
+    if (text.empty() || text[0] != '\n') return bytes;
+    const std::size_t name = text.find('\n', 1);
+    if (name == string_view::npos) return bytes;
+    const std::size_t length = text.find('\n', name + 1);
+    if (length == string_view::npos) return bytes;
+    int high = -1;
+    for (const char c : text.substr(length + 1)) {
+        int digit = 0;
+        if (c >= '0' && c <= '9') {
+            digit = c - '0';
+        } else if (c >= 'a' && c <= 'f') {
+            digit = c - 'a' + 10;
+        } else if (c >= 'A' && c <= 'F') {
+            digit = c - 'A' + 10;
+        } else {
+            continue;
+        }
+        if (high < 0) {
+            high = digit;
+        } else {
+            bytes.push_back(static_cast<char>(high * 16 + digit));
+            high = -1;
+        }
+    }
+    return bytes;
+}
+
+// Text of a zTXt chunk; empty if it is damaged or unreasonably long.
+std::string inflateText(string_view packed) {
+    std::string text(2 * kMostExifBytes + 1024, '\0');
+    uLongf size = static_cast<uLongf>(text.size());
+    const int result = uncompress(reinterpret_cast<Bytef*>(text.data()), &size,
+                                  reinterpret_cast<const Bytef*>(packed.data()),
+                                  static_cast<uLong>(packed.size()));
+    if (result != Z_OK) return {};
+    text.resize(size);
+    return text;
+}
+
+} // namespace
+
+int validOrientation(unsigned value) {
+    return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+}
+
+ExifFacts readExif(string_view blob) {
+    constexpr string_view kPrefix("Exif\0\0", 6);
+    ExifFacts facts;
+    if (blob.size() < 8 || blob.size() > kMostExifBytes) return facts;
+    std::string whole(blob.substr(0, kPrefix.size()) == kPrefix ? string_view() : kPrefix);
+    whole += blob;
+    const std::unique_ptr<ExifData, decltype(&exif_data_unref)> data(
+        exif_data_new_from_data(reinterpret_cast<const unsigned char*>(whole.data()),
+                                static_cast<unsigned>(whole.size())),
+        exif_data_unref);
+    if (!data) return facts;
+    facts.orientation =
+        validOrientation(exifShort(*data, EXIF_IFD_0, EXIF_TAG_ORIENTATION).value_or(1));
+    facts.focalLength35mm =
+        exifShort(*data, EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM).value_or(0);
+    return facts;
+}
+
+ExifFacts readExifInPngText(string_view chunk, bool compressed) {
+    const std::size_t end = chunk.find('\0');
+    if (end == string_view::npos) return {};
+    const string_view keyword = chunk.substr(0, end);
+    if (keyword != "Raw profile type exif" && keyword != "Raw profile type APP1") return {};
+    if (!compressed) return readExif(rawProfile(chunk.substr(end + 1)));
+    if (chunk.size() < end + 2 || chunk[end + 1] != 0) return {}; // 0: deflate, the only method
+    return readExif(rawProfile(inflateText(chunk.substr(end + 2))));
+}
+
+} // namespace altiro3D

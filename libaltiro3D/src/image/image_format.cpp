@@ -1,0 +1,143 @@
+#include "image/image_format.hpp"
+
+#include "base/text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+namespace altiro3D {
+
+namespace {
+
+using std::string_view;
+
+// Formats that are not read, by how their files begin.
+struct Signature {
+    std::size_t at;
+    string_view bytes;
+    const char* name;
+};
+
+constexpr std::array<Signature, 38> kOthers = {{
+    {0, string_view("GIF8", 4), "GIF"},
+    {0, string_view("\xff\x0a", 2), "JPEG XL"},
+    {4, string_view("JXL \r\n\x87\n", 8), "JPEG XL"},
+    {0, string_view("8BPS", 4), "PSD"},
+    {0, string_view("%PDF", 4), "PDF"},
+    {0, string_view("%!PS", 4), "PostScript"},
+    {0, string_view("\xc5\xd0\xd3\xc6", 4), "PostScript"},
+    {0, string_view("gimp xcf", 8), "XCF"},
+    {0, string_view("DDS ", 4), "DDS"},
+    {0, string_view("qoif", 4), "QOI"},
+    {0, string_view("FLIF", 4), "FLIF"},
+    {0, string_view("BPG\xfb", 4), "BPG"},
+    {0, string_view("icns", 4), "ICNS"},
+    {0, string_view("\0\0\1\0", 4), "ICO"},
+    {0, string_view("\0\0\2\0", 4), "CUR"},
+    {0, string_view("SIMPLE  =", 9), "FITS"},
+    {0, string_view("\x59\xa6\x6a\x95", 4), "Sun raster"},
+    {0, string_view("\x01\xda", 2), "SGI"},
+    {0, string_view("P7\n", 3), "PAM"},
+    {0, string_view("II\xbc", 3), "JPEG XR"},
+    {0, string_view("FUJIFILMCCD-RAW", 15), "camera raw (raf)"},
+    {0, string_view("IIRO", 4), "camera raw (orf)"},
+    {0, string_view("IIRS", 4), "camera raw (orf)"},
+    {0, string_view("MMOR", 4), "camera raw (orf)"},
+    {0, string_view("IIU\0", 4), "camera raw (rw2)"},
+    {0, string_view("FOVb", 4), "camera raw (x3f)"},
+    {128, string_view("DICM", 4), "DICOM"},
+    {0, string_view("\x93NUMPY", 6), "NumPy"},
+    {0, string_view("PK\3\4", 4), "ZIP"},
+    {0, string_view("\x1f\x8b", 2), "gzip"},
+    {0, string_view("\x1a\x45\xdf\xa3", 4), "Matroska video"},
+    {8, string_view("AVI ", 4), "AVI video"},
+    {0, string_view("\x89MNG", 4), "MNG"},
+    {0, string_view("\x8bJNG", 4), "JNG"},
+    {0, string_view("FORM", 4), "IFF"},
+    {0, string_view("AT&TFORM", 8), "DjVu"},
+    {0, string_view("glTF", 4), "glTF"},
+    {0, string_view("\xd7\xcd\xc6\x9a", 4), "WMF"},
+}};
+
+bool isPcx(string_view bytes) {
+    return bytes.size() >= 128 && bytes[0] == 0x0a && bytes[1] >= 0 && bytes[1] <= 5 &&
+           bytes[2] == 1 && (bytes[3] == 1 || bytes[3] == 2 || bytes[3] == 4 || bytes[3] == 8);
+}
+
+// ISO base media files: the brand tells pictures from videos.
+std::string isoMediaName(string_view bytes) {
+    const string_view brand = bytes.substr(8, 4);
+    if (brand == "avif" || brand == "avis") return "AVIF";
+    if (brand == "crx ") return "camera raw (cr3)";
+    for (const char* heic : {"heic", "heix", "heim", "heis", "hevc", "hevx", "mif1", "msf1"}) {
+        if (brand == heic) return "HEIC";
+    }
+    return "MP4 video";
+}
+
+} // namespace
+
+bool containsOnlyText(string_view bytes) {
+    const string_view begin = bytes.substr(0, 4096);
+    return std::all_of(begin.begin(), begin.end(), [](char c) {
+        const auto code = static_cast<unsigned char>(c);
+        return code >= 0x20 || code == '\n' || code == '\r' || code == '\t';
+    });
+}
+
+std::string otherFormatName(string_view bytes, const std::string& extension) {
+    if (extension == ".tga") return "TGA"; // without a signature, and often taken for CUR
+    for (const Signature& signature : kOthers) {
+        if (bytes.size() >= signature.at + signature.bytes.size() &&
+            bytes.substr(signature.at, signature.bytes.size()) == signature.bytes) {
+            return signature.name;
+        }
+    }
+    if (isPcx(bytes)) return "PCX";
+    if (bytes.size() >= 12 && bytes.substr(4, 4) == "ftyp") return isoMediaName(bytes);
+    if (containsOnlyText(bytes)) {
+        const string_view begin = bytes.substr(0, 4096);
+        if (begin.find("<svg") != string_view::npos) return "SVG";
+        if (startsWith(bytes, "/* XPM */")) return "XPM";
+        if (startsWith(bytes, "#define") && begin.find("_width") != string_view::npos) return "XBM";
+        if (begin.find("<html") != string_view::npos || begin.find("<HTML") != string_view::npos ||
+            begin.find("<!DOCTYPE html") != string_view::npos) {
+            return "HTML";
+        }
+        return {};
+    }
+    return {};
+}
+
+PictureFormat pictureFormat(string_view bytes) {
+    if (startsWith(bytes, string_view("\x89PNG\r\n\x1a\n", 8))) return PictureFormat::Png;
+    if (startsWith(bytes, string_view("\xff\xd8", 2))) return PictureFormat::Jpeg;
+    // Canon's CR2 carries its own mark inside a TIFF header.
+    const bool isCr2 = bytes.size() >= 10 && bytes.substr(8, 2) == "CR";
+    if (!isCr2) {
+        for (const string_view mark : {string_view("II*\0", 4), string_view("MM\0*", 4),
+                                       string_view("II+\0", 4), string_view("MM\0+", 4)}) {
+            if (startsWith(bytes, mark)) return PictureFormat::Tiff;
+        }
+    }
+    if (startsWith(bytes, "RIFF") && bytes.size() >= 12 && bytes.substr(8, 4) == "WEBP") {
+        return PictureFormat::WebP;
+    }
+    if (startsWith(bytes, "BM") && bytes.size() >= 18 && !containsOnlyText(bytes)) {
+        return PictureFormat::Bmp;
+    }
+    if (bytes.size() >= 3 && bytes[0] == 'P' && std::strchr(" \t\r\n#", bytes[2]) != nullptr) {
+        if (bytes[1] >= '1' && bytes[1] <= '6') return PictureFormat::Pnm;
+        if (bytes[1] == 'f' || bytes[1] == 'F') return PictureFormat::Pfm;
+    }
+    if (startsWith(bytes, string_view("\x76\x2f\x31\x01", 4))) return PictureFormat::Exr;
+    if (startsWith(bytes, "#?RADIANCE") || startsWith(bytes, "#?RGBE")) return PictureFormat::Hdr;
+    if (startsWith(bytes, string_view("\0\0\0\x0cjP  \r\n\x87\n", 12)) ||
+        startsWith(bytes, string_view("\xff\x4f\xff\x51", 4))) {
+        return PictureFormat::Jpeg2000;
+    }
+    return PictureFormat::Unknown;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,506 @@
+#include "image/image_header.hpp"
+
+#include "base/text.hpp"
+#include "image/exif.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <set>
+
+namespace altiro3D {
+
+namespace {
+
+using std::string_view;
+
+constexpr unsigned kMostPages = 10000;
+
+// Bounds-checked numbers from a run of bytes; what lies beyond the end reads as 0.
+class Reader {
+  public:
+    Reader(string_view bytes, bool littleEndian) : bytes_(bytes), littleEndian_(littleEndian) {}
+
+    std::uint64_t number(std::uint64_t at, unsigned size) const {
+        if (!holds(at, size)) return 0;
+        std::uint64_t value = 0;
+        for (unsigned i = 0; i < size; ++i) {
+            const std::size_t from =
+                static_cast<std::size_t>(at) + (littleEndian_ ? size - 1 - i : i);
+            value = value << 8 | static_cast<unsigned char>(bytes_[from]);
+        }
+        return value;
+    }
+    unsigned u8(std::uint64_t at) const { return static_cast<unsigned>(number(at, 1)); }
+    unsigned u16(std::uint64_t at) const { return static_cast<unsigned>(number(at, 2)); }
+    std::uint32_t u32(std::uint64_t at) const { return static_cast<std::uint32_t>(number(at, 4)); }
+    std::uint64_t u64(std::uint64_t at) const { return number(at, 8); }
+    bool holds(std::uint64_t at, std::uint64_t size) const {
+        return at <= bytes_.size() && size <= bytes_.size() - at;
+    }
+    string_view text(std::uint64_t at, std::uint64_t size) const {
+        return holds(at, size)
+                   ? bytes_.substr(static_cast<std::size_t>(at), static_cast<std::size_t>(size))
+                   : string_view();
+    }
+
+  private:
+    string_view bytes_;
+    bool littleEndian_;
+};
+
+void useExif(const ExifFacts& facts, PictureHeader& header) {
+    header.orientation = facts.orientation;
+    header.focalLength35mm = facts.focalLength35mm;
+}
+
+// ---------------------------------------------------------------------------------------- PNG
+
+void readPng(string_view bytes, PictureHeader& header) {
+    const Reader reader(bytes, false);
+    unsigned colorType = 0;
+    bool hasStart = false;
+    bool hasEnd = false;
+    // Real EXIF wins over the text chunk, whatever their order.
+    std::optional<ExifFacts> exif;
+    std::optional<ExifFacts> text;
+    for (std::uint64_t at = 8; reader.holds(at, 12);) {
+        const std::uint64_t size = reader.u32(at);
+        const string_view name = reader.text(at + 4, 4);
+        const string_view chunk = reader.text(at + 8, size);
+        const std::uint64_t data = at + 8;
+        if (!reader.holds(data, size + 4)) break;
+        if (name == "IHDR" && size >= 13 && !hasStart) { // decoders go by the first, too
+            hasStart = true;
+            header.columns = reader.u32(data);
+            header.rows = reader.u32(data + 4);
+            header.bitsPerSample = static_cast<int>(reader.u8(data + 8));
+            colorType = reader.u8(data + 9);
+        } else if (name == "tRNS" && colorType == 0 && size >= 2) {
+            const unsigned grey = reader.u16(data);
+            header.transparentColor = ColorKey{grey, grey, grey};
+        } else if (name == "tRNS" && colorType == 2 && size >= 6) {
+            header.transparentColor =
+                ColorKey{reader.u16(data), reader.u16(data + 2), reader.u16(data + 4)};
+        } else if (name == "acTL") {
+            header.pictures = std::max(1u, reader.u32(data));
+        } else if (name == "eXIf") {
+            exif = readExif(chunk);
+        } else if (name == "tEXt" && chunk == kNativeMark) {
+            header.isNative = true;
+        } else if ((name == "tEXt" || name == "zTXt") && (!text || text->orientation == 1)) {
+            text = readExifInPngText(chunk, name == "zTXt");
+        } else if (name == "IEND") {
+            hasEnd = true;
+            break;
+        }
+        at = data + size + 4;
+    }
+    const bool textOnly = text && (!exif || exif->orientation == 1);
+    useExif(textOnly ? *text : exif.value_or(ExifFacts()), header);
+    header.isCutOff = !hasEnd;
+}
+
+// --------------------------------------------------------------------------------------- JPEG
+
+// Behind the entropy-coded data that starts at `at`: the position of the next marker's 0xFF.
+std::size_t skipEntropyData(string_view bytes, std::size_t at) {
+    while (at + 1 < bytes.size()) {
+        const void* const found = std::memchr(bytes.data() + at, 0xff, bytes.size() - 1 - at);
+        if (found == nullptr) break;
+        at = static_cast<std::size_t>(static_cast<const char*>(found) - bytes.data());
+        const auto code = static_cast<unsigned char>(bytes[at + 1]);
+        if (code == 0xff) { // a fill byte
+            ++at;
+        } else if (code == 0 || (code >= 0xd0 && code <= 0xd7)) { // a stuffed byte or a restart
+            at += 2;
+        } else {
+            return at;
+        }
+    }
+    return bytes.size();
+}
+
+void readJpegFrame(const Reader& reader, std::uint64_t data, unsigned marker,
+                   PictureHeader& header) {
+    header.bitsPerSample = static_cast<int>(reader.u8(data));
+    header.rows = reader.u16(data + 1);
+    header.columns = reader.u16(data + 3);
+    if (header.bitsPerSample != 8) {
+        header.unreadable = std::to_string(header.bitsPerSample) + "-bit JPEG";
+    } else if (marker == 0xc3 || (marker >= 0xc5 && marker <= 0xc7) || marker == 0xcb ||
+               marker >= 0xcd) {
+        header.unreadable = "lossless or hierarchical JPEG";
+    }
+}
+
+void readJpeg(string_view bytes, PictureHeader& header) {
+    const Reader reader(bytes, false);
+    bool hasExif = false;
+    bool hasAdobe = false;
+    bool hasEnd = false;
+    bool progressive = false;
+    unsigned components = 0;
+    unsigned scans = 0;
+    std::size_t at = 2;
+    header.usableBytes = bytes.size();
+    while (at + 1 < bytes.size()) {
+        if (static_cast<unsigned char>(bytes[at]) != 0xff) { // junk between segments is skipped
+            ++at;
+            continue;
+        }
+        const unsigned marker = reader.u8(at + 1);
+        if (marker == 0xff) {
+            ++at;
+            continue;
+        }
+        if (marker == 0xd9) {
+            hasEnd = true;
+            break;
+        }
+        if (marker == 0 || marker == 1 || (marker >= 0xd0 && marker <= 0xd8)) { // without a body
+            at += 2;
+            continue;
+        }
+        const std::size_t size = reader.u16(at + 2);
+        if (!reader.holds(at + 2, std::max<std::size_t>(size, 2))) {
+            header.usableBytes = at;
+            break;
+        }
+        if (size < 2) {
+            at += 2;
+            continue;
+        }
+        const std::size_t data = at + 4;
+        const string_view body = reader.text(data, size - 2);
+        const bool isFrame =
+            marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+        if (isFrame && header.columns == 0) {
+            readJpegFrame(reader, data, marker, header);
+            components = reader.u8(data + 5);
+            progressive = marker == 0xc2 || marker == 0xca;
+        } else if (marker == 0xe1 && !hasExif && startsWith(body, string_view("Exif\0\0", 6))) {
+            useExif(readExif(body), header);
+            hasExif = true;
+        } else if (marker == 0xee && startsWith(body, "Adobe")) {
+            hasAdobe = true;
+        }
+        at += 2 + size;
+        if (marker == 0xda) {
+            at = skipEntropyData(bytes, at);
+            if (at < bytes.size()) ++scans;
+        }
+    }
+    header.isCutOff = !hasEnd;
+    header.hasWholeScan = progressive && scans > 0;
+    header.isUnmarkedCmyk = components == 4 && !hasAdobe;
+}
+
+// --------------------------------------------------------------------------------------- TIFF
+
+struct TiffShape {
+    bool big = false;
+    unsigned countBytes = 2;
+    unsigned entryBytes = 12;
+    unsigned offsetBytes = 4;
+};
+
+// The first value of an entry of type BYTE, SHORT, LONG or LONG8.
+std::uint64_t tiffValue(const Reader& reader, std::uint64_t entry, const TiffShape& shape) {
+    const unsigned type = reader.u16(entry + 2);
+    const unsigned size = type == 1 ? 1 : type == 3 ? 2 : type == 4 ? 4 : type == 16 ? 8 : 0;
+    if (size == 0) return 0;
+    const std::uint64_t count = reader.number(entry + 4, shape.offsetBytes);
+    const std::uint64_t inlineAt = entry + 4 + shape.offsetBytes;
+    const bool fits = count <= shape.offsetBytes / size;
+    return reader.number(fits ? inlineAt : reader.number(inlineAt, shape.offsetBytes), size);
+}
+
+void readTiff(string_view bytes, const std::string& extension, PictureHeader& header) {
+    const Reader reader(bytes, bytes[0] == 'I');
+    TiffShape shape;
+    header.isLittleEndian = bytes[0] == 'I';
+    shape.big = reader.u16(2) == 43;
+    if (shape.big) shape = {true, 8, 20, 8};
+    std::uint64_t directory = reader.number(shape.big ? 8 : 4, shape.offsetBytes);
+    std::set<std::uint64_t> seen;
+    std::set<unsigned> tags;
+    unsigned photometric = 1;
+    unsigned samples = 1;
+    unsigned pages = 0;
+    header.alpha = AlphaKind::Unstated;
+    header.bitsPerSample = 1;
+    while (directory != 0 && pages < kMostPages && seen.insert(directory).second) {
+        if (!reader.holds(directory, shape.countBytes)) break;
+        const std::uint64_t entries = reader.number(directory, shape.countBytes);
+        const std::uint64_t first = directory + shape.countBytes;
+        if (entries > 65535 || !reader.holds(first, entries * shape.entryBytes)) break;
+        ++pages;
+        for (std::uint64_t i = 0; pages == 1 && i < entries; ++i) {
+            const std::uint64_t entry = first + i * shape.entryBytes;
+            const std::uint64_t value = tiffValue(reader, entry, shape);
+            const unsigned tag = reader.u16(entry);
+            if (!tags.insert(tag).second) continue; // of the same tags libtiff takes the first
+            switch (tag) {
+            case 256:
+                header.columns = value;
+                break;
+            case 257:
+                header.rows = value;
+                break;
+            case 258:
+                header.bitsPerSample = static_cast<int>(value & 0xff);
+                break;
+            case 262:
+                photometric = static_cast<unsigned>(value & 0xffff);
+                break;
+            case 274:
+                header.orientation = validOrientation(static_cast<unsigned>(value & 0xffff));
+                header.orientationAt = static_cast<std::size_t>(entry) + 4 + shape.offsetBytes;
+                header.orientationSize = reader.u16(entry + 2) == 4 ? 4 : 2;
+                break;
+            case 277:
+                samples = static_cast<unsigned>(value & 0xffff);
+                break;
+            case 338:
+                if (value == 1) header.alpha = AlphaKind::Premultiplied;
+                if (value == 2) header.alpha = AlphaKind::Straight;
+                break;
+            case 50706:
+                header.otherFormat = "DNG";
+                break;
+            default:
+                break;
+            }
+        }
+        directory = reader.number(first + entries * shape.entryBytes, shape.offsetBytes);
+    }
+    header.pictures = std::max(1u, pages);
+    header.isWhiteZero = photometric == 0 && samples == 1;
+    header.isPalette = photometric == 3;
+    constexpr std::array<const char*, 9> kRaw = {".nef", ".nrw", ".arw", ".sr2", ".pef",
+                                                 ".srw", ".erf", ".3fr", ".iiq"};
+    if (std::find(kRaw.begin(), kRaw.end(), extension) != kRaw.end()) {
+        header.otherFormat = "camera raw (" + extension.substr(1) + ")";
+    }
+    if (extension == ".dng") header.otherFormat = "DNG";
+    if (!header.otherFormat.empty()) {
+        header.format = PictureFormat::Unknown;
+        return;
+    }
+    if (photometric == 5 && header.bitsPerSample != 8) {
+        header.unreadable = std::to_string(header.bitsPerSample) + "-bit CMYK TIFF";
+    } else if (photometric == 3 && header.bitsPerSample > 8) {
+        header.unreadable = std::to_string(header.bitsPerSample) + "-bit palette TIFF";
+    } else if ((photometric == 8 || photometric == 9) && header.bitsPerSample != 8) {
+        header.unreadable = std::to_string(header.bitsPerSample) + "-bit Lab TIFF";
+    } else if (photometric <= 1 && samples == 2 &&
+               (header.bitsPerSample != 8 || header.alpha != AlphaKind::Premultiplied)) {
+        header.unreadable = "grey TIFF with alpha"; // OpenCV drops the alpha and half of 16 bits
+    }
+}
+
+// --------------------------------------------------------------------------------------- WebP
+
+void readWebP(string_view bytes, PictureHeader& header) {
+    const Reader reader(bytes, true);
+    bool hasPicture = false;
+    unsigned frames = 0;
+    for (std::uint64_t at = 12; reader.holds(at, 8);) {
+        const string_view name = reader.text(at, 4);
+        const std::uint64_t size = reader.u32(at + 4);
+        const std::uint64_t data = at + 8;
+        if (name == "VP8X") {
+            if ((reader.u8(data) & 2u) != 0) header.unreadable = "animated WebP";
+            if (header.columns == 0) {
+                header.columns = reader.number(data + 4, 3) + 1;
+                header.rows = reader.number(data + 7, 3) + 1;
+            }
+        } else if (name == "VP8 ") {
+            hasPicture = true;
+            if (header.columns == 0) {
+                header.columns = reader.u16(data + 6) & 0x3fffu;
+                header.rows = reader.u16(data + 8) & 0x3fffu;
+            }
+        } else if (name == "VP8L") {
+            hasPicture = true;
+            if (header.columns == 0) {
+                const std::uint32_t sizes = reader.u32(data + 1);
+                header.columns = (sizes & 0x3fffu) + 1;
+                header.rows = (sizes >> 14 & 0x3fffu) + 1;
+            }
+        } else if (name == "ANMF") {
+            ++frames;
+        } else if (name == "EXIF") {
+            useExif(readExif(reader.text(data, size)), header);
+        }
+        if (!reader.holds(data, size)) header.isCutOff = true;
+        at = data + size + (size & 1);
+    }
+    header.pictures = std::max(1u, frames);
+    if (!hasPicture && frames == 0) header.isCutOff = true;
+}
+
+// --------------------------------------------------------------------------- the simple formats
+
+void readBmp(string_view bytes, PictureHeader& header) {
+    const Reader reader(bytes, true);
+    const std::uint32_t size = reader.u32(14);
+    if (size < 16) {
+        header.columns = reader.u16(18);
+        header.rows = reader.u16(20);
+        return;
+    }
+    header.columns = reader.u32(18);
+    const std::uint32_t rows = reader.u32(22); // negative: top row first
+    header.rows = rows > 0x7fffffffu ? std::uint64_t{0x100000000} - rows : rows;
+    // Without an alpha mask the fourth byte is padding, often 0.
+    header.alpha = size >= 56 && reader.u32(66) != 0 ? AlphaKind::Straight : AlphaKind::Unstated;
+}
+
+// The next number of a Netpbm header; comments reach from # to the end of the line.
+std::uint64_t netpbmNumber(string_view bytes, std::size_t& at) {
+    while (at < bytes.size() && (bytes[at] < '0' || bytes[at] > '9')) {
+        if (bytes[at] == '#') {
+            while (at < bytes.size() && bytes[at] != '\n' && bytes[at] != '\r')
+                ++at;
+        } else {
+            ++at;
+        }
+    }
+    std::uint64_t value = 0;
+    while (at < bytes.size() && bytes[at] >= '0' && bytes[at] <= '9') {
+        value = std::min<std::uint64_t>(value * 10 + static_cast<unsigned>(bytes[at] - '0'),
+                                        std::uint64_t{1} << 40);
+        ++at;
+    }
+    return value;
+}
+
+void readNetpbm(string_view bytes, PictureHeader& header) {
+    std::size_t at = 2;
+    header.columns = netpbmNumber(bytes, at);
+    header.rows = netpbmNumber(bytes, at);
+    const bool isBitmap = bytes[1] == '1' || bytes[1] == '4';
+    if (header.format == PictureFormat::Pnm && !isBitmap) {
+        const std::uint64_t largest = netpbmNumber(bytes, at);
+        header.largestSample = static_cast<unsigned>(std::min<std::uint64_t>(largest, 65535));
+    }
+}
+
+void readExr(string_view bytes, PictureHeader& header) {
+    const Reader reader(bytes, true);
+    header.alpha = AlphaKind::Premultiplied;
+    std::size_t at = 8;
+    // Of a header that is damaged nothing counts: OpenEXR takes memory for any size it names.
+    const auto giveUp = [&] { header.columns = header.rows = 0; };
+    while (reader.u8(at) != 0) { // name \0 type \0 size value
+        const std::size_t name = bytes.find('\0', at);
+        if (name == string_view::npos) return giveUp();
+        const std::size_t type = bytes.find('\0', name + 1);
+        if (type == string_view::npos) return giveUp();
+        const std::uint64_t size = reader.u32(type + 1);
+        const std::uint64_t data = type + 5;
+        if (bytes.substr(at, name - at) == "dataWindow" && size == 16 && reader.holds(data, 16)) {
+            const auto extent = [&](std::uint64_t low, std::uint64_t high) {
+                const std::int64_t span =
+                    static_cast<std::int64_t>(static_cast<std::int32_t>(reader.u32(high))) -
+                    static_cast<std::int32_t>(reader.u32(low)) + 1;
+                return span > 0 ? static_cast<std::uint64_t>(span) : 0;
+            };
+            header.columns = extent(data, data + 8);
+            header.rows = extent(data + 4, data + 12);
+        }
+        if (!reader.holds(data, size)) return giveUp();
+        at = static_cast<std::size_t>(data + size);
+    }
+}
+
+void readHdr(string_view bytes, PictureHeader& header) {
+    // Lines up to an empty one, then "-Y rows +X columns".
+    std::size_t at = bytes.find("\n\n");
+    if (at == string_view::npos) return;
+    at += 2;
+    const string_view line =
+        bytes.substr(at, std::min<std::size_t>(bytes.find('\n', at) - at, 100));
+    std::size_t next = 0;
+    header.rows = netpbmNumber(line, next);
+    header.columns = netpbmNumber(line, next);
+    if (!startsWith(line, "-Y")) header.unreadable = "turned or mirrored HDR";
+}
+
+// Where the codestream of a JPEG 2000 file begins; in a .jp2 it is the contents of a box of its
+// own, whatever the boxes before it hold.
+std::uint64_t codestreamAt(string_view bytes, const Reader& reader) {
+    if (startsWith(bytes, "\xff\x4f")) return 0;
+    std::uint64_t at = 0;
+    while (reader.holds(at, 8)) {
+        std::uint64_t size = reader.u32(at);
+        std::uint64_t head = 8;
+        if (size == 1) { // the size is a long one
+            size = reader.u64(at + 8);
+            head = 16;
+        }
+        if (reader.text(at + 4, 4) == "jp2c") return at + head;
+        if (size < head || !reader.holds(at, size)) break;
+        at += size;
+    }
+    return bytes.size();
+}
+
+void readJpeg2000(string_view bytes, PictureHeader& header) {
+    const Reader reader(bytes, false);
+    const std::uint64_t at = codestreamAt(bytes, reader);
+    if (reader.u32(at) != 0xff4fff51u) return; // SIZ follows SOC at once
+    const auto extent = [&](std::uint64_t high, std::uint64_t low) -> std::uint64_t {
+        return reader.u32(high) > reader.u32(low) ? reader.u32(high) - reader.u32(low) : 0;
+    };
+    header.columns = extent(at + 8, at + 16);
+    header.rows = extent(at + 12, at + 20);
+}
+
+} // namespace
+
+PictureHeader readPictureHeader(string_view bytes, const std::string& extension) {
+    PictureHeader header;
+    header.format = pictureFormat(bytes);
+    switch (header.format) {
+    case PictureFormat::Png:
+        readPng(bytes, header);
+        break;
+    case PictureFormat::Jpeg:
+        readJpeg(bytes, header);
+        if (extension == ".mpo") header.pictures = 2; // at least; the first is the one to show
+        break;
+    case PictureFormat::Tiff:
+        readTiff(bytes, extension, header);
+        break;
+    case PictureFormat::WebP:
+        readWebP(bytes, header);
+        break;
+    case PictureFormat::Bmp:
+        readBmp(bytes, header);
+        break;
+    case PictureFormat::Pnm:
+    case PictureFormat::Pfm:
+        readNetpbm(bytes, header);
+        break;
+    case PictureFormat::Exr:
+        readExr(bytes, header);
+        break;
+    case PictureFormat::Hdr:
+        readHdr(bytes, header);
+        break;
+    case PictureFormat::Jpeg2000:
+        readJpeg2000(bytes, header);
+        break;
+    case PictureFormat::Unknown:
+        header.isText = containsOnlyText(bytes);
+        header.otherFormat =
+            startsWith(bytes, "II*") ? "camera raw (cr2)" : otherFormatName(bytes, extension);
+        break;
+    }
+    return header;
+}
+
+} // namespace altiro3D

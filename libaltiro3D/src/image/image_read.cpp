@@ -1,0 +1,507 @@
+#include "altiro3D/image_io.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "base/checks.hpp"
+#include "base/memory_errors.hpp"
+#include "base/text.hpp"
+#include "image/image_header.hpp"
+#include "image/pixel_values.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <type_traits>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// OpenCV takes encoded pictures as one row of at most 2^31 - 1 bytes; room for two more is kept.
+constexpr std::uintmax_t kMaxFileBytes = 0x7ffffff0u;
+constexpr std::uint64_t kMaxPictureSide = 65500; // the longest side of a JPEG
+constexpr const char* kReadable =
+    "PNG, JPEG, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000; convert it first";
+
+const char* nameOf(PictureFormat format) {
+    switch (format) {
+    case PictureFormat::Png:
+        return "PNG";
+    case PictureFormat::Jpeg:
+        return "JPEG";
+    case PictureFormat::Tiff:
+        return "TIFF";
+    case PictureFormat::WebP:
+        return "WebP";
+    case PictureFormat::Bmp:
+        return "BMP";
+    case PictureFormat::Pnm:
+        return "PNM";
+    case PictureFormat::Pfm:
+        return "PFM";
+    case PictureFormat::Exr:
+        return "EXR";
+    case PictureFormat::Hdr:
+        return "HDR";
+    case PictureFormat::Jpeg2000:
+        return "JPEG 2000";
+    case PictureFormat::Unknown:
+        break;
+    }
+    return "unknown";
+}
+
+[[noreturn]] void refuseUnknown(const fs::path& path, const PictureHeader& header) {
+    const std::string& name = header.otherFormat;
+    if (name == "HTML") {
+        throw Error(ErrorCode::BadFormat, path.string(),
+                    "is a web page, expected a picture; download the picture itself");
+    }
+    if (name.size() > 6 && name.compare(name.size() - 6, 6, " video") == 0) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    "is a video (" + name.substr(0, name.size() - 6) + "), expected a picture");
+    }
+    if (name == "ZIP" || name == "gzip") {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    "is a " + name + " archive, expected a picture; unpack it first");
+    }
+    if (!name.empty()) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    name + " pictures are not read, expected " + kReadable);
+    }
+    throw Error(ErrorCode::BadFormat, path.string(),
+                std::string("is no picture that can be read") +
+                    (header.isText ? " (it holds text)" : "") +
+                    ", expected PNG, JPEG, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000");
+}
+
+void checkHeader(const fs::path& path, const PictureHeader& header) {
+    if (header.format == PictureFormat::Unknown) refuseUnknown(path, header);
+    if (!header.unreadable.empty()) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    header.unreadable + " pictures are not read, expected an ordinary " +
+                        nameOf(header.format) + " file; convert it first");
+    }
+    if (header.columns == 0 || header.rows == 0) {
+        throw Error(ErrorCode::BadFormat, path.string(),
+                    std::string("its header is damaged or cut off, expected a whole ") +
+                        nameOf(header.format) + " file");
+    }
+    const double pixels = static_cast<double>(header.columns) * static_cast<double>(header.rows);
+    if (header.columns > kMaxPictureSide || header.rows > kMaxPictureSide ||
+        pixels > kMaxPicturePixels) {
+        throw Error(ErrorCode::TooLarge, path.string(),
+                    "has " + std::to_string(header.columns) + " x " + std::to_string(header.rows) +
+                        " px, expected at most " +
+                        std::to_string(static_cast<long long>(kMaxPicturePixels / 1e6)) +
+                        " megapixels and sides of at most " + std::to_string(kMaxPictureSide) +
+                        " px");
+    }
+}
+
+void addNotes(const PictureHeader& header, const std::string& extension, Notes* notes) {
+    if (notes == nullptr) return;
+    if (header.format == PictureFormat::Jpeg && header.isCutOff) {
+        notes->push_back(header.hasWholeScan ? "the file is cut off: its fine detail is missing"
+                                             : "the file is cut off: its lower part is missing");
+    }
+    if (header.isUnmarkedCmyk) {
+        notes->push_back("the file is CMYK without Adobe's mark: its colours may be inverted");
+    }
+    if (extension == ".mpo" && header.format == PictureFormat::Jpeg) {
+        notes->push_back("the file holds several pictures: the first one is read");
+    } else if (header.pictures > 1) {
+        notes->push_back("the file holds " + std::to_string(header.pictures) +
+                         (header.format == PictureFormat::Tiff ? " pages" : " frames") +
+                         ": the first one is read");
+    }
+}
+
+// OpenCV turns TIFF pictures by itself, others not: an upright tag leaves all of it to us.
+void clearTiffOrientation(const PictureHeader& header, std::string& bytes) {
+    const std::size_t at = header.orientationAt;
+    const std::size_t size = header.orientationSize;
+    if (at == 0 || at + size > bytes.size()) return;
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), size, '\0');
+    bytes[header.isLittleEndian ? at : at + size - 1] = 1;
+}
+
+cv::Mat decode(const fs::path& path, const PictureHeader& header, std::string& bytes) {
+    const std::string expected =
+        std::string(", expected a whole ") + nameOf(header.format) + " file";
+    // libjpeg waits for more bytes at the end of a cut-off file unless its end is marked.
+    if (header.format == PictureFormat::Jpeg && header.isCutOff) {
+        bytes.resize(header.usableBytes);
+        bytes += "\xff\xd9";
+    }
+    // OpenCV wants something behind the last number of a text file.
+    if (header.format == PictureFormat::Pnm && bytes[1] <= '3') bytes += '\n';
+    if (header.format == PictureFormat::Tiff) clearTiffOrientation(header, bytes);
+    std::string detail;
+    cv::Mat picture;
+    try {
+        const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1, bytes.data());
+        const int flags = header.isPalette ? cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION
+                                           : cv::IMREAD_UNCHANGED;
+        picture = cv::imdecode(encoded, flags);
+    } catch (const cv::Exception& exception) {
+        if (exception.code == cv::Error::StsNoMem) throw;
+        detail = exception.err;
+    }
+    if (!picture.empty()) return picture;
+    if (header.format == PictureFormat::Exr && detail.find("OPENEXR") != std::string::npos) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    "EXR pictures are switched off in this OpenCV, expected the environment "
+                    "variable OPENCV_IO_ENABLE_OPENEXR=1");
+    }
+    throw Error(ErrorCode::BadFormat, path.string(),
+                std::string(header.isCutOff ? "is cut off" : "is damaged or of an unusual kind") +
+                    expected);
+}
+
+// a * b / largest, rounded; 8 and 16 bits.
+template <typename T>
+T scaled(T color, T alpha) {
+    constexpr unsigned kLargest = sizeof(T) == 1 ? 255u : 65535u;
+    return static_cast<T>((static_cast<unsigned>(color) * alpha + kLargest / 2) / kLargest);
+}
+template <>
+float scaled(float color, float alpha) {
+    return alpha > 0 ? color * std::min(alpha, 1.0f) : 0.0f;
+}
+
+template <typename T>
+void compositeRow(const T* from, T* to, int columns, int colors, bool premultiplied) {
+    for (int x = 0; x < columns; ++x, from += colors + 1, to += colors) {
+        const T alpha = from[colors];
+        for (int c = 0; c < colors; ++c)
+            to[c] = premultiplied ? from[c] : scaled(from[c], alpha);
+    }
+}
+
+template <typename T>
+bool hasColorAboveAlpha(const cv::Mat& picture) {
+    const int colors = picture.channels() - 1;
+    for (int y = 0; y < picture.rows; ++y) {
+        const T* from = picture.ptr<T>(y);
+        for (int x = 0; x < picture.cols; ++x, from += colors + 1) {
+            if (*std::max_element(from, from + colors) > from[colors]) return true;
+        }
+    }
+    return false;
+}
+
+// The picture over black: the last of 2 or 4 channels is its alpha.
+template <typename T>
+cv::Mat compositeOver(const cv::Mat& picture, AlphaKind kind) {
+    // What shows a colour brighter than its alpha cannot be multiplied yet.
+    const bool premultiplied = kind == AlphaKind::Premultiplied ||
+                               (kind == AlphaKind::Unstated && !hasColorAboveAlpha<T>(picture));
+    const int colors = picture.channels() - 1;
+    cv::Mat result(picture.size(), CV_MAKETYPE(picture.depth(), colors));
+    for (int y = 0; y < picture.rows; ++y) {
+        compositeRow(picture.ptr<T>(y), result.ptr<T>(y), picture.cols, colors, premultiplied);
+    }
+    return result;
+}
+
+cv::Mat withoutAlpha(const cv::Mat& picture, const PictureHeader& header) {
+    if (picture.channels() != 2 && picture.channels() != 4) return picture;
+    AlphaKind kind = header.alpha;
+    if (header.format == PictureFormat::Bmp && kind == AlphaKind::Unstated) {
+        kind = AlphaKind::Premultiplied; // the fourth byte is padding: left out
+    } else if (header.format == PictureFormat::Tiff && picture.depth() == CV_8U &&
+               kind == AlphaKind::Straight) {
+        kind = AlphaKind::Premultiplied; // libtiff has multiplied already
+    }
+    switch (picture.depth()) {
+    case CV_8U:
+        return compositeOver<std::uint8_t>(picture, kind);
+    case CV_16U:
+        return compositeOver<std::uint16_t>(picture, kind);
+    default:
+        break;
+    }
+    if (picture.depth() == CV_32F) return compositeOver<float>(picture, kind);
+    return picture;
+}
+
+// Pixels of the one transparent colour become black; OpenCV shows them.
+template <typename T>
+void blackenColor(cv::Mat& picture, const ColorKey& color, int bits) {
+    const unsigned mask = (1u << bits) - 1;
+    const unsigned factor = bits < 8 ? 255u / mask : 1u; // OpenCV spreads fewer bits over 0..255
+    const T blue = static_cast<T>((color.blue & mask) * factor);
+    const T green = static_cast<T>((color.green & mask) * factor);
+    const T red = static_cast<T>((color.red & mask) * factor);
+    const int channels = picture.channels();
+    for (int y = 0; y < picture.rows; ++y) {
+        T* row = picture.ptr<T>(y);
+        for (int x = 0; x < picture.cols; ++x, row += channels) {
+            if (row[0] != blue) continue;
+            if (channels == 3 && (row[1] != green || row[2] != red)) continue;
+            std::fill_n(row, channels, T{0});
+        }
+    }
+}
+
+void blackenTransparent(cv::Mat& picture, const PictureHeader& header) {
+    if (!header.transparentColor || picture.channels() == 2 || picture.channels() > 3) return;
+    const int bits = header.bitsPerSample;
+    if (picture.depth() == CV_8U && bits <= 8) {
+        blackenColor<std::uint8_t>(picture, *header.transparentColor, bits);
+    } else if (picture.depth() == CV_16U && bits == 16) {
+        blackenColor<std::uint16_t>(picture, *header.transparentColor, bits);
+    }
+}
+
+// cv::rotate() by a quarter turn, in bands that stay in the cache and on all threads.
+void turn(const cv::Mat& picture, bool clockwise, cv::Mat& result) {
+    constexpr int kBandRows = 64;
+    result.create(picture.cols, picture.rows, picture.type());
+    const int bands = (result.rows + kBandRows - 1) / kBandRows;
+    cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
+        for (int band = range.start; band < range.end; ++band) {
+            const cv::Range to(band * kBandRows, std::min((band + 1) * kBandRows, result.rows));
+            const cv::Range from =
+                clockwise ? to : cv::Range(picture.cols - to.end, picture.cols - to.start);
+            cv::Mat rows = result.rowRange(to);
+            cv::rotate(picture.colRange(from), rows,
+                       clockwise ? cv::ROTATE_90_CLOCKWISE : cv::ROTATE_90_COUNTERCLOCKWISE);
+        }
+    });
+}
+
+cv::Mat upright(const cv::Mat& picture, int orientation) {
+    cv::Mat result;
+    switch (orientation) { // EXIF: where the 0th row and the 0th column of the file are seen
+    case 2:
+        cv::flip(picture, result, 1);
+        return result; // top, right
+    case 3:
+        cv::flip(picture, result, -1);
+        return result; // bottom, right
+    case 4:
+        cv::flip(picture, result, 0);
+        return result; // bottom, left
+    case 5:
+        cv::transpose(picture, result);
+        return result; // left, top
+    case 6:
+        turn(picture, true, result);
+        return result; // right, top
+    case 7:            // right, bottom
+        cv::transpose(picture, result);
+        cv::flip(result, result, -1);
+        return result;
+    case 8:
+        turn(picture, false, result);
+        return result;
+    default:
+        return picture;
+    }
+}
+
+struct LoadedPicture {
+    cv::Mat picture;      // 1 or 3 channels, any depth, upright
+    PictureHeader header; // what the file says
+};
+
+// Does the work of reading a file; what goes wrong inside OpenCV is an error of the file.
+template <class Work>
+auto reading(const fs::path& path, const Work& work) {
+    try {
+        return orOutOfMemory(path.string(), "does not fit into memory, expected a smaller picture",
+                             work);
+    } catch (const cv::Exception& exception) {
+        throw Error(ErrorCode::BadFormat, path.string(),
+                    "cannot be decoded (" + exception.err + "), expected an ordinary picture");
+    }
+}
+
+LoadedPicture load(const fs::path& path, Notes* notes) {
+    const std::string extension = lowerExtension(path);
+    std::string bytes = readFile(path, kMaxFileBytes);
+    if (bytes.empty()) {
+        throw Error(ErrorCode::BadFormat, path.string(), "is empty, expected a picture");
+    }
+    LoadedPicture loaded;
+    loaded.header = readPictureHeader(bytes, extension);
+    const PictureHeader& header = loaded.header;
+    checkHeader(path, header);
+    cv::Mat picture = decode(path, header, bytes);
+    std::string().swap(bytes);
+    picture = withoutAlpha(picture, header);
+    blackenTransparent(picture, header);
+    // OpenCV knows 0 = white for 8 bits only.
+    if (header.isWhiteZero && picture.type() == CV_16UC1) cv::bitwise_not(picture, picture);
+    if (picture.channels() != 1 && picture.channels() != 3) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    "has " + std::to_string(picture.channels()) +
+                        " channels, expected grey, RGB or either with alpha");
+    }
+    loaded.picture = upright(picture, header.orientation);
+    addNotes(header, extension, notes);
+    return loaded;
+}
+
+template <typename T>
+bool isGrey(const cv::Mat& bgr) {
+    for (int y = 0; y < bgr.rows; ++y) {
+        const T* pixel = bgr.ptr<T>(y);
+        for (int x = 0; x < bgr.cols; ++x, pixel += 3) {
+            if (pixel[0] != pixel[1] || pixel[1] != pixel[2]) return false;
+        }
+    }
+    return true;
+}
+
+// Whole numbers stay what they are where all three channels agree.
+template <typename T>
+cv::Mat greyOf(const cv::Mat& bgr, Notes* notes) {
+    if (notes != nullptr && hasColours(bgr)) {
+        notes->emplace_back("has colours, and depth has none: their grey value is taken (the photo "
+                            "comes first, then its depth)");
+    }
+    cv::Mat grey;
+    if (std::is_integral_v<T> && isGrey<T>(bgr)) {
+        cv::extractChannel(bgr, grey, 1);
+        return grey;
+    }
+    grey.create(bgr.size(), CV_32FC1);
+    for (int y = 0; y < bgr.rows; ++y)
+        greyRow(bgr.ptr<T>(y), grey.ptr<float>(y), bgr.cols);
+    return grey;
+}
+
+// Whoever has read a picture from a pipe has taken its bytes, and more may never come.
+bool givesBytesOnce(const fs::path& path) {
+    std::error_code error;
+    const fs::file_type type = fs::status(path, error).type();
+    return type == fs::file_type::fifo || type == fs::file_type::character ||
+           type == fs::file_type::socket;
+}
+
+} // namespace
+
+cv::Mat readPicture(const fs::path& path, Notes* notes) {
+    return reading(path, [&]() -> cv::Mat {
+        const LoadedPicture loaded = load(path, notes);
+        cv::Mat picture = loaded.picture;
+        switch (picture.depth()) {
+        case CV_8U:
+        case CV_32F:
+            break;
+        case CV_64F:
+            picture.convertTo(picture, CV_32F);
+            break;
+        case CV_16U:
+            // OpenCV spreads PNM samples of up to 8 bits over the whole range, longer ones not.
+            if (const unsigned largest = loaded.header.largestSample;
+                largest > 255 && largest < 65535) {
+                picture.convertTo(picture, CV_16U, 65535.0 / largest);
+            }
+            break;
+        default:
+            throw Error(ErrorCode::Unsupported, path.string(),
+                        "has signed or 32-bit whole numbers, expected 8 or 16 bits without sign or "
+                        "float numbers; convert it first");
+        }
+        if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
+        return picture;
+    });
+}
+
+cv::Mat readPhoto(const fs::path& path, Notes* notes) {
+    return reading(path, [&]() -> cv::Mat {
+        cv::Mat picture = readPicture(path, notes);
+        if (picture.depth() == CV_8U) return picture;
+        if (picture.depth() == CV_16U) return toEightBits(picture);
+        cv::Mat photo(picture.size(), CV_8UC3);
+        for (int y = 0; y < picture.rows; ++y) {
+            const float* from = picture.ptr<float>(y);
+            std::uint8_t* to = photo.ptr<std::uint8_t>(y);
+            for (int i = 0; i < 3 * picture.cols; ++i) {
+                to[i] = toWhole<std::uint8_t>(from[i], 255.0f);
+            }
+        }
+        return photo;
+    });
+}
+
+double readFocalLength35mm(const fs::path& path) {
+    if (givesBytesOnce(path)) return 0;
+    return readPictureHeader(readFile(path, kMaxFileBytes), lowerExtension(path)).focalLength35mm;
+}
+
+bool hasColours(const cv::Mat& picture) {
+    checkType(picture, {CV_8UC3, CV_16UC3, CV_32FC3, CV_64FC3}, "picture",
+              "three channels of 8 or 16 bits or of floats");
+    constexpr int kMostRows = 512; // of a large picture some tell
+    const int step = picture.rows / kMostRows + 1;
+    cv::Mat rows;
+    for (int y = 0; y < picture.rows; y += step)
+        rows.push_back(picture.row(y));
+    rows.convertTo(rows, CV_32F);
+    double white = picture.depth() == CV_8U ? 255 : 65535;
+    if (picture.depth() >= CV_32F) white = cv::norm(rows, cv::NORM_INF); // floats have any unit
+    std::int64_t coloured = 0;
+    for (int y = 0; y < rows.rows; ++y) {
+        const auto* pixel = rows.ptr<cv::Vec3f>(y);
+        for (int x = 0; x < rows.cols; ++x) {
+            const auto [least, most] = std::minmax({pixel[x][0], pixel[x][1], pixel[x][2]});
+            if (most - least > white / 16) ++coloured;
+        }
+    }
+    return coloured * 50 > static_cast<std::int64_t>(rows.total());
+}
+
+bool isMarkedNative(const fs::path& path) {
+    if (givesBytesOnce(path)) return false;
+    constexpr std::size_t kMostBytes = 4096; // the mark comes before the pixels
+    std::string bytes(kMostBytes, '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    bytes.resize(static_cast<std::size_t>(file.gcount()));
+    return readPictureHeader(bytes, lowerExtension(path)).isNative;
+}
+
+cv::Mat readDepthSamples(const fs::path& path, Notes* notes) {
+    return reading(path, [&]() -> cv::Mat {
+        cv::Mat picture = load(path, notes).picture;
+        if (picture.channels() == 3) {
+            switch (picture.depth()) {
+            case CV_8U:
+                return greyOf<std::uint8_t>(picture, notes);
+            case CV_16U:
+                return greyOf<std::uint16_t>(picture, notes);
+            case CV_32F:
+                return greyOf<float>(picture, notes);
+            default:
+                break;
+            }
+            cv::Mat numbers;
+            picture.convertTo(numbers, CV_64F);
+            return greyOf<double>(numbers, notes);
+        }
+        if (picture.depth() == CV_8U || picture.depth() == CV_16U) return picture;
+        cv::Mat depth;
+        picture.convertTo(depth, CV_32F);
+        return depth;
+    });
+}
+
+cv::Mat readDepthImage(const fs::path& path, Notes* notes) {
+    return reading(path, [&]() -> cv::Mat {
+        cv::Mat depth = readDepthSamples(path, notes);
+        if (depth.depth() != CV_32F) depth.convertTo(depth, CV_32F);
+        return depth;
+    });
+}
+
+} // namespace altiro3D

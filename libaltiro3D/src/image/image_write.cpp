@@ -1,0 +1,129 @@
+#include "altiro3D/image_io.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "base/memory_errors.hpp"
+#include "base/text.hpp"
+#include "image/image_header.hpp"
+#include "image/pixel_values.hpp"
+#include "image/png_encode.hpp"
+
+#include <algorithm>
+#include <array>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Writer {
+    const char* extension;
+    const char* format;
+    bool holds16Bit;
+    int channels;    // 0: grey and colour, else only this
+    int longestSide; // px
+};
+
+constexpr std::array<Writer, 13> kWriters = {{
+    {".png", "PNG", true, 0, 1000000},
+    {".jpg", "JPEG", false, 0, 65500},
+    {".jpeg", "JPEG", false, 0, 65500},
+    {".jpe", "JPEG", false, 0, 65500},
+    {".tif", "TIFF", true, 0, 1000000},
+    {".tiff", "TIFF", true, 0, 1000000},
+    {".webp", "WebP", false, 0, 16383},
+    {".bmp", "BMP", false, 0, 1000000},
+    {".dib", "BMP", false, 0, 1000000},
+    {".ppm", "PPM", true, 3, 1000000},
+    {".pgm", "PGM", true, 1, 1000000},
+    {".pnm", "PNM", true, 0, 1000000},
+    {".jp2", "JPEG 2000", true, 0, 1000000},
+}};
+
+const Writer* writerFor(const fs::path& path) {
+    const std::string extension = lowerExtension(path);
+    const auto* const found =
+        std::find_if(kWriters.begin(), kWriters.end(),
+                     [&](const Writer& writer) { return extension == writer.extension; });
+    return found == kWriters.end() ? nullptr : found;
+}
+
+// The pieces of the file; none if it cannot be encoded.
+std::vector<std::vector<unsigned char>> encode(const cv::Mat& picture, const Writer& writer,
+                                               PictureMark mark) {
+    const std::string format = writer.format;
+    if (format == "PNG") {
+        return png::encode(picture, mark == PictureMark::Native ? kNativeMark : std::string_view());
+    }
+    cv::Mat suited = picture;
+    if (picture.depth() == CV_16U && !writer.holds16Bit) suited = toEightBits(picture);
+    if (writer.channels == 3 && suited.channels() == 1) {
+        cv::cvtColor(suited, suited, cv::COLOR_GRAY2BGR);
+    }
+    std::vector<int> settings;
+    if (format == "JPEG") settings = {cv::IMWRITE_JPEG_QUALITY, 95};
+    std::vector<std::vector<unsigned char>> pieces(1);
+    if (!cv::imencode(writer.extension, suited, pieces[0], settings) || pieces[0].empty()) {
+        pieces.clear();
+    }
+    return pieces;
+}
+
+} // namespace
+
+void writePicture(const fs::path& path, const cv::Mat& picture, PictureMark mark) {
+    const Writer* const writer = writerFor(path);
+    if (writer == nullptr) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    "its extension names no picture format that is written, expected .png, .jpg, "
+                    ".tif, .webp, .bmp, .ppm, .pgm or .jp2");
+    }
+    const int type = picture.type();
+    if (picture.empty() || picture.dims != 2 ||
+        (type != CV_8UC1 && type != CV_8UC3 && type != CV_16UC1 && type != CV_16UC3)) {
+        throw Error(
+            ErrorCode::InvalidArgument, "picture",
+            (picture.empty() ? std::string("is empty") : "has the type " + cv::typeToString(type)) +
+                ", expected 8 or 16 bits and 1 or 3 channels");
+    }
+    if (std::max(picture.cols, picture.rows) > writer->longestSide) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    std::to_string(picture.cols) + " x " + std::to_string(picture.rows) +
+                        " px are too many for " + writer->format + ", expected sides of at most " +
+                        std::to_string(writer->longestSide) + " px; write a .png");
+    }
+    if (writer->channels == 1 && picture.channels() == 3) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    std::string(writer->format) +
+                        " holds no colours, expected .ppm or .png for a colour picture");
+    }
+    std::vector<std::vector<unsigned char>> pieces;
+    try {
+        pieces = orOutOfMemory(path.string(),
+                               std::string("does not fit into memory as ") + writer->format +
+                                   ", expected a smaller picture or more memory to be free",
+                               [&] { return encode(picture, *writer, mark); });
+    } catch (const cv::Exception& exception) {
+        throw Error(ErrorCode::WriteFailed, path.string(),
+                    std::string("cannot be encoded as ") + writer->format + ": " + exception.err +
+                        "; write a .png");
+    }
+    if (pieces.empty()) {
+        throw Error(ErrorCode::WriteFailed, path.string(),
+                    std::string("cannot be encoded as ") + writer->format + "; write a .png");
+    }
+    std::vector<Bytes> parts;
+    for (const std::vector<unsigned char>& piece : pieces)
+        parts.push_back({piece.data(), piece.size()});
+    writeFile(path, parts);
+}
+
+bool canWritePicture(const fs::path& path) {
+    return writerFor(path) != nullptr;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,185 @@
+#include "altiro3D/native_renderer.hpp"
+
+#include "base/checks.hpp"
+#include "base/text.hpp"
+#include "display/lens_phase.hpp"
+#include "native/native_lut_tables.hpp"
+#include "native/native_row_kernels.hpp"
+#include "views/view_renderer.hpp"
+
+#include <array>
+#include <cstring>
+
+namespace altiro3D {
+
+namespace {
+
+// Rows of views pay where a panel has at least four sub-pixels for each of their pixels (measured:
+// docs/performance.md).
+constexpr double kSamplesPerSubpixel = 0.25;
+
+// The px of a side of the photo under each px of a side of the panel.
+std::vector<int> samplesOf(int panel, int photo, bool mirrored) {
+    std::vector<int> samples(static_cast<std::size_t>(panel));
+    for (int i = 0; i < panel; ++i)
+        samples[static_cast<std::size_t>(i)] =
+            nearestSample(mirrored ? panel - 1 - i : i, panel, photo);
+    return samples;
+}
+
+void copyColumns(const std::uint8_t* bgr, const std::vector<int>& columns, std::uint8_t* out) {
+    for (const int column : columns) {
+        std::memcpy(out, bgr + 3 * static_cast<std::ptrdiff_t>(column), 3);
+        out += 3;
+    }
+}
+
+} // namespace
+
+struct NativeRenderer::Impl {
+    LensPhases lens;
+    int viewCount;
+    ViewOptions options;
+    ViewPositions positions;
+
+    cv::Size panelSize() const { return {lens.geometry().panelWidth, lens.geometry().panelHeight}; }
+
+    // @param columns, rowOf column and row of the photo under each of the panel's
+    void renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo,
+                         const std::vector<int>& columns, const std::vector<int>& rowOf,
+                         cv::Mat& native) const;
+    void renderRows(const ViewRenderer& renderer, const cv::Mat& photo,
+                    const std::vector<int>& columns, const std::vector<int>& rowOf,
+                    cv::Mat& native) const;
+};
+
+NativeRenderer::NativeRenderer(const Calibration& calibration, int viewCount,
+                               const ViewOptions& options, ViewPositions positions,
+                               InvertViews invert) {
+    validate(options);
+    check(viewCount >= 1 && viewCount <= kMostViews, "view count",
+          "is " + std::to_string(viewCount) + ", expected 1.." + std::to_string(kMostViews));
+    check(options.method != ViewMethod::Real, "method",
+          "is real, which makes whole views; expected fast or layered, or the way over a quilt");
+    impl_ = std::make_shared<const Impl>(
+        Impl{LensPhases(lensGeometry(calibration, invert)), viewCount, options, positions});
+}
+
+cv::Size NativeRenderer::panelSize() const {
+    return impl_->panelSize();
+}
+
+int NativeRenderer::viewCount() const {
+    return impl_->viewCount;
+}
+
+const ViewOptions& NativeRenderer::options() const {
+    return impl_->options;
+}
+
+// Reads each sub-pixel on its own.
+void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo,
+                                           const std::vector<int>& columns,
+                                           const std::vector<int>& rowOf, cv::Mat& native) const {
+    const float halfParallax = halfParallaxOf(options, photo.cols);
+    const auto width = static_cast<std::size_t>(native.cols);
+    cv::parallel_for_(cv::Range(0, native.rows), [&](const cv::Range& rows) {
+        const std::unique_ptr<SubpixelSampler> sampler =
+            renderer.sampler(columns, static_cast<double>(halfParallax));
+        std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(width);
+        std::vector<float> shifts = paddedRow<float>(width);
+        std::array<std::vector<std::uint8_t>, 3> planes; // blue, green, red
+        planes.fill(paddedRow<std::uint8_t>(width));
+        int open = -1;
+        for (int y = rows.start; y < rows.end; ++y) {
+            const int row = rowOf[static_cast<std::size_t>(y)];
+            auto* pixels = native.ptr<std::uint8_t>(y);
+            if (row != open) sampler->open(row);
+            if (sampler->still()) {
+                if (row == open && y > rows.start) {
+                    std::memcpy(pixels, native.ptr<std::uint8_t>(y - 1), 3 * width);
+                } else {
+                    copyColumns(photo.ptr<std::uint8_t>(row), columns, pixels);
+                }
+                open = row;
+                continue;
+            }
+            open = row;
+            for (int colour = 0; colour < 3; ++colour) { // red, green, blue
+                if (positions == ViewPositions::Discrete) {
+                    lens.viewsOfRow(y, colour, viewCount, views.data());
+                    shiftsOfViews(views.data(), width, viewCount, halfParallax, shifts.data());
+                } else {
+                    shiftsOfPhases(lens.columnPhases(y, colour), lens.rowPhase(y, colour), width,
+                                   viewCount, halfParallax, shifts.data());
+                }
+                const int channel = 2 - colour;
+                sampler->sample(channel, shifts.data(),
+                                planes[static_cast<std::size_t>(channel)].data());
+            }
+            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width, pixels);
+        }
+    });
+}
+
+// Makes a row of all views at a time and picks sub-pixels from it: where the panel has so many that
+// most of the views' pixels are shown, and more than once.
+void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Mat& photo,
+                                      const std::vector<int>& columns,
+                                      const std::vector<int>& rowOf, cv::Mat& native) const {
+    std::vector<double> shifts;
+    for (int i = 0; i < viewCount; ++i)
+        shifts.push_back(shiftOf(options, photo.cols, viewPosition(i, viewCount)));
+    const auto width = static_cast<std::size_t>(native.cols);
+    const auto rowBytes = 3 * static_cast<std::uint32_t>(photo.cols);
+    std::vector<std::uint32_t> byteOf(columns.begin(), columns.end());
+    for (std::uint32_t& byte : byteOf)
+        byte *= 3;
+    cv::parallel_for_(cv::Range(0, native.rows), [&](const cv::Range& rows) {
+        const std::unique_ptr<RowRenderer> rowRenderer = renderer.rowRenderer();
+        std::vector<std::uint8_t> viewRows(std::size_t{rowBytes} *
+                                           static_cast<std::size_t>(viewCount));
+        std::vector<std::uint8_t*> targets;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(viewCount); ++i)
+            targets.push_back(viewRows.data() + i * rowBytes);
+        std::array<std::vector<std::uint16_t>, 3> views; // blue, green, red
+        views.fill(paddedRow<std::uint16_t>(width));
+        int open = -1;
+        for (int y = rows.start; y < rows.end; ++y) {
+            const int row = rowOf[static_cast<std::size_t>(y)];
+            if (row != open) rowRenderer->render(row, shifts, targets);
+            open = row;
+            auto* pixels = native.ptr<std::uint8_t>(y);
+            for (int colour = 0; colour < 3; ++colour)
+                lens.viewsOfRow(y, colour, viewCount,
+                                views[static_cast<std::size_t>(2 - colour)].data());
+            const std::uint8_t* from = viewRows.data();
+            for (std::size_t x = 0; x < width; ++x, pixels += 3) {
+                pixels[0] = from[views[0][x] * rowBytes + byteOf[x]];
+                pixels[1] = from[views[1][x] * rowBytes + byteOf[x] + 1];
+                pixels[2] = from[views[2][x] * rowBytes + byteOf[x] + 2];
+            }
+        }
+    });
+}
+
+void NativeRenderer::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& native) const {
+    const Impl& self = *impl_;
+    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(photo, depth, self.options, 1);
+    const LensGeometry& geometry = self.lens.geometry();
+    checkApart(native, photo, "native", "photo");
+    checkApart(native, depth, "native", "depth");
+    native.create(self.panelSize(), CV_8UC3);
+    const std::vector<int> columns = samplesOf(native.cols, photo.cols, geometry.mirrorX);
+    const std::vector<int> rowOf = samplesOf(native.rows, photo.rows, geometry.mirrorY);
+    const double samples = 1.0 * self.viewCount * static_cast<double>(photo.total());
+    const double subpixels = 3.0 * static_cast<double>(native.total());
+    const bool mostAreShown = kSamplesPerSubpixel * subpixels > samples;
+    if (self.positions == ViewPositions::Discrete && mostAreShown && renderer->makesRows()) {
+        self.renderRows(*renderer, photo, columns, rowOf, native);
+    } else {
+        self.renderSubpixels(*renderer, photo, columns, rowOf, native);
+    }
+}
+
+} // namespace altiro3D

@@ -1,0 +1,125 @@
+#include "native/native_row_kernels.hpp"
+
+// This file is compiled once per instruction set; the best one is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "native/native_row_kernels.cpp"
+#include <hwy/foreach_target.h> // IWYU pragma: keep
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace altiro3D {
+namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Bound by one division per sub-pixel; a product with 1 / (N - 1) would not give +-1 at the ends.
+void shiftsOfViewsOn(const std::uint16_t* HWY_RESTRICT views, std::size_t count, int viewCount,
+                     float halfParallax, float* HWY_RESTRICT shifts) {
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    const hn::Rebind<std::uint16_t, decltype(d)> narrow;
+    const auto last = hn::Set(whole, viewCount - 1);
+    const auto divisor = hn::Set(d, static_cast<float>(viewCount > 1 ? viewCount - 1 : 1));
+    const auto half = hn::Set(d, halfParallax);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const auto view = hn::PromoteTo(whole, hn::LoadU(narrow, views + i));
+        const auto twice = hn::ConvertTo(d, hn::Sub(hn::Add(view, view), last));
+        hn::StoreU(hn::Mul(hn::Div(twice, divisor), half), d, shifts + i);
+    }
+}
+
+void shiftsOfPhasesOn(const std::uint32_t* HWY_RESTRICT columns, std::uint32_t row,
+                      std::size_t count, int viewCount, float halfParallax,
+                      float* HWY_RESTRICT shifts) {
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    const hn::RebindToUnsigned<decltype(d)> bits;
+    const auto vRow = hn::Set(bits, row);
+    // N / (N - 1) (2 z - 1), of which 24 bits are kept
+    const double stretch = viewCount > 1 ? viewCount / (viewCount - 1.0) : 0;
+    const auto scale = hn::Set(d, static_cast<float>(stretch * 0x1p-23));
+    const auto middle = hn::Set(whole, 1 << 23);
+    const auto one = hn::Set(d, 1.0F);
+    const auto half = hn::Set(d, halfParallax);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const auto phase = hn::Add(hn::LoadU(bits, columns + i), vRow);
+        const auto place = hn::Sub(hn::BitCast(whole, hn::ShiftRight<8>(phase)), middle);
+        const auto wide = hn::Mul(hn::ConvertTo(d, place), scale);
+        const auto position = hn::Max(hn::Min(wide, one), hn::Neg(one));
+        hn::StoreU(hn::Mul(position, half), d, shifts + i);
+    }
+}
+
+void interleaveRowOn(const std::uint8_t* HWY_RESTRICT blue, const std::uint8_t* HWY_RESTRICT green,
+                     const std::uint8_t* HWY_RESTRICT red, std::size_t count,
+                     std::uint8_t* HWY_RESTRICT bgr) {
+    const hn::ScalableTag<std::uint8_t> d;
+    const std::size_t lanes = hn::Lanes(d);
+    std::size_t i = 0;
+    for (; i + lanes <= count; i += lanes)
+        hn::StoreInterleaved3(hn::LoadU(d, blue + i), hn::LoadU(d, green + i),
+                              hn::LoadU(d, red + i), d, bgr + 3 * i);
+    for (; i < count; ++i) {
+        bgr[3 * i] = blue[i];
+        bgr[3 * i + 1] = green[i];
+        bgr[3 * i + 2] = red[i];
+    }
+}
+
+void splitRowOn(const std::uint8_t* HWY_RESTRICT bgr, std::size_t count,
+                std::uint8_t* HWY_RESTRICT blue, std::uint8_t* HWY_RESTRICT green,
+                std::uint8_t* HWY_RESTRICT red) {
+    const hn::ScalableTag<std::uint8_t> d;
+    const std::size_t lanes = hn::Lanes(d);
+    std::size_t i = 0;
+    for (; i + lanes <= count; i += lanes) {
+        hn::Vec<decltype(d)> b;
+        hn::Vec<decltype(d)> g;
+        hn::Vec<decltype(d)> r;
+        hn::LoadInterleaved3(d, bgr + 3 * i, b, g, r);
+        hn::StoreU(b, d, blue + i);
+        hn::StoreU(g, d, green + i);
+        hn::StoreU(r, d, red + i);
+    }
+    for (; i < count; ++i) {
+        blue[i] = bgr[3 * i];
+        green[i] = bgr[3 * i + 1];
+        red[i] = bgr[3 * i + 2];
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace altiro3D
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace altiro3D {
+
+HWY_EXPORT(shiftsOfViewsOn);
+HWY_EXPORT(shiftsOfPhasesOn);
+HWY_EXPORT(interleaveRowOn);
+HWY_EXPORT(splitRowOn);
+
+void shiftsOfViews(const std::uint16_t* views, std::size_t count, int viewCount, float halfParallax,
+                   float* shifts) {
+    HWY_DYNAMIC_DISPATCH(shiftsOfViewsOn)(views, count, viewCount, halfParallax, shifts);
+}
+
+void shiftsOfPhases(const std::uint32_t* columns, std::uint32_t row, std::size_t count,
+                    int viewCount, float halfParallax, float* shifts) {
+    HWY_DYNAMIC_DISPATCH(shiftsOfPhasesOn)(columns, row, count, viewCount, halfParallax, shifts);
+}
+
+void interleaveRow(const std::uint8_t* blue, const std::uint8_t* green, const std::uint8_t* red,
+                   std::size_t count, std::uint8_t* bgr) {
+    HWY_DYNAMIC_DISPATCH(interleaveRowOn)(blue, green, red, count, bgr);
+}
+
+void splitRow(const std::uint8_t* bgr, std::size_t count, std::uint8_t* blue, std::uint8_t* green,
+              std::uint8_t* red) {
+    HWY_DYNAMIC_DISPATCH(splitRowOn)(bgr, count, blue, green, red);
+}
+
+} // namespace altiro3D
+#endif

@@ -1,0 +1,179 @@
+#include "native/view_table.hpp"
+
+#include "altiro3D/error.hpp"
+#include "base/large_mat.hpp"
+#include "base/text.hpp"
+#include "display/lens_phase.hpp"
+#include "native/native_lut_kernels.hpp"
+#include "native/native_lut_tables.hpp"
+#include "native/view_table_kernels.hpp"
+
+#include <atomic>
+#include <opencv2/core.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr int kMostTiles = 65536;
+
+int tileCount(const QuiltLayout& quilt) {
+    return quilt.columns * quilt.rows;
+}
+
+ViewTable emptyTable(cv::Size panelSize, const QuiltLayout& quilt) {
+    ViewTable t;
+    t.panelSize = panelSize;
+    t.quilt = quilt;
+    const int type = tileCount(quilt) <= 256 ? CV_8U : CV_16U;
+    try {
+        t.views = largeMat(3 * panelSize.height, panelSize.width, type);
+    } catch (const cv::Exception&) {
+        throw Error(ErrorCode::OutOfMemory, "look-up table",
+                    "no memory for a panel of " + sizeText(panelSize) + " px, expected " +
+                        std::to_string(3LL * CV_ELEM_SIZE(type) * panelSize.width *
+                                       panelSize.height / 1000000) +
+                        " MB to be free");
+    }
+    t.columns.resize(static_cast<std::size_t>(panelSize.width));
+    t.rows.resize(static_cast<std::size_t>(panelSize.height));
+    return t;
+}
+
+// Where the tiles' rows begin, if 32 bits can say so.
+std::optional<TileOffsets> tileOffsets(const QuiltLayout& quilt, std::size_t step) {
+    if (tileCount(quilt) > 256 || step * static_cast<std::size_t>(quilt.size().height) >= 1U << 31)
+        return std::nullopt;
+    TileOffsets tiles;
+    tiles.columns = static_cast<std::uint32_t>(quilt.columns);
+    tiles.perColumn = static_cast<std::uint32_t>(3 * quilt.tileSize.width);
+    tiles.perRow =
+        static_cast<std::uint32_t>(step) * static_cast<std::uint32_t>(quilt.tileSize.height);
+    return tiles;
+}
+
+template <class T>
+void renderRows(const ViewTable& t, const std::vector<std::uint32_t>& columnBytes,
+                const cv::Mat& source, cv::Mat& native, const cv::Range& range) {
+    const QuiltLayout& quilt = t.quilt;
+    const int portions = (native.cols - 1) / static_cast<int>(kPortionPixels) + 1;
+    [[maybe_unused]] const std::optional<TileOffsets> tiles = tileOffsets(quilt, source.step);
+    std::vector<const std::uint8_t*> tileRows;
+    RowFetcher fetcher;
+    int current = -1;
+    for (int y = range.start; y < range.end; ++y) {
+        const auto rowAt = [&](int panelRow) {
+            return static_cast<int>(t.rows[static_cast<std::size_t>(panelRow)]);
+        };
+        if (rowAt(y) != current) {
+            current = rowAt(y);
+            tileRows.clear();
+            for (int view = 0; view < tileCount(quilt); ++view) {
+                const cv::Point origin = quilt.tile(view).tl();
+                tileRows.push_back(source.ptr(origin.y + current) + std::ptrdiff_t{3} * origin.x);
+            }
+            int next = y + 1; // the first panel row that shows another row of the tiles
+            while (next < range.end && rowAt(next) == current)
+                ++next;
+            const int down = next < range.end ? rowAt(next) - current : 0;
+            fetcher.start(tileRows, down * static_cast<std::ptrdiff_t>(source.step),
+                          static_cast<std::size_t>(3 * quilt.tileSize.width),
+                          static_cast<std::size_t>((next - y) * portions));
+        }
+        const NativeRow<T> row{
+            {t.views.ptr<T>(3 * y), t.views.ptr<T>(3 * y + 1), t.views.ptr<T>(3 * y + 2)},
+            columnBytes.data(),
+            tileRows.data(),
+            columnBytes.size(),
+            native.ptr(y)};
+        if constexpr (sizeof(T) == 1) {
+            if (tiles) {
+                renderRow(row, *tiles, fetcher);
+                continue;
+            }
+        }
+        renderRowPlain(row, fetcher);
+    }
+}
+
+} // namespace
+
+void ViewTable::render(const cv::Mat& source, cv::Mat& native) const {
+    std::vector<std::uint32_t> columnBytes(columns.size());
+    for (std::size_t x = 0; x < columns.size(); ++x)
+        columnBytes[x] = 3 * columns[x];
+    cv::parallel_for_(cv::Range(0, native.rows), [&](const cv::Range& range) {
+        if (views.depth() == CV_8U) {
+            renderRows<std::uint8_t>(*this, columnBytes, source, native, range);
+        } else {
+            renderRows<std::uint16_t>(*this, columnBytes, source, native, range);
+        }
+    });
+}
+
+std::optional<ViewTable> viewTable(const LensGeometry& g, const QuiltLayout& quilt) {
+    if (tileCount(quilt) > kMostTiles) return std::nullopt;
+    ViewTable t = emptyTable({g.panelWidth, g.panelHeight}, quilt);
+    for (int x = 0; x < g.panelWidth; ++x) {
+        const int seen = g.mirrorX ? g.panelWidth - 1 - x : x;
+        t.columns[static_cast<std::size_t>(x)] =
+            static_cast<std::uint32_t>(nearestSample(seen, g.panelWidth, quilt.tileSize.width));
+    }
+    for (int y = 0; y < g.panelHeight; ++y) {
+        const int seen = g.mirrorY ? g.panelHeight - 1 - y : y;
+        t.rows[static_cast<std::size_t>(y)] =
+            static_cast<std::uint32_t>(nearestSample(seen, g.panelHeight, quilt.tileSize.height));
+    }
+    const LensPhases phases(g);
+    cv::parallel_for_(cv::Range(0, 3 * g.panelHeight), [&](const cv::Range& range) {
+        for (int row = range.start; row < range.end; ++row) {
+            const int channel = 2 - row % 3;
+            if (t.views.depth() == CV_8U) {
+                phases.viewsOfRow(row / 3, channel, quilt.viewCount, t.views.ptr(row));
+            } else {
+                phases.viewsOfRow(row / 3, channel, quilt.viewCount,
+                                  t.views.ptr<std::uint16_t>(row));
+            }
+        }
+    });
+    return t;
+}
+
+std::optional<ViewTable> viewTable(const NativeLut& lut) {
+    const QuiltLayout& quilt = lut.quilt();
+    const cv::Size tile = quilt.tileSize;
+    if (tileCount(quilt) > kMostTiles || tile.width < 2 || tile.height < 2) return std::nullopt;
+    ViewTable t = emptyTable(lut.panelSize(), quilt);
+    const cv::Mat& red = lut.channel(0);
+    for (int x = 0; x < red.cols; ++x) {
+        t.columns[static_cast<std::size_t>(x)] =
+            static_cast<std::uint32_t>(red.ptr<std::uint16_t>(0)[2 * x] % tile.width);
+    }
+    for (int y = 0; y < red.rows; ++y) {
+        t.rows[static_cast<std::size_t>(y)] =
+            static_cast<std::uint32_t>(red.ptr<std::uint16_t>(y)[1] % tile.height);
+    }
+    TileGrid grid;
+    grid.columns = static_cast<std::uint32_t>(quilt.columns);
+    grid.rows = static_cast<std::uint32_t>(quilt.rows);
+    grid.tileWidth = static_cast<std::uint16_t>(tile.width);
+    grid.tileHeight = static_cast<std::uint16_t>(tile.height);
+    std::atomic<bool> good{true};
+    cv::parallel_for_(cv::Range(0, t.views.rows), [&](const cv::Range& range) {
+        for (int row = range.start; row < range.end && good; ++row) {
+            const auto* pairs = lut.channel(2 - row % 3).ptr<std::uint16_t>(row / 3);
+            const std::uint32_t inTile = t.rows[static_cast<std::size_t>(row / 3)];
+            const bool fits =
+                t.views.depth() == CV_8U
+                    ? viewsOfQuiltPixels(pairs, t.columns.data(), t.columns.size(), grid, inTile,
+                                         t.views.ptr(row))
+                    : viewsOfQuiltPixels(pairs, t.columns.data(), t.columns.size(), grid, inTile,
+                                         t.views.ptr<std::uint16_t>(row));
+            if (!fits) good = false;
+        }
+    });
+    if (!good) return std::nullopt;
+    return t;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,194 @@
+#include "altiro3D/sway.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/video_writer.hpp"
+#include "base/checks.hpp"
+#include "base/text.hpp"
+#include "views/view_renderer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr int kLongSide = 1920; // with the short one what decoders of phones and browsers hold
+constexpr int kShortSide = 1080;
+constexpr int kLeastSide = 16;
+constexpr double kLargestAspect = 100;
+constexpr double kShownHeight = 10000; // of a tile with square px; only its shape counts
+constexpr double kCrf = 20;            // for looking at; a Native needs more
+
+// The whole part that is even; what misses an even number by noise counts as it.
+int evenSide(double side) {
+    return std::max(kLeastSide, 2 * static_cast<int>(std::floor(side / 2 + 1e-6)));
+}
+
+void checkPicture(cv::Size picture, double aspect) {
+    check(picture.width > 0 && picture.height > 0, "picture",
+          "of " + sizeText(picture) + " px cannot be shown, expected at least 1 x 1");
+    check(aspect > 0 && std::isfinite(aspect), "aspect",
+          "is " + numberText(aspect) + ", expected more than 0");
+}
+
+// The places of a side's px when the side gets another length.
+cv::Range scaled(int start, int length, double factor, int most) {
+    const int begin = std::clamp(static_cast<int>(std::lround(start * factor)), 0, most - 1);
+    const int end =
+        std::clamp(static_cast<int>(std::lround((start + length) * factor)), begin + 1, most);
+    return {begin, end};
+}
+
+double checkedPosition(double position) {
+    check(!std::isnan(position), "position", "is nan, expected a number");
+    return std::clamp(position, -1.0, 1.0);
+}
+
+// A photo and the renderer that reads it.
+struct PhotoScene {
+    PhotoScene(const cv::Mat& givenPhoto, const cv::Mat& givenDepth, const ViewOptions& given)
+        : photo(givenPhoto), depth(givenDepth), options(given),
+          renderer(makeRenderer(photo, depth, options, 1)) {}
+
+    cv::Mat photo;
+    cv::Mat depth;
+    ViewOptions options;
+    std::unique_ptr<ViewRenderer> renderer;
+};
+
+void renderView(const PhotoScene& scene, double position, cv::Mat& picture) {
+    picture.create(scene.photo.size(), CV_8UC3);
+    renderWhole(*scene.renderer, shiftOf(scene.options, scene.photo.cols, position), picture);
+}
+
+} // namespace
+
+void validate(const SwayOptions& options) {
+    check(options.secondsPerTurn >= 0.1 && options.secondsPerTurn <= 600, "secondsPerTurn",
+          "is " + numberText(options.secondsPerTurn) + " s, expected 0.1..600 s");
+    check(options.turns >= 1 && options.turns <= 1000, "turns",
+          "is " + std::to_string(options.turns) + ", expected 1..1000");
+    check(options.frameRate.isKnown() && options.frameRate.value() >= 1 &&
+              options.frameRate.value() <= 240,
+          "frameRate",
+          "is " + std::to_string(options.frameRate.numerator) + "/" +
+              std::to_string(options.frameRate.denominator) + ", expected 1..240 frames a second");
+}
+
+int framesPerTurn(const SwayOptions& options) {
+    validate(options);
+    const double quarter = options.secondsPerTurn * options.frameRate.value() / 4;
+    return 4 * std::max(1, static_cast<int>(std::lround(quarter)));
+}
+
+double swayPosition(int frame, int framesPerTurn) {
+    check(framesPerTurn >= 4 && framesPerTurn % 4 == 0, "framesPerTurn",
+          "is " + std::to_string(framesPerTurn) + ", expected a multiple of 4, at least 4");
+    check(frame >= 0, "frame", "is " + std::to_string(frame) + ", expected 0 or more");
+    // Folded into the first quarter, so that equal places are equal numbers.
+    const int quarter = framesPerTurn / 4;
+    const int inTurn = frame % framesPerTurn;
+    const bool left = inTurn > 2 * quarter;
+    const int inHalf = left ? inTurn - 2 * quarter : inTurn;
+    const int folded = inHalf > quarter ? 2 * quarter - inHalf : inHalf;
+    const double reach = std::sin(kPi / 2 * folded / quarter);
+    return left ? -reach : reach;
+}
+
+cv::Size swaySize(cv::Size picture, double aspect) {
+    checkPicture(picture, aspect);
+    aspect = std::clamp(aspect, 1 / kLargestAspect, kLargestAspect);
+    const double height = std::max<double>(picture.height, picture.width / aspect);
+    const double width = height * aspect;
+    const double factor =
+        std::min({1.0, kLongSide / std::max(width, height), kShortSide / std::min(width, height)});
+    return {evenSide(width * factor), evenSide(height * factor)};
+}
+
+PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result, FitMode mode) {
+    checkPicture(picture, aspect);
+    check(aspect >= 1 / kLargestAspect && aspect <= kLargestAspect, "aspect",
+          "is " + numberText(aspect) + ", expected 0.01..100");
+    const double resultAspect = static_cast<double>(result.width) / std::max(1, result.height);
+    const bool square = std::abs(picture.width - picture.height * aspect) < 1e-6 * picture.width;
+    const cv::Size odd = picture - result;
+    if (square && odd.width >= 0 && odd.width <= 1 && odd.height >= 0 && odd.height <= 1) {
+        return {{cv::Point(0, 0), result}, {cv::Point(0, 0), result}, result};
+    }
+    if (square) return fitPhoto(picture, resultAspect, result, mode); // whole px all along
+    const cv::Size shown(static_cast<int>(std::lround(kShownHeight * aspect)),
+                         static_cast<int>(kShownHeight));
+    PhotoFit fit = fitPhoto(shown, resultAspect, result, mode);
+    const cv::Range columns =
+        scaled(fit.source.x, fit.source.width, static_cast<double>(picture.width) / shown.width,
+               picture.width);
+    const cv::Range rows =
+        scaled(fit.source.y, fit.source.height, static_cast<double>(picture.height) / shown.height,
+               picture.height);
+    fit.source = {columns.start, rows.start, columns.size(), rows.size()};
+    return fit;
+}
+
+SwayView photoViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOptions& options) {
+    validate(options);
+    const auto scene = std::make_shared<const PhotoScene>(photo, depth, options);
+    return [scene](double position, cv::Mat& picture) {
+        renderView(*scene, checkedPosition(position), picture);
+    };
+}
+
+SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& layout, const PhotoFit& fit,
+                    ViewFilter between) {
+    validate(layout);
+    checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
+    if (quilt.size() != layout.size()) {
+        throw Error(ErrorCode::Mismatch, "quilt",
+                    "has " + sizeText(quilt.size()) + " px, expected " + sizeText(layout.size()));
+    }
+    const auto tile = [quilt, layout, fit](int view, cv::Mat& picture) {
+        applyFit(quilt(layout.tile(view)), fit, picture);
+    };
+    return [tile, layout, between](double position, cv::Mat& picture) {
+        const double place = (checkedPosition(position) + 1) / 2 * (layout.viewCount - 1);
+        if (between == ViewFilter::Nearest) {
+            tile(static_cast<int>(std::lround(place)), picture);
+            return;
+        }
+        const int first = static_cast<int>(std::floor(place));
+        const double part = place - first;
+        tile(first, picture);
+        if (part == 0) return;
+        cv::Mat next;
+        tile(first + 1, next);
+        cv::addWeighted(picture, 1 - part, next, part, 0, picture);
+    };
+}
+
+void writeSway(const std::filesystem::path& path, cv::Size size, const SwayOptions& options,
+               const SwayView& view, const std::function<void(int, int)>& progress) {
+    const int turn = framesPerTurn(options);
+    VideoWriterOptions video;
+    video.size = size;
+    video.compatible = true;
+    video.crf = kCrf;
+    video.timeBase = {options.frameRate.denominator, options.frameRate.numerator};
+    video.frameRate = options.frameRate;
+    video.constantRate = true;
+    VideoWriter writer(path, video);
+    const int frames = turn * options.turns;
+    VideoFrame frame;
+    frame.duration = 1;
+    for (int i = 0; i < frames; ++i) {
+        if (progress) progress(i, frames);
+        view(swayPosition(i, turn), frame.picture);
+        frame.pts = i;
+        writer.write(frame);
+    }
+    writer.finish();
+}
+
+} // namespace altiro3D

@@ -1,0 +1,154 @@
+#include "video/video_container.hpp"
+
+#include "altiro3D/error.hpp"
+#include "base/text.hpp"
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// FFmpeg's name of the container for a file name, or null.
+const char* containerName(const fs::path& path) {
+    const std::string extension = lowerExtension(path);
+    if (extension == ".mkv") return "matroska";
+    if (extension == ".mp4" || extension == ".m4v") return "mp4";
+    if (extension == ".mov") return "mov";
+    return nullptr;
+}
+
+} // namespace
+
+bool canWriteVideo(const fs::path& path) {
+    return containerName(path) != nullptr;
+}
+
+VideoContainer::VideoContainer(const fs::path& path) : path_(path) {
+    const char* const container = containerName(path);
+    if (container == nullptr) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    "has a name that no video container here has, expected .mkv, .mp4 or .mov");
+    }
+    AVFormatContext* raw = nullptr;
+    if (avformat_alloc_output_context2(&raw, nullptr, container, nullptr) < 0) {
+        checkMemory(nullptr);
+    }
+    output_.reset(raw);
+}
+
+void VideoContainer::open(const AVCodecParameters& pictures, const VideoWriterOptions& options,
+                          const std::shared_ptr<OtherStreams>& source, Notes& notes) {
+    AVFormatContext& output = *output_;
+    output.flags |= AVFMT_FLAG_BITEXACT;
+    // Sound may begin a little before 0 (what its decoder needs to start); pictures stay put.
+    output.avoid_negative_ts = AVFMT_AVOID_NEG_TS_DISABLED;
+    stream_ = avformat_new_stream(&output, nullptr);
+    checkMemory(stream_);
+    if (avcodec_parameters_copy(stream_->codecpar, &pictures) < 0) checkMemory(nullptr);
+    timeBase_ = rational(options.timeBase);
+    stream_->time_base = timeBase_;
+    stream_->sample_aspect_ratio = rational(options.sampleAspect);
+    stream_->disposition = AV_DISPOSITION_DEFAULT;
+    if (options.constantRate) stream_->avg_frame_rate = rational(options.frameRate);
+    if (source) {
+        copier_ =
+            std::make_unique<StreamCopier>(source, output, path_.string(),
+                                           StreamCopier::Wanted{options.audio, options.subtitles,
+                                                                options.chapters, options.metadata},
+                                           notes);
+    }
+    for (const auto& [name, value] : options.tags)
+        av_dict_set(&output.metadata, name.c_str(), value.c_str(), 0);
+
+    file_ = std::make_unique<PartFile>(path_);
+    output.pb = file_->io();
+    output.flags |= AVFMT_FLAG_CUSTOM_IO;
+    // The index is moved to the front at the end, by reading the file again.
+    const std::string url = "file:" + file_->partPath().string();
+    av_freep(&output.url);
+    output.url = av_strdup(url.c_str());
+    checkMemory(output.url);
+    Dictionary settings;
+    if (!isMatroska()) settings.set("movflags", "+faststart");
+    const int result = avformat_write_header(&output, settings.address());
+    file_->check();
+    if (result < 0) {
+        throw Error(ErrorCode::Unsupported, path_.string(),
+                    "cannot hold these streams together: " + ffmpegText(result) + ", expected " +
+                        (isMatroska() ? "" : "a name that ends in .mkv, or ") +
+                        "no sound, subtitles and chapters");
+    }
+}
+
+void VideoContainer::checkUsable() const {
+    if (failed_) {
+        throw Error(ErrorCode::WriteFailed, path_.string(),
+                    "cannot be written any further after a failure");
+    }
+}
+
+void VideoContainer::checkWritten(int result) {
+    if (result < 0) failed_ = true;
+    if (file_) file_->check();
+    if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
+    if (result < 0) {
+        throw Error(ErrorCode::WriteFailed, path_.string(),
+                    "cannot be written: " + ffmpegText(result));
+    }
+}
+
+// As checkWritten(); a damaged packet of the source's sound, which the container refuses, is no
+// reason to give up. It may come to light while another packet is written.
+void VideoContainer::checkPacket(int result) {
+    const bool refused = result == AVERROR_INVALIDDATA || result == AVERROR(EINVAL);
+    if (copier_ && refused && refused_ <= picturesWritten_) {
+        ++refused_;
+        result = 0;
+    }
+    checkWritten(result);
+}
+
+void VideoContainer::write(AVPacket& packet) {
+    av_packet_rescale_ts(&packet, timeBase_, stream_->time_base);
+    packet.stream_index = stream_->index;
+    packet.pos = -1;
+    checkPacket(av_interleaved_write_frame(output_.get(), &packet));
+    ++picturesWritten_;
+}
+
+void VideoContainer::copyOthers(std::optional<std::int64_t> before) {
+    if (!copier_) return;
+    for (int result = -1; result < 0;) {
+        result = copier_->copy(before, timeBase_);
+        checkPacket(result);
+    }
+}
+
+void VideoContainer::finish(std::int64_t end, Notes& notes) {
+    failed_ = true; // until all is well: FFmpeg must not end a file twice
+    copyOthers(sourceHasEnded() ? std::nullopt : std::optional<std::int64_t>(end));
+    // What is still waiting to be interleaved.
+    for (int result = -1; result < 0;) {
+        result = av_interleaved_write_frame(output_.get(), nullptr);
+        checkPacket(result);
+    }
+    checkWritten(av_write_trailer(output_.get()));
+    // The muxer counts what it has taken of a stream.
+    const std::int64_t lost = picturesWritten_ - stream_->nb_frames;
+    if (refused_ > 0 && lost > 0) {
+        throw Error(ErrorCode::WriteFailed, path_.string(),
+                    "would lack " + std::to_string(lost) + " of " +
+                        std::to_string(picturesWritten_) +
+                        " pictures, which were refused as damaged");
+    }
+    file_->finish();
+    failed_ = false;
+    if (refused_ > 0) {
+        notes.push_back(path_.string() + ": " + std::to_string(refused_) +
+                        (refused_ == 1 ? " damaged packet" : " damaged packets") +
+                        " of the source's sound or subtitles could not be kept");
+    }
+}
+
+} // namespace altiro3D

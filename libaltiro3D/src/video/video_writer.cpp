@@ -1,0 +1,338 @@
+#include "altiro3D/video_writer.hpp"
+
+#include "altiro3D/error.hpp"
+#include "base/checks.hpp"
+#include "base/text.hpp"
+#include "video/ffmpeg.hpp"
+#include "video/video_container.hpp"
+#include "video/video_picture.hpp"
+
+#include <algorithm>
+#include <map>
+#include <thread>
+#include <utility>
+
+extern "C" {
+#include <libavutil/opt.h>
+#include <libavutil/pixdesc.h>
+}
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kLeastSide = 16;
+constexpr int kLargestSide = 16384;
+constexpr int kMostThreads = 64;
+constexpr int kLinesOfHighDefinition = 720;
+constexpr int kSlicesOfFfv1 = 16; // fixed, so that bytes do not depend on the threads
+const char* const kPresets[] = {"ultrafast", "superfast", "veryfast", "faster",  "fast",
+                                "medium",    "slow",      "slower",   "veryslow"};
+
+const char* encoderName(VideoCodec codec) {
+    switch (codec) {
+    case VideoCodec::H264:
+        return "libx264";
+    case VideoCodec::H264Rgb:
+        return "libx264rgb";
+    case VideoCodec::Hevc:
+        return "libx265";
+    case VideoCodec::Ffv1:
+        return "ffv1";
+    case VideoCodec::ProRes:
+        return "prores_ks";
+    }
+    return "";
+}
+
+AVPixelFormat pixelFormat(const VideoWriterOptions& options) {
+    switch (options.codec) {
+    case VideoCodec::H264:
+    case VideoCodec::Hevc:
+        return options.compatible ? AV_PIX_FMT_YUV420P : AV_PIX_FMT_YUV444P;
+    case VideoCodec::H264Rgb:
+        return AV_PIX_FMT_BGR24;
+    case VideoCodec::Ffv1:
+        return AV_PIX_FMT_BGR0;
+    case VideoCodec::ProRes:
+        return AV_PIX_FMT_YUV444P10;
+    }
+    return AV_PIX_FMT_NONE;
+}
+
+bool isRgb(AVPixelFormat format) {
+    return format == AV_PIX_FMT_BGR24 || format == AV_PIX_FMT_BGR0;
+}
+
+bool hasQuality(VideoCodec codec) {
+    return codec == VideoCodec::H264 || codec == VideoCodec::H264Rgb || codec == VideoCodec::Hevc;
+}
+
+std::string fractionText(const Fraction& ratio) {
+    return std::to_string(ratio.numerator) + "/" + std::to_string(ratio.denominator);
+}
+
+void checkPositive(const Fraction& ratio, const char* field, bool mayBeUnknown) {
+    check(ratio.isKnown() || (mayBeUnknown && ratio.numerator == 0 && ratio.denominator > 0), field,
+          "is " + fractionText(ratio) + ", expected more than 0");
+}
+
+} // namespace
+
+void validate(const VideoWriterOptions& options) {
+    const auto side = [](int value) { return value >= kLeastSide && value <= kLargestSide; };
+    check(side(options.size.width) && side(options.size.height), "size",
+          "is " + sizeText(options.size) + " px, expected " + std::to_string(kLeastSide) + ".." +
+              std::to_string(kLargestSide) + " px a side");
+    check(options.crf >= 0 && options.crf <= 51, "crf",
+          "is " + numberText(options.crf) + ", expected 0..51");
+    check(std::find(std::begin(kPresets), std::end(kPresets), options.preset) != std::end(kPresets),
+          "preset", "is \"" + options.preset + "\", expected ultrafast .. veryslow");
+    checkPositive(options.timeBase, "timeBase", false);
+    checkPositive(options.frameRate, "frameRate", !options.constantRate);
+    checkPositive(options.sampleAspect, "sampleAspect", false);
+    const auto checkColour = [](int number, const char* field, int most) {
+        check(number >= 1 && number <= most, field,
+              "is " + std::to_string(number) + ", expected 1.." + std::to_string(most));
+    };
+    if (options.colour) {
+        checkColour(options.colour->primaries, "colour.primaries", AVCOL_PRI_NB - 1);
+        checkColour(options.colour->transfer, "colour.transfer", AVCOL_TRC_NB - 1);
+    }
+    check(options.threads >= 0 && options.threads <= kMostThreads, "threads",
+          "is " + std::to_string(options.threads) + ", expected 0.." +
+              std::to_string(kMostThreads));
+    check(!options.matrix || *options.matrix != ColourMatrix::Rgb || isRgb(pixelFormat(options)),
+          "matrix", "is Rgb, expected another one or a codec of red, green and blue");
+    check(!options.compatible || options.codec == VideoCodec::H264 ||
+              options.codec == VideoCodec::Hevc,
+          "compatible", "is set, expected the codec H264 or Hevc with it");
+    check(!options.compatible || (options.size.width % 2 == 0 && options.size.height % 2 == 0),
+          "size",
+          "is " + sizeText(options.size) +
+              " px, expected even sides for 4:2:0 (4:4:4 takes any, or change the size first)");
+}
+
+struct VideoWriter::Impl {
+    Impl(const fs::path& path, const VideoWriterOptions& given,
+         const std::shared_ptr<OtherStreams>& source);
+
+    void write(const VideoFrame& frame);
+    void finish();
+
+    Notes notes;
+
+  private:
+    void openEncoder();
+    std::pair<ColourMatrix, ColourRange> setColours();
+    void encode(const AVFrame* frame);
+    void checkOpen() const;
+
+    fs::path path_;
+    VideoWriterOptions options_;
+    AVPixelFormat format_;
+    VideoContainer container_;
+    CodecPtr encoder_;
+    std::unique_ptr<FrameMaker> frames_;
+    PacketPtr packet_ = newPacket();
+    std::map<std::int64_t, std::int64_t> durations_; // of the frames inside the encoder, by pts
+    std::int64_t lastPts_ = -1;
+    std::int64_t lastDuration_ = 0;
+    bool finished_ = false;
+};
+
+VideoWriter::Impl::Impl(const fs::path& path, const VideoWriterOptions& given,
+                        const std::shared_ptr<OtherStreams>& source)
+    : path_(path), options_((validate(given), given)), format_(pixelFormat(options_)),
+      container_(path) {
+    quietFfmpeg();
+    if (source && !options_.colour) options_.colour = source->colour;
+    openEncoder();
+    const ParametersPtr parameters(avcodec_parameters_alloc());
+    checkMemory(parameters.get());
+    if (avcodec_parameters_from_context(parameters.get(), encoder_.get()) < 0) {
+        checkMemory(nullptr);
+    }
+    container_.open(*parameters, options_, source, notes);
+}
+
+// How the encoder's pictures hold colours, as it will say of them.
+std::pair<ColourMatrix, ColourRange> VideoWriter::Impl::setColours() {
+    AVCodecContext& encoder = *encoder_;
+    ColourMatrix matrix = ColourMatrix::Rgb;
+    ColourRange range = ColourRange::Full;
+    if (!isRgb(format_)) {
+        const ColourMatrix before = options_.colour ? options_.colour->matrix : ColourMatrix::Bt601;
+        matrix = before == ColourMatrix::Bt2020 || options_.size.height < kLinesOfHighDefinition
+                     ? before
+                     : ColourMatrix::Bt709;
+        if (matrix == ColourMatrix::Rgb) matrix = ColourMatrix::Bt601; // of a small RGB source
+        matrix = options_.matrix.value_or(matrix);
+        range = options_.range.value_or(ColourRange::Limited);
+    }
+    encoder.colorspace = colourSpace(matrix);
+    encoder.color_range = colourRange(range);
+    if (format_ == AV_PIX_FMT_YUV420P) encoder.chroma_sample_location = AVCHROMA_LOC_LEFT;
+    encoder.color_primaries = AVCOL_PRI_UNSPECIFIED;
+    encoder.color_trc = AVCOL_TRC_UNSPECIFIED;
+    if (options_.colour) {
+        encoder.color_primaries = static_cast<AVColorPrimaries>(options_.colour->primaries);
+        encoder.color_trc = static_cast<AVColorTransferCharacteristic>(options_.colour->transfer);
+    }
+    if (matrix == ColourMatrix::Bt709) {
+        if (encoder.color_primaries == AVCOL_PRI_UNSPECIFIED)
+            encoder.color_primaries = AVCOL_PRI_BT709;
+        if (encoder.color_trc == AVCOL_TRC_UNSPECIFIED) encoder.color_trc = AVCOL_TRC_BT709;
+    }
+    return {matrix, range};
+}
+
+void VideoWriter::Impl::openEncoder() {
+    const char* const name = encoderName(options_.codec);
+    const AVCodec* const codec = avcodec_find_encoder_by_name(name);
+    if (codec == nullptr) {
+        throw Error(ErrorCode::Unsupported, "codec",
+                    std::string("needs the encoder ") + name + ", which this FFmpeg lacks");
+    }
+    if (avformat_query_codec(&container_.kind(), codec->id, FF_COMPLIANCE_NORMAL) <= 0) {
+        const char* const advice = options_.codec == VideoCodec::ProRes
+                                       ? "a name that ends in .mov or .mkv"
+                                       : "a name that ends in .mkv";
+        throw Error(ErrorCode::Unsupported, path_.string(),
+                    std::string("cannot hold ") + avcodec_get_name(codec->id) +
+                        " video, expected " + advice);
+    }
+    encoder_.reset(avcodec_alloc_context3(codec));
+    checkMemory(encoder_.get());
+    AVCodecContext& encoder = *encoder_;
+    encoder.width = options_.size.width;
+    encoder.height = options_.size.height;
+    encoder.pix_fmt = format_;
+    encoder.time_base = rational(options_.timeBase);
+    if (options_.frameRate.isKnown()) encoder.framerate = rational(options_.frameRate);
+    encoder.sample_aspect_ratio = rational(options_.sampleAspect);
+    const auto processors = static_cast<int>(std::thread::hardware_concurrency());
+    const int threads =
+        options_.threads > 0 ? options_.threads : std::clamp(processors, 1, kMostThreads);
+    encoder.thread_count = threads;
+    encoder.flags |= AV_CODEC_FLAG_BITEXACT;
+    if ((container_.kind().flags & AVFMT_GLOBALHEADER) != 0) {
+        encoder.flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
+    }
+
+    const auto [matrix, range] = setColours();
+    Dictionary settings;
+    if (hasQuality(options_.codec)) {
+        settings.set("preset", options_.preset);
+        settings.set("crf", numberText(options_.crf));
+    }
+    if (options_.codec == VideoCodec::Hevc) {
+        // It prints by itself and starts threads for all processors unless told.
+        settings.set("x265-params", "log-level=none:pools=" + std::to_string(threads));
+        encoder.thread_count = std::min(threads, 16);
+        if (!container_.isMatroska()) {
+            encoder.codec_tag = MKTAG('h', 'v', 'c', '1'); // what players of Apple ask for
+        }
+    } else if (options_.codec == VideoCodec::Ffv1) {
+        encoder.level = 3;
+        encoder.gop_size = 1;
+        encoder.slices = kSlicesOfFfv1;
+        settings.set("slicecrc", "1");
+    } else if (options_.codec == VideoCodec::ProRes) {
+        settings.set("profile", "4444");
+        settings.set("vendor", "apl0");
+        settings.set("alpha_bits", "0");
+    }
+    const int result = avcodec_open2(&encoder, codec, settings.address());
+    if (result < 0) {
+        throw Error(ErrorCode::Unsupported, path_.string(),
+                    std::string("cannot be encoded by ") + name + " at " + sizeText(options_.size) +
+                        " px: " + ffmpegText(result));
+    }
+    frames_ = std::make_unique<FrameMaker>(format_, options_.size, matrix, range, threads);
+}
+
+void VideoWriter::Impl::checkOpen() const {
+    check(!finished_, "write", "comes after finish()");
+    container_.checkUsable();
+}
+
+// Gives the encoder a frame (null: the end) and writes what comes out.
+void VideoWriter::Impl::encode(const AVFrame* frame) {
+    int result = avcodec_send_frame(encoder_.get(), frame);
+    container_.checkWritten(result == AVERROR_EOF ? 0 : result);
+    for (;;) {
+        result = avcodec_receive_packet(encoder_.get(), packet_.get());
+        if (result == AVERROR(EAGAIN) || result == AVERROR_EOF) return;
+        container_.checkWritten(result);
+        const auto known = durations_.find(packet_->pts);
+        if (known != durations_.end()) {
+            packet_->duration = known->second;
+            durations_.erase(known);
+        }
+        container_.write(*packet_);
+    }
+}
+
+void VideoWriter::Impl::write(const VideoFrame& frame) {
+    checkOpen();
+    checkType(frame.picture, {CV_8UC3}, "frame", "CV_8UC3");
+    check(frame.picture.size() == options_.size, "frame",
+          shapeText(frame.picture) + ", expected " + sizeText(options_.size) + " px");
+    check(frame.pts > lastPts_, "frame",
+          "has the time " + std::to_string(frame.pts) + ", expected " +
+              (lastPts_ < 0 ? std::string("0 or more")
+                            : "more than the last one's, " + std::to_string(lastPts_)));
+    AVFrame& picture = frames_->make(frame.picture);
+    picture.pts = frame.pts;
+    picture.pict_type = AV_PICTURE_TYPE_NONE;
+    picture.sample_aspect_ratio = encoder_->sample_aspect_ratio;
+    picture.colorspace = encoder_->colorspace;
+    picture.color_range = encoder_->color_range;
+    picture.color_primaries = encoder_->color_primaries;
+    picture.color_trc = encoder_->color_trc;
+    lastPts_ = frame.pts;
+    lastDuration_ = std::max<std::int64_t>(frame.duration, 0);
+    durations_[frame.pts] = lastDuration_;
+    encode(&picture);
+    container_.copyOthers(frame.pts + lastDuration_);
+}
+
+void VideoWriter::Impl::finish() {
+    checkOpen();
+    check(lastPts_ >= 0, "finish", "comes before the first frame");
+    encode(nullptr);
+    container_.finish(lastPts_ + lastDuration_, notes);
+    finished_ = true;
+}
+
+VideoWriter::VideoWriter(const fs::path& path, const VideoWriterOptions& options,
+                         VideoReader* source) {
+    std::shared_ptr<OtherStreams> streams;
+    if (source != nullptr) {
+        streams = source->otherStreams();
+        check(streams->want(), "source",
+              "has delivered a frame already, expected a writer before the first one");
+    }
+    impl_ = std::make_unique<Impl>(path, options, streams);
+}
+
+VideoWriter::~VideoWriter() = default;
+VideoWriter::VideoWriter(VideoWriter&&) noexcept = default;
+VideoWriter& VideoWriter::operator=(VideoWriter&&) noexcept = default;
+
+void VideoWriter::write(const VideoFrame& frame) {
+    impl_->write(frame);
+}
+
+void VideoWriter::finish() {
+    impl_->finish();
+}
+
+const Notes& VideoWriter::notes() const {
+    return impl_->notes;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,239 @@
+#include "altiro3D/camera.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "base/checks.hpp"
+#include "base/text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+using json = nlohmann::json;
+
+constexpr std::uintmax_t kMaxFileBytes = 1024 * 1024;
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kLargest = 1e9; // of any length or px: products stay far inside double
+constexpr double kSmallestDistance = 1e-6;
+constexpr double kSmallestFocalLength = 1e-3; // px
+constexpr double kOrthonormal = 1e-6;         // of R's rows; printed matrices have 6 digits
+
+const char* const kExpectedFocalLength = "a focal length of 0.001..1e9 px";
+const char* const kExpectedPrincipalPoint = "a principal point of -1e9..1e9 px";
+
+// One check for callers and for files, which differ in how they complain.
+template <typename Complain>
+void check(const CameraIntrinsics& k, const Complain& complain) {
+    const auto focalLength = [&](const char* field, double value) {
+        complain(value >= kSmallestFocalLength && value <= kLargest, field, value,
+                 kExpectedFocalLength);
+    };
+    const auto principalPoint = [&](const char* field, double value) {
+        complain(std::abs(value) <= kLargest, field, value, kExpectedPrincipalPoint);
+    };
+    focalLength("fx", k.fx);
+    focalLength("fy", k.fy);
+    principalPoint("cx", k.cx);
+    principalPoint("cy", k.cy);
+}
+
+template <typename Complain>
+void checkDistances(double zNear, double zFar, const Complain& complain) {
+    complain(zNear >= kSmallestDistance && zNear <= kLargest, "zNear", zNear,
+             "a distance of 1e-6..1e9");
+    complain(zFar > zNear, "zFar", zFar, "more than zNear (" + numberText(zNear) + ")");
+}
+
+template <typename Complain>
+void check(const Camera& camera, const Complain& complain) {
+    check(camera.intrinsics, complain);
+    checkDistances(camera.zNear, camera.zFar, complain);
+    complain(camera.baseline >= 0 && camera.baseline <= kLargest, "baseline", camera.baseline,
+             "a length of 0..1e9");
+}
+
+double inverseRange(double zNear, double zFar) {
+    return 1 / zNear - 1 / zFar;
+}
+
+double clampedDepth(double depth) {
+    return depth > 0 ? (depth < 1 ? depth : 1) : 0; // NaN compares false: 0
+}
+
+} // namespace
+
+void validate(const CameraIntrinsics& intrinsics) {
+    check(intrinsics, checkNumber);
+}
+
+void validate(const Camera& camera) {
+    check(camera, checkNumber);
+}
+
+void validate(const RealOptions& options) {
+    checkNumber(options.inpaintingRadius >= 1 && options.inpaintingRadius <= 20, "inpaintingRadius",
+                options.inpaintingRadius, "1..20 px");
+}
+
+void validate(const CameraPose& pose) {
+    for (int i = 0; i < 3; ++i) {
+        checkNumber(std::abs(pose.translation[i]) <= kLargest,
+                    std::string("translation ") + "xyz"[i], pose.translation[i], "-1e9..1e9");
+    }
+    const cv::Matx33d product = pose.rotation * pose.rotation.t();
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            const double error = std::abs(product(i, j) - (i == j ? 1 : 0));
+            checkNumber(error <= kOrthonormal,
+                        "rotation: row " + std::to_string(i + 1) + " times row " +
+                            std::to_string(j + 1),
+                        product(i, j), i == j ? "1 (orthonormal rows)" : "0 (orthonormal rows)");
+        }
+    }
+    const double determinant = cv::determinant(pose.rotation);
+    checkNumber(determinant > 0, "rotation: determinant", determinant,
+                "1 (a mirror is no rotation)");
+}
+
+Camera parseCamera(const std::string& text, const std::string& source) {
+    const auto fail = [&source](const std::string& problem) {
+        throw Error(ErrorCode::BadFormat, source, problem);
+    };
+    // A camera is flat: what nests deeper is cut off before it can overflow the stack.
+    const auto flat = [](int depth, json::parse_event_t, json&) { return depth <= 8; };
+    json object;
+    try {
+        object = json::parse(text, flat);
+    } catch (const json::exception& error) {
+        std::string reason = error.what(); // "[json.exception...] parse error at line 1, ..."
+        const auto bracket = reason.find("] ");
+        if (bracket != std::string::npos) reason = reason.substr(bracket + 2);
+        fail("is not valid JSON (" + reason +
+             "), expected a camera's fx, fy, cx, cy, zNear, zFar "
+             "and baseline");
+    }
+    if (!object.is_object()) {
+        fail("holds no JSON object, expected a camera's fx, fy, cx, cy, zNear, zFar and baseline");
+    }
+    const auto read = [&](const char* field, const char* expected) {
+        const auto found = object.find(field);
+        if (found == object.end()) {
+            fail(std::string(field) + " is missing, expected " + expected);
+        }
+        if (!found->is_number()) {
+            std::string shown = found->dump(-1, ' ', false, json::error_handler_t::replace);
+            if (shown.size() > 40) shown.replace(37, std::string::npos, "...");
+            fail(std::string(field) + " is " + shown + ", expected " + expected);
+        }
+        return found->get<double>();
+    };
+    Camera camera;
+    camera.intrinsics.fx = read("fx", kExpectedFocalLength);
+    camera.intrinsics.fy = read("fy", kExpectedFocalLength);
+    camera.intrinsics.cx = read("cx", kExpectedPrincipalPoint);
+    camera.intrinsics.cy = read("cy", kExpectedPrincipalPoint);
+    camera.zNear = read("zNear", "a distance of 1e-6..1e9");
+    const auto far = object.find("zFar");
+    camera.zFar = far != object.end() && far->is_null()
+                      ? std::numeric_limits<double>::infinity()
+                      : read("zFar", "a distance, more than zNear, or null (infinitely far)");
+    camera.baseline = read("baseline", "a length of 0..1e9");
+    check(camera, [&](bool good, const char* field, double value, const std::string& expected) {
+        if (good) return;
+        fail(std::string(field) + " is " + numberText(value) + ", expected " + expected);
+    });
+    return camera;
+}
+
+Camera readCamera(const std::filesystem::path& path) {
+    return parseCamera(readFile(path, kMaxFileBytes), path.string());
+}
+
+double focalLengthFromFieldOfView(int columns, double fovDegrees) {
+    checkNumber(columns > 0, "columns", columns, "1 px or more");
+    checkNumber(fovDegrees >= 0.1 && fovDegrees <= 179, "field of view", fovDegrees,
+                "0.1..179 degrees");
+    return columns / (2 * std::tan(fovDegrees * kPi / 360));
+}
+
+double focalLengthFrom35mm(cv::Size size, double focalLength35mm) {
+    checkNumber(std::min(size.width, size.height) > 0, "size", std::min(size.width, size.height),
+                "1 px or more a side");
+    checkNumber(focalLength35mm >= 1 && focalLength35mm <= 10000, "35 mm focal length",
+                focalLength35mm, "1..10000 mm");
+    return focalLength35mm / 36 * std::max(size.width, size.height); // the frame is 36 x 24 mm
+}
+
+CameraIntrinsics centredIntrinsics(cv::Size size, double focalLength) {
+    return {focalLength, focalLength, (size.width - 1) / 2.0, (size.height - 1) / 2.0};
+}
+
+CameraIntrinsics fitted(const CameraIntrinsics& k, const cv::Rect2d& part, cv::Size size) {
+    checkNumber(part.width > 0 && part.height > 0, "part", std::min(part.width, part.height),
+                "more than 0 px a side");
+    checkNumber(size.width >= 1 && size.height >= 1, "size", std::min(size.width, size.height),
+                "1 px or more a side");
+    const double x = size.width / part.width;
+    const double y = size.height / part.height;
+    // Areas are scaled, so corners of pixels map to corners: 0.5 px off their centres.
+    return {k.fx * x, k.fy * y, (k.cx + 0.5 - part.x) * x - 0.5, (k.cy + 0.5 - part.y) * y - 0.5};
+}
+
+double metricDistance(double depth, double zNear, double zFar) {
+    return 1 / (clampedDepth(depth) * inverseRange(zNear, zFar) + 1 / zFar);
+}
+
+void metricDistance(const cv::Mat& depth, double zNear, double zFar, cv::Mat& distance) {
+    checkDistances(zNear, zFar, checkNumber);
+    if (depth.type() != CV_32FC1) {
+        throw Error(ErrorCode::InvalidArgument, "depth",
+                    "is of type " + cv::typeToString(depth.type()) + ", expected CV_32FC1 of 0..1");
+    }
+    const cv::Mat source = depth; // depth and distance may be one
+    distance.create(source.size(), CV_32FC1);
+    for (int y = 0; y < source.rows; ++y) {
+        const float* from = source.ptr<float>(y);
+        float* to = distance.ptr<float>(y);
+        for (int x = 0; x < source.cols; ++x) {
+            to[x] = static_cast<float>(metricDistance(static_cast<double>(from[x]), zNear, zFar));
+        }
+    }
+}
+
+double relativeDepth(double distance, double zNear, double zFar) {
+    if (!(distance > 0)) return 0;
+    return clampedDepth((1 / distance - 1 / zFar) / inverseRange(zNear, zFar));
+}
+
+double parallaxOf(const Camera& camera) {
+    validate(camera);
+    return 2 * camera.intrinsics.fx * camera.baseline * inverseRange(camera.zNear, camera.zFar);
+}
+
+double baselineFor(const Camera& camera, double parallaxPixels) {
+    Camera checked = camera;
+    checked.baseline = 0;
+    validate(checked);
+    checkNumber(parallaxPixels >= 0 && parallaxPixels <= kLargest, "parallax", parallaxPixels,
+                "0..1e9 px");
+    return parallaxPixels / (2 * camera.intrinsics.fx * inverseRange(camera.zNear, camera.zFar));
+}
+
+ViewCamera viewCamera(const Camera& camera, double focus, double position) {
+    validate(camera);
+    checkNumber(focus >= 0 && focus <= 1, "focus", focus, "a depth of 0 (farthest) .. 1 (nearest)");
+    checkNumber(std::isfinite(position), "position", position, "a finite number");
+    const double right = position * camera.baseline;
+    ViewCamera view;
+    view.intrinsics = camera.intrinsics;
+    view.intrinsics.cx +=
+        camera.intrinsics.fx * right / metricDistance(focus, camera.zNear, camera.zFar);
+    view.pose.translation = {-right, 0, 0};
+    return view;
+}
+
+} // namespace altiro3D

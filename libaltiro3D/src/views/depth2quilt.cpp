@@ -1,0 +1,112 @@
+#include "altiro3D/depth2quilt.hpp"
+
+#include "altiro3D/error.hpp"
+#include "base/checks.hpp"
+#include "base/memory_errors.hpp"
+#include "base/text.hpp"
+#include "views/view_renderer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D {
+
+void validate(const ViewOptions& options) {
+    checkNumber(options.strengthPercent >= 0 && options.strengthPercent <= 10000, "strength",
+                options.strengthPercent, "0..10000 % of the width");
+    checkNumber(options.focus >= 0 && options.focus <= 1, "focus", options.focus,
+                "a depth of 0 (farthest) .. 1 (nearest)");
+    checkNumber(options.refinement >= 0 && options.refinement <= 16, "refinement",
+                options.refinement, "0..16 steps");
+    validate(options.real);
+    checkNumber(options.layered.tearPixels > 0 && options.layered.tearPixels <= 1000, "tear",
+                options.layered.tearPixels, "more than 0 and at most 1000 px");
+    checkNumber(options.layered.edgeDilationPixels >= 0 && options.layered.edgeDilationPixels <= 8,
+                "edge dilation", options.layered.edgeDilationPixels, "0..8 px");
+    checkNumber(options.layered.softEdgePixels >= 0 && options.layered.softEdgePixels <= 8,
+                "soft edges", options.layered.softEdgePixels, "0..8 px");
+}
+
+AdjacentParallax adjacentParallax(const ViewOptions& options, const QuiltLayout& quilt,
+                                  cv::Size panelSize, cv::Vec2d depthRange) {
+    if (quilt.viewCount < 2) return {};
+    const double reach =
+        std::max(std::abs(depthRange[0] - options.focus), std::abs(depthRange[1] - options.focus));
+    const double widths = options.strengthPercent / 100 * reach / (quilt.viewCount - 1);
+    return {widths * quilt.tileSize.width, widths * panelSize.width};
+}
+
+Depth2Quilt::Depth2Quilt(const QuiltLayout& layout, const ViewOptions& options)
+    : layout_(layout), options_(options) {
+    validate(layout);
+    validate(options);
+}
+
+void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& quilt) const {
+    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(photo, depth, options_, 1);
+    checkApart(quilt, photo, "quilt", "photo");
+    checkApart(quilt, depth, "quilt", "depth");
+    orOutOfMemory("quilt",
+                  "no memory for " + sizeText(layout_.size()) + " px, expected a smaller layout",
+                  [&] { quilt.create(layout_.size(), CV_8UC3); });
+    for (int unused = layout_.viewCount; unused < layout_.columns * layout_.rows; ++unused) {
+        quilt(layout_.tile(unused)).setTo(cv::Scalar::all(0));
+    }
+    std::vector<double> shifts;
+    for (int i = 0; i < layout_.viewCount; ++i)
+        shifts.push_back(shiftOf(options_, photo.cols, viewPosition(i, layout_.viewCount)));
+    const bool direct = photo.size() == layout_.tileSize;
+    if (direct && renderer->makesRows()) {
+        cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& rows) {
+            const std::unique_ptr<RowRenderer> rowRenderer = renderer->rowRenderer();
+            std::vector<std::uint8_t*> targets(shifts.size());
+            for (int y = rows.start; y < rows.end; ++y) {
+                for (int i = 0; i < layout_.viewCount; ++i) {
+                    const cv::Point corner = layout_.tile(i).tl();
+                    targets[static_cast<std::size_t>(i)] =
+                        quilt.ptr<std::uint8_t>(corner.y + y, corner.x);
+                }
+                rowRenderer->render(y, shifts, targets);
+            }
+        });
+        return;
+    }
+    // the views at +-p together
+    cv::parallel_for_(cv::Range(0, (layout_.viewCount + 1) / 2), [&](const cv::Range& pairs) {
+        cv::Mat whole[2];
+        for (int pair = pairs.start; pair < pairs.end; ++pair) {
+            const int views[] = {layout_.viewCount - 1 - pair, pair};
+            cv::Mat tiles[] = {quilt(layout_.tile(views[0])), quilt(layout_.tile(views[1]))};
+            for (cv::Mat& view : whole)
+                if (!direct) view.create(photo.size(), CV_8UC3);
+            cv::Mat* made = direct ? tiles : whole;
+            const double shift = shifts[static_cast<std::size_t>(views[0])];
+            const double opposite = shifts[static_cast<std::size_t>(views[1])];
+            if (shift == -opposite && shift != 0) {
+                renderer->renderPair(shift, made[0], made[1]);
+            } else {
+                renderer->render(shift, made[0]);
+                if (views[0] != views[1]) renderer->render(opposite, made[1]);
+            }
+            for (int i = 0; i < 2 && !direct; ++i)
+                if (i == 0 || views[0] != views[1])
+                    cv::resize(whole[i], tiles[i], tiles[i].size(), 0, 0, cv::INTER_AREA);
+        }
+    });
+}
+
+void Depth2Quilt::renderView(const cv::Mat& photo, const cv::Mat& depth, double position,
+                             cv::Mat& view) const {
+    if (!std::isfinite(position)) {
+        throw Error(ErrorCode::InvalidArgument, "position",
+                    "is " + numberText(position) + ", expected a finite number");
+    }
+    const std::unique_ptr<ViewRenderer> renderer =
+        makeRenderer(photo, depth, options_, std::max(1.0, std::abs(position)));
+    cv::Mat result(photo.size(), CV_8UC3);
+    renderWhole(*renderer, shiftOf(options_, photo.cols, position), result);
+    view = result;
+}
+
+} // namespace altiro3D

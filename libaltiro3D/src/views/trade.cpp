@@ -1,0 +1,177 @@
+#include "altiro3D/trade.hpp"
+
+#include "altiro3D/picture_quality.hpp"
+#include "base/checks.hpp"
+#include "base/text.hpp"
+#include "views/view_renderer.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace altiro3D {
+
+namespace {
+
+void requireSize(const cv::Mat& picture, cv::Size size, const std::string& name) {
+    if (picture.size() == size) return;
+    throw Error(ErrorCode::Mismatch, name,
+                "has pictures of " + sizeText(size) + " and " + sizeText(picture.size()) +
+                    " px, expected equal sizes");
+}
+
+// Disparity in px; the unknown takes the smaller (farther) of the known values beside it.
+void disparityRow(const float* raw, int width, double scale, float* row) {
+    constexpr float kUnknown = -1;
+    for (int x = 0; x < width; ++x) {
+        const bool known = std::isfinite(raw[x]) && raw[x] > 0;
+        row[x] = known ? static_cast<float>(static_cast<double>(raw[x]) / scale) : kUnknown;
+    }
+    for (int x = 0; x < width;) {
+        if (row[x] >= 0) {
+            ++x;
+            continue;
+        }
+        int end = x;
+        while (end < width && row[end] < 0)
+            ++end;
+        const float left = x > 0 ? row[x - 1] : std::numeric_limits<float>::max();
+        const float right = end < width ? row[end] : std::numeric_limits<float>::max();
+        const float smaller = std::min(left, right);
+        const float value = smaller < std::numeric_limits<float>::max() ? smaller : 0.0F;
+        std::fill(row + x, row + end, value);
+        x = end;
+    }
+}
+
+} // namespace
+
+std::vector<NamedViewOptions> defaultSettings(const ViewOptions& base) {
+    std::vector<NamedViewOptions> settings;
+    const std::pair<const char*, ViewMethod> kMethods[] = {
+        {"fast", ViewMethod::Fast}, {"layered", ViewMethod::Layered}, {"real", ViewMethod::Real}};
+    for (const auto& [name, method] : kMethods) {
+        settings.push_back({name, base});
+        settings.back().options.method = method;
+    }
+    return settings;
+}
+
+std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base) {
+    std::vector<NamedViewOptions> settings;
+    const auto add = [&](const std::string& name, const auto& change) {
+        ViewOptions options = base;
+        change(options);
+        settings.push_back({name, options});
+    };
+    for (int steps : {0, 1, 2, 4}) {
+        add(steps == 0 ? "fast" : "fast, refinement " + std::to_string(steps),
+            [steps](ViewOptions& o) {
+                o.method = ViewMethod::Fast;
+                o.refinement = steps;
+            });
+    }
+    const auto layered = [&](const std::string& name, const auto& change) {
+        add(name, [&](ViewOptions& o) {
+            o.method = ViewMethod::Layered;
+            change(o.layered);
+        });
+    };
+    layered("layered, fill continue", [](LayeredOptions& o) { o.fill = LayeredFill::Continue; });
+    layered("layered, dilation 0", [](LayeredOptions& o) { o.edgeDilationPixels = 0; });
+    layered("layered, dilation 2", [](LayeredOptions& o) { o.edgeDilationPixels = 2; });
+    layered("layered, soft edges 0", [](LayeredOptions& o) { o.softEdgePixels = 0; });
+    const auto real = [&](const std::string& name, const auto& change) {
+        add(name, [&](ViewOptions& o) {
+            o.method = ViewMethod::Real;
+            change(o.real);
+        });
+    };
+    real("real", [](RealOptions&) {});
+    real("real, Navier-Stokes", [](RealOptions& o) { o.inpainting = Inpainting::NavierStokes; });
+    real("real, from behind", [](RealOptions& o) { o.backgroundOnly = true; });
+    layered("layered", [](LayeredOptions&) {}); // the reference where there is no truth
+    return settings;
+}
+
+ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOptions& options,
+                      int views, int repetitions) {
+    check(views >= 1 && views <= 1024, "views",
+          "is " + std::to_string(views) + ", expected 1..1024");
+    check(repetitions >= 1 && repetitions <= 1000, "repetitions",
+          "is " + std::to_string(repetitions) + ", expected 1..1000");
+    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
+    // Tiles of the photo's own size, in as square a quilt as there is.
+    QuiltLayout layout;
+    layout.columns = static_cast<int>(std::ceil(std::sqrt(views)));
+    layout.rows = (views + layout.columns - 1) / layout.columns;
+    layout.tileSize = photo.size();
+    layout.viewCount = views;
+    const auto milliseconds = [&](const auto& work) {
+        double best = std::numeric_limits<double>::infinity();
+        for (int i = 0; i < repetitions; ++i) {
+            const auto start = std::chrono::steady_clock::now();
+            work();
+            const auto end = std::chrono::steady_clock::now();
+            best = std::min(best, std::chrono::duration<double, std::milli>(end - start).count());
+        }
+        return best;
+    };
+    const Depth2Quilt maker(layout, options);
+    cv::Mat quilt;
+    const double all = milliseconds([&] { maker.render(photo, depth, quilt); });
+    const double preparation =
+        milliseconds([&] { static_cast<void>(makeRenderer(photo, depth, options, 1)); });
+    return {all / views, std::min(preparation, all)};
+}
+
+ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth, int band) {
+    check(band >= 0, "band", "is " + std::to_string(band) + ", expected at least 0 px");
+    ViewAccuracy accuracy;
+    accuracy.psnrWhole = psnr(view, truth);
+    accuracy.ssimWhole = ssim(view, truth);
+    const cv::Range columns =
+        2 * band < view.cols ? cv::Range(band, view.cols - band) : cv::Range::all();
+    accuracy.psnrInside = psnr(view.colRange(columns), truth.colRange(columns));
+    accuracy.ssimInside = ssim(view.colRange(columns), truth.colRange(columns));
+    return accuracy;
+}
+
+ViewOptions StereoScene::options(const ViewOptions& knobs) const {
+    ViewOptions result = knobs;
+    result.focus = 0;
+    result.strengthPercent = 200 * largestDisparity / photo.cols; // S/2 = largest disparity
+    return result;
+}
+
+int StereoScene::band() const {
+    return static_cast<int>(std::ceil(largestDisparity)) + 2;
+}
+
+StereoScene makeStereoScene(const std::string& name, const cv::Mat& photo,
+                            const cv::Mat& rawDisparity, double scale, const cv::Mat& truth) {
+    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
+    checkType(rawDisparity, {CV_32FC1}, "disparity", "CV_32FC1");
+    checkType(truth, {CV_8UC3}, "truth", "CV_8UC3 (8-bit BGR)");
+    check(scale > 0 && std::isfinite(scale), "disparity scale",
+          "is " + numberText(scale) + ", expected a number > 0");
+    requireSize(rawDisparity, photo.size(), name);
+    requireSize(truth, photo.size(), name);
+    StereoScene scene;
+    scene.name = name;
+    scene.photo = photo;
+    scene.truth = truth;
+    scene.depth.create(photo.size(), CV_32FC1);
+    float largest = 0;
+    for (int y = 0; y < photo.rows; ++y) {
+        float* row = scene.depth.ptr<float>(y);
+        disparityRow(rawDisparity.ptr<float>(y), photo.cols, scale, row);
+        largest = std::max(largest, *std::max_element(row, row + photo.cols));
+    }
+    scene.largestDisparity = static_cast<double>(largest);
+    if (largest > 0) scene.depth.convertTo(scene.depth, CV_32F, 1.0 / scene.largestDisparity);
+    return scene;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,134 @@
+// Method Fast: view(x, y) = photo(x + shift (depth(x, y) - focus), y), linear, borders repeated;
+// with refinement depth is read again where the px was found to come from.
+
+#include "native/native_row_kernels.hpp"
+#include "views/view_renderer.hpp"
+#include "views/views_fast_row.hpp"
+
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+// Few enough rows that map and pixels stay in the second-level cache.
+constexpr int kRowsAtATime = 16;
+
+float boundedShift(double shiftPixels) {
+    return static_cast<float>(std::clamp(shiftPixels, -kLargestShift, kLargestShift));
+}
+
+// Offsets of a row of depth, the last one twice.
+void readOffsets(const cv::Mat& depth, int row, double focus, std::vector<float>& offsets) {
+    const auto* values = depth.ptr<float>(row);
+    std::transform(values, values + depth.cols, offsets.begin(),
+                   [focus](float value) { return offsetFromFocus(value, focus); });
+    offsets[static_cast<std::size_t>(depth.cols)] =
+        offsets[static_cast<std::size_t>(depth.cols - 1)];
+}
+
+class FastSampler : public SubpixelSampler {
+  public:
+    FastSampler(const cv::Mat& photo, const cv::Mat& depth, double focus, int refinement,
+                const std::vector<int>& columns, double largestShift)
+        : photo_(photo), depth_(depth), focus_(focus), refinement_(refinement), columns_(columns),
+          reach_(static_cast<int>(
+              std::ceil(std::min(largestShift * std::max(focus, 1 - focus), 1.0 * photo.cols)))),
+          offsets_(paddedRow<float>(static_cast<std::size_t>(photo.cols))),
+          places_(paddedRow<float>(columns.size())), ownOffsets_(places_), columnPlaces_(places_) {
+        for (std::vector<std::uint8_t>& plane : planes_)
+            plane = paddedRow<std::uint8_t>(static_cast<std::size_t>(photo.cols));
+        std::copy(columns.begin(), columns.end(), columnPlaces_.begin());
+    }
+
+    void open(int row) override {
+        readOffsets(depth_, row, focus_, offsets_);
+        still_ = std::all_of(offsets_.begin(), offsets_.begin() + photo_.cols,
+                             [](float offset) { return offset == 0; });
+        if (still_) return;
+        const auto width = static_cast<std::size_t>(photo_.cols);
+        splitRow(photo_.ptr<std::uint8_t>(row), width, planes_[0].data(), planes_[1].data(),
+                 planes_[2].data());
+        for (std::vector<std::uint8_t>& plane : planes_)
+            std::fill_n(plane.begin() + photo_.cols, 4, plane[width - 1]);
+        for (std::size_t i = 0; i < columns_.size(); ++i)
+            ownOffsets_[i] = offsets_[static_cast<std::size_t>(columns_[i])];
+    }
+
+    bool still() const override { return still_; }
+
+    void sample(int channel, const float* shifts, std::uint8_t* values) override {
+        fastPlaces(columnPlaces_.data(), ownOffsets_.data(), shifts, columns_.size(),
+                   offsets_.data(), photo_.cols, refinement_, places_.data());
+        fastSamples(planes_[static_cast<std::size_t>(channel)].data(), places_.data(),
+                    columnPlaces_.data(), reach_, columns_.size(), values);
+    }
+
+  private:
+    const cv::Mat& photo_;
+    const cv::Mat& depth_;
+    double focus_;
+    int refinement_;
+    const std::vector<int>& columns_;
+    int reach_; // of places from their columns, px
+    bool still_ = false;
+    std::array<std::vector<std::uint8_t>, 3> planes_;
+    std::vector<float> offsets_; // of the photo's row
+    std::vector<float> places_;
+    std::vector<float> ownOffsets_;   // per column asked for
+    std::vector<float> columnPlaces_; // columns_ as floats
+};
+
+class FastRenderer : public ViewRenderer {
+  public:
+    FastRenderer(const cv::Mat& photo, const cv::Mat& depth, const ViewOptions& options)
+        : photo_(photo), depth_(depth), focus_(options.focus), refinement_(options.refinement) {}
+
+    void render(double shiftPixels, cv::Mat& view) const override {
+        const auto width = static_cast<std::size_t>(photo_.cols);
+        const int rowsAtATime = std::min(kRowsAtATime, photo_.rows);
+        const int padded = photo_.cols + static_cast<int>(kRowPadding);
+        cv::Mat mapX(rowsAtATime, padded, CV_32FC1);
+        cv::Mat mapY(rowsAtATime, photo_.cols, CV_32FC1);
+        std::vector<float> columns = paddedRow<float>(width);
+        for (std::size_t x = 0; x < width; ++x)
+            columns[x] = static_cast<float>(x);
+        std::vector<float> offsets = paddedRow<float>(width);
+        const std::vector<float> shifts(offsets.size(), boundedShift(shiftPixels));
+        for (int y0 = 0; y0 < photo_.rows; y0 += rowsAtATime) {
+            const int rows = std::min(rowsAtATime, photo_.rows - y0);
+            for (int i = 0; i < rows; ++i) {
+                readOffsets(depth_, y0 + i, focus_, offsets);
+                fastPlaces(columns.data(), offsets.data(), shifts.data(), width, offsets.data(),
+                           photo_.cols, refinement_, mapX.ptr<float>(i));
+                std::fill_n(mapY.ptr<float>(i), photo_.cols, static_cast<float>(y0 + i));
+            }
+            cv::Mat target = view.rowRange(y0, y0 + rows);
+            cv::remap(photo_, target, mapX(cv::Rect(0, 0, photo_.cols, rows)),
+                      mapY.rowRange(0, rows), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+        }
+    }
+
+    std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,
+                                             double largestShift) const override {
+        return std::make_unique<FastSampler>(photo_, depth_, focus_, refinement_, columns,
+                                             largestShift);
+    }
+
+  private:
+    cv::Mat photo_;
+    cv::Mat depth_;
+    double focus_;
+    int refinement_;
+};
+
+} // namespace
+
+std::unique_ptr<ViewRenderer> makeFastRenderer(const cv::Mat& photo, const cv::Mat& depth,
+                                               const ViewOptions& options) {
+    return std::make_unique<FastRenderer>(photo, depth, options);
+}
+
+} // namespace altiro3D

@@ -1,0 +1,313 @@
+// Method Layered: each row of a view shows, at each pixel, the front-most surface there; behind
+// near things lies a background that is painted once.
+
+#include "views/views_layered.hpp"
+
+#include "native/native_row_kernels.hpp"
+#include "views/views_layered_ends.hpp"
+#include "views/views_layered_scene.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <opencv2/core.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+// Few enough pixels that all that is known of them stays in the first-level cache.
+constexpr std::size_t kPixelsAtATime = 512;
+
+// Reads pixels of one row at a time, at given columns of the photo.
+class LayeredReader {
+  public:
+    LayeredReader(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
+        : photo_(photo), scene_(scene), columns_(columns),
+          columnPlaces_(paddedRow<float>(columns.size())),
+          guesses_(paddedRow<std::int32_t>(columns.size())), limits_{guesses_, guesses_} {
+        std::copy(columns.begin(), columns.end(), columnPlaces_.begin());
+        for (std::vector<std::int32_t>* list : room_.all())
+            *list = guesses_;
+    }
+
+    std::size_t count() const { return columns_.size(); }
+    bool still() const { return scene_.flat || scene_.still[static_cast<std::size_t>(row_)] != 0; }
+    const std::uint8_t* bgr() const { return photo_.ptr<std::uint8_t>(row_); }
+
+    // @param bounded whether no shift will be larger than the scene was made for
+    void open(int row, bool bounded) {
+        row_ = row;
+        if (still()) return;
+        tables_ = scene_.tables(row);
+        bounded_ = bounded;
+        const std::int16_t* words = tables_.words;
+        const std::int32_t* limits = tables_.limits;
+        const std::int32_t* mirroredLimits = limits + tables_.stride + scene_.width - 1;
+        for (std::size_t i = 0; i < count(); ++i) {
+            const int x = columns_[i];
+            const int rise = wordOffset(words[x + 2]) - wordOffset(words[x - 2]);
+            guesses_[i] = columnGuess(words[x], rise);
+            limits_[0][i] = limits[x];
+            limits_[1][i] = mirroredLimits[-x];
+        }
+        listSurfaces();
+        splitPlanes();
+    }
+
+    // Searches what some of the pixels show, from the pixel `begin` on.
+    // @param shifts of all pixels, as SubpixelSampler::sample()
+    void find(const float* shifts, std::size_t begin, std::size_t size) {
+        begin_ = begin;
+        size_ = size;
+        shifts_ = shifts + begin;
+        const LayeredSurfaces surfaces = {
+            first_.data(),         last_.data(),
+            hidden_.data(),        beyond_.data(),
+            leftBorder_.data(),    rightBorder_.data(),
+            surfaceStrips_.data(), {0, mirroredSurfaces_, surfaceCount_}};
+        counts_ = layeredPlaces(tables_, surfaces, pixels(), shifts_, bounded_, room_.pointers());
+        searchHardOnes();
+    }
+
+    // Reads a channel of what find() found. @param values of all pixels
+    void read(int channel, std::uint8_t* values) const {
+        const std::uint8_t* plane =
+            planes_[static_cast<std::size_t>(channel)].data() + kTablePadding;
+        values += begin_;
+        layeredSamples(tables_, pixels(), plane, room_.places.data(), values);
+        for (std::size_t i = 0; i < counts_.mixed; ++i) {
+            std::uint8_t& value = values[room_.mixed[i]];
+            value = static_cast<std::uint8_t>(
+                coveredBy(sampleAt(plane, room_.covers[i]), value, room_.parts[i]));
+        }
+        for (std::size_t i = 0; i < counts_.hard; ++i)
+            values[room_.hard[i]] = static_cast<std::uint8_t>(colourOf(hard_[i], plane));
+    }
+
+  private:
+    // The memory of a LayeredRoom.
+    struct Room {
+        std::vector<std::int32_t> places, hard, hardColumns, mixed, covers, parts, open,
+            openColumns;
+
+        std::array<std::vector<std::int32_t>*, 8> all() {
+            return {&places, &hard, &hardColumns, &mixed, &covers, &parts, &open, &openColumns};
+        }
+        LayeredRoom pointers() {
+            return {places.data(), hard.data(),  hardColumns.data(), mixed.data(),
+                    covers.data(), parts.data(), open.data(),        openColumns.data()};
+        }
+    };
+
+    LayeredPixels pixels() const {
+        return {columnPlaces_.data() + begin_,
+                guesses_.data() + begin_,
+                {limits_[0].data() + begin_, limits_[1].data() + begin_},
+                bounded_ ? scene_.reachColumns : scene_.width,
+                size_};
+    }
+
+    void searchHardOnes() {
+        const LayeredSearch search(scene_, row_, strips_);
+        hard_.resize(counts_.hard);
+        for (std::size_t i = 0; i < counts_.hard; ++i) {
+            const auto pixel = static_cast<std::size_t>(room_.hard[i]);
+            const int column = columns_[begin_ + pixel];
+            const int direction = shifts_[pixel] < 0 ? 1 : 0;
+            const int x = direction == 0 ? column : scene_.width - 1 - column;
+            hard_[i] = search.at(direction, x, std::abs(shifts_[pixel]), room_.hardColumns[i]);
+        }
+    }
+
+    // Surfaces of both directions, as LayeredSurfaces.
+    void listSurfaces() {
+        constexpr float kNoBorder = -1e9F;
+        const LayeredRow* rows[] = {&scene_.rows[0][static_cast<std::size_t>(row_)],
+                                    &scene_.rows[1][static_cast<std::size_t>(row_)]};
+        const std::size_t all = rows[0]->surfaces.size() + rows[1]->surfaces.size();
+        for (std::vector<float>* list :
+             {&first_, &last_, &hidden_, &beyond_, &leftBorder_, &rightBorder_})
+            list->resize(all + kRowPadding);
+        surfaceStrips_.resize(all + kRowPadding);
+        strips_[0] = 2 * scene_.stride();
+        strips_[1] = strips_[0] + static_cast<int>(rows[0]->strips.size() / 4);
+        mirroredSurfaces_ = static_cast<int>(rows[0]->surfaces.size());
+        surfaceCount_ = static_cast<int>(all);
+        std::size_t i = 0;
+        for (int direction = 0; direction < 2; ++direction) {
+            for (const LayeredSurface& surface : rows[direction]->surfaces) {
+                first_[i] = static_cast<float>(surface.first);
+                last_[i] = static_cast<float>(surface.last);
+                hidden_[i] = static_cast<float>(surface.hidden);
+                beyond_[i] = static_cast<float>(surface.beyond);
+                leftBorder_[i] = surface.hidden > 0 ? kNoBorder : 1 + surface.leftExtra;
+                rightBorder_[i] = 1 + surface.rightExtra;
+                surfaceStrips_[i] = strips_[direction] + surface.hiddenAt(0);
+                ++i;
+            }
+        }
+    }
+
+    // Planes of the row and of the mirrored row, their last px repeated on both sides, and of what
+    // is painted.
+    void splitPlanes() {
+        const auto width = static_cast<std::size_t>(scene_.width);
+        const LayeredRow* rows[] = {&scene_.rows[0][static_cast<std::size_t>(row_)],
+                                    &scene_.rows[1][static_cast<std::size_t>(row_)]};
+        const std::size_t painted = (rows[0]->strips.size() + rows[1]->strips.size()) / 4;
+        const std::size_t size =
+            kTablePadding + 2 * static_cast<std::size_t>(scene_.stride()) + painted + kRowPadding;
+        for (std::vector<std::uint8_t>& plane : planes_)
+            plane.resize(std::max(plane.size(), size));
+        splitRow(bgr(), width, planes_[0].data() + kTablePadding, planes_[1].data() + kTablePadding,
+                 planes_[2].data() + kTablePadding);
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+            std::uint8_t* row = planes_[channel].data() + kTablePadding;
+            std::uint8_t* mirrored = row + scene_.stride();
+            std::reverse_copy(row, row + width, mirrored);
+            for (std::uint8_t* begin : {row, mirrored}) {
+                std::memset(begin - kTablePadding, begin[0], kTablePadding);
+                std::memset(begin + width, begin[width - 1], kTablePadding);
+            }
+            for (int direction = 0; direction < 2; ++direction) {
+                const std::vector<std::uint8_t>& strips = rows[direction]->strips;
+                std::uint8_t* to = row + strips_[direction];
+                for (std::size_t i = channel; i < strips.size(); i += 4)
+                    *to++ = strips[i];
+            }
+        }
+    }
+
+    const cv::Mat& photo_;
+    const LayeredScene& scene_;
+    const std::vector<int>& columns_;
+    int row_ = 0;
+    bool bounded_ = true;
+    LayeredTables tables_;
+    std::vector<float> columnPlaces_; // of all pixels, see LayeredPixels
+    std::vector<std::int32_t> guesses_;
+    std::vector<std::int32_t> limits_[2];
+    Room room_;
+    LayeredCounts counts_;
+    std::vector<LayeredPixel> hard_;
+    std::size_t begin_ = 0; // pixels that find() looked at
+    std::size_t size_ = 0;
+    const float* shifts_ = nullptr;
+    std::vector<float> first_; // see LayeredSurfaces
+    std::vector<float> last_;
+    std::vector<float> hidden_;
+    std::vector<float> beyond_;
+    std::vector<float> leftBorder_;
+    std::vector<float> rightBorder_;
+    std::vector<std::int32_t> surfaceStrips_;
+    int mirroredSurfaces_ = 0;
+    int surfaceCount_ = 0;
+    int strips_[2] = {0, 0};
+    std::array<std::vector<std::uint8_t>, 3> planes_;
+};
+
+class LayeredSampler : public SubpixelSampler {
+  public:
+    LayeredSampler(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns,
+                   double largestShift)
+        : columns_(columns), reader_(photo, scene, columns),
+          bounded_(largestShift <= static_cast<double>(scene.reachPixels)) {}
+
+    void open(int row) override { reader_.open(row, bounded_); }
+
+    bool still() const override { return reader_.still(); }
+
+    void sample(int channel, const float* shifts, std::uint8_t* values) override {
+        for (std::size_t begin = 0; begin < columns_.size(); begin += kPixelsAtATime) {
+            reader_.find(shifts, begin, std::min(kPixelsAtATime, columns_.size() - begin));
+            reader_.read(channel, values);
+        }
+    }
+
+  private:
+    const std::vector<int>& columns_;
+    LayeredReader reader_;
+    bool bounded_;
+};
+
+class LayeredRows : public RowRenderer {
+  public:
+    LayeredRows(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
+        : scene_(scene), reader_(photo, scene, columns), shifts_(paddedRow<float>(columns.size())) {
+        planes_.fill(paddedRow<std::uint8_t>(columns.size()));
+    }
+
+    void render(int row, const std::vector<double>& shifts,
+                const std::vector<std::uint8_t*>& views) override {
+        const auto bounded = static_cast<double>(scene_.reachPixels);
+        const bool within = std::all_of(shifts.begin(), shifts.end(),
+                                        [&](double shift) { return std::abs(shift) <= bounded; });
+        reader_.open(row, within);
+        for (std::size_t i = 0; i < shifts.size(); ++i)
+            render(static_cast<float>(std::clamp(shifts[i], -kLargestShift, kLargestShift)),
+                   views[i]);
+    }
+
+  private:
+    void render(float shift, std::uint8_t* bgr) {
+        const std::size_t width = reader_.count();
+        if (shift == 0 || reader_.still()) {
+            std::memcpy(bgr, reader_.bgr(), 3 * width);
+            return;
+        }
+        std::fill(shifts_.begin(), shifts_.end(), shift);
+        reader_.find(shifts_.data(), 0, width);
+        for (int channel = 0; channel < 3; ++channel)
+            reader_.read(channel, planes_[static_cast<std::size_t>(channel)].data());
+        interleaveRow(planes_[0].data(), planes_[1].data(), planes_[2].data(), width, bgr);
+    }
+
+    const LayeredScene& scene_;
+    LayeredReader reader_;
+    std::vector<float> shifts_;
+    std::array<std::vector<std::uint8_t>, 3> planes_;
+};
+
+class LayeredRenderer : public ViewRenderer {
+  public:
+    LayeredRenderer(const cv::Mat& photo, const cv::Mat& depth, double focus,
+                    const LayeredSettings& options)
+        : photo_(photo), columns_(static_cast<std::size_t>(photo.cols)),
+          scene_(layeredScene(photo, withoutLevels(depth, options.reachPixels), focus, options)) {
+        std::iota(columns_.begin(), columns_.end(), 0);
+    }
+
+    void render(double shiftPixels, cv::Mat& view) const override {
+        LayeredRows rows(photo_, scene_, columns_);
+        const std::vector<double> shifts = {shiftPixels};
+        for (int y = 0; y < photo_.rows; ++y)
+            rows.render(y, shifts, {view.ptr<std::uint8_t>(y)});
+    }
+
+    bool makesRows() const override { return true; }
+
+    std::unique_ptr<RowRenderer> rowRenderer() const override {
+        return std::make_unique<LayeredRows>(photo_, scene_, columns_);
+    }
+
+    std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,
+                                             double largestShift) const override {
+        return std::make_unique<LayeredSampler>(photo_, scene_, columns, largestShift);
+    }
+
+  private:
+    cv::Mat photo_;
+    std::vector<int> columns_; // all
+    LayeredScene scene_;
+};
+
+} // namespace
+
+std::unique_ptr<ViewRenderer> makeLayeredRenderer(const cv::Mat& photo, const cv::Mat& depth,
+                                                  double focus, const LayeredSettings& options) {
+    return std::make_unique<LayeredRenderer>(photo, depth, focus, options);
+}
+
+} // namespace altiro3D

@@ -1,0 +1,194 @@
+// Where surfaces end: the steps of the depth, made sharp and brought to the edges of the photo.
+
+#include "views/views_layered_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace altiro3D {
+
+namespace {
+
+// Colours closer than this do not tell two sides apart: sum over the channels.
+constexpr int kAlikeColours = 10;
+// A step whose sides differ by less (length in BGR) has no visible border.
+constexpr double kBorderContrast = 60;
+// Where a step's softness is looked for; two passes reach twice as far.
+constexpr int kHardenPasses = 2;
+// Where twice the width holds more than this much of the step, there is no step but a slope.
+constexpr double kSlope = 1.75;
+// A pixel that is this much of a tear away from both neighbours at most is a surface of its own.
+constexpr double kFlat = 0.3;
+
+double at(const std::vector<float>& offsets, int x) {
+    return static_cast<double>(offsets[static_cast<std::size_t>(x)]);
+}
+
+int unlike(const std::uint8_t* bgr, int a, int b) {
+    int sum = 0;
+    for (int c = 0; c < 3; ++c)
+        sum += std::abs(bgr[3 * a + c] - bgr[3 * b + c]);
+    return sum;
+}
+
+// Soft steps become hard ones: what lies between two depths, more than a tear from both, takes the
+// one whose pixels it looks like, else the nearer number.
+void hardenSteps(const std::uint8_t* bgr, std::vector<float>& offsets, double tear, int radius,
+                 std::vector<float>& source) {
+    const int width = static_cast<int>(offsets.size());
+    source = offsets;
+    for (int x = 1; x + 1 < width; ++x) {
+        const double own = at(source, x);
+        const double step =
+            std::max(std::abs(own - at(source, x - 1)), std::abs(at(source, x + 1) - own));
+        if (step < kFlat * tear) continue;
+        const int begin = std::max(x - radius, 0);
+        const int end = std::min(x + radius, width - 1) + 1;
+        const auto range = std::minmax_element(source.begin() + begin, source.begin() + end);
+        const float far = *range.first;
+        const float near = *range.second;
+        const double above = static_cast<double>(near) - own;
+        const double below = own - static_cast<double>(far);
+        if (above <= tear || below <= tear) continue;
+        const auto wide =
+            std::minmax_element(source.begin() + std::max(x - 2 * radius, 0),
+                                source.begin() + std::min(x + 2 * radius, width - 1) + 1);
+        const double wideStep =
+            static_cast<double>(*wide.second) - static_cast<double>(*wide.first);
+        if (wideStep > kSlope * (above + below)) continue;
+        int unlikeNear = INT32_MAX;
+        int unlikeFar = INT32_MAX;
+        for (int other = begin; other < end; ++other) {
+            const float depth = source[static_cast<std::size_t>(other)];
+            if (depth == near) unlikeNear = std::min(unlikeNear, unlike(bgr, x, other));
+            if (depth == far) unlikeFar = std::min(unlikeFar, unlike(bgr, x, other));
+        }
+        const bool clear = std::abs(unlikeNear - unlikeFar) >= kAlikeColours;
+        const bool isNear = clear ? unlikeNear < unlikeFar : above <= below;
+        offsets[static_cast<std::size_t>(x)] = isNear ? near : far;
+    }
+}
+
+// At a tear the near side takes the pixels next to it along.
+void dilateNear(std::vector<float>& offsets, double tear, int pixels, std::vector<float>& source) {
+    if (pixels <= 0) return;
+    const int width = static_cast<int>(offsets.size());
+    source = offsets;
+    const auto raise = [&](int x, float to) {
+        if (x < 0 || x >= width) return;
+        float& offset = offsets[static_cast<std::size_t>(x)];
+        offset = std::max(offset, to);
+    };
+    for (int x = 0; x + 1 < width; ++x) {
+        const double step = at(source, x + 1) - at(source, x);
+        for (int k = 0; k < pixels && step > tear; ++k)
+            raise(x - k, source[static_cast<std::size_t>(x + 1)]);
+        for (int k = 0; k < pixels && step < -tear; ++k)
+            raise(x + 1 + k, source[static_cast<std::size_t>(x)]);
+    }
+}
+
+// Finds where the border of a near surface really is, if the photo shows a clear one within a px.
+//
+//   far surface      ...  f2  f1  f0 | n0  n1  n2  ...   near surface
+//   share of near         0   0  .3    .95 1   1
+//   result           ...  f2  f1 (mixed) n0 ...          n0 reaches .3 px beyond its pixel
+struct Border {
+    int gain = 0;     // px that the near surface wins, -1..1
+    int mixed = 0;    // px that are a mixture, 0 or 1
+    double extra = 0; // share of the near surface in the mixed px
+};
+
+// @param edge last px of the near surface @param out direction to the far one, 1 or -1
+// @param nearRoom px between the edge and the px that is surely near @param farRoom px to the one
+// before which is surely far
+Border findBorder(const std::uint8_t* bgr, int edge, int out, int nearRoom, int farRoom) {
+    constexpr double kAllNear = 0.9;
+    constexpr double kAllFar = 0.1;
+    constexpr double kUnclear = 0.25;
+    if (nearRoom < 1 || farRoom < 1) return {};
+    const std::uint8_t* near = bgr + 3 * static_cast<std::ptrdiff_t>(edge - out * nearRoom);
+    const std::uint8_t* far = bgr + 3 * static_cast<std::ptrdiff_t>(edge + out * (farRoom + 1));
+    double contrast = 0;
+    for (int c = 0; c < 3; ++c)
+        contrast += (near[c] - far[c]) * (near[c] - far[c]);
+    if (contrast < kBorderContrast * kBorderContrast) return {};
+    const auto share = [&](int k) { // of the near surface in the px k behind the edge
+        const std::uint8_t* mix = bgr + 3 * static_cast<std::ptrdiff_t>(edge + out * k);
+        double sum = 0;
+        for (int c = 0; c < 3; ++c)
+            sum += (mix[c] - far[c]) * (near[c] - far[c]);
+        return sum / contrast;
+    };
+    Border border;
+    int k = 1 - nearRoom;
+    while (k <= farRoom && share(k) >= kAllNear)
+        ++k;
+    border.gain = k - 1;
+    if (border.gain < -1 || border.gain > 1) return {};
+    if (k <= farRoom && share(k) > kAllFar) {
+        border.mixed = 1;
+        border.extra = share(k);
+        ++k;
+    }
+    for (; k <= farRoom; ++k)
+        if (share(k) > (border.mixed == 1 && k == border.gain + 2 ? kAllFar : kUnclear)) return {};
+    return border;
+}
+
+void placeBorder(const std::uint8_t* bgr, int dilation, int leftLength, int rightLength,
+                 LayeredSurface& left, LayeredSurface& right, std::vector<float>& offsets) {
+    constexpr int kLookedAt = 2; // px beside the tear, on either side
+    const float leftOffset = offsets[static_cast<std::size_t>(left.last)];
+    const float rightOffset = offsets[static_cast<std::size_t>(right.first)];
+    const bool leftIsNear = leftOffset > rightOffset;
+    const int out = leftIsNear ? 1 : -1; // from near to far
+    const int edge = leftIsNear ? left.last : right.first;
+    // A surface keeps at least one px, whatever is taken from it at both ends.
+    const int nearRoom =
+        std::min(kLookedAt + dilation, ((leftIsNear ? leftLength : rightLength) - 1) / 2);
+    const int farRoom = std::min(kLookedAt, ((leftIsNear ? rightLength : leftLength) - 1) / 2);
+    const Border border = findBorder(bgr, edge, out, nearRoom, farRoom);
+    for (int k = border.gain + 1; k <= 0; ++k)
+        offsets[static_cast<std::size_t>(edge + out * k)] = leftIsNear ? rightOffset : leftOffset;
+    for (int k = std::min(border.gain, 0) + 1; k <= border.gain + border.mixed; ++k)
+        offsets[static_cast<std::size_t>(edge + out * k)] = leftIsNear ? leftOffset : rightOffset;
+    const int nearEnd = edge + out * border.gain;
+    const int farEnd = nearEnd + out * (border.mixed + 1);
+    left.last = leftIsNear ? nearEnd : farEnd;
+    right.first = leftIsNear ? farEnd : nearEnd;
+    (leftIsNear ? left.rightExtra : right.leftExtra) = static_cast<float>(border.extra);
+}
+
+} // namespace
+
+void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
+                 const LayeredSettings& options, std::vector<LayeredSurface>& surfaces) {
+    const int width = static_cast<int>(offsets.size());
+    const double tear = options.tearStep();
+    std::vector<float> buffer;
+    for (int pass = 0; pass < kHardenPasses && options.softEdgePixels > 0; ++pass)
+        hardenSteps(bgr, offsets, tear, options.softEdgePixels, buffer);
+    dilateNear(offsets, tear, options.edgeDilationPixels, buffer);
+    surfaces.clear();
+    for (int first = 0; first < width;) {
+        LayeredSurface surface;
+        surface.first = first;
+        surface.last = first;
+        while (surface.last + 1 < width &&
+               std::abs(at(offsets, surface.last + 1) - at(offsets, surface.last)) <= tear)
+            ++surface.last;
+        surfaces.push_back(surface);
+        first = surface.last + 1;
+    }
+    std::vector<int> lengths; // before any border moved, so that left and right are alike
+    lengths.reserve(surfaces.size());
+    for (const LayeredSurface& surface : surfaces)
+        lengths.push_back(surface.last - surface.first + 1);
+    for (std::size_t i = 1; i < surfaces.size(); ++i)
+        placeBorder(bgr, options.edgeDilationPixels, lengths[i - 1], lengths[i], surfaces[i - 1],
+                    surfaces[i], offsets);
+}
+
+} // namespace altiro3D

@@ -1,0 +1,141 @@
+// What pixels show at the ends of surfaces: borders that cover part of a pixel, the background that
+// is painted beside surfaces, and, behind all that, the next surface.
+
+#include "views/views_layered_ends.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr int kSubColumns = 1 << kSubColumnBits;
+
+// One search; all that it needs at hand.
+class Search {
+  public:
+    // @param strips column in the planes where the strips of the direction begin
+    Search(const LayeredTables& tables, const LayeredRow& row, int direction, int strips, int x,
+           float shift)
+        : surfaces_(row.surfaces.data()), surfaceCount_(static_cast<int>(row.surfaces.size())),
+          words_(tables.words + direction * tables.stride),
+          left_(tables.left + direction * tables.stride),
+          surfaceOf_(tables.surfaces + direction * tables.stride), base_(direction * tables.stride),
+          strips_(strips), x_(static_cast<float>(x)), unit_(shift * tables.scale) {}
+
+    LayeredPixel run(int column) {
+        for (int k = column < 0 ? -1 : surfaceOf_[column]; k >= 0; --k)
+            if (visit(k, std::min(column, surfaces_[k].last))) return pixel_;
+        if (!showsHidden(0)) takeLast();
+        return pixel_;
+    }
+
+  private:
+    float placeOf(int column) const {
+        return static_cast<float>(column) - unit_ * static_cast<float>(wordOffset(words_[column]));
+    }
+
+    static std::int32_t subColumns(float distance) {
+        return static_cast<std::int32_t>(distance * static_cast<float>(kSubColumns) + 0.5F);
+    }
+
+    // Lays something over what comes next. True if nothing below it can be seen.
+    bool cover(std::int32_t place, float coverage) {
+        if (!(coverage > 0)) return false;
+        const int part = subColumns(std::min(coverage, 1.0F));
+        if (part == 0) return false;
+        const bool full = part >= kSubColumns || pixel_.count + 1 == LayeredPixel::kMost;
+        pixel_.place[pixel_.count] = place;
+        pixel_.coverage[pixel_.count] = full ? kSubColumns : part;
+        ++pixel_.count;
+        return full;
+    }
+
+    // What is painted `distance` px left of surface k, at most all of it.
+    std::int32_t hiddenPlace(int k, float distance) const {
+        const LayeredSurface& surface = surfaces_[k];
+        const float inside = std::min(distance, static_cast<float>(surface.hidden));
+        return ((strips_ + surface.hiddenAt(0)) << kSubColumnBits) - subColumns(inside);
+    }
+
+    // What is painted `distance` px right of surface k, at most all of it.
+    std::int32_t beyondPlace(int k, float distance) const {
+        const LayeredSurface& surface = surfaces_[k];
+        const float inside = std::min(distance, static_cast<float>(surface.beyond));
+        return ((strips_ + surface.beyondAt(0)) << kSubColumnBits) + subColumns(inside);
+    }
+
+    // Columns `from` and to the left of it, of surface k. True if the pixel is done.
+    bool visit(int k, int from) {
+        const LayeredSurface& surface = surfaces_[k];
+        for (int column = from; column >= surface.first;) {
+            const float start = placeOf(column);
+            if (start <= x_) {
+                if (column == surface.last) return endOf(k, x_ - start);
+                const float steps = (x_ - start) * static_cast<float>(kSubColumns);
+                const float part = steps / (placeOf(column + 1) - start);
+                return cover(((base_ + column) << kSubColumnBits) +
+                                 static_cast<std::int32_t>(std::lrint(part)),
+                             1);
+            }
+            const float farthest = x_ + unit_ * static_cast<float>(wordOffset(left_[column - 1]));
+            const int next = static_cast<int>(
+                std::max(std::floor(farthest), static_cast<float>(column - 1 - kLeftColumns)));
+            column = std::min(column - 1, next);
+        }
+        if (surface.hidden > 0) return false; // it ends behind something
+        const float border = x_ + 1 - placeOf(surface.first) + surface.leftExtra;
+        return cover((base_ + surface.first) << kSubColumnBits, border);
+    }
+
+    // At or beyond the last column of surface k, by `distance`.
+    bool endOf(int k, float distance) {
+        const LayeredSurface& surface = surfaces_[k];
+        const auto beyond = static_cast<float>(surface.beyond);
+        const std::int32_t place = beyondPlace(k, distance);
+        if (distance <= beyond) return cover(place, 1);
+        if (!last_) last_ = k + 1 < surfaceCount_ ? hiddenPlace(k + 1, kFar) : place;
+        if (cover(place, beyond + 1 - distance + surface.rightExtra)) return true;
+        return showsHidden(k + 1);
+    }
+
+    // Whether the pixel shows what is painted left of surface k or of one further right.
+    bool showsHidden(int k) {
+        for (; k < surfaceCount_; ++k) {
+            const LayeredSurface& surface = surfaces_[k];
+            if (surface.hidden == 0) continue;
+            const float distance = placeOf(surface.first) - x_;
+            if (distance < 0) continue;
+            const float over = distance - static_cast<float>(surface.hidden);
+            if (cover(hiddenPlace(k, distance), 1 - std::max(over, 0.0F))) return true;
+        }
+        return false;
+    }
+
+    // Nothing is prepared so far out: the last thing that was goes on.
+    void takeLast() { cover(last_.value_or(hiddenPlace(0, kFar)), 1); }
+
+    static constexpr float kFar = 1e9F; // more than is painted anywhere
+
+    const LayeredSurface* surfaces_;
+    int surfaceCount_;
+    const std::int16_t* words_;
+    const std::int16_t* left_;
+    const std::int16_t* surfaceOf_;
+    int base_;
+    int strips_;
+    float x_;
+    float unit_; // px per unit of the offsets
+    LayeredPixel pixel_;
+    std::optional<std::int32_t> last_; // the first thing that might go on
+};
+
+} // namespace
+
+LayeredPixel LayeredSearch::at(int direction, int x, float shift, int column) const {
+    return Search(tables_, *rows_[direction], direction, strips_[direction], x, shift).run(column);
+}
+
+} // namespace altiro3D

@@ -1,0 +1,226 @@
+// The hidden background of method Layered, painted once, in the photo's geometry, for all views.
+
+#include "views/views_layered_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+// Sweeps over the painted background: they even out rows that ran into it with unlike colours.
+constexpr int kSweeps = 4;
+// Neighbours of one surface differ by no more than this many tears. A visible one must not be
+// nearer by more than one: it would be what hides the surface.
+constexpr double kSameTears = 5;
+
+struct Colour {
+    float bgr[3] = {0, 0, 0};
+};
+
+constexpr std::int32_t kNoLink = INT32_MIN;
+
+// A painted column.
+struct Cell {
+    int y = 0;
+    int x = 0;
+    int strip = 0;    // its place in LayeredRow::strips
+    int distance = 0; // from the visible part of its surface, px, >= 1
+    int inwards = 1;  // direction of the visible part, 1 or -1
+    float offset = 0;
+    // Neighbours: inwards, above, below, outwards, inwards above, inwards below. >= 0: a cell,
+    // < 0: -1 - index of a pixel of the photo.
+    std::int32_t link[6] = {kNoLink, kNoLink, kNoLink, kNoLink, kNoLink, kNoLink};
+};
+
+class Background {
+  public:
+    Background(const cv::Mat& photo, int direction, LayeredScene& scene, double tear)
+        : photo_(photo), rows_(scene.rows[direction]), scene_(scene), direction_(direction),
+          tear_(tear) {
+        measure();
+        if (cellCount_ == 0) return;
+        collect();
+        for (std::size_t i = 0; i < cells_.size(); ++i)
+            link(cells_[i], static_cast<std::int32_t>(i));
+    }
+
+    void paint() {
+        if (cells_.empty()) return;
+        flowIn();
+        for (int sweep = 0; sweep < kSweeps; ++sweep)
+            evenOut(sweep % 2 != 0);
+        store();
+    }
+
+  private:
+    void measure() {
+        for (const LayeredRow& row : rows_) {
+            for (const LayeredSurface& surface : row.surfaces) {
+                left_ = std::max(left_, surface.hidden - surface.first);
+                right_ = std::max(right_, surface.last + surface.beyond - (photo_.cols - 1));
+                cellCount_ += static_cast<std::size_t>(surface.hidden + surface.beyond);
+            }
+        }
+    }
+
+    void collect() {
+        constexpr float kNobody = 1e9F; // nearer than anything: mixed pixels are no neighbours
+        owner_ = cv::Mat(photo_.rows, left_ + photo_.cols + right_, CV_32SC1, cv::Scalar(-1));
+        front_ = cv::Mat(photo_.rows, photo_.cols, CV_32FC1, cv::Scalar(kNobody));
+        cells_.reserve(cellCount_);
+        for (int y = 0; y < photo_.rows; ++y) {
+            const LayeredRow& row = rows_[static_cast<std::size_t>(y)];
+            const std::int16_t* words = scene_.tables(y).words + direction_ * scene_.stride();
+            const auto offset = [&](int x) {
+                return scene_.scale * static_cast<float>(wordOffset(words[x]));
+            };
+            for (const LayeredSurface& surface : row.surfaces) {
+                for (int x = surface.first; x <= surface.last; ++x)
+                    front_.ptr<float>(y)[x] = offset(x);
+                for (int k = 1; k <= surface.hidden; ++k)
+                    add(y, surface.first - k, surface.hiddenAt(k), k, 1, offset(surface.first));
+                for (int k = 1; k <= surface.beyond; ++k)
+                    add(y, surface.last + k, surface.beyondAt(k), k, -1, offset(surface.last));
+            }
+        }
+    }
+
+    void add(int y, int x, int strip, int distance, int inwards, float offset) {
+        Cell cell;
+        cell.y = y;
+        cell.x = x;
+        cell.strip = strip;
+        cell.distance = distance;
+        cell.inwards = inwards;
+        cell.offset = offset;
+        // Where several surfaces are hidden one behind the other, neighbours see the one that has
+        // its visible part closest by.
+        std::int32_t& owner = owner_.ptr<std::int32_t>(y)[x + left_];
+        if (owner < 0 || cells_[static_cast<std::size_t>(owner)].distance > distance)
+            owner = static_cast<std::int32_t>(cells_.size());
+        cells_.push_back(cell);
+    }
+
+    // The pixel or cell at a place, if it belongs to the surface of the cell.
+    std::int32_t neighbour(const Cell& cell, int y, int x) const {
+        if (y < 0 || y >= photo_.rows || x < -left_ || x >= photo_.cols + right_) return kNoLink;
+        const auto nearerBy = [&](float offset) {
+            return static_cast<double>(offset) - static_cast<double>(cell.offset);
+        };
+        if (x >= 0 && x < photo_.cols) {
+            const double nearer = nearerBy(front_.ptr<float>(y)[x]);
+            if (nearer <= tear_ && nearer >= -kSameTears * tear_) return -1 - (y * photo_.cols + x);
+        }
+        const std::int32_t other = owner_.ptr<std::int32_t>(y)[x + left_];
+        if (other < 0) return kNoLink;
+        const double nearer = nearerBy(cells_[static_cast<std::size_t>(other)].offset);
+        return std::abs(nearer) <= kSameTears * tear_ ? other : kNoLink;
+    }
+
+    void link(Cell& cell, std::int32_t index) const {
+        const int inner = cell.x + cell.inwards;
+        cell.link[0] = cell.distance == 1 ? -1 - (cell.y * photo_.cols + inner) : index - 1;
+        cell.link[1] = neighbour(cell, cell.y - 1, cell.x);
+        cell.link[2] = neighbour(cell, cell.y + 1, cell.x);
+        cell.link[3] = neighbour(cell, cell.y, cell.x - cell.inwards);
+        cell.link[4] = neighbour(cell, cell.y - 1, inner);
+        cell.link[5] = neighbour(cell, cell.y + 1, inner);
+    }
+
+    Colour colourOf(std::int32_t link) const {
+        if (link >= 0) return colours_[static_cast<std::size_t>(link)];
+        const int index = -1 - link;
+        const std::uint8_t* pixel = photo_.ptr<std::uint8_t>(index / photo_.cols) +
+                                    3 * static_cast<std::ptrdiff_t>(index % photo_.cols);
+        return {{static_cast<float>(pixel[0]), static_cast<float>(pixel[1]),
+                 static_cast<float>(pixel[2])}};
+    }
+
+    // From the visible border inwards, each cell is the mean of what was painted before it: streaks
+    // widen with the distance, and what is known above and below flows in as well.
+    void flowIn() {
+        constexpr float kWeights[6] = {2, 1, 1, 1, 1, 1};
+        colours_.resize(cells_.size());
+        std::vector<std::vector<std::size_t>> atDistance;
+        for (std::size_t i = 0; i < cells_.size(); ++i) {
+            const auto distance = static_cast<std::size_t>(cells_[i].distance);
+            if (atDistance.size() < distance) atDistance.resize(distance);
+            atDistance[distance - 1].push_back(i);
+        }
+        for (const std::vector<std::size_t>& ring : atDistance) {
+            for (const std::size_t i : ring) {
+                const Cell& cell = cells_[i];
+                Colour sum;
+                float weight = 0;
+                for (int k = 0; k < 6; ++k) {
+                    const std::int32_t link = cell.link[k];
+                    const bool painted =
+                        link != kNoLink &&
+                        (link < 0 ||
+                         cells_[static_cast<std::size_t>(link)].distance < cell.distance);
+                    if (painted) addTo(sum, weight, link, kWeights[k]);
+                }
+                setMean(i, sum, weight);
+            }
+        }
+    }
+
+    // Gauss-Seidel for the membrane that the known neighbours hold.
+    void evenOut(bool backwards) {
+        for (std::size_t n = 0; n < cells_.size(); ++n) {
+            const std::size_t i = backwards ? cells_.size() - 1 - n : n;
+            Colour sum;
+            float weight = 0;
+            for (int k = 0; k < 4; ++k)
+                if (cells_[i].link[k] != kNoLink) addTo(sum, weight, cells_[i].link[k], 1);
+            setMean(i, sum, weight);
+        }
+    }
+
+    void addTo(Colour& sum, float& weight, std::int32_t link, float share) const {
+        const Colour colour = colourOf(link);
+        for (int c = 0; c < 3; ++c)
+            sum.bgr[c] += share * colour.bgr[c];
+        weight += share;
+    }
+
+    void setMean(std::size_t cell, const Colour& sum, float weight) {
+        for (int c = 0; c < 3; ++c)
+            colours_[cell].bgr[c] = sum.bgr[c] / weight;
+    }
+
+    void store() {
+        for (std::size_t i = 0; i < cells_.size(); ++i) {
+            const Cell& cell = cells_[i];
+            LayeredRow& row = rows_[static_cast<std::size_t>(cell.y)];
+            std::uint8_t* bytes = &row.strips[4 * static_cast<std::size_t>(cell.strip)];
+            for (int c = 0; c < 3; ++c)
+                bytes[c] = cv::saturate_cast<std::uint8_t>(colours_[i].bgr[c]);
+        }
+    }
+
+    const cv::Mat& photo_;
+    std::vector<LayeredRow>& rows_;
+    const LayeredScene& scene_;
+    int direction_;
+    double tear_;
+    int left_ = 0;  // columns left of the frame
+    int right_ = 0; // columns right of the frame
+    std::size_t cellCount_ = 0;
+    cv::Mat owner_; // [rows x left + cols + right, CV_32SC1] the cell at each place, -1 = none
+    cv::Mat front_; // [as photo, CV_32FC1] offset of what is visible
+    std::vector<Cell> cells_;
+    std::vector<Colour> colours_;
+};
+
+} // namespace
+
+void paintBackground(const cv::Mat& photo, const LayeredSettings& options, int direction,
+                     LayeredScene& scene) {
+    Background(photo, direction, scene, options.tearStep()).paint();
+}
+
+} // namespace altiro3D

@@ -1,0 +1,513 @@
+#include "views/views_layered_row.hpp"
+
+#include <algorithm>
+
+// This file is compiled once per instruction set; the best one is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "views/views_layered_row.cpp"
+#include <hwy/foreach_target.h> // IWYU pragma: keep
+
+#include "base/kernel_parts_inl.hpp"
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace altiro3D {
+namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Offsets stand in the upper 14 bits of a word. As 32 bits they are taken with 18 bits behind them
+// that are zero, in a unit that is as much smaller.
+constexpr float kWordUnit = 0x1p-18F;
+
+template <class D>
+HWY_INLINE hn::Vec<D> lowOffset(D d, hn::Vec<hn::RebindToSigned<D>> words) {
+    const hn::RebindToSigned<D> whole;
+    const auto bits = hn::Set(whole, static_cast<std::int32_t>(0xFFFC0000));
+    return hn::ConvertTo(d, hn::And(hn::ShiftLeft<16>(words), bits));
+}
+
+template <class D>
+HWY_INLINE hn::Vec<D> highOffset(D d, hn::Vec<hn::RebindToSigned<D>> words) {
+    const hn::RebindToSigned<D> whole;
+    const auto bits = hn::Set(whole, static_cast<std::int32_t>(0xFFFC0000));
+    return hn::ConvertTo(d, hn::And(words, bits));
+}
+
+// A vector of pixels, in the coordinates of the direction that each one needs.
+template <class F, class I>
+struct Lanes {
+    F x;
+    F unit; // px per unit of the offsets, as kWordUnit, >= 0
+    I base; // where the tables of the direction begin
+};
+
+template <class D, class F, class I = hn::Vec<hn::RebindToSigned<D>>>
+HWY_INLINE Lanes<F, I> lanesOf(D d, const LayeredTables& tables, F column, F shift) {
+    const hn::RebindToSigned<D> whole;
+    const auto mirrored = hn::Lt(shift, hn::Zero(d));
+    const F last = hn::Set(d, static_cast<float>(tables.width - 1));
+    return {hn::IfThenElse(mirrored, hn::Sub(last, column), column),
+            hn::Mul(hn::Abs(shift), hn::Set(d, tables.scale * kWordUnit)),
+            hn::IfThenElseZero(hn::RebindMask(whole, mirrored), hn::Set(whole, tables.stride))};
+}
+
+#if ALTIRO3D_AVX512
+// Windows of a table and of its mirrored twin for the pixels begin..end - 1.
+template <class T>
+class TwoWindows {
+  public:
+    HWY_INLINE TwoWindows(const LayeredTables& tables, const LayeredPixels& pixels,
+                          std::size_t begin, std::size_t end, const T* table)
+        : from_(windowOf(pixels.columns[begin], pixels.columns[end - 1], pixels.reach)),
+          mirroredFrom_(tables.stride + std::max(tables.width + 1 - from_ - kWindowColumns, 0)),
+          window_(table + std::max(from_, 0)), mirroredWindow_(table + mirroredFrom_) {}
+
+    HWY_INLINE bool fit() const { return from_ >= 0; }
+
+    // The entries of columns and of those after them; `column` counts from the table of its
+    // direction on, with `stride`. Columns outside of the windows give any entry.
+    template <class V, class M>
+    HWY_INLINE V pairs(V column, M mirrored) const {
+        const hn::Full512<std::int32_t> d;
+        const V from = hn::IfThenElse(mirrored, hn::Set(d, mirroredFrom_), hn::Set(d, from_));
+        const V indices = Window::withNext(hn::Sub(column, from));
+        return hn::IfThenElse(mirrored, mirroredWindow_.pairs(indices), window_.pairs(indices));
+    }
+
+  private:
+    int from_;
+    int mirroredFrom_;
+    Window window_;
+    Window mirroredWindow_;
+};
+#endif
+
+// The place between two columns that appear at `from` and `to`.
+template <class D, class F, class I>
+HWY_INLINE I placeBetween(D d, const Lanes<F, I>& lanes, I column, F from, F to) {
+    const F steps = hn::Set(d, static_cast<float>(1 << kSubColumnBits));
+    const F part = hn::Div(hn::Mul(hn::Sub(lanes.x, from), steps), hn::Sub(to, from));
+    return hn::Add(hn::ShiftLeft<kSubColumnBits>(hn::Add(lanes.base, column)),
+                   smallNearestInt(d, part));
+}
+
+// First pass, for pixels that no other surface comes near: within a surface what pixels show lies
+// in order, so that any guess will do that proves right. Bound by some fifty operations and one
+// scattered read of four bytes per pixel.
+std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixels,
+                          const float* HWY_RESTRICT shifts, std::int32_t* HWY_RESTRICT places,
+                          std::int32_t* HWY_RESTRICT open) {
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    using F = hn::Vec<decltype(d)>;
+    using I = hn::Vec<decltype(whole)>;
+    const F zero = hn::Zero(d);
+    const F one = hn::Set(d, 1.0F);
+    const F half = hn::Set(d, 0.5F);
+    const F lastColumn = hn::Set(d, static_cast<float>(tables.width) - 0.5F);
+    const F riseUnit = hn::Set(d, tables.scale * 0.25F * 0x1p-16F);
+    const I none = hn::Zero(whole);
+    const I lastFlag = hn::Set(whole, kLastFlag);
+    const I clearBits = hn::Set(whole, 0xFFFF);
+    const F clearScale = hn::Set(d, tables.clearScale);
+    std::size_t openCount = 0;
+    // @param wordsAt the word of a column in the lower, the next one's in the upper 16 bits
+    const auto guessVector = [&](std::size_t i, const auto& wordsAt) HWY_ATTR {
+        const F shift = hn::LoadU(d, shifts + i);
+        const auto mirrored = hn::Lt(shift, zero);
+        const auto lanes = lanesOf(d, tables, hn::LoadU(d, pixels.columns + i), shift);
+        const I limits =
+            hn::IfThenElse(hn::RebindMask(whole, mirrored), hn::LoadU(whole, pixels.limits[1] + i),
+                           hn::LoadU(whole, pixels.limits[0] + i));
+        const F begin = hn::ConvertTo(d, hn::ShiftRight<16>(limits));
+        const F clear = hn::ConvertTo(d, hn::And(limits, clearBits));
+        // where x = c - s (offset + slope (c - x))
+        const I guess = hn::LoadU(whole, pixels.guesses + i);
+        const F slope = hn::Mul(hn::ConvertTo(d, hn::ShiftLeft<16>(guess)), riseUnit);
+        // a guess may be anything, but not NaN: that would read from anywhere
+        const F steep = hn::Max(hn::Sub(one, hn::Mul(shift, slope)), hn::Set(d, 0.125f));
+        const F away =
+            hn::Mul(hn::Mul(lanes.unit, highOffset(d, guess)), hn::ApproximateReciprocal(steep));
+        const F near = hn::Min(hn::Max(hn::Add(lanes.x, away), hn::Add(begin, half)), lastColumn);
+        const I column = smallNearestInt(d, hn::Sub(near, half)); // rounded down, but for ties
+        const F columnPlace = hn::ConvertTo(d, column);
+        const I words = wordsAt(hn::Add(lanes.base, column), hn::RebindMask(whole, mirrored));
+        const F from = hn::Sub(columnPlace, hn::Mul(lanes.unit, lowOffset(d, words)));
+        const F to = hn::Sub(hn::Add(columnPlace, one), hn::Mul(lanes.unit, highOffset(d, words)));
+        const auto between = hn::And(hn::Le(from, lanes.x), hn::Lt(lanes.x, to));
+        const auto sure = hn::And(
+            hn::RebindMask(whole,
+                           hn::And(between, hn::Le(hn::Mul(hn::Abs(shift), clearScale), clear))),
+            hn::Eq(hn::And(words, lastFlag), none));
+        hn::StoreU(placeBetween(d, lanes, column, from, to), whole, places + i);
+#if !ALTIRO3D_AVX512
+        // Where it takes one instruction to compress, a branch that nobody can foretell costs more.
+        if (hn::AllTrue(whole, sure)) return;
+#endif
+        const auto unsure = hn::Not(sure);
+        const I number = hn::Iota(whole, static_cast<std::int32_t>(i));
+        hn::StoreU(hn::Compress(number, unsure), whole, open + openCount);
+        openCount += hn::CountTrue(whole, unsure);
+    };
+    const auto gathered = [&](I column, const auto&) HWY_ATTR {
+        return gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(column));
+    };
+    const std::size_t lanesPerVector = hn::Lanes(d);
+    const std::size_t step = kVectorsPerWindow * lanesPerVector;
+    for (std::size_t begin = 0; begin < pixels.count; begin += step) {
+        const std::size_t end = std::min(begin + step, pixels.count);
+#if ALTIRO3D_AVX512
+        const TwoWindows<std::int16_t> windows(tables, pixels, begin, end, tables.words);
+        if (windows.fit()) {
+            for (std::size_t i = begin; i < end; i += lanesPerVector)
+                guessVector(i, [&](I column, const auto& mirrored)
+                                   HWY_ATTR { return windows.pairs(column, mirrored); });
+            continue;
+        }
+#endif
+        for (std::size_t i = begin; i < end; i += lanesPerVector)
+            guessVector(i, gathered);
+    }
+    while (openCount > 0 && static_cast<std::size_t>(open[openCount - 1]) >= pixels.count)
+        --openCount; // padding
+    return openCount;
+}
+
+// Goes to the left from a bound until a column is reached that comes to x or left of it; of several
+// surfaces the front-most comes first that way. Rounds are bound by the scattered reads; one is
+// enough where depth is smooth, near its steps it takes some more.
+template <class D, class F, class I>
+class Walk {
+  public:
+    Walk(D d, const LayeredTables& tables, const Lanes<F, I>& lanes)
+        : d_(d), tables_(tables), lanes_(lanes), from(hn::Zero(d)), to(hn::Zero(d)),
+          found(hn::Zero(whole_)), word(hn::Zero(whole_)) {}
+
+    HWY_INLINE void run(bool bounded) {
+        const F zero = hn::Zero(d_);
+        const F lastColumn = hn::Set(d_, static_cast<float>(tables_.width - 1));
+        I boundWord = hn::Set(whole_, columnWord(kLargestOffset, false, false));
+        if (bounded) boundWord = wordAt(tables_.bounds, hn::ConvertTo(whole_, lanes_.x));
+        runFrom(hn::Floor(hn::Max(hn::Min(farthest(boundWord), lastColumn), zero)));
+    }
+
+    // @param column, whole: nothing to the right of it reaches x
+    HWY_INLINE void runFrom(F column) {
+        const I none = hn::Zero(whole_);
+        const I one = hn::Set(whole_, 1);
+        const I two = hn::Set(whole_, 2);
+        const F zero = hn::Zero(d_);
+        auto open = hn::Eq(none, none); // all
+        for (;;) {
+            const I columnWhole = hn::ConvertTo(whole_, column);
+            // the words of the columns -2, -1 | 0, 1 from there
+            const I index = hn::Add(lanes_.base, hn::Sub(columnWhole, two));
+            const auto words = gatherBytes8(whole_, tables_.words, hn::ShiftLeft<1>(index));
+            const F starts[4] = {start(column, -2, lowOffset(d_, words.low)),
+                                 start(column, -1, highOffset(d_, words.low)),
+                                 start(column, 0, lowOffset(d_, words.high)),
+                                 start(column, 1, highOffset(d_, words.high))};
+            const I own[3] = {words.low, hn::ShiftRight<16>(words.low), words.high};
+            for (int k = 2; k >= 0; --k) {
+                const F begin = hn::Sub(starts[k], slack(own[k]));
+                const auto hit = hn::And(open, hn::RebindMask(whole_, hn::Le(begin, lanes_.x)));
+                const auto hitF = hn::RebindMask(d_, hit);
+                from = hn::IfThenElse(hitF, starts[k], from);
+                to = hn::IfThenElse(hitF, starts[k + 1], to);
+                found = hn::IfThenElse(hit, hn::Add(columnWhole, hn::Set(whole_, k - 2)), found);
+                word = hn::IfThenElse(hit, own[k], word);
+                open = hn::AndNot(hit, open);
+            }
+            if (hn::AllFalse(whole_, open)) return;
+            const F rest = hn::Sub(column, hn::Set(d_, 3.0F));
+            const I restWhole = hn::Max(hn::Sub(columnWhole, hn::Set(whole_, 3)), hn::Neg(one));
+            const F next = hn::Max(hn::Floor(farthest(wordAt(tables_.left, restWhole))),
+                                   hn::Sub(rest, hn::Set(d_, static_cast<float>(kLeftColumns))));
+            column = hn::Max(hn::Min(next, rest), zero);
+        }
+    }
+
+  private:
+    HWY_INLINE I wordAt(const std::int16_t* table, I column) const {
+        return gatherBytes4(whole_, table, hn::ShiftLeft<1>(hn::Add(lanes_.base, column)));
+    }
+    // How far the border of a surface that begins here may reach.
+    HWY_INLINE F slack(I columnWords) const {
+        const I first = hn::Set(whole_, kFirstFlag);
+        return hn::IfThenElseZero(hn::RebindMask(d_, hn::Eq(hn::And(columnWords, first), first)),
+                                  hn::Set(d_, static_cast<float>(kEndReach)));
+    }
+    // The column farthest right that offsets up to this word's bring to x.
+    HWY_INLINE F farthest(I boundWord) const {
+        return hn::Add(hn::Add(lanes_.x, hn::Mul(lanes_.unit, lowOffset(d_, boundWord))),
+                       hn::Set(d_, static_cast<float>(kEndReach)));
+    }
+    HWY_INLINE F start(F column, int steps, F offset) const {
+        return hn::Sub(hn::Add(column, hn::Set(d_, static_cast<float>(steps))),
+                       hn::Mul(lanes_.unit, offset));
+    }
+
+    D d_;
+    hn::RebindToSigned<D> whole_;
+    const LayeredTables& tables_;
+    const Lanes<F, I>& lanes_;
+
+  public:
+    F from;  // where the column that was found appears
+    F to;    // and the one after it
+    I found; // the column
+    I word;  // its word; only the flags count
+};
+
+// Second pass, for pixels that were not guessed: finds the column that reaches them. Where that is
+// the end of a surface, the pixel goes to the third pass.
+std::size_t placesByWalk(const LayeredTables& tables, const LayeredPixels& pixels,
+                         const float* HWY_RESTRICT shifts, bool bounded, std::size_t openCount,
+                         const LayeredRoom& room) {
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    using F = hn::Vec<decltype(d)>;
+    using I = hn::Vec<decltype(whole)>;
+    const std::size_t lanesPerVector = hn::Lanes(d);
+    const I lastFlag = hn::Set(whole, kLastFlag);
+    std::size_t endCount = 0; // never ahead of the pixels that are read
+    for (std::size_t i = 0; i < openCount; i += lanesPerVector) {
+        const I number = hn::LoadU(whole, room.open + i);
+        const auto lanes = lanesOf(d, tables, gatherFloats(d, pixels.columns, number),
+                                   gatherFloats(d, shifts, number));
+        Walk<decltype(d), F, I> walk(d, tables, lanes);
+        walk.run(bounded);
+        const auto inside = hn::And(hn::Eq(hn::And(walk.word, lastFlag), hn::Zero(whole)),
+                                    hn::RebindMask(whole, hn::Le(walk.from, lanes.x)));
+        HWY_ALIGN std::int32_t results[HWY_LANES(std::int32_t)];
+        hn::Store(placeBetween(d, lanes, walk.found, walk.from, walk.to), whole, results);
+        const std::size_t count = std::min(lanesPerVector, openCount - i);
+        for (std::size_t k = 0; k < count; ++k)
+            room.places[room.open[i + k]] = results[k];
+        const auto outside = hn::AndNot(inside, hn::FirstN(whole, count));
+        hn::StoreU(hn::Compress(walk.found, outside), whole, room.openColumns + endCount);
+        hn::StoreU(hn::Compress(number, outside), whole, room.open + endCount);
+        endCount += hn::CountTrue(whole, outside);
+    }
+    return endCount;
+}
+
+// Third pass, for pixels at the ends of surfaces: what is painted beside them or, behind a border
+// that covers part of the pixel, the next surface. What is more involved is left to LayeredSearch.
+LayeredCounts placesAtEnds(const LayeredTables& tables, const LayeredSurfaces& surfaces,
+                           const LayeredPixels& pixels, const float* HWY_RESTRICT shifts,
+                           std::size_t endCount, const LayeredRoom& room) {
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    using F = hn::Vec<decltype(d)>;
+    using I = hn::Vec<decltype(whole)>;
+    const std::size_t lanesPerVector = hn::Lanes(d);
+    const F zero = hn::Zero(d);
+    const F half = hn::Set(d, 0.5F);
+    const F steps = hn::Set(d, static_cast<float>(1 << kSubColumnBits));
+    const I none = hn::Zero(whole);
+    const I one = hn::Set(whole, 1);
+    const I all = hn::Set(whole, 1 << kSubColumnBits);
+    const auto subColumns = [&](F distance) HWY_ATTR {
+        return hn::ConvertTo(whole, hn::Add(hn::Mul(distance, steps), half));
+    };
+    LayeredCounts counts;
+    for (std::size_t i = 0; i < endCount; i += lanesPerVector) {
+        const std::size_t count = std::min(lanesPerVector, endCount - i);
+        const auto valid = hn::FirstN(whole, count);
+        const I number = hn::IfThenElseZero(valid, hn::LoadU(whole, room.open + i));
+        const I givenColumn = hn::IfThenElseZero(valid, hn::LoadU(whole, room.openColumns + i));
+        const F shift = gatherFloats(d, shifts, number);
+        const auto lanes = lanesOf(d, tables, gatherFloats(d, pixels.columns, number), shift);
+        const auto mirrored = hn::Ne(lanes.base, none);
+        const I firstSurface = hn::IfThenElseZero(mirrored, hn::Set(whole, surfaces.begin[1]));
+        const I endSurface = hn::IfThenElse(mirrored, hn::Set(whole, surfaces.begin[2]),
+                                            hn::Set(whole, surfaces.begin[1]));
+        const auto surfaceOf = [&](I column) HWY_ATTR {
+            const I bytes = hn::ShiftLeft<1>(hn::Add(lanes.base, hn::Max(column, none)));
+            const I pair = gatherBytes4(whole, tables.surfaces, bytes);
+            return hn::Add(firstSurface, hn::And(pair, hn::Set(whole, 0xFFFF)));
+        };
+        const auto placeOf = [&](F column) HWY_ATTR {
+            const I bytes = hn::ShiftLeft<1>(hn::Add(lanes.base, hn::ConvertTo(whole, column)));
+            const I words = gatherBytes4(whole, tables.words, bytes);
+            return hn::Sub(column, hn::Mul(lanes.unit, lowOffset(d, words)));
+        };
+        // a border from the right covers part of the pixel, or none of it: what is behind?
+        I column = givenColumn;
+        const F start = placeOf(hn::ConvertTo(d, hn::Max(column, none)));
+        auto frame = hn::Lt(column, none); // left of everything
+        const auto border = hn::AndNot(frame, hn::RebindMask(whole, hn::Gt(start, lanes.x)));
+        I coverLeft = none;
+        auto inside = hn::And(frame, hn::Not(frame)); // none
+        auto hard = inside;
+        I place = none;
+        if (!hn::AllFalse(whole, border)) {
+            const F leftBorder = gatherFloats(d, surfaces.leftBorder, surfaceOf(column));
+            const F covered = hn::Max(hn::Sub(hn::Add(lanes.x, leftBorder), start), zero);
+            coverLeft = hn::IfThenElseZero(border, hn::Min(subColumns(covered), all));
+            const I next = hn::Sub(column, one);
+            Walk<decltype(d), F, I> walk(d, tables, lanes);
+            walk.runFrom(hn::ConvertTo(d, hn::Max(hn::IfThenElseZero(border, next), none)));
+            const I found = hn::IfThenElse(hn::Lt(next, none), next, walk.found);
+            const auto reached = hn::RebindMask(whole, hn::Le(walk.from, lanes.x));
+            const auto within = hn::Eq(hn::And(walk.word, one), none);
+            const auto behind = hn::And(border, hn::Gt(found, hn::Neg(one)));
+            inside = hn::And(behind, hn::And(reached, within));
+            hard = hn::AndNot(reached, behind);
+            place = placeBetween(d, lanes, found, walk.from, walk.to);
+            column = hn::IfThenElse(border, found, column);
+            frame = hn::Lt(column, none);
+        }
+        // beside the end of a surface
+        const I surface = surfaceOf(column);
+        const auto atEnd = hn::Not(hn::Or(frame, inside));
+        const F last = gatherFloats(d, surfaces.last, surface);
+        const F distance = hn::Sub(lanes.x, placeOf(last));
+        hard = hn::Or(hard, hn::And(atEnd, hn::RebindMask(whole, hn::Lt(distance, zero))));
+        const F beyond = gatherFloats(d, surfaces.beyond, surface);
+        const auto isBeyond = hn::And(atEnd, hn::RebindMask(whole, hn::Le(distance, beyond)));
+        const I lastPlace = hn::ShiftLeft<kSubColumnBits>(
+            hn::Add(gatherBytes4(whole, surfaces.strips, hn::ShiftLeft<2>(surface)), one));
+        place = hn::IfThenElse(isBeyond, hn::Add(lastPlace, subColumns(hn::Max(distance, zero))),
+                               place);
+        const auto inGap = hn::Or(frame, hn::AndNot(isBeyond, atEnd));
+        const F rightBorder = gatherFloats(d, surfaces.rightBorder, surface);
+        const F coveredRight = hn::Max(hn::Sub(hn::Add(beyond, rightBorder), distance), zero);
+        const I coverRight =
+            hn::IfThenElseZero(hn::AndNot(frame, inGap), hn::Min(subColumns(coveredRight), all));
+        const I nextSurface = hn::IfThenElse(frame, firstSurface, hn::Add(surface, one));
+        const auto hasNext = hn::Lt(nextSurface, endSurface);
+        const I safeNext = hn::IfThenElse(hasNext, nextSurface, firstSurface);
+        const F first = gatherFloats(d, surfaces.first, safeNext);
+        const F away = hn::Sub(placeOf(first), lanes.x);
+        const F hidden = gatherFloats(d, surfaces.hidden, safeNext);
+        const auto prepared =
+            hn::And(hn::Ge(away, zero), hn::And(hn::Le(away, hidden), hn::Gt(hidden, zero)));
+        const auto isHidden = hn::And(inGap, hn::And(hasNext, hn::RebindMask(whole, prepared)));
+        const I firstPlace = hn::ShiftLeft<kSubColumnBits>(
+            gatherBytes4(whole, surfaces.strips, hn::ShiftLeft<2>(safeNext)));
+        place =
+            hn::IfThenElse(isHidden, hn::Sub(firstPlace, subColumns(hn::Max(away, zero))), place);
+        hard = hn::Or(hard, hn::AndNot(isHidden, inGap));
+        // what covers it
+        const auto byLeft = hn::Gt(coverLeft, none);
+        const auto byRight = hn::Gt(coverRight, none);
+        hard = hn::AndNot(hn::Eq(coverLeft, all), hn::Or(hard, hn::And(byLeft, byRight)));
+        const I cover = hn::IfThenElse(
+            byLeft, hn::ShiftLeft<kSubColumnBits>(hn::Add(lanes.base, givenColumn)),
+            hn::Add(lastPlace, hn::ShiftLeft<kSubColumnBits>(hn::ConvertTo(whole, beyond))));
+        I part = hn::IfThenElse(byLeft, coverLeft, coverRight);
+        place = hn::IfThenElse(hn::Eq(part, all), cover, place);
+        // the photo itself
+        const auto isStill = hn::RebindMask(whole, hn::Eq(shift, zero));
+        const I own = hn::ConvertTo(whole, lanes.x);
+        place = hn::IfThenElse(isStill, hn::ShiftLeft<kSubColumnBits>(own), place);
+        part = hn::IfThenZeroElse(isStill, part);
+        hard = hn::And(valid, hn::AndNot(isStill, hard));
+        place = hn::IfThenElse(hard, hn::Set(whole, kSeeEnds), place);
+
+        HWY_ALIGN std::int32_t results[HWY_LANES(std::int32_t)];
+        hn::Store(place, whole, results);
+        for (std::size_t k = 0; k < count; ++k)
+            room.places[room.open[i + k]] = results[k];
+        hn::StoreU(hn::Compress(number, hard), whole, room.hard + counts.hard);
+        hn::StoreU(hn::Compress(givenColumn, hard), whole, room.hardColumns + counts.hard);
+        counts.hard += hn::CountTrue(whole, hard);
+        const auto mixed =
+            hn::And(hn::AndNot(hard, valid), hn::And(hn::Gt(part, none), hn::Lt(part, all)));
+        hn::StoreU(hn::Compress(number, mixed), whole, room.mixed + counts.mixed);
+        hn::StoreU(hn::Compress(cover, mixed), whole, room.covers + counts.mixed);
+        hn::StoreU(hn::Compress(part, mixed), whole, room.parts + counts.mixed);
+        counts.mixed += hn::CountTrue(whole, mixed);
+    }
+    return counts;
+}
+
+LayeredCounts layeredPlacesOn(const LayeredTables& tables, const LayeredSurfaces& surfaces,
+                              const LayeredPixels& pixels, const float* HWY_RESTRICT shifts,
+                              bool bounded, const LayeredRoom& room) {
+    const std::size_t lanesPerVector = hn::Lanes(hn::ScalableTag<std::int32_t>());
+    const std::size_t openCount = placesByGuess(tables, pixels, shifts, room.places, room.open);
+    for (std::size_t i = 0; i < lanesPerVector; ++i) {
+        room.open[openCount + i] = 0;      // any pixel
+        room.places[pixels.count + i] = 0; // any place
+    }
+    const std::size_t endCount = placesByWalk(tables, pixels, shifts, bounded, openCount, room);
+    return placesAtEnds(tables, surfaces, pixels, shifts, endCount, room);
+}
+
+// Bound by one scattered read of four bytes per sample, of which two count, or without it by the
+// arithmetic.
+void layeredSamplesOn(const LayeredTables& tables, const LayeredPixels& pixels,
+                      const std::uint8_t* HWY_RESTRICT plane,
+                      const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
+    const hn::ScalableTag<std::int32_t> d;
+    using I = hn::Vec<decltype(d)>;
+    const I byte = hn::Set(d, 255);
+    const I subColumns = hn::Set(d, (1 << kSubColumnBits) - 1);
+    const I round = hn::Set(d, 1 << (kSubColumnBits - 1));
+    const std::size_t lanes = hn::Lanes(d);
+    const auto gathered = [&](std::size_t i) HWY_ATTR {
+        const I place = hn::Max(hn::LoadU(d, places + i), hn::Zero(d));
+        const I four = gatherBytes4(d, plane, hn::ShiftRight<kSubColumnBits>(place));
+        const I first = hn::And(four, byte);
+        const I second = hn::And(hn::ShiftRight<8>(four), byte);
+        const I product = hn::Mul(hn::Sub(second, first), hn::And(place, subColumns));
+        const I sum = hn::Add(hn::ShiftLeft<kSubColumnBits>(first), product);
+        storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
+    };
+    const std::size_t step = kVectorsPerWindow * lanes;
+    for (std::size_t begin = 0; begin < pixels.count; begin += step) {
+        const std::size_t end = std::min(begin + step, pixels.count);
+#if ALTIRO3D_AVX512
+        const TwoWindows<std::uint8_t> windows(tables, pixels, begin, end, plane);
+        if (windows.fit()) {
+            const I lastPlain = hn::Set(d, tables.stride - 2);
+            const I lastOfRows = hn::Set(d, 2 * tables.stride - 1);
+            for (std::size_t i = begin; i < end; i += lanes) {
+                const I place = hn::LoadU(d, places + i);
+                const I column = hn::ShiftRight<kSubColumnBits>(place);
+                if (!hn::AllFalse(d, hn::Gt(column, lastOfRows))) { // of what is painted
+                    gathered(i);
+                    continue;
+                }
+                const I sum = Window::mix<kSubColumnBits>(
+                    windows.pairs(column, hn::Gt(column, lastPlain)), hn::And(place, subColumns));
+                storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
+            }
+            continue;
+        }
+#else
+        static_cast<void>(tables);
+#endif
+        for (std::size_t i = begin; i < end; i += lanes)
+            gathered(i);
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace altiro3D
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace altiro3D {
+
+HWY_EXPORT(layeredPlacesOn);
+HWY_EXPORT(layeredSamplesOn);
+
+LayeredCounts layeredPlaces(const LayeredTables& tables, const LayeredSurfaces& surfaces,
+                            const LayeredPixels& pixels, const float* shifts, bool bounded,
+                            const LayeredRoom& room) {
+    return HWY_DYNAMIC_DISPATCH(layeredPlacesOn)(tables, surfaces, pixels, shifts, bounded, room);
+}
+
+void layeredSamples(const LayeredTables& tables, const LayeredPixels& pixels,
+                    const std::uint8_t* plane, const std::int32_t* places, std::uint8_t* values) {
+    HWY_DYNAMIC_DISPATCH(layeredSamplesOn)(tables, pixels, plane, places, values);
+}
+
+} // namespace altiro3D
+#endif

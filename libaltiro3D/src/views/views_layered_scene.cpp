@@ -1,0 +1,286 @@
+#include "views/views_layered_scene.hpp"
+
+#include "native/native_row_kernels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <opencv2/core.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr int kLongestRun = 4096;    // px of hidden background at one tear
+constexpr int kMostHiddenWidths = 4; // hidden px in a row, in widths
+constexpr int kSpareColumns = 3;     // for mixed px, and for what shows under soft borders
+
+// Columns outside of the frame that views within the reach can show.
+int outsideCount(double pixels) {
+    return static_cast<int>(std::ceil(std::clamp(pixels, 0.0, 1.0 * kLongestRun))) + 1;
+}
+
+// How many px of the surface that begins at `first` can come to light behind what lies left of it.
+int hiddenCount(const std::vector<float>& offsets, int first, double reach, double tear) {
+    const double own = static_cast<double>(offsets[static_cast<std::size_t>(first)]);
+    if (first == 0) return outsideCount(-own * reach);
+    double nearest = own;
+    int count = 0;
+    while (count < kLongestRun) {
+        const int x = std::max(first - 1 - count, 0);
+        const double front = static_cast<double>(offsets[static_cast<std::size_t>(x)]);
+        if (front <= own + tear) break;
+        nearest = std::max(nearest, front);
+        if (count > reach * (nearest - own) + kSpareColumns) break;
+        ++count;
+    }
+    return count;
+}
+
+// Prepares what will be painted beside the surfaces of a row: strips in the colour of what they go
+// on from.
+// @param mirrored whether the surfaces and offsets are those of the mirrored row; bgr never is
+void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<float>& offsets,
+                   const LayeredSettings& options, LayeredRow& row) {
+    const double tear = options.tearStep();
+    const auto offsetAt = [&](int x) {
+        return static_cast<double>(offsets[static_cast<std::size_t>(x)]);
+    };
+    std::int64_t hidden = 0;
+    for (LayeredSurface& surface : row.surfaces) {
+        surface.hidden = hiddenCount(offsets, surface.first, options.reachPixels, tear);
+        hidden += surface.hidden;
+    }
+    const auto width = static_cast<std::int64_t>(offsets.size());
+    if (hidden > kMostHiddenWidths * width + kLongestRun) { // a depth of noise: bound the memory
+        const std::int64_t longest =
+            kMostHiddenWidths * width / static_cast<std::int64_t>(row.surfaces.size());
+        for (LayeredSurface& surface : row.surfaces)
+            surface.hidden = std::min(surface.hidden, static_cast<int>(longest));
+    }
+    int painted = 0;
+    for (std::size_t i = 0; i < row.surfaces.size(); ++i) {
+        LayeredSurface& surface = row.surfaces[i];
+        if (i + 1 == row.surfaces.size()) {
+            surface.beyond = outsideCount(offsetAt(surface.last) * options.reachPixels);
+        } else if (offsetAt(row.surfaces[i + 1].first) > offsetAt(surface.last)) {
+            surface.beyond = row.surfaces[i + 1].first - surface.last; // the mixed px, and one more
+        }
+        surface.strip = painted;
+        painted += surface.stripLength();
+    }
+    row.strips.resize(4 * static_cast<std::size_t>(painted));
+    const auto pixel = [&](int x) {
+        return bgr + 3 * (mirrored ? static_cast<std::ptrdiff_t>(width) - 1 - x : x);
+    };
+    for (const LayeredSurface& surface : row.surfaces) {
+        std::uint8_t* strip = row.strips.data() + 4 * static_cast<std::ptrdiff_t>(surface.strip);
+        for (int k = 0; k < surface.stripLength(); ++k)
+            std::memcpy(strip + 4 * static_cast<std::ptrdiff_t>(k),
+                        pixel(k <= surface.hidden ? surface.first : surface.last), 3);
+    }
+}
+
+// The surfaces of the mirrored row.
+void mirrorSurfaces(int width, const std::vector<LayeredSurface>& surfaces,
+                    std::vector<LayeredSurface>& mirrored) {
+    mirrored.resize(surfaces.size());
+    std::transform(surfaces.rbegin(), surfaces.rend(), mirrored.begin(),
+                   [width](const LayeredSurface& surface) {
+                       LayeredSurface other;
+                       other.first = width - 1 - surface.last;
+                       other.last = width - 1 - surface.first;
+                       other.leftExtra = surface.rightExtra;
+                       other.rightExtra = surface.leftExtra;
+                       return other;
+                   });
+}
+
+// Largest values of windows of `size` numbers that begin at each, in place; what lies behind the
+// end does not count. Runs of twice the length from pairs of runs: log2(size) passes.
+void slideMaximum(std::vector<std::int16_t>& values, int size) {
+    const auto count = static_cast<int>(values.size());
+    const auto combine = [&](int step) {
+        for (int i = 0; i + step < count; ++i)
+            values[static_cast<std::size_t>(i)] = std::max(
+                values[static_cast<std::size_t>(i)], values[static_cast<std::size_t>(i + step)]);
+    };
+    int length = 1;
+    for (; 2 * length <= size; length *= 2)
+        combine(length);
+    if (length < size) combine(std::min(size, count) - length);
+}
+
+// Writes the tables of one row in one direction.
+class TableWriter {
+  public:
+    // @param reach how many columns content can move, >= 0
+    TableWriter(int width, int reach, const LayeredSettings& options)
+        : width_(width), reach_(std::min(reach, width)),
+          reachPixels_(static_cast<float>(options.reachPixels)), inOrder_(options.tearPixels <= 1),
+          ahead_(static_cast<std::size_t>(width)), behind_(ahead_), window_(ahead_) {}
+
+    void write(const std::vector<float>& offsets, double scale, const LayeredRow& row,
+               std::int16_t* words, std::int16_t* bounds, std::int16_t* left,
+               std::int16_t* surfaceOf, std::int32_t* limits) {
+        const auto perUnit = static_cast<float>(1 / scale);
+        const auto largest = static_cast<float>(kLargestOffset);
+        for (int x = 0; x < width_; ++x) {
+            const float units = std::abs(offsets[static_cast<std::size_t>(x)]) * perUnit + 0.5F;
+            const int whole = static_cast<int>(std::min(units, largest));
+            const bool negative = offsets[static_cast<std::size_t>(x)] < 0;
+            words[x] = static_cast<std::int16_t>((negative ? -whole : whole) * 4);
+        }
+        std::copy_n(words, width_, ahead_.begin());
+        std::reverse_copy(words, words + width_, behind_.begin());
+        window_ = behind_;
+        slideMaximum(window_, kLeftColumns); // backwards: of the columns that end at each
+        std::reverse_copy(window_.begin(), window_.end(), left);
+        slideMaximum(ahead_, reach_ + 1);
+        slideMaximum(behind_, reach_ + 1);
+        for (int x = 0; x < width_; ++x) { // what lies to the left is reached anyway, unless
+            const int ahead = ahead_[static_cast<std::size_t>(x)]; // everything moves to the right
+            const int behind = behind_[static_cast<std::size_t>(width_ - 1 - x)];
+            bounds[x] = static_cast<std::int16_t>(std::max(ahead, std::min(behind, 0)));
+        }
+        for (std::size_t k = 0; k < row.surfaces.size(); ++k) {
+            const LayeredSurface& surface = row.surfaces[k];
+            if (surface.hidden == 0) // else it goes on behind something, without a border
+                words[surface.first] = static_cast<std::int16_t>(words[surface.first] | 2);
+            const int end = k + 1 < row.surfaces.size() ? row.surfaces[k + 1].first : width_;
+            for (int x = surface.last; x < end; ++x) // mixed px as well: they are of no surface
+                words[x] = static_cast<std::int16_t>(words[x] | 1);
+            std::fill(surfaceOf + surface.first, surfaceOf + end, static_cast<std::int16_t>(k));
+        }
+        writeLimits(words, static_cast<float>(scale), row, limits);
+    }
+
+  private:
+    void writeLimits(const std::int16_t* words, float scale, const LayeredRow& row,
+                     std::int32_t* limits) {
+        // Within a surface that is torn only further apart nothing is in order; of many surfaces
+        // (depth of noise) not all are looked at.
+        const bool known =
+            inOrder_ && static_cast<int>(row.surfaces.size()) * kFewColumns <= width_ + kFewColumns;
+        clear_.assign(static_cast<std::size_t>(width_), known ? kClearForAll : 0);
+        for (const LayeredSurface& surface : row.surfaces) {
+            if (!known) break;
+            const float offset = scale * static_cast<float>(wordOffset(words[surface.first]));
+            const float border = surface.hidden > 0 ? 0 : 1 + surface.leftExtra;
+            for (int x = surface.first - 1; x >= 0 && x + reach_ >= surface.first; --x) {
+                // a little less, for what rounding adds
+                const float way = static_cast<float>(surface.first - x) - border - 0.01F;
+                if (way > 0 && way >= offset * reachPixels_) break;
+                const float shift = way > 0 ? way / offset : 0;
+                const int units = static_cast<int>(shift / reachPixels_ * kClearForAll);
+                int& clear = clear_[static_cast<std::size_t>(x)];
+                clear = std::min(clear, units);
+            }
+        }
+        for (std::size_t k = 0; k < row.surfaces.size(); ++k) {
+            const int begin = row.surfaces[k].first;
+            const int end = k + 1 < row.surfaces.size() ? row.surfaces[k + 1].first : width_;
+            for (int x = begin; x < end; ++x)
+                limits[x] = columnLimits(begin, clear_[static_cast<std::size_t>(x)]);
+        }
+    }
+
+    static constexpr int kClearForAll = 65535;
+    static constexpr int kFewColumns = 8; // per surface: depth of noise
+
+    int width_;
+    int reach_;
+    float reachPixels_;
+    bool inOrder_; // what one surface shows lies in order in every view
+    std::vector<std::int16_t> ahead_;
+    std::vector<std::int16_t> behind_; // mirrored
+    std::vector<std::int16_t> window_;
+    std::vector<int> clear_; // columnLimits()
+};
+
+bool isStill(const cv::Mat& depth, int row, double focus) {
+    const auto* values = depth.ptr<float>(row);
+    return std::all_of(values, values + depth.cols,
+                       [&](float value) { return offsetFromFocus(value, focus) == 0; });
+}
+
+} // namespace
+
+LayeredTables LayeredScene::tables(int row) const {
+    LayeredTables result;
+    result.words = words.ptr<std::int16_t>(row) + kTablePadding;
+    result.bounds = bounds.ptr<std::int16_t>(row) + kTablePadding;
+    result.left = left.ptr<std::int16_t>(row) + kTablePadding;
+    result.surfaces = surfaceOf.ptr<std::int16_t>(row) + kTablePadding;
+    result.limits = limits.ptr<std::int32_t>(row) + kTablePadding;
+    result.stride = stride();
+    result.width = width;
+    result.scale = scale;
+    // so that the largest shift comes to 65535 exactly or a little less
+    result.clearScale = reachPixels > 0 ? 65534.9F / reachPixels : 0;
+    return result;
+}
+
+LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double focus,
+                          const LayeredSettings& options) {
+    const auto rowCount = static_cast<std::size_t>(photo.rows);
+    LayeredScene scene;
+    scene.width = photo.cols;
+    scene.still.resize(rowCount);
+    for (int y = 0; y < photo.rows; ++y)
+        scene.still[static_cast<std::size_t>(y)] = isStill(depth, y, focus) ? 1 : 0;
+    scene.flat = std::all_of(scene.still.begin(), scene.still.end(),
+                             [](std::uint8_t still) { return still != 0; });
+    if (scene.flat) return scene;
+    const double largest = std::max(focus, 1 - focus);
+    const double scale = largest / kLargestOffset;
+    const int reach = static_cast<int>(
+        std::min(std::ceil(options.reachPixels * largest) + kEndReach, 1.0 * photo.cols));
+    scene.scale = static_cast<float>(scale);
+    scene.reachPixels = static_cast<float>(options.reachPixels);
+    scene.reachColumns = reach;
+    scene.limits.create(photo.rows, 2 * scene.stride(), CV_32SC1);
+    const std::int16_t outside = columnWord(0, false, true);
+    for (cv::Mat* table : {&scene.words, &scene.bounds, &scene.left, &scene.surfaceOf}) {
+        table->create(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
+        table->setTo(cv::Scalar::all(table == &scene.words ? outside : 0));
+    }
+    for (std::vector<LayeredRow>& rows : scene.rows)
+        rows.resize(rowCount);
+    cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
+        std::vector<float> offsets(static_cast<std::size_t>(photo.cols));
+        TableWriter writer(photo.cols, reach, options);
+        for (int y = range.start; y < range.end; ++y) {
+            const auto* depthRow = depth.ptr<float>(y);
+            const auto* bgr = photo.ptr<std::uint8_t>(y);
+            std::transform(depthRow, depthRow + photo.cols, offsets.begin(),
+                           [&](float value) { return offsetFromFocus(value, focus); });
+            LayeredRow& plain = scene.rows[0][static_cast<std::size_t>(y)];
+            LayeredRow& mirrored = scene.rows[1][static_cast<std::size_t>(y)];
+            cutSurfaces(bgr, offsets, options, plain.surfaces);
+            mirrorSurfaces(photo.cols, plain.surfaces, mirrored.surfaces);
+            int begin = kTablePadding;
+            for (LayeredRow* row : {&plain, &mirrored}) {
+                if (row == &mirrored) std::reverse(offsets.begin(), offsets.end());
+                prepareStrips(bgr, row == &mirrored, offsets, options, *row);
+                writer.write(offsets, scale, *row, scene.words.ptr<std::int16_t>(y) + begin,
+                             scene.bounds.ptr<std::int16_t>(y) + begin,
+                             scene.left.ptr<std::int16_t>(y) + begin,
+                             scene.surfaceOf.ptr<std::int16_t>(y) + begin,
+                             scene.limits.ptr<std::int32_t>(y) + begin);
+                begin += scene.stride();
+            }
+        }
+    });
+    if (options.fill != LayeredFill::BackgroundLayer) return scene;
+    cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& directions) {
+        for (int direction = directions.start; direction < directions.end; ++direction) {
+            cv::Mat mirrored;
+            if (direction == 1) cv::flip(photo, mirrored, 1);
+            paintBackground(direction == 1 ? mirrored : photo, options, direction, scene);
+        }
+    });
+    return scene;
+}
+
+} // namespace altiro3D

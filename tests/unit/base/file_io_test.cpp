@@ -1,0 +1,291 @@
+#include "altiro3D/file_io.hpp"
+
+#include "altiro3D/error.hpp"
+#include "support/files.hpp"
+#include "video/part_file.hpp"
+
+#include <csignal>
+#include <cstdio>
+#include <fcntl.h>
+#include <functional>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kMuch = 1u << 24;
+
+std::string someBytes(std::size_t size) {
+    std::string bytes(size, '\0');
+    for (std::size_t i = 0; i < size; ++i)
+        bytes[i] = static_cast<char>(i * 7919 >> 3);
+    return bytes;
+}
+
+std::size_t filesIn(const fs::path& directory) {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(directory), fs::directory_iterator()));
+}
+
+// Runs the call in a child, where it may change limits and users; what it wrote to the pipe.
+std::string inChild(const std::function<std::string()>& call) {
+    int ends[2];
+    if (pipe(ends) != 0) return "no pipe";
+    std::fflush(stdout); // or the child says it once more
+    const pid_t child = fork();
+    if (child == 0) {
+        close(ends[0]);
+        const std::string text = call();
+        const bool told = write(ends[1], text.data(), text.size()) >= 0;
+        _exit(told ? 0 : 1);
+    }
+    close(ends[1]);
+    std::string text;
+    char part[256];
+    for (ssize_t count = 0; (count = read(ends[0], part, sizeof part)) > 0;) {
+        text.append(part, static_cast<std::size_t>(count));
+    }
+    close(ends[0]);
+    waitpid(child, nullptr, 0);
+    return text;
+}
+
+TEST(FileIo, ReadsBackWhatItWrote) {
+    const TemporaryDirectory directory;
+    for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{2},
+                                   std::size_t{8191}, (std::size_t{1} << 20) + 7}) {
+        const std::string bytes = someBytes(size);
+        writeFile(directory / "file", bytes);
+        EXPECT_EQ(slurp(directory / "file"), bytes);
+        EXPECT_EQ(readFile(directory / "file", kMuch), bytes);
+    }
+    EXPECT_EQ(filesIn(directory.path()), 1u);
+}
+
+TEST(FileIo, PartsAreJoinedInOrder) {
+    const TemporaryDirectory directory;
+    writeFile(directory / "file", {{"abc", 3}, {nullptr, 0}, {"de", 2}});
+    EXPECT_EQ(slurp(directory / "file"), "abcde");
+}
+
+TEST(FileIo, WritesToABareNameInTheWorkingDirectory) {
+    const TemporaryDirectory directory;
+    const fs::path before = fs::current_path();
+    fs::current_path(directory.path());
+    writeFile("bare", "x");
+    fs::current_path(before);
+    EXPECT_EQ(slurp(directory / "bare"), "x");
+}
+
+TEST(FileIo, ANewFileFollowsTheUmask) {
+    const TemporaryDirectory directory;
+    const mode_t before = umask(027);
+    writeFile(directory / "file", "x");
+    umask(before);
+    EXPECT_EQ(static_cast<int>(fs::status(directory / "file").permissions()), 0640);
+}
+
+TEST(FileIo, AReplacedFileKeepsItsPermissionBits) {
+    const TemporaryDirectory directory;
+    spill(directory / "file", "old");
+    fs::permissions(directory / "file", static_cast<fs::perms>(0604));
+    writeFile(directory / "file", "new");
+    EXPECT_EQ(slurp(directory / "file"), "new");
+    EXPECT_EQ(static_cast<int>(fs::status(directory / "file").permissions()), 0604);
+}
+
+TEST(FileIo, SymbolicLinksAreFollowed) {
+    const TemporaryDirectory directory;
+    fs::create_directory(directory / "sub");
+    spill(directory / "sub" / "target", "old");
+    fs::create_symlink("sub/target", directory / "link");
+    fs::create_symlink(directory / "link", directory / "chain");
+    fs::create_symlink("sub/made", directory / "dangling");
+    writeFile(directory / "chain", "new");
+    writeFile(directory / "dangling", "made");
+    EXPECT_TRUE(fs::is_symlink(directory / "link"));
+    EXPECT_TRUE(fs::is_symlink(directory / "chain"));
+    EXPECT_EQ(slurp(directory / "sub" / "target"), "new");
+    EXPECT_EQ(slurp(directory / "sub" / "made"), "made");
+}
+
+TEST(FileIo, LinksInACircleAreRefused) {
+    const TemporaryDirectory directory;
+    fs::create_symlink("b", directory / "a");
+    fs::create_symlink("a", directory / "b");
+    EXPECT_EQ(errorOf([&] { writeFile(directory / "a", "x"); }),
+              (directory / "a").string() +
+                  ": cannot be written: Too many levels of symbolic links");
+}
+
+TEST(FileIo, DevicesAreWrittenInPlace) {
+    writeFile("/dev/null", "x");
+    EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST(FileIo, AFullDiskIsNamed) {
+    if (!fs::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
+    EXPECT_EQ(errorOf([] { writeFile("/dev/full", "x"); }),
+              "/dev/full: cannot be written: No space left on device");
+    EXPECT_TRUE(fs::is_character_file("/dev/full"));
+}
+
+TEST(FileIo, PipesAreWrittenAndReadInPlace) {
+    const TemporaryDirectory directory;
+    const fs::path fifo = directory / "fifo";
+    ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+    const std::string bytes = someBytes(300001); // more than a pipe holds at a time
+    std::thread writer([&] { writeFile(fifo, bytes); });
+    const std::string got = readFile(fifo, kMuch);
+    writer.join();
+    EXPECT_EQ(got, bytes);
+    EXPECT_TRUE(fs::is_fifo(fifo));
+}
+
+TEST(FileIo, APipeLongerThanTheLimitIsRefused) {
+    const TemporaryDirectory directory;
+    const fs::path fifo = directory / "fifo";
+    ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+    // Both ends are open, so the reader cannot leave the writer without one.
+    const int both = open(fifo.c_str(), O_RDWR);
+    ASSERT_EQ(write(both, "0123456789", 10), 10);
+    EXPECT_EQ(errorOf([&] { readFile(fifo, 9); }),
+              fifo.string() + ": holds more bytes, expected at most 9");
+    close(both);
+}
+
+TEST(FileIo, StandardOutputIsContinuedNotReplaced) {
+    const TemporaryDirectory directory;
+    spill(directory / "out", "first ");
+    const std::string said = inChild([&] {
+        const int file = open((directory / "out").c_str(), O_WRONLY | O_APPEND);
+        dup2(file, STDOUT_FILENO);
+        return errorOf([] { writeFile("/dev/stdout", "second"); });
+    });
+    EXPECT_EQ(said, "(no error)");
+    EXPECT_EQ(slurp(directory / "out"), "first second");
+}
+
+TEST(FileIo, AFailedWriteLeavesTheOldFileAndNothingElse) {
+    const TemporaryDirectory directory;
+    spill(directory / "file", "old");
+    const std::string said = inChild([&] {
+        std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit limit{1000, 1000};
+        setrlimit(RLIMIT_FSIZE, &limit);
+        return errorOf([&] { writeFile(directory / "file", someBytes(5000)); });
+    });
+    EXPECT_EQ(said, (directory / "file").string() + ": cannot be written: File too large");
+    EXPECT_EQ(slurp(directory / "file"), "old");
+    EXPECT_EQ(filesIn(directory.path()), 1u);
+}
+
+TEST(FileIo, AMissingDirectoryIsNamed) {
+    const TemporaryDirectory directory;
+    EXPECT_EQ(errorOf([&] { writeFile(directory / "no" / "file", "x"); }),
+              (directory / "no" / "file").string() +
+                  ": cannot be written: No such file or directory; its directory must exist");
+}
+
+TEST(FileIo, ADirectoryIsNoTarget) {
+    const TemporaryDirectory directory;
+    const std::string name = directory.path().string();
+    EXPECT_EQ(errorOf([&] { writeFile(name, "x"); }),
+              name + ": is a directory, expected a file name");
+    EXPECT_EQ(errorOf([&] { writeFile(name + "/", "x"); }),
+              name + "/: is a directory, expected a file name");
+    EXPECT_EQ(errorOf([&] { writeFile("", "x"); }).rfind("(no name): ", 0), 0u);
+}
+
+TEST(FileIo, WithoutPermissionNothingIsReadOrWritten) {
+    if (getuid() != 0) GTEST_SKIP() << "needs root, to become another user";
+    const TemporaryDirectory directory;
+    fs::permissions(directory.path(), fs::perms::all);
+    spill(directory / "secret", "old");
+    fs::permissions(directory / "secret", static_cast<fs::perms>(0400));
+    fs::create_directory(directory / "closed");
+    fs::permissions(directory / "closed", static_cast<fs::perms>(0555));
+    const auto asNobody = [](const std::function<void()>& call) {
+        return inChild([&] {
+            if (setgid(65534) != 0 || setuid(65534) != 0) return std::string("still root");
+            return errorOf(call);
+        });
+    };
+    EXPECT_EQ(asNobody([&] { readFile(directory / "secret", kMuch); }),
+              (directory / "secret").string() + ": cannot be read: Permission denied");
+    EXPECT_EQ(asNobody([&] { writeFile(directory / "closed" / "file", "x"); }),
+              (directory / "closed" / "file").string() + ": cannot be written: Permission denied");
+    // The directory is open to all, so a rename alone would replace the protected file.
+    EXPECT_EQ(asNobody([&] { writeFile(directory / "secret", "x"); }),
+              (directory / "secret").string() + ": cannot be written: Permission denied");
+    EXPECT_EQ(slurp(directory / "secret"), "old");
+    EXPECT_EQ(asNobody([&] { writeFile(directory / "fresh", "x"); }), "(no error)");
+}
+
+// Whoever replaces another's file, which only root may do, leaves it to its owner.
+TEST(FileIo, AReplacedFileKeepsItsOwnerAndPermissions) {
+    if (getuid() != 0) GTEST_SKIP() << "needs root, to write another user's file";
+    const TemporaryDirectory directory;
+    const auto others = [&](const char* name) {
+        spill(directory / name, "old");
+        EXPECT_EQ(chown((directory / name).c_str(), 65534, 65533), 0);
+        EXPECT_EQ(chmod((directory / name).c_str(), 0640), 0);
+        return directory / name;
+    };
+    const fs::path whole = others("whole");
+    writeFile(whole, "new");
+    const fs::path part = others("part");
+    fs::create_symlink("part", directory / "link");
+    PartFile video(directory / "link");
+    avio_write(video.io(), reinterpret_cast<const unsigned char*>("new"), 3);
+    video.finish();
+    for (const fs::path& file : {whole, part}) {
+        struct stat state {};
+        ASSERT_EQ(stat(file.c_str(), &state), 0);
+        EXPECT_EQ(state.st_uid, 65534U) << file;
+        EXPECT_EQ(state.st_gid, 65533U) << file;
+        EXPECT_EQ(state.st_mode & 07777U, 0640U) << file;
+        EXPECT_EQ(slurp(file), "new");
+    }
+    EXPECT_EQ(filesIn(directory.path()), 3u);
+}
+
+TEST(FileIo, MissingFilesAndDirectoriesAreNotRead) {
+    const TemporaryDirectory directory;
+    const std::string name = directory.path().string();
+    EXPECT_EQ(errorOf([&] { readFile(name + "/none", kMuch); }),
+              name + "/none: does not exist, expected a file");
+    EXPECT_EQ(errorOf([&] { readFile(name, kMuch); }), name + ": is a directory, expected a file");
+    try {
+        readFile(name + "/none", kMuch);
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::NotFound);
+    }
+}
+
+TEST(FileIo, TheSizeIsCheckedBeforeMemoryIsTaken) {
+    const TemporaryDirectory directory;
+    const fs::path file = directory / "sparse";
+    spill(file, "");
+    fs::resize_file(file, std::uintmax_t{1} << 40); // a terabyte of holes
+    EXPECT_EQ(errorOf([&] { readFile(file, kMuch); }),
+              file.string() + ": holds 1099511627776 bytes, expected at most 16777216");
+    spill(directory / "ten", "0123456789");
+    EXPECT_EQ(readFile(directory / "ten", 10).size(), 10u);
+    EXPECT_NE(errorOf([&] { readFile(directory / "ten", 9); }), "(no error)");
+}
+
+TEST(FileIo, FilesThatTellNoSizeAreReadToTheirEnd) {
+    if (!fs::exists("/proc/self/status")) GTEST_SKIP() << "needs /proc";
+    EXPECT_GT(readFile("/proc/self/status", kMuch).size(), 100u);
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,0 +1,985 @@
+#include "altiro3D/data_directories.hpp"
+#include "altiro3D/depth_network.hpp"
+#include "altiro3D/error.hpp"
+#include "altiro3D/network2quilt.hpp"
+#include "base/data_prefix.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/onnx.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <gtest/gtest.h>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utility.hpp>
+#include <opencv2/dnn.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sys/stat.h>
+#include <thread>
+
+using namespace altiro3D;
+using namespace altiro3D::test;
+using namespace altiro3D::test::onnx;
+namespace fs = std::filesystem;
+
+namespace {
+
+NetworkProfile profileOf(int width, int height) {
+    NetworkProfile profile;
+    profile.name = "test";
+    profile.file = "test.onnx";
+    profile.inputWidth = width;
+    profile.inputHeight = height;
+    profile.multipleOf = 1;
+    return profile;
+}
+
+cv::Mat colourfulPhoto(cv::Size size) {
+    cv::Mat photo(size, CV_8UC3);
+    for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) {
+            photo.at<cv::Vec3b>(y, x) = cv::Vec3b(static_cast<uchar>((x * 37 + y * 11) % 256),
+                                                  static_cast<uchar>((x / 5 % 2) * 255),
+                                                  static_cast<uchar>((x * x + 3 * y * y) % 256));
+        }
+    }
+    return photo;
+}
+
+// The array of a little-endian float32 .npy file in C order, as one picture of its last two axes.
+cv::Mat readNpy(const fs::path& file) {
+    const std::string contents = slurp(file);
+    if (contents.compare(0, 6, "\x93NUMPY") != 0 || contents[6] != 1) return {};
+    const std::size_t headerSize =
+        static_cast<unsigned char>(contents[8]) + 256U * static_cast<unsigned char>(contents[9]);
+    const std::string header = contents.substr(10, headerSize);
+    if (header.find("'<f4'") == std::string::npos) return {};
+    std::vector<int> shape;
+    const std::size_t open = header.find('(');
+    for (std::size_t i = open; i < header.find(')', open); ++i) {
+        const bool starts = std::isdigit(static_cast<unsigned char>(header[i])) != 0 &&
+                            std::isdigit(static_cast<unsigned char>(header[i - 1])) == 0;
+        if (starts) shape.push_back(std::atoi(header.c_str() + i));
+    }
+    cv::Mat values(shape[shape.size() - 2], shape.back(), CV_32FC1);
+    const std::size_t size = values.total() * sizeof(float);
+    if (contents.size() != 10 + headerSize + size) return {};
+    std::memcpy(values.data, contents.data() + 10 + headerSize, size);
+    return values;
+}
+
+NetworkProfile catalogued(const std::string& name) {
+    for (const NetworkProfile& profile : readModelCatalog(sourcePath("models/catalog.json")))
+        if (profile.name == name) return profile;
+    ADD_FAILURE() << name << " is not in the catalogue";
+    return {};
+}
+
+// Sets an environment variable for one test; null removes it.
+class Variable {
+  public:
+    Variable(const char* name, const char* value) : name_(name) {
+        const char* before = std::getenv(name);
+        if (before != nullptr) before_ = before;
+        wasSet_ = before != nullptr;
+        set(value);
+    }
+    ~Variable() { set(wasSet_ ? before_.c_str() : nullptr); }
+    Variable(const Variable&) = delete;
+    Variable& operator=(const Variable&) = delete;
+
+  private:
+    void set(const char* value) {
+        if (value == nullptr) unsetenv(name_);
+        if (value != nullptr) setenv(name_, value, 1);
+    }
+    const char* name_;
+    std::string before_;
+    bool wasSet_ = false;
+};
+
+class ModelCatalog : public ::testing::Test {
+  protected:
+    fs::path write(const std::string& text) {
+        spill(directory_ / "catalog.json", text);
+        return directory_ / "catalog.json";
+    }
+    // The error text without the file's name.
+    std::string errorOfCatalog(const std::string& text) {
+        const fs::path file = write(text);
+        return withoutFile(errorOf([&] { readModelCatalog(file); }), file);
+    }
+    std::string errorOfProfile(const std::string& text) {
+        const fs::path file = write(text);
+        return withoutFile(errorOf([&] { readNetworkProfile(file); }), file);
+    }
+    static std::string withoutFile(const std::string& error, const fs::path& file) {
+        const std::string start = file.string() + ": ";
+        EXPECT_EQ(error.compare(0, start.size(), start), 0) << error;
+        return error.size() < start.size() ? error : error.substr(start.size());
+    }
+    TemporaryDirectory directory_;
+};
+
+class DepthNetworkFile : public ::testing::Test {
+  protected:
+    fs::path write(const std::string& contents, const std::string& name = "test.onnx") {
+        spill(directory_ / name, contents);
+        return directory_ / name;
+    }
+    std::string errorOfLoading(const std::string& contents,
+                               const NetworkProfile& profile = profileOf(8, 6)) {
+        const fs::path file = write(contents);
+        const std::string error = errorOf([&] { DepthNetwork(file, profile); });
+        const std::string start = file.string() + ": ";
+        return error.compare(0, start.size(), start) == 0 ? error.substr(start.size()) : error;
+    }
+    std::string errorOfRunning(const std::string& contents) {
+        const fs::path file = write(contents);
+        DepthNetwork network(file, profileOf(8, 6));
+        cv::Mat raw;
+        const std::string error =
+            errorOf([&] { network.infer(colourfulPhoto(cv::Size(20, 10)), raw); });
+        const std::string start = file.string() + ": ";
+        return error.compare(0, start.size(), start) == 0 ? error.substr(start.size()) : error;
+    }
+    TemporaryDirectory directory_;
+};
+
+} // namespace
+
+// --- Profiles and the catalogue ----------------------------------------------------------------
+
+TEST(NetworkProfile, ValidationNamesFieldValueAndRange) {
+    const auto errorWith = [](auto change) {
+        NetworkProfile profile = profileOf(256, 256);
+        profile.multipleOf = 32;
+        change(profile);
+        return errorOf([&] { validate(profile); });
+    };
+    EXPECT_EQ(errorWith([](NetworkProfile&) {}), "(no error)");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.name = ""; }),
+              "name: is \"\", expected 1..64 letters, digits, '.', '_' or '-'");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.file = "../x.onnx"; }),
+              "file: is \"../x.onnx\", expected a file name without directories, of letters, "
+              "digits, '.', '_' or '-'");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.url = "http://example.org/x"; }),
+              "url: is \"http://example.org/x\", expected https://...");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.sha256 = "ABC"; }),
+              "sha256: is \"ABC\", expected 64 lower-case hexadecimal digits");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.inputWidth = 0; }),
+              "inputWidth: is 0, expected a whole number 1..4096");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.inputHeight = 4097; }),
+              "inputHeight: is 4097, expected a whole number 1..4096");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.inputWidth = 250; }),
+              "inputWidth: is 250, expected a multiple of 32");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.multipleOf = 0; }),
+              "multipleOf: is 0, expected a whole number 1..4096");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.channelOrder = "RBG"; }),
+              "channelOrder: is \"RBG\", expected \"RGB\" or \"BGR\"");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.scale = 0; }),
+              "scale: is 0, expected a number other than 0");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.mean[1] = std::nan(""); }),
+              "mean[1]: is nan, expected a number");
+    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.std[2] = 0; }),
+              "std[2]: is 0, expected a number other than 0");
+}
+
+TEST_F(ModelCatalog, OfTheSourceTreeHoldsTheKnownNetworks) {
+    const auto catalog = readModelCatalog(sourcePath("models/catalog.json"));
+    ASSERT_EQ(catalog.size(), 3U);
+
+    const NetworkProfile& small = catalog[0];
+    EXPECT_EQ(small.name, "midas-small");
+    EXPECT_EQ(small.bytes, 66764249U);
+    EXPECT_EQ(small.sha256, "2d8c6cb8f415229daf1eb041024208e2608c9f98e17c81cc7c6ecb449c56fd58");
+    EXPECT_FALSE(small.large);
+    EXPECT_EQ(small.inputWidth, 256);
+    EXPECT_EQ(small.inputHeight, 256);
+    EXPECT_EQ(small.channelOrder, "RGB");
+    EXPECT_EQ(small.scale, 1.0 / 255.0);
+    EXPECT_EQ(small.mean, (std::array<double, 3>{0, 0, 0})) << "it is inside the graph";
+    EXPECT_EQ(small.std, (std::array<double, 3>{1, 1, 1}));
+    EXPECT_EQ(small.resizeKernel, ResizeKernel::Cubic);
+    EXPECT_EQ(small.output, NetworkOutput::InverseDepth);
+
+    EXPECT_EQ(catalog[1].name, "midas-large");
+    EXPECT_TRUE(catalog[1].large);
+    EXPECT_EQ(catalog[1].inputWidth, 384);
+    EXPECT_EQ(catalog[1].sha256, "");
+
+    EXPECT_EQ(catalog[2].name, "fastdepth");
+    EXPECT_EQ(catalog[2].output, NetworkOutput::MetricDepth);
+
+    EXPECT_EQ(findProfile(catalog, "/somewhere/model-small.onnx"), &catalog[0]);
+    EXPECT_EQ(findProfile(catalog, "/somewhere/other.onnx"), nullptr);
+    EXPECT_EQ(findProfile(catalog, ""), nullptr);
+}
+
+TEST_F(ModelCatalog, ReadsEveryFieldAndLeavesUnknownKeysAlone) {
+    const NetworkProfile profile = readNetworkProfile(write(R"({
+        "name": "n", "file": "f.onnx", "url": "https://example.org/f.onnx", "bytes": 5000000000,
+        "sha256": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
+        "licence": "L", "large": true, "inputWidth": 28, "inputHeight": 14, "multipleOf": 14,
+        "channelOrder": "BGR", "scale": 2, "mean": [1, 2.5, -3], "std": [4, 5, 6],
+        "resizeKernel": "area", "output": "metricDepth", "note": {"any": ["thing", null]}})"));
+    EXPECT_EQ(profile.name, "n");
+    EXPECT_EQ(profile.file, "f.onnx");
+    EXPECT_EQ(profile.url, "https://example.org/f.onnx");
+    EXPECT_EQ(profile.bytes, 5000000000U);
+    EXPECT_EQ(profile.sha256.substr(0, 4), "0123");
+    EXPECT_EQ(profile.licence, "L");
+    EXPECT_TRUE(profile.large);
+    EXPECT_EQ(profile.inputWidth, 28);
+    EXPECT_EQ(profile.inputHeight, 14);
+    EXPECT_EQ(profile.multipleOf, 14);
+    EXPECT_EQ(profile.channelOrder, "BGR");
+    EXPECT_EQ(profile.scale, 2);
+    EXPECT_EQ(profile.mean, (std::array<double, 3>{1, 2.5, -3}));
+    EXPECT_EQ(profile.std, (std::array<double, 3>{4, 5, 6}));
+    EXPECT_EQ(profile.resizeKernel, ResizeKernel::Area);
+    EXPECT_EQ(profile.output, NetworkOutput::MetricDepth);
+}
+
+TEST_F(ModelCatalog, ErrorsNamePlaceAndExpectation) {
+    EXPECT_EQ(errorOfCatalog("[]"), R"(is a list, expected {"networks": [...]})");
+    EXPECT_EQ(errorOfCatalog("{}"), R"(has no "networks", expected {"networks": [...]})");
+    EXPECT_EQ(errorOfCatalog(R"({"networks": 7})"), "networks: is 7, expected a list");
+    EXPECT_EQ(errorOfCatalog(R"({"networks": ["x"]})"),
+              "networks[0]: is \"x\", expected an object");
+    EXPECT_EQ(errorOfCatalog("{\"networks\": [\n  {]}"),
+              R"(is no valid JSON (line 2, column 4), expected {"networks": [...]})");
+    EXPECT_EQ(errorOfCatalog(""),
+              R"(is no valid JSON (line 1, column 1), expected {"networks": [...]})");
+    EXPECT_EQ(errorOfCatalog(R"({"networks": [{"name": "a", "file": "a", "inputWidth": 32,
+                                "inputHeight": 32}, {"name": "b", "inputWidth": "x"}]})"),
+              "networks[1].inputWidth: is \"x\", expected a whole number 1..4096");
+    EXPECT_EQ(errorOfCatalog(R"({"networks": [{"name": "a", "inputWidth": 32,
+                                "inputHeight": 32}]})"),
+              "networks[0].file: is empty, expected the ONNX file's name");
+    const std::string pair = R"({"networks": [{"name": "a", "file": "a", "inputWidth": 32,
+                                "inputHeight": 32}, {"name": "NAME", "file": "FILE",
+                                "inputWidth": 32, "inputHeight": 32}]})";
+    const auto with = [&](const std::string& name, const std::string& file) {
+        std::string text = pair;
+        text.replace(text.find("NAME"), 4, name);
+        return text.replace(text.find("FILE"), 4, file);
+    };
+    EXPECT_EQ(readModelCatalog(write(with("b", "b"))).size(), 2U);
+    EXPECT_EQ(errorOfCatalog(with("a", "b")),
+              "networks[1].name: is \"a\" for the second time, expected a new name");
+    EXPECT_EQ(errorOfCatalog(with("b", "a")),
+              "networks[1].file: is \"a\" for the second time, expected a new file");
+}
+
+TEST_F(ModelCatalog, ProfileErrorsNameFieldAndExpectation) {
+    const auto errorWith = [&](const std::string& field) {
+        return errorOfProfile("{" + field + R"("name": "n", "inputWidth": 32, "inputHeight": 32})");
+    };
+    EXPECT_EQ(errorWith(R"("url": 3, )"), "url: is 3, expected a text");
+    EXPECT_EQ(errorWith(R"("url": "ftp://x", )"), "url: is \"ftp://x\", expected https://...");
+    EXPECT_EQ(errorWith(R"("large": 1, )"), "large: is 1, expected true or false");
+    EXPECT_EQ(errorWith(R"("bytes": -1, )"),
+              "bytes: is -1, expected a whole number of bytes, 0 if unknown");
+    EXPECT_EQ(errorWith(R"("multipleOf": 2.5, )"),
+              "multipleOf: is 2.5, expected a whole number 1..4096");
+    EXPECT_EQ(errorWith(R"("multipleOf": 18446744073709551615, )"),
+              "multipleOf: is 18446744073709551615, expected a whole number 1..4096");
+    EXPECT_EQ(errorWith(R"("multipleOf": -9223372036854775808, )"),
+              "multipleOf: is -9223372036854775808, expected a whole number 1..4096");
+    EXPECT_EQ(errorWith(R"("multipleOf": 7, )"), "inputWidth: is 32, expected a multiple of 7");
+    EXPECT_EQ(errorWith(R"("scale": null, )"), "scale: is null, expected a number");
+    EXPECT_EQ(errorWith(R"("scale": 1e999, )"),
+              "holds a number that is out of range, expected an object with the fields of one "
+              "network");
+    EXPECT_EQ(errorWith(R"("mean": 1, )"), "mean: is 1, expected a list of three numbers");
+    EXPECT_EQ(errorWith(R"("mean": [1, 2], )"),
+              "mean: has 2 entries, expected a list of three numbers");
+    EXPECT_EQ(errorWith(R"("std": [1, 1, "1"], )"), "std[2]: is \"1\", expected a number");
+    EXPECT_EQ(errorWith(R"("resizeKernel": "lanczos", )"),
+              "resizeKernel: is \"lanczos\", expected \"nearest\", \"linear\", \"cubic\" or "
+              "\"area\"");
+    EXPECT_EQ(errorWith(R"("output": {}, )"),
+              "output: is an object, expected \"inverseDepth\" or \"metricDepth\"");
+    EXPECT_EQ(errorWith(R"("name": "m", )"),
+              "the key \"name\" stands twice in one object, expected it once");
+    EXPECT_EQ(errorOfProfile(R"({"name": "n", "inputWidth": 32})"),
+              "inputHeight: is missing, expected it in every network");
+}
+
+TEST_F(ModelCatalog, RefusesWhatWouldExhaustTheStackOrMemory) {
+    const std::string deep(100000, '[');
+    EXPECT_EQ(errorOfCatalog(deep),
+              "is nested more than 16 levels deep, expected {\"networks\": [...]}");
+    EXPECT_EQ(errorOfCatalog(deep + std::string(100000, ']')),
+              "is nested more than 16 levels deep, expected {\"networks\": [...]}");
+    std::string objects;
+    for (int i = 0; i < 100000; ++i)
+        objects += "{\"a\":";
+    EXPECT_EQ(errorOfCatalog(objects),
+              "is nested more than 16 levels deep, expected {\"networks\": [...]}");
+    try {
+        readModelCatalog(write(std::string(1024 * 1024 + 1, ' ')));
+        ADD_FAILURE() << "a file of more than 1 MiB was read";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::TooLarge) << error.what();
+    }
+    try {
+        readModelCatalog(directory_ / "absent.json");
+        ADD_FAILURE() << "a file that does not exist was read";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::NotFound) << error.what();
+    }
+}
+
+TEST(ModelSearchPath, FollowsTheEnvironmentInOrderAndLeavesOutWhatIsNotThere) {
+    const TemporaryDirectory root;
+    fs::create_directories(root / "a");
+    fs::create_directories(root / "b");
+    fs::create_directories(root / "data/altiro3D/models");
+    fs::create_directories(root / "home/.local/share/altiro3D/models");
+    const std::string list = (root / "a").string() + "::" + (root / "absent").string() + ":" +
+                             (root / "b").string() + ":" + (root / "a").string() + "/";
+    const Variable models("ALTIRO3D_MODELS", list.c_str());
+    const Variable home("HOME", (root / "home").c_str());
+    {
+        const Variable data("XDG_DATA_HOME", (root / "data").c_str());
+        const auto path = modelSearchPath();
+        ASSERT_GE(path.size(), 4U);
+        EXPECT_EQ(path[0], root / "a");
+        EXPECT_EQ(path[1], root / "b") << "the absent one and the second a are left out";
+        EXPECT_EQ(path[2], root / "data/altiro3D/models");
+        EXPECT_TRUE(std::count(path.begin(), path.end(), sourcePath("models")) == 1);
+    }
+    for (const char* unusable : {static_cast<const char*>(nullptr), "", "relative"}) {
+        const Variable data("XDG_DATA_HOME", unusable);
+        const auto path = modelSearchPath();
+        ASSERT_GE(path.size(), 3U);
+        EXPECT_EQ(path[2], root / "home/.local/share/altiro3D/models");
+    }
+}
+
+TEST(ModelSearchPath, TheWorkingDirectoryBringsNoNetwork) {
+    const TemporaryDirectory root;
+    fs::create_directories(root / "models");
+    const fs::path before = fs::current_path();
+    fs::current_path(root.path());
+    const auto path = modelSearchPath();
+    fs::current_path(before);
+    for (const fs::path& directory : path) {
+        EXPECT_TRUE(directory.is_absolute()) << directory;
+        EXPECT_NE(directory, root / "models");
+    }
+}
+
+TEST(DataDirectories, HoldWhatComesWithTheLibrary) {
+    int calibrations = 0;
+    for (const fs::path& directory : dataDirectories()) {
+        EXPECT_TRUE(fs::is_directory(directory)) << directory;
+        calibrations += fs::exists(directory / "calibration/portrait-sample.json") ? 1 : 0;
+    }
+    EXPECT_GE(calibrations, 1);
+}
+
+TEST(DataDirectories, ThePrefixIsThatOfTheFilesPlace) {
+    EXPECT_EQ(prefixOf("/opt/a/lib/x86_64-linux-gnu/libaltiro3D.so.0", "lib/x86_64-linux-gnu"),
+              "/opt/a");
+    EXPECT_EQ(prefixOf("/usr/bin/photo2native", "bin"), "/usr");
+    EXPECT_EQ(prefixOf("/lib/libaltiro3D.so.0", "lib"), "/");
+    for (const char* elsewhere : {"/opt/a/lib/libaltiro3D.so", "/tmp/build/libaltiro3D.so",
+                                  "/libaltiro3D.so", "libaltiro3D.so", "/", ""}) {
+        EXPECT_EQ(prefixOf(elsewhere, "lib/x86_64-linux-gnu"), "") << elsewhere;
+    }
+    EXPECT_EQ(prefixOf("/usr/bin/photo2native", "/usr/bin"), "") << "such a prefix cannot be moved";
+    EXPECT_EQ(prefixOf("/usr/bin/photo2native", ""), "");
+}
+
+TEST(ModelSearchPath, NeedsNoHome) {
+    const Variable models("ALTIRO3D_MODELS", nullptr);
+    const Variable data("XDG_DATA_HOME", nullptr);
+    const Variable home("HOME", nullptr);
+    for (const fs::path& directory : modelSearchPath())
+        EXPECT_TRUE(fs::is_directory(directory)) << directory;
+}
+
+TEST(ModelSearchPath, FindsTheFirstFileOfTheName) {
+    const TemporaryDirectory root;
+    for (const char* directory : {"a/m.onnx", "b", "c"})
+        fs::create_directories(root / directory);
+    spill(root / "b/m.onnx", "b");
+    spill(root / "c/m.onnx", "c");
+    const std::vector<fs::path> path{root / "absent", root / "a", root / "b", root / "c"};
+    EXPECT_EQ(findModelFile("m.onnx", path), root / "b/m.onnx") << "a/m.onnx is a directory";
+    EXPECT_EQ(findModelFile("n.onnx", path), fs::path());
+    EXPECT_EQ(findModelFile("", path), fs::path());
+    EXPECT_EQ(findModelFile((root / "b/m.onnx").string(), {root / "c"}), fs::path());
+    EXPECT_EQ(findModelFile("m.onnx", {}), fs::path());
+}
+
+TEST(InferenceTarget, IsCudaOnlyWhereTheListHasIt) {
+    using namespace cv::dnn;
+    EXPECT_EQ(chooseInferenceTarget({}), InferenceTarget::Cpu);
+    EXPECT_EQ(chooseInferenceTarget({{DNN_BACKEND_OPENCV, DNN_TARGET_CPU}}), InferenceTarget::Cpu);
+    EXPECT_EQ(chooseInferenceTarget(
+                  {{DNN_BACKEND_OPENCV, DNN_TARGET_CPU}, {DNN_BACKEND_CUDA, DNN_TARGET_CUDA_FP16}}),
+              InferenceTarget::Cpu);
+    EXPECT_EQ(chooseInferenceTarget(
+                  {{DNN_BACKEND_OPENCV, DNN_TARGET_CPU}, {DNN_BACKEND_CUDA, DNN_TARGET_CUDA}}),
+              InferenceTarget::Cuda);
+    const auto backends = availableBackends();
+    EXPECT_NE(std::find(backends.begin(), backends.end(),
+                        std::pair<int, int>(DNN_BACKEND_OPENCV, DNN_TARGET_CPU)),
+              backends.end());
+}
+
+// --- Feeding -------------------------------------------------------------------------------------
+
+TEST_F(DepthNetworkFile, EachChannelArrivesInTheProfilesOrderScaleMeanAndStd) {
+    const cv::Size size(8, 6);
+    const cv::Mat photo = colourfulPhoto(size); // the input's size: nothing is resampled
+    for (const std::string order : {"RGB", "BGR"}) {
+        for (int channel = 0; channel < 3; ++channel) {
+            std::vector<float> weights(3, 0.0F);
+            weights[static_cast<std::size_t>(channel)] = 1.0F;
+            NetworkProfile profile = profileOf(size.width, size.height);
+            profile.channelOrder = order;
+            profile.scale = 1.0 / 128;
+            profile.mean = {0.5, 0.25, 0.125};
+            profile.std = {0.25, 0.5, 2};
+            DepthNetwork network(write(mixModel(weights, size)), profile);
+            cv::Mat raw;
+            network.infer(photo, raw);
+            cv::Mat expected(size, CV_32FC1);
+            const auto c = static_cast<std::size_t>(channel);
+            for (int y = 0; y < size.height; ++y) {
+                for (int x = 0; x < size.width; ++x) {
+                    const int inPhoto = order == "RGB" ? 2 - channel : channel; // BGR
+                    const double value = photo.at<cv::Vec3b>(y, x)[inPhoto];
+                    expected.at<float>(y, x) =
+                        static_cast<float>((value / 128 - profile.mean[c]) / profile.std[c]);
+                }
+            }
+            // All numbers of this case are exact in binary.
+            EXPECT_TRUE(samePicture(raw, expected)) << order << " channel " << channel;
+        }
+    }
+}
+
+TEST_F(DepthNetworkFile, TheOutputMayHaveThreeOrFourAxes) {
+    const cv::Size size(8, 6);
+    const cv::Mat photo = colourfulPhoto(size);
+    const std::vector<float> weights{0.25F, 0.5F, 0.125F};
+    cv::Mat three;
+    cv::Mat four;
+    DepthNetwork(write(mixModel(weights, size, true)), profileOf(8, 6)).infer(photo, three);
+    DepthNetwork(write(mixModel(weights, size, false)), profileOf(8, 6)).infer(photo, four);
+    EXPECT_EQ(three.size(), size);
+    EXPECT_TRUE(samePicture(three, four));
+}
+
+// What MiDaS' own run_onnx does, written down step by step: the picture as RGB in 0..1 (in double),
+// resampled with the cubic kernel on these numbers to the input's size without keeping the aspect,
+// rounded to float, channels first.
+TEST_F(DepthNetworkFile, IsFedAsMidasFeedsItself) {
+    const cv::Size size(64, 32);
+    for (const cv::Size photoSize : {cv::Size(640, 480), cv::Size(37, 101), cv::Size(1, 1)}) {
+        const cv::Mat photo = colourfulPhoto(photoSize);
+        cv::Mat rgb;
+        cv::cvtColor(photo, rgb, cv::COLOR_BGR2RGB);
+        rgb.convertTo(rgb, CV_64F, 1.0 / 255.0);
+        cv::resize(rgb, rgb, size, 0, 0, cv::INTER_CUBIC);
+        rgb.convertTo(rgb, CV_32F);
+        for (int channel = 0; channel < 3; ++channel) {
+            std::vector<float> weights(3, 0.0F);
+            weights[static_cast<std::size_t>(channel)] = 1.0F;
+            NetworkProfile profile = catalogued("midas-small");
+            profile.inputWidth = size.width;
+            profile.inputHeight = size.height;
+            DepthNetwork network(write(mixModel(weights, size)), profile);
+            cv::Mat raw;
+            network.infer(photo, raw);
+            cv::Mat expected;
+            cv::extractChannel(rgb, expected, channel);
+            // Float against double: a few units of 2^-24 per tap; resampling bytes instead of
+            // floats would be off by 2e-3, a second normalisation by 2.
+            EXPECT_TRUE(samePicture(raw, expected, 1e-6)) << photoSize << " channel " << channel;
+            if (photoSize.width == 37 && channel == 1) { // stripes of 0 and 1, enlarged
+                double low = 0;
+                double high = 0;
+                cv::minMaxLoc(raw, &low, &high);
+                EXPECT_LT(low, 0) << "the cubic kernel overshoots, and nothing may clamp it";
+                EXPECT_GT(high, 1);
+            }
+        }
+    }
+}
+
+TEST_F(DepthNetworkFile, EachResizeKernelIsOpenCvs) {
+    const cv::Size size(16, 8);
+    const std::pair<ResizeKernel, int> kernels[] = {{ResizeKernel::Nearest, cv::INTER_NEAREST},
+                                                    {ResizeKernel::Linear, cv::INTER_LINEAR},
+                                                    {ResizeKernel::Cubic, cv::INTER_CUBIC},
+                                                    {ResizeKernel::Area, cv::INTER_AREA}};
+    // 1000 rows are many times what is held as float at once; 32 x 16 is twice the input; the last
+    // ones grow in one axis or both.
+    for (const cv::Size photoSize :
+         {cv::Size(61, 47), cv::Size(333, 1000), cv::Size(32, 16), cv::Size(17, 9),
+          cv::Size(16, 100), cv::Size(61, 5), cv::Size(7, 47), cv::Size(5, 5)}) {
+        const cv::Mat photo = colourfulPhoto(photoSize);
+        for (const auto& [kernel, flag] : kernels) {
+            NetworkProfile profile = profileOf(size.width, size.height);
+            profile.resizeKernel = kernel;
+            profile.scale = 1;
+            DepthNetwork network(write(mixModel({1, 0, 0}, size)), profile);
+            cv::Mat raw;
+            network.infer(photo, raw);
+            cv::Mat expected;
+            cv::extractChannel(photo, expected, 2);
+            expected.convertTo(expected, CV_32F);
+            cv::resize(expected, expected, size, 0, 0, flag);
+            // One channel and three may be vectorised differently inside cv::resize.
+            EXPECT_TRUE(samePicture(raw, expected, 1e-4)) << flag << ' ' << photoSize;
+        }
+    }
+}
+
+TEST_F(DepthNetworkFile, GivesTheSameAgainAfterAPhotoOfAnotherSizeAndAfterAMove) {
+    const cv::Size size(8, 6);
+    DepthNetwork network(write(mixModel({0.3F, 0.5F, 0.2F}, size)), profileOf(8, 6));
+    cv::Mat first;
+    network.infer(colourfulPhoto(cv::Size(33, 21)), first);
+    cv::Mat other;
+    network.infer(colourfulPhoto(cv::Size(100, 7)), other);
+    DepthNetwork moved = std::move(network);
+    cv::Mat again;
+    moved.infer(colourfulPhoto(cv::Size(33, 21)), again);
+    EXPECT_TRUE(samePicture(again, first));
+    EXPECT_EQ(moved.profile().name, "test");
+    EXPECT_EQ(moved.file(), directory_ / "test.onnx");
+    EXPECT_EQ(moved.target(), InferenceTarget::Cpu);
+}
+
+TEST_F(DepthNetworkFile, EstimatePutsNearToOneForBothKindsOfOutput) {
+    const cv::Size size(64, 4);
+    cv::Mat photo(size, CV_8UC3);
+    for (int x = 0; x < size.width; ++x)
+        photo.col(x).setTo(cv::Scalar::all(20 + 3 * x)); // grows to the right
+    NetworkProfile profile = profileOf(size.width, size.height);
+    cv::Mat depth;
+    profile.output = NetworkOutput::InverseDepth;
+    DepthNetwork(write(mixModel({0, 1, 0}, size)), profile).estimate(photo, depth);
+    EXPECT_GT(depth.at<float>(1, 63), 0.99F);
+    EXPECT_LT(depth.at<float>(1, 0), 0.01F);
+    profile.output = NetworkOutput::MetricDepth;
+    DepthNetwork(write(mixModel({0, 1, 0}, size)), profile).estimate(photo, depth);
+    EXPECT_LT(depth.at<float>(1, 63), 0.01F);
+    EXPECT_GT(depth.at<float>(1, 0), 0.99F);
+}
+
+TEST_F(DepthNetworkFile, MayHaveAnyName) {
+    const cv::Size size(8, 6);
+    const fs::path file = write(mixModel({1, 0, 0}, size), "n\xc3\xa4me with \"$(odd)\" \xff.bin");
+    cv::Mat raw;
+    DepthNetwork(file, profileOf(8, 6)).infer(colourfulPhoto(size), raw);
+    EXPECT_EQ(raw.size(), size);
+}
+
+TEST_F(DepthNetworkFile, OpenSidesTakeTheProfilesSize) {
+    const std::string graph =
+        node("Conv", {"x", "w"}, {"y"}, intsAttribute("kernel_shape", {1, 1})) +
+        bytes(5, tensor("w", {1, 3, 1, 1}, {1, 0, 0})) + bytes(12, valueInfo("y", {}));
+    // Weights that old exporters list as inputs do not count as such.
+    const std::string open =
+        bytes(11, valueInfo("w", {1, 3, 1, 1})) + bytes(11, valueInfo("x", {0, 3, 0, 0}));
+    const cv::Mat photo = colourfulPhoto(cv::Size(8, 6));
+    cv::Mat raw;
+    DepthNetwork(write(model(graph + open)), profileOf(8, 6)).infer(photo, raw);
+    cv::Mat red;
+    cv::extractChannel(photo, red, 2);
+    red.convertTo(red, CV_32F, 1.0 / 255);
+    EXPECT_TRUE(samePicture(raw, red, 1e-6)); // last bits of a float
+}
+
+TEST_F(DepthNetworkFile, TakesAnotherSizeWhereItIsAskedTo) {
+    // The file is fixed to 8 x 6, its last layer to that shape, too.
+    for (const bool squeezed : {false, true}) {
+        const fs::path file = write(mixModel({0, 0, 1}, cv::Size(8, 6), squeezed));
+        NetworkProfile profile = profileOf(8, 6);
+        profile.scale = 1;
+        for (const cv::Size size : {cv::Size(16, 12), cv::Size(3, 2), cv::Size(8, 6)}) {
+            DepthNetwork network(file, profile, InferenceTarget::Cpu, size);
+            EXPECT_EQ(network.inputSize(), size);
+            EXPECT_EQ(network.profile().inputWidth, 8);
+            for (int i = 0; i < 2; ++i) {
+                const cv::Mat photo = colourfulPhoto(size);
+                cv::Mat raw;
+                network.infer(photo, raw);
+                cv::Mat blue;
+                cv::extractChannel(photo, blue, 0);
+                blue.convertTo(blue, CV_32F);
+                EXPECT_TRUE(samePicture(raw, blue)) << size;
+            }
+        }
+        EXPECT_EQ(DepthNetwork(file, profile).inputSize(), cv::Size(8, 6));
+    }
+}
+
+// --- Errors --------------------------------------------------------------------------------------
+
+TEST_F(DepthNetworkFile, AnotherSizeIsRefusedWhereItCannotBe) {
+    const fs::path file = write(mixModel({1, 0, 0}, cv::Size(8, 6)));
+    const auto errorAt = [&](NetworkProfile profile, cv::Size size) {
+        const std::string error =
+            errorOf([&] { DepthNetwork(file, profile, InferenceTarget::Cpu, size); });
+        const std::string start = file.string() + ": ";
+        return error.compare(0, start.size(), start) == 0 ? error.substr(start.size()) : error;
+    };
+    NetworkProfile inTwos = profileOf(8, 6);
+    inTwos.multipleOf = 2;
+    EXPECT_EQ(errorAt(inTwos, {10, 5}),
+              "inputSize: is 10 x 5 px, expected sides of 1..4096 px, multiples of 2");
+    EXPECT_EQ(errorAt(inTwos, {4098, 6}),
+              "inputSize: is 4098 x 6 px, expected sides of 1..4096 px, multiples of 2");
+    EXPECT_EQ(errorAt(inTwos, {-8, 6}),
+              "inputSize: is -8 x 6 px, expected sides of 1..4096 px, multiples of 2");
+    // A wrong profile stays one.
+    EXPECT_EQ(errorAt(profileOf(16, 12), {16, 12}),
+              "takes pictures of 8 x 6 px, expected 16 x 12 px as in the profile \"test\"");
+    // A shape that is fixed before the end.
+    const std::string graph =
+        node("Conv", {"x", "w"}, {"a"}, intsAttribute("kernel_shape", {1, 1})) +
+        node("Squeeze", {"a"}, {"b"}, intsAttribute("axes", {1})) + node("Relu", {"b"}, {"y"}) +
+        bytes(5, tensor("w", {1, 3, 1, 1}, {1, 0, 0})) + bytes(11, valueInfo("x", {1, 3, 6, 8})) +
+        bytes(12, valueInfo("y", {1, 6, 8}));
+    spill(file, model(graph));
+    EXPECT_EQ(errorAt(profileOf(8, 6), {}), "(no error)");
+    const std::string error = errorAt(profileOf(8, 6), {16, 12});
+    EXPECT_EQ(error.rfind("OpenCV " CV_VERSION " cannot run this graph (", 0), 0U) << error;
+}
+
+TEST_F(DepthNetworkFile, AQuiltMakerRefusesItsArgumentsBeforeTheFirstPhoto) {
+    const cv::Size size(8, 6);
+    const std::filesystem::path file = write(mixModel({0, 1, 0}, size));
+    const auto error = [&](const QuiltLayout& layout, double aspect) {
+        return errorOf(
+            [&] { Network2Quilt(DepthNetwork(file, profileOf(8, 6)), layout, {}, aspect); });
+    };
+    EXPECT_EQ(error({}, 0), "panel aspect: is 0, expected 0.01..100");
+    EXPECT_EQ(error({}, std::nan("")), "panel aspect: is nan, expected 0.01..100");
+    EXPECT_EQ(error({0, 6, {9, 9}, 1}, 1),
+              "quilt layout: 0 columns x 6 rows, expected 1..1024 of each");
+    EXPECT_EQ(error({}, 0.75), "(no error)");
+}
+
+TEST_F(DepthNetworkFile, WhatIsNoOnnxFileIsSaidInOneSentence) {
+    EXPECT_EQ(errorOfLoading(""), "is empty, expected an ONNX file");
+    EXPECT_EQ(errorOfLoading("\n<!DOCTYPE html><html></html>"),
+              "is a web page or XML, expected an ONNX file");
+    EXPECT_EQ(errorOfLoading("\x89PNG\r\n\x1a\n and so on"),
+              "is a PNG picture, expected an ONNX file");
+    EXPECT_EQ(errorOfLoading("\xff\xd8\xff\xe0 and so on"),
+              "is a JPEG picture, expected an ONNX file");
+    EXPECT_EQ(errorOfLoading("version https://git-lfs.github.com/spec/v1\noid sha256:00\n"),
+              "is a Git LFS pointer, not the file itself, expected an ONNX file");
+    EXPECT_EQ(errorOfLoading("PK\x03\x04 and so on"),
+              "is a ZIP archive or a PyTorch file, expected an ONNX file");
+    EXPECT_EQ(errorOfLoading("\x1f\x8b and so on"), "is a gzip archive, expected an ONNX file");
+    EXPECT_EQ(errorOfLoading(std::string("\x1c\0\0\0TFL3", 8)),
+              "is a TensorFlow Lite file, expected an ONNX file");
+    EXPECT_EQ(errorOfLoading("{\"a\": 1}"), "is a JSON text, expected an ONNX file");
+    EXPECT_EQ(errorOfLoading("Not Found"), "is no ONNX file, expected a whole ONNX file");
+    EXPECT_EQ(errorOfLoading(std::string(1000, '\0')),
+              "is no ONNX file, expected a whole ONNX file");
+    EXPECT_EQ(errorOfLoading(std::string(1000, '\xff')),
+              "is no ONNX file, expected a whole ONNX file");
+    const std::string whole = mixModel({1, 0, 0}, cv::Size(8, 6));
+    for (std::size_t size = 1; size + 8 < whole.size(); ++size) {
+        EXPECT_EQ(errorOfLoading(whole.substr(0, size)),
+                  "is damaged or cut off, expected a whole ONNX file")
+            << size << " of " << whole.size() << " bytes";
+    }
+    try {
+        const DepthNetwork network(directory_ / "absent.onnx", profileOf(8, 6));
+        ADD_FAILURE() << "loaded a file that does not exist";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::NotFound) << error.what();
+    }
+    try {
+        const DepthNetwork network(directory_.path(), profileOf(8, 6));
+        ADD_FAILURE() << "loaded a directory";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("directory"), std::string::npos) << error.what();
+    }
+}
+
+TEST_F(DepthNetworkFile, AnInputThatDoesNotFitIsNamed) {
+    const cv::Size size(8, 6);
+    EXPECT_EQ(errorOfLoading(mixModel({1, 0, 0}, size), profileOf(16, 6)),
+              "takes pictures of 8 x 6 px, expected 16 x 6 px as in the profile \"test\"");
+    EXPECT_EQ(errorOfLoading(mixModel({1, 0, 0}, size), profileOf(6, 8)),
+              "takes pictures of 8 x 6 px, expected 6 x 8 px as in the profile \"test\"");
+    EXPECT_EQ(errorOfLoading(oneNodeModel("Relu", {1, 4, 6, 8})),
+              "takes an input of shape [1, 4, 6, 8], expected [1, 3, height, width]");
+    EXPECT_EQ(errorOfLoading(oneNodeModel("Relu", {1, 6, 8, 3})),
+              "takes an input of shape [1, 6, 8, 3], expected [1, 3, height, width]");
+    EXPECT_EQ(errorOfLoading(oneNodeModel("Relu", {0, 48})),
+              "takes an input of shape [?, 48], expected [1, 3, height, width]");
+    EXPECT_EQ(errorOfLoading(model(node("Add", {"a", "b"}, {"y"}) +
+                                   bytes(11, valueInfo("a", {1, 3, 6, 8})) +
+                                   bytes(11, valueInfo("b", {1, 3, 6, 8})) +
+                                   bytes(12, valueInfo("y", {1, 3, 6, 8})))),
+              "takes 2 inputs (a, b), expected one, the picture");
+    std::string many;
+    for (int i = 0; i < 1000; ++i)
+        many += bytes(11, valueInfo(std::to_string(i) + std::string(5000, 'n'), {1, 3, 6, 8}));
+    EXPECT_EQ(errorOfLoading(model(node("Add", {"a", "b"}, {"y"}) + many)),
+              "takes 1000 inputs (0" + std::string(59, 'n') + "..., 1" + std::string(59, 'n') +
+                  "..., 2" + std::string(59, 'n') + "... and 997 more), expected one, the picture");
+    EXPECT_EQ(errorOfLoading(oneNodeModel("Relu", std::vector<int>(1000, 2))),
+              "takes an input of shape [2, 2, 2, 2, 2, 2, 2, 2, ...], expected [1, 3, height, "
+              "width]");
+    EXPECT_EQ(errorOfLoading(mixModel({1, 0, 0}, size), profileOf(0, 6)),
+              "inputWidth: is 0, expected a whole number 1..4096");
+}
+
+TEST_F(DepthNetworkFile, WeightsInAnotherFileAreNamed) {
+    const auto external = [](const std::string& location) {
+        return bytes(13, bytes(1, "location") + bytes(2, location)) +
+               bytes(13, bytes(1, "offset") + bytes(2, "0")) + number(14, 1);
+    };
+    const std::string graph =
+        node("Conv", {"x", "w"}, {"y"}, intsAttribute("kernel_shape", {1, 1})) +
+        bytes(5, tensor("w", {1, 3, 1, 1}, {}) + external("w.data")) +
+        bytes(11, valueInfo("x", {1, 3, 6, 8})) + bytes(12, valueInfo("y", {1, 1, 6, 8}));
+    EXPECT_EQ(errorOfLoading(model(graph)),
+              "keeps its weights in another file, \"w.data\", which is missing, expected one ONNX "
+              "file that holds its weights");
+    spill(directory_ / "w.data", std::string(12, '\0'));
+    EXPECT_EQ(errorOfLoading(model(graph)),
+              "keeps its weights in another file, \"w.data\", expected one ONNX file that holds "
+              "its weights");
+    const std::string constant =
+        node("Constant", {}, {"c"}, bytes(5, bytes(1, "value") + bytes(5, external("c.data"))));
+    EXPECT_EQ(errorOfLoading(model(graph + constant)),
+              "keeps its weights in another file, \"c.data\", which is missing (and 1 more), "
+              "expected one ONNX file that holds its weights");
+    const std::string longName =
+        node("Constant", {}, {"c"},
+             bytes(5, bytes(1, "value") + bytes(5, external(std::string(100000, 'a')))));
+    EXPECT_EQ(errorOfLoading(model(graph + longName)),
+              "keeps its weights in another file, \"" + std::string(60, 'a') +
+                  "...\", which is missing (and 1 more), expected one ONNX file that holds its "
+                  "weights");
+}
+
+TEST_F(DepthNetworkFile, AGraphThatOpenCvCannotLoadGivesOneLineAndNothingElse) {
+    // Callers may have their own handler of OpenCV's errors; it must be back afterwards.
+    static int calls = 0;
+    calls = 0;
+    const auto handler = [](int, const char*, const char*, const char*, int, void*) {
+        ++calls;
+        return 0;
+    };
+    const cv::ErrorCallback before = cv::redirectError(handler);
+    ::testing::internal::CaptureStderr();
+    ::testing::internal::CaptureStdout();
+    const std::string error = errorOfLoading(oneNodeModel("NoSuchOperation", {1, 3, 6, 8}));
+    const std::string printed =
+        ::testing::internal::GetCapturedStderr() + ::testing::internal::GetCapturedStdout();
+    EXPECT_EQ(printed, "");
+    EXPECT_EQ(calls, 0);
+    EXPECT_EQ(error.rfind("OpenCV " CV_VERSION " cannot load this graph (", 0), 0U) << error;
+    EXPECT_NE(error.find("NoSuchOperation"), std::string::npos) << error;
+    EXPECT_NE(error.find("), expected one it can"), std::string::npos) << error;
+    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+    EXPECT_LT(error.size(), 300U);
+    EXPECT_THROW(cv::error(cv::Error::StsError, "text", "function", "file", 1), cv::Exception);
+    EXPECT_EQ(calls, 1);
+    cv::redirectError(before);
+}
+
+TEST_F(DepthNetworkFile, AnOutputThatIsNoDepthImageIsNamed) {
+    EXPECT_EQ(errorOfRunning(oneNodeModel("Relu", {1, 3, 6, 8})),
+              "puts out [1, 3, 6, 8] of CV_32FC1, expected [1, height, width] or [1, 1, height, "
+              "width] of CV_32FC1");
+    EXPECT_EQ(errorOfRunning(model(node("Flatten", {"x"}, {"y"}) +
+                                   bytes(11, valueInfo("x", {1, 3, 6, 8})) +
+                                   bytes(12, valueInfo("y", {1, 144})))),
+              "puts out [1, 144] of CV_32FC1, expected [1, height, width] or [1, 1, height, width] "
+              "of CV_32FC1");
+    for (const float bad :
+         {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+        EXPECT_EQ(errorOfRunning(mixModel({bad, 0, 0}, cv::Size(8, 6))),
+                  "puts out NaN or infinity for this picture, expected finite numbers");
+    }
+}
+
+TEST_F(DepthNetworkFile, OfSeveralOutputsTheLastIsTaken) {
+    const std::string graph =
+        node("Conv", {"x", "w"}, {"first"}, intsAttribute("kernel_shape", {1, 1})) +
+        node("Conv", {"x", "v"}, {"last"}, intsAttribute("kernel_shape", {1, 1})) +
+        bytes(5, tensor("w", {1, 3, 1, 1}, {1, 0, 0})) +
+        bytes(5, tensor("v", {1, 3, 1, 1}, {0, 0, 1})) + bytes(11, valueInfo("x", {1, 3, 6, 8})) +
+        bytes(12, valueInfo("first", {1, 1, 6, 8})) + bytes(12, valueInfo("last", {1, 1, 6, 8}));
+    NetworkProfile profile = profileOf(8, 6);
+    profile.scale = 1;
+    const cv::Mat photo = colourfulPhoto(cv::Size(8, 6));
+    cv::Mat raw;
+    DepthNetwork(write(model(graph)), profile).infer(photo, raw);
+    cv::Mat blue;
+    cv::extractChannel(photo, blue, 0);
+    blue.convertTo(blue, CV_32F);
+    EXPECT_TRUE(samePicture(raw, blue));
+}
+
+TEST_F(DepthNetworkFile, OnlyEightBitColourPhotosAreTaken) {
+    DepthNetwork network(write(mixModel({1, 0, 0}, cv::Size(8, 6))), profileOf(8, 6));
+    cv::Mat raw;
+    EXPECT_EQ(errorOf([&] { network.infer(cv::Mat(), raw); }),
+              "photo: is empty, expected a picture");
+    EXPECT_EQ(errorOf([&] { network.infer(cv::Mat::zeros(4, 4, CV_8UC1), raw); }),
+              "photo: is CV_8UC1, expected CV_8UC3");
+}
+
+TEST_F(DepthNetworkFile, CudaIsRefusedWhereOpenCvHasNone) {
+    if (chooseInferenceTarget(availableBackends()) == InferenceTarget::Cuda) {
+        GTEST_SKIP() << "this OpenCV offers CUDA";
+    }
+    const fs::path file = write(mixModel({1, 0, 0}, cv::Size(8, 6)));
+    EXPECT_EQ(errorOf([&] { DepthNetwork(file, profileOf(8, 6), InferenceTarget::Cuda); }),
+              file.string() +
+                  ": cannot run on CUDA, which this OpenCV does not offer, expected the "
+                  "CPU");
+}
+
+TEST_F(DepthNetworkFile, ATrialTakesWhatCrashesOpenCv) {
+    // weights of 3 x 3000 x 3000 that hold one: OpenCV 4.6 reads on behind it
+    const fs::path file = write(
+        model(node("Conv", {"x", "w"}, {"y"}, intsAttribute("kernel_shape", {1, 1})) +
+              bytes(5, tensor("w", {1, 3, 3000, 3000}, {0})) +
+              bytes(11, valueInfo("x", {1, 3, 8, 8})) + bytes(12, valueInfo("y", {1, 1, 8, 8}))));
+    const std::string error = errorOf([&] { probeNetwork(file, profileOf(8, 8)); });
+    EXPECT_NE(error.find("crashes OpenCV"), std::string::npos) << error;
+}
+
+TEST_F(DepthNetworkFile, ATrialLeavesOrdinaryFilesAndErrorsToTheNetworkItself) {
+    const fs::path file = write(mixModel({1, 1, 1}, {8, 8}));
+    probeNetwork(file, profileOf(8, 8));
+    probeNetwork(file, profileOf(16, 16)); // Mismatch
+    write("no network");
+    probeNetwork(file, profileOf(8, 8)); // BadFormat
+    fs::remove(file);
+    probeNetwork(file, profileOf(8, 8)); // NotFound
+}
+
+TEST_F(DepthNetworkFile, ATrialEndsInTime) {
+    // reading a pipe that nobody writes to takes for ever
+    const fs::path file = directory_ / "pipe.onnx";
+    ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+    const std::string error = errorOf([&] { probeNetwork(file, profileOf(8, 8), {}, 0.2); });
+    EXPECT_NE(error.find("does not come to an end in 0.2 s"), std::string::npos) << error;
+    for (const double seconds : {0.0, -1.0, 4000.0, std::nan("")}) {
+        EXPECT_NE(errorOf([&] {
+                      probeNetwork(file, profileOf(8, 8), {}, seconds);
+                  }).find("expected 0.1..3600"),
+                  std::string::npos);
+    }
+}
+
+TEST_F(DepthNetworkFile, ManyMayLoadAndRunAtTheSameTime) {
+    const fs::path file = write(mixModel({1, 0, 0}, cv::Size(8, 6)));
+    const fs::path broken = directory_ / "broken.onnx";
+    spill(broken, oneNodeModel("NoSuchOperation", {1, 3, 6, 8}));
+    ::testing::internal::CaptureStderr();
+    std::vector<cv::Mat> results(4);
+    std::vector<std::thread> threads;
+    for (cv::Mat& result : results) {
+        threads.emplace_back([&] {
+            for (int i = 0; i < 5; ++i) {
+                errorOf([&] { DepthNetwork(broken, profileOf(8, 6)); });
+                DepthNetwork(file, profileOf(8, 6)).infer(colourfulPhoto(cv::Size(9, 9)), result);
+            }
+        });
+    }
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+    for (const cv::Mat& result : results)
+        EXPECT_TRUE(samePicture(result, results[0]));
+}
+
+// --- Real networks -------------------------------------------------------------------------------
+
+TEST(FastDepth, GivesTheNumbersOfItsReference) {
+    ALTIRO3D_REQUIRE_DATA("models/fastdepth/fastdepth_224_op10.onnx");
+    const fs::path folder = dataPath("models/fastdepth");
+    const cv::Mat photo = cv::imread((folder / "rgb.png").string(), cv::IMREAD_COLOR);
+    ASSERT_EQ(photo.size(), cv::Size(224, 224));
+    const cv::Mat expected = readNpy(folder / "expected_rgb_npy_output.npy");
+    ASSERT_EQ(expected.size(), cv::Size(224, 224));
+    DepthNetwork network(folder / "fastdepth_224_op10.onnx", catalogued("fastdepth"));
+    cv::Mat raw;
+    network.infer(photo, raw);
+    // Metres, 0.7..10; summation order and instruction set move the last bits of a float.
+    EXPECT_TRUE(samePicture(raw, expected, 1e-4));
+
+    cv::Mat depth;
+    network.estimate(photo, depth);
+    ASSERT_EQ(depth.type(), CV_32FC1);
+    EXPECT_LT(rankCorrelation(depth, raw), -0.99) << "far in metres must be dark";
+}
+
+TEST(FastDepth, OrdersAsItsAuthorsPublished) {
+    ALTIRO3D_REQUIRE_DATA("models/fastdepth/pred.npy");
+    const fs::path folder = dataPath("models/fastdepth");
+    const cv::Mat photo = cv::imread((folder / "rgb.png").string(), cv::IMREAD_COLOR);
+    const cv::Mat published = readNpy(folder / "pred.npy"); // metres, of the network's authors
+    ASSERT_FALSE(published.empty());
+    DepthNetwork network(folder / "fastdepth_224_op10.onnx", catalogued("fastdepth"));
+    cv::Mat depth;
+    network.estimate(photo, depth);
+    EXPECT_LT(rankCorrelation(depth, published), -0.98);
+}
+
+TEST(FastDepth, SeesMuchTheSameAtSizesNearItsOwn) {
+    ALTIRO3D_REQUIRE_DATA("models/fastdepth/fastdepth_224_op10.onnx");
+    const fs::path folder = dataPath("models/fastdepth");
+    const cv::Mat photo = cv::imread((folder / "rgb.png").string(), cv::IMREAD_COLOR);
+    const auto depthAt = [&](int side) {
+        DepthNetwork network(folder / "fastdepth_224_op10.onnx", catalogued("fastdepth"),
+                             InferenceTarget::Cpu, {side, side});
+        cv::Mat depth;
+        network.estimate(photo, depth);
+        EXPECT_EQ(depth.size(), cv::Size(side, side));
+        cv::resize(depth, depth, cv::Size(224, 224), 0, 0, cv::INTER_LINEAR);
+        return depth;
+    };
+    const cv::Mat full = depthAt(224);
+    EXPECT_TRUE(cv::checkRange(depthAt(128))); // runs, but what it sees has little to do with it
+    for (const int side : {192, 256})
+        EXPECT_GT(rankCorrelation(depthAt(side), full), 0.7) << side;
+}
+
+TEST(MidasGraphWithoutWeights, NamesTheMissingFile) {
+    ALTIRO3D_REQUIRE_DATA("models/midas_small_graph_only/midas_small.onnx");
+    const fs::path file = dataPath("models/midas_small_graph_only/midas_small.onnx");
+    ::testing::internal::CaptureStderr();
+    EXPECT_EQ(errorOf([&] { DepthNetwork(file, catalogued("midas-small")); }),
+              file.string() + ": keeps its weights in another file, \"midas_small.onnx.data\", "
+                              "which is missing, expected one ONNX file that holds its weights");
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(McuDepth, LoadsAndRunsWithAProfileOfItsOwn) {
+    ALTIRO3D_REQUIRE_DATA("models/mcu_depth/mcu_depth_64_rgb_op10.onnx");
+    DepthNetwork network(dataPath("models/mcu_depth/mcu_depth_64_rgb_op10.onnx"),
+                         profileOf(64, 64));
+    cv::Mat raw;
+    network.infer(colourfulPhoto(cv::Size(100, 80)), raw);
+    EXPECT_EQ(raw.size(), cv::Size(64, 64));
+}

@@ -1,0 +1,1217 @@
+#include "altiro3D/image_io.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/picture_quality.hpp"
+#include "base/memory_errors.hpp"
+#include "image/image_header.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/memory_limit.hpp"
+#include "support/processors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fcntl.h>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <zlib.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+cv::Mat randomPicture(cv::Size size, int type, int seed) {
+    cv::Mat picture(size, type);
+    cv::RNG random(static_cast<std::uint64_t>(seed));
+    random.fill(picture, cv::RNG::UNIFORM, 0, picture.depth() == CV_16U ? 65536 : 256);
+    return picture;
+}
+
+// A picture without fine detail, so that lossy formats keep it recognisable.
+cv::Mat smoothPicture(cv::Size size) {
+    cv::Mat picture;
+    cv::resize(randomPicture({4, 3}, CV_8UC3, 21), picture, size, 0, 0, cv::INTER_CUBIC);
+    return picture;
+}
+
+std::string encoded(const std::string& extension, const cv::Mat& picture,
+                    const std::vector<int>& settings = {}) {
+    std::vector<uchar> bytes;
+    cv::imencode(extension, picture, bytes, settings);
+    return {bytes.begin(), bytes.end()};
+}
+
+std::string bigEndian(std::uint32_t value, int size = 4) {
+    std::string bytes;
+    for (int i = size - 1; i >= 0; --i)
+        bytes.push_back(static_cast<char>(value >> (8 * i)));
+    return bytes;
+}
+
+std::string littleEndian(std::uint32_t value, int size = 4) {
+    std::string bytes = bigEndian(value, size);
+    std::reverse(bytes.begin(), bytes.end());
+    return bytes;
+}
+
+std::string pngChunk(const std::string& name, const std::string& data) {
+    const std::string body = name + data;
+    const auto sum = static_cast<std::uint32_t>(
+        crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size())));
+    return bigEndian(static_cast<std::uint32_t>(data.size())) + body + bigEndian(sum);
+}
+
+const std::string kPngSignature("\x89PNG\r\n\x1a\n", 8);
+
+std::string pngHeader(std::uint32_t columns, std::uint32_t rows) {
+    return kPngSignature +
+           pngChunk("IHDR", bigEndian(columns) + bigEndian(rows) + std::string("\x08\2\0\0\0", 5));
+}
+
+// Puts a chunk behind the header chunk.
+std::string withPngChunk(std::string png, const std::string& chunk) {
+    return png.insert(33, chunk);
+}
+
+// The smallest EXIF block: one directory with the orientation.
+std::string exifBlock(unsigned orientation, bool little) {
+    if (little) {
+        return std::string("II*\0", 4) + littleEndian(8) + littleEndian(1, 2) +
+               littleEndian(0x112, 2) + littleEndian(3, 2) + littleEndian(1) +
+               littleEndian(orientation, 2) + std::string(2, '\0') + littleEndian(0);
+    }
+    return std::string("MM\0*", 4) + bigEndian(8) + bigEndian(1, 2) + bigEndian(0x112, 2) +
+           bigEndian(3, 2) + bigEndian(1) + bigEndian(orientation, 2) + std::string(2, '\0') +
+           bigEndian(0);
+}
+
+const std::string kExifPrefix("Exif\0\0", 6);
+
+std::string jpegWithExif(const cv::Mat& picture, unsigned orientation, bool little) {
+    const std::string body = kExifPrefix + exifBlock(orientation, little);
+    const std::string segment =
+        "\xff\xe1" + bigEndian(static_cast<std::uint32_t>(body.size() + 2), 2) + body;
+    return encoded(".jpg", picture).insert(2, segment);
+}
+
+std::string webPWithExif(const cv::Mat& picture, unsigned orientation) {
+    const std::string simple = encoded(".webp", picture); // lossless by default
+    const std::string exif = exifBlock(orientation, true);
+    std::string body = "WEBPVP8X" + littleEndian(10) + std::string("\x08\0\0\0", 4) +
+                       littleEndian(static_cast<std::uint32_t>(picture.cols - 1), 3) +
+                       littleEndian(static_cast<std::uint32_t>(picture.rows - 1), 3) +
+                       simple.substr(12) + "EXIF" +
+                       littleEndian(static_cast<std::uint32_t>(exif.size())) + exif;
+    return "RIFF" + littleEndian(static_cast<std::uint32_t>(body.size())) + body;
+}
+
+// ImageMagick's text chunk, packed or not.
+std::string pngWithRawProfile(const cv::Mat& picture, unsigned orientation, bool packed) {
+    const std::string block = kExifPrefix + exifBlock(orientation, false);
+    std::string text = "\nexif\n      " + std::to_string(block.size()) + "\n";
+    for (const char c : block) {
+        constexpr char kDigits[] = "0123456789abcdef";
+        text += kDigits[static_cast<unsigned char>(c) >> 4];
+        text += kDigits[static_cast<unsigned char>(c) & 15];
+    }
+    const std::string keyword("Raw profile type exif\0", 22);
+    if (!packed) return withPngChunk(encoded(".png", picture), pngChunk("tEXt", keyword + text));
+    std::string zipped(text.size() + 100, '\0');
+    uLongf size = static_cast<uLongf>(zipped.size());
+    compress(reinterpret_cast<Bytef*>(zipped.data()), &size,
+             reinterpret_cast<const Bytef*>(text.data()), static_cast<uLong>(text.size()));
+    zipped.resize(size);
+    return withPngChunk(encoded(".png", picture),
+                        pngChunk("zTXt", keyword + std::string(1, '\0') + zipped));
+}
+
+struct TiffKind {
+    unsigned bits = 8;
+    unsigned samples = 3;
+    unsigned photometric = 2;
+    unsigned orientation = 1;
+    int extraSample = -1;
+    unsigned sampleFormat = 1;
+    bool little = true;
+};
+
+// An uncompressed TIFF of one strip; `data` is in the file's byte order.
+std::string tiff(cv::Size size, const TiffKind& kind, const std::string& data) {
+    const auto number = [&](std::uint32_t value, int bytes) {
+        return kind.little ? littleEndian(value, bytes) : bigEndian(value, bytes);
+    };
+    std::string entries;
+    unsigned count = 0;
+    const auto add = [&](unsigned tag, std::uint32_t value) {
+        entries += number(tag, 2) + number(4, 2) + number(1, 4) + number(value, 4);
+        ++count;
+    };
+    const auto addShort = [&](unsigned tag, unsigned value) {
+        entries += number(tag, 2) + number(3, 2) + number(1, 4) + number(value, 2) + number(0, 2);
+        ++count;
+    };
+    add(256, static_cast<std::uint32_t>(size.width));
+    add(257, static_cast<std::uint32_t>(size.height));
+    addShort(258, kind.bits);
+    addShort(259, 1);
+    addShort(262, kind.photometric);
+    add(273, 8);
+    addShort(274, kind.orientation);
+    addShort(277, kind.samples);
+    add(278, static_cast<std::uint32_t>(size.height));
+    add(279, static_cast<std::uint32_t>(data.size()));
+    addShort(284, 1);
+    if (kind.extraSample >= 0) addShort(338, static_cast<unsigned>(kind.extraSample));
+    addShort(339, kind.sampleFormat);
+    const std::string padding(data.size() % 2, '\0');
+    const auto directory = static_cast<std::uint32_t>(8 + data.size() + padding.size());
+    return (kind.little ? std::string("II*\0", 4) : std::string("MM\0*", 4)) +
+           number(directory, 4) + data + padding + number(count, 2) + entries + number(0, 4);
+}
+
+// Where a pixel of the upright picture stands in the file, straight from the EXIF standard's words
+// on row 0 and column 0.
+cv::Mat turned(const cv::Mat& stored, int orientation) {
+    const bool swapped = orientation >= 5;
+    cv::Mat result(swapped ? stored.cols : stored.rows, swapped ? stored.rows : stored.cols,
+                   stored.type());
+    const auto bytes = stored.elemSize();
+    for (int y = 0; y < stored.rows; ++y) {
+        for (int x = 0; x < stored.cols; ++x) {
+            const int right = stored.cols - 1 - x;
+            const int below = stored.rows - 1 - y;
+            cv::Point to;
+            switch (orientation) {
+            case 2:
+                to = {right, y};
+                break;
+            case 3:
+                to = {right, below};
+                break;
+            case 4:
+                to = {x, below};
+                break;
+            case 5:
+                to = {y, x};
+                break;
+            case 6:
+                to = {below, x};
+                break;
+            case 7:
+                to = {below, right};
+                break;
+            case 8:
+                to = {y, right};
+                break;
+            default:
+                to = {x, y};
+                break;
+            }
+            std::copy_n(stored.ptr(y, x), bytes, result.ptr(to.y, to.x));
+        }
+    }
+    return result;
+}
+
+class ImageIo : public ::testing::Test {
+  protected:
+    fs::path file(const std::string& name, const std::string& contents) const {
+        spill(directory / name, contents);
+        return directory / name;
+    }
+    std::string problemOf(const std::string& name, const std::string& contents) const {
+        const fs::path path = file(name, contents);
+        const std::string said = errorOf([&] { readPicture(path); });
+        const std::string subject = path.string() + ": ";
+        return said.rfind(subject, 0) == 0 ? said.substr(subject.size()) : said;
+    }
+
+    TemporaryDirectory directory;
+};
+
+// ------------------------------------------------------------------------------------ reading
+
+// EXIF with a directory of its own for the camera, as cameras write it.
+TEST_F(ImageIo, FocalLengthOf35mmIsReadFromExif) {
+    const std::string exif = std::string("II*\0", 4) + littleEndian(8) + littleEndian(1, 2) +
+                             littleEndian(0x8769, 2) + littleEndian(4, 2) + littleEndian(1) +
+                             littleEndian(26) + littleEndian(0) + littleEndian(1, 2) +
+                             littleEndian(0xa405, 2) + littleEndian(3, 2) + littleEndian(1) +
+                             littleEndian(28, 2) + std::string(2, '\0') + littleEndian(0);
+    const std::string body = kExifPrefix + exif;
+    const auto length = static_cast<std::uint32_t>(body.size() + 2);
+    const cv::Mat picture(8, 8, CV_8UC3, cv::Scalar::all(50));
+    spill(directory / "a.jpg",
+          encoded(".jpg", picture).insert(2, "\xff\xe1" + bigEndian(length, 2) + body));
+    EXPECT_EQ(readFocalLength35mm(directory / "a.jpg"), 28);
+    spill(directory / "b.jpg", encoded(".jpg", picture));
+    EXPECT_EQ(readFocalLength35mm(directory / "b.jpg"), 0);
+    EXPECT_NE(errorOf([&] { readFocalLength35mm(directory / "none.jpg"); }), "(no error)");
+    ASSERT_EQ(mkfifo((directory / "pipe.jpg").c_str(), 0600), 0); // into which nobody writes
+    EXPECT_EQ(readFocalLength35mm(directory / "pipe.jpg"), 0);
+}
+
+TEST_F(ImageIo, LosslessFormatsReadBackWhatWasWritten) {
+    for (const char* name : {"a.png", "a.tif", "a.tiff", "a.pnm", "A.PNG"}) {
+        for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {
+            for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 1), cv::Size(13, 29)}) {
+                const cv::Mat whole = randomPicture({40, 40}, type, 3);
+                const cv::Mat picture = whole(cv::Rect(cv::Point(5, 3), size));
+                writePicture(directory / name, picture);
+                cv::Mat expected = picture;
+                if (picture.channels() == 1) cv::cvtColor(picture, expected, cv::COLOR_GRAY2BGR);
+                EXPECT_TRUE(samePicture(readPicture(directory / name), expected)) << name << size;
+            }
+        }
+    }
+    for (const char* name : {"a.webp", "a.bmp", "a.dib", "a.ppm"}) {
+        const cv::Mat picture = randomPicture({13, 29}, CV_8UC3, 3);
+        writePicture(directory / name, picture);
+        EXPECT_TRUE(samePicture(readPicture(directory / name), picture)) << name;
+    }
+    const cv::Mat large = smoothPicture({131, 67}); // JPEG 2000 needs some size and cuts off noise
+    writePicture(directory / "a.jp2", large);
+    EXPECT_TRUE(samePicture(readPicture(directory / "a.jp2"), large));
+}
+
+TEST_F(ImageIo, SixteenBitsBecomeEightByDividingBy257) {
+    cv::Mat ramp(256, 256, CV_16UC1);
+    cv::Mat expected(256, 256, CV_8UC3);
+    for (int i = 0; i < 65536; ++i) {
+        ramp.at<ushort>(i / 256, i % 256) = static_cast<ushort>(i);
+        expected.at<cv::Vec3b>(i / 256, i % 256) =
+            cv::Vec3b::all(static_cast<uchar>(std::lround(i / 257.0)));
+    }
+    writePicture(directory / "ramp.png", ramp);
+    EXPECT_TRUE(samePicture(readPhoto(directory / "ramp.png"), expected));
+}
+
+TEST_F(ImageIo, FloatPicturesKeepTheirValuesAndAreClampedAsPhotos) {
+    cv::Mat picture(1, 4, CV_32FC3);
+    const std::vector<float> values = {-1, 0.5f, 3, std::numeric_limits<float>::quiet_NaN()};
+    for (int x = 0; x < 4; ++x) {
+        picture.at<cv::Vec3f>(0, x) = cv::Vec3f::all(values[static_cast<std::size_t>(x)]);
+    }
+    for (const char* extension : {".pfm", ".exr"}) {
+        const fs::path path = file(std::string("f") + extension, encoded(extension, picture));
+        EXPECT_TRUE(samePicture(readPicture(path), picture)) << extension;
+        const cv::Mat photo = readPhoto(path);
+        EXPECT_EQ(photo.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 0));
+        EXPECT_EQ(photo.at<cv::Vec3b>(0, 1), cv::Vec3b(128, 128, 128));
+        EXPECT_EQ(photo.at<cv::Vec3b>(0, 2), cv::Vec3b(255, 255, 255));
+        EXPECT_EQ(photo.at<cv::Vec3b>(0, 3), cv::Vec3b(0, 0, 0));
+    }
+    const cv::Mat bright(3, 5, CV_32FC3, cv::Scalar(0.25, 0.5, 1));
+    const cv::Mat read = readPicture(file("h.hdr", encoded(".hdr", bright)));
+    EXPECT_TRUE(samePicture(read, bright, 0.01)); // 8-bit mantissas
+}
+
+TEST_F(ImageIo, TransparencyIsShownOverBlack) {
+    cv::Mat picture(1, 4, CV_8UC4);
+    picture.at<cv::Vec4b>(0, 0) = cv::Vec4b(10, 20, 30, 255);
+    picture.at<cv::Vec4b>(0, 1) = cv::Vec4b(10, 20, 30, 0);
+    picture.at<cv::Vec4b>(0, 2) = cv::Vec4b(200, 100, 50, 128);
+    picture.at<cv::Vec4b>(0, 3) = cv::Vec4b(255, 255, 255, 1);
+    cv::Mat expected(1, 4, CV_8UC3);
+    expected.at<cv::Vec3b>(0, 0) = cv::Vec3b(10, 20, 30);
+    expected.at<cv::Vec3b>(0, 1) = cv::Vec3b(0, 0, 0);
+    expected.at<cv::Vec3b>(0, 2) = cv::Vec3b(100, 50, 25); // 100.4, 50.2, 25.1
+    expected.at<cv::Vec3b>(0, 3) = cv::Vec3b(1, 1, 1);
+    EXPECT_TRUE(samePicture(readPicture(file("a.png", encoded(".png", picture))), expected));
+    EXPECT_TRUE(samePicture(readPicture(file("a.webp", encoded(".webp", picture))), expected));
+
+    const cv::Mat deep(1, 1, CV_16UC4, cv::Scalar(51400, 25700, 65535, 32896));
+    const cv::Mat deepExpected(1, 1, CV_16UC3, cv::Scalar(25801, 12900, 32896));
+    EXPECT_TRUE(samePicture(readPicture(file("d.png", encoded(".png", deep))), deepExpected));
+}
+
+TEST_F(ImageIo, ThePngColourThatStandsForTransparentBecomesBlack) {
+    for (const int type : {CV_8UC1, CV_16UC1, CV_8UC3, CV_16UC3}) {
+        cv::Mat picture(1, 3, type, cv::Scalar(10, 20, 30));
+        picture.col(1).setTo(cv::Scalar(40, 50, 60));
+        picture.col(2).setTo(cv::Scalar(40, 50, 61)); // differs in red alone
+        const bool isGrey = picture.channels() == 1;
+        const std::string key =
+            isGrey ? bigEndian(40, 2) : bigEndian(60, 2) + bigEndian(50, 2) + bigEndian(40, 2);
+        const fs::path path =
+            file("key.png", withPngChunk(encoded(".png", picture), pngChunk("tRNS", key)));
+        cv::Mat expected;
+        if (isGrey) {
+            cv::cvtColor(picture, expected, cv::COLOR_GRAY2BGR);
+            expected.colRange(1, 3).setTo(cv::Scalar::all(0));
+        } else {
+            expected = picture.clone();
+            expected.col(1).setTo(cv::Scalar::all(0));
+        }
+        EXPECT_TRUE(samePicture(readPicture(path), expected)) << cv::typeToString(type);
+    }
+    // One bit: the key 1 is white, which OpenCV spreads to 255.
+    const cv::Mat bits = (cv::Mat_<uchar>(1, 2) << 0, 255);
+    const std::string png = encoded(".png", bits, {cv::IMWRITE_PNG_BILEVEL, 1});
+    const fs::path path = file("bits.png", withPngChunk(png, pngChunk("tRNS", bigEndian(1, 2))));
+    EXPECT_EQ(cv::norm(readPicture(path), cv::NORM_INF), 0);
+}
+
+TEST_F(ImageIo, TheUnusedFourthByteOfABitmapHidesNothing) {
+    std::string bmp = encoded(".bmp", cv::Mat(2, 2, CV_8UC4, cv::Scalar(10, 20, 30, 0)));
+    const cv::Mat expected(2, 2, CV_8UC3, cv::Scalar(10, 20, 30));
+    // A plain 40-byte header: 32 bits, no masks, no compression.
+    bmp = "BM" + littleEndian(54 + 16) + littleEndian(0) + littleEndian(54) + littleEndian(40) +
+          littleEndian(2) + littleEndian(2) + littleEndian(1, 2) + littleEndian(32, 2) +
+          std::string(24, '\0');
+    for (int i = 0; i < 4; ++i)
+        bmp += std::string("\x0a\x14\x1e\0", 4);
+    EXPECT_TRUE(samePicture(readPicture(file("a.bmp", bmp)), expected));
+}
+
+TEST_F(ImageIo, OrientationIsAppliedExactlyOnce) {
+    const cv::Mat picture = smoothPicture({150, 137});
+    const cv::Mat fromJpeg = cv::imdecode(
+        [&] {
+            const std::string bytes = encoded(".jpg", picture);
+            return std::vector<uchar>(bytes.begin(), bytes.end());
+        }(),
+        cv::IMREAD_COLOR);
+    for (unsigned orientation = 1; orientation <= 8; ++orientation) {
+        const cv::Mat expected = turned(picture, static_cast<int>(orientation));
+        const cv::Mat expectedJpeg = turned(fromJpeg, static_cast<int>(orientation));
+        for (const bool little : {false, true}) {
+            const fs::path jpeg = file("o.jpg", jpegWithExif(picture, orientation, little));
+            EXPECT_TRUE(samePicture(readPicture(jpeg), expectedJpeg)) << orientation;
+            EXPECT_TRUE(samePicture(readPhoto(jpeg), expectedJpeg)) << orientation;
+            EXPECT_EQ(readDepthImage(jpeg).size(), expectedJpeg.size()) << orientation;
+            const fs::path png =
+                file("o.png", withPngChunk(encoded(".png", picture),
+                                           pngChunk("eXIf", exifBlock(orientation, little))));
+            EXPECT_TRUE(samePicture(readPicture(png), expected)) << orientation;
+            const fs::path text = file("t.png", pngWithRawProfile(picture, orientation, little));
+            EXPECT_TRUE(samePicture(readPicture(text), expected)) << orientation;
+        }
+        const fs::path webp = file("o.webp", webPWithExif(picture, orientation));
+        EXPECT_TRUE(samePicture(readPicture(webp), expected)) << orientation;
+    }
+}
+
+TEST_F(ImageIo, TiffOrientationIsAppliedExactlyOnce) {
+    for (const bool little : {true, false}) {
+        for (unsigned orientation = 1; orientation <= 8; ++orientation) {
+            TiffKind kind;
+            kind.orientation = orientation;
+            kind.little = little;
+            kind.samples = 1;
+            kind.photometric = 1;
+            const cv::Mat grey = (cv::Mat_<uchar>(2, 3) << 10, 11, 12, 13, 14, 15);
+            const fs::path path =
+                file("g.tif", tiff(grey.size(), kind, {grey.datastart, grey.dataend}));
+            cv::Mat expected;
+            cv::cvtColor(turned(grey, static_cast<int>(orientation)), expected, cv::COLOR_GRAY2BGR);
+            EXPECT_TRUE(samePicture(readPicture(path), expected)) << orientation;
+            kind.bits = 16;
+            std::string deep;
+            for (unsigned i = 0; i < 6; ++i) {
+                deep += little ? littleEndian(1000 * i, 2) : bigEndian(1000 * i, 2);
+            }
+            const cv::Mat numbers = (cv::Mat_<float>(2, 3) << 0, 1000, 2000, 3000, 4000, 5000);
+            EXPECT_TRUE(samePicture(readDepthImage(file("d.tif", tiff({3, 2}, kind, deep))),
+                                    turned(numbers, static_cast<int>(orientation))))
+                << orientation;
+        }
+    }
+}
+
+TEST_F(ImageIo, DamagedExifIsIgnored) {
+    const cv::Mat picture = smoothPicture({9, 7});
+    for (const unsigned orientation : {0u, 9u, 65535u}) {
+        const fs::path path =
+            file("o.png", withPngChunk(encoded(".png", picture),
+                                       pngChunk("eXIf", exifBlock(orientation, true))));
+        EXPECT_TRUE(samePicture(readPicture(path), picture));
+    }
+    const std::string whole = exifBlock(6, false);
+    for (std::size_t size = 0; size < whole.size() - 6; ++size) {
+        const fs::path path = file("o.png", withPngChunk(encoded(".png", picture),
+                                                         pngChunk("eXIf", whole.substr(0, size))));
+        EXPECT_TRUE(samePicture(readPicture(path), picture)) << size;
+    }
+}
+
+TEST_F(ImageIo, TiffAlphaAndWhiteZeroAndColourTablesComeOutRight) {
+    TiffKind kind;
+    kind.samples = 4;
+    const cv::Mat expected(2, 2, CV_8UC3, cv::Scalar(25, 50, 100));
+    std::string straight;
+    std::string multiplied;
+    for (int i = 0; i < 4; ++i)
+        straight += "\xc8\x64\x32\x80";
+    for (int i = 0; i < 4; ++i)
+        multiplied += "\x64\x32\x19\x80";
+    kind.extraSample = 2;
+    EXPECT_TRUE(samePicture(readPicture(file("s.tif", tiff({2, 2}, kind, straight))), expected));
+    kind.extraSample = 1;
+    EXPECT_TRUE(samePicture(readPicture(file("m.tif", tiff({2, 2}, kind, multiplied))), expected));
+    kind.extraSample = 0; // unstated: what is brighter than its alpha is not multiplied yet
+    EXPECT_TRUE(samePicture(readPicture(file("u.tif", tiff({2, 2}, kind, straight))), expected));
+    EXPECT_TRUE(samePicture(readPicture(file("v.tif", tiff({2, 2}, kind, multiplied))), expected));
+
+    TiffKind grey;
+    grey.samples = 1;
+    grey.photometric = 0;
+    EXPECT_EQ(readPicture(file("w.tif", tiff({1, 1}, grey, "\x0a"))).at<cv::Vec3b>(0, 0)[0], 245);
+    grey.bits = 16;
+    EXPECT_EQ(readPicture(file("x.tif", tiff({1, 1}, grey, littleEndian(3000, 2))))
+                  .at<cv::Vec3w>(0, 0)[0],
+              62535);
+
+    TiffKind ink;
+    ink.samples = 4;
+    ink.photometric = 5;
+    const cv::Mat inks =
+        readPicture(file("c.tif", tiff({1, 1}, ink, std::string("\xc8\x64\x32\0", 4))));
+    EXPECT_EQ(inks.at<cv::Vec3b>(0, 0), cv::Vec3b(205, 155, 55));
+    ink.bits = 16;
+    EXPECT_EQ(problemOf("d.tif", tiff({1, 1}, ink, std::string(8, '\1'))),
+              "16-bit CMYK TIFF pictures are not read, expected an ordinary TIFF file; convert it "
+              "first");
+    grey.photometric = 1;
+    grey.bits = 8;
+    grey.samples = 2;
+    grey.extraSample = 2;
+    EXPECT_EQ(problemOf("e.tif", tiff({1, 1}, grey, "\x64\x80")),
+              "grey TIFF with alpha pictures are not read, expected an ordinary TIFF file; convert "
+              "it first");
+}
+
+TEST_F(ImageIo, DepthImagesKeepTheirNumbers) {
+    const cv::Mat deep = randomPicture({17, 11}, CV_16UC1, 5);
+    cv::Mat expected;
+    deep.convertTo(expected, CV_32F);
+    for (const char* extension : {".png", ".pgm", ".tif"}) {
+        const fs::path path = file(std::string("d") + extension, encoded(extension, deep));
+        EXPECT_TRUE(samePicture(readDepthImage(path), expected)) << extension;
+    }
+    const float infinity = std::numeric_limits<float>::infinity();
+    const cv::Mat numbers = (cv::Mat_<float>(2, 2) << -1.5f, 1e-30f, infinity, 77777);
+    for (const char* extension : {".pfm", ".tif", ".exr"}) {
+        const fs::path path = file(std::string("f") + extension, encoded(extension, numbers));
+        EXPECT_TRUE(samePicture(readDepthImage(path), numbers)) << extension;
+    }
+    TiffKind kind;
+    kind.bits = 16;
+    kind.samples = 1;
+    kind.photometric = 1;
+    kind.sampleFormat = 2;
+    EXPECT_EQ(
+        readDepthImage(file("s.tif", tiff({1, 1}, kind, littleEndian(0xfed4, 2)))).at<float>(0, 0),
+        -300);
+    EXPECT_EQ(problemOf("s.tif", tiff({1, 1}, kind, littleEndian(0xfed4, 2))),
+              "has signed or 32-bit whole numbers, expected 8 or 16 bits without sign or float "
+              "numbers; convert it first");
+}
+
+TEST_F(ImageIo, DepthSamplesKeepTheirTypeAndAreTheNumbersOfTheDepthImage) {
+    for (const int type : {CV_8UC1, CV_16UC1, CV_8UC3, CV_16UC3}) {
+        cv::Mat picture = randomPicture({17, 11}, type, 5);
+        const int colourful = picture.channels() == 3 ? CV_32FC1 : type;
+        const fs::path path = file("d.png", encoded(".png", picture));
+        EXPECT_EQ(readDepthSamples(path).type(), colourful);
+        cv::Mat samples;
+        readDepthSamples(path).convertTo(samples, CV_32F);
+        EXPECT_TRUE(samePicture(samples, readDepthImage(path))) << cv::typeToString(type);
+        // three channels that agree are one
+        cv::Mat grey;
+        cv::extractChannel(picture, grey, 0);
+        if (picture.channels() == 3) cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+        EXPECT_TRUE(samePicture(readDepthSamples(file("g.png", encoded(".png", picture))), grey))
+            << cv::typeToString(type);
+    }
+    const cv::Mat numbers = (cv::Mat_<float>(1, 2) << -1.5f, 77777);
+    EXPECT_TRUE(samePicture(readDepthSamples(file("f.pfm", encoded(".pfm", numbers))), numbers));
+}
+
+TEST_F(ImageIo, ColouredDepthImagesGiveTheirGreyValue) {
+    cv::Mat picture(1, 2, CV_8UC3);
+    picture.at<cv::Vec3b>(0, 0) = cv::Vec3b(77, 77, 77);
+    picture.at<cv::Vec3b>(0, 1) = cv::Vec3b(10, 100, 200);
+    Notes notes;
+    const cv::Mat depth = readDepthImage(file("c.png", encoded(".png", picture)), &notes);
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_NE(notes[0].find("has colours, and depth has none"), std::string::npos);
+    EXPECT_EQ(depth.at<float>(0, 0), 77);
+    EXPECT_FLOAT_EQ(depth.at<float>(0, 1), 0.114f * 10 + 0.587f * 100 + 0.299f * 200);
+}
+
+TEST_F(ImageIo, OnlyColoursThatShowAreNotedInDepthImages) {
+    const auto notesOf = [&](const cv::Mat& picture, const char* extension) {
+        Notes notes;
+        readDepthSamples(file(std::string("d") + extension, encoded(extension, picture)), &notes);
+        return notes.size();
+    };
+    cv::Mat grey(40, 40, CV_8UC3, cv::Scalar::all(100));
+    EXPECT_EQ(notesOf(grey, ".png"), 0U);
+    EXPECT_EQ(notesOf(grey, ".jpg"), 0U);
+    cv::Mat faint = grey + cv::Scalar(15, 0, 0); // as of a careless converter
+    EXPECT_EQ(notesOf(faint, ".png"), 0U);
+    EXPECT_EQ(notesOf(grey + cv::Scalar(16, 0, 0), ".png"), 1U);
+    cv::Mat mark = grey.clone();
+    mark(cv::Rect(0, 0, 8, 4)).setTo(cv::Scalar(0, 0, 255)); // 2 %
+    EXPECT_EQ(notesOf(mark, ".png"), 0U);
+    mark(cv::Rect(0, 0, 8, 5)).setTo(cv::Scalar(0, 0, 255));
+    EXPECT_EQ(notesOf(mark, ".png"), 1U);
+    cv::Mat wide;
+    grey.convertTo(wide, CV_16U, 257);
+    EXPECT_EQ(notesOf(wide, ".png"), 0U);
+    EXPECT_EQ(notesOf(wide + cv::Scalar(5000, 0, 0), ".png"), 1U);
+    cv::Mat floats;
+    cv::Mat(grey + cv::Scalar(6, 0, 0))
+        .convertTo(floats, CV_32F, 1000); // below a sixteenth of the most
+    EXPECT_FALSE(hasColours(floats));
+    cv::Mat(grey - cv::Scalar(0, 8, 0)).convertTo(floats, CV_32F, 1e-6);
+    EXPECT_TRUE(hasColours(floats));
+    EXPECT_FALSE(hasColours(cv::Mat(3, 3, CV_32FC3, cv::Scalar::all(0))));
+    EXPECT_FALSE(hasColours(cv::Mat(3, 3, CV_32FC3, cv::Scalar::all(NAN))));
+    EXPECT_FALSE(hasColours(cv::Mat(3, 3, CV_64FC3, cv::Scalar(1, HUGE_VAL, 2))));
+    EXPECT_THROW(hasColours(cv::Mat(3, 3, CV_8UC1)), Error);
+    EXPECT_THROW(hasColours(cv::Mat()), Error);
+    cv::Mat tall(3000, 4, CV_8UC3, cv::Scalar(10, 20, 200)); // not each row is looked at
+    EXPECT_EQ(notesOf(tall, ".png"), 1U);
+}
+
+TEST_F(ImageIo, PnmSamplesAreSpreadForPhotosAndKeptForDepth) {
+    const fs::path path = file("m.pgm", "P5\n# made by hand\n2 1\n1023\n" + bigEndian(0x03ff0200));
+    EXPECT_EQ(readPicture(path).at<cv::Vec3w>(0, 0)[0], 65535);
+    EXPECT_EQ(readPhoto(path).at<cv::Vec3b>(0, 1)[0], 128); // 512 / 1023 * 255 = 127.6
+    EXPECT_EQ(readDepthImage(path).at<float>(0, 0), 1023);
+    EXPECT_EQ(readPhoto(file("t.ppm", "P3 1 1 255 10 20 30")).at<cv::Vec3b>(0, 0),
+              cv::Vec3b(30, 20, 10));
+}
+
+// ----------------------------------------------------------------------------- what is refused
+
+TEST_F(ImageIo, HugePicturesAreRefusedFromTheirHeader) {
+    EXPECT_EQ(
+        problemOf("bomb.png", pngHeader(60000, 60000)),
+        "has 60000 x 60000 px, expected at most 400 megapixels and sides of at most 65500 px");
+    EXPECT_EQ(problemOf("long.png", pngHeader(70000, 1)),
+              "has 70000 x 1 px, expected at most 400 megapixels and sides of at most 65500 px");
+    const std::vector<std::pair<std::string, std::string>> bombs = {
+        {"b.tif", tiff({60000, 60000}, {}, "")},
+        {"b.ppm", "P6 60000 60000 255\n"},
+        {"b.pfm", "PF\n60000 60000\n-1\n"},
+        {"b.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n"},
+        {"b.bmp", "BM" + std::string(12, '\0') + littleEndian(40) + littleEndian(60000) +
+                      littleEndian(0u - 60000u) + std::string(28, '\0')},
+        {"b.jp2", std::string("\xff\x4f\xff\x51\0\x2f\0\0", 8) + bigEndian(60000) +
+                      bigEndian(60000) + std::string(40, '\0')},
+        {"b.jpg", std::string("\xff\xd8\xff\xc0\0\x11\x08", 7) + bigEndian(60000, 2) +
+                      bigEndian(60000, 2) + std::string("\3\1\x11\0\2\x11\0\3\x11\0\xff\xd9", 12)},
+        {"b.webp", "RIFF" + littleEndian(30) + "WEBPVP8X" + littleEndian(10) +
+                       std::string(4, '\0') + littleEndian(59999, 3) + littleEndian(59999, 3)}};
+    for (const auto& [name, contents] : bombs) {
+        EXPECT_EQ(problemOf(name, contents).rfind("has 60000 x 60000 px", 0), 0u) << name;
+    }
+    try {
+        readPicture(directory / "bomb.png");
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::TooLarge);
+    }
+}
+
+// What says another size behind the header that decoders go by, or before it where they do not
+// look.
+TEST_F(ImageIo, NoSecondHeaderHidesTheSizeOfAPicture) {
+    const std::string small = pngHeader(1, 1).substr(kPngSignature.size());
+    const std::string vp8x = "VP8X" + littleEndian(10) + std::string(4, '\0');
+    std::string wide = tiff({60000, 60000}, {}, "");
+    const std::string planes = littleEndian(284, 2) + littleEndian(3, 2);
+    ASSERT_NE(wide.find(planes), std::string::npos);
+    wide.replace(wide.find(planes), 2, littleEndian(256, 2)); // has the value 1
+    const std::vector<std::pair<std::string, std::string>> bombs = {
+        {"b.png", pngHeader(60000, 60000) + small + pngChunk("IEND", "")},
+        {"b.webp", "RIFF" + littleEndian(48) + "WEBP" + vp8x + littleEndian(59999, 3) +
+                       littleEndian(59999, 3) + vp8x + std::string(6, '\0')},
+        {"b.tif", wide}};
+    for (const auto& [name, contents] : bombs)
+        EXPECT_EQ(problemOf(name, contents).rfind("has 60000 x 60000 px", 0), 0u) << name;
+
+    const cv::Mat picture = randomPicture({5, 3}, CV_8UC3, 4);
+    cv::Mat rgb;
+    cv::cvtColor(picture, rgb, cv::COLOR_BGR2RGB);
+    std::string readable =
+        tiff(rgb.size(), {}, {reinterpret_cast<const char*>(rgb.data), 3 * rgb.total()});
+    readable.replace(readable.find(planes), 2, littleEndian(256, 2));
+    EXPECT_TRUE(samePicture(readPicture(file("r.tif", readable)), picture));
+}
+
+TEST_F(ImageIo, TheSizeOfAJpeg2000IsThatOfItsCodestreamsBox) {
+    const cv::Mat picture = randomPicture({200, 100}, CV_8UC3, 4);
+    const std::string start("\xff\x4f\xff\x51", 4);
+    const std::string decoy =
+        start + std::string("\0\x2f\0\0", 4) + bigEndian(1) + bigEndian(1) + std::string(40, '\0');
+    std::string bytes = encoded(".jp2", picture, {cv::IMWRITE_JPEG2000_COMPRESSION_X1000, 1000});
+    const std::size_t box = bytes.find("jp2c") - 4;
+    ASSERT_LT(box, bytes.size());
+    bytes.insert(box, bigEndian(static_cast<std::uint32_t>(decoy.size() + 8)) + "free" + decoy);
+    EXPECT_EQ(readPictureHeader(bytes, ".jp2").columns, 200u);
+    EXPECT_TRUE(samePicture(readPicture(file("a.jp2", bytes)), picture));
+    const std::string codestream = bytes.substr(bytes.rfind(start));
+    EXPECT_EQ(readPictureHeader(codestream, ".j2k").rows, 100u);
+    // A box with a long size says the same.
+    bytes.replace(box, 4, bigEndian(1));
+    bytes.insert(box + 8, bigEndian(0) + bigEndian(static_cast<std::uint32_t>(decoy.size() + 16)));
+    EXPECT_EQ(readPictureHeader(bytes, ".jp2").columns, 200u);
+    bytes.replace(bytes.rfind(start) + 8, 8, bigEndian(60000) + bigEndian(60000));
+    EXPECT_EQ(problemOf("b.jp2", bytes).rfind("has 60000 x 60000 px", 0), 0u);
+    // Boxes that reach beyond the file, or nowhere, lead to no codestream.
+    for (const std::uint32_t size : {0u, 7u, 0xffffffffu}) {
+        bytes.replace(box, 4, bigEndian(size));
+        EXPECT_EQ(readPictureHeader(bytes, ".jp2").columns, 0u) << size;
+    }
+}
+
+TEST_F(ImageIo, FormatsWithoutAReaderAreRefusedByName) {
+    const std::string zeros(200, '\0');
+    const std::vector<std::pair<std::string, std::string>> formats = {
+        {"GIF89a" + zeros, "GIF"},
+        {std::string("\x0a\5\1\x08", 4) + zeros, "PCX"},
+        {std::string("\0\0\0\x18", 4) + "ftypheic" + zeros, "HEIC"},
+        {std::string("\0\0\0\x18", 4) + "ftypmif1" + zeros, "HEIC"},
+        {std::string("\0\0\0\x18", 4) + "ftypavif" + zeros, "AVIF"},
+        {std::string("\0\0\0\x18", 4) + "ftypcrx " + zeros, "camera raw (cr3)"},
+        {"\xff\x0a" + zeros, "JPEG XL"},
+        {std::string("\0\0\0\x0cJXL \r\n\x87\n", 12) + zeros, "JPEG XL"},
+        {"8BPS" + zeros, "PSD"},
+        {"%PDF-1.7" + zeros, "PDF"},
+        {"<?xml version=\"1.0\"?>\n<svg width=\"3\"></svg>", "SVG"},
+        {std::string("\0\0\1\0", 4) + zeros, "ICO"},
+        {std::string("II*\0\x10\0\0\0CR\2", 11) + zeros, "camera raw (cr2)"},
+        {"P7\nWIDTH 1", "PAM"},
+        {"\x93NUMPY" + zeros, "NumPy"}};
+    for (const auto& [contents, name] : formats) {
+        EXPECT_EQ(problemOf("x.bin", contents),
+                  name + " pictures are not read, expected PNG, JPEG, TIFF, WebP, BMP, PNM, PFM, "
+                         "EXR, HDR or JPEG 2000; convert it first");
+    }
+    EXPECT_EQ(problemOf("a.nef", tiff({1, 1}, {}, "abc")).rfind("camera raw (nef) pictures", 0),
+              0u);
+    EXPECT_EQ(problemOf("a.dng", tiff({1, 1}, {}, "abc")).rfind("DNG pictures", 0), 0u);
+    EXPECT_EQ(problemOf("a.tga", std::string("\0\0\2", 3) + zeros).rfind("TGA pictures", 0), 0u);
+    EXPECT_EQ(problemOf("a.mp4", std::string("\0\0\0\x18", 4) + "ftypisom" + zeros),
+              "is a video (MP4), expected a picture");
+    EXPECT_EQ(problemOf("a.zip", std::string("PK\3\4", 4) + zeros),
+              "is a ZIP archive, expected a picture; unpack it first");
+    EXPECT_EQ(problemOf("a.jpg", "<!DOCTYPE html><html></html>"),
+              "is a web page, expected a picture; download the picture itself");
+    std::string animated = webPWithExif(smoothPicture({5, 4}), 1);
+    animated[20] = 2;
+    EXPECT_EQ(problemOf("a.webp", animated),
+              "animated WebP pictures are not read, expected an ordinary WebP file; convert it "
+              "first");
+}
+
+TEST_F(ImageIo, WhatIsNoPictureIsSaidToBeNone) {
+    EXPECT_EQ(
+        problemOf("a.png", "hello\n"),
+        "is no picture that can be read (it holds text), expected PNG, JPEG, TIFF, WebP, BMP, "
+        "PNM, PFM, EXR, HDR or JPEG 2000");
+    EXPECT_EQ(
+        problemOf("a.jpg", std::string("\1\2\3\4", 4)).rfind("is no picture that can be read", 0),
+        0u);
+    EXPECT_EQ(problemOf("a.png", ""), "is empty, expected a picture");
+    EXPECT_EQ(errorOf([&] { readPicture(directory / "none.png"); }),
+              (directory / "none.png").string() + ": does not exist, expected a file");
+    EXPECT_EQ(errorOf([&] { readPicture(directory.path()); }),
+              directory.path().string() + ": is a directory, expected a file");
+}
+
+TEST_F(ImageIo, ACutOffJpegOpensWithANote) {
+    const std::string whole = encoded(".jpg", smoothPicture({160, 120}));
+    Notes notes;
+    readPicture(file("whole.jpg", whole), &notes);
+    EXPECT_TRUE(notes.empty());
+    const cv::Mat picture =
+        readPicture(file("cut.jpg", whole.substr(0, whole.size() * 3 / 4)), &notes);
+    EXPECT_EQ(picture.size(), cv::Size(160, 120));
+    EXPECT_EQ(notes, Notes{"the file is cut off: its lower part is missing"});
+    EXPECT_EQ(cv::norm(picture.rowRange(0, 40),
+                       readPicture(directory / "whole.jpg").rowRange(0, 40), cv::NORM_INF),
+              0);
+    notes.clear();
+    const std::string progressive =
+        encoded(".jpg", smoothPicture({160, 120}), {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+    readPicture(file("cut.jpg", progressive.substr(0, progressive.size() * 3 / 4)), &notes);
+    EXPECT_EQ(notes, Notes{"the file is cut off: its fine detail is missing"});
+    for (std::size_t size = progressive.size() / 2; size < progressive.size(); size += 7) {
+        EXPECT_EQ(readPicture(file("cut.jpg", progressive.substr(0, size))).cols, 160) << size;
+    }
+    EXPECT_EQ(problemOf("cut.jpg", whole.substr(0, 100)),
+              "its header is damaged or cut off, expected a whole JPEG file");
+}
+
+TEST_F(ImageIo, BytesBehindTheEndOfAJpegAreNoDamage) {
+    Notes notes;
+    readPicture(file("a.jpg", encoded(".jpg", smoothPicture({16, 16})) + "trailer"), &notes);
+    EXPECT_TRUE(notes.empty());
+}
+
+TEST_F(ImageIo, OtherCutOffFilesAreRefused) {
+    const std::string png = encoded(".png", randomPicture({40, 30}, CV_8UC3, 3));
+    EXPECT_EQ(problemOf("cut.png", png.substr(0, png.size() / 2)),
+              "is cut off, expected a whole PNG file");
+    EXPECT_EQ(problemOf("cut.png", png.substr(0, 20)),
+              "its header is damaged or cut off, expected a whole PNG file");
+}
+
+TEST_F(ImageIo, OfSeveralPagesTheFirstIsReadWithANote) {
+    const cv::Mat first = randomPicture({5, 4}, CV_8UC3, 1);
+    cv::imwritemulti((directory / "p.tif").string(),
+                     std::vector<cv::Mat>{first, randomPicture({9, 9}, CV_8UC3, 2)});
+    Notes notes;
+    EXPECT_TRUE(samePicture(readPicture(directory / "p.tif", &notes), first));
+    EXPECT_EQ(notes, Notes{"the file holds 2 pages: the first one is read"});
+}
+
+TEST_F(ImageIo, AnyDamageGivesAPictureOrAnError) {
+    const cv::Mat picture = smoothPicture({19, 13});
+    cv::RNG random(3);
+    for (const char* extension :
+         {".png", ".jpg", ".tif", ".webp", ".bmp", ".ppm", ".pfm", ".hdr", ".exr"}) {
+        cv::Mat suited = picture;
+        const std::string name = extension;
+        if (name == ".exr" || name == ".pfm" || name == ".hdr") picture.convertTo(suited, CV_32F);
+        const std::string whole = encoded(extension, suited);
+        for (int trial = 0; trial < 40; ++trial) {
+            std::string bytes = whole;
+            if (trial % 2 == 0) {
+                bytes.resize(
+                    static_cast<std::size_t>(random.uniform(0, static_cast<int>(whole.size()))));
+            } else {
+                for (int i = 0; i < 1 + trial / 8; ++i) {
+                    const int limit = std::min(static_cast<int>(whole.size()), 300);
+                    bytes[static_cast<std::size_t>(random.uniform(0, limit))] =
+                        static_cast<char>(random.uniform(0, 256));
+                }
+            }
+            const fs::path path = file("broken" + name, bytes);
+            try {
+                EXPECT_EQ(readPhoto(path).type(), CV_8UC3);
+            } catch (const Error& error) {
+                EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+            }
+        }
+    }
+}
+
+TEST_F(ImageIo, TheHeaderReaderTakesAnyBytes) {
+    const cv::Mat picture = smoothPicture({19, 13});
+    const std::vector<std::string> seeds = {
+        pngWithRawProfile(picture, 6, true),
+        jpegWithExif(picture, 6, true),
+        webPWithExif(picture, 6),
+        tiff({1, 1}, {}, "abc"),
+        encoded(".bmp", picture),
+        encoded(".hdr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1))),
+        encoded(".ppm", picture),
+        encoded(".exr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1)))};
+    cv::RNG random(3);
+    for (int trial = 0; trial < 20000; ++trial) {
+        std::string bytes = seeds[static_cast<std::size_t>(trial) % seeds.size()];
+        for (int i = 0; i < 4; ++i) {
+            const int limit = std::min(static_cast<int>(bytes.size()), i % 2 == 0 ? 64 : 100000);
+            bytes[static_cast<std::size_t>(random.uniform(0, limit))] =
+                static_cast<char>(random.uniform(0, 256));
+        }
+        if (trial % 3 == 0) bytes.resize(static_cast<std::size_t>(random.uniform(0, 200)));
+        const PictureHeader header = readPictureHeader(bytes, ".jpg");
+        ASSERT_GE(header.orientation, 1);
+        ASSERT_LE(header.orientation, 8);
+    }
+}
+
+TEST_F(ImageIo, AnExrFileWithAPartThatIsLongerThanTheFileHasNoHeader) {
+    // OpenEXR would take the 1.5 GB that the part claims
+    std::string bytes = encoded(".exr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1)));
+    ASSERT_EQ(readPictureHeader(bytes, ".exr").columns, 2u);
+    const std::size_t size = bytes.find('\0', bytes.find("lineOrder") + 10) + 1;
+    bytes[size + 3] = 0x60;
+    EXPECT_EQ(readPictureHeader(bytes, ".exr").columns, 0u);
+    EXPECT_EQ(readPictureHeader(bytes.substr(0, 100), ".exr").columns, 0u);
+}
+
+TEST(OrOutOfMemory, NamesWhatIsToBlameAndLetsOtherErrorsPass) {
+    const auto codeOf = [](const auto& work) {
+        try {
+            orOutOfMemory("a.png", "does not fit", work);
+        } catch (const Error& error) {
+            EXPECT_STREQ(error.what(), "a.png: does not fit");
+            return error.code();
+        }
+        return ErrorCode::NotFound;
+    };
+    EXPECT_EQ(codeOf([] { throw std::bad_alloc(); }), ErrorCode::OutOfMemory);
+    EXPECT_EQ(codeOf([] { CV_Error(cv::Error::StsNoMem, "as cv::Mat says it"); }),
+              ErrorCode::OutOfMemory);
+    EXPECT_THROW(orOutOfMemory("a", "b", [] { CV_Error(cv::Error::StsError, "other"); }),
+                 cv::Exception);
+    EXPECT_EQ(orOutOfMemory("a", "b", [] { return 7; }), 7);
+}
+
+TEST_F(ImageIo, MemoryThatRunsOutBehindTheDecoderIsAnErrorOfTheFile) {
+    ALTIRO3D_REQUIRE_MEMORY_LIMITS();
+    std::string file = "P5 4000 4000 255\n";
+    file.resize(file.size() + 16000000, 'g');
+    spill(directory / "grey.pgm", file);
+    const auto codeOf = [&](std::size_t megabytes, const auto& work) {
+        const pid_t child = fork();
+        if (child == 0) {
+            cv::setNumThreads(1); // threads would take memory for their stacks
+            const auto limitMemory = [](std::size_t megabytesMore) {
+                long pages = 0;
+                std::ifstream("/proc/self/statm") >> pages;
+                const auto page = static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+                const rlim_t more = static_cast<rlim_t>(megabytesMore) << 20;
+                const rlimit limit{static_cast<rlim_t>(pages) * page + more, RLIM_INFINITY};
+                setrlimit(RLIMIT_AS, &limit);
+            };
+            limitMemory(0);
+            void* volatile free = nullptr; // what earlier tests have given back is taken
+            do
+                free = std::malloc(1 << 16);
+            while (free != nullptr);
+            limitMemory(megabytes);
+            try {
+                work();
+            } catch (const Error& error) {
+                _exit(static_cast<int>(error.code()));
+            } catch (...) {
+                _exit(100);
+            }
+            _exit(101);
+        }
+        int status = 0;
+        waitpid(child, &status, 0);
+        return WEXITSTATUS(status);
+    };
+    const int kOut = static_cast<int>(ErrorCode::OutOfMemory);
+    // File and picture have room, three channels (48 MB) or floats (64 MB) have not.
+    EXPECT_EQ(codeOf(50, [&] { readPicture(directory / "grey.pgm"); }), kOut);
+    EXPECT_EQ(codeOf(50, [&] { readDepthImage(directory / "grey.pgm"); }), kOut);
+    EXPECT_EQ(codeOf(50, [&] { readDepthSamples(directory / "grey.pgm"); }), 101);
+    const cv::Mat picture = randomPicture({4000, 4000}, CV_8UC3, 1);
+    EXPECT_EQ(codeOf(16, [&] { writePicture(directory / "out.png", picture); }), kOut);
+    EXPECT_FALSE(fs::exists(directory / "out.png"));
+}
+
+// ------------------------------------------------------------------------------------ writing
+
+namespace {
+
+std::uint32_t bigEndianAt(const std::string& text, std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+        value = value << 8 | static_cast<uchar>(text.at(at + i));
+    return value;
+}
+
+// The deflated bytes of a PNG file; every chunk's checksum is looked at.
+std::string imageData(const std::string& png) {
+    std::string data;
+    for (std::size_t at = 8; at + 12 <= png.size();) {
+        const std::size_t size = bigEndianAt(png, at);
+        const auto* const named = reinterpret_cast<const Bytef*>(png.data() + at + 4);
+        EXPECT_EQ(bigEndianAt(png, at + 8 + size), crc32_z(0, named, size + 4)) << at;
+        if (png.compare(at + 4, 4, "IDAT") == 0) data += png.substr(at + 8, size);
+        at += 12 + size;
+    }
+    return data;
+}
+
+// The names of a PNG file's chunks, each once.
+std::string chunkNames(const std::string& png) {
+    std::string names;
+    for (std::size_t at = 8; at + 12 <= png.size(); at += 12 + bigEndianAt(png, at)) {
+        const std::string name = png.substr(at + 4, 4);
+        if (names.find(name) == std::string::npos) names += name;
+    }
+    return names;
+}
+
+} // namespace
+
+TEST_F(ImageIo, PngFilesHoldThePictureAndNothingElse) {
+    writePicture(directory / "a.png", randomPicture({20, 10}, CV_8UC3, 1));
+    EXPECT_EQ(chunkNames(slurp(directory / "a.png")), "IHDRIDATIEND");
+}
+
+TEST_F(ImageIo, NativesAreMarkedInPngFiles) {
+    const cv::Mat picture = randomPicture({20, 10}, CV_8UC3, 1);
+    const fs::path native = directory / "native.png";
+    writePicture(native, picture, PictureMark::Native);
+    const std::string png = slurp(native);
+    EXPECT_EQ(chunkNames(png), "IHDRtEXtIDATIEND");
+    EXPECT_NE(png.find(std::string("tEXtaltiro3D\0Native", 19)), std::string::npos);
+    imageData(png); // checks each sum
+    EXPECT_TRUE(samePicture(readPicture(native), picture));
+    EXPECT_TRUE(isMarkedNative(native));
+
+    writePicture(directory / "plain.png", picture);
+    writePicture(directory / "native.tif", picture, PictureMark::Native);
+    // the words alone are no mark: not after the pixels' end, not with another keyword
+    const std::string text = "tEXt" + std::string("altiro3D\0Native", 15);
+    file("tail.png", slurp(directory / "plain.png") + text);
+    file("other.png", withPngChunk(encoded(".png", picture),
+                                   pngChunk("tEXt", std::string("Title\0Native", 12))));
+    file("cut.png", png.substr(0, 40));
+    for (const char* name :
+         {"plain.png", "native.tif", "tail.png", "other.png", "cut.png", "missing.png", "."})
+        EXPECT_FALSE(isMarkedNative(directory / name)) << name;
+}
+
+TEST_F(ImageIo, PngFilesOfAnyShapeAreSoundAndReadBack) {
+    struct Case {
+        cv::Size size;
+        int type;
+    };
+    // one band, several (of some 512 kB of pixels each), rows longer than a band
+    for (const auto& [size, type] :
+         {Case{{1, 1}, CV_8UC1}, Case{{3, 2}, CV_16UC3}, Case{{700, 1000}, CV_8UC3},
+          Case{{1000, 900}, CV_16UC1}, Case{{1100, 500}, CV_8UC1}, Case{{200, 2000}, CV_16UC3},
+          Case{{60000, 2}, CV_16UC3}, Case{{1, 60000}, CV_8UC3}}) {
+        cv::Mat smooth;
+        cv::resize(randomPicture({4, 3}, type, 21), smooth, size, 0, 0, cv::INTER_CUBIC);
+        for (const cv::Mat& picture :
+             {randomPicture(size, type, 9), smooth, cv::Mat(size, type, cv::Scalar(0, 200, 77)),
+              cv::Mat(smooth.t())}) {
+            const fs::path path = directory / "a.png";
+            writePicture(path, picture);
+            const cv::Mat back = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
+            EXPECT_TRUE(samePicture(back, picture)) << size << cv::typeToString(type);
+            const std::string data = imageData(slurp(path));
+            // a row begins with its filter's number; uncompress() looks at the sum of all bytes
+            std::vector<Bytef> rows(picture.total() * picture.elemSize() +
+                                    static_cast<std::size_t>(picture.rows));
+            uLongf length = static_cast<uLongf>(rows.size());
+            EXPECT_EQ(uncompress(rows.data(), &length, reinterpret_cast<const Bytef*>(data.data()),
+                                 static_cast<uLong>(data.size())),
+                      Z_OK);
+            EXPECT_EQ(length, rows.size());
+        }
+    }
+}
+
+TEST_F(ImageIo, PngFilesAreSmallAndTheSameForAnyNumberOfThreads) {
+    const cv::Mat flat(1000, 1200, CV_8UC3, cv::Scalar(1, 2, 3));
+    writePicture(directory / "flat.png", flat);
+    EXPECT_LT(fs::file_size(directory / "flat.png"), flat.total() / 50);
+    const cv::Mat smooth = smoothPicture({1200, 1000});
+    writePicture(directory / "smooth.png", smooth);
+    EXPECT_LT(fs::file_size(directory / "smooth.png"), encoded(".png", smooth).size());
+    const RestoredThreads restored;
+    for (const int count : {1, 2, 5}) {
+        cv::setNumThreads(count);
+        writePicture(directory / "again.png", smooth);
+        EXPECT_EQ(slurp(directory / "again.png"), slurp(directory / "smooth.png")) << count;
+    }
+}
+
+TEST_F(ImageIo, JpegIsWrittenAtQuality95) {
+    const cv::Mat picture = smoothPicture({40, 30});
+    writePicture(directory / "a.jpg", picture);
+    EXPECT_EQ(slurp(directory / "a.jpg"), encoded(".jpg", picture, {cv::IMWRITE_JPEG_QUALITY, 95}));
+}
+
+TEST_F(ImageIo, SixteenBitsAreRoundedForFormatsOfEight) {
+    const cv::Mat deep(8, 8, CV_16UC3, cv::Scalar(128, 129, 65535));
+    writePicture(directory / "a.bmp", deep);
+    EXPECT_TRUE(samePicture(readPicture(directory / "a.bmp"),
+                            cv::Mat(8, 8, CV_8UC3, cv::Scalar(0, 1, 255))));
+}
+
+TEST_F(ImageIo, WhatCannotBeWrittenIsRefusedWithAReason) {
+    const auto problem = [&](const char* name, const cv::Mat& picture) {
+        const std::string said = errorOf([&] { writePicture(directory / name, picture); });
+        const std::string subject = (directory / name).string() + ": ";
+        return said.rfind(subject, 0) == 0 ? said.substr(subject.size()) : said;
+    };
+    const cv::Mat picture(4, 4, CV_8UC3, cv::Scalar::all(1));
+    const std::string extensions =
+        "its extension names no picture format that is written, expected "
+        ".png, .jpg, .tif, .webp, .bmp, .ppm, .pgm or .jp2";
+    EXPECT_EQ(problem("a.gif", picture), extensions);
+    EXPECT_EQ(problem("noextension", picture), extensions);
+    EXPECT_EQ(problem("a.pgm", picture),
+              "PGM holds no colours, expected .ppm or .png for a colour picture");
+    EXPECT_EQ(
+        problem("a.webp", cv::Mat(1, 16384, CV_8UC3, cv::Scalar())),
+        "16384 x 1 px are too many for WebP, expected sides of at most 16383 px; write a .png");
+    EXPECT_EQ(problem("a.jp2", cv::Mat(1, 1, CV_8UC3, cv::Scalar()))
+                  .rfind("cannot be encoded as JPEG 2000", 0),
+              0u);
+    EXPECT_EQ(problem("a.png", cv::Mat()),
+              "picture: is empty, expected 8 or 16 bits and 1 or 3 channels");
+    EXPECT_EQ(problem("a.png", cv::Mat(1, 1, CV_32FC3)),
+              "picture: has the type CV_32FC3, expected 8 or 16 bits and 1 or 3 channels");
+    EXPECT_EQ(problem("none/a.png", picture),
+              "cannot be written: No such file or directory; its directory must exist");
+    EXPECT_TRUE(fs::is_empty(directory.path()));
+}
+
+TEST_F(ImageIo, AFullDiskIsNamed) {
+    if (!fs::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
+    fs::create_symlink("/dev/full", directory / "full.png");
+    EXPECT_EQ(errorOf([&] {
+                  writePicture(directory / "full.png", cv::Mat(4, 4, CV_8UC1, cv::Scalar()));
+              }),
+              (directory / "full.png").string() + ": cannot be written: No space left on device");
+}
+
+TEST_F(ImageIo, WhatCanBeWrittenIsToldByTheExtension) {
+    for (const char* name : {"a.png", "a.PNG", "d/a.Jpg", "a.jpeg", "a.tif", "a.TIFF", "a.webp",
+                             "a.bmp", "a.ppm", "a.pgm", "a.jp2", "a.b.png"}) {
+        EXPECT_TRUE(canWritePicture(name)) << name;
+    }
+    for (const char* name : {"a", "", ".png", "a.gif", "a.png.tmp", "a.mp4", "png", "a.exr"}) {
+        EXPECT_FALSE(canWritePicture(name)) << name;
+    }
+}
+
+TEST_F(ImageIo, NamesAreOrderedNaturally) {
+    const std::vector<std::string> ordered = {"",
+                                              "A1",
+                                              "a2",
+                                              "a10",
+                                              "a10b",
+                                              "B",
+                                              "view9.png",
+                                              "view10.png",
+                                              "view10b.png",
+                                              "view99999999999999999999998.png",
+                                              "view99999999999999999999999.png"};
+    for (std::size_t i = 0; i < ordered.size(); ++i) {
+        for (std::size_t j = 0; j < ordered.size(); ++j) {
+            EXPECT_EQ(naturalLess(ordered[i], ordered[j]), i < j)
+                << ordered[i] << " " << ordered[j];
+        }
+    }
+    // Names that differ in case or leading zeros alone still have one order.
+    EXPECT_NE(naturalLess("a01", "a1"), naturalLess("a1", "a01"));
+    EXPECT_NE(naturalLess("View", "view"), naturalLess("view", "View"));
+}
+
+TEST_F(ImageIo, ADirectorysPicturesAreListedInNaturalOrder) {
+    for (const char* name : {"view10.png", "view9.PNG", "View1.jpg", ".hidden.png", "notes.txt"}) {
+        file(name, "x");
+    }
+    fs::create_directory(directory / "folder.png");
+    fs::create_symlink("nowhere.png", directory / "broken.png");
+    std::vector<std::string> names;
+    for (const fs::path& path : listPictures(directory.path())) {
+        names.push_back(path.filename().string());
+    }
+    EXPECT_EQ(names, (std::vector<std::string>{"View1.jpg", "view9.PNG", "view10.png"}));
+    fs::create_directory_symlink("loop", directory / "loop");
+    EXPECT_EQ(errorOf([&] { listPictures(directory / "loop"); }),
+              (directory / "loop").string() +
+                  ": cannot be listed: Too many levels of symbolic links, expected a directory");
+    EXPECT_EQ(errorOf([&] { listPictures(directory / "none"); }),
+              (directory / "none").string() +
+                  ": does not exist, expected a directory with pictures");
+    EXPECT_EQ(errorOf([&] { listPictures(directory / "notes.txt"); }),
+              (directory / "notes.txt").string() +
+                  ": cannot be listed: Not a directory, expected a directory");
+}
+
+// ------------------------------------------------------------------------------------ real data
+
+TEST_F(ImageIo, EveryPhotoOpensOrIsRefusedWithOneLine) {
+    ALTIRO3D_REQUIRE_DATA("photos");
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(dataPath("photos"))) {
+        if (!entry.is_regular_file()) continue;
+        const fs::path& path = entry.path();
+        const std::string extension = path.extension().string();
+        const bool isBroken = path.parent_path().filename() == "pillow_broken";
+        const bool isOther =
+            extension == ".gif" || extension == ".pcx" || extension == ".md" || extension.empty();
+        try {
+            const cv::Mat photo = readPhoto(path);
+            EXPECT_EQ(photo.type(), CV_8UC3) << path;
+            EXPECT_FALSE(photo.empty()) << path;
+            EXPECT_FALSE(isOther) << path;
+        } catch (const Error& error) {
+            EXPECT_TRUE(isBroken || isOther) << error.what();
+            const std::string said = error.what();
+            EXPECT_EQ(said.rfind(path.string() + ": ", 0), 0U);
+            EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+        }
+    }
+}
+
+TEST_F(ImageIo, WhatIsBrokenInItsMetadataAloneOpens) {
+    ALTIRO3D_REQUIRE_DATA("photos/pillow_broken");
+    const fs::path folder = dataPath("photos/pillow_broken");
+    EXPECT_EQ(readPhoto(folder / "broken_exif_dpi.jpg").size(), cv::Size(100, 100));
+    EXPECT_EQ(readPhoto(folder / "invalid-exif.jpg").size(), cv::Size(200, 200));
+    EXPECT_EQ(readPhoto(folder / "junk_jpeg_header.jpg").size(), cv::Size(1024, 768));
+    EXPECT_EQ(readPhoto(folder / "truncated_exif_dpi.jpg").size(), cv::Size(480, 640));
+    Notes notes;
+    EXPECT_EQ(readPhoto(folder / "truncated_jpeg.jpg", &notes).size(), cv::Size(100, 100));
+    EXPECT_EQ(notes.size(), 1u);
+}
+
+TEST_F(ImageIo, PhotosOfAllOrientationsComeOutUpright) {
+    ALTIRO3D_REQUIRE_DATA("photos/exif_orientation");
+    const fs::path folder = dataPath("photos/exif_orientation");
+    const cv::Mat landscape = readPhoto(folder / "Landscape_1.jpg");
+    for (int i = 2; i <= 8; ++i) {
+        const cv::Mat photo = readPhoto(folder / ("Landscape_" + std::to_string(i) + ".jpg"));
+        ASSERT_EQ(photo.size(), landscape.size()) << i;
+        EXPECT_GT(psnr(photo, landscape), 27) << i; // each was compressed anew; turned wrongly: 10
+    }
+    const cv::Mat portrait = readPhoto(folder / "Portrait_1.jpg");
+    for (const int i : {3, 6, 8}) {
+        const cv::Mat photo = readPhoto(folder / ("Portrait_" + std::to_string(i) + ".jpg"));
+        ASSERT_EQ(photo.size(), portrait.size()) << i;
+        EXPECT_GT(psnr(photo, portrait), 27) << i;
+    }
+    ALTIRO3D_REQUIRE_DATA("photos/pillow/hopper_orientation_2.jpg");
+    const cv::Mat hopper = readPhoto(dataPath("photos/pillow/hopper_orientation_2.jpg"));
+    for (int i = 3; i <= 8; ++i) {
+        const std::string name = "photos/pillow/hopper_orientation_" + std::to_string(i) + ".jpg";
+        EXPECT_GT(psnr(readPhoto(dataPath(name)), hopper), 27) << i;
+    }
+    EXPECT_EQ(readPhoto(dataPath("photos/pillow/g4_orientation_5.tif")).size(), cv::Size(590, 88));
+}
+
+TEST_F(ImageIo, CmykColoursAreRight) {
+    ALTIRO3D_REQUIRE_DATA("photos/derived/kodim23_cmyk.jpg");
+    // Naive CMYK and JPEG's losses; inverted inks would give less than 10 dB.
+    EXPECT_GT(psnr(readPhoto(dataPath("photos/derived/kodim23_cmyk.jpg")),
+                   readPhoto(dataPath("photos/kodak/kodim23.png"))),
+              30);
+}
+
+TEST_F(ImageIo, PfmNumbersAreKept) {
+    ALTIRO3D_REQUIRE_DATA("middlebury/Motorcycle/motorcycle_disp.pfm");
+    const fs::path path = dataPath("middlebury/Motorcycle/motorcycle_disp.pfm");
+    const cv::Mat depth = readDepthImage(path);
+    const std::string bytes = slurp(path);
+    ASSERT_EQ(depth.size(), cv::Size(741, 500));
+    // The last row comes first in the file.
+    const std::size_t start = bytes.size() - depth.total() * 4;
+    cv::Mat expected(500, 741, CV_32FC1);
+    std::copy_n(bytes.data() + start, depth.total() * 4, reinterpret_cast<char*>(expected.data));
+    cv::flip(expected, expected, 0);
+    EXPECT_TRUE(samePicture(depth, expected));
+}
+
+} // namespace
+} // namespace altiro3D::test

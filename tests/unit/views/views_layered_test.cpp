@@ -1,0 +1,665 @@
+#include "views/views_layered.hpp"
+
+#include "altiro3D/picture_quality.hpp"
+#include "native/native_row_kernels.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/processors.hpp"
+#include "support/random_pictures.hpp"
+#include "views/views_layered_ends.hpp"
+#include "views/views_layered_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <numeric>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <thread>
+
+namespace altiro3D::test {
+namespace {
+
+// Blobs with steps between them, and slopes.
+cv::Mat blobDepth(cv::Size size, int seed = 2) {
+    cv::RNG rng(static_cast<std::uint64_t>(seed));
+    cv::Mat depth(size, CV_32FC1);
+    for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x)
+            depth.at<float>(y, x) = 0.1F + 0.2F * static_cast<float>(x) / 100;
+    for (int i = 0; i < 12; ++i) {
+        const cv::Point centre(rng.uniform(0, size.width), rng.uniform(0, size.height));
+        const cv::Size half(rng.uniform(2, 16), rng.uniform(2, 12));
+        cv::ellipse(depth, centre, half, 0, 0, 360, cv::Scalar(rng.uniform(0.2, 1.0)), -1);
+    }
+    return depth;
+}
+
+cv::Mat rendered(const cv::Mat& photo, const cv::Mat& depth, double focus, double shift,
+                 const LayeredSettings& options = {}) {
+    cv::Mat view(photo.size(), CV_8UC3, cv::Scalar(1, 2, 3));
+    makeLayeredRenderer(photo, depth, focus, options)->render(shift, view);
+    return view;
+}
+
+// As an 8-bit picture would hold it.
+cv::Mat quantised(const cv::Mat& depth) {
+    cv::Mat bytes;
+    cv::Mat result;
+    depth.convertTo(bytes, CV_8U, 255);
+    bytes.convertTo(result, CV_32F, 1 / 255.0);
+    return result;
+}
+
+const cv::Size kSizes[] = {{1, 1},   {2, 1},   {1, 2},  {2, 3}, {61, 37},
+                           {64, 48}, {128, 5}, {1, 40}, {40, 1}};
+
+// A red board, columns 20..39, before a wall that is blue at its left and green at its right.
+struct Board {
+    cv::Mat photo = cv::Mat(9, 64, CV_8UC3);
+    cv::Mat depth = cv::Mat(9, 64, CV_32FC1);
+    const cv::Vec3b blue{200, 40, 20};
+    const cv::Vec3b green{30, 180, 60};
+    const cv::Vec3b red{20, 10, 220};
+
+    Board(float wall, float board) {
+        for (int y = 0; y < photo.rows; ++y) {
+            for (int x = 0; x < photo.cols; ++x) {
+                const bool isBoard = x >= 20 && x < 40;
+                photo.at<cv::Vec3b>(y, x) = isBoard ? red : x < 20 ? blue : green;
+                depth.at<float>(y, x) = isBoard ? board : wall;
+            }
+        }
+    }
+};
+
+cv::Vec3b mean(const cv::Vec3b& a, const cv::Vec3b& b) {
+    cv::Vec3b result;
+    for (int c = 0; c < 3; ++c)
+        result[c] = static_cast<uchar>((a[c] + b[c] + 1) / 2);
+    return result;
+}
+
+TEST(ViewsLayered, NoShiftGivesThePhotoBitForBit) {
+    for (const cv::Size size : kSizes) {
+        const cv::Mat photo = randomPhoto(size);
+        EXPECT_TRUE(samePicture(rendered(photo, blobDepth(size), 0.4, 0), photo)) << size;
+        EXPECT_TRUE(samePicture(rendered(photo, blobDepth(size), 0.4, -0.0), photo)) << size;
+    }
+}
+
+TEST(ViewsLayered, DepthAtTheFocusGivesThePhotoBitForBit) {
+    for (const cv::Size size : kSizes) {
+        const cv::Mat photo = randomPhoto(size);
+        const cv::Mat depth(size, CV_32FC1, cv::Scalar(0.25));
+        for (const double shift : {0.3, -7.0, 31.9, 1e6})
+            EXPECT_TRUE(samePicture(rendered(photo, depth, 0.25, shift), photo)) << size << shift;
+        const cv::Mat unclean(size, CV_32FC1, cv::Scalar(0.3));
+        for (const double shift : {0.3, -7.0, 31.9, 1e6}) // 0.3F is not 0.3
+            EXPECT_TRUE(samePicture(rendered(photo, unclean, 0.3, shift), photo)) << size << shift;
+    }
+}
+
+TEST(ViewsLayered, WholePixelsAreMovedWithoutLoss) {
+    const cv::Mat photo = randomPhoto({64, 48});
+    const cv::Mat view =
+        rendered(photo, cv::Mat(photo.size(), CV_32FC1, cv::Scalar(0.75)), 0.25, 8);
+    EXPECT_TRUE(samePicture(view.colRange(0, 60), photo.colRange(4, 64)));
+}
+
+TEST(ViewsLayered, NearThingsMoveAgainstTheCamera) {
+    cv::Mat photo(5, 200, CV_8UC3, cv::Scalar::all(0));
+    photo.colRange(100, 104).setTo(cv::Scalar::all(255)); // a bright bar
+    const auto barAt = [&](float depth, double shift) {
+        const cv::Mat flat(photo.size(), CV_32FC1, cv::Scalar(depth));
+        cv::Mat grey;
+        cv::cvtColor(rendered(photo, flat, 0.5, shift), grey, cv::COLOR_BGR2GRAY);
+        const cv::Moments moments = cv::moments(grey);
+        return moments.m10 / moments.m00;
+    };
+    EXPECT_NEAR(barAt(1, 10), 101.5 - 5, 0.01);
+    EXPECT_NEAR(barAt(1, -10), 101.5 + 5, 0.01);
+    EXPECT_NEAR(barAt(0, 10), 101.5 + 5, 0.01);
+    EXPECT_NEAR(barAt(1, 4.5), 101.5 - 2.25, 0.01);
+}
+
+// Shift 10: the board moves by 10 (0.75 - 0.25) = 5 px, the wall at the focus stays.
+TEST(ViewsLayered, BoardBeforeAWallHidesAndReveals) {
+    const Board board(0.25F, 0.75F);
+    for (const int dilation : {0, 1, 2}) {
+        LayeredSettings options;
+        options.edgeDilationPixels = dilation;
+        for (const int direction : {1, -1}) {
+            const cv::Mat view = rendered(board.photo, board.depth, 0.25, 10 * direction, options);
+            for (int x = 0; x < 64; ++x) {
+                const int first = 20 - 5 * direction;
+                cv::Vec3b expected = x < 20 ? board.blue : board.green;
+                if (direction < 0 && x >= 20 && x < first) expected = board.blue; // revealed
+                if (x >= first && x < first + 20) expected = board.red;
+                EXPECT_EQ(view.at<cv::Vec3b>(4, x), expected) << x << " " << direction;
+            }
+        }
+    }
+}
+
+TEST(ViewsLayered, BordersOfThingsAreExactToAPartOfAPixel) {
+    const Board board(0.25F, 0.75F);
+    const cv::Mat view = rendered(board.photo, board.depth, 0.25, 5); // by 2.5 px: 17.5 .. 37.5
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 16), board.blue);
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 17), mean(board.blue, board.red));
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 18), board.red);
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 36), board.red);
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 37), mean(board.green, board.red));
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 38), board.green);
+}
+
+// The photo's border pixels are mixed: in the view they must not lie around as a line.
+TEST(ViewsLayered, MixedBorderPixelsStayWithTheBorder) {
+    Board board(0.25F, 0.75F);
+    board.photo.col(19).setTo(cv::Scalar(mean(board.blue, board.red)));
+    board.photo.col(40).setTo(cv::Scalar(mean(board.green, board.red)));
+    const cv::Mat view = rendered(board.photo, board.depth, 0.25, 10); // 14.5 .. 35.5
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 13), board.blue);
+    EXPECT_LE(cv::norm(view.at<cv::Vec3b>(4, 14), mean(board.blue, board.red), cv::NORM_INF), 1);
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 15), board.red);
+    EXPECT_EQ(view.at<cv::Vec3b>(4, 34), board.red);
+    EXPECT_LE(cv::norm(view.at<cv::Vec3b>(4, 35), mean(board.green, board.red), cv::NORM_INF), 1);
+    for (int x = 36; x < 64; ++x)
+        EXPECT_EQ(view.at<cv::Vec3b>(4, x), board.green) << x;
+}
+
+TEST(ViewsLayered, SoftDepthStepsOfNetworksAreMadeSharp) {
+    Board board(0.25F, 0.75F);
+    for (const int x : {19, 40}) { // three px of slope on each side
+        const int out = x == 19 ? -1 : 1;
+        for (int k = 0; k < 3; ++k)
+            board.depth.col(x + out * (k - 1)).setTo(0.625F - 0.125F * static_cast<float>(k));
+    }
+    const cv::Mat view = rendered(board.photo, board.depth, 0.25, 10);
+    for (int x = 0; x < 64; ++x) {
+        const cv::Vec3b expected = x < 15 ? board.blue : x < 35 ? board.red : board.green;
+        EXPECT_EQ(view.at<cv::Vec3b>(4, x), expected) << x;
+    }
+}
+
+TEST(ViewsLayered, HiddenThingsLookTheSameInAllViews) {
+    cv::Mat photo = randomPhoto({64, 9});
+    const Board board(0.25F, 0.75F);
+    board.photo.colRange(18, 42).copyTo(photo.colRange(18, 42));
+    const auto renderer = makeLayeredRenderer(photo, board.depth, 0, {});
+    cv::Mat first(photo.size(), CV_8UC3);
+    cv::Mat second(photo.size(), CV_8UC3);
+    renderer->render(16, first);  // the board moves by 12, the wall by 4
+    renderer->render(24, second); // by 18 and 6
+    // behind the board 40 - 8 .. 39 came to light in both
+    EXPECT_TRUE(samePicture(second.colRange(33 - 6, 58 - 6), first.colRange(33 - 4, 58 - 4)));
+}
+
+TEST(ViewsLayered, FillContinueRepeatsTheBackgroundsBorderPixel) {
+    const cv::Mat photo = randomPhoto({64, 9});
+    const Board board(0.25F, 0.75F);
+    LayeredSettings options;
+    options.fill = LayeredFill::Continue;
+    options.edgeDilationPixels = 0;
+    options.softEdgePixels = 0;
+    const cv::Mat view = rendered(photo, board.depth, 0.25, 10, options);
+    for (int x = 35; x < 40; ++x) // the board moved by 5 px, from 20 .. 39 to 15 .. 34
+        EXPECT_TRUE(samePicture(view.col(x), photo.col(40))) << x;
+    EXPECT_TRUE(samePicture(view.colRange(40, 64), photo.colRange(40, 64)));
+}
+
+// What is left and right of the frame continues what is seen there.
+TEST(ViewsLayered, FrameBordersAreFilledFromTheSurfaceBesideThem) {
+    const cv::Mat photo(12, 64, CV_8UC3, cv::Scalar(10, 120, 200));
+    for (const float depth : {0.0F, 1.0F})
+        for (const double shift : {20.0, -20.0, 500.0})
+            EXPECT_TRUE(samePicture(
+                rendered(photo, cv::Mat(photo.size(), CV_32FC1, cv::Scalar(depth)), 0.5, shift),
+                photo));
+}
+
+TEST(ViewsLayered, DepthIsClampedAndNanCountsAsZero) {
+    const cv::Mat photo = randomPhoto({61, 37});
+    cv::Mat depth = blobDepth(photo.size());
+    cv::Mat clean = depth.clone();
+    const auto set = [&](cv::Point at, float value, float meaning) {
+        cv::rectangle(depth, {at, cv::Size(5, 5)}, cv::Scalar(value), -1);
+        cv::rectangle(clean, {at, cv::Size(5, 5)}, cv::Scalar(meaning), -1);
+    };
+    set({5, 5}, std::numeric_limits<float>::quiet_NaN(), 0);
+    set({15, 9}, -3, 0);
+    set({25, 20}, 7, 1);
+    set({40, 20}, std::numeric_limits<float>::infinity(), 1);
+    set({50, 3}, -std::numeric_limits<float>::infinity(), 0);
+    EXPECT_TRUE(samePicture(rendered(photo, depth, 0.5, 9), rendered(photo, clean, 0.5, 9)));
+}
+
+TEST(ViewsLayered, MirroredInputGivesTheMirroredViewOfTheOtherSide) {
+    for (const cv::Size size : kSizes) {
+        const cv::Mat photo = randomPhoto(size);
+        const cv::Mat depth = blobDepth(size);
+        cv::Mat mirroredPhoto;
+        cv::Mat mirroredDepth;
+        cv::flip(photo, mirroredPhoto, 1);
+        cv::flip(depth, mirroredDepth, 1);
+        for (const double shift : {0.7, 13.3, 150.0}) {
+            cv::Mat mirrored;
+            cv::flip(rendered(mirroredPhoto, mirroredDepth, 0.4, -shift), mirrored, 1);
+            EXPECT_TRUE(samePicture(mirrored, rendered(photo, depth, 0.4, shift))) << size;
+        }
+    }
+}
+
+TEST(ViewsLayered, MirroredStaircasesGiveTheMirroredSlopes) {
+    for (const cv::Size size : kSizes) {
+        const cv::Mat depth = quantised(blobDepth(size));
+        cv::Mat mirroredDepth;
+        cv::flip(depth, mirroredDepth, 1);
+        cv::Mat mirrored;
+        cv::flip(withoutLevels(mirroredDepth, 400), mirrored, 1);
+        EXPECT_TRUE(samePicture(mirrored, withoutLevels(depth, 400))) << size;
+    }
+}
+
+TEST(ViewsLayered, SurfacesOfAMirroredRowAreTheMirroredSurfaces) {
+    const cv::Mat photo = randomPhoto({97, 30});
+    const cv::Mat depth = blobDepth(photo.size());
+    for (int y = 0; y < photo.rows; ++y) {
+        std::vector<float> offsets(depth.ptr<float>(y), depth.ptr<float>(y) + depth.cols);
+        std::vector<float> mirroredOffsets(offsets.rbegin(), offsets.rend());
+        cv::Mat mirrored;
+        cv::flip(photo.row(y), mirrored, 1);
+        std::vector<LayeredSurface> surfaces;
+        std::vector<LayeredSurface> others;
+        cutSurfaces(photo.ptr(y), offsets, {}, surfaces);
+        cutSurfaces(mirrored.ptr(), mirroredOffsets, {}, others);
+        EXPECT_EQ(std::vector<float>(offsets.rbegin(), offsets.rend()), mirroredOffsets) << y;
+        ASSERT_EQ(surfaces.size(), others.size()) << y;
+        for (std::size_t i = 0; i < surfaces.size(); ++i) {
+            const LayeredSurface& other = others[others.size() - 1 - i];
+            EXPECT_EQ(surfaces[i].first, photo.cols - 1 - other.last) << y;
+            EXPECT_EQ(surfaces[i].last, photo.cols - 1 - other.first) << y;
+            EXPECT_EQ(surfaces[i].leftExtra, other.rightExtra) << y;
+        }
+    }
+}
+
+TEST(ViewsLayered, AnySizeDepthAndShiftIsDefined) {
+    for (const cv::Size size : kSizes) {
+        const cv::Mat photo = randomPhoto(size);
+        cv::Mat noise(size, CV_32FC1);
+        cv::RNG(7).fill(noise, cv::RNG::UNIFORM, -0.2, 1.2);
+        cv::Mat board(size, CV_32FC1);
+        cv::Mat spikes(size, CV_32FC1, cv::Scalar(0.5));
+        for (int y = 0; y < size.height; ++y) {
+            for (int x = 0; x < size.width; ++x) {
+                board.at<float>(y, x) = static_cast<float>((x + y) % 2);
+                if ((x * 7 + y * 3) % 11 == 0) spikes.at<float>(y, x) = 1;
+            }
+        }
+        for (const cv::Mat& depth : {noise, board, spikes, blobDepth(size)}) {
+            for (const double reach : {0.0, 1e-6, 0.5, 30.0, 1e5}) {
+                LayeredSettings options;
+                options.reachPixels = reach;
+                const auto renderer = makeLayeredRenderer(photo, depth, 0.3, options);
+                for (const double shift : {1e-300, 0.01, -1.0, 29.99, -400.0, 1e5, -1e12, 1e300}) {
+                    cv::Mat once(size, CV_8UC3, cv::Scalar::all(0));
+                    cv::Mat again(size, CV_8UC3, cv::Scalar::all(255));
+                    renderer->render(shift, once);
+                    renderer->render(shift, again);
+                    ASSERT_TRUE(samePicture(again, once)) << size << shift; // all is written
+                }
+            }
+        }
+    }
+}
+
+TEST(ViewsLayered, SubMatricesGiveTheSameView) {
+    const cv::Mat photo = randomPhoto({61, 37});
+    const cv::Mat depth = blobDepth(photo.size());
+    cv::Mat largePhoto(60, 90, CV_8UC3, cv::Scalar::all(77));
+    cv::Mat largeDepth(60, 90, CV_32FC1, cv::Scalar(0.9));
+    cv::Mat largeView(60, 90, CV_8UC3, cv::Scalar::all(9));
+    const cv::Rect part(11, 7, 61, 37);
+    photo.copyTo(largePhoto(part));
+    depth.copyTo(largeDepth(part));
+    cv::Mat view = largeView(part);
+    for (const double shift : {8.5, -8.5, 0.0}) {
+        makeLayeredRenderer(largePhoto(part), largeDepth(part), 0.4, {})->render(shift, view);
+        EXPECT_TRUE(samePicture(view, rendered(photo, depth, 0.4, shift)));
+    }
+    view.setTo(cv::Scalar::all(9));
+    EXPECT_EQ(cv::countNonZero(largeView.reshape(1) != 9), 0); // nothing outside was touched
+}
+
+TEST(ViewsLayered, ThreadsAndOrderDoNotMatter) {
+    const cv::Mat photo = randomPhoto({97, 61});
+    const cv::Mat depth = blobDepth(photo.size());
+    const RestoredThreads restored;
+    cv::setNumThreads(1);
+    std::vector<cv::Mat> expected;
+    for (int i = 0; i < 8; ++i)
+        expected.push_back(rendered(photo, depth, 0.4, 4.3 * (i - 3)));
+    cv::setNumThreads(3);
+    const auto renderer = makeLayeredRenderer(photo, depth, 0.4, {});
+    std::vector<cv::Mat> views(8);
+    std::vector<std::thread> workers;
+    for (int i = 7; i >= 0; --i) {
+        workers.emplace_back([&, i] {
+            views[static_cast<std::size_t>(i)].create(photo.size(), CV_8UC3);
+            renderer->render(4.3 * (i - 3), views[static_cast<std::size_t>(i)]);
+        });
+    }
+    for (std::thread& worker : workers)
+        worker.join();
+    for (std::size_t i = 0; i < 8; ++i)
+        EXPECT_TRUE(samePicture(views[i], expected[i])) << i;
+}
+
+TEST(ViewsLayered, SmoothDepthIsOneSurfacePerRowWithNothingHiddenInTheFrame) {
+    cv::Mat depth(20, 100, CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y)
+        for (int x = 0; x < depth.cols; ++x)
+            depth.at<float>(y, x) = 0.3F + 0.1F * std::sin(0.1F * static_cast<float>(x + y));
+    const LayeredScene scene = layeredScene(randomPhoto(depth.size()), depth, 0.5, {});
+    for (const LayeredRow& row : scene.rows[0]) {
+        ASSERT_EQ(row.surfaces.size(), 1U);
+        EXPECT_EQ(row.surfaces[0].first, 0);
+        EXPECT_EQ(row.surfaces[0].last, 99);
+    }
+}
+
+// A slope of one level in ten px, right of it a board ten levels nearer.
+cv::Mat slopeAndBoard() {
+    cv::Mat depth(30, 400, CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y)
+        for (int x = 0; x < depth.cols; ++x)
+            depth.at<float>(y, x) =
+                x < 350 ? (60 + 0.1F * static_cast<float>(x)) / 255 : 105 / 255.0F;
+    return depth;
+}
+
+TEST(ViewsLayered, StaircasesOfFewLevelsBecomeSlopes) {
+    constexpr float kLevel = 1 / 255.0F;
+    const cv::Mat truth = slopeAndBoard();
+    const cv::Mat given = quantised(truth);
+    const cv::Mat result = withoutLevels(given, 400);
+    EXPECT_GT(cv::norm(given, truth, cv::NORM_INF), 0.49 * kLevel);
+    EXPECT_LE(cv::norm(result, given, cv::NORM_INF), 0.501 * kLevel);
+    const cv::Range slope(40, 310);
+    EXPECT_LT(cv::norm(result.colRange(slope), truth.colRange(slope), cv::NORM_INF), 0.1 * kLevel);
+    EXPECT_TRUE(samePicture(result.colRange(350, 400), given.colRange(350, 400))); // steps stay
+    LayeredSettings options;
+    options.reachPixels = 400;
+    const cv::Mat photo = randomPhoto(given.size());
+    const LayeredScene scene = layeredScene(photo, result, 0.3, options);
+    for (const LayeredRow& row : scene.rows[0])
+        EXPECT_EQ(row.surfaces.size(), 2U);
+}
+
+TEST(ViewsLayered, DepthWithoutVisibleLevelsStaysAsItIs) {
+    const auto stays = [](const cv::Mat& depth, double reach) {
+        return withoutLevels(depth, reach).data == depth.data;
+    };
+    EXPECT_TRUE(stays(quantised(slopeAndBoard()), 32)); // 1/8 px per level
+    EXPECT_FALSE(stays(quantised(slopeAndBoard()), 64));
+    EXPECT_TRUE(stays(slopeAndBoard(), 400)); // more values than 8 bits have
+    EXPECT_TRUE(stays(Board(0.2F, 0.8F).depth, 400));
+    EXPECT_TRUE(stays(cv::Mat(9, 9, CV_32FC1, cv::Scalar(0.5)), 400));
+}
+
+TEST(ViewsLayered, ThinSurfacesKeepAPixelHoweverTheirBordersMove) {
+    cv::RNG rng(11);
+    cv::Mat photo(1, 120, CV_8UC3);
+    std::vector<LayeredSurface> surfaces;
+    for (int i = 0; i < 500; ++i) {
+        std::vector<float> offsets(120);
+        for (int x = 0; x < 120; x += 2 + i % 2) {
+            const cv::Scalar colour(rng.uniform(0, 256), rng.uniform(0, 256), rng.uniform(0, 256));
+            photo.colRange(x, std::min(x + 3, 120)).setTo(colour);
+            const float offset = rng.uniform(0.0F, 1.0F);
+            std::fill(offsets.begin() + x, offsets.begin() + std::min(x + 3, 120), offset);
+        }
+        cutSurfaces(photo.ptr(), offsets, {}, surfaces);
+        int next = 0;
+        for (const LayeredSurface& surface : surfaces) {
+            ASSERT_LE(next, surface.first);
+            ASSERT_LE(surface.first, surface.last);
+            next = surface.last + 1;
+        }
+        ASSERT_LE(next, 120);
+    }
+}
+
+TEST(ViewsLayered, APictureAtTheFocusNeedsNoTables) {
+    const cv::Mat depth(8, 60, CV_32FC1, cv::Scalar(0.3));
+    const LayeredScene scene = layeredScene(randomPhoto(depth.size()), depth, 0.3, {});
+    EXPECT_TRUE(scene.flat);
+    EXPECT_TRUE(scene.words.empty());
+    EXPECT_TRUE(scene.rows[0].empty());
+}
+
+TEST(ViewsLayered, MemoryIsBoundedForDepthThatIsNoise) {
+    cv::Mat depth(8, 600, CV_32FC1);
+    cv::RNG(3).fill(depth, cv::RNG::UNIFORM, 0, 1);
+    LayeredSettings options;
+    options.reachPixels = 1e6;
+    const LayeredScene scene = layeredScene(randomPhoto(depth.size()), depth, 0.5, options);
+    for (const LayeredRow& row : scene.rows[0])
+        EXPECT_LT(row.strips.size(), 4 * (600U * 12 + 3 * 4096));
+}
+
+// What the search must find, by trying all columns: from the right, the first that appears at x or
+// left of it, or whose border reaches x.
+struct Found {
+    int column = -1;
+    bool inside = false; // between two columns of one surface
+    double place = 0;
+};
+
+Found slowSearch(const LayeredScene& scene, int row, int direction, int x, float shift) {
+    const LayeredTables tables = scene.tables(row);
+    const std::int16_t* words = tables.words + direction * tables.stride;
+    const float unit = shift * tables.scale;
+    const auto placeOf = [&](int column) {
+        return static_cast<float>(column) - unit * static_cast<float>(wordOffset(words[column]));
+    };
+    for (int column = scene.width - 1; column >= 0; --column) {
+        const float place = placeOf(column);
+        const bool border =
+            (words[column] & kFirstFlag) != 0 && place - kEndReach <= static_cast<float>(x);
+        if (place > static_cast<float>(x) && !border) continue;
+        Found found;
+        found.column = column;
+        found.inside = place <= static_cast<float>(x) && (words[column] & kLastFlag) == 0;
+        if (found.inside) {
+            const double next = static_cast<double>(placeOf(column + 1));
+            const double from = static_cast<double>(place);
+            found.place = column + (x - from) / (next - from);
+        }
+        return found;
+    }
+    return {};
+}
+
+// One channel of a row of the photo as the kernels read it; see LayeredSurfaces::strips.
+std::vector<std::uint8_t> planeOf(const LayeredScene& scene, const cv::Mat& photo, int row,
+                                  int channel, int (&strips)[2]) {
+    std::vector<std::uint8_t> plane(2 * static_cast<std::size_t>(scene.stride()));
+    for (int x = 0; x < photo.cols; ++x) {
+        const std::uint8_t value = photo.at<cv::Vec3b>(row, x)[channel];
+        plane[static_cast<std::size_t>(x)] = value;
+        plane[static_cast<std::size_t>(scene.stride() + photo.cols - 1 - x)] = value;
+    }
+    for (int direction = 0; direction < 2; ++direction) {
+        strips[direction] = static_cast<int>(plane.size());
+        const auto& painted = scene.rows[direction][static_cast<std::size_t>(row)].strips;
+        for (std::size_t i = static_cast<std::size_t>(channel); i < painted.size(); i += 4)
+            plane.push_back(painted[i]);
+    }
+    plane.push_back(0);
+    return plane;
+}
+
+std::vector<cv::Mat> depthsToSearch(cv::Size size) {
+    cv::Mat noise(size, CV_32FC1);
+    cv::RNG(7).fill(noise, cv::RNG::UNIFORM, 0, 1);
+    cv::Mat waves(size, CV_32FC1);
+    for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x)
+            waves.at<float>(y, x) = 0.5F + 0.3F * std::sin(0.09F * static_cast<float>(x + y));
+    return {noise, waves, blobDepth(size), blobDepth(size, 5), blobDepth(size, 8)};
+}
+
+// Pixel by pixel: the slow search finds what trying all columns finds, and the kernels give its
+// colour, wherever the pixel lies and whatever stands before it.
+TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
+    const cv::Size size(211, 12);
+    const cv::Mat photo = randomPhoto(size);
+    std::vector<int> columns(static_cast<std::size_t>(size.width));
+    std::iota(columns.begin(), columns.end(), 0);
+    std::vector<float> shifts(columns.size() + kRowPadding);
+    std::vector<std::uint8_t> values(columns.size() + kRowPadding);
+    cv::RNG rng(9);
+    for (const cv::Mat& depth : depthsToSearch(size)) {
+        for (const double tear : {1.0, 3.0}) {
+            LayeredSettings options;
+            options.reachPixels = 25;
+            options.tearPixels = tear;
+            const LayeredScene scene = layeredScene(photo, depth, 0.4, options);
+            const auto renderer = makeLayeredRenderer(photo, depth, 0.4, options);
+            const double largest = tear > 2 ? 90 : 25; // beyond the reach, too
+            const auto sampler = renderer->sampler(columns, largest);
+            for (int y = 0; y < size.height; ++y) {
+                const int channel = y % 3;
+                for (std::size_t i = 0; i < columns.size(); ++i) {
+                    shifts[i] = static_cast<float>(rng.uniform(-largest, largest));
+                    if (i % 10 == 0) shifts[i] = i % 20 == 0 ? 25 : -25;
+                }
+                sampler->open(y);
+                ASSERT_FALSE(sampler->still());
+                sampler->sample(channel, shifts.data(), values.data());
+                int strips[2];
+                const std::vector<std::uint8_t> plane = planeOf(scene, photo, y, channel, strips);
+                const LayeredSearch search(scene, y, strips);
+                for (int x = 0; x < size.width; ++x) {
+                    const float shift = shifts[static_cast<std::size_t>(x)];
+                    const int direction = shift < 0 ? 1 : 0;
+                    const int own = direction == 0 ? x : size.width - 1 - x;
+                    const LayeredPixel pixel =
+                        search.at(direction, own, std::abs(shift), size.width - 1);
+                    const Found found = slowSearch(scene, y, direction, own, std::abs(shift));
+                    if (found.inside) {
+                        ASSERT_EQ(pixel.count, 1);
+                        ASSERT_NEAR(pixel.place[0] / 256.0 - direction * scene.stride(),
+                                    found.place, 0.5 / 256 + 1e-4)
+                            << x << " " << y;
+                    }
+                    ASSERT_EQ(values[static_cast<std::size_t>(x)], colourOf(pixel, plane.data()))
+                        << x << " " << y << " " << shift;
+                }
+            }
+        }
+    }
+}
+
+// Sub-pixels with any shifts are those of the views that they belong to.
+TEST(ViewsLayered, SinglePixelsAreThoseOfTheViews) {
+    const cv::Mat photo = randomPhoto({97, 30});
+    const auto renderer = makeLayeredRenderer(photo, blobDepth(photo.size()), 0.4, {});
+    const float kShifts[] = {-32, -17.3F, -2, -0.01F, 0, 0.3F, 4, 29};
+    std::vector<cv::Mat> views;
+    for (const float shift : kShifts) {
+        views.emplace_back(photo.size(), CV_8UC3);
+        renderer->render(static_cast<double>(shift), views.back());
+    }
+    cv::RNG rng(3);
+    std::vector<int> columns(501);
+    for (std::size_t i = 0; i < columns.size(); ++i)
+        columns[i] = static_cast<int>(i) * photo.cols / 501;
+    const auto sampler = renderer->sampler(columns, 32);
+    std::vector<float> shifts(columns.size() + kRowPadding);
+    std::vector<std::size_t> viewOf(columns.size());
+    std::vector<std::uint8_t> values(columns.size() + kRowPadding);
+    for (int y = 0; y < photo.rows; ++y) {
+        sampler->open(y);
+        for (int channel = 0; channel < 3; ++channel) {
+            for (std::size_t i = 0; i < columns.size(); ++i) {
+                viewOf[i] = static_cast<std::size_t>(rng.uniform(0, 8));
+                shifts[i] = kShifts[viewOf[i]];
+            }
+            sampler->sample(channel, shifts.data(), values.data());
+            for (std::size_t i = 0; i < columns.size(); ++i)
+                ASSERT_EQ(values[i], views[viewOf[i]].at<cv::Vec3b>(y, columns[i])[channel]);
+        }
+    }
+}
+
+// Left picture and true disparity to the right picture; see altiro3D_view_accuracy for the table.
+struct Floor {
+    const char* scene;
+    const char* left;
+    const char* right;
+    const char* disparity;
+    double scale;
+    double wholePsnr;
+    double wholeSsim;
+    double insidePsnr;
+    double insideSsim;
+};
+
+class ViewsLayeredAccuracy : public ::testing::TestWithParam<Floor> {};
+
+TEST_P(ViewsLayeredAccuracy, ReachesItsFloorOnStereoPairs) {
+    ALTIRO3D_REQUIRE_DATA("middlebury");
+    const Floor& floor = GetParam();
+    const std::string folder = (dataPath("middlebury") / floor.scene).string() + "/";
+    const cv::Mat left = cv::imread(folder + floor.left);
+    const cv::Mat right = cv::imread(folder + floor.right);
+    cv::Mat disparity = cv::imread(folder + floor.disparity, cv::IMREAD_UNCHANGED);
+    ASSERT_FALSE(left.empty() || right.empty() || disparity.empty());
+    disparity.convertTo(disparity, CV_32F, 1 / floor.scale);
+    const auto known = [](float d) { return std::isfinite(d) && d > 0; };
+    double largest = 0;
+    for (int y = 0; y < disparity.rows; ++y) {
+        auto* row = disparity.ptr<float>(y);
+        for (int x = 0; x < disparity.cols; ++x) {
+            if (known(row[x])) {
+                largest = std::max(largest, static_cast<double>(row[x]));
+                continue;
+            }
+            int next = x;
+            while (next < disparity.cols && !known(row[next]))
+                ++next;
+            float value = x > 0 ? row[x - 1] : row[std::min(next, disparity.cols - 1)];
+            if (next < disparity.cols) value = std::min(value, row[next]);
+            std::fill(row + x, row + next, known(value) ? value : 0.0F);
+            x = next - 1;
+        }
+    }
+    LayeredSettings options;
+    options.reachPixels = largest;
+    const cv::Mat view = rendered(left, disparity / largest, 0, largest, options);
+    const int band = static_cast<int>(std::ceil(largest)) + 2;
+    const cv::Range inside(band, left.cols - band);
+    EXPECT_GT(altiro3D::psnr(view, right), floor.wholePsnr);
+    EXPECT_GT(altiro3D::ssim(view, right), floor.wholeSsim);
+    EXPECT_GT(altiro3D::psnr(view.colRange(inside), right.colRange(inside)), floor.insidePsnr);
+    EXPECT_GT(altiro3D::ssim(view.colRange(inside), right.colRange(inside)), floor.insideSsim);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    ViewsLayered, ViewsLayeredAccuracy,
+    ::testing::Values(
+        Floor{"Venus", "im2.png", "im6.png", "disp2.pgm", 8, 31.4, .893, 33.3, .903},
+        Floor{"Cones", "im2.png", "im6.png", "disp2.png", 4, 23.1, .815, 26.5, .856},
+        Floor{"Teddy", "im2.png", "im6.png", "disp2.png", 4, 27.3, .850, 29.7, .874},
+        Floor{"Art", "view1.png", "view5.png", "disp1.png", 3, 24.6, .849, 26.4, .885},
+        Floor{"Books", "view1.png", "view5.png", "disp1.png", 3, 23.1, .884, 28.5, .925},
+        Floor{"Motorcycle", "motorcycle_left.png", "motorcycle_right.png", "motorcycle_disp.pfm", 1,
+              24.6, .905, 25.0, .911}),
+    [](const auto& floor) { return std::string(floor.param.scene); });
+
+} // namespace
+} // namespace altiro3D::test

@@ -11,9 +11,8 @@
 
 #include "altiro3D/picture_quality.hpp"
 #include "support/files.hpp"
+#include "views/view_methods.hpp"
 #include "views/view_renderer.hpp"
-#include "views/views_layered.hpp"
-#include "views/views_real.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/export.hpp"
+#include "altiro3D/view_options.hpp"
 
 #include <filesystem>
 #include <limits>
@@ -144,25 +145,6 @@ ALTIRO3D_EXPORT double parallaxOf(const Camera& camera);
 /// @return baseline in the unit of zNear
 /// @throws Error InvalidArgument (camera, parallax)
 ALTIRO3D_EXPORT double baselineFor(const Camera& camera, double parallaxPixels);
-
-/// How holes are painted that no pixel of the photo belongs to.
-enum class Inpainting {
-    Telea,       ///< Fast marching (Telea 2004).
-    NavierStokes ///< Continues lines of equal brightness (Bertalmio et al. 2001).
-};
-
-/// What method Real does with what the photo does not show.
-struct RealOptions {
-    Inpainting inpainting = Inpainting::Telea; ///< See Inpainting.
-    double inpaintingRadius = 3; ///< How far around a hole's pixel is looked, px, 1..20.
-    bool backgroundOnly = false; ///< Paint what was hidden from what lies behind only, not from the
-                                 ///< thing that hid it, too; false is the published method.
-};
-
-/// Checks options.
-/// @param options what to check
-/// @throws Error InvalidArgument that names the field, its value and the range
-ALTIRO3D_EXPORT void validate(const RealOptions& options);
 
 /// Where a camera stands and looks: a point X of the photo's camera is R X + T for this one. A
 /// camera at C has T = -R C: moved to the right by b and not turned, (-b, 0, 0).

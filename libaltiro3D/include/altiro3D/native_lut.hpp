@@ -12,6 +12,8 @@
 
 namespace altiro3D {
 
+struct NativeLutTables;
+
 /// The look-up table of a display and a quilt layout: for every sub-pixel of the panel the quilt
 /// pixel whose colour it shows.
 ///
@@ -60,9 +62,8 @@ class ALTIRO3D_EXPORT NativeLut {
     const cv::Mat& channel(int channel) const;
 
   private:
-    struct Tables;
-    explicit NativeLut(std::shared_ptr<const Tables> tables);
-    std::shared_ptr<const Tables> tables_;
+    explicit NativeLut(std::shared_ptr<const NativeLutTables> tables);
+    std::shared_ptr<const NativeLutTables> tables_;
 };
 
 /// Checks that a table was built from this calibration.

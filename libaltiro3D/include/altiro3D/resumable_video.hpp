@@ -1,8 +1,8 @@
 #pragma once
 
 #include "altiro3D/export.hpp"
-#include "altiro3D/video_frame.hpp"
 #include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_types.hpp"
 #include "altiro3D/video_writer.hpp"
 
 #include <cstdint>

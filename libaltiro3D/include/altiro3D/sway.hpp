@@ -5,7 +5,7 @@
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
-#include "altiro3D/video_frame.hpp"
+#include "altiro3D/video_types.hpp"
 
 #include <filesystem>
 #include <functional>

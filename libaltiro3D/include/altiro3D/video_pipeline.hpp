@@ -2,7 +2,7 @@
 
 #include "altiro3D/export.hpp"
 #include "altiro3D/video_depth.hpp"
-#include "altiro3D/video_frame.hpp"
+#include "altiro3D/video_types.hpp"
 
 #include <cstdint>
 #include <functional>

@@ -2,88 +2,16 @@
 
 #include "altiro3D/export.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/video_frame.hpp"
+#include "altiro3D/video_types.hpp"
 
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <memory>
-#include <opencv2/core/types.hpp>
 #include <optional>
-#include <string>
-#include <vector>
 
 namespace altiro3D {
 
 class OtherStreams;
-
-/// How a video is opened.
-struct VideoReaderOptions {
-    double from = 0; ///< First time to deliver, s, 0 or more, less than 1e9.
-    double to = std::numeric_limits<double>::infinity(); ///< Time to stop before, s, > from.
-    int threads = 0;         ///< Threads that decode, 0..64; 0 = one per processor, at most 16.
-    std::string format;      ///< FFmpeg's name of the format or device ("v4l2"); empty: found out.
-    VideoTags formatOptions; ///< FFmpeg's settings of the format ("video_size", "1280x720").
-};
-
-/// Checks the options; `format` and its options only VideoReader can.
-/// @param options what to check
-/// @throws Error InvalidArgument that names the field, its value and the range
-ALTIRO3D_EXPORT void validate(const VideoReaderOptions& options);
-
-/// What a stream of a video file holds.
-enum class StreamKind { Video, Audio, Subtitle, Data, Attachment };
-
-/// One stream of a video file.
-struct VideoStreamFacts {
-    int index = 0;                       ///< Place in the file, from 0.
-    StreamKind kind = StreamKind::Video; ///< What it holds.
-    std::string codec;                   ///< FFmpeg's name of the codec ("aac"), or "unknown".
-    std::string language;                ///< Three letters ("eng") or empty.
-    std::string title;                   ///< Its name, or empty.
-    int channels = 0;                    ///< Audio channels.
-    int sampleRate = 0;                  ///< Audio samples a second.
-    bool isCover = false;                ///< A cover picture, not a video.
-};
-
-/// A chapter of a video.
-struct VideoChapter {
-    double start = 0;  ///< s from the start of the file.
-    double end = 0;    ///< s from the start of the file.
-    std::string title; ///< Its name, or empty.
-};
-
-/// What a video file says about itself. All times count from the start of the file, which may have
-/// another number there.
-struct VideoFacts {
-    std::string format;          ///< FFmpeg's name of the container ("matroska,webm").
-    std::string codec;           ///< FFmpeg's name of the video codec ("h264").
-    std::string pixelFormat;     ///< FFmpeg's name of the pixel format ("yuv420p").
-    bool isDevice = false;       ///< A capture device: what is not read in time is lost.
-    int streamIndex = 0;         ///< Which stream is delivered.
-    cv::Size size;               ///< Of the frames as delivered: upright.
-    int rotationDegrees = 0;     ///< Clockwise turn that is applied to the stored pictures: 0..270.
-    bool mirrored = false;       ///< The stored pictures are mirrored left to right after the turn.
-    Fraction sampleAspect{1, 1}; ///< Width : height of a px of the upright picture.
-    Fraction averageRate;        ///< Frames a second, over all.
-    Fraction nominalRate;        ///< Smallest rate that all time stamps fit into.
-    bool constantRate = false;   ///< The two rates agree.
-    Fraction timeBase{1, 1};     ///< Unit of the frames' times, s.
-    std::optional<double> duration;         ///< Of the file, s.
-    std::optional<std::int64_t> frameCount; ///< Frames in the whole file: stated or estimated.
-    VideoColour colour;                     ///< How colours are stored.
-    std::vector<VideoStreamFacts> streams;  ///< All streams, the delivered one included.
-    std::vector<VideoChapter> chapters;     ///< In the file's order.
-    VideoTags tags;                         ///< Of the file.
-};
-
-/// What happened while reading, so far.
-struct VideoReadCounts {
-    std::int64_t frames = 0;        ///< Frames delivered.
-    std::int64_t corrupt = 0;       ///< Packets and frames left out because they are damaged.
-    std::int64_t repairedTimes = 0; ///< Frames whose time was missing or ran backwards.
-    bool truncated = false;         ///< The file ended before its end.
-};
 
 /// Reads the frames of a video through FFmpeg's libraries.
 ///

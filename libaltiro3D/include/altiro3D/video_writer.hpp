@@ -1,58 +1,14 @@
 #pragma once
 
 #include "altiro3D/export.hpp"
-#include "altiro3D/video_frame.hpp"
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_types.hpp"
 
 #include <filesystem>
 #include <memory>
-#include <opencv2/core/types.hpp>
-#include <optional>
-#include <string>
 
 namespace altiro3D {
-
-/// How frames are encoded. In a Native neighbouring sub-pixels belong to different views, so all
-/// but `compatible` keep the colour of every px.
-enum class VideoCodec {
-    H264,    ///< H.264 High 4:4:4 Predictive, libx264: .mkv .mp4 .mov
-    H264Rgb, ///< H.264 of red, green and blue, libx264rgb: .mkv .mp4 .mov
-    Hevc,    ///< H.265 4:4:4, libx265: .mkv .mp4 .mov
-    Ffv1,    ///< Lossless FFV1: .mkv
-    ProRes   ///< ProRes 4444, 10 bits: .mkv .mov
-};
-
-/// How a video is written.
-struct VideoWriterOptions {
-    cv::Size size;                       ///< Of all frames, px, 16..16384 a side.
-    VideoCodec codec = VideoCodec::H264; ///< How frames are encoded.
-    /// 4:2:0 for players that can do no more (H264 and Hevc); even sides only. It blurs a Native's
-    /// views into each other.
-    bool compatible = false;
-    double crf = 16;                  ///< Quality of H264, H264Rgb, Hevc, 0..51; less is better.
-    std::string preset = "superfast"; ///< Of H264, H264Rgb, Hevc: "ultrafast".."veryslow".
-    Fraction timeBase{1, 1000};       ///< Unit of the frames' times, s.
-    Fraction frameRate;               ///< Frames a second, if only about; 0/1 = not known.
-    bool constantRate = false;        ///< frameRate holds for every frame.
-    Fraction sampleAspect{1, 1};      ///< Width : height of a px.
-    /// Else BT.709 from 720 lines on (BT.2020 if the source is), below them the source's, or
-    /// BT.601. Codecs of red, green and blue have none.
-    std::optional<ColourMatrix> matrix;
-    std::optional<ColourRange>
-        range; ///< Else limited. Codecs of red, green and blue: full, always.
-    std::optional<VideoColour> colour; ///< Of the source; else as its reader says, if there is one.
-    int threads = 0;   ///< Threads that encode, 0..64; 0 = one per processor. Bytes depend on it.
-    bool audio = true; ///< Copy the source's sound.
-    bool subtitles = true; ///< Copy or convert the source's subtitles.
-    bool chapters = true;  ///< Copy the source's chapters.
-    bool metadata = true;  ///< Copy the source's tags.
-    VideoTags tags;        ///< Further tags of the file; they win over the source's.
-};
-
-/// Checks the options.
-/// @param options what to check
-/// @throws Error InvalidArgument that names the field, its value and the range
-ALTIRO3D_EXPORT void validate(const VideoWriterOptions& options);
 
 /// Whether the file name's extension is one that VideoWriter can write: .mkv, .mp4, .m4v or .mov.
 /// @param path file name; the file is not looked at

@@ -2,9 +2,9 @@
 
 #include "altiro3D/depth_map.hpp"
 #include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "base/text.hpp"
 #include "depth/depth_fit_row.hpp"
-#include "native/native_row_kernels.hpp"
 
 #include <algorithm>
 #include <array>

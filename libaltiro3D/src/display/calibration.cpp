@@ -2,9 +2,9 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "base/image_format.hpp"
 #include "base/json_limits.hpp"
 #include "base/text.hpp"
-#include "image/image_header.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -41,7 +41,7 @@ std::string show(const json& value) {
 }
 
 json parseJson(const std::string& text, const std::string& source) {
-    if (readPictureHeader(text, {}).format != PictureFormat::Unknown)
+    if (pictureFormat(text) != PictureFormat::Unknown)
         fail(source, "is a picture, expected a display's visual.json");
     if (!isHandy(text, kMaxNesting, kMaxMembers)) {
         fail(source, "nests deeper than 64 levels or has an object of more than 1000 members, "

@@ -1,7 +1,7 @@
 #include "display/lens_phase.hpp"
 
+#include "base/pixel_rows.hpp"
 #include "display/lens_phase_kernels.hpp"
-#include "native/native_row_kernels.hpp"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "image/image_format.hpp"
+#include "base/image_format.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -11,7 +11,7 @@
 
 namespace altiro3D {
 
-void NativeLut::Tables::allocate() {
+void NativeLutTables::allocate() {
     try {
         const int rows = panelSize.height;
         const cv::Mat all = largeMat(3 * rows, panelSize.width, CV_16UC2);
@@ -30,7 +30,7 @@ void NativeLut::Tables::allocate() {
 NativeLut::NativeLut(const Calibration& calibration, const QuiltLayout& quilt, InvertViews invert) {
     validate(quilt);
     const LensGeometry g = lensGeometry(calibration, invert);
-    auto tables = std::make_shared<Tables>();
+    auto tables = std::make_shared<NativeLutTables>();
     tables->panelSize = {g.panelWidth, g.panelHeight};
     tables->quilt = quilt;
     tables->calibrationFingerprint = fingerprint(calibration);
@@ -64,7 +64,7 @@ NativeLut::NativeLut(const Calibration& calibration, const QuiltLayout& quilt, I
     tables_ = std::move(tables);
 }
 
-NativeLut::NativeLut(std::shared_ptr<const Tables> tables) : tables_(std::move(tables)) {}
+NativeLut::NativeLut(std::shared_ptr<const NativeLutTables> tables) : tables_(std::move(tables)) {}
 
 cv::Size NativeLut::panelSize() const {
     return tables_->panelSize;

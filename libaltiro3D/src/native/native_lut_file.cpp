@@ -1,5 +1,7 @@
 // The .map file; docs/map-format.md is its public description.
 
+#include "altiro3D/native_lut.hpp"
+
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/text.hpp"
@@ -157,7 +159,7 @@ void checkHeader(const Header& h, const std::string& name) {
 } // namespace
 
 void NativeLut::save(const std::filesystem::path& file) const {
-    const Tables& t = *tables_;
+    const NativeLutTables& t = *tables_;
     Header h{};
     std::memcpy(h.magic, kMagic, sizeof kMagic);
     h.version = kVersion;
@@ -213,7 +215,7 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
                         "; build it again with altiro3Dnative");
     }
 
-    auto tables = std::make_shared<Tables>();
+    auto tables = std::make_shared<NativeLutTables>();
     tables->panelSize = {static_cast<int>(h.panelWidth), static_cast<int>(h.panelHeight)};
     tables->quilt.columns = static_cast<int>(h.columns);
     tables->quilt.rows = static_cast<int>(h.rows);

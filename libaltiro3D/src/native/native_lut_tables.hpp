@@ -1,13 +1,17 @@
 #pragma once
 
-#include "altiro3D/native_lut.hpp"
+#include "altiro3D/quilt.hpp"
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <string>
 
 namespace altiro3D {
 
 /// What a NativeLut holds; shared by building (native_lut.cpp) and the file (native_lut_file.cpp).
-struct NativeLut::Tables {
+struct NativeLutTables {
     cv::Size panelSize;
     QuiltLayout quilt;
     std::uint64_t calibrationFingerprint = 0;

@@ -4,8 +4,8 @@
 #include "base/text.hpp"
 #include "display/lens_phase.hpp"
 #include "native/native_lut_tables.hpp"
-#include "native/native_row_kernels.hpp"
-#include "views/view_renderer.hpp"
+#include "native/shift_kernels.hpp"
+#include "views/view_methods.hpp"
 
 #include <array>
 #include <cstring>

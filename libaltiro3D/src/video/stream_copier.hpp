@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/image_io.hpp"
 #include "video/ffmpeg.hpp"
 #include "video/other_streams.hpp"
 

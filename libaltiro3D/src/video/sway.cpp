@@ -4,7 +4,7 @@
 #include "altiro3D/video_writer.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
-#include "views/view_renderer.hpp"
+#include "views/view_methods.hpp"
 
 #include <algorithm>
 #include <cmath>

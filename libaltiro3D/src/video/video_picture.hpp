@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/video_frame.hpp"
+#include "altiro3D/video_types.hpp"
 #include "video/ffmpeg.hpp"
 #include "video/yuv_kernels.hpp"
 

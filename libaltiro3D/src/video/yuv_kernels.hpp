@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/video_frame.hpp"
+#include "altiro3D/video_types.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -74,11 +74,6 @@ void validate(const Camera& camera) {
     check(camera, checkNumber);
 }
 
-void validate(const RealOptions& options) {
-    checkNumber(options.inpaintingRadius >= 1 && options.inpaintingRadius <= 20, "inpaintingRadius",
-                options.inpaintingRadius, "1..20 px");
-}
-
 void validate(const CameraPose& pose) {
     for (int i = 0; i < 3; ++i) {
         checkNumber(std::abs(pose.translation[i]) <= kLargest,

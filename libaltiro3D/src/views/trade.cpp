@@ -3,7 +3,7 @@
 #include "altiro3D/picture_quality.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
-#include "views/view_renderer.hpp"
+#include "views/view_methods.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/view_options.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -105,21 +105,5 @@ float halfParallaxOf(const ViewOptions& options, int width);
 
 /// p S/2 in px, the product of two floats as in shiftsOfViews().
 double shiftOf(const ViewOptions& options, int width, double position);
-
-/// Makes the renderer of a method. Photo and depth must live as long as it does.
-///
-/// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
-/// @param options method and knobs, valid
-/// @param reach largest |position| that views will be asked for
-/// @throws Error InvalidArgument (types, sizes), Mismatch, TooLarge, OutOfMemory
-std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
-                                           const ViewOptions& options, double reach);
-
-/// Method Fast. Photo and depth must live as long as the renderer.
-/// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
-std::unique_ptr<ViewRenderer> makeFastRenderer(const cv::Mat& photo, const cv::Mat& depth,
-                                               const ViewOptions& options);
 
 } // namespace altiro3D

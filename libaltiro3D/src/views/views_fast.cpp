@@ -1,8 +1,8 @@
 // Method Fast: view(x, y) = photo(x + shift (depth(x, y) - focus), y), linear, borders repeated;
 // with refinement depth is read again where the px was found to come from.
 
-#include "native/native_row_kernels.hpp"
-#include "views/view_renderer.hpp"
+#include "base/pixel_rows.hpp"
+#include "views/view_methods.hpp"
 #include "views/views_fast_row.hpp"
 
 #include <array>

@@ -1,9 +1,9 @@
 // Method Layered: each row of a view shows, at each pixel, the front-most surface there; behind
 // near things lies a background that is painted once.
 
-#include "views/views_layered.hpp"
+#include "views/view_methods.hpp"
 
-#include "native/native_row_kernels.hpp"
+#include "base/pixel_rows.hpp"
 #include "views/views_layered_ends.hpp"
 #include "views/views_layered_scene.hpp"
 

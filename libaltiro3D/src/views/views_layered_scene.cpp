@@ -1,6 +1,6 @@
 #include "views/views_layered_scene.hpp"
 
-#include "native/native_row_kernels.hpp"
+#include "base/pixel_rows.hpp"
 
 #include <algorithm>
 #include <cmath>

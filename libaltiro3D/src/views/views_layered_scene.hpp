@@ -1,6 +1,6 @@
 #pragma once
 
-#include "views/views_layered.hpp"
+#include "views/view_methods.hpp"
 #include "views/views_layered_row.hpp"
 
 #include <opencv2/core/mat.hpp>

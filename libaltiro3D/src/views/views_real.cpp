@@ -8,7 +8,7 @@
 // side (rows alone, no matrices), made here, give the same picture as the general road,
 // views_real_camera.cpp.
 
-#include "views/views_real.hpp"
+#include "views/view_methods.hpp"
 
 #include "views/views_real_cells.hpp"
 #include "views/views_real_holes.hpp"

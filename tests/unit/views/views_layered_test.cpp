@@ -1,7 +1,7 @@
-#include "views/views_layered.hpp"
+#include "views/view_methods.hpp"
 
 #include "altiro3D/picture_quality.hpp"
-#include "native/native_row_kernels.hpp"
+#include "base/pixel_rows.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"

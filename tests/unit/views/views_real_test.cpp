@@ -1,4 +1,4 @@
-#include "views/views_real.hpp"
+#include "views/view_methods.hpp"
 #include "views/views_real_holes.hpp"
 
 #include "altiro3D/image_io.hpp"

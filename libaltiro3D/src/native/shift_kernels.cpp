@@ -1,8 +1,8 @@
-#include "native/native_row_kernels.hpp"
+#include "native/shift_kernels.hpp"
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "native/native_row_kernels.cpp"
+#define HWY_TARGET_INCLUDE "native/shift_kernels.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
 
 #include <hwy/highway.h>
@@ -51,44 +51,6 @@ void shiftsOfPhasesOn(const std::uint32_t* HWY_RESTRICT columns, std::uint32_t r
     }
 }
 
-void interleaveRowOn(const std::uint8_t* HWY_RESTRICT blue, const std::uint8_t* HWY_RESTRICT green,
-                     const std::uint8_t* HWY_RESTRICT red, std::size_t count,
-                     std::uint8_t* HWY_RESTRICT bgr) {
-    const hn::ScalableTag<std::uint8_t> d;
-    const std::size_t lanes = hn::Lanes(d);
-    std::size_t i = 0;
-    for (; i + lanes <= count; i += lanes)
-        hn::StoreInterleaved3(hn::LoadU(d, blue + i), hn::LoadU(d, green + i),
-                              hn::LoadU(d, red + i), d, bgr + 3 * i);
-    for (; i < count; ++i) {
-        bgr[3 * i] = blue[i];
-        bgr[3 * i + 1] = green[i];
-        bgr[3 * i + 2] = red[i];
-    }
-}
-
-void splitRowOn(const std::uint8_t* HWY_RESTRICT bgr, std::size_t count,
-                std::uint8_t* HWY_RESTRICT blue, std::uint8_t* HWY_RESTRICT green,
-                std::uint8_t* HWY_RESTRICT red) {
-    const hn::ScalableTag<std::uint8_t> d;
-    const std::size_t lanes = hn::Lanes(d);
-    std::size_t i = 0;
-    for (; i + lanes <= count; i += lanes) {
-        hn::Vec<decltype(d)> b;
-        hn::Vec<decltype(d)> g;
-        hn::Vec<decltype(d)> r;
-        hn::LoadInterleaved3(d, bgr + 3 * i, b, g, r);
-        hn::StoreU(b, d, blue + i);
-        hn::StoreU(g, d, green + i);
-        hn::StoreU(r, d, red + i);
-    }
-    for (; i < count; ++i) {
-        blue[i] = bgr[3 * i];
-        green[i] = bgr[3 * i + 1];
-        red[i] = bgr[3 * i + 2];
-    }
-}
-
 } // namespace HWY_NAMESPACE
 } // namespace altiro3D
 HWY_AFTER_NAMESPACE();
@@ -98,8 +60,6 @@ namespace altiro3D {
 
 HWY_EXPORT(shiftsOfViewsOn);
 HWY_EXPORT(shiftsOfPhasesOn);
-HWY_EXPORT(interleaveRowOn);
-HWY_EXPORT(splitRowOn);
 
 void shiftsOfViews(const std::uint16_t* views, std::size_t count, int viewCount, float halfParallax,
                    float* shifts) {
@@ -109,16 +69,6 @@ void shiftsOfViews(const std::uint16_t* views, std::size_t count, int viewCount,
 void shiftsOfPhases(const std::uint32_t* columns, std::uint32_t row, std::size_t count,
                     int viewCount, float halfParallax, float* shifts) {
     HWY_DYNAMIC_DISPATCH(shiftsOfPhasesOn)(columns, row, count, viewCount, halfParallax, shifts);
-}
-
-void interleaveRow(const std::uint8_t* blue, const std::uint8_t* green, const std::uint8_t* red,
-                   std::size_t count, std::uint8_t* bgr) {
-    HWY_DYNAMIC_DISPATCH(interleaveRowOn)(blue, green, red, count, bgr);
-}
-
-void splitRow(const std::uint8_t* bgr, std::size_t count, std::uint8_t* blue, std::uint8_t* green,
-              std::uint8_t* red) {
-    HWY_DYNAMIC_DISPATCH(splitRowOn)(bgr, count, blue, green, red);
 }
 
 } // namespace altiro3D

@@ -1,4 +1,4 @@
-#include "image/image_format.hpp"
+#include "base/image_format.hpp"
 
 #include "base/text.hpp"
 

@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""Checks that the includes of the library follow its rooms (docs/architecture.md).
+
+A room may include itself and the rooms before it, and no chain of includes returns to where it began.
+A header and its source count as one node; a public header belongs to the room of its source.
+
+    scripts/check-includes.py [ROOT]      default: the project
+"""
+import re
+import sys
+from pathlib import Path
+
+ROOMS = ["base", "display", "image", "depth", "views", "native", "video"]
+# Public headers without a source of their name.
+HEADER_ROOMS = {"export": "base", "version": "base", "image_io": "image", "video_types": "video"}
+UMBRELLA = "altiro3D"
+
+
+def read_nodes(root):
+    """Returns {node: room} and {node: {included node: "file:line"}}."""
+    rooms, includes, problems = {}, {}, []
+    sources = sorted((root / "libaltiro3D/src").rglob("*.[ch]pp"))
+    headers = sorted((root / "libaltiro3D/include/altiro3D").glob("*.hpp"))
+    for file in sources:
+        room = file.parent.relative_to(root / "libaltiro3D/src").as_posix()
+        if room not in ROOMS:
+            problems.append(f"{file.relative_to(root)}: is in no room, expected one of {', '.join(ROOMS)}")
+            continue
+        if rooms.setdefault(file.stem, room) != room:
+            problems.append(f"{file.relative_to(root)}: another file of this name is in {rooms[file.stem]}")
+    for file in headers:
+        if file.stem == UMBRELLA or file.stem in rooms:
+            continue
+        if file.stem not in HEADER_ROOMS:
+            problems.append(f"{file.relative_to(root)}: has no source and no room, expected a line in "
+                            "HEADER_ROOMS of scripts/check-includes.py")
+            continue
+        rooms[file.stem] = HEADER_ROOMS[file.stem]
+    for file in sources + headers:
+        if file.stem not in rooms:
+            continue
+        edges = includes.setdefault(file.stem, {})
+        for number, line in enumerate(file.read_text().splitlines(), 1):
+            match = re.match(r'\s*#include "([\w/]+)\.hpp"', line)
+            if not match:
+                continue
+            target = match[1].split("/")[-1]
+            place = f"{file.relative_to(root)}:{number}"
+            if target == UMBRELLA:
+                problems.append(f"{place}: includes the umbrella header, expected the header that it needs")
+            elif target in rooms and target != file.stem:
+                edges.setdefault(target, place)
+    return rooms, includes, problems
+
+
+def find_cycles(includes):
+    """Returns the sets of nodes that include each other (Tarjan)."""
+    index, low, stack, found = {}, {}, [], []
+
+    def visit(node):
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        for target in includes.get(node, {}):
+            if target not in index:
+                visit(target)
+                low[node] = min(low[node], low[target])
+            elif target in stack:
+                low[node] = min(low[node], index[target])
+        if low[node] == index[node]:
+            group = set()
+            while node not in group:
+                group.add(stack.pop())
+            if len(group) > 1:
+                found.append(sorted(group))
+
+    for node in sorted(includes):
+        if node not in index:
+            visit(node)
+    return found
+
+
+def main():
+    root = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent.parent).resolve()
+    rooms, includes, problems = read_nodes(root)
+    if len(rooms) < 10:
+        sys.exit(f"{root}: has {len(rooms)} files of the library, expected the project")
+    for node, edges in sorted(includes.items()):
+        for target, place in sorted(edges.items()):
+            if ROOMS.index(rooms[target]) > ROOMS.index(rooms[node]):
+                problems.append(f"{place}: {rooms[node]} includes {target} of {rooms[target]}, expected a "
+                                f"header of {' or '.join(ROOMS[:ROOMS.index(rooms[node]) + 1])}")
+    for group in find_cycles(includes):
+        places = [includes[a][b] for a in group for b in group if b in includes[a]]
+        problems.append(f"cycle of {', '.join(group)}: " + "; ".join(places))
+    for problem in problems:
+        print(problem, file=sys.stderr)
+    if problems:
+        sys.exit(1)
+    print(f"includes: {len(rooms)} files in {len(ROOMS)} rooms, no wrong direction, no cycle")
+
+
+if __name__ == "__main__":
+    main()

@@ -28,31 +28,6 @@ std::string reason(int number) {
     return std::generic_category().message(number);
 }
 
-// A file descriptor that is closed at the end.
-class Descriptor {
-  public:
-    explicit Descriptor(int number) : number_(number) {}
-    ~Descriptor() {
-        if (number_ >= 0) ::close(number_);
-    }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-
-    int get() const { return number_; }
-    bool isOpen() const { return number_ >= 0; }
-
-    // Closes now and tells errno, as network file systems report a full disk only here.
-    int close() {
-        const int number = number_;
-        number_ = -1;
-        // After EINTR the descriptor is gone on Linux; a second close could hit another's.
-        return ::close(number) == 0 || errno == EINTR ? 0 : errno;
-    }
-
-  private:
-    int number_;
-};
-
 // After EAGAIN (a non-blocking pipe): waits until the descriptor can go on.
 void waitFor(int number, short events) {
     pollfd waiting{number, events, 0};
@@ -111,8 +86,7 @@ bool isOwnDescriptor(const fs::path& path) {
     return ownDescriptor(path).has_value();
 }
 
-void writeInPlace(const fs::path& path, int number, const std::vector<Bytes>& parts) {
-    Descriptor file(number);
+void writeInPlace(const fs::path& path, FileHandle file, const std::vector<Bytes>& parts) {
     if (!file.isOpen()) failWrite(path, errno);
     if (const int error = writeAll(file.get(), parts)) failWrite(path, error);
     if (const int error = file.close()) failWrite(path, error);
@@ -125,12 +99,12 @@ class TemporaryFile {
   public:
     explicit TemporaryFile(const fs::path& directory) : directory_(directory) {
         if (::access("/proc/self/fd", X_OK) == 0) {
-            number_ = openFile(directory, O_WRONLY | O_TMPFILE, 0666);
+            file_ = openFile(directory, O_WRONLY | O_TMPFILE, 0666);
         }
-        if (number_ >= 0) return;
+        if (file_.isOpen()) return;
         tryNames([this] {
-            number_ = openFile(path_, O_WRONLY | O_CREAT | O_EXCL, 0666);
-            return number_ >= 0;
+            file_ = openFile(path_, O_WRONLY | O_CREAT | O_EXCL, 0666);
+            return file_.isOpen();
         });
     }
     ~TemporaryFile() {
@@ -139,12 +113,12 @@ class TemporaryFile {
     TemporaryFile(const TemporaryFile&) = delete;
     TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-    int number() const { return number_; }
+    FileHandle& file() { return file_; }
     const fs::path& path() const { return path_; }
     // Gives it a name, while it is open. 0 or errno.
     int name() {
         if (!path_.empty()) return 0;
-        const std::string self = "/proc/self/fd/" + std::to_string(number_);
+        const std::string self = "/proc/self/fd/" + std::to_string(file_.get());
         return tryNames([&] {
             return ::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, path_.c_str(), AT_SYMLINK_FOLLOW) ==
                    0;
@@ -169,13 +143,13 @@ class TemporaryFile {
 
     fs::path directory_;
     fs::path path_; // empty: no name
-    int number_ = -1;
+    FileHandle file_;
 };
 
 } // namespace
 
 std::string readFile(const fs::path& path, std::uintmax_t maxBytes) {
-    Descriptor file(openFile(path, O_RDONLY | O_NOCTTY));
+    const FileHandle file = openFile(path, O_RDONLY | O_NOCTTY);
     if (!file.isOpen()) {
         if (errno == ENOENT || errno == ENOTDIR) {
             throw Error(ErrorCode::NotFound, path.string(), "does not exist, expected a file");
@@ -234,7 +208,7 @@ void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
     const fs::path target = followLinks(path, isOwnDescriptor);
     if (const std::optional<int> own = ownDescriptor(target)) {
         // Opening the name anew would lose the position in a file that output is appended to.
-        writeInPlace(path, ::fcntl(*own, F_DUPFD_CLOEXEC, 0), parts);
+        writeInPlace(path, FileHandle(::fcntl(*own, F_DUPFD_CLOEXEC, 0)), parts);
         return;
     }
 
@@ -255,8 +229,8 @@ void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
     const fs::path parent = target.parent_path();
     const fs::path directory = parent.empty() ? fs::path(".") : parent;
     TemporaryFile temporary(directory);
-    if (temporary.number() < 0) failWrite(path, errno);
-    Descriptor file(temporary.number());
+    FileHandle& file = temporary.file();
+    if (!file.isOpen()) failWrite(path, errno);
     if (const int error = writeAll(file.get(), parts)) failWrite(path, error);
     if (exists) {
         const int error = takeOwnerAndMode(file.get(), state);

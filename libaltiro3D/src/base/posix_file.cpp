@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <fcntl.h>
 #include <string>
+#include <sys/file.h>
 #include <system_error>
 #include <unistd.h>
 
@@ -24,12 +25,22 @@ void failWrite(const fs::path& path, int number) {
     throw Error(ErrorCode::WriteFailed, path.string(), problem);
 }
 
-int openFile(const fs::path& path, int flags, mode_t mode) {
+int FileHandle::close() {
+    if (number_ < 0) return 0;
+    // After EINTR the descriptor is gone on Linux; a second close could hit another's.
+    return ::close(release()) == 0 || errno == EINTR ? 0 : errno;
+}
+
+FileHandle openFile(const fs::path& path, int flags, mode_t mode) {
     int number = -1;
     do {
         number = ::open(path.c_str(), flags | O_CLOEXEC, mode);
     } while (number < 0 && errno == EINTR);
-    return number;
+    return FileHandle(number);
+}
+
+bool lockFile(const FileHandle& file) {
+    return ::flock(file.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
 }
 
 fs::path followLinks(const fs::path& path, bool (*isEnd)(const fs::path&)) {
@@ -66,10 +77,9 @@ int flushFile(int number) {
 
 void flushDirectoryOf(const fs::path& path) {
     const fs::path parent = path.parent_path();
-    const int number = openFile(parent.empty() ? fs::path(".") : parent, O_RDONLY | O_DIRECTORY);
-    if (number < 0) return;
-    flushFile(number);
-    ::close(number);
+    const FileHandle directory =
+        openFile(parent.empty() ? fs::path(".") : parent, O_RDONLY | O_DIRECTORY);
+    if (directory.isOpen()) flushFile(directory.get());
 }
 
 } // namespace altiro3D

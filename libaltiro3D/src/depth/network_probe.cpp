@@ -3,6 +3,7 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
+#include "base/posix_file.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -81,23 +82,18 @@ void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size 
                         std::generic_category().message(errno));
     };
     if (::pipe2(ends, O_CLOEXEC) != 0) refuse();
+    const FileHandle answers(ends[0]);
+    FileHandle childEnd(ends[1]);
     const pid_t child = ::fork();
-    if (child < 0) {
-        const int number = errno;
-        ::close(ends[0]);
-        ::close(ends[1]);
-        errno = number;
-        refuse();
-    }
-    if (child == 0) tryNetwork(file, profile, inputSize, ends[1]);
-    ::close(ends[1]);
-    const bool inTime = waitFor(ends[0], seconds);
+    if (child < 0) refuse();
+    if (child == 0) tryNetwork(file, profile, inputSize, childEnd.get());
+    childEnd.close();
+    const bool inTime = waitFor(answers.get(), seconds);
     char answer = 0;
     if (inTime) {
-        while (::read(ends[0], &answer, 1) < 0 && errno == EINTR) {
+        while (::read(answers.get(), &answer, 1) < 0 && errno == EINTR) {
         }
     }
-    ::close(ends[0]);
     if (!inTime) ::kill(child, SIGKILL);
     int status = 0;
     while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {

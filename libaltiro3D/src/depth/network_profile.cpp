@@ -2,12 +2,12 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "base/json_reader.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -19,10 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr std::uintmax_t kMaxJsonBytes = 1024 * 1024;
-constexpr int kMaxJsonDepth = 16; // a catalogue needs 4
+constexpr JsonLimits kLimits{16, 1000, true}; // a catalogue needs 4 levels
 constexpr std::size_t kMaxNetworks = 1000;
 constexpr int kMaxSide = 4096;
 
@@ -115,13 +113,6 @@ std::optional<Problem> findProblem(const NetworkProfile& profile) {
     return std::nullopt;
 }
 
-// A JSON value as an error shows it; lists and objects may be long and are only named.
-std::string shown(const Json& value) {
-    if (value.is_array()) return "a list";
-    if (value.is_object()) return "an object";
-    return shortened(value.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
-
 // Reads the fields of one JSON object, and blames file and field for what it finds.
 class FieldReader {
   public:
@@ -134,7 +125,7 @@ class FieldReader {
 
     [[noreturn]] void failExpecting(const std::string& field, const Json& value,
                                     const std::string& expected) const {
-        fail(field, "is " + shown(value) + ", expected " + expected);
+        fail(field, "is " + shownJson(value) + ", expected " + expected);
     }
 
     // The field's value; null if it is absent and may be.
@@ -257,49 +248,13 @@ NetworkProfile readProfile(const std::string& file, const std::string& prefix, c
     return profile;
 }
 
-// `line 3, column 7` of a byte of the text, counted from 1.
-std::string placeOf(const std::string& text, std::size_t byte) {
-    const std::size_t end = std::min(byte > 0 ? byte - 1 : 0, text.size());
-    const std::string before = text.substr(0, end);
-    const auto line = 1 + std::count(before.begin(), before.end(), '\n');
-    const std::size_t lineStart = before.rfind('\n') + 1; // npos + 1 = 0: the first line
-    return "line " + std::to_string(line) + ", column " + std::to_string(end - lineStart + 1);
-}
-
 Json readJsonObject(const fs::path& path, const std::string& expected) {
     const std::string file = path.string();
     const std::string text = readFile(path, kMaxJsonBytes);
-    std::vector<std::set<std::string>> keys; // of the objects that are open
-    const auto check = [&](int depth, Json::parse_event_t event, Json& parsed) {
-        if (depth > kMaxJsonDepth) {
-            throw Error(ErrorCode::BadFormat, file,
-                        "is nested more than " + std::to_string(kMaxJsonDepth) +
-                            " levels deep, expected " + expected);
-        }
-        if (event == Json::parse_event_t::object_start) keys.emplace_back();
-        if (event == Json::parse_event_t::object_end) keys.pop_back();
-        if (event == Json::parse_event_t::key) {
-            const auto& key = parsed.get_ref<const std::string&>();
-            if (!keys.back().insert(key).second) {
-                throw Error(ErrorCode::BadFormat, file,
-                            "the key " + inQuotes(key) +
-                                " stands twice in one object, expected it once");
-            }
-        }
-        return true;
-    };
-    Json document;
-    try {
-        document = Json::parse(text, check);
-    } catch (const Json::parse_error& error) {
-        throw Error(ErrorCode::BadFormat, file,
-                    "is no valid JSON (" + placeOf(text, error.byte) + "), expected " + expected);
-    } catch (const Json::exception&) { // a number beyond double, as 1e999
-        throw Error(ErrorCode::BadFormat, file,
-                    "holds a number that is out of range, expected " + expected);
-    }
+    const Json document = parseJson(text, file, expected, kLimits);
     if (!document.is_object()) {
-        throw Error(ErrorCode::BadFormat, file, "is " + shown(document) + ", expected " + expected);
+        throw Error(ErrorCode::BadFormat, file,
+                    "is " + shownJson(document) + ", expected " + expected);
     }
     return document;
 }
@@ -327,7 +282,7 @@ std::vector<NetworkProfile> readModelCatalog(const fs::path& file) {
     }
     if (!networks->is_array()) {
         throw Error(ErrorCode::BadFormat, name + ": networks",
-                    "is " + shown(*networks) + ", expected a list");
+                    "is " + shownJson(*networks) + ", expected a list");
     }
     if (networks->size() > kMaxNetworks) {
         throw Error(ErrorCode::BadFormat, name + ": networks",
@@ -341,7 +296,7 @@ std::vector<NetworkProfile> readModelCatalog(const fs::path& file) {
         const std::string place = "networks[" + std::to_string(catalog.size()) + ']';
         if (!entry.is_object()) {
             throw Error(ErrorCode::BadFormat, name + ": " + place,
-                        "is " + shown(entry) + ", expected an object");
+                        "is " + shownJson(entry) + ", expected an object");
         }
         NetworkProfile profile = readProfile(name, place + '.', entry);
         const auto refuse = [&](const std::string& field, const std::string& problem) {

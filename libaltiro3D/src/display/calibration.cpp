@@ -3,23 +3,18 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/image_format.hpp"
-#include "base/json_limits.hpp"
+#include "base/json_reader.hpp"
 #include "base/text.hpp"
 
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
 namespace altiro3D {
 
 namespace {
 
-using json = nlohmann::ordered_json; // "the first" is the first in the file
-
 constexpr std::uintmax_t kMaxFileBytes = 4 * 1024 * 1024;
-constexpr std::size_t kMaxNesting = 64; // of brackets in the text; real files have 4
-constexpr int kMaxMembers = 1000;       // of an object; real files have 20
 constexpr int kMaxContainers = 3;
 constexpr std::size_t kMaxCells = 16;
 constexpr std::size_t kLongestNumber = 100; // bytes; of anything longer nothing is read
@@ -33,41 +28,30 @@ std::string show(double value) {
     return numberText(value, 12);
 }
 
-// A value as it stands in the file, short enough for one line.
-std::string show(const json& value) {
-    std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
-    if (text.size() > 40) text.replace(37, std::string::npos, "...");
-    return text;
-}
-
-json parseJson(const std::string& text, const std::string& source) {
+Json parseDocument(const std::string& text, const std::string& source) {
     if (pictureFormat(text) != PictureFormat::Unknown)
         fail(source, "is a picture, expected a display's visual.json");
-    if (!isHandy(text, kMaxNesting, kMaxMembers)) {
-        fail(source, "nests deeper than 64 levels or has an object of more than 1000 members, "
-                     "expected a visual.json");
-    }
+    return parseJson(text, source, "a display's visual.json");
+}
+
+// A text inside the document as JSON; null if it is none.
+Json parseInner(const std::string& text) {
     try {
-        return json::parse(text);
-    } catch (const json::exception& error) {
-        std::string reason = error.what(); // "[json.exception...] parse error at line 1, ..."
-        const auto bracket = reason.find("] ");
-        if (bracket != std::string::npos) reason = reason.substr(bracket + 2);
-        fail(source, "is not valid JSON (" + reason + "), expected a display's visual.json");
+        return parseJson(text, {}, {});
+    } catch (const Error&) {
+        return nullptr;
     }
 }
 
 // Collects the objects that have pitch and slope: the document itself, or up to three containers
 // down. A string that holds an object is looked into as if it were that object.
-void findCalibrations(const json& node, int containersLeft, std::vector<json>& found) {
+void findCalibrations(const Json& node, int containersLeft, std::vector<Json>& found) {
     if (node.is_object() && node.contains("pitch") && node.contains("slope")) {
         found.push_back(node);
     } else if (node.is_string()) {
         const auto& text = node.get_ref<const std::string&>();
         if (text.empty() || text[0] != '{') return;
-        if (!isHandy(text, kMaxNesting, kMaxMembers)) return;
-        const json inner = json::parse(text, nullptr, false);
-        if (!inner.is_discarded()) findCalibrations(inner, containersLeft, found);
+        findCalibrations(parseInner(text), containersLeft, found);
     } else if (node.is_structured() && containersLeft > 0) {
         for (const auto& child : node)
             findCalibrations(child, containersLeft - 1, found);
@@ -77,18 +61,18 @@ void findCalibrations(const json& node, int containersLeft, std::vector<json>& f
 // Reads the fields of one calibration object, each with its name in the error.
 class FieldReader {
   public:
-    FieldReader(const json& object, std::string source)
+    FieldReader(const Json& object, std::string source)
         : object_(object), source_(std::move(source)) {}
 
     double required(const char* field, const std::string& expected) const {
-        const json* value = find(field);
+        const Json* value = find(field);
         if (value == nullptr)
             fail(source_, std::string(field) + " is missing, expected " + expected);
         return number(*value, field, expected);
     }
 
     double optional(const char* field, double fallback, const std::string& expected) const {
-        const json* value = find(field);
+        const Json* value = find(field);
         return value == nullptr ? fallback : number(*value, field, expected);
     }
 
@@ -101,40 +85,41 @@ class FieldReader {
     }
 
     std::string text(const char* field) const {
-        const json* value = find(field);
+        const Json* value = find(field);
         return value != nullptr && value->is_string() ? value->get<std::string>() : std::string();
     }
 
-    const json* find(const char* field) const {
+    const Json* find(const char* field) const {
         auto found = object_.find(field);
         if (found == object_.end()) return nullptr;
-        const json* value = &*found;
+        const Json* value = &*found;
         if (value->is_object() && value->contains("value")) value = &value->at("value");
         return value->is_null() ? nullptr : value;
     }
 
-    double number(const json& value, const std::string& field, const std::string& expected) const {
+    double number(const Json& value, const std::string& field, const std::string& expected) const {
         if (value.is_number()) return value.get<double>();
         if (value.is_boolean()) return value.get<bool>() ? 1 : 0;
         if (value.is_string()) { // "52.5" counts, "52.5 lpi" does not; locale must not matter
             const auto& text = value.get_ref<const std::string&>();
             if (text.size() <= kLongestNumber) {
-                const json inner = json::parse(text, nullptr, false);
+                const Json inner = parseInner(text);
                 if (inner.is_number()) return inner.get<double>();
             }
         }
-        fail(source_, field + " is " + show(value) + ", expected " + expected);
+        fail(source_, field + " is " + shownJson(value) + ", expected " + expected);
     }
 
   private:
     int integer(double value, const char* field, const std::string& expected) const {
         if (!(std::abs(value) <= 1e9) || value != std::floor(value)) {
-            fail(source_, std::string(field) + " is " + show(value) + ", expected " + expected);
+            fail(source_,
+                 std::string(field) + " is " + shownJson(value) + ", expected " + expected);
         }
         return static_cast<int>(value);
     }
 
-    const json& object_;
+    const Json& object_;
     std::string source_;
 };
 
@@ -150,10 +135,10 @@ constexpr const char* kExpectedOffset = "px, -1..1";
 
 std::vector<SubpixelCell> readCells(const FieldReader& reader, const std::string& source) {
     std::vector<SubpixelCell> cells;
-    const json* list = reader.find("subpixelCells");
+    const Json* list = reader.find("subpixelCells");
     if (list == nullptr) return cells;
     if (!list->is_array()) {
-        fail(source, "subpixelCells is " + show(*list) + ", expected a list of cells");
+        fail(source, "subpixelCells is " + shownJson(*list) + ", expected a list of cells");
     }
     if (list->size() > kMaxCells) {
         fail(source, "subpixelCells has " + std::to_string(list->size()) +
@@ -165,7 +150,7 @@ std::vector<SubpixelCell> readCells(const FieldReader& reader, const std::string
         const std::string name = source + ": subpixelCells[" + std::to_string(i) + "]";
         if (!(*list)[i].is_object()) {
             fail(name,
-                 "is " + show((*list)[i]) + ", expected an object with ROffsetX ... BOffsetY");
+                 "is " + shownJson((*list)[i]) + ", expected an object with ROffsetX ... BOffsetY");
         }
         const FieldReader cellReader((*list)[i], name);
         SubpixelCell cell;
@@ -180,7 +165,8 @@ std::vector<SubpixelCell> readCells(const FieldReader& reader, const std::string
 
 void require(bool good, const std::string& source, const char* field, double value,
              const std::string& expected) {
-    if (!good) fail(source, std::string(field) + " is " + show(value) + ", expected " + expected);
+    if (!good)
+        fail(source, std::string(field) + " is " + shownJson(value) + ", expected " + expected);
 }
 
 } // namespace
@@ -231,7 +217,7 @@ void validate(const Calibration& c, const std::string& source) {
 
 namespace {
 
-Calibration readFields(const json& object, const std::string& source) {
+Calibration readFields(const Json& object, const std::string& source) {
     const FieldReader reader(object, source);
     Calibration c;
     c.configVersion = reader.text("configVersion");
@@ -260,8 +246,8 @@ Calibration readFields(const json& object, const std::string& source) {
 } // namespace
 
 std::vector<Calibration> parseCalibrations(const std::string& text, const std::string& source) {
-    const json document = parseJson(text, source); // which skips a byte order mark
-    std::vector<json> objects;
+    const Json document = parseDocument(text, source); // which skips a byte order mark
+    std::vector<Json> objects;
     findCalibrations(document, kMaxContainers, objects);
     if (objects.empty()) {
         const bool half =

@@ -4,6 +4,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "native/native_lut_kernels.hpp"
 #include "native/native_lut_tables.hpp"
@@ -81,44 +82,20 @@ std::uint32_t crcOfPieces(std::size_t size, const F& crcOfPiece) {
     return total;
 }
 
-// A file to read from, closed at the end.
-class File {
-  public:
-    explicit File(const std::filesystem::path& path) {
-        do {
-            number_ = ::open(path.c_str(), O_RDONLY | O_NOCTTY | O_CLOEXEC);
-        } while (number_ < 0 && errno == EINTR);
-        if (number_ < 0) error_ = {errno, std::generic_category()};
-    }
-    ~File() {
-        if (number_ >= 0) ::close(number_);
-    }
-    File(const File&) = delete;
-    File& operator=(const File&) = delete;
-
-    bool isOpen() const { return number_ >= 0; }
-    // Why it is not open.
-    const std::error_code& error() const { return error_; }
-
-    // Reads up to `size` bytes that begin at `begin`; how many there were. Any number of threads.
-    std::size_t read(void* to, std::size_t begin, std::size_t size) const {
-        std::size_t done = 0;
-        while (done < size) {
-            const ssize_t count = ::pread(number_, static_cast<char*>(to) + done, size - done,
-                                          static_cast<off_t>(begin + done));
-            if (count > 0) {
-                done += static_cast<std::size_t>(count);
-            } else if (count == 0 || errno != EINTR) {
-                break;
-            }
+// Reads up to `size` bytes that begin at `begin`; how many there were. Any number of threads.
+std::size_t readAt(const FileHandle& file, void* to, std::size_t begin, std::size_t size) {
+    std::size_t done = 0;
+    while (done < size) {
+        const ssize_t count = ::pread(file.get(), static_cast<char*>(to) + done, size - done,
+                                      static_cast<off_t>(begin + done));
+        if (count > 0) {
+            done += static_cast<std::size_t>(count);
+        } else if (count == 0 || errno != EINTR) {
+            break;
         }
-        return done;
     }
-
-  private:
-    int number_ = -1;
-    std::error_code error_;
-};
+    return done;
+}
 
 void checkHeader(const Header& h, const std::string& name) {
     const auto fail = [&](const std::string& problem) {
@@ -199,10 +176,10 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
     }
     const std::uintmax_t fileSize = std::filesystem::file_size(file, error);
     if (error) failRead(error);
-    const File opened(file);
-    if (!opened.isOpen()) failRead(opened.error());
+    const FileHandle opened = openFile(file, O_RDONLY | O_NOCTTY);
+    if (!opened.isOpen()) failRead({errno, std::generic_category()});
     Header h{};
-    if (opened.read(&h, 0, sizeof h) < sizeof kMagic) {
+    if (readAt(opened, &h, 0, sizeof h) < sizeof kMagic) {
         throw Error(ErrorCode::BadFormat, name,
                     "is no look-up table, expected a .map file made by altiro3Dnative");
     }
@@ -231,7 +208,7 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
     std::atomic<bool> inside{true}; // rendering trusts the coordinates
     const auto readPiece = [&](std::size_t begin, std::size_t size) {
         std::uint8_t* const to = tables->data() + begin;
-        if (opened.read(to, sizeof h + begin, size) != size) {
+        if (readAt(opened, to, sizeof h + begin, size) != size) {
             complete = false;
             return std::uint32_t{0};
         }

@@ -1,12 +1,10 @@
 #include "video/part_file.hpp"
 
 #include "altiro3D/error.hpp"
-#include "base/posix_file.hpp"
 
 #include <cerrno>
 #include <cstdio>
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
@@ -40,28 +38,26 @@ PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path
     part_ += ".part";
     // One that a crash left is written over; one that is being written is locked.
     for (struct stat named{}, opened{};;) {
-        number_ = openFile(part_, O_RDWR | O_CREAT | O_NOFOLLOW, 0666);
-        if (number_ < 0) failWrite(path, errno);
-        if (::flock(number_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-            ::close(number_);
+        file_ = openFile(part_, O_RDWR | O_CREAT | O_NOFOLLOW, 0666);
+        if (!file_.isOpen()) failWrite(path, errno);
+        if (!lockFile(file_)) {
             throw Error(ErrorCode::WriteFailed, path.string(),
                         "is being written by another process (" + part_.filename().string() + ")");
         }
         // Another writer may have given it its name between the two steps.
-        if (::stat(part_.c_str(), &named) == 0 && ::fstat(number_, &opened) == 0 &&
+        if (::stat(part_.c_str(), &named) == 0 && ::fstat(file_.get(), &opened) == 0 &&
             named.st_ino == opened.st_ino && named.st_dev == opened.st_dev) {
             break;
         }
-        ::close(number_);
     }
-    if (::ftruncate(number_, 0) != 0) {
+    if (::ftruncate(file_.get(), 0) != 0) {
         const int error = errno;
         close();
         failWrite(path, error);
     }
     if (exists) {
         // Where that is not allowed the new file keeps the usual permissions.
-        [[maybe_unused]] const int ignored = takeOwnerAndMode(number_, state);
+        [[maybe_unused]] const int ignored = takeOwnerAndMode(file_.get(), state);
     }
     auto* const buffer = static_cast<std::uint8_t*>(av_malloc(kBufferBytes));
     io_ = buffer != nullptr ? avio_alloc_context(buffer, kBufferBytes, 1, this, nullptr,
@@ -83,10 +79,9 @@ void PartFile::close() {
         av_freep(&io_->buffer);
         avio_context_free(&io_);
     }
-    if (number_ < 0) return;
+    if (!file_.isOpen()) return;
     ::unlink(part_.c_str());
-    ::close(number_);
-    number_ = -1;
+    file_.close();
 }
 
 template <class Byte>
@@ -94,7 +89,7 @@ int PartFile::write(void* self, Byte* data, int size) {
     auto& file = *static_cast<PartFile*>(self);
     for (int done = 0; done < size;) {
         const ssize_t count =
-            ::write(file.number_, data + done, static_cast<std::size_t>(size - done));
+            ::write(file.file_.get(), data + done, static_cast<std::size_t>(size - done));
         if (count > 0) {
             done += static_cast<int>(count);
         } else if (count == 0 || errno != EINTR) {
@@ -110,9 +105,9 @@ std::int64_t PartFile::seek(void* self, std::int64_t offset, int whence) {
     auto& file = *static_cast<PartFile*>(self);
     if (whence == AVSEEK_SIZE) {
         struct stat state {};
-        return ::fstat(file.number_, &state) == 0 ? state.st_size : AVERROR(errno);
+        return ::fstat(file.file_.get(), &state) == 0 ? state.st_size : AVERROR(errno);
     }
-    const off_t result = ::lseek(file.number_, offset, whence & ~AVSEEK_FORCE);
+    const off_t result = ::lseek(file.file_.get(), offset, whence & ~AVSEEK_FORCE);
     return result >= 0 ? result : AVERROR(errno);
 }
 
@@ -127,15 +122,13 @@ void PartFile::check() const {
 void PartFile::finish() {
     avio_flush(io_);
     check();
-    if (const int error = flushFile(number_)) failWrite(path_, error);
+    if (const int error = flushFile(file_.get())) failWrite(path_, error);
     // Closed behind this, as the lock against other writers ends with it.
     if (::rename(part_.c_str(), target_.c_str()) != 0) failWrite(path_, errno);
     flushDirectoryOf(target_);
     av_freep(&io_->buffer);
     avio_context_free(&io_);
-    const int number = number_;
-    number_ = -1;
-    if (::close(number) != 0 && errno != EINTR) failWrite(path_, errno);
+    if (const int error = file_.close()) failWrite(path_, error);
 }
 
 } // namespace altiro3D

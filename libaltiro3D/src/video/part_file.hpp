@@ -1,5 +1,6 @@
 #pragma once
 
+#include "base/posix_file.hpp"
 #include "video/ffmpeg.hpp"
 
 #include <filesystem>
@@ -34,7 +35,7 @@ class PartFile {
     std::filesystem::path path_;   // as given, for errors
     std::filesystem::path target_; // without links
     std::filesystem::path part_;
-    int number_ = -1;
+    FileHandle file_;
     int error_ = 0; // errno of the first failure
     AVIOContext* io_ = nullptr;
 };

@@ -1,7 +1,9 @@
 #include "video/picture_tracker.hpp"
 
 #include "image/shrink.hpp"
-#include "video/picture_motion.hpp"
+#include "video/motion_metrics.hpp"
+#include "video/motion_search.hpp"
+#include "video/small_image.hpp"
 #include "video/state_bytes.hpp"
 
 #include <cstddef>

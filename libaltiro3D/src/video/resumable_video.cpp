@@ -3,7 +3,8 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
-#include "base/json_limits.hpp"
+#include "base/json_reader.hpp"
+#include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "video/ffmpeg.hpp"
 #include "video/video_container.hpp"
@@ -14,8 +15,6 @@
 #include <fcntl.h>
 #include <functional>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <sys/file.h>
 #include <system_error>
 #include <unistd.h>
 #include <vector>
@@ -23,7 +22,6 @@
 namespace altiro3D {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 namespace {
 
@@ -32,8 +30,7 @@ constexpr int kVersion = 1;
 constexpr const char* kState = ".state"; // how the names of states end
 constexpr int kMostSegmentFrames = 100000;
 constexpr std::uintmax_t kMostRunBytes = std::uintmax_t{64} << 20;
-constexpr std::size_t kMostLevels = 8; // of run.json; ours has 3
-constexpr int kMostMembers = 1000;
+constexpr JsonLimits kRunLimits{8, 1000, false};                               // ours has 3 levels
 constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 8; // of any time
 constexpr std::int64_t kToTheEnd = std::numeric_limits<std::int64_t>::max(); // later than any time
 constexpr std::uintmax_t kMostStateBytes = std::uintmax_t{1} << 30;
@@ -65,28 +62,19 @@ std::string numbered(std::size_t number, const std::string& ending) {
     return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits + ending;
 }
 
-// Keeps other processes away from a directory while it lives.
-class DirectoryLock {
-  public:
-    explicit DirectoryLock(const fs::path& directory)
-        : number_(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-        if (number_ < 0) {
-            throw Error(ErrorCode::WriteFailed, directory.string(),
-                        "cannot be opened: " + std::generic_category().message(errno));
-        }
-        if (::flock(number_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-            ::close(number_);
-            throw Error(ErrorCode::WriteFailed, directory.string(),
-                        "is in use by another process, expected one run at a time");
-        }
+// Keeps other processes away from a directory while the handle is open.
+FileHandle lockDirectory(const fs::path& directory) {
+    FileHandle handle = openFile(directory, O_RDONLY | O_DIRECTORY);
+    if (!handle.isOpen()) {
+        throw Error(ErrorCode::WriteFailed, directory.string(),
+                    "cannot be opened: " + std::generic_category().message(errno));
     }
-    ~DirectoryLock() { ::close(number_); }
-    DirectoryLock(const DirectoryLock&) = delete;
-    DirectoryLock& operator=(const DirectoryLock&) = delete;
-
-  private:
-    int number_;
-};
+    if (!lockFile(handle)) {
+        throw Error(ErrorCode::WriteFailed, directory.string(),
+                    "is in use by another process, expected one run at a time");
+    }
+    return handle;
+}
 
 // The first setting that differs, as a sentence; empty if none does.
 std::string difference(const Json& before, const Json& now) {
@@ -204,7 +192,7 @@ struct ResumableVideoWriter::Impl {
               const std::function<bool(std::int64_t)>& pass);
 
     Json settings_;
-    std::unique_ptr<DirectoryLock> lock_;
+    FileHandle lock_;
     std::vector<Segment> segments_; // whole ones
     std::size_t listed_ = 0;        // of them, in run.json
     int reordered_ = 0;             // see reorderedPlaces(), over all segments
@@ -239,7 +227,7 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
         throw Error(ErrorCode::WriteFailed, directory.string(),
                     "cannot be made: " + error.message());
     }
-    lock_ = std::make_unique<DirectoryLock>(directory);
+    lock_ = lockDirectory(directory);
     // A run that died while it wrote a small file has left it behind.
     for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
          entry.increment(error)) {
@@ -272,8 +260,7 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
         throw Error(ErrorCode::BadFormat, file.string(), problem + ", expected an unfinished run");
     };
     const std::string text = readFile(file, kMostRunBytes);
-    if (!isHandy(text, kMostLevels, kMostMembers)) fail("is damaged");
-    const Json run = Json::parse(text, nullptr, false);
+    const Json run = parseJson(text, file.string(), "an unfinished run", kRunLimits);
     const auto whole = [&](const Json& value, std::int64_t least, std::int64_t most) {
         if (!value.is_number_integer() || value.get<std::int64_t>() < least ||
             value.get<std::int64_t>() > most) {
@@ -492,7 +479,7 @@ bool ResumableVideoWriter::isUnfinished(const fs::path& path) {
 void ResumableVideoWriter::discard(const fs::path& path) {
     if (!isUnfinished(path)) return; // nothing of ours
     const fs::path directory = partsDirectory(path);
-    const DirectoryLock lock(directory);
+    const FileHandle lock = lockDirectory(directory);
     std::error_code error;
     fs::remove_all(directory, error);
     if (error) {

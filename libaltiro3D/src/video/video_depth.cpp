@@ -3,7 +3,9 @@
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
-#include "video/picture_motion.hpp"
+#include "video/motion_field.hpp"
+#include "video/motion_metrics.hpp"
+#include "video/motion_search.hpp"
 #include "video/picture_tracker.hpp"
 #include "video/state_bytes.hpp"
 

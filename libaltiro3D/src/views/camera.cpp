@@ -3,17 +3,15 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
+#include "base/json_reader.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 namespace altiro3D {
 
 namespace {
-
-using json = nlohmann::json;
 
 constexpr std::uintmax_t kMaxFileBytes = 1024 * 1024;
 constexpr double kPi = 3.14159265358979323846;
@@ -98,19 +96,8 @@ Camera parseCamera(const std::string& text, const std::string& source) {
     const auto fail = [&source](const std::string& problem) {
         throw Error(ErrorCode::BadFormat, source, problem);
     };
-    // A camera is flat: what nests deeper is cut off before it can overflow the stack.
-    const auto flat = [](int depth, json::parse_event_t, json&) { return depth <= 8; };
-    json object;
-    try {
-        object = json::parse(text, flat);
-    } catch (const json::exception& error) {
-        std::string reason = error.what(); // "[json.exception...] parse error at line 1, ..."
-        const auto bracket = reason.find("] ");
-        if (bracket != std::string::npos) reason = reason.substr(bracket + 2);
-        fail("is not valid JSON (" + reason +
-             "), expected a camera's fx, fy, cx, cy, zNear, zFar "
-             "and baseline");
-    }
+    const Json object = parseJson(
+        text, source, "a camera's fx, fy, cx, cy, zNear, zFar and baseline", {8, 1000, false});
     if (!object.is_object()) {
         fail("holds no JSON object, expected a camera's fx, fy, cx, cy, zNear, zFar and baseline");
     }
@@ -120,9 +107,7 @@ Camera parseCamera(const std::string& text, const std::string& source) {
             fail(std::string(field) + " is missing, expected " + expected);
         }
         if (!found->is_number()) {
-            std::string shown = found->dump(-1, ' ', false, json::error_handler_t::replace);
-            if (shown.size() > 40) shown.replace(37, std::string::npos, "...");
-            fail(std::string(field) + " is " + shown + ", expected " + expected);
+            fail(std::string(field) + " is " + shownJson(*found) + ", expected " + expected);
         }
         return found->get<double>();
     };

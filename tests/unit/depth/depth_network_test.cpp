@@ -253,9 +253,9 @@ TEST_F(ModelCatalog, ErrorsNamePlaceAndExpectation) {
     EXPECT_EQ(errorOfCatalog(R"({"networks": ["x"]})"),
               "networks[0]: is \"x\", expected an object");
     EXPECT_EQ(errorOfCatalog("{\"networks\": [\n  {]}"),
-              R"(is no valid JSON (line 2, column 4), expected {"networks": [...]})");
+              R"(is not valid JSON (line 2, column 4), expected {"networks": [...]})");
     EXPECT_EQ(errorOfCatalog(""),
-              R"(is no valid JSON (line 1, column 1), expected {"networks": [...]})");
+              R"(is not valid JSON (line 1, column 1), expected {"networks": [...]})");
     EXPECT_EQ(errorOfCatalog(R"({"networks": [{"name": "a", "file": "a", "inputWidth": 32,
                                 "inputHeight": 32}, {"name": "b", "inputWidth": "x"}]})"),
               "networks[1].inputWidth: is \"x\", expected a whole number 1..4096");
@@ -314,15 +314,14 @@ TEST_F(ModelCatalog, ProfileErrorsNameFieldAndExpectation) {
 
 TEST_F(ModelCatalog, RefusesWhatWouldExhaustTheStackOrMemory) {
     const std::string deep(100000, '[');
-    EXPECT_EQ(errorOfCatalog(deep),
-              "is nested more than 16 levels deep, expected {\"networks\": [...]}");
+    EXPECT_EQ(errorOfCatalog(deep), "nests deeper than 16 levels, expected {\"networks\": [...]}");
     EXPECT_EQ(errorOfCatalog(deep + std::string(100000, ']')),
-              "is nested more than 16 levels deep, expected {\"networks\": [...]}");
+              "nests deeper than 16 levels, expected {\"networks\": [...]}");
     std::string objects;
     for (int i = 0; i < 100000; ++i)
         objects += "{\"a\":";
     EXPECT_EQ(errorOfCatalog(objects),
-              "is nested more than 16 levels deep, expected {\"networks\": [...]}");
+              "nests deeper than 16 levels, expected {\"networks\": [...]}");
     try {
         readModelCatalog(write(std::string(1024 * 1024 + 1, ' ')));
         ADD_FAILURE() << "a file of more than 1 MiB was read";

@@ -75,13 +75,15 @@ TEST(Calibration, ErrorNamesFileFieldValueAndExpectation) {
               "visual.json: screenH is 20000, expected whole px, 16..16384");
     EXPECT_EQ(error(with("center", "null")),
               "visual.json: center is missing, expected a finite number");
-    EXPECT_EQ(error(with("center", "[1]")), "visual.json: center is [1], expected a finite number");
+    EXPECT_EQ(error(with("center", "[1]")),
+              "visual.json: center is a list, expected a finite number");
     EXPECT_EQ(error(R"({"pitch":50,"screenW":1536})"),
               "visual.json: slope is missing, expected a number other than 0");
     EXPECT_EQ(error("{}"),
               "visual.json: holds no calibration, expected an object with pitch, slope "
               "and center");
-    EXPECT_NE(error("{\"pitch\":").find("is not valid JSON (parse error"), std::string::npos);
+    EXPECT_NE(error("{\"pitch\":").find("is not valid JSON (line 1, column 10)"),
+              std::string::npos);
     EXPECT_NE(error("").find("visual.json: is not valid JSON"), std::string::npos);
 }
 

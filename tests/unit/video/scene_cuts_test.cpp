@@ -4,8 +4,11 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
-#include "video/picture_motion.hpp"
+#include "video/motion_field.hpp"
+#include "video/motion_metrics.hpp"
+#include "video/motion_search.hpp"
 #include "video/picture_tracker.hpp"
+#include "video/small_image.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

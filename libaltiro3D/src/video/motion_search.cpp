@@ -1,11 +1,11 @@
-#include "video/picture_motion.hpp"
+#include "video/motion_search.hpp"
 
-#include "image/shrink.hpp"
+#include "video/motion_field.hpp"
+#include "video/small_image.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <cstdlib>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -16,7 +16,6 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kCell = 4;    // px between the places where motion is looked for
 constexpr int kWindow = 8;  // px that are compared there
 constexpr int kBorder = 24; // px that are repeated around a picture; motion ends there
 
@@ -24,9 +23,6 @@ constexpr int kBorder = 24; // px that are repeated around a picture; motion end
 constexpr int kStillBonus = 48;     // what a still place is better by: noise is no motion
 constexpr int kUnlikeNeighbour = 6; // for each px that it differs from its neighbours' motion
 constexpr int kStillMisfit = 96;    // a still place that fits so well is not looked at further
-
-constexpr float kBlack =
-    8; // grey levels below 0 at which gains hold: dark cells, where noise rules, count little
 
 struct Vector {
     int x = 0;
@@ -45,22 +41,6 @@ struct Level {
     const uchar* at(int x, int y) const { return padded.ptr(y + kBorder) + x + kBorder; }
 };
 
-cv::Mat halved(const cv::Mat& grey) {
-    cv::Mat half((grey.rows + 1) / 2, (grey.cols + 1) / 2, CV_8UC1);
-    for (int y = 0; y < half.rows; ++y) {
-        const uchar* above = grey.ptr(2 * y);
-        const uchar* below = grey.ptr(std::min(2 * y + 1, grey.rows - 1));
-        uchar* out = half.ptr(y);
-        for (int x = 0; x < half.cols; ++x) {
-            const int left = 2 * x;
-            const int right = std::min(left + 1, grey.cols - 1);
-            out[x] = static_cast<uchar>(
-                (above[left] + above[right] + below[left] + below[right] + 2) / 4);
-        }
-    }
-    return half;
-}
-
 // Sum of the absolute differences of two windows; bound by arithmetic (eight bytes a row).
 int windowDifference(const uchar* a, const uchar* b, std::size_t stepA, std::size_t stepB) {
     int sum = 0;
@@ -74,8 +54,8 @@ int windowDifference(const uchar* a, const uchar* b, std::size_t stepA, std::siz
 class CellSearch {
   public:
     CellSearch(const Level& before, const Level& now)
-        : before_(&before), now_(&now), columns_((now.size.width + kCell - 1) / kCell),
-          rows_((now.size.height + kCell - 1) / kCell),
+        : before_(&before), now_(&now), columns_((now.size.width + kMotionCell - 1) / kMotionCell),
+          rows_((now.size.height + kMotionCell - 1) / kMotionCell),
           cells_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {}
 
     int columns() const { return columns_; }
@@ -116,9 +96,9 @@ class CellSearch {
     // Looks around what a motion says and the cells before.
     void refine(const cv::Mat& motion) {
         refineFrom([&](int column, int row) {
-            const auto& from =
-                motion.at<cv::Vec2f>(std::min(kCell * row + kCell / 2, motion.rows - 1),
-                                     std::min(kCell * column + kCell / 2, motion.cols - 1));
+            const auto& from = motion.at<cv::Vec2f>(
+                std::min(kMotionCell * row + kMotionCell / 2, motion.rows - 1),
+                std::min(kMotionCell * column + kMotionCell / 2, motion.cols - 1));
             offer({cvRound(from[0]), cvRound(from[1])});
         });
     }
@@ -158,8 +138,8 @@ class CellSearch {
     cv::Vec2f betweenPixels(int column, int row) {
         const Vector at = cell(column, row);
         if (at == Vector{}) return {0, 0};
-        windowX_ = kCell * column - (kWindow - kCell) / 2;
-        windowY_ = kCell * row - (kWindow - kCell) / 2;
+        windowX_ = kMotionCell * column - (kWindow - kMotionCell) / 2;
+        windowY_ = kMotionCell * row - (kWindow - kMotionCell) / 2;
         const int centre = difference(at);
         const auto offset = [&](Vector low, Vector high) {
             const int lower = difference(low);
@@ -203,8 +183,8 @@ class CellSearch {
     }
 
     void begin(int column, int row) {
-        windowX_ = kCell * column - (kWindow - kCell) / 2;
-        windowY_ = kCell * row - (kWindow - kCell) / 2;
+        windowX_ = kMotionCell * column - (kWindow - kMotionCell) / 2;
+        windowY_ = kMotionCell * row - (kWindow - kMotionCell) / 2;
         left_ = column > 0 ? cell(column - 1, row) : Vector{};
         above_ = row > 0 ? cell(column, row - 1) : Vector{};
         best_ = {};
@@ -262,69 +242,6 @@ class CellSearch {
     int leastCost_ = 0;
 };
 
-// The median over cells of 4 x 4 px of how much brighter `now` is, as a factor.
-float gainBetween(const cv::Mat& before, const cv::Mat& now) {
-    const cv::Mat a = halved(halved(before));
-    const cv::Mat b = halved(halved(now));
-    std::vector<float> ratios;
-    ratios.reserve(a.total());
-    for (int y = 0; y < a.rows; ++y) {
-        const uchar* rowA = a.ptr(y);
-        const uchar* rowB = b.ptr(y);
-        for (int x = 0; x < a.cols; ++x)
-            ratios.push_back((static_cast<float>(rowB[x]) + kBlack) /
-                             (static_cast<float>(rowA[x]) + kBlack));
-    }
-    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-    std::nth_element(ratios.begin(), middle, ratios.end());
-    return std::clamp(*middle, 0.5F, 2.0F);
-}
-
-cv::Mat brightened(const cv::Mat& grey, float gain) {
-    std::array<uchar, 256> table{};
-    for (std::size_t i = 0; i < table.size(); ++i) {
-        const float value = gain * (static_cast<float>(i) + kBlack) - kBlack;
-        table[i] = static_cast<uchar>(std::clamp(std::lround(value), 0L, 255L));
-    }
-    cv::Mat result(grey.size(), CV_8UC1);
-    for (int y = 0; y < grey.rows; ++y) {
-        const uchar* from = grey.ptr(y);
-        std::transform(from, from + grey.cols, result.ptr(y),
-                       [&](uchar value) { return table[value]; });
-    }
-    return result;
-}
-
-// Where between two px a place falls, with the border repeated.
-struct Between {
-    int low = 0;
-    int high = 0;
-    float share = 0; // of `high`
-};
-
-Between between(float place, int count) {
-    // NaN ends up at 0; places far out do, before they become whole numbers, at the border
-    const float inside = place > 0 ? std::min(place, static_cast<float>(count - 1)) : 0.0F;
-    Between result;
-    result.low = static_cast<int>(inside);
-    result.high = std::min(result.low + 1, count - 1);
-    result.share = inside - static_cast<float>(result.low);
-    return result;
-}
-
-template <class T>
-T mixed(const T& a, const T& b, float share) {
-    return a + (b - a) * share;
-}
-
-template <class T>
-T sampled(const cv::Mat& values, const Between& x, const Between& y) {
-    const T* above = values.ptr<T>(y.low);
-    const T* below = values.ptr<T>(y.high);
-    return mixed(mixed(above[x.low], above[x.high], x.share),
-                 mixed(below[x.low], below[x.high], x.share), y.share);
-}
-
 // From cells to px: linear where the four cells around move alike, else as the one of them whose
 // motion fits best.
 void spread(CellSearch& search, const Level& before, const Level& now, cv::Mat& motion) {
@@ -347,7 +264,7 @@ void spread(CellSearch& search, const Level& before, const Level& now, cv::Mat& 
         return sum;
     };
     const auto placeOf = [](int pixel) {
-        return (static_cast<float>(pixel) + 0.5F) / kCell - 0.5F;
+        return (static_cast<float>(pixel) + 0.5F) / kMotionCell - 0.5F;
     };
     for (int y = 0; y < now.size.height; ++y) {
         auto* out = motion.ptr<cv::Vec2f>(y);
@@ -381,25 +298,9 @@ void spread(CellSearch& search, const Level& before, const Level& now, cv::Mat& 
 
 } // namespace
 
-cv::Mat smallPicture(const cv::Mat& picture) {
-    return shrink(picture, kSmallSide);
-}
-
-cv::Mat greyOf(const cv::Mat& small) {
-    cv::Mat grey(small.size(), CV_8UC1);
-    for (int y = 0; y < small.rows; ++y) {
-        const uchar* pixel = small.ptr(y);
-        uchar* out = grey.ptr(y);
-        for (int x = 0; x < small.cols; ++x, pixel += 3)
-            out[x] =
-                static_cast<uchar>((29 * pixel[0] + 150 * pixel[1] + 77 * pixel[2] + 128) / 256);
-    }
-    return grey;
-}
-
 void findMotion(const cv::Mat& before, const cv::Mat& now, cv::Mat& motion) {
     motion.create(now.size(), CV_32FC2);
-    std::vector<Level> befores{Level(brightened(before, gainBetween(before, now)))};
+    std::vector<Level> befores{Level(matchedBrightness(before, now))};
     std::vector<Level> nows{Level(now)};
     constexpr int kCoarsestSide = 48;
     for (int side = std::max(now.cols, now.rows); side > kCoarsestSide; side = (side + 1) / 2) {
@@ -419,155 +320,11 @@ void findMotion(const cv::Mat& before, const cv::Mat& now, cv::Mat& motion) {
 }
 
 void refineMotion(const cv::Mat& before, const cv::Mat& now, cv::Mat& motion) {
-    const Level beforeLevel(brightened(before, gainBetween(before, now)));
+    const Level beforeLevel(matchedBrightness(before, now));
     const Level nowLevel(now);
     CellSearch search(beforeLevel, nowLevel);
     search.refine(motion);
     spread(search, beforeLevel, nowLevel, motion);
-}
-
-cv::Mat joinMotion(const cv::Mat& earlier, const cv::Mat& later) {
-    cv::Mat joined(later.size(), CV_32FC2);
-    for (int y = 0; y < later.rows; ++y) {
-        const auto* last = later.ptr<cv::Vec2f>(y);
-        auto* out = joined.ptr<cv::Vec2f>(y);
-        for (int x = 0; x < later.cols; ++x) {
-            const Between right = between(static_cast<float>(x) + last[x][0], earlier.cols);
-            const Between down = between(static_cast<float>(y) + last[x][1], earlier.rows);
-            out[x] = last[x] + sampled<cv::Vec2f>(earlier, right, down);
-        }
-    }
-    return joined;
-}
-
-cv::Mat misfit(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion) {
-    cv::Mat moved(now.size(), CV_8UC1);
-    for (int y = 0; y < now.rows; ++y) {
-        const auto* vector = motion.ptr<cv::Vec2f>(y);
-        uchar* out = moved.ptr(y);
-        for (int x = 0; x < now.cols; ++x) {
-            const Between right = between(static_cast<float>(x) + vector[x][0], before.cols);
-            const Between down = between(static_cast<float>(y) + vector[x][1], before.rows);
-            const uchar* above = before.ptr(down.low);
-            const uchar* below = before.ptr(down.high);
-            const auto mix = [](uchar a, uchar b, float share) {
-                return mixed(static_cast<float>(a), static_cast<float>(b), share);
-            };
-            out[x] = static_cast<uchar>(mixed(mix(above[right.low], above[right.high], right.share),
-                                              mix(below[right.low], below[right.high], right.share),
-                                              down.share) +
-                                        0.5F);
-        }
-    }
-    moved = brightened(moved, gainBetween(moved, now));
-    cv::Mat difference(now.rows + 2, now.cols + 2, CV_8UC1); // with a border of one px
-    for (int y = 0; y < difference.rows; ++y) {
-        const int fromY = std::clamp(y - 1, 0, now.rows - 1);
-        for (int x = 0; x < difference.cols; ++x) {
-            const int fromX = std::clamp(x - 1, 0, now.cols - 1);
-            difference.at<uchar>(y, x) = static_cast<uchar>(
-                std::abs(moved.at<uchar>(fromY, fromX) - now.at<uchar>(fromY, fromX)));
-        }
-    }
-    cv::Mat result(now.size(), CV_32FC1);
-    for (int y = 0; y < now.rows; ++y) {
-        const uchar* above = difference.ptr(y);
-        const uchar* middle = difference.ptr(y + 1);
-        const uchar* below = difference.ptr(y + 2);
-        auto* out = result.ptr<float>(y);
-        for (int x = 0; x < now.cols; ++x) {
-            int sum = 0;
-            for (int i = x; i < x + 3; ++i)
-                sum += above[i] + middle[i] + below[i];
-            out[x] = static_cast<float>(sum) / 9;
-        }
-    }
-    return result;
-}
-
-double contrastOf(const cv::Mat& grey) {
-    std::int64_t sum = 0;
-    std::int64_t squares = 0;
-    for (int y = 0; y < grey.rows; ++y) {
-        const uchar* row = grey.ptr(y);
-        for (int x = 0; x < grey.cols; ++x) {
-            sum += row[x];
-            squares += row[x] * row[x];
-        }
-    }
-    const auto count = static_cast<double>(grey.total());
-    const double mean = static_cast<double>(sum) / count;
-    return std::sqrt(std::max(0.0, static_cast<double>(squares) / count - mean * mean));
-}
-
-double unlikeness(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion,
-                  const cv::Mat& misfits) {
-    constexpr double kNoise = 4;      // grey levels; plain pictures differ by noise only
-    constexpr float kWild = 3;        // px from one cell to the next
-    constexpr double kWildShare = .5; // what wild motion counts beside the misfit
-    double sum = 0;
-    int pairs = 0;
-    int wild = 0;
-    for (int y = 0; y < now.rows; ++y) {
-        const auto* row = misfits.ptr<float>(y);
-        for (int x = 0; x < now.cols; ++x)
-            sum += static_cast<double>(row[x]);
-        if (y % kCell != 0 || y + kCell >= now.rows) continue;
-        const auto* vectors = motion.ptr<cv::Vec2f>(y);
-        const auto* below = motion.ptr<cv::Vec2f>(y + kCell);
-        const auto differ = [](const cv::Vec2f& a, const cv::Vec2f& b) {
-            const cv::Vec2f d = a - b;
-            return d[0] * d[0] + d[1] * d[1] > kWild * kWild;
-        };
-        for (int x = 0; x + kCell < now.cols; x += kCell, pairs += 2) {
-            wild += static_cast<int>(differ(vectors[x], vectors[x + kCell]));
-            wild += static_cast<int>(differ(vectors[x], below[x]));
-        }
-    }
-    const double contrast = std::min(contrastOf(before), contrastOf(now));
-    const double wildness = pairs == 0 ? 0.0 : static_cast<double>(wild) / pairs;
-    return sum / static_cast<double>(now.total()) / (kNoise + contrast) + kWildShare * wildness;
-}
-
-void carry(const cv::Mat& before, const cv::Mat& motion, cv::Mat& moved) {
-    CV_Assert(moved.data != before.data || before.empty());
-    moved.create(before.size(), CV_32FC1);
-    const float perX = static_cast<float>(motion.cols) / static_cast<float>(before.cols);
-    const float perY = static_cast<float>(motion.rows) / static_cast<float>(before.rows);
-    cv::parallel_for_(cv::Range(0, before.rows), [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y) {
-            const Between down = between((static_cast<float>(y) + 0.5F) * perY - 0.5F, motion.rows);
-            const auto* same = before.ptr<float>(y);
-            auto* out = moved.ptr<float>(y);
-            for (int x = 0; x < before.cols; ++x) {
-                const Between right =
-                    between((static_cast<float>(x) + 0.5F) * perX - 0.5F, motion.cols);
-                const auto vector = sampled<cv::Vec2f>(motion, right, down);
-                if (vector[0] == 0 && vector[1] == 0) {
-                    out[x] = same[x];
-                    continue;
-                }
-                out[x] = sampled<float>(
-                    before, between(static_cast<float>(x) + vector[0] / perX, before.cols),
-                    between(static_cast<float>(y) + vector[1] / perY, before.rows));
-            }
-        }
-    });
-}
-
-cv::Mat stretched(const cv::Mat& values, int rows, int cols) {
-    cv::Mat result(rows, cols, CV_32FC1);
-    const float perX = static_cast<float>(values.cols) / static_cast<float>(cols);
-    const float perY = static_cast<float>(values.rows) / static_cast<float>(rows);
-    for (int y = 0; y < rows; ++y) {
-        const Between down = between((static_cast<float>(y) + 0.5F) * perY - 0.5F, values.rows);
-        auto* out = result.ptr<float>(y);
-        for (int x = 0; x < cols; ++x) {
-            out[x] = sampled<float>(
-                values, between((static_cast<float>(x) + 0.5F) * perX - 0.5F, values.cols), down);
-        }
-    }
-    return result;
 }
 
 } // namespace altiro3D

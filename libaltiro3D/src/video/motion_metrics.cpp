@@ -1,0 +1,87 @@
+#include "video/motion_metrics.hpp"
+
+#include "video/motion_field.hpp"
+#include "video/motion_search.hpp"
+#include "video/small_image.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <opencv2/core.hpp>
+
+namespace altiro3D {
+
+cv::Mat misfit(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion) {
+    cv::Mat moved(now.size(), CV_8UC1);
+    for (int y = 0; y < now.rows; ++y) {
+        const auto* vector = motion.ptr<cv::Vec2f>(y);
+        uchar* out = moved.ptr(y);
+        for (int x = 0; x < now.cols; ++x) {
+            const Between right = between(static_cast<float>(x) + vector[x][0], before.cols);
+            const Between down = between(static_cast<float>(y) + vector[x][1], before.rows);
+            const uchar* above = before.ptr(down.low);
+            const uchar* below = before.ptr(down.high);
+            const auto mix = [](uchar a, uchar b, float share) {
+                return mixed(static_cast<float>(a), static_cast<float>(b), share);
+            };
+            out[x] = static_cast<uchar>(mixed(mix(above[right.low], above[right.high], right.share),
+                                              mix(below[right.low], below[right.high], right.share),
+                                              down.share) +
+                                        0.5F);
+        }
+    }
+    moved = matchedBrightness(moved, now);
+    cv::Mat difference(now.rows + 2, now.cols + 2, CV_8UC1); // with a border of one px
+    for (int y = 0; y < difference.rows; ++y) {
+        const int fromY = std::clamp(y - 1, 0, now.rows - 1);
+        for (int x = 0; x < difference.cols; ++x) {
+            const int fromX = std::clamp(x - 1, 0, now.cols - 1);
+            difference.at<uchar>(y, x) = static_cast<uchar>(
+                std::abs(moved.at<uchar>(fromY, fromX) - now.at<uchar>(fromY, fromX)));
+        }
+    }
+    cv::Mat result(now.size(), CV_32FC1);
+    for (int y = 0; y < now.rows; ++y) {
+        const uchar* above = difference.ptr(y);
+        const uchar* middle = difference.ptr(y + 1);
+        const uchar* below = difference.ptr(y + 2);
+        auto* out = result.ptr<float>(y);
+        for (int x = 0; x < now.cols; ++x) {
+            int sum = 0;
+            for (int i = x; i < x + 3; ++i)
+                sum += above[i] + middle[i] + below[i];
+            out[x] = static_cast<float>(sum) / 9;
+        }
+    }
+    return result;
+}
+
+double unlikeness(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion,
+                  const cv::Mat& misfits) {
+    constexpr double kNoise = 4;      // grey levels; plain pictures differ by noise only
+    constexpr float kWild = 3;        // px from one cell to the next
+    constexpr double kWildShare = .5; // what wild motion counts beside the misfit
+    double sum = 0;
+    int pairs = 0;
+    int wild = 0;
+    for (int y = 0; y < now.rows; ++y) {
+        const auto* row = misfits.ptr<float>(y);
+        for (int x = 0; x < now.cols; ++x)
+            sum += static_cast<double>(row[x]);
+        if (y % kMotionCell != 0 || y + kMotionCell >= now.rows) continue;
+        const auto* vectors = motion.ptr<cv::Vec2f>(y);
+        const auto* below = motion.ptr<cv::Vec2f>(y + kMotionCell);
+        const auto differ = [](const cv::Vec2f& a, const cv::Vec2f& b) {
+            const cv::Vec2f d = a - b;
+            return d[0] * d[0] + d[1] * d[1] > kWild * kWild;
+        };
+        for (int x = 0; x + kMotionCell < now.cols; x += kMotionCell, pairs += 2) {
+            wild += static_cast<int>(differ(vectors[x], vectors[x + kMotionCell]));
+            wild += static_cast<int>(differ(vectors[x], below[x]));
+        }
+    }
+    const double contrast = std::min(contrastOf(before), contrastOf(now));
+    const double wildness = pairs == 0 ? 0.0 : static_cast<double>(wild) / pairs;
+    return sum / static_cast<double>(now.total()) / (kNoise + contrast) + kWildShare * wildness;
+}
+
+} // namespace altiro3D

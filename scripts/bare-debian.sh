@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # For scripts that try something on a bare Debian; to be sourced. Needs root, debootstrap and the
 # network.
 

@@ -33,6 +33,7 @@ wrong_usage() { # sentence
 name=
 list=no
 directory=
+directory_given=no
 while (($# > 0)); do
     case $1 in
     -h | --help)
@@ -44,6 +45,7 @@ while (($# > 0)); do
         (($# > 1)) || wrong_usage "--dir needs a directory"
         directory=$2
         [[ -n $directory ]] || wrong_usage "--dir needs a directory"
+        directory_given=yes
         shift
         ;;
     -*) wrong_usage "unknown option $1" ;;
@@ -202,23 +204,62 @@ trap 'rm -f -- "$part"' EXIT
 trap 'exit 130' INT
 trap 'exit 143' TERM
 
-echo "Downloading $url"
+size="size unknown"
+[[ $bytes == - ]] || size="$(((bytes + 500000) / 1000000)) MB"
+echo "Downloading $file, $size, from $url"
+
+cannot_download() { # why
+    local again
+    again=$(printf '%q %q' "$0" "$name")
+    [[ $directory_given == no ]] || again+=" --dir $(printf %q "$directory")"
+    {
+        echo "get-models.sh: error: $url: cannot be downloaded: $1"
+        echo "To do it by hand:"
+        echo "  1. Open $url with a browser, on any computer."
+        echo "  2. Save the file as $target"
+        echo "  3. Check it: $again"
+        [[ -z $wanted ]] || echo "     It must have the SHA-256 $wanted"
+    } >&2
+    exit 1
+}
+
+no_name="the server's name was not found, expected a network connection"
+no_connection="no connection to the server, expected a network connection"
+refused="the server refused it"
+insecure="no secure connection, expected a server with a valid certificate and a right clock here"
 limit=()
+status=0
 if command -v curl >/dev/null; then
     # A wrong server cannot fill the disk.
     [[ $bytes != - ]] && limit=(--max-filesize "$bytes")
     [[ -t 2 ]] && progress=--progress-bar || progress=--silent
     curl --fail --location --proto "=$protocol" --proto-redir =https --show-error "$progress" \
-        --connect-timeout 30 --retry 2 "${limit[@]}" --output "$part" -- "$url" ||
-        fail "the download of $url failed"
+        --connect-timeout 30 --retry 2 "${limit[@]}" --output "$part" -- "$url" || status=$?
+    case $status in
+    0) ;;
+    5 | 6) cannot_download "$no_name" ;;
+    7 | 28 | 52 | 56) cannot_download "$no_connection" ;;
+    22) cannot_download "$refused" ;;
+    23) fail "$part: cannot be written, expected room on the disk" ;;
+    35 | 51 | 53 | 54 | 58 | 59 | 60 | 77 | 83) cannot_download "$insecure" ;;
+    63) cannot_download "the server has a larger file, expected $bytes bytes" ;;
+    *) cannot_download "curl failed with status $status" ;;
+    esac
 elif command -v wget >/dev/null; then
     # wget follows a redirection from https to http; only a known hash makes that harmless.
     [[ $url == https://* && -n $wanted ]] ||
         fail "$name cannot be had safely with wget, install curl (apt install curl ca-certificates)"
-    wget --quiet --tries 3 --timeout 30 --output-document "$part" -- "$url" ||
-        fail "the download of $url failed"
+    wget --no-verbose --tries 3 --timeout 30 --output-document "$part" -- "$url" || status=$?
+    case $status in
+    0) ;;
+    3) fail "$part: cannot be written, expected room on the disk" ;;
+    4) cannot_download "$no_connection" ;;
+    5) cannot_download "$insecure" ;;
+    8) cannot_download "$refused" ;;
+    *) cannot_download "wget failed with status $status" ;;
+    esac
 else
-    fail "neither curl nor wget is there, install one (apt install curl ca-certificates)"
+    cannot_download "neither curl nor wget is there, install one (apt install curl ca-certificates)"
 fi
 
 check "$part"

@@ -40,6 +40,10 @@ cat >"$root/catalog.json" <<JSON
    "sha256": "$small_hash"},
   {"name": "large", "file": "large.onnx", "url": "https://localhost/large.onnx", "bytes": 0,
    "sha256": ""},
+  {"name": "unresolved", "file": "unresolved.onnx", "url": "https://nowhere.invalid/unresolved.onnx",
+   "bytes": 2000001, "sha256": "$small_hash"},
+  {"name": "refused", "file": "refused.onnx", "url": "https://localhost/refused.onnx",
+   "bytes": 2000001, "sha256": "$small_hash"},
   {"name": "nowhere", "file": "nowhere.onnx", "url": "", "bytes": 0, "sha256": ""}
 ]}
 JSON
@@ -62,7 +66,7 @@ expect "--list shows size and place" says "small: small.onnx, 17 bytes, not in $
 expect "--list tells what has no download" says "nowhere: nowhere.onnx, size unknown, not in $target, no download known"
 run unknown --dir "$target"
 expect "an unknown network fails" ends 1
-expect "an unknown network is named with the known ones" says "unknown is not in the catalogue, expected one of: small short large nowhere"
+expect "an unknown network is named with the known ones" says "unknown is not in the catalogue, expected one of: small short large unresolved refused nowhere"
 run nowhere --dir "$target"
 expect "a network without a URL fails" ends 1
 expect "a network without a URL is explained" says "put nowhere.onnx into $target by hand"
@@ -122,7 +126,22 @@ output=$(env -u XDG_DATA_HOME -u HOME "$script" large 2>&1)
 status=$?
 expect "without HOME --dir is asked for" says "say where to put the file with --dir"
 
-unset ALTIRO3D_MODEL_BASE_URL
+unset ALTIRO3D_MODEL_BASE_URL http_proxy https_proxy all_proxy HTTP_PROXY HTTPS_PROXY ALL_PROXY
+for network in unresolved refused; do # no such name; nothing listens there
+    run "$network" --dir "$target"
+    expect "$network: fails" ends 1
+    expect "$network: keeps nothing" [ -z "$(find "$target" -name ".*$network*")" ]
+    expect "$network: size is told" says "Downloading $network.onnx, 2 MB, from https://"
+    expect "$network: by hand: the file" says "as $target/$network.onnx"
+    expect "$network: by hand: the checksum" says "SHA-256 $small_hash"
+    expect "$network: by hand: then" says "get-models.sh $network --dir "
+done
+run unresolved --dir "$target"
+expect "the reason is told: no such name" says "https://nowhere.invalid/unresolved.onnx: cannot be downloaded: the server's name was not found, expected a network connection"
+expect "by hand: the URL" says "https://nowhere.invalid/unresolved.onnx with a browser"
+run refused --dir "$target"
+expect "the reason is told: no connection" says "https://localhost/refused.onnx: cannot be downloaded: no connection to the server"
+
 # shellcheck disable=SC2016 # the text must reach the catalogue as it is
 printf '%s' '{"networks": [{"name": "a", "file": "a;$(touch x)", "url": "https://localhost/a"}]}' \
     >"$root/catalog.json"

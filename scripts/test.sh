@@ -5,4 +5,7 @@ cd "$(dirname "$0")/.."
 scripts/install-dependencies.sh test
 cmake --preset dev
 cmake --build --preset dev
-ctest --preset dev -j "$(nproc)"
+status=0
+ctest --preset dev -j "$(nproc)" --output-junit tests.xml || status=$?
+scripts/skipped-tests.py build/dev/tests.xml
+exit "$status"

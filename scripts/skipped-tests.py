@@ -1,0 +1,45 @@
+#!/usr/bin/env python3
+"""Tells how many tests ctest skipped, and why, from the file that its --output-junit wrote.
+
+    scripts/skipped-tests.py JUNIT.xml
+"""
+
+import re
+import sys
+import xml.etree.ElementTree as ElementTree
+
+# What GoogleTest prints before a message, and what shell tests print before theirs.
+REASON = re.compile(r"^.*: Skipped\n(.+)|^skipped: (.+)", re.MULTILINE | re.IGNORECASE)
+TEST_DATA = re.compile(r"needs \S+ of (the test data)")
+
+
+def reason_of(test):
+    found = REASON.search(test.findtext("system-out") or "")
+    if not found:
+        return "no reason given"
+    return TEST_DATA.sub(r"needs \1, which is not in the repository", found[1] or found[2]).strip()
+
+
+def main():
+    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
+        print(__doc__, file=sys.stderr)
+        return 2
+    try:
+        tests = ElementTree.parse(sys.argv[1]).getroot().findall("testcase")
+    except (OSError, ElementTree.ParseError) as error:
+        print(f"{sys.argv[1]}: {error}, expected what ctest --output-junit writes", file=sys.stderr)
+        return 1
+    names = {}
+    for test in tests:
+        if test.get("status") in ("notrun", "disabled"):
+            names.setdefault(reason_of(test), []).append(test.get("name"))
+    count = sum(map(len, names.values()))
+    print(f"{count} of {len(tests)} tests were skipped{':' if count else '.'}")
+    for reason, of_reason in sorted(names.items(), key=lambda item: -len(item[1])):
+        few = f" ({', '.join(of_reason)})" if len(of_reason) <= 3 else ""
+        print(f"  {len(of_reason)}: {reason}{few}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

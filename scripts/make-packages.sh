@@ -2,6 +2,9 @@
 # Makes the Debian packages in build/package/ and holds them against lintian.
 #
 #   scripts/make-packages.sh [-DALTIRO3D_PACKAGE_CONTACT="NAME <MAIL>"]    who answers for them
+#
+# The build of scripts/quickstart.sh is used if it is there. Only one file knows where programs find
+# their data: it is compiled for /usr, and for the source tree again at the end.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/install-dependencies.sh package
@@ -9,10 +12,16 @@ if [[ -z ${SOURCE_DATE_EPOCH:-} ]] && when=$(git log -1 --format=%ct 2>/dev/null
     export SOURCE_DATE_EPOCH=$when # the same source gives the same packages
 fi
 umask 022
+back_to_source() {
+    local status=$?
+    cmake --preset package "$@" >/dev/null && cmake --build --preset package >/dev/null || status=1
+    exit "$status"
+}
+trap 'back_to_source "$@"' EXIT
 cmake --preset deb "$@"
 cmake --build --preset deb
 rm -f build/package/*.deb
-cpack --config build/deb/CPackConfig.cmake -B build/package
+cpack --config build/package/CPackConfig.cmake -B build/package
 
 # What lintian need not say:
 #   initial-upload-closes-no-bugs       no bug asks for the package

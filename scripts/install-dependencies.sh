@@ -1,18 +1,21 @@
 #!/usr/bin/env bash
 # Installs what altiro3D needs on Debian 12 or 13, or Ubuntu.
 #
-#   scripts/install-dependencies.sh build    to build and run the tools
+#   scripts/install-dependencies.sh build    to build and run the tools, and to download depth networks
 #   scripts/install-dependencies.sh test     and to run all tests and checks
 #   scripts/install-dependencies.sh package  to build the tools and make and check packages of them
+#
+# The output of apt goes to build/packages.log, or to the file that $ALTIRO3D_LOG names.
 set -euo pipefail
 
 build=(g++ cmake ninja-build pkg-config libopencv-dev libexif-dev libhwy-dev zlib1g-dev qtbase5-dev
        libqt5svg5
-       nlohmann-json3-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libavdevice-dev)
-tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valgrind doxygen graphviz python3
-       python3-numpy git curl ca-certificates ffmpeg groff-base man-db zsh xvfb xdotool
+       nlohmann-json3-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libavdevice-dev
+       python3 curl ca-certificates)
+tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valgrind doxygen graphviz
+       python3-numpy git ffmpeg groff-base man-db zsh xvfb xdotool
        desktop-file-utils shared-mime-info libclang-rt-dev llvm locales)
-packages=(lintian debootstrap dpkg-dev file git ca-certificates)
+packages=(lintian debootstrap dpkg-dev file git)
 
 case "${1:-build}" in
 build) wanted=("${build[@]}") ;;
@@ -23,6 +26,10 @@ package) wanted=("${build[@]}" "${packages[@]}") ;;
     exit 2
     ;;
 esac
+if ! command -v apt-get >/dev/null; then
+    echo "$0: apt-get: is not there, expected Debian or Ubuntu; needed are ${wanted[*]}" >&2
+    exit 1
+fi
 
 missing=()
 for package in "${wanted[@]}"; do
@@ -39,7 +46,14 @@ if [[ $(id -u) -ne 0 ]]; then
     fi
     as_root=(sudo)
 fi
-echo "Installing ${missing[*]}"
-"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -q
-"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-    apt-get install -q -y --no-install-recommends "${missing[@]}"
+# shellcheck source=scripts/log.sh
+. "$(dirname "$0")/log.sh"
+log_to "${ALTIRO3D_LOG:-$(dirname "$0")/../build/packages.log}"
+apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y)
+logged "${apt[@]}" update
+# Each line: address, file, bytes, checksum.
+files=$(apt-get install --print-uris -qq --no-install-recommends "${missing[@]}" 2>>"$log" || true)
+summary=$(awk '$3 ~ /^[0-9]+$/ { count++; bytes += $3 }
+    END { printf "%d packages, %.0f MB to download", count, bytes / 1e6 }' <<<"$files")
+echo "Installing $summary: ${missing[*]}"
+logged "${apt[@]}" install --no-install-recommends "${missing[@]}"

@@ -1,34 +1,97 @@
 #!/usr/bin/env bash
-# From nothing to a Native: installs packages, builds, and turns a photo into a picture for the
-# display, its quilt and its depth.
-#
-#   scripts/quickstart.sh [PHOTO [visual.json]]
-#
-# Without a photo the sample is used; without a calibration the tools look for one.
 set -euo pipefail
+
+usage() {
+    cat <<'TEXT'
+Usage: scripts/quickstart.sh [--with-midas] [PHOTO [visual.json]]
+
+Installs the packages that are needed to build, builds the tools, and makes native.png, the picture
+for the display, from PHOTO (default: the sample photo).
+
+visual.json is the calibration of your display. Without it the tools look for one: visual.json in the
+current folder, then the display's USB volume. If there is none, a sample calibration is used.
+
+  --with-midas   download a depth network (midas-small, 67 MB) for a better depth; without a
+                 network connection the built-in estimator is used
+  -h, --help     show this text
+TEXT
+}
+
+wrong_usage() { # sentence
+    echo "$0: $1 (see --help)" >&2
+    exit 2
+}
+
+midas=no
+names=()
+while (($# > 0)); do
+    case $1 in
+    -h | --help)
+        usage
+        exit 0
+        ;;
+    --with-midas) midas=yes ;;
+    --)
+        names+=("${@:2}")
+        break
+        ;;
+    -*) wrong_usage "$1: unknown option, expected --with-midas or names of files" ;;
+    *) names+=("$1") ;;
+    esac
+    shift
+done
+((${#names[@]} <= 2)) || wrong_usage "${names[2]}: one name too many, expected a photo and a visual.json"
+for name in "${names[@]}"; do
+    if [[ ! -f $name ]]; then
+        what="a photo"
+        [[ $name != "${names[1]:-}" ]] || what="a calibration (visual.json)"
+        echo "$0: $name: does not exist, expected $what" >&2
+        exit 1
+    fi
+done
+
+caller=$PWD
 cd "$(dirname "$0")/.."
 root=$PWD
-photo=docs/examples/sample.jpg
-[[ $# -lt 1 ]] || photo=$(cd "$OLDPWD" && realpath -- "$1")
+tools=$root/build/package/tools
+output=$root/quickstart-output
+absolute() { (cd "$caller" && realpath -- "$1"); }
+photo=$root/docs/examples/sample.jpg
+[[ ${#names[@]} -lt 1 ]] || photo=$(absolute "${names[0]}")
 calibration=()
-[[ $# -lt 2 ]] || calibration=(-c "$(cd "$OLDPWD" && realpath -- "$2")")
-if [[ ! -f $photo ]]; then
-    echo "$0: $photo does not exist, expected a photo" >&2
-    exit 1
+[[ ${#names[@]} -lt 2 ]] || calibration=(-c "$(absolute "${names[1]}")")
+
+# shellcheck source=scripts/log.sh
+. scripts/log.sh
+rm -f "$output/log.txt"
+log_to "$output/log.txt"
+export ALTIRO3D_LOG=$log
+echo "This installs the packages that are missing and builds the tools. The first time it takes about ten"
+echo "minutes. Details go to $log"
+scripts/install-dependencies.sh build
+echo "Building the tools"
+logged cmake --preset package
+logged cmake --build --preset package
+
+if [[ $midas == yes ]]; then
+    scripts/get-models.sh midas-small ||
+        echo "$0: the depth network was not downloaded; the built-in estimator is used" >&2
 fi
 
-scripts/install-dependencies.sh build
-cmake --preset package
-cmake --build --preset package
-
-output=$root/quickstart-output
-mkdir -p "$output"
-build/package/tools/photo2native -y -v "${calibration[@]}" \
-    --save-quilt "$output/quilt.png" --save-depth "$output/depth.png" \
-    -- "$photo" "$output/native.png"
+echo "Making native.png from $photo"
+# where the caller stands: the tools look there for visual.json
+(cd "$caller" && "$tools/photo2native" -y -v "${calibration[@]}" --save-quilt "$output/quilt.png" \
+    --save-depth "$output/depth.png" -- "$photo" "$output/native.png" >>"$log")
 cp -f "$output/native.png" "$root/native.png"
+
 echo
-echo "Your pictures:"
-echo "  $root/native.png   the Native, to be shown full screen, pixel for pixel, on the display"
-echo "  $output/            the same with its quilt and its depth"
-echo "The tools are in $root/build/package/tools; try photo2native --help"
+echo "$root/native.png is the picture for your display. On any other screen it looks like a blur."
+# shellcheck disable=SC2016 # the reader's shell expands PATH
+printf '  Use the tools in this terminal:    export PATH=%q:$PATH\n' "$tools"
+printf '  Show it full screen, unscaled:     altiro3Dview --show %q\n' "$root/native.png"
+printf '  See the depth without a display:   altiro3Dview %q    and press key 5\n' "$photo"
+if grep -q '^depth: built-in' "$log"; then
+    printf '  Get a better depth (67 MB, once):  %q midas-small    and run this again\n' \
+        "$root/scripts/get-models.sh"
+fi
+echo "Read on in $root/docs/quickstart.md"

@@ -294,133 +294,193 @@ std::size_t placesByWalk(const LayeredTables& tables, const LayeredPixels& pixel
     return endCount;
 }
 
-// Third pass, for pixels at the ends of surfaces: what is painted beside them or, behind a border
-// that covers part of the pixel, the next surface. What is more involved is left to LayeredSearch.
+// A vector of pixels at the ends of surfaces: what is painted beside a surface or, behind a border
+// that covers part of the pixel, the next surface. The steps run in the order of the functions.
+template <class D>
+class EndPixels {
+    using Whole = hn::RebindToSigned<D>;
+    using F = hn::Vec<D>;
+    using I = hn::Vec<Whole>;
+    using M = hn::Mask<Whole>;
+
+  public:
+    // @param number the pixels @param column where the walk ended, in the direction of each
+    HWY_INLINE EndPixels(D d, const LayeredTables& tables, const LayeredSurfaces& surfaces,
+                         const LayeredPixels& pixels, const float* shifts, I number, I column)
+        : d_(d), tables_(tables), surfaces_(surfaces), shift_(gatherFloats(d, shifts, number)),
+          lanes_(lanesOf(d, tables, gatherFloats(d, pixels.columns, number), shift_)),
+          givenColumn_(column), column_(column), frame_(hn::Lt(column, none())) {
+        const M mirrored = hn::Ne(lanes_.base, none());
+        firstSurface_ = hn::IfThenElseZero(mirrored, hn::Set(whole_, surfaces.begin[1]));
+        endSurface_ = hn::IfThenElse(mirrored, hn::Set(whole_, surfaces.begin[2]),
+                                     hn::Set(whole_, surfaces.begin[1]));
+    }
+
+    // Where a border from the right covers part of the pixel: what is behind it?
+    HWY_INLINE void lookBehindBorder() {
+        const F start = startOf(hn::ConvertTo(d_, hn::Max(column_, none())));
+        const M border = hn::AndNot(frame_, hn::RebindMask(whole_, hn::Gt(start, lanes_.x)));
+        if (hn::AllFalse(whole_, border)) return;
+        const F leftBorder = gatherFloats(d_, surfaces_.leftBorder, surfaceOf(column_));
+        const F covered = hn::Max(hn::Sub(hn::Add(lanes_.x, leftBorder), start), hn::Zero(d_));
+        coverLeft_ = hn::IfThenElseZero(border, hn::Min(subColumns(covered), all()));
+        const I next = hn::Sub(column_, one());
+        Walk<D, F, I> walk(d_, tables_, lanes_);
+        walk.runFrom(hn::ConvertTo(d_, hn::Max(hn::IfThenElseZero(border, next), none())));
+        const I found = hn::IfThenElse(hn::Lt(next, none()), next, walk.found);
+        const M reached = hn::RebindMask(whole_, hn::Le(walk.from, lanes_.x));
+        const M within = hn::Eq(hn::And(walk.word, one()), none());
+        const M behind = hn::And(border, hn::Gt(found, hn::Neg(one())));
+        inside_ = hn::And(behind, hn::And(reached, within));
+        hard = hn::AndNot(reached, behind);
+        place = placeBetween(d_, lanes_, found, walk.from, walk.to);
+        column_ = hn::IfThenElse(border, found, column_);
+        frame_ = hn::Lt(column_, none());
+    }
+
+    // Beside the end of a surface: what is painted there, or the gap behind it.
+    HWY_INLINE void lookBeyondSurface() {
+        surface_ = surfaceOf(column_);
+        const M atEnd = hn::Not(hn::Or(frame_, inside_));
+        const F last = gatherFloats(d_, surfaces_.last, surface_);
+        const F distance = hn::Sub(lanes_.x, startOf(last));
+        const F zero = hn::Zero(d_);
+        hard = hn::Or(hard, hn::And(atEnd, hn::RebindMask(whole_, hn::Lt(distance, zero))));
+        beyond_ = gatherFloats(d_, surfaces_.beyond, surface_);
+        const M isBeyond = hn::And(atEnd, hn::RebindMask(whole_, hn::Le(distance, beyond_)));
+        lastPlace_ = hn::ShiftLeft<kSubColumnBits>(hn::Add(stripOf(surface_), one()));
+        place = hn::IfThenElse(isBeyond, hn::Add(lastPlace_, subColumns(hn::Max(distance, zero))),
+                               place);
+        inGap_ = hn::Or(frame_, hn::AndNot(isBeyond, atEnd));
+        const F rightBorder = gatherFloats(d_, surfaces_.rightBorder, surface_);
+        const F covered = hn::Max(hn::Sub(hn::Add(beyond_, rightBorder), distance), zero);
+        coverRight_ =
+            hn::IfThenElseZero(hn::AndNot(frame_, inGap_), hn::Min(subColumns(covered), all()));
+    }
+
+    // In a gap: what is painted left of the next surface.
+    HWY_INLINE void lookIntoGap() {
+        const I next = hn::IfThenElse(frame_, firstSurface_, hn::Add(surface_, one()));
+        const M hasNext = hn::Lt(next, endSurface_);
+        const I safeNext = hn::IfThenElse(hasNext, next, firstSurface_);
+        const F away = hn::Sub(startOf(gatherFloats(d_, surfaces_.first, safeNext)), lanes_.x);
+        const F hidden = gatherFloats(d_, surfaces_.hidden, safeNext);
+        const F zero = hn::Zero(d_);
+        const auto prepared =
+            hn::And(hn::Ge(away, zero), hn::And(hn::Le(away, hidden), hn::Gt(hidden, zero)));
+        const M isHidden = hn::And(inGap_, hn::And(hasNext, hn::RebindMask(whole_, prepared)));
+        const I firstPlace = hn::ShiftLeft<kSubColumnBits>(stripOf(safeNext));
+        place =
+            hn::IfThenElse(isHidden, hn::Sub(firstPlace, subColumns(hn::Max(away, zero))), place);
+        hard = hn::Or(hard, hn::AndNot(isHidden, inGap_));
+    }
+
+    // What covers the pixel, and how much of it. Covers from both sides are left to LayeredSearch.
+    HWY_INLINE void chooseCover() {
+        const M byLeft = hn::Gt(coverLeft_, none());
+        const M byRight = hn::Gt(coverRight_, none());
+        hard = hn::AndNot(hn::Eq(coverLeft_, all()), hn::Or(hard, hn::And(byLeft, byRight)));
+        cover = hn::IfThenElse(
+            byLeft, hn::ShiftLeft<kSubColumnBits>(hn::Add(lanes_.base, givenColumn_)),
+            hn::Add(lastPlace_, hn::ShiftLeft<kSubColumnBits>(hn::ConvertTo(whole_, beyond_))));
+        part = hn::IfThenElse(byLeft, coverLeft_, coverRight_);
+        place = hn::IfThenElse(hn::Eq(part, all()), cover, place);
+    }
+
+    // Where the view does not move: the photo itself.
+    HWY_INLINE void keepStill() {
+        const M isStill = hn::RebindMask(whole_, hn::Eq(shift_, hn::Zero(d_)));
+        const I own = hn::ConvertTo(whole_, lanes_.x);
+        place = hn::IfThenElse(isStill, hn::ShiftLeft<kSubColumnBits>(own), place);
+        part = hn::IfThenZeroElse(isStill, part);
+        hard = hn::AndNot(isStill, hard);
+    }
+
+    // Pixels that a border covers in part.
+    HWY_INLINE M isMixed() const { return hn::And(hn::Gt(part, none()), hn::Lt(part, all())); }
+
+  private:
+    HWY_INLINE I none() const { return hn::Zero(whole_); }
+    HWY_INLINE I one() const { return hn::Set(whole_, 1); }
+    HWY_INLINE I all() const { return hn::Set(whole_, 1 << kSubColumnBits); }
+    HWY_INLINE I subColumns(F distance) const {
+        const F steps = hn::Set(d_, static_cast<float>(1 << kSubColumnBits));
+        return hn::ConvertTo(whole_, hn::Add(hn::Mul(distance, steps), hn::Set(d_, 0.5F)));
+    }
+    HWY_INLINE I surfaceOf(I column) const {
+        const I bytes = hn::ShiftLeft<1>(hn::Add(lanes_.base, hn::Max(column, none())));
+        const I pair = gatherBytes4(whole_, tables_.surfaces, bytes);
+        return hn::Add(firstSurface_, hn::And(pair, hn::Set(whole_, 0xFFFF)));
+    }
+    HWY_INLINE I stripOf(I surface) const {
+        return gatherBytes4(whole_, surfaces_.strips, hn::ShiftLeft<2>(surface));
+    }
+    // Where a column appears in the view.
+    HWY_INLINE F startOf(F column) const {
+        const I bytes = hn::ShiftLeft<1>(hn::Add(lanes_.base, hn::ConvertTo(whole_, column)));
+        const I words = gatherBytes4(whole_, tables_.words, bytes);
+        return hn::Sub(column, hn::Mul(lanes_.unit, lowOffset(d_, words)));
+    }
+
+    D d_;
+    Whole whole_;
+    const LayeredTables& tables_;
+    const LayeredSurfaces& surfaces_;
+    F shift_;
+    Lanes<F, I> lanes_;
+    I firstSurface_ = hn::Zero(Whole()); // of the direction
+    I endSurface_ = hn::Zero(Whole());
+    I givenColumn_;
+    I column_;
+    M frame_;                                       // left of everything
+    M inside_ = hn::MaskFromVec(hn::Zero(Whole())); // a surface, behind a border
+    M inGap_ = inside_;
+    I coverLeft_ = hn::Zero(Whole()); // in 1/256 of the pixel
+    I coverRight_ = hn::Zero(Whole());
+    I lastPlace_ = hn::Zero(Whole());
+    F beyond_ = hn::Zero(D());
+    I surface_ = hn::Zero(Whole());
+
+  public:
+    M hard = inside_;            // pixels for LayeredSearch
+    I place = hn::Zero(Whole()); // what they show
+    I cover = hn::Zero(Whole()); // place of what covers them
+    I part = hn::Zero(Whole());  // how much of them, in 1/256
+};
+
+// Third pass, for pixels at the ends of surfaces. What is more involved is left to LayeredSearch.
 LayeredCounts placesAtEnds(const LayeredTables& tables, const LayeredSurfaces& surfaces,
                            const LayeredPixels& pixels, const float* HWY_RESTRICT shifts,
                            std::size_t endCount, const LayeredRoom& room) {
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
-    using F = hn::Vec<decltype(d)>;
     using I = hn::Vec<decltype(whole)>;
     const std::size_t lanesPerVector = hn::Lanes(d);
-    const F zero = hn::Zero(d);
-    const F half = hn::Set(d, 0.5F);
-    const F steps = hn::Set(d, static_cast<float>(1 << kSubColumnBits));
-    const I none = hn::Zero(whole);
-    const I one = hn::Set(whole, 1);
-    const I all = hn::Set(whole, 1 << kSubColumnBits);
-    const auto subColumns = [&](F distance) HWY_ATTR {
-        return hn::ConvertTo(whole, hn::Add(hn::Mul(distance, steps), half));
-    };
     LayeredCounts counts;
     for (std::size_t i = 0; i < endCount; i += lanesPerVector) {
         const std::size_t count = std::min(lanesPerVector, endCount - i);
         const auto valid = hn::FirstN(whole, count);
         const I number = hn::IfThenElseZero(valid, hn::LoadU(whole, room.open + i));
-        const I givenColumn = hn::IfThenElseZero(valid, hn::LoadU(whole, room.openColumns + i));
-        const F shift = gatherFloats(d, shifts, number);
-        const auto lanes = lanesOf(d, tables, gatherFloats(d, pixels.columns, number), shift);
-        const auto mirrored = hn::Ne(lanes.base, none);
-        const I firstSurface = hn::IfThenElseZero(mirrored, hn::Set(whole, surfaces.begin[1]));
-        const I endSurface = hn::IfThenElse(mirrored, hn::Set(whole, surfaces.begin[2]),
-                                            hn::Set(whole, surfaces.begin[1]));
-        const auto surfaceOf = [&](I column) HWY_ATTR {
-            const I bytes = hn::ShiftLeft<1>(hn::Add(lanes.base, hn::Max(column, none)));
-            const I pair = gatherBytes4(whole, tables.surfaces, bytes);
-            return hn::Add(firstSurface, hn::And(pair, hn::Set(whole, 0xFFFF)));
-        };
-        const auto placeOf = [&](F column) HWY_ATTR {
-            const I bytes = hn::ShiftLeft<1>(hn::Add(lanes.base, hn::ConvertTo(whole, column)));
-            const I words = gatherBytes4(whole, tables.words, bytes);
-            return hn::Sub(column, hn::Mul(lanes.unit, lowOffset(d, words)));
-        };
-        // a border from the right covers part of the pixel, or none of it: what is behind?
-        I column = givenColumn;
-        const F start = placeOf(hn::ConvertTo(d, hn::Max(column, none)));
-        auto frame = hn::Lt(column, none); // left of everything
-        const auto border = hn::AndNot(frame, hn::RebindMask(whole, hn::Gt(start, lanes.x)));
-        I coverLeft = none;
-        auto inside = hn::And(frame, hn::Not(frame)); // none
-        auto hard = inside;
-        I place = none;
-        if (!hn::AllFalse(whole, border)) {
-            const F leftBorder = gatherFloats(d, surfaces.leftBorder, surfaceOf(column));
-            const F covered = hn::Max(hn::Sub(hn::Add(lanes.x, leftBorder), start), zero);
-            coverLeft = hn::IfThenElseZero(border, hn::Min(subColumns(covered), all));
-            const I next = hn::Sub(column, one);
-            Walk<decltype(d), F, I> walk(d, tables, lanes);
-            walk.runFrom(hn::ConvertTo(d, hn::Max(hn::IfThenElseZero(border, next), none)));
-            const I found = hn::IfThenElse(hn::Lt(next, none), next, walk.found);
-            const auto reached = hn::RebindMask(whole, hn::Le(walk.from, lanes.x));
-            const auto within = hn::Eq(hn::And(walk.word, one), none);
-            const auto behind = hn::And(border, hn::Gt(found, hn::Neg(one)));
-            inside = hn::And(behind, hn::And(reached, within));
-            hard = hn::AndNot(reached, behind);
-            place = placeBetween(d, lanes, found, walk.from, walk.to);
-            column = hn::IfThenElse(border, found, column);
-            frame = hn::Lt(column, none);
-        }
-        // beside the end of a surface
-        const I surface = surfaceOf(column);
-        const auto atEnd = hn::Not(hn::Or(frame, inside));
-        const F last = gatherFloats(d, surfaces.last, surface);
-        const F distance = hn::Sub(lanes.x, placeOf(last));
-        hard = hn::Or(hard, hn::And(atEnd, hn::RebindMask(whole, hn::Lt(distance, zero))));
-        const F beyond = gatherFloats(d, surfaces.beyond, surface);
-        const auto isBeyond = hn::And(atEnd, hn::RebindMask(whole, hn::Le(distance, beyond)));
-        const I lastPlace = hn::ShiftLeft<kSubColumnBits>(
-            hn::Add(gatherBytes4(whole, surfaces.strips, hn::ShiftLeft<2>(surface)), one));
-        place = hn::IfThenElse(isBeyond, hn::Add(lastPlace, subColumns(hn::Max(distance, zero))),
-                               place);
-        const auto inGap = hn::Or(frame, hn::AndNot(isBeyond, atEnd));
-        const F rightBorder = gatherFloats(d, surfaces.rightBorder, surface);
-        const F coveredRight = hn::Max(hn::Sub(hn::Add(beyond, rightBorder), distance), zero);
-        const I coverRight =
-            hn::IfThenElseZero(hn::AndNot(frame, inGap), hn::Min(subColumns(coveredRight), all));
-        const I nextSurface = hn::IfThenElse(frame, firstSurface, hn::Add(surface, one));
-        const auto hasNext = hn::Lt(nextSurface, endSurface);
-        const I safeNext = hn::IfThenElse(hasNext, nextSurface, firstSurface);
-        const F first = gatherFloats(d, surfaces.first, safeNext);
-        const F away = hn::Sub(placeOf(first), lanes.x);
-        const F hidden = gatherFloats(d, surfaces.hidden, safeNext);
-        const auto prepared =
-            hn::And(hn::Ge(away, zero), hn::And(hn::Le(away, hidden), hn::Gt(hidden, zero)));
-        const auto isHidden = hn::And(inGap, hn::And(hasNext, hn::RebindMask(whole, prepared)));
-        const I firstPlace = hn::ShiftLeft<kSubColumnBits>(
-            gatherBytes4(whole, surfaces.strips, hn::ShiftLeft<2>(safeNext)));
-        place =
-            hn::IfThenElse(isHidden, hn::Sub(firstPlace, subColumns(hn::Max(away, zero))), place);
-        hard = hn::Or(hard, hn::AndNot(isHidden, inGap));
-        // what covers it
-        const auto byLeft = hn::Gt(coverLeft, none);
-        const auto byRight = hn::Gt(coverRight, none);
-        hard = hn::AndNot(hn::Eq(coverLeft, all), hn::Or(hard, hn::And(byLeft, byRight)));
-        const I cover = hn::IfThenElse(
-            byLeft, hn::ShiftLeft<kSubColumnBits>(hn::Add(lanes.base, givenColumn)),
-            hn::Add(lastPlace, hn::ShiftLeft<kSubColumnBits>(hn::ConvertTo(whole, beyond))));
-        I part = hn::IfThenElse(byLeft, coverLeft, coverRight);
-        place = hn::IfThenElse(hn::Eq(part, all), cover, place);
-        // the photo itself
-        const auto isStill = hn::RebindMask(whole, hn::Eq(shift, zero));
-        const I own = hn::ConvertTo(whole, lanes.x);
-        place = hn::IfThenElse(isStill, hn::ShiftLeft<kSubColumnBits>(own), place);
-        part = hn::IfThenZeroElse(isStill, part);
-        hard = hn::And(valid, hn::AndNot(isStill, hard));
-        place = hn::IfThenElse(hard, hn::Set(whole, kSeeEnds), place);
+        const I column = hn::IfThenElseZero(valid, hn::LoadU(whole, room.openColumns + i));
+        EndPixels<hn::ScalableTag<float>> ends(d, tables, surfaces, pixels, shifts, number, column);
+        ends.lookBehindBorder();
+        ends.lookBeyondSurface();
+        ends.lookIntoGap();
+        ends.chooseCover();
+        ends.keepStill();
+        const auto hard = hn::And(valid, ends.hard);
 
         HWY_ALIGN std::int32_t results[HWY_LANES(std::int32_t)];
-        hn::Store(place, whole, results);
+        hn::Store(hn::IfThenElse(hard, hn::Set(whole, kSeeEnds), ends.place), whole, results);
         for (std::size_t k = 0; k < count; ++k)
             room.places[room.open[i + k]] = results[k];
         hn::StoreU(hn::Compress(number, hard), whole, room.hard + counts.hard);
-        hn::StoreU(hn::Compress(givenColumn, hard), whole, room.hardColumns + counts.hard);
+        hn::StoreU(hn::Compress(column, hard), whole, room.hardColumns + counts.hard);
         counts.hard += hn::CountTrue(whole, hard);
-        const auto mixed =
-            hn::And(hn::AndNot(hard, valid), hn::And(hn::Gt(part, none), hn::Lt(part, all)));
+        const auto mixed = hn::And(hn::AndNot(hard, valid), ends.isMixed());
         hn::StoreU(hn::Compress(number, mixed), whole, room.mixed + counts.mixed);
-        hn::StoreU(hn::Compress(cover, mixed), whole, room.covers + counts.mixed);
-        hn::StoreU(hn::Compress(part, mixed), whole, room.parts + counts.mixed);
+        hn::StoreU(hn::Compress(ends.cover, mixed), whole, room.covers + counts.mixed);
+        hn::StoreU(hn::Compress(ends.part, mixed), whole, room.parts + counts.mixed);
         counts.mixed += hn::CountTrue(whole, mixed);
     }
     return counts;

@@ -68,7 +68,7 @@ path, target, source, wanted, others, least = sys.argv[1:]
 spans = {}  # of a function's first place: its lines and how often each ran; the most of all instances
 for function in json.load(open(path))["data"][0]["functions"]:
     name = function["name"]
-    if not function["filenames"][0].endswith("/src/" + source + ".cpp"): continue
+    if not function["filenames"][0].endswith("/" + source + ".cpp"): continue
     if not re.search(wanted, name) or (others != "-" and re.search(others, name)): continue
     counts = {}
     for first, _, last, _, count, file, _, kind in function["regions"]:  # outer ones come first

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What fewer inferences cost and save in whole videos: PSNR of the Natives against --depth-every 1,
-# and the time of the depth stage per frame. Prints a row of docs/tradeoff.md per clip.
+# and the time of the depth stage per frame. Prints a row of docs/lab/video.md per clip.
 #
 #   depth_every.sh VIDEO2NATIVE NETWORK CLIP...
 set -euo pipefail

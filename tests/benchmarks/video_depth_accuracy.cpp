@@ -3,7 +3,7 @@
 //
 // Usage: altiro3D_video_depth_accuracy [folder of the test data]
 //
-// Prints the Markdown tables of docs/tradeoff.md, which also says what the columns mean. The
+// Prints the Markdown tables of docs/lab/video.md, which also says what the columns mean. The
 // network is FastDepth; it runs once on every picture, and its numbers are kept. What is missing is
 // named and left out.
 

@@ -44,6 +44,7 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/lens_view.hpp"
 #include "altiro3D/native_lut.hpp"
+#include "altiro3D/native_maker.hpp"
 #include "altiro3D/native_renderer.hpp"
 #include "altiro3D/network2quilt.hpp"
 #include "altiro3D/photo_fit.hpp"

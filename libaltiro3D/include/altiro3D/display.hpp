@@ -42,6 +42,34 @@ ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
 /// @return one sentence each, for people; mostly none
 ALTIRO3D_EXPORT std::vector<std::string> remarks(const Calibration& calibration);
 
+/// A display that Natives are made for.
+struct Display {
+    Calibration calibration;                ///< What its visual.json says.
+    QuiltLayout quilt;                      ///< Default layout of quilts.
+    InvertViews invert = InvertViews::Auto; ///< Whether the order of views is reversed.
+    std::string source;                     ///< Where the calibration comes from, for people.
+
+    /// Size of the panel. @return columns x rows in px
+    cv::Size panelSize() const { return {calibration.screenW, calibration.screenH}; }
+    /// Shape of the panel. @return width : height
+    double aspect() const { return static_cast<double>(calibration.screenW) / calibration.screenH; }
+};
+
+/// The display of a calibration, with the default quilt of its model.
+/// @param calibration the display, valid
+/// @param source where the calibration comes from, for people
+/// @return the display
+ALTIRO3D_EXPORT Display displayOf(Calibration calibration, const std::string& source = {});
+
+/// Reads a display from its calibration.
+///
+/// @param calibrationFile its `visual.json`
+/// @param serial which display, where the file holds several; empty: the first
+/// @return the display, with the default quilt of its model
+/// @throws Error as readCalibrations(); NotFound (no display of that serial number)
+ALTIRO3D_EXPORT Display readDisplay(const std::filesystem::path& calibrationFile,
+                                    const std::string& serial = {});
+
 /// A calibration found on a display's own volume.
 struct MountedCalibration {
     std::filesystem::path file; ///< Its visual.json.

@@ -56,6 +56,21 @@ ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::M
 ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
                                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted);
 
+/// A photo and its depth map.
+struct Scene {
+    cv::Mat photo; ///< [rows x cols, CV_8UC3, BGR]
+    cv::Mat depth; ///< [CV_32FC1, 0..1, 1 = nearest], shows all of the photo
+};
+
+/// Fits a photo and its depth map to the panel's shape: applyFit() and applyFitToDepth().
+///
+/// @param scene the photo, of the size that the fit was made for, and its depth map of any size
+/// @param fit from fitPhoto()
+/// @param focus depth of the bars, 0..1
+/// @param fitted both of fit.size; reused if they fit
+/// @throws Error as applyFit() and applyFitToDepth()
+ALTIRO3D_EXPORT void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted);
+
 /// Fits every view of a quilt to the panel's shape, as fitPhoto() and applyFit() do for one
 /// picture; the quilt keeps its layout.
 ///

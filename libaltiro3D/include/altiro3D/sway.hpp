@@ -45,7 +45,7 @@ ALTIRO3D_EXPORT int framesPerTurn(const SwayOptions& options);
 ALTIRO3D_EXPORT double swayPosition(int frame, int framesPerTurn);
 
 /// A size for a video that any player plays: the picture's own, at most 1920 px long and 1080 px
-/// wide whichever way it stands, even sides of at least 16 px.
+/// wide whichever way it stands, even sides of at least 16 px, at most 100 : 1.
 ///
 /// @param picture its size in px
 /// @param aspect width : height that it is shown with; its px need not be square, and neither
@@ -65,6 +65,16 @@ ALTIRO3D_EXPORT cv::Size swaySize(cv::Size picture, double aspect);
 /// @throws Error InvalidArgument (an empty picture or result, an aspect out of its range)
 ALTIRO3D_EXPORT PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result,
                                  FitMode mode = FitMode::Cover);
+
+/// The fit of a whole photo, in its own shape, to the video of swaySize().
+///
+/// @param photo its size in px
+/// @param mode used where the photo's shape is beyond 1 : 100, or `size` has another shape
+/// @param size size of the video in px; empty: swaySize()
+/// @return the fit, for fitScene(); its size is that of the video
+/// @throws Error InvalidArgument (an empty photo)
+ALTIRO3D_EXPORT PhotoFit photoSwayFit(cv::Size photo, FitMode mode = FitMode::Cover,
+                                      cv::Size size = {});
 
 /// Makes the picture that a camera sees. It is called from one thread.
 ///

@@ -27,7 +27,7 @@ namespace {
 constexpr int kLongSide = 320;
 
 // What each cue adds, in units of the height cue (0 at the top of the photo, 1 at its bottom).
-// They were chosen while looking at the scenes of docs/depth.md; halving or doubling any one of
+// They were chosen while looking at the scenes of docs/lab/depth.md; halving or doubling any one of
 // them moves the mean by 0.01 or less.
 constexpr float kHeightWeight = 1.0f;
 constexpr float kContactWeight = 3.0f;

@@ -118,6 +118,12 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
     inside.copyTo(fitted(fit.target));
 }
 
+void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted) {
+    const cv::Size photoSize = scene.photo.size(); // scene and fitted may be one
+    applyFit(scene.photo, fit, fitted.photo);
+    applyFitToDepth(scene.depth, photoSize, fit, fitted.photo, focus, fitted.depth);
+}
+
 void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,
                      double panelAspect, FitMode mode, cv::Mat& fitted) {
     validate(layout);

@@ -113,8 +113,7 @@ class FieldReader {
   private:
     int integer(double value, const char* field, const std::string& expected) const {
         if (!(std::abs(value) <= 1e9) || value != std::floor(value)) {
-            fail(source_,
-                 std::string(field) + " is " + shownJson(value) + ", expected " + expected);
+            fail(source_, std::string(field) + " is " + show(value) + ", expected " + expected);
         }
         return static_cast<int>(value);
     }
@@ -165,8 +164,7 @@ std::vector<SubpixelCell> readCells(const FieldReader& reader, const std::string
 
 void require(bool good, const std::string& source, const char* field, double value,
              const std::string& expected) {
-    if (!good)
-        fail(source, std::string(field) + " is " + shownJson(value) + ", expected " + expected);
+    if (!good) fail(source, std::string(field) + " is " + show(value) + ", expected " + expected);
 }
 
 } // namespace

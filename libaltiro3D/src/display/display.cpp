@@ -1,5 +1,6 @@
 #include "altiro3D/display.hpp"
 
+#include "altiro3D/error.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -121,6 +122,28 @@ std::vector<std::string> remarks(const Calibration& c) {
             "the flip flags are set, as in no display known so far: check the picture");
     }
     return result;
+}
+
+Display displayOf(Calibration calibration, const std::string& source) {
+    Display display;
+    display.quilt = defaultQuilt(calibration);
+    display.calibration = std::move(calibration);
+    display.source = source;
+    return display;
+}
+
+Display readDisplay(const fs::path& calibrationFile, const std::string& serial) {
+    const std::vector<Calibration> all = readCalibrations(calibrationFile);
+    const auto chosen = std::find_if(all.begin(), all.end(), [&](const Calibration& calibration) {
+        return serial.empty() || upper(calibration.serial) == upper(serial);
+    });
+    if (chosen == all.end()) {
+        throw Error(ErrorCode::NotFound, calibrationFile.string(),
+                    "holds no calibration of " + shortened(serial) +
+                        ", expected the serial number of " +
+                        (all.front().serial.empty() ? "a display in it" : all.front().serial));
+    }
+    return displayOf(*chosen, calibrationFile.string());
 }
 
 std::vector<MountedCalibration> findMountedCalibrations(const fs::path& root) {

@@ -17,7 +17,7 @@ double unlikeness(const cv::Mat& before, const cv::Mat& now, const cv::Mat& moti
                   const cv::Mat& misfits);
 
 /// Pictures of one shot have at most .23 between neighbours and .34 at double speed, those of
-/// different scenes .42 and more (docs/tradeoff.md says which).
+/// different scenes .42 and more (docs/lab/video.md says which).
 constexpr double kNewScene = 0.37;
 
 } // namespace altiro3D

@@ -19,7 +19,8 @@ namespace {
 constexpr int kWindow = 8;  // px that are compared there
 constexpr int kBorder = 24; // px that are repeated around a picture; motion ends there
 
-// Costs are sums of kWindow^2 grey differences; these were chosen on the clips of docs/tradeoff.md.
+// Costs are sums of kWindow^2 grey differences; these were chosen on the clips of
+// docs/lab/video.md.
 constexpr int kStillBonus = 48;     // what a still place is better by: noise is no motion
 constexpr int kUnlikeNeighbour = 6; // for each px that it differs from its neighbours' motion
 constexpr int kStillMisfit = 96;    // a still place that fits so well is not looked at further

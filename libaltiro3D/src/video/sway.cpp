@@ -106,7 +106,10 @@ cv::Size swaySize(cv::Size picture, double aspect) {
     const double width = height * aspect;
     const double factor =
         std::min({1.0, kLongSide / std::max(width, height), kShortSide / std::min(width, height)});
-    return {evenSide(width * factor), evenSide(height * factor)};
+    const int columns = evenSide(width * factor);
+    const int rows = evenSide(height * factor);
+    constexpr int kLongest = static_cast<int>(kLargestAspect); // of the short side, also rounded
+    return {std::min(columns, kLongest * rows), std::min(rows, kLongest * columns)};
 }
 
 PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result, FitMode mode) {
@@ -131,6 +134,12 @@ PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result, FitMode mode)
                picture.height);
     fit.source = {columns.start, rows.start, columns.size(), rows.size()};
     return fit;
+}
+
+PhotoFit photoSwayFit(cv::Size photo, FitMode mode, cv::Size size) {
+    const double aspect = photo.empty() ? 1.0 : static_cast<double>(photo.width) / photo.height;
+    if (size.empty()) size = swaySize(photo, aspect);
+    return swayFit(photo, std::clamp(aspect, 0.01, 100.0), size, mode);
 }
 
 SwayView photoViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOptions& options) {

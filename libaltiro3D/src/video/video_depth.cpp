@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-// docs/mathematics.md, section 5, has the formulas; docs/tradeoff.md what was measured.
+// docs/mathematics.md, section 5, has the formulas; docs/lab/video.md what was measured.
 
 namespace altiro3D {
 

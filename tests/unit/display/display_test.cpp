@@ -118,5 +118,24 @@ TEST(Display, MountedVolumesAreFoundWhereSystemsMountThem) {
     EXPECT_EQ(found[1].file, root / "media/user/LKG-P00655/LKG_calibration/visual.json");
 }
 
+TEST(Display, IsReadWithItsPanelAndItsModelsQuilt) {
+    const TemporaryDirectory directory;
+    const auto file = directory / "visual.json";
+    spill(file, R"([{"serial":"LKG-P00001","pitch":52.5,"slope":-7.1,"center":0.4,
+        "screenW":1536,"screenH":2048,"DPI":324,"viewCone":40,"invView":1},
+        {"serial":"LKG-E00002","pitch":50,"slope":-7,"center":0.1,
+        "screenW":1440,"screenH":2560,"DPI":491,"viewCone":54,"invView":1}])");
+    const Display first = readDisplay(file);
+    EXPECT_EQ(first.calibration.serial, "LKG-P00001");
+    EXPECT_EQ(first.panelSize(), cv::Size(1536, 2048));
+    EXPECT_DOUBLE_EQ(first.aspect(), 0.75);
+    EXPECT_EQ(first.quilt, defaultQuilt(first.calibration));
+    EXPECT_EQ(first.source, file.string());
+    EXPECT_EQ(readDisplay(file, "lkg-e00002").panelSize(), cv::Size(1440, 2560));
+    EXPECT_EQ(errorOf([&] { readDisplay(file, "LKG-P00009"); }),
+              file.string() + ": holds no calibration of LKG-P00009, expected the serial number "
+                              "of LKG-P00001");
+}
+
 } // namespace
 } // namespace altiro3D::test

@@ -1,5 +1,7 @@
 #include "altiro3D/sway.hpp"
 
+#include "altiro3D/error.hpp"
+
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/video_reader.hpp"
 #include "support/compare.hpp"
@@ -52,6 +54,18 @@ PhotoFit asItIs(cv::Size size) {
 }
 
 } // namespace
+
+TEST(Sway, AWholePhotoIsFittedInItsOwnShape) {
+    const PhotoFit own = photoSwayFit({641, 480});
+    EXPECT_EQ(own.size, swaySize({641, 480}, 641.0 / 480));
+    EXPECT_EQ(own.source.height, 480);
+    EXPECT_EQ(own.target.size(), own.size);
+    const PhotoFit other = photoSwayFit({640, 480}, FitMode::Contain, {100, 200});
+    EXPECT_EQ(other.size, cv::Size(100, 200));
+    EXPECT_EQ(other.target.size(), cv::Size(100, 75));
+    EXPECT_EQ(photoSwayFit({30000, 3}).source.width, 300) << "a shape beyond 100 : 1 is cut";
+    EXPECT_THROW(photoSwayFit({0, 3}), Error);
+}
 
 TEST(SwayPath, IsASineThatBeginsInTheMiddle) {
     for (const int frames : {4, 8, 12, 120, 1000}) {
@@ -151,7 +165,7 @@ TEST(SwaySize, KeepsShapeAndFitsEveryPlayer) {
     EXPECT_EQ(size(640, 480), cv::Size(640, 480)); // never enlarged
     EXPECT_EQ(size(1001, 667), cv::Size(1000, 666));
     EXPECT_EQ(size(3, 3), cv::Size(16, 16));
-    EXPECT_EQ(size(20000, 1), cv::Size(1920, 18)); // counts as 100 : 1
+    EXPECT_EQ(size(20000, 1), cv::Size(1800, 18)); // counts as 100 : 1
     EXPECT_NE(errorOf([] { swaySize({0, 5}, 1); }), "(no error)");
     EXPECT_NE(errorOf([] { swaySize({5, 5}, 0); }), "(no error)");
 }

@@ -1,0 +1,131 @@
+#include "altiro3D/native_maker.hpp"
+
+#include "altiro3D/error.hpp"
+#include "support/compare.hpp"
+#include "support/displays.hpp"
+#include "support/random_pictures.hpp"
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+namespace altiro3D::test {
+namespace {
+
+Display smallDisplay() {
+    Display display = displayOf(stripePanel(150, 97), "small.json");
+    display.quilt.columns = 3;
+    display.quilt.rows = 2;
+    display.quilt.viewCount = 6;
+    display.quilt.tileSize = {50, 32};
+    return display;
+}
+
+altiro3D::Scene photoWithDepth() {
+    return {randomPhoto({91, 70}), randomDepth({40, 31})};
+}
+
+// The steps one by one, over the quilt: the reference of every path.
+cv::Mat overQuilt(const Display& display, const altiro3D::Scene& scene,
+                  const NativeOptions& options) {
+    const cv::Size work = options.keepResolution ? display.panelSize() : display.quilt.tileSize;
+    const PhotoFit fit = fitPhoto(scene.photo.size(), display.aspect(), work, options.fit);
+    cv::Mat photo;
+    cv::Mat depth;
+    applyFit(scene.photo, fit, photo);
+    applyFitToDepth(scene.depth, scene.photo.size(), fit, photo, options.views.focus, depth);
+    cv::Mat quilt;
+    cv::Mat native;
+    Depth2Quilt(display.quilt, options.views).render(photo, depth, quilt);
+    Quilt2Native(display.calibration, display.quilt, options.sampling, display.invert)
+        .render(quilt, native);
+    return native;
+}
+
+TEST(NativeMaker, GivesWhatTheStepsGiveForEachMethodFitAndSampling) {
+    const Display display = smallDisplay();
+    const altiro3D::Scene scene = photoWithDepth();
+    for (const ViewMethod method : {ViewMethod::Fast, ViewMethod::Real, ViewMethod::Layered}) {
+        for (const FitMode fit : {FitMode::Cover, FitMode::Contain, FitMode::Stretch}) {
+            for (const ViewFilter filter : {ViewFilter::Nearest, ViewFilter::Linear}) {
+                NativeOptions options;
+                options.views.method = method;
+                options.views.focus = 0.3;
+                options.fit = fit;
+                options.sampling.views = filter;
+                const NativeMaker maker(display, options);
+                const bool direct = method != ViewMethod::Real && filter == ViewFilter::Nearest;
+                EXPECT_EQ(maker.path(), direct ? NativePath::Direct : NativePath::OverQuilt);
+                EXPECT_EQ(NativeMaker::obstacle(display.quilt, options).empty(), direct);
+                cv::Mat native;
+                maker.makeNative(scene, native);
+                EXPECT_TRUE(samePicture(native, overQuilt(display, scene, options)));
+            }
+        }
+    }
+}
+
+TEST(NativeMaker, KeepsThePanelsResolutionAndTakesContinuousPositions) {
+    const Display display = smallDisplay();
+    const altiro3D::Scene scene = photoWithDepth();
+    NativeOptions options;
+    options.keepResolution = true;
+    options.positions = ViewPositions::Continuous;
+    const NativeMaker maker(display, options);
+    EXPECT_EQ(maker.workSize(), display.panelSize());
+    cv::Mat native;
+    maker.makeNative(scene, native);
+    altiro3D::Scene fitted;
+    fitScene(scene, fitPhoto(scene.photo.size(), display.aspect(), display.panelSize()),
+             options.views.focus, fitted);
+    cv::Mat expected;
+    NativeRenderer(display.calibration, 6, options.views, ViewPositions::Continuous)
+        .render(fitted.photo, fitted.depth, expected);
+    EXPECT_TRUE(samePicture(native, expected));
+}
+
+TEST(NativeMaker, AMapGivesWhatItsCalibrationGives) {
+    Display display = smallDisplay();
+    display.invert = InvertViews::Off;
+    const altiro3D::Scene scene = photoWithDepth();
+    const NativeOptions options;
+    const NativeMaker mapped(NativeLut(display.calibration, display.quilt, display.invert),
+                             options);
+    EXPECT_EQ(mapped.path(), NativePath::OverQuilt);
+    cv::Mat native;
+    mapped.makeNative(scene, native);
+    EXPECT_TRUE(samePicture(native, overQuilt(display, scene, options)));
+}
+
+TEST(NativeMaker, OtherViewsShareTheRest) {
+    const Display display = smallDisplay();
+    const altiro3D::Scene scene = photoWithDepth();
+    for (const ViewMethod method : {ViewMethod::Real, ViewMethod::Layered}) {
+        NativeOptions options;
+        options.views.method = method;
+        const NativeMaker maker(display, options);
+        options.views.strengthPercent = 3;
+        options.views.focus = 0.8;
+        cv::Mat native;
+        maker.withViews(options.views).makeNative(scene, native);
+        EXPECT_TRUE(samePicture(native, overQuilt(display, scene, options)));
+        EXPECT_EQ(maker.options().views.strengthPercent, 10) << "the first one stays as it was";
+    }
+}
+
+TEST(NativeMaker, RefusesContinuousPositionsOverAQuilt) {
+    const Display display = smallDisplay();
+    NativeOptions options;
+    options.positions = ViewPositions::Continuous;
+    options.views.method = ViewMethod::Real;
+    EXPECT_THROW(NativeMaker(display, options), Error);
+    options.views.method = ViewMethod::Fast;
+    options.sampling.inTile = TileSampling::Linear;
+    EXPECT_THROW(NativeMaker(display, options), Error);
+    options.sampling = {};
+    EXPECT_NO_THROW(NativeMaker(display, options));
+    const NativeLut map(display.calibration, display.quilt);
+    EXPECT_THROW(NativeMaker(map, options), Error);
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -22,11 +22,7 @@ std::string number(double value, int digits = 12) {
 
 void printInfo(const Calibration& c, const LensGeometry& g, const QuiltLayout& layout,
                const Messages& messages) {
-    const DisplayModel* model = findDisplayModel(c);
     const double lensColumns = g.lensPeriodSubpixels / 3;
-    messages.say("display       " +
-                 (model != nullptr ? model->name : std::string("unknown model")) +
-                 (c.serial.empty() ? "" : ", serial " + c.serial));
     messages.say("panel         " + std::to_string(g.panelWidth) + " x " +
                  std::to_string(g.panelHeight) + " px, " + number(c.DPI, 6) + " dpi, " +
                  (g.cells.empty() ? (g.blueFirst ? "BGR stripes" : "RGB stripes")
@@ -90,19 +86,28 @@ std::string inFileName(std::string text) {
     return text;
 }
 
-int run(const CommandLine& commandLine, Messages& messages) {
+// The calibration that was named; to be described, without a name the one that is found.
+Display chooseDisplay(const CommandLine& commandLine, bool info, Messages& messages) {
+    const DisplayUse use = info ? DisplayUse::Describe : DisplayUse::Show;
+    if (info && commandLine.files().empty()) return findCalibration(commandLine, messages, {}, use);
     if (commandLine.files().size() != 1)
         commandLine.failNames("one calibration (the table's name goes with -m)", 1);
     const std::filesystem::path file = calibrationFile(commandLine.files().front());
-    const Display display = displayOf(readChosenCalibration(file, commandLine, messages), file,
-                                      invertOption(commandLine));
-    const Calibration& calibration = *display.calibration;
-    messages.warn(remarks(calibration));
+    Display display = displayOf(readChosenCalibration(file, commandLine, messages), file,
+                                invertOption(commandLine));
+    tellDisplay(display, use, messages);
+    return display;
+}
 
-    const bool info = commandLine.has("info") || commandLine.has("json");
+int run(const CommandLine& commandLine, Messages& messages) {
     const bool json = commandLine.has("json");
+    const bool info = commandLine.has("info") || json;
+    if (json) messages.leaveStandardOutput();
+    const Display display = chooseDisplay(commandLine, info, messages);
+    const std::filesystem::path& file = display.files.front();
+    const Calibration& calibration = *display.calibration;
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
-    if (!json) messages.say("quilt: " + layout.text());
+    messages.say("quilt: " + layout.text());
     if (info) {
         const LensGeometry geometry = lensGeometry(calibration, display.invert);
         if (json) {
@@ -126,10 +131,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     times.end("build");
     lut.save(output);
     times.end("write");
-    if (!json) {
-        messages.say(output.string() + ": look-up table for " + sizeText(lut.panelSize()));
-    }
-    if (!json) messages.detail(times.text());
+    messages.say(output.string() + ": look-up table for " + sizeText(lut.panelSize()));
+    messages.detail(times.text());
     return kExitDone;
 }
 
@@ -140,7 +143,7 @@ int main(int argc, char** argv) {
                             "Makes the look-up table of a display from its calibration file: for "
                             "every sub-pixel of the panel, the quilt pixel that it shows.");
     commandLine.addUsage("[-m OUT.map] [-q RxC] [-r HxW] visual.json");
-    commandLine.addUsage("--info [--json] visual.json");
+    commandLine.addUsage("--info [--json] [visual.json]");
     commandLine.addSection("Output");
     commandLine.add({"m", "map"}, "Table to write (default: SERIAL-RxC.map).", "OUT.map");
     commandLine.add({"y"}, "Replace the output if it exists.");
@@ -151,6 +154,7 @@ int main(int argc, char** argv) {
     commandLine.add({"serial"}, "Choose among several calibrations in the file.", "NAME");
     addInvertOption(commandLine);
     commandLine.addNote("The calibration file lies on the display's own USB volume as "
-                        "LKG_calibration/visual.json.");
+                        "LKG_calibration/visual.json. --info finds it as the other tools do where "
+                        "none is named.");
     return runTool(argc, argv, commandLine, run);
 }

@@ -113,7 +113,7 @@ Outputs checkedOutputs(const CommandLine& commandLine, const Display& display, c
 int run(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.files().size() != 2) commandLine.failNames("NATIVE and OUT", 2);
     const fs::path& nativeFile = commandLine.files()[0];
-    const Display display = findDisplay(commandLine, messages);
+    const Display display = findDisplay(commandLine, messages, {}, DisplayUse::Simulate);
     if (!display.calibration) {
         throw UsageError("a map does not tell where the lenses are, expected the display's "
                          "calibration with -c");

@@ -75,7 +75,7 @@ TEST(Altiro3DNative, TheNameComesFromSerialNumberAndQuilt) {
     EXPECT_TRUE(fs::exists(studio / "_x__31mY_Z__a_-2x3.map"));
     const Outcome told = studio.run(kTool, {"--info", "order.json", "-q", "2x3"});
     EXPECT_TRUE(isDone(told));
-    EXPECT_NE(told.out.find("serial -x [31mY Z$(a)\n"), std::string::npos) << told.out;
+    EXPECT_NE(told.out.find("serial -x [31mY Z$(a), panel "), std::string::npos) << told.out;
     EXPECT_EQ(told.out.find('\x1b'), std::string::npos);
     writeCalibration(studio / "nameless.json", {96, 128}, 52.58, "");
     EXPECT_TRUE(isDone(studio.run(kTool, {"-q", "2x3", "-r", "40x30", "nameless.json"})));

@@ -53,6 +53,109 @@ TEST(DisplayChoice, TheFirstThatIsThereCounts) {
     EXPECT_EQ(nativeWidth(studio, {"-m", "a.map"}), 100);
 }
 
+// The first line of each tool, in order: model, serial number, panel, file.
+TEST(DisplayChoice, TheFirstLineSaysWhichDisplayItIs) {
+    SmallStudio studio;
+    studio.makeClip();
+    for (const std::string& tool : allTools()) {
+        const Outcome outcome =
+            studio.run(tool, studio.goodCall(tool, outputName(tool, tool + "-first")));
+        EXPECT_TRUE(isDone(outcome));
+        const std::string line = outcome.out.substr(0, outcome.out.find('\n'));
+        if (tool == "quilt2video") { // without -c it needs none
+            EXPECT_EQ(line.find("display"), std::string::npos) << line;
+            continue;
+        }
+        EXPECT_EQ(line, std::string("display: unknown model, serial TEST-1, panel 96 x 128 px, ") +
+                            (tool == "native2view" ? "simulated from" : "from") + " small.json");
+    }
+    writeCalibration(studio / "portrait.json", {1536, 2048}, 52.58, "LKG-P00655");
+    const auto firstLine = [&](const std::string& tool, const Arguments& arguments) {
+        const std::string out = studio.run(tool, arguments).out;
+        return out.substr(0, out.find('\n'));
+    };
+    const std::string portrait =
+        "display: Looking Glass Portrait, serial LKG-P00655, panel 1536 x 2048 px, from ";
+    EXPECT_EQ(firstLine("altiro3Dnative", {"--info", "portrait.json"}), portrait + "portrait.json");
+    EXPECT_EQ(firstLine("quilt2video", {"-c", "portrait.json", "quilt.png", "a.mp4"}),
+              portrait + "portrait.json");
+    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", {"-m", "a.map", "portrait.json"})));
+    EXPECT_EQ(firstLine("views2native", {"-m", "a.map", "views", "a.png"}), portrait + "a.map");
+    studio.set("LKG_CALIBRATION", "portrait.json");
+    EXPECT_EQ(firstLine("altiro3Dnative", {"--info"}),
+              portrait + "portrait.json ($LKG_CALIBRATION)");
+    const Outcome json = studio.run("altiro3Dnative", {"--json"});
+    EXPECT_TRUE(isDone(json));
+    EXPECT_EQ(json.out.rfind("{", 0), 0U) << json.out;
+}
+
+// What the sample is good for depends on what is made with it.
+TEST(DisplayChoice, TheSampleIsWarnedOfByWhatItIsUsedFor) {
+    if (!findMountedCalibrations().empty()) GTEST_SKIP() << "a display is mounted here";
+    SmallStudio studio;
+    studio.makeClip();
+    const std::string sample =
+        "display: none was given or found; the sample calibration of a Portrait, panel "
+        "1536 x 2048 px\n";
+    const auto warnsOf = [&](const Outcome& outcome, const char* part) {
+        EXPECT_TRUE(warns(outcome, part));
+        EXPECT_EQ(outcome.out.rfind(sample, 0), 0U) << outcome.out;
+        return outcome;
+    };
+    warnsOf(studio.run("quilt2native", {"-q", "2x3", "quilt.png", "native.png"}),
+            "a real display will show the picture doubled and blurred");
+    const Outcome seen = warnsOf(studio.run("native2view", {"native.png", "seen.png"}),
+                                 "the sample one of a Portrait is simulated");
+    EXPECT_EQ(seen.err.find("a real display will show"), std::string::npos) << seen.err;
+    warnsOf(studio.run("altiro3Dnative", {"--info"}), "give your display's visual.json");
+    warnsOf(studio.run("video2native",
+                       {"--quilt", "-q", "2x3", "-r", "40x30", "clip.mp4", "quilt.mp4"}),
+            "the quilt has the shape and the layout of a Portrait's");
+    const Outcome rgbd = studio.run("video2native", {"--rgbd-out", "clip.mp4", "rgbd.mp4"});
+    EXPECT_TRUE(isDone(rgbd)); // which is for no display
+    EXPECT_EQ(rgbd.out.find("display"), std::string::npos) << rgbd.out;
+}
+
+// In a mount namespace of its own, where /media is a directory of the test.
+TEST(DisplayChoice, AFileFoundBesideAMountedDisplayOfAnotherCalibrationIsWarnedOf) {
+    SmallStudio studio;
+    if (studio.run("/usr/bin/unshare", {"-rm", "true"}).status != 0)
+        GTEST_SKIP() << "needs unshare(1) and user namespaces";
+    if (!findMountedCalibrations().empty()) GTEST_SKIP() << "a display is mounted here";
+    fs::create_directories(studio / "media/LKG-T1/LKG_calibration");
+    writeCalibration(studio / "media/LKG-T1/LKG_calibration/visual.json", {104, 120}, 50, "T1");
+    const auto run = [&](const Arguments& arguments) {
+        std::string call = "mount --bind media /media && exec '" +
+                           toolPath("altiro3Dnative").string() + "' --info -q 2x3 -r 40x30";
+        for (const std::string& argument : arguments)
+            call += " '" + argument + "'";
+        Outcome outcome = studio.run("/usr/bin/unshare", {"-rm", "sh", "-c", call});
+        outcome.tool = "altiro3Dnative";
+        return outcome;
+    };
+    const Outcome mounted = run({});
+    EXPECT_TRUE(isDone(mounted));
+    EXPECT_EQ(mounted.out.rfind("display: unknown model, serial T1, panel 104 x 120 px, from "
+                                "/media/LKG-T1/LKG_calibration/visual.json\n",
+                                0),
+              0U)
+        << mounted.text();
+    writeCalibration(studio / "visual.json");
+    const Outcome other = run({});
+    EXPECT_TRUE(warns(other, "visual.json: is used, but a display with another calibration is "
+                             "mounted: LKG-T1 (/media/LKG-T1/LKG_calibration/visual.json)"));
+    EXPECT_NE(other.out.find("serial TEST-1, panel 96 x 128 px, from visual.json\n"),
+              std::string::npos)
+        << other.out;
+    EXPECT_TRUE(isDone(run({"small.json"}))); // which was asked for
+    studio.set("LKG_CALIBRATION", "small.json");
+    EXPECT_TRUE(warns(run({}), "small.json ($LKG_CALIBRATION): is used, but"));
+    studio.set("LKG_CALIBRATION", std::nullopt);
+    fs::copy_file(studio / "media/LKG-T1/LKG_calibration/visual.json", studio / "visual.json",
+                  fs::copy_options::overwrite_existing);
+    EXPECT_TRUE(isDone(run({}))); // a copy of the display's own
+}
+
 TEST(DisplayChoice, AnUnusableVariableIsAnError) {
     SmallStudio studio;
     writeCalibration(studio / "visual.json");

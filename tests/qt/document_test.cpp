@@ -192,6 +192,10 @@ TEST_F(ViewerDisplay, OfSeveralVolumesTheFirstWillDoWhereAnotherCanBeChosenLater
 TEST_F(ViewerDisplay, WhatIsChosenOtherwiseComesBeforeVolumes) {
     write("visual.json", 108);
     EXPECT_EQ(find(true).panelSize.width, 108);
+    ASSERT_EQ(messages_.warnings().size(), 1U);
+    EXPECT_EQ(messages_.warnings()[0].rfind("visual.json: is used, but a display with another ", 0),
+              0U)
+        << messages_.warnings()[0];
     qputenv("LKG_CALIBRATION", ""); // as if it were not set
     EXPECT_EQ(find(true).panelSize.width, 108);
     write("variable.json", 112);

@@ -77,9 +77,27 @@ fs::path sampleCalibration() {
                 "none was found, expected -c visual.json or -m FILE.map");
 }
 
+// Warns where a file that was found by itself belongs to another display than those connected.
+void warnOfAnotherMounted(const Display& display, const VolumeSearch& search, Messages& messages) {
+    std::string others;
+    for (const MountedCalibration& volume : search.find()) {
+        try {
+            const Calibration mounted = readCalibration(volume.file);
+            if (fingerprint(mounted) == fingerprint(*display.calibration)) return;
+        } catch (const Error&) {
+            continue; // nothing to compare with
+        }
+        others += (others.empty() ? "" : ", ") + volume.volume + " (" + volume.file.string() + ")";
+    }
+    if (others.empty()) return;
+    messages.warn(display.source +
+                  ": is used, but a display with another calibration is mounted: " + others +
+                  "; give that file to use it");
+}
+
 // -c, or the first that is found.
-Display findCalibration(const CommandLine& commandLine, const VolumeSearch& volumes,
-                        Messages& messages) {
+Display chooseCalibration(const CommandLine& commandLine, const VolumeSearch& volumes,
+                          Messages& messages) {
     const InvertViews invert = invertOption(commandLine);
     const auto chosen = [&](const fs::path& given) {
         const fs::path file = calibrationFile(given);
@@ -91,12 +109,17 @@ Display findCalibration(const CommandLine& commandLine, const VolumeSearch& volu
         try {
             Display display = chosen(*named);
             display.source = *named + " ($LKG_CALIBRATION)";
+            warnOfAnotherMounted(display, volumes, messages);
             return display;
         } catch (const Error& problem) {
             throw Error(problem.code(), "$LKG_CALIBRATION", problem.what());
         }
     }
-    if (fs::exists("visual.json", error)) return chosen("visual.json");
+    if (fs::exists("visual.json", error)) {
+        Display display = chosen("visual.json");
+        warnOfAnotherMounted(display, volumes, messages);
+        return display;
+    }
     if (const auto volume = mountedVolume(commandLine.value("serial"), volumes, messages)) {
         // the volume is chosen already: its file's serial may be cut short
         return displayOf(readCalibration(volume->file), volume->file, invert);
@@ -104,11 +127,31 @@ Display findCalibration(const CommandLine& commandLine, const VolumeSearch& volu
     const fs::path sample = sampleCalibration();
     Display display = displayOf(readCalibration(sample), sample, invert);
     display.source = "the sample calibration of a Portrait";
-    messages.warn(
-        "no calibration was given or found: the sample one of a Portrait is used, and "
-        "a real display will show the picture doubled and blurred; give the display's own "
-        "file with -c visual.json");
+    display.isSample = true;
     return display;
+}
+
+// What is wrong with the sample calibration in the place of a display's own.
+std::string sampleWarning(DisplayUse use) {
+    const std::string none = "no calibration was given or found: ";
+    switch (use) {
+    case DisplayUse::Show:
+        return none + "the sample one of a Portrait is used, and a real display will show the "
+                      "picture doubled and blurred; give the display's own file with -c "
+                      "visual.json";
+    case DisplayUse::Simulate:
+        return none + "the sample one of a Portrait is simulated, in which a Native for a real "
+                      "display looks doubled and blurred; give the file of that display with -c "
+                      "visual.json";
+    case DisplayUse::Quilt:
+        return none + "the quilt has the shape and the layout of a Portrait's; give another "
+                      "display's file with -c visual.json";
+    case DisplayUse::Describe:
+        return none + "this is the sample one of a Portrait; give your display's visual.json";
+    case DisplayUse::None:
+        break;
+    }
+    return {};
 }
 
 // Keeps the cache below its limit: the tables that were not used for longest go first.
@@ -311,8 +354,39 @@ Display displayOf(Calibration calibration, const fs::path& file, InvertViews inv
     return display;
 }
 
-Display findDisplay(const CommandLine& commandLine, Messages& messages,
-                    const VolumeSearch& volumes) {
+void tellDisplay(const Display& display, DisplayUse use, Messages& messages) {
+    if (use == DisplayUse::None) return;
+    if (display.isSample) {
+        messages.say("display: none was given or found; " + display.source + ", panel " +
+                     sizeText(display.panelSize));
+        messages.warn(sampleWarning(use));
+        return;
+    }
+    Calibration known; // what a map keeps of it
+    if (display.calibration) {
+        known = *display.calibration;
+        messages.warn(remarks(known));
+    } else {
+        known.serial = display.map->serial();
+        known.screenW = display.panelSize.width;
+        known.screenH = display.panelSize.height;
+    }
+    const DisplayModel* const model = findDisplayModel(known);
+    messages.say("display: " + (model != nullptr ? model->name : std::string("unknown model")) +
+                 (known.serial.empty() ? "" : ", serial " + known.serial) + ", panel " +
+                 sizeText(display.panelSize) + ", " +
+                 (use == DisplayUse::Simulate ? "simulated from " : "from ") + display.source);
+}
+
+Display findCalibration(const CommandLine& commandLine, Messages& messages,
+                        const VolumeSearch& volumes, DisplayUse use) {
+    Display display = chooseCalibration(commandLine, volumes, messages);
+    tellDisplay(display, use, messages);
+    return display;
+}
+
+Display findDisplay(const CommandLine& commandLine, Messages& messages, const VolumeSearch& volumes,
+                    DisplayUse use) {
     samplingOption(commandLine); // wrong usage is said before any work
     Display display;
     if (const auto file = commandLine.value("m")) {
@@ -336,10 +410,9 @@ Display findDisplay(const CommandLine& commandLine, Messages& messages,
             requireSameDisplay(*display.map, *file, *display.calibration, other);
         }
     } else {
-        display = findCalibration(commandLine, volumes, messages);
+        display = chooseCalibration(commandLine, volumes, messages);
     }
-    if (display.calibration) messages.warn(remarks(*display.calibration));
-    messages.detail("display: " + display.source + ", panel " + sizeText(display.panelSize));
+    tellDisplay(display, use, messages);
     return display;
 }
 

@@ -21,6 +21,7 @@ struct Display {
     InvertViews invert = InvertViews::Auto;   ///< From `--invert`.
     cv::Size panelSize;                       ///< Panel in px.
     QuiltLayout standardQuilt;                ///< The map's layout, else the model's default.
+    bool isSample = false;                    ///< No display was given or found.
 
     /// width : height of the panel
     double panelAspect() const { return static_cast<double>(panelSize.width) / panelSize.height; }
@@ -61,11 +62,27 @@ struct VolumeSearch {
     bool firstWillDo = false;
 };
 
+/// What a run makes of a display's calibration.
+enum class DisplayUse {
+    Show,     ///< A picture for this panel.
+    Simulate, ///< What an eye sees of such a picture.
+    Quilt,    ///< A quilt of the display's shape and layout.
+    Describe, ///< A text about it.
+    None      ///< Nothing: there is nothing to say about it.
+};
+
 /// Finds the display: `-m` and `-c`, else `$LKG_CALIBRATION`, `./visual.json`, a mounted display
-/// volume, and at last the sample calibration, with a warning.
+/// volume, and at last the sample calibration. Says which one it is (tellDisplay()).
 /// @throws UsageError, Error
 Display findDisplay(const CommandLine& commandLine, Messages& messages,
-                    const VolumeSearch& volumes = {});
+                    const VolumeSearch& volumes = {}, DisplayUse use = DisplayUse::Show);
+/// As findDisplay(), where -m is not a table to read.
+Display findCalibration(const CommandLine& commandLine, Messages& messages,
+                        const VolumeSearch& volumes = {}, DisplayUse use = DisplayUse::Show);
+
+/// Says which display a run is for: "display: ...". Warns where that is the sample only, and of
+/// what is odd about the calibration.
+void tellDisplay(const Display& display, DisplayUse use, Messages& messages);
 
 /// The file that is meant: in a display's volume, or its folder, the calibration.
 /// @throws Error BadFormat (a look-up table)

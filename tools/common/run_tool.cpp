@@ -65,11 +65,11 @@ std::string oneLine(std::string text) {
 }
 
 void Messages::say(const std::string& line) const {
-    print(oneLine(subject_.empty() ? line : subject_ + ": " + line));
+    if (!silent_) print(oneLine(subject_.empty() ? line : subject_ + ": " + line));
 }
 
 void Messages::print(const std::string& text) const {
-    if (!silent_) printLine(stdout, text);
+    printLine(stdout, text);
 }
 
 void Messages::detail(const std::string& line) const {

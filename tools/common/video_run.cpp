@@ -135,6 +135,18 @@ void warnIfNative(const VideoFacts& facts, const Display& display, Messages& mes
                   "not to be converted again");
 }
 
+DisplayUse useOf(VideoProduct product) {
+    switch (product) {
+    case VideoProduct::Native:
+        break;
+    case VideoProduct::Quilt:
+        return DisplayUse::Quilt;
+    case VideoProduct::Rgbd:
+        return DisplayUse::None;
+    }
+    return DisplayUse::Show;
+}
+
 // Opens everything but the output; all that can be said against the call is said here.
 void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messages) {
     VideoPlan& plan = studio.plan;
@@ -148,7 +160,7 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     RenderStage::Settings settings;
     settings.fit = fitOption(commandLine, FitMode::Cover);
     NativeRoad::check(commandLine);
-    studio.display = findDisplay(commandLine, messages);
+    studio.display = findDisplay(commandLine, messages, {}, useOf(plan.product));
     plan.part.threads = std::min(cv::getNumThreads(), 16);
     studio.reader = std::make_unique<VideoReader>(plan.input, plan.part);
     const VideoFacts& facts = studio.reader->facts();

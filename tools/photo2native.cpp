@@ -12,6 +12,7 @@
 #include "common/sway_options.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <ctime>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -45,21 +46,30 @@ Json parallaxJson(const AdjacentParallax& parallax) {
     return {{"viewPixels", parallax.viewPixels}, {"panelPixels", parallax.panelPixels}};
 }
 
-AdjacentParallax tellParallax(const Studio& studio, const ViewOptions& views, const cv::Mat& depth,
-                              Messages& messages) {
+// Says what is close to the limit; above it there is a warning.
+AdjacentParallax tellParallax(const CommandLine& commandLine, const Studio& studio,
+                              const ViewOptions& views, const cv::Mat& depth, Messages& messages) {
+    constexpr double kNearTheLimit = 0.8 * kParallaxBudgetPixels;
     double nearest = 0;
     double farthest = 0;
     cv::minMaxLoc(depth, &farthest, &nearest);
     const AdjacentParallax parallax =
         adjacentParallax(views, studio.layout, studio.display.panelSize, {farthest, nearest});
-    messages.say("parallax: strength " + fixed(views.strengthPercent, 1) + " %, focus " +
-                 fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) +
-                 " view px (" + fixed(parallax.panelPixels, 2) +
-                 " panel px) between adjacent views; above " + fixed(kParallaxBudgetPixels, 0) +
-                 " view px hard edges show double");
+    const std::string line =
+        "parallax: strength " + fixed(views.strengthPercent, 1) + " %, focus " +
+        fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) + " view px (" +
+        fixed(parallax.panelPixels, 2) + " panel px) between adjacent views; above " +
+        fixed(kParallaxBudgetPixels, 0) + " view px hard edges show double";
+    const bool isNear =
+        parallax.viewPixels > kNearTheLimit && parallax.viewPixels <= kParallaxBudgetPixels;
+    if (isNear) {
+        messages.say(line);
+    } else {
+        messages.detail(line);
+    }
     if (views.strengthPercent > 0 && views.strengthPercent < 1 && parallax.viewPixels < 0.1)
         messages.warn("the picture will be nearly flat: --strength is in %, 10 is usual");
-    warnAboutParallax(parallax, messages);
+    warnAboutParallax(commandLine, parallax, messages);
     return parallax;
 }
 
@@ -113,7 +123,8 @@ bool saveOthers(const PhotoItem& item, const Studio& studio, cv::Mat& photo, cv:
 }
 
 // Makes all that is wanted of one photo; the report of it.
-Json makePicture(const PhotoItem& item, Studio& studio, Messages& messages) {
+Json makePicture(const CommandLine& commandLine, const PhotoItem& item, Studio& studio,
+                 Messages& messages) {
     StageTimes times;
     cv::Mat photo;
     cv::Mat depth;
@@ -154,8 +165,10 @@ Json makePicture(const PhotoItem& item, Studio& studio, Messages& messages) {
     }
     studio.road.makeNative(views, fittedPhoto, fittedDepth, studio.quilt, studio.native);
     times.end("native");
-    tellCut(static_cast<double>(photoSize.width) / photoSize.height, aspect, studio.fit, messages);
-    const AdjacentParallax parallax = tellParallax(studio, views, fittedDepth, messages);
+    const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;
+    if (!messages.hasSubject()) tellCut(photoAspect, aspect, studio.fit, messages);
+    const AdjacentParallax parallax =
+        tellParallax(commandLine, studio, views, fittedDepth, messages);
 
     warnAboutNativeFormat(item.native, messages);
     cv::Size videoSize;
@@ -193,14 +206,40 @@ Json makePicture(const PhotoItem& item, Studio& studio, Messages& messages) {
     for (const auto& [stage, milliseconds] : times.milliseconds()) {
         report["milliseconds"][stage] = milliseconds;
     }
-    messages.say(item.native.string() + ": Native, " + sizeText(studio.native.size()));
-    for (const auto& [key, file] : others) {
-        if (!file.empty()) messages.say(file.string() + ": " + key);
+    std::string line = item.native.string() + ": Native, " + sizeText(studio.native.size());
+    if (messages.hasSubject()) { // one line for each of many photos
+        for (const auto& [key, file] : others)
+            line += file.empty() ? "" : std::string(", ") + key;
+        line += item.video.empty() ? "" : ", video";
+        const std::string cut = cutText(photoAspect, aspect, studio.fit);
+        line += cut.empty() ? "" : "; " + cut;
+        messages.say(line);
+    } else {
+        messages.say(line);
+        for (const auto& [key, file] : others) {
+            if (!file.empty()) messages.say(file.string() + ": " + key);
+        }
+        if (!item.video.empty())
+            messages.say(item.video.string() + ": video, " + swayText(studio.sway, videoSize));
     }
-    if (!item.video.empty())
-        messages.say(item.video.string() + ": video, " + swayText(studio.sway, videoSize));
     messages.detail(times.text());
     return report;
+}
+
+// What has become of the photos of a run.
+struct Tally {
+    std::size_t made = 0;
+    std::size_t skipped = 0;
+    std::size_t failed = 0;
+};
+
+// "197 photos made, 2 skipped as they exist, 1 failed, in 83 s"
+std::string summaryOf(const Tally& tally, double seconds) {
+    std::string text = counted(tally.made, "photo") + " made";
+    if (tally.skipped > 0)
+        text += ", " + std::to_string(tally.skipped) + " skipped as the outputs exist";
+    if (tally.failed > 0) text += ", " + std::to_string(tally.failed) + " failed";
+    return text + ", in " + fixed(seconds, seconds < 10 ? 1 : 0) + " s";
 }
 
 // The value of an option, or null.
@@ -292,6 +331,7 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
+    const auto start = std::chrono::steady_clock::now();
     StageTimes setup; // start: processor time until here, nearly all for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
     const Budget budget(commandLine);
@@ -304,7 +344,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     NativeRoad::check(commandLine);
     const Display display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
-    const PhotoPlan plan = planPhotos(commandLine, display, layout, messages);
+    PhotoPlan plan = planPhotos(commandLine, display, layout, messages);
     const Outputs outputs = checkedOutputs(commandLine, plan, display, layout.viewCount);
     messages.say("quilt: " + quiltText(layout, display.panelAspect()));
     setup.end("plan");
@@ -316,7 +356,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
                   CameraOptions(commandLine),
                   budget,
                   fit,
-                  commandLine.has("k"),
+                  NativeRoad::keepsResolution(commandLine),
                   std::move(depthSource),
                   NativeRoad(commandLine, display, layout, views.method, messages),
                   sway,
@@ -329,26 +369,33 @@ int run(const CommandLine& commandLine, Messages& messages) {
 
     if (plan.batch) messages.flushWarnings(); // these belong to no photo
     Json pictures = Json::array();
-    std::size_t failed = 0;
-    Progress progress(plan.items.size());
+    Tally tally;
+    Progress progress(static_cast<std::size_t>(std::count_if(
+        plan.items.begin(), plan.items.end(), [](const PhotoItem& item) { return !item.isMade; })));
     for (const PhotoItem& item : plan.items) {
-        progress.step(item.photo.filename().string());
         if (plan.batch) messages.setSubject(item.photo.filename().string());
-        if (!plan.batch) {
-            pictures.push_back(makePicture(item, studio, messages));
+        if (item.isMade) {
+            const std::string line = "skipped, as " + item.native.string() + " exists";
+            if (plan.batch) {
+                messages.detail(line);
+            } else {
+                messages.say(item.photo.string() + ": " + line);
+            }
+            pictures.push_back({{"photo", item.photo.string()}, {"skipped", true}});
+            ++tally.skipped;
             continue;
         }
+        progress.step(item.photo.filename().string());
         try {
-            Json picture = makePicture(item, studio, messages);
-            progress.clear();
-            messages.flushWarnings();
-            pictures.push_back(std::move(picture));
+            pictures.push_back(makePicture(commandLine, item, studio, messages));
+            ++tally.made;
+            if (plan.batch) messages.flushWarnings();
         } catch (const std::exception& error) {
-            progress.clear();
+            if (!plan.batch) throw;
             messages.dropWarnings();
             messages.fail(sentenceOf(error));
             pictures.push_back({{"photo", item.photo.string()}, {"error", sentenceOf(error)}});
-            ++failed;
+            ++tally.failed;
         }
     }
     progress.clear();
@@ -356,8 +403,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const double peak = peakMegabytes();
     if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
     if (plan.batch) {
-        messages.say(std::to_string(plan.items.size() - failed) + " of " +
-                     std::to_string(plan.items.size()) + " photos done");
+        const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+        messages.say(summaryOf(tally, time.count()));
     }
     if (!plan.report.empty()) {
         Json report = reportOf(commandLine, studio, messages);
@@ -367,7 +414,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         report["pictures"] = std::move(pictures);
         writeFile(plan.report, report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     }
-    return failed == 0 ? kExitDone : kExitFailed;
+    return tally.failed == 0 ? kExitDone : kExitFailed;
 }
 
 } // namespace
@@ -397,6 +444,10 @@ int main(int argc, char** argv) {
     commandLine.add({"report"}, "Write all settings used and the time of each stage, for programs.",
                     "FILE.json");
     commandLine.add({"y"}, "Replace outputs that exist.");
+    commandLine.add({"skip-existing"},
+                    "Go on with a run that ended early: leave out the photos all of whose outputs "
+                    "exist and are not empty, whatever options made them, and make the others "
+                    "anew.");
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
     addDisplayOptions(commandLine);

@@ -54,9 +54,9 @@ int run(const CommandLine& commandLine, Messages& messages) {
     progress.clear();
     times.end("read views");
     const double aspect = static_cast<double>(views.viewSize.width) / views.viewSize.height;
-    if (!haveSameShape(aspect, display.panelAspect())) {
-        messages.warn("the views have another shape than the panel: --fit " + fitName(mode) +
-                      " is applied");
+    if (!commandLine.has("fit") && !haveSameShape(aspect, display.panelAspect())) {
+        messages.warn("the views have another shape than the panel and are cut to it; --fit "
+                      "contain keeps all of them");
     }
     const Quilt2Native renderer = makeQuilt2Native(commandLine, display, layout, messages);
     times.end("look-up table");

@@ -2,6 +2,8 @@
 #include "sandbox.hpp"
 #include "support/compare.hpp"
 
+#include <csignal>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <set>
@@ -335,8 +337,9 @@ TEST(Photo2Native, FlatDepthGivesEqualViewsWhateverTheFocus) {
         writePicture(studio / "flat.png", cv::Mat(60, 45, CV_16UC1, cv::Scalar(value)));
         for (const char* focus : {"0", "0.77", "1"}) {
             const Outcome outcome = studio.run(
-                kTool, Arguments{"-y", "--strength", "80", "--focus", focus, "--save-views", "v"} +
-                           studio.display() + Arguments{"-d", "photo.png", "flat.png", "a.png"});
+                kTool,
+                Arguments{"-v", "-y", "--strength", "80", "--focus", focus, "--save-views", "v"} +
+                    studio.display() + Arguments{"-d", "photo.png", "flat.png", "a.png"});
             ASSERT_EQ(outcome.status, 0) << outcome.text();
             EXPECT_NE(outcome.out.find("at most 0.00 view px"), std::string::npos) << outcome.out;
             const std::string first = slurp(studio / "v/view_0.png");
@@ -412,19 +415,6 @@ TEST(Photo2Native, TellsTheShapeThatViewsAreShownIn) {
     EXPECT_TRUE(holds(said({72, 128}, "40x40"), "each view 40 x 40 px, shown 9:16\n"));
     EXPECT_TRUE(holds(said({101, 64}, "40x40"), "each view 40 x 40 px, shown 1.58:1\n"));
     EXPECT_TRUE(holds(said({96, 128}, "40x30"), "each view 30 x 40 px\n"));
-}
-
-TEST(Photo2Native, TellsTheParallaxAndWarnsAboveFivePixels) {
-    SmallStudio studio;
-    const Arguments call{"-c", "small.json", "-q",        "2x3",   "-r", "160x120",
-                         "-d", "photo.png",  "depth.png", "a.png", "-y"};
-    // S/2 = 60 % of 120 px, 6 views, half of the range before the focus: 72 * 0.5 * 2 / 5 px
-    const Outcome much = studio.run(kTool, Arguments{"--strength", "60"} + call);
-    EXPECT_TRUE(warns(much, "parallax between adjacent views is up to 7.2 view px"));
-    EXPECT_NE(much.out.find("parallax: strength 60.0 %, focus 0.50: at most 7.20 view px"),
-              std::string::npos)
-        << much.out;
-    EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"--strength", "40"} + call)));
 }
 
 TEST(Photo2Native, WhatItSavesLeadsToTheSameNativeAgain) {
@@ -718,8 +708,8 @@ TEST(Photo2Native, NativesAmongThePhotosOfADirectoryAreLeftOut) {
     const Arguments again = studio.display() + Arguments{"-y", "photos", "photos"};
     ASSERT_TRUE(isDone(studio.run(kTool, again)));
     const Outcome outcome = studio.run(kTool, again);
-    EXPECT_TRUE(warns(outcome, "photos/a_native.png: is a Native and no photo; it is left out"));
-    EXPECT_NE(outcome.out.find("1 of 1 photos done"), std::string::npos) << outcome.out;
+    EXPECT_TRUE(warns(outcome, "photos/a_native.png: is a Native, not a photo; it is left out"));
+    EXPECT_NE(outcome.out.find("1 photo made, in "), std::string::npos) << outcome.out;
     EXPECT_EQ(names(studio / "photos"), (std::vector<std::string>{"a.png", "a_native.png"}));
     fs::remove(studio / "photos/a.png");
     EXPECT_TRUE(fails(studio.run(kTool, again), 1, "photos: holds no pictures"));
@@ -737,8 +727,8 @@ TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
         studio.run(kTool, studio.display() + Arguments{"--report", "r.json", "--save-quilt", "q",
                                                        "--save-views", "v", "photos", "out"});
     EXPECT_TRUE(fails(outcome, 1, "photos/b.png"));
-    EXPECT_NE(outcome.out.find("\n3 of 4 photos done"), std::string::npos) << outcome.out;
-    EXPECT_NE(outcome.out.find("\nc.png: parallax: "), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("\n3 photos made, 1 failed, in "), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("\nc.png: out/c_native.png: "), std::string::npos) << outcome.out;
     EXPECT_EQ(names(studio / "out"),
               (std::vector<std::string>{"a_native.png", "c_native.png", "d_native.png"}));
     EXPECT_EQ(names(studio / "q").size(), 3U);
@@ -751,6 +741,133 @@ TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
     // alone it is the same Native
     ASSERT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos/c.png", "c.png"})));
     EXPECT_EQ(slurp(studio / "c.png"), slurp(studio / "out/c_native.png"));
+}
+
+class SkipExisting : public SmallStudio {
+  public:
+    SkipExisting() {
+        fs::create_directory(*this / "in");
+        for (const char* name : {"in/a.png", "in/b.png", "in/c.png"})
+            writePicture(*this / name, madePhoto(40, 50));
+    }
+    Outcome make(const Arguments& more) const {
+        return run(kTool, more + display() +
+                              Arguments{"--save-quilt", "q", "--save-views", "v", "--report",
+                                        "r.json", "in", "out"});
+    }
+    // All outputs of photos, by name.
+    std::map<std::string, std::string> contents() const {
+        std::map<std::string, std::string> all;
+        for (const char* directory : {"out", "q", "v"}) {
+            for (const auto& entry : fs::recursive_directory_iterator(*this / directory)) {
+                if (entry.is_regular_file()) all[entry.path().string()] = slurp(entry.path());
+            }
+        }
+        return all;
+    }
+};
+
+TEST(Photo2Native, SkipExistingCompletesAnInterruptedRun) {
+    const SkipExisting studio;
+    const Outcome first = studio.make({"--skip-existing"});
+    EXPECT_TRUE(isDone(first));
+    EXPECT_NE(first.out.find("\n3 photos made, in "), std::string::npos) << first.out;
+    const auto whole = studio.contents();
+    ASSERT_EQ(whole.size(), 3 * 8U);
+
+    for (const char* directory : {"out", "q", "v"})
+        fs::remove_all(studio / directory);
+    const Arguments call =
+        studio.display() + Arguments{"--save-quilt", "q", "--save-views", "v", "in", "out"};
+    studio.run(kTool, call, SIGKILL, [&] { return fs::exists(studio / "out/a_native.png"); });
+    EXPECT_TRUE(isDone(studio.make({"--skip-existing"})));
+    EXPECT_EQ(studio.contents(), whole);
+
+    fs::remove(studio / "out/c_native.png"); // as if it had been stopped during the last one
+    const auto before = fs::last_write_time(studio / "out/a_native.png");
+    const Outcome second = studio.make({"--skip-existing"});
+    EXPECT_TRUE(isDone(second));
+    EXPECT_NE(second.out.find("\n1 photo made, 2 skipped as the outputs exist, in "),
+              std::string::npos)
+        << second.out;
+    EXPECT_EQ(second.out.find("a.png"), std::string::npos) << second.out;
+    EXPECT_EQ(studio.contents(), whole);
+    EXPECT_EQ(fs::last_write_time(studio / "out/a_native.png"), before);
+    const Json pictures = Json::parse(slurp(studio / "r.json")).at("pictures");
+    ASSERT_EQ(pictures.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_EQ(pictures[i].contains("skipped"), i < 2) << i;
+
+    const Outcome third = studio.make({"--skip-existing"});
+    EXPECT_TRUE(isDone(third));
+    EXPECT_NE(third.out.find("\n0 photos made, 3 skipped"), std::string::npos) << third.out;
+}
+
+// Whatever of a photo's outputs is missing or empty: all of them are made.
+TEST(Photo2Native, SkipExistingMakesPartlyPresentSetsAnew) {
+    const SkipExisting studio;
+    ASSERT_TRUE(isDone(studio.make({})));
+    const auto whole = studio.contents();
+    fs::remove(studio / "q/a_qs3x2a0.75.png");
+    spill(studio / "v/b_views/view_3.png", "");
+    spill(studio / "out/b_native.png", "of another run");
+    const Outcome outcome = studio.make({"--skip-existing"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_NE(outcome.out.find("\n2 photos made, 1 skipped"), std::string::npos) << outcome.out;
+    EXPECT_EQ(studio.contents(), whole);
+}
+
+TEST(Photo2Native, SkipExistingCountsFailuresAndRefusesY) {
+    const SkipExisting studio;
+    EXPECT_TRUE(fails(studio.make({"--skip-existing", "-y"}), 2, "exclude each other"));
+    EXPECT_FALSE(fs::exists(studio / "out"));
+    ASSERT_TRUE(isDone(studio.make({})));
+    fs::remove(studio / "out/a_native.png");
+    fs::remove(studio / "out/b_native.png");
+    spill(studio / "in/b.png", "broken");
+    const Outcome outcome = studio.make({"--skip-existing"});
+    EXPECT_TRUE(fails(outcome, 1, "in/b.png"));
+    EXPECT_NE(outcome.out.find("\n1 photo made, 1 skipped as the outputs exist, 1 failed, in "),
+              std::string::npos)
+        << outcome.out;
+
+    // and of a single photo
+    const Arguments one = studio.display() + Arguments{"--skip-existing", "photo.png", "a.png"};
+    EXPECT_TRUE(isDone(studio.run(kTool, one)));
+    const std::string native = slurp(studio / "a.png");
+    const Outcome again = studio.run(kTool, one);
+    EXPECT_TRUE(isDone(again));
+    EXPECT_NE(again.out.find("photo.png: skipped, as a.png exists\n"), std::string::npos)
+        << again.out;
+    EXPECT_EQ(slurp(studio / "a.png"), native);
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() +
+                                            Arguments{"--skip-existing", "photo.png", "photo.png"}),
+                      2, "is an input too"));
+}
+
+TEST(Photo2Native, BestStandsForKeepAndContinuous) {
+    SmallStudio studio;
+    studio.makeClip();
+    const auto make = [&](const std::string& tool, const Arguments& more) {
+        const std::string name = outputName(tool, "a");
+        EXPECT_TRUE(isDone(studio.run(tool, Arguments{"-y"} + more + studio.goodCall(tool, name))));
+        return slurp(studio / name);
+    };
+    for (const char* tool : {"photo2native", "video2native"}) {
+        const std::string best = make(tool, {"--best"});
+        EXPECT_EQ(best, make(tool, {"-k", "--continuous"}));
+        EXPECT_EQ(best, make(tool, {"--best", "-k"}));
+        EXPECT_NE(best, make(tool, {"-k"}));
+        EXPECT_NE(best, make(tool, {"--continuous"}));
+        EXPECT_TRUE(fails(studio.run(tool, Arguments{"--best", "-g"} +
+                                               studio.goodCall(tool, outputName(tool, "b"))),
+                          2, "--best reads single sub-pixels"));
+        EXPECT_TRUE(fails(studio.run(tool, Arguments{"--best", "--sampling", "linear"} +
+                                               studio.goodCall(tool, outputName(tool, "b"))),
+                          2, "--best needs no blending"));
+    }
+    EXPECT_TRUE(fails(studio.run("video2native", {"--best", "--from-quilt", "clip.mp4", "b.mp4"}),
+                      2, "--from-quilt and --best exclude each other"));
 }
 
 TEST(Photo2Native, WarningsOfTheDisplaySurviveABadFirstPhoto) {

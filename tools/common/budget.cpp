@@ -104,6 +104,9 @@ Budget::Budget(const CommandLine& commandLine)
                                "inpaint-from", "camera", "fov"}) {
         commandLine.exclude("budget", option);
     }
+    advice_ = "smaller views (-r) take less";
+    if (commandLine.has("k")) advice_ = "it takes less without -k";
+    if (commandLine.has("best")) advice_ = "it takes less without --best";
 }
 
 ViewOptions Budget::choose(const ViewOptions& base, const std::string& work,
@@ -151,8 +154,7 @@ ViewOptions Budget::choose(const ViewOptions& base, const std::string& work,
     messages.say("budget: " + chosen.name + ", Native in " + taken + " of " + budget);
     if (!choice_.fits) {
         messages.warn("no way to make the Native keeps the budget of " + budget + ": " +
-                      chosen.name + ", the quickest, takes " + taken +
-                      "; smaller views (-r, no -k) take less");
+                      chosen.name + ", the quickest, takes " + taken + "; " + advice_);
     }
     return chosen.options;
 }

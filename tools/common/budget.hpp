@@ -66,6 +66,7 @@ class Budget {
 
   private:
     std::optional<double> milliseconds_;
+    std::string advice_; // what takes less time
     std::vector<SettingCost> costs_;
     BudgetChoice choice_;
     bool fromCache_ = false;

@@ -18,6 +18,14 @@ std::string obstacle(const Display& display, const QuiltLayout& layout, bool ble
     return {};
 }
 
+// The option that asks for continuous positions; empty: none does.
+std::string continuousOption(const CommandLine& commandLine) {
+    for (const char* option : {"continuous", "best"}) {
+        if (commandLine.has(option)) return std::string("--") + option;
+    }
+    return {};
+}
+
 std::string sizeKey(cv::Size size) {
     return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
@@ -29,21 +37,28 @@ void NativeRoad::add(CommandLine& commandLine) {
                     "The camera of each sub-pixel stands exactly where the lens sends it, not at "
                     "the nearest of the views; with -k the best picture. Not with -g, -m and "
                     "blending.");
+    commandLine.add({"best"}, "The best picture: -k and --continuous.");
+}
+
+bool NativeRoad::keepsResolution(const CommandLine& commandLine) {
+    return commandLine.has("k") || commandLine.has("best");
 }
 
 void NativeRoad::check(const CommandLine& commandLine) {
-    if (!commandLine.has("continuous")) return;
+    const std::string option = continuousOption(commandLine);
+    if (option.empty()) return;
     if (commandLine.has("m")) {
-        throw UsageError("--continuous reads the photo where the lens says, but a map (-m) knows "
+        throw UsageError(option +
+                         " reads the photo where the lens says, but a map (-m) knows "
                          "whole views only; expected the calibration with -c instead of -m");
     }
     if (viewOptions(commandLine).method == ViewMethod::Real) {
-        throw UsageError("--continuous reads single sub-pixels, but method real makes whole views "
-                         "only; expected --method layered or fast with it");
+        throw UsageError(option + " reads single sub-pixels, but method real makes whole views "
+                                  "only; expected --method layered or fast with it");
     }
     if (blends(samplingOption(commandLine))) {
-        throw UsageError("--continuous needs no blending: --view-filter and --sampling blend views "
-                         "of a quilt; expected it without them");
+        throw UsageError(option + " needs no blending: --view-filter and --sampling blend views "
+                                  "of a quilt; expected it without them");
     }
 }
 
@@ -53,9 +68,9 @@ NativeRoad::NativeRoad(const CommandLine& commandLine, const Display& display,
     : calibration_(display.calibration), invert_(display.invert), layout_(layout),
       blends_(blends(samplingOption(commandLine))), panelSize_(display.panelSize) {
     const std::string why = obstacle(display, layout, blends_, method);
-    if (commandLine.has("continuous")) {
+    if (const std::string option = continuousOption(commandLine); !option.empty()) {
         if (!why.empty()) {
-            throw UsageError("--continuous: " + why + ", expected fewer (-q)");
+            throw UsageError(option + ": " + why + ", expected fewer (-q)");
         }
         positions_ = ViewPositions::Continuous;
     }

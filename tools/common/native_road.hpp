@@ -16,8 +16,10 @@ namespace altiro3D::tools {
 /// not method Real.
 class NativeRoad {
   public:
-    /// --continuous
+    /// --continuous --best
     static void add(CommandLine& commandLine);
+    /// Whether the photo is read at the panel's resolution: -k, or --best.
+    static bool keepsResolution(const CommandLine& commandLine);
     /// Refuses options that go with no road; to be called before any work. @throws UsageError
     static void check(const CommandLine& commandLine);
 

@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_writer.hpp"
 
+#include <algorithm>
 #include <map>
 
 namespace altiro3D::tools {
@@ -40,14 +41,34 @@ fs::path outputName(const std::optional<std::string>& wanted, bool batch, const 
 // The pictures of a directory but Natives, which an earlier run may have left there.
 std::vector<fs::path> listPhotos(const fs::path& directory, Messages& messages) {
     std::vector<fs::path> photos;
-    for (const fs::path& picture : listPictures(directory)) {
-        if (isMarkedNative(picture)) {
-            messages.warn(picture.string() + ": is a Native and no photo; it is left out");
-        } else {
-            photos.push_back(picture);
-        }
+    std::vector<fs::path> natives;
+    for (const fs::path& picture : listPictures(directory))
+        (isMarkedNative(picture) ? natives : photos).push_back(picture);
+    if (natives.size() == 1) {
+        messages.warn(natives.front().string() + ": is a Native, not a photo; it is left out");
+    } else if (!natives.empty()) {
+        messages.warn(directory.string() + ": holds " + counted(natives.size(), "Native") +
+                      ", which are not photos; they are left out");
     }
     return photos;
+}
+
+// All files that a photo gives.
+std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
+    std::vector<fs::path> files;
+    for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd, item.video}) {
+        if (!file.empty()) files.push_back(file);
+    }
+    if (!item.views.empty()) {
+        for (int i = 0; i < views; ++i)
+            files.push_back(item.views / viewFileName(i, views));
+    }
+    return files;
+}
+
+bool isFileWithContents(const fs::path& file) {
+    std::error_code error;
+    return fs::is_regular_file(file, error) && fs::file_size(file, error) > 0 && !error;
 }
 
 // The photos (and depths) among the names; the last name is the output.
@@ -97,6 +118,7 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
     const std::vector<fs::path>& names = commandLine.files();
     const bool pairs = commandLine.has("d");
     const std::size_t least = pairs ? 3 : 2;
+    commandLine.exclude("y", "skip-existing");
     if (names.size() < least) {
         commandLine.failNames(pairs ? "PHOTO DEPTH OUT" : "PHOTO and OUT", least);
     }
@@ -151,15 +173,17 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
     return plan;
 }
 
-Outputs checkedOutputs(const CommandLine& commandLine, const PhotoPlan& plan,
-                       const Display& display, int views) {
-    Outputs outputs(commandLine.has("y"));
+Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan, const Display& display,
+                       int views) {
+    const bool skip = commandLine.has("skip-existing");
+    // what is there without the rest of its photo's outputs, and the report, are made anew
+    Outputs outputs(commandLine.has("y") || skip);
     for (const fs::path& file : display.files)
         outputs.addInput(file);
     for (const char* option : {"n", "net-profile", "camera"}) {
         if (const auto file = commandLine.value(option)) outputs.addInput(*file);
     }
-    for (const PhotoItem& item : plan.items) {
+    for (PhotoItem& item : plan.items) {
         outputs.addInput(item.photo);
         if (!item.depth.empty()) outputs.addInput(item.depth);
         if (plan.batch) {
@@ -169,24 +193,19 @@ Outputs checkedOutputs(const CommandLine& commandLine, const PhotoPlan& plan,
             }
         }
         for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
-            if (file.empty()) continue;
-            requirePictureName(file, file != item.savedDepth);
+            if (!file.empty()) requirePictureName(file, file != item.savedDepth);
+        }
+        if (!item.video.empty()) requireVideoName(item.video);
+        if (!item.views.empty()) outputs.addDirectory(item.views);
+        const std::vector<fs::path> files = outputsOf(item, views);
+        for (const fs::path& file : files) {
             if (file == item.native && !plan.batch) {
                 outputs.addNative(file);
             } else {
                 outputs.addOutput(file);
             }
         }
-        if (!item.video.empty()) {
-            requireVideoName(item.video);
-            outputs.addOutput(item.video);
-        }
-        if (!item.views.empty()) {
-            outputs.addDirectory(item.views);
-            for (int i = 0; i < views; ++i) {
-                outputs.addOutput(item.views / viewFileName(i, views));
-            }
-        }
+        item.isMade = skip && std::all_of(files.begin(), files.end(), isFileWithContents);
     }
     if (!plan.report.empty()) outputs.addOutput(plan.report);
     outputs.check();

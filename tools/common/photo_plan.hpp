@@ -19,6 +19,7 @@ struct PhotoItem {
     std::filesystem::path rgbd;
     std::filesystem::path views; ///< a directory
     std::filesystem::path video; ///< that sways
+    bool isMade = false;         ///< An earlier run did all of it: `--skip-existing`.
 };
 
 /// All photos of a run.
@@ -36,9 +37,10 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
 
 /// Checks every name before any work is done: no output is an input, none would be lost. The result
 /// makes the directories.
+/// With `--skip-existing` the photos are marked whose outputs are all there.
 /// @param views how many of them `--save-views` writes
 /// @throws UsageError, Error
-Outputs checkedOutputs(const CommandLine& commandLine, const PhotoPlan& plan,
-                       const Display& display, int views);
+Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan, const Display& display,
+                       int views);
 
 } // namespace altiro3D::tools

@@ -234,21 +234,30 @@ std::string fitName(FitMode mode) {
     return "stretch";
 }
 
-void tellCut(double seenAspect, double panelAspect, FitMode mode, const Messages& messages) {
+std::string cutText(double seenAspect, double panelAspect, FitMode mode) {
     constexpr double kWorthALine = 1.0 / 3;
     const double ratio = seenAspect / panelAspect;
     const double cut = 1 - std::min(ratio, 1 / ratio);
-    if (mode != FitMode::Cover || cut < kWorthALine) return;
-    messages.say("fit: " + std::to_string(std::lround(100 * cut)) + " % of the " +
-                 (ratio > 1 ? "width" : "height") +
-                 " is cut off to fill the panel; --fit contain keeps all of it");
+    if (mode != FitMode::Cover || cut < kWorthALine) return {};
+    return std::to_string(std::lround(100 * cut)) + " % of the " +
+           (ratio > 1 ? "width" : "height") + " is cut off";
 }
 
-void warnAboutParallax(const AdjacentParallax& parallax, Messages& messages) {
+void tellCut(double seenAspect, double panelAspect, FitMode mode, const Messages& messages) {
+    const std::string cut = cutText(seenAspect, panelAspect, mode);
+    if (!cut.empty())
+        messages.say("fit: " + cut + " to fill the panel; --fit contain keeps all of it");
+}
+
+void warnAboutParallax(const CommandLine& commandLine, const AdjacentParallax& parallax,
+                       Messages& messages) {
     if (!(parallax.viewPixels > kParallaxBudgetPixels)) return;
-    messages.warn("parallax between adjacent views is up to " + fixed(parallax.viewPixels, 1) +
-                  " view px, above " + fixed(kParallaxBudgetPixels, 0) +
-                  ": hard edges will show double; lower --strength or move --focus");
+    messages.warnOfSubject("parallax between adjacent views is up to " +
+                           fixed(parallax.viewPixels, 1) + " view px, above " +
+                           fixed(kParallaxBudgetPixels, 0) +
+                           ": hard edges will show double; lower " +
+                           (commandLine.has("camera") ? "the baseline in --camera" : "--strength") +
+                           " or move --focus");
 }
 
 void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages) {

@@ -52,12 +52,16 @@ FitMode fitOption(const CommandLine& commandLine, FitMode standard);
 /// "cover", "contain" or "stretch"
 std::string fitName(FitMode mode);
 
-/// Says how much is cut off where a picture fills a panel of quite another shape.
+/// How much is cut off where a picture fills a panel of quite another shape, as "40 % of the width
+/// is cut off"; empty where it is little.
 /// @param seenAspect width : height of what the picture shows @param panelAspect the panel's
+std::string cutText(double seenAspect, double panelAspect, FitMode mode);
+/// Says it.
 void tellCut(double seenAspect, double panelAspect, FitMode mode, const Messages& messages);
 
 /// Warns where neighbouring views lie so far apart that edges show double.
-void warnAboutParallax(const AdjacentParallax& parallax, Messages& messages);
+void warnAboutParallax(const CommandLine& commandLine, const AdjacentParallax& parallax,
+                       Messages& messages);
 
 /// Warns where a Native loses its sub-pixels on the way to the file.
 void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages);

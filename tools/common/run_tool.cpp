@@ -65,7 +65,7 @@ std::string oneLine(std::string text) {
 }
 
 void Messages::say(const std::string& line) const {
-    if (!silent_) print(oneLine(subject_.empty() ? line : subject_ + ": " + line));
+    if (!silent_) print(oneLine(ofSubject(line)));
 }
 
 void Messages::print(const std::string& text) const {

@@ -32,11 +32,14 @@ class Messages {
     void print(const std::string& text) const;
     /// What say() and detail() talk about from now on, where there are several; empty: no word.
     void setSubject(const std::string& subject) { subject_ = subject; }
+    bool hasSubject() const { return !subject_.empty(); }
     /// A line that only `-v` shows.
     void detail(const std::string& line) const;
     /// A warning; shown by flushWarnings(), the same text once only.
     void warn(const std::string& line);
     void warn(const std::vector<std::string>& lines);
+    /// A warning that holds for the subject only, which it names.
+    void warnOfSubject(const std::string& line) { warn(ofSubject(line)); }
     /// Shows the warnings that wait.
     void flushWarnings();
     /// Forgets the warnings that wait.
@@ -47,6 +50,10 @@ class Messages {
     void fail(const std::string& line) const;
 
   private:
+    std::string ofSubject(const std::string& line) const {
+        return subject_.empty() ? line : subject_ + ": " + line;
+    }
+
     std::string tool_;
     bool verbose_;
     bool silent_ = false;

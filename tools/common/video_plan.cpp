@@ -59,11 +59,11 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     plan.fromQuilt = commandLine.has("from-quilt");
     if (plan.fromQuilt) {
         for (const char* option :
-             {"quilt",   "rgbd-out",    "d",           "depth",        "rgbd",
-              "n",       "l",           "net-profile", "network-size", "depth-every",
-              "k",       "g",           "method",      "continuous",   "strength",
-              "focus",   "dilate",      "soft-edges",  "fill",         "refine",
-              "inpaint", "inpaint-from"})
+             {"quilt",    "rgbd-out", "d",           "depth",        "rgbd",
+              "n",        "l",        "net-profile", "network-size", "depth-every",
+              "k",        "g",        "method",      "continuous",   "best",
+              "strength", "focus",    "dilate",      "soft-edges",   "fill",
+              "refine",   "inpaint",  "inpaint-from"})
             commandLine.exclude("from-quilt", option);
     }
     plan.part = videoReaderOptions(commandLine);

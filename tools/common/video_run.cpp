@@ -195,7 +195,7 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     settings.layout = studio.layout;
     settings.views = studio.views;
     settings.product = plan.product;
-    settings.keep = commandLine.has("k") || studio.profile.keep;
+    settings.keep = NativeRoad::keepsResolution(commandLine) || studio.profile.keep;
     settings.continuous = studio.profile.keep;
     const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
     studio.render.emplace(commandLine, studio.display, settings,
@@ -277,13 +277,15 @@ void count(const PipelineFrame& frame, double unit, Tally& tally) {
 }
 
 // What the readers have to say in the end.
-void tellRemarks(const Studio& studio, Result& result, Messages& messages) {
+void tellRemarks(const CommandLine& commandLine, const Studio& studio, Result& result,
+                 Messages& messages) {
     result.cutOff = tellNotes(*studio.reader, messages);
     if (studio.quilts) studio.quilts->tell(messages);
     if (!studio.depth) return;
     studio.depth->tell(messages);
     if (studio.plan.product != VideoProduct::Native) return;
     warnAboutParallax(
+        commandLine,
         adjacentParallax(studio.views, studio.layout, studio.display.panelSize, {0, 1}), messages);
 }
 
@@ -374,7 +376,7 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
         }
         throw;
     }
-    tellRemarks(studio, result, messages);
+    tellRemarks(commandLine, studio, result, messages);
     progress.end(result.state());
     constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D"};
     messages.say(plan.output.string() + ": " + kProducts[static_cast<int>(plan.product)] +
@@ -421,7 +423,7 @@ Result show(const CommandLine& commandLine, Studio& studio, Messages& messages) 
     }
     result.failed = status != kExitDone && !result.stopped; // and altiro3Dview has said why
     if (result.failed) return result;
-    tellRemarks(studio, result, messages);
+    tellRemarks(commandLine, studio, result, messages);
     messages.say(studio.plan.inputName() + ": " + counted(result.tally.frames, "frame") +
                  " shown, " + std::to_string(result.pipeline.dropped) + " dropped; " +
                  fixed(result.rate(), 1) + " fps");

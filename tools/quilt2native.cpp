@@ -11,8 +11,6 @@
 #include "common/video_progress.hpp"
 #include "common/video_run.hpp"
 
-#include <iostream>
-
 using namespace altiro3D;
 using namespace altiro3D::tools;
 
@@ -102,7 +100,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT", 2);
     if (commandLine.has("tell-kind")) {
         messages.leaveStandardOutput();
-        std::cout << (isQuilt(commandLine, messages) ? "quilt" : "photo") << "\n";
+        messages.print(isQuilt(commandLine, messages) ? "quilt" : "photo");
         messages.dropWarnings(); // the run to come says them
         return kExitDone;
     }

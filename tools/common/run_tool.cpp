@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/version.hpp"
+#include "common/console.hpp"
 
 #include <QCoreApplication>
 #include <algorithm>
@@ -21,11 +22,6 @@
 namespace altiro3D::tools {
 
 namespace {
-
-void printLine(std::FILE* stream, const std::string& line) {
-    std::fwrite(line.data(), 1, line.size(), stream);
-    std::fputc('\n', stream);
-}
 
 std::string millisecondsText(double milliseconds) {
     char text[32];
@@ -69,7 +65,7 @@ void Messages::say(const std::string& line) const {
 }
 
 void Messages::print(const std::string& text) const {
-    printLine(stdout, text);
+    writeLine(stdout, text);
 }
 
 void Messages::detail(const std::string& line) const {
@@ -90,7 +86,7 @@ void Messages::warn(const std::vector<std::string>& lines) {
 
 void Messages::flushWarnings() {
     for (const std::string& line : waiting_)
-        printLine(stderr, tool_ + ": warning: " + line);
+        writeLine(stderr, tool_ + ": warning: " + line);
     waiting_.clear();
 }
 
@@ -100,8 +96,7 @@ void Messages::dropWarnings() {
 }
 
 void Messages::fail(const std::string& line) const {
-    std::fflush(stdout);
-    printLine(stderr, tool_ + ": error: " + oneLine(line));
+    writeLine(stderr, tool_ + ": error: " + oneLine(line));
 }
 
 void StageTimes::end(const std::string& stage) {
@@ -130,29 +125,28 @@ void resetPeakMemory() {
     std::ofstream("/proc/self/clear_refs") << "5";
 }
 
-Progress::Progress(std::size_t steps)
-    : steps_(steps), terminal_(steps > 1 && isatty(STDERR_FILENO) != 0) {}
+Progress::Progress(std::size_t steps) : steps_(steps) {}
 
 Progress::~Progress() {
     clear();
 }
 
 void Progress::step(const std::string& what) {
-    if (terminal_) {
+    if (steps_ > 1) {
         const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
-        std::fprintf(stderr, "\r\033[K[%zu/%zu] %s", done_ + 1, steps_, oneLine(what).c_str());
+        std::string text = "[" + std::to_string(done_ + 1) + "/" + std::to_string(steps_) + "] ";
         if (done_ > 0) {
             const double left =
                 spent.count() / static_cast<double>(done_) * static_cast<double>(steps_ - done_);
-            std::fprintf(stderr, " (%.0f s left)", left);
+            text += "(" + fixed(left, 0) + " s left) ";
         }
-        std::fflush(stderr);
+        showStatus(text + oneLine(what));
     }
     ++done_;
 }
 
 void Progress::clear() {
-    if (terminal_) std::fputs("\r\033[K", stderr);
+    clearStatus();
 }
 
 QuietStandardError::QuietStandardError() {

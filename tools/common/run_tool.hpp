@@ -105,7 +105,6 @@ class Progress {
   private:
     std::size_t steps_;
     std::size_t done_ = 0;
-    bool terminal_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 

@@ -1,11 +1,11 @@
 #include "common/video_progress.hpp"
 
+#include "common/console.hpp"
 #include "common/video_options.hpp"
 
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 namespace altiro3D::tools {
 
@@ -35,8 +35,7 @@ bool VideoProgress::json(const CommandLine& commandLine) {
 
 VideoProgress::VideoProgress(bool json, std::optional<std::int64_t> frames,
                              std::optional<double> seconds, std::int64_t done, double doneTime)
-    : json_(json), terminal_(!json && isatty(STDERR_FILENO) != 0), frames_(frames),
-      seconds_(seconds), before_(done), time_(doneTime) {}
+    : json_(json), frames_(frames), seconds_(seconds), before_(done), time_(doneTime) {}
 
 VideoProgress::~VideoProgress() {
     clear();
@@ -53,7 +52,7 @@ void VideoProgress::frame(double end) {
 }
 
 void VideoProgress::show() {
-    if (!json_ && !terminal_) return;
+    if (!json_ && !hasStatusLine()) return;
     const double spent = between(start_, Clock::now());
     std::optional<double> share; // of all
     std::optional<double> left;  // s
@@ -70,11 +69,10 @@ void VideoProgress::show() {
         if (frames_) line["framesInAll"] = *frames_;
         if (share) line["share"] = *share;
         if (left) line["secondsLeft"] = *left;
-        std::puts(line.dump().c_str());
-        std::fflush(stdout);
+        writeLine(stdout, line.dump());
         return;
     }
-    std::string text = "\r\033[K";
+    std::string text;
     if (share) {
         const int full = static_cast<int>(*share * kBarColumns);
         text += "[" + std::string(static_cast<std::size_t>(full), '#') +
@@ -87,9 +85,7 @@ void VideoProgress::show() {
                   static_cast<long long>(before_ + done_), rate());
     text += numbers;
     if (left) text += ", " + clockText(*left) + " left";
-    onTerminal_ = true;
-    std::fputs(text.c_str(), stderr);
-    std::fflush(stderr);
+    showStatus(text);
 }
 
 double VideoProgress::rate() const {
@@ -102,17 +98,15 @@ void VideoProgress::putLine(const std::string& state) const {
                                          {"frames", before_ + done_},
                                          {"time", time_},
                                          {"framesPerSecond", rate()}};
-    std::puts(line.dump().c_str());
-    std::fflush(stdout);
+    writeLine(stdout, line.dump());
 }
 
 void VideoProgress::finishing() {
-    clear();
-    if (json_) putLine("finishing");
-    if (!terminal_) return;
-    onTerminal_ = true;
-    std::fputs("finishing the file ...", stderr);
-    std::fflush(stderr);
+    if (json_) {
+        putLine("finishing");
+    } else {
+        showStatus("finishing the file ...");
+    }
 }
 
 void VideoProgress::end(const std::string& state) {
@@ -121,8 +115,7 @@ void VideoProgress::end(const std::string& state) {
 }
 
 void VideoProgress::clear() {
-    if (onTerminal_) std::fputs("\r\033[K", stderr);
-    onTerminal_ = false;
+    clearStatus();
 }
 
 } // namespace altiro3D::tools

@@ -44,14 +44,12 @@ class VideoProgress {
     void putLine(const std::string& state) const;
 
     bool json_;
-    bool terminal_;
     std::optional<std::int64_t> frames_;
     std::optional<double> seconds_;
     std::int64_t before_;
     std::int64_t done_ = 0;
     double time_;
     double firstTime_ = -1;
-    bool onTerminal_ = false; // there is something to take away
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point shown_{};
 };

@@ -91,6 +91,12 @@ TEST_F(NetworkTrust, AKnownNameDoesNotSaveAFileThatCrashesOpenCv) {
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
+TEST_F(NetworkTrust, AGraphThatOpenCvRefusesGivesOneLine) { // OpenCV logs several more
+    spill(network_, onnx::oneNodeModel("NoSuchOperation", {1, 3, 32, 32}));
+    writeCatalog(sha256(network_)); // loaded in the tool's own process
+    EXPECT_TRUE(fails(run("a.png"), 1, "cannot load this graph"));
+}
+
 TEST_F(NetworkTrust, ACatalogueCannotLeadOutOfItsFolder) {
     writeCatalog("");
     fs::rename(network_, studio_ / "small.onnx");

@@ -82,6 +82,10 @@ chooseInferenceTarget(const std::vector<std::pair<int, int>>& backends);
 ALTIRO3D_EXPORT std::vector<std::pair<int, int>> availableBackends();
 
 /// A depth network, loaded and ready. Move-only; one thread at a time per object.
+///
+/// OpenCV's log level and error callback belong to the process and stay as they are. OpenCV logs
+/// details of a graph that it cannot load or run, by default on stderr; the sentence of the Error
+/// is complete without them. cv::utils::logging::setLogLevel() turns the log off.
 class ALTIRO3D_EXPORT DepthNetwork {
   public:
     /// Loads an ONNX file.

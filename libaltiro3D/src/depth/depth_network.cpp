@@ -9,9 +9,7 @@
 #include "depth/onnx_facts.hpp"
 
 #include <algorithm>
-#include <mutex>
 #include <opencv2/core.hpp>
-#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 #include <opencv2/dnn/all_layers.hpp>
 #include <opencv2/imgproc.hpp>
@@ -130,46 +128,6 @@ std::string firstWords(const cv::Exception& exception) {
     return text.substr(0, text.find_last_not_of(' ') + 1);
 }
 
-// Keeps OpenCV from writing about errors on stderr, in all threads, while any such object lives.
-class QuietOpenCv {
-  public:
-    QuietOpenCv() {
-        const std::lock_guard<std::mutex> lock(mutex());
-        if (users()++ > 0) return;
-        before().level = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-        before().callback = cv::redirectError(
-            [](int, const char*, const char*, const char*, int, void*) { return 0; }, nullptr,
-            &before().userData);
-    }
-    ~QuietOpenCv() {
-        const std::lock_guard<std::mutex> lock(mutex());
-        if (--users() > 0) return;
-        cv::utils::logging::setLogLevel(before().level);
-        cv::redirectError(before().callback, before().userData);
-    }
-    QuietOpenCv(const QuietOpenCv&) = delete;
-    QuietOpenCv& operator=(const QuietOpenCv&) = delete;
-
-  private:
-    struct Settings {
-        cv::utils::logging::LogLevel level = cv::utils::logging::LOG_LEVEL_WARNING;
-        cv::ErrorCallback callback = nullptr;
-        void* userData = nullptr;
-    };
-    static std::mutex& mutex() {
-        static std::mutex theMutex;
-        return theMutex;
-    }
-    static int& users() {
-        static int count = 0;
-        return count;
-    }
-    static Settings& before() {
-        static Settings settings;
-        return settings;
-    }
-};
-
 // Makes the layers at the end that only bring the numbers into another shape, a fixed one in files
 // that are made for one size, hand them on as they are. (They cannot be left out: OpenCV works out
 // the shapes of all layers. It has made Reshape layers of Squeeze and its like.)
@@ -246,7 +204,6 @@ void DepthNetwork::Impl::load() {
     checkWeightsInside(file, facts);
     checkInput(file, facts, profile);
 
-    const QuietOpenCv quiet;
     orOutOfMemory(name, kNoMemory, [&] { readGraph(contents); });
     if (outputLayer.empty()) {
         throw Error(ErrorCode::BadFormat, name, "has no output, expected a depth image");
@@ -334,7 +291,6 @@ void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
 
 void DepthNetwork::Impl::infer(const cv::Mat& photo, cv::Mat& raw) {
     const std::string name = file.string();
-    const QuietOpenCv quiet;
     cv::Mat output;
     try {
         fillBlob(photo);

@@ -16,6 +16,7 @@
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
+#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -101,6 +102,52 @@ class Variable {
     const char* name_;
     std::string before_;
     bool wasSet_ = false;
+};
+
+// OpenCV's error callback of a test.
+int errorsCounted = 0;
+int countError(int /*status*/, const char* /*function*/, const char* /*text*/, const char* /*file*/,
+               int /*line*/, void* /*data*/) {
+    ++errorsCounted;
+    return 0;
+}
+
+// A layer that looks at OpenCV's settings from another thread while the network is loaded and run.
+int loadsSeen = 0;
+int runsSeen = 0;
+class Witness : public cv::dnn::Layer {
+  public:
+    static cv::Ptr<cv::dnn::Layer> make(cv::dnn::LayerParams& parameters) {
+        ++loadsSeen;
+        look("while it is loaded");
+        return cv::makePtr<Witness>(parameters);
+    }
+    static void look(const char* when) {
+        std::thread([&] {
+            EXPECT_EQ(cv::utils::logging::getLogLevel(), cv::utils::logging::LOG_LEVEL_FATAL)
+                << when;
+            const int before = errorsCounted;
+            EXPECT_THROW(cv::error(cv::Error::StsError, "text", "function", "file", 1),
+                         cv::Exception);
+            EXPECT_EQ(errorsCounted, before + 1) << when;
+        }).join();
+    }
+
+    explicit Witness(const cv::dnn::LayerParams& parameters) : cv::dnn::Layer(parameters) {}
+    bool getMemoryShapes(const std::vector<cv::dnn::MatShape>& inputs, int /*count*/,
+                         std::vector<cv::dnn::MatShape>& outputs,
+                         std::vector<cv::dnn::MatShape>& /*internals*/) const override {
+        outputs = {{1, 1, inputs[0][2], inputs[0][3]}};
+        return false;
+    }
+    void forward(cv::InputArrayOfArrays /*inputs*/, cv::OutputArrayOfArrays outputs,
+                 cv::OutputArrayOfArrays /*internals*/) override {
+        ++runsSeen;
+        look("while it runs");
+        std::vector<cv::Mat> out;
+        outputs.getMatVector(out);
+        out[0].setTo(0.5F);
+    }
 };
 
 class ModelCatalog : public ::testing::Test {
@@ -776,30 +823,32 @@ TEST_F(DepthNetworkFile, WeightsInAnotherFileAreNamed) {
                   "weights");
 }
 
-TEST_F(DepthNetworkFile, AGraphThatOpenCvCannotLoadGivesOneLineAndNothingElse) {
-    // Callers may have their own handler of OpenCV's errors; it must be back afterwards.
-    static int calls = 0;
-    calls = 0;
-    const auto handler = [](int, const char*, const char*, const char*, int, void*) {
-        ++calls;
-        return 0;
-    };
-    const cv::ErrorCallback before = cv::redirectError(handler);
-    ::testing::internal::CaptureStderr();
-    ::testing::internal::CaptureStdout();
+TEST_F(DepthNetworkFile, AGraphThatOpenCvCannotLoadGivesOneLine) {
     const std::string error = errorOfLoading(oneNodeModel("NoSuchOperation", {1, 3, 6, 8}));
-    const std::string printed =
-        ::testing::internal::GetCapturedStderr() + ::testing::internal::GetCapturedStdout();
-    EXPECT_EQ(printed, "");
-    EXPECT_EQ(calls, 0);
     EXPECT_EQ(error.rfind("OpenCV " CV_VERSION " cannot load this graph (", 0), 0U) << error;
     EXPECT_NE(error.find("NoSuchOperation"), std::string::npos) << error;
     EXPECT_NE(error.find("), expected one it can"), std::string::npos) << error;
     EXPECT_EQ(error.find('\n'), std::string::npos) << error;
     EXPECT_LT(error.size(), 300U);
-    EXPECT_THROW(cv::error(cv::Error::StsError, "text", "function", "file", 1), cv::Exception);
-    EXPECT_EQ(calls, 1);
-    cv::redirectError(before);
+}
+
+TEST_F(DepthNetworkFile, OpenCvsLogLevelAndErrorCallbackStayTheProcesss) {
+    using namespace cv::utils::logging;
+    const LogLevel level = setLogLevel(LOG_LEVEL_FATAL); // no default
+    const cv::ErrorCallback callback = cv::redirectError(countError);
+    cv::dnn::LayerFactory::registerLayer("Witness", Witness::make);
+    loadsSeen = 0;
+    runsSeen = 0;
+    cv::Mat raw;
+    DepthNetwork network(write(oneNodeModel("Witness", {1, 3, 6, 8})), profileOf(8, 6));
+    network.infer(colourfulPhoto({8, 6}), raw);
+    EXPECT_GE(loadsSeen, 1);
+    EXPECT_GE(runsSeen, 1);
+    EXPECT_NE(errorOfLoading(oneNodeModel("NoSuchOperation", {1, 3, 6, 8})), "");
+    Witness::look("after a failure");
+    cv::dnn::LayerFactory::unregisterLayer("Witness");
+    cv::redirectError(callback);
+    setLogLevel(level);
 }
 
 TEST_F(DepthNetworkFile, AnOutputThatIsNoDepthImageIsNamed) {
@@ -894,7 +943,7 @@ TEST_F(DepthNetworkFile, ManyMayLoadAndRunAtTheSameTime) {
     const fs::path file = write(mixModel({1, 0, 0}, cv::Size(8, 6)));
     const fs::path broken = directory_ / "broken.onnx";
     spill(broken, oneNodeModel("NoSuchOperation", {1, 3, 6, 8}));
-    ::testing::internal::CaptureStderr();
+    ::testing::internal::CaptureStderr(); // OpenCV's log
     std::vector<cv::Mat> results(4);
     std::vector<std::thread> threads;
     for (cv::Mat& result : results) {
@@ -907,7 +956,7 @@ TEST_F(DepthNetworkFile, ManyMayLoadAndRunAtTheSameTime) {
     }
     for (std::thread& thread : threads)
         thread.join();
-    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+    ::testing::internal::GetCapturedStderr();
     for (const cv::Mat& result : results)
         EXPECT_TRUE(samePicture(result, results[0]));
 }

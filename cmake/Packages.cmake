@@ -1,8 +1,13 @@
-# What `cpack` makes of an install: three Debian packages, one for each component of install().
+# What `cpack` makes of an install: five Debian packages, one for each component of install().
 #
-#   altiro3d          runtime   libaltiro3D, the tools, their data, manual pages, completions
-#   altiro3d-viewer   viewer    altiro3Dview, the library altiro3D::qt
-#   libaltiro3d-dev   dev       headers, find_package, pkg-config
+#   altiro3d            runtime   the tools, their data, manual pages, completions, documents
+#   altiro3d-viewer     viewer    altiro3Dview
+#   libaltiro3d0.1      library   libaltiro3D
+#   libaltiro3d-qt0.1   qt        the library altiro3D::qt
+#   libaltiro3d-dev     dev       headers, find_package, pkg-config
+#
+# The packages of the libraries carry the SONAME's number: incompatible versions are installed side by
+# side. They hold nothing that two versions share, such as data.
 #
 # scripts/make-packages.sh makes them from the preset deb, whose programs know /usr.
 set(ALTIRO3D_PACKAGE_CONTACT "altiro3D authors <altiro3d@altiro3d.invalid>" CACHE STRING
@@ -20,6 +25,12 @@ set(CPACK_COMPONENTS_ALL runtime dev)
 if(ALTIRO3D_BUILD_QT AND ALTIRO3D_BUILD_TOOLS)
   list(APPEND CPACK_COMPONENTS_ALL viewer)
 endif()
+if(BUILD_SHARED_LIBS)
+  list(APPEND CPACK_COMPONENTS_ALL library)
+  if(ALTIRO3D_BUILD_QT)
+    list(APPEND CPACK_COMPONENTS_ALL qt)
+  endif()
+endif()
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
     OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 
@@ -32,15 +43,37 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS
     ${PROJECT_BINARY_DIR}/libaltiro3D ${PROJECT_BINARY_DIR}/libaltiro3D/qt)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
-set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY "=")
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY ">=") # the SONAME tells what is compatible
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS OFF) # versions are stated below
 set(same_version "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
 
+set(library libaltiro3d${ALTIRO3D_SOVERSION})
+set(qt_library libaltiro3d-qt${ALTIRO3D_SOVERSION})
 if(BUILD_SHARED_LIBS)
+  set(on_library ", ${library} ${same_version}")
+  set(on_qt_library ", ${qt_library} ${same_version}")
   file(WRITE ${PROJECT_BINARY_DIR}/debian/triggers "activate-noawait ldconfig\n")
-  set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/debian/triggers)
-  set(CPACK_DEBIAN_VIEWER_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/debian/triggers)
+  set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/debian/triggers)
+  set(CPACK_DEBIAN_QT_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/debian/triggers)
 endif()
+
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME ${library})
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
+set(CPACK_COMPONENT_LIBRARY_DESCRIPTION
+    "3D pictures for light-field displays (library)
+libaltiro3D turns photos, depth, quilts and video into pictures for
+lenticular light-field displays (Looking Glass and kin).")
+string(REGEX MATCH "^[0-9]+" avdevice_major "${AVDEVICE_VERSION}") # see ffmpeg.cpp
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS "libavdevice${avdevice_major}")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS "altiro3d")
+
+set(CPACK_DEBIAN_QT_PACKAGE_NAME ${qt_library})
+set(CPACK_DEBIAN_QT_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_QT_PACKAGE_DEPENDS "${library} ${same_version}")
+set(CPACK_COMPONENT_QT_DESCRIPTION
+    "3D pictures for light-field displays (library for Qt5)
+altiro3D::qt shows pictures for lenticular light-field displays in Qt5
+applications and finds these displays.")
 
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME altiro3d)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION graphics)
@@ -50,29 +83,26 @@ Turns photos, RGB-D pictures, quilts and flat video into the Native
 pictures that lenticular light-field displays (Looking Glass and kin) show
 without glasses. Depth is estimated or given; everything runs offline.
 
-This package holds the command-line tools and the library libaltiro3D.")
-string(REGEX MATCH "^[0-9]+" avdevice_major "${AVDEVICE_VERSION}") # see ffmpeg.cpp
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "libavdevice${avdevice_major}")
+This package holds the command-line tools.")
+string(REGEX REPLACE "^, " "" CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "${on_library}")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "altiro3d-viewer, curl, python3")
 
 set(CPACK_DEBIAN_VIEWER_PACKAGE_NAME altiro3d-viewer)
 set(CPACK_DEBIAN_VIEWER_PACKAGE_SECTION graphics)
-set(CPACK_DEBIAN_VIEWER_PACKAGE_DEPENDS "altiro3d ${same_version}, libqt5svg5")
+set(CPACK_DEBIAN_VIEWER_PACKAGE_DEPENDS "altiro3d ${same_version}, libqt5svg5${on_library}${on_qt_library}")
 set(CPACK_COMPONENT_VIEWER_DESCRIPTION
     "window that shows and makes 3D pictures for light-field displays
 altiro3Dview opens photos, quilts, Natives and videos, turns the knobs of
 their depth while one looks, simulates the lens of a light-field display,
-and shows pictures on the display.
-
-This package also holds altiro3D::qt, the library for Qt5 applications.")
+and shows pictures on the display.")
 
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libaltiro3d-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEV_PACKAGE_GENERATE_SHLIBS OFF)
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "altiro3d ${same_version}, libopencv-dev")
-if(viewer IN_LIST CPACK_COMPONENTS_ALL) # libaltiro3D_qt.so points into it
-  string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS ", altiro3d-viewer ${same_version}")
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libopencv-dev${on_library}")
+if(ALTIRO3D_BUILD_QT)
+  string(APPEND CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "${on_qt_library}")
   set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "qtbase5-dev")
 endif()
 set(CPACK_COMPONENT_DEV_DESCRIPTION

@@ -9,8 +9,8 @@ cd "$(dirname "$0")/.."
 [[ ${1:-} == --made ]] || scripts/make-packages.sh
 shopt -s nullglob
 packages=(build/package/*.deb)
-if [[ ${#packages[@]} -ne 3 ]]; then
-    echo "$0: build/package: holds ${#packages[@]} packages, expected 3" >&2
+if [[ ${#packages[@]} -ne 5 ]]; then
+    echo "$0: build/package: holds ${#packages[@]} packages, expected 5" >&2
     exit 1
 fi
 
@@ -31,7 +31,7 @@ fail() {
 inside 'apt-get update -q >/dev/null'
 
 echo "== altiro3d: install, make a Native"
-install './altiro3d_*.deb'
+install './altiro3d_*.deb ./libaltiro3d[0-9]*.deb'
 inside 'ldd /usr/bin/photo2native /usr/bin/video2native | { ! grep "not found"; }'
 inside 'photo2native sample.jpg native.png 2>&1; photo2native -d sample.jpg sample-depth.png given.png 2>&1'
 inside 'for tool in $(dpkg -L altiro3d | grep ^/usr/bin/.); do "$tool" --version >/dev/null; done'
@@ -60,7 +60,7 @@ inside '! timeout 120 video2native --input-format lavfi testsrc=duration=0.2 dev
     grep "capture devices need libavdevice" message'
 
 echo "== altiro3d-viewer: install, start"
-install './altiro3d-viewer_*.deb'
+install './altiro3d-viewer_*.deb ./libaltiro3d-qt[0-9]*.deb'
 inside 'altiro3Dview --version; QT_QPA_PLATFORM=offscreen altiro3Dview --list-displays'
 
 echo "== libaltiro3d-dev: install, build a program of one's own"
@@ -77,8 +77,10 @@ inside 'cmake -S qt -B with-qt >/dev/null && cmake --build with-qt >/dev/null
     [[ $status == 1 ]] && grep -q "none.png: " message'
 
 echo "== all: remove"
-inside 'dpkg -L altiro3d altiro3d-viewer libaltiro3d-dev | sort -u >own'
-inside 'dpkg -P libaltiro3d-dev altiro3d-viewer altiro3d >/dev/null'
+inside 'dpkg -L $(dpkg-query -W -f "\${Package} " "*altiro3d*") | sort -u >own'
+inside 'cp /usr/share/altiro3D/calibration/portrait-sample.json . &&
+    dpkg -P libaltiro3d-dev altiro3d-viewer altiro3d >/dev/null && ./plain portrait-sample.json'
+inside 'dpkg -P $(dpkg-query -W -f "\${Package} " "libaltiro3d*[0-9]") >/dev/null'
 while read -r file; do
     [[ -d $root$file && ! -L $root$file ]] && continue # others' files are there, too
     [[ ! -e $root$file && ! -L $root$file ]] || fail "$file: stays after dpkg -P"

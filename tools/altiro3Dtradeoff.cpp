@@ -245,7 +245,7 @@ std::string jsonOf(const std::vector<Row>& rows, bool truth) {
                         {"peakMegabytes", row.peakMegabytes}});
     }
     const Json report = {{"tool", "altiro3Dtradeoff"},
-                         {"version", ALTIRO3D_VERSION},
+                         {"version", version()},
                          {"openCv", CV_VERSION},
                          {"threads", cv::getNumThreads()},
                          {"views", kViews},

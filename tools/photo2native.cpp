@@ -280,7 +280,7 @@ Json filesJson(const std::vector<fs::path>& files) {
 Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messages& messages) {
     const QuiltLayout& layout = studio.layout;
     Json report = {{"tool", commandLine.name()},
-                   {"version", ALTIRO3D_VERSION},
+                   {"version", version()},
                    {"openCv", CV_VERSION},
                    {"threads", cv::getNumThreads()}};
     Json display = {{"source", studio.display.source},

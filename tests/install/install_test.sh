@@ -19,12 +19,26 @@ for file in "$calibration" "$prefix/share/altiro3D/models/catalog.json" "$prefix
     [[ -e $file ]] || { echo "not installed: $file"; exit 1; }
 done
 libraries=$(dirname "$(find "$prefix" -name 'libaltiro3D.so' -o -name 'libaltiro3D.a' | head -1)")
+version=$(sed -n 's/^#define ALTIRO3D_VERSION "\(.*\)"/\1/p' "$prefix/include/altiro3D/version.hpp")
+compatible=${version%%.*} # versions with the same number are
+[[ $compatible != 0 ]] || compatible=${version%.*}
+for library in "$libraries"/libaltiro3D*.so; do
+    [[ -e $library ]] || continue # a static one
+    name=$(readelf -d "$library" | sed -n 's/.*SONAME.*\[\(.*\)\]/\1/p')
+    if [[ $name != "$(basename "$library").$compatible" || ! -e $libraries/$name ]]; then
+        echo "$library: the SONAME is $name, expected $(basename "$library").$compatible"
+        exit 1
+    fi
+done
 
 echo "== by find_package"
 cmake -G Ninja -S "$consumer" -B "$work/cmake" -DCMAKE_PREFIX_PATH="$prefix" \
     -DCMAKE_CXX_COMPILER="$compiler" >/dev/null
 cmake --build "$work/cmake" >/dev/null
-LD_LIBRARY_PATH=$libraries "$work/cmake/consumer" "$calibration"
+LD_LIBRARY_PATH=$libraries "$work/cmake/consumer" "$calibration" >"$work/said"
+grep -qF "altiro3D $version" "$work/said" || { cat "$work/said"; exit 1; }
+[[ ! -e $libraries/libaltiro3D.so ]] || # asked at run time
+    nm -C --undefined-only "$work/cmake/consumer" | grep -qF 'altiro3D::version()'
 
 if [[ -f $libraries/cmake/altiro3D/altiro3DQtTargets.cmake ]]; then
     echo "== with Qt"

@@ -113,9 +113,8 @@ ViewOptions Budget::choose(const ViewOptions& base, const std::string& work,
                            const std::function<void(const ViewOptions&)>& makeNative,
                            Messages& messages) {
     const std::vector<NamedViewOptions> settings = budgetSettings(base);
-    const std::string key = std::string(ALTIRO3D_VERSION) + "-" +
-                            std::to_string(cv::getNumberOfCPUs()) + "-" +
-                            std::to_string(cv::getNumThreads()) + "-" + work;
+    const std::string key = std::string(version()) + "-" + std::to_string(cv::getNumberOfCPUs()) +
+                            "-" + std::to_string(cv::getNumThreads()) + "-" + work;
     const fs::path directory = cacheDirectory();
     const fs::path file = directory.empty() ? fs::path() : directory / ("budget-" + key + ".json");
     std::vector<SettingCost> costs;

@@ -40,7 +40,7 @@ std::string sha256(const fs::path& file) {
 std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size size) {
     struct stat state {};
     if (::stat(file.c_str(), &state) != 0 || !S_ISREG(state.st_mode)) return {};
-    std::string key = ALTIRO3D_VERSION " " CV_VERSION;
+    std::string key = std::string(version()) + " " CV_VERSION;
     for (const auto number :
          {static_cast<long long>(state.st_dev), static_cast<long long>(state.st_ino),
           static_cast<long long>(state.st_size), static_cast<long long>(state.st_mtim.tv_sec),

@@ -222,7 +222,7 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
             return finish(messages, kExitDone);
         }
         if (commandLine.has("help-man")) {
-            std::fputs(commandLine.manPage(ALTIRO3D_VERSION).c_str(), stdout);
+            std::fputs(commandLine.manPage(version()).c_str(), stdout);
             return finish(messages, kExitDone);
         }
         if (const auto shell = commandLine.choice("help-completion", {"bash", "zsh"})) {
@@ -232,7 +232,7 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
             return finish(messages, kExitDone);
         }
         if (commandLine.has("version")) {
-            messages.say(commandLine.name() + " (altiro3D) " ALTIRO3D_VERSION);
+            messages.say(commandLine.name() + " (altiro3D) " + version());
             return finish(messages, kExitDone);
         }
         if (const auto threads = commandLine.wholeNumber("j", 1, 1024)) {

@@ -127,7 +127,7 @@ std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
     settings["display"] =
         fingerprintText(display.calibration ? fingerprint(*display.calibration)
                                             : display.map->calibrationFingerprint());
-    settings["version"] = ALTIRO3D_VERSION;
+    settings["version"] = version();
     return settings.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -435,7 +435,7 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Result
     const Tally& tally = result.tally;
     const VideoReadCounts& counts = studio.reader->counts();
     Json json = {{"tool", commandLine.name()},
-                 {"version", ALTIRO3D_VERSION},
+                 {"version", version()},
                  {"openCv", CV_VERSION},
                  {"threads", cv::getNumThreads()},
                  {"input", studio.plan.input.string()},

@@ -211,7 +211,7 @@ void MainWindow::buildActions() {
                            tr("<h3>altiro3D %1</h3><p>Photos and flat video as glasses-free 3D "
                               "pictures for light-field displays.</p><p>Click on the picture to "
                               "focus there. Double-click a slider to reset it.</p>")
-                               .arg(ALTIRO3D_VERSION));
+                               .arg(version()));
     });
 
     auto* bar = addToolBar(tr("Tools"));

@@ -2,6 +2,7 @@
 
 #include <altiro3D/altiro3D.hpp>
 
+#include <cstring>
 #include <iostream>
 #include <opencv2/core.hpp>
 
@@ -16,8 +17,9 @@ int main(int argc, char** argv) {
         cv::Mat native;
         altiro3D::Depth2Quilt(layout).render(photo, depth, quilt);
         altiro3D::Quilt2Native(altiro3D::NativeLut(display, layout)).render(quilt, native);
-        std::cout << native.cols << " x " << native.rows << " altiro3D " << ALTIRO3D_VERSION
+        std::cout << native.cols << " x " << native.rows << " altiro3D " << altiro3D::version()
                   << "\n";
+        if (std::strcmp(altiro3D::version(), ALTIRO3D_VERSION) != 0) return 1;
         return native.at<cv::Vec3b>(100, 100) == cv::Vec3b(10, 20, 30) ? 0 : 1;
     } catch (const altiro3D::Error& error) {
         std::cerr << error.what() << "\n";

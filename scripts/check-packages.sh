@@ -32,6 +32,7 @@ inside 'apt-get update -q >/dev/null'
 
 echo "== altiro3d: install, make a Native"
 install './altiro3d_*.deb ./libaltiro3d[0-9]*.deb'
+inside 'test -s /usr/share/doc/altiro3d/README.md && test -s /usr/share/doc/altiro3d/docs/guide.md'
 inside 'ldd /usr/bin/photo2native /usr/bin/video2native | { ! grep "not found"; }'
 inside 'photo2native sample.jpg native.png 2>&1; photo2native -d sample.jpg sample-depth.png given.png 2>&1'
 inside 'for tool in $(dpkg -L altiro3d | grep ^/usr/bin/.); do "$tool" --version >/dev/null; done'
@@ -67,7 +68,7 @@ echo "== libaltiro3d-dev: install, build a program of one's own"
 install './libaltiro3d-dev_*.deb g++ cmake make pkg-config'
 inside 'cmake -S consumer -B cmake >/dev/null && cmake --build cmake >/dev/null &&
     cmake/consumer /usr/share/altiro3D/calibration/portrait-sample.json'
-inside 'g++ -std=c++17 consumer/main.cpp -o plain $(pkg-config --cflags --libs altiro3D) -lopencv_core &&
+inside 'g++ -std=c++17 consumer/main.cpp -o plain $(pkg-config --cflags --libs altiro3D) &&
     ./plain /usr/share/altiro3D/calibration/portrait-sample.json'
 install qtbase5-dev
 inside 'cmake -S qt -B with-qt >/dev/null && cmake --build with-qt >/dev/null

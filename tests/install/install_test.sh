@@ -15,8 +15,14 @@ calibration=$prefix/share/altiro3D/calibration/portrait-sample.json
 for file in "$calibration" "$prefix/share/altiro3D/models/catalog.json" "$prefix/bin/photo2native" \
     "$prefix/include/altiro3D/altiro3D.hpp" "$prefix/share/man/man1/photo2native.1" \
     "$prefix/share/bash-completion/completions/photo2native" \
-    "$prefix/share/zsh/site-functions/_photo2native"; do
+    "$prefix/share/zsh/site-functions/_photo2native" "$prefix/share/doc/altiro3D/README.md" \
+    "$prefix/share/doc/altiro3D/docs/guide.md"; do
     [[ -e $file ]] || { echo "not installed: $file"; exit 1; }
+done
+for document in guide quickstart; do
+    for link in $(grep -oP '\]\(\K[^)#:]+(?=[)#])' "$prefix/share/doc/altiro3D/docs/$document.md"); do
+        [[ -e $prefix/share/doc/altiro3D/docs/$link ]] || { echo "$document.md: no $link"; exit 1; }
+    done
 done
 libraries=$(dirname "$(find "$prefix" -name 'libaltiro3D.so' -o -name 'libaltiro3D.a' | head -1)")
 version=$(sed -n 's/^#define ALTIRO3D_VERSION "\(.*\)"/\1/p' "$prefix/include/altiro3D/version.hpp")
@@ -79,6 +85,10 @@ echo "== by pkg-config"
 export PKG_CONFIG_PATH=$libraries/pkgconfig
 flags=$(pkg-config --cflags altiro3D)
 libs=$(pkg-config --libs altiro3D)
+if [[ -e $libraries/libaltiro3D.so ]]; then # what headers show, and nothing else
+    named=$(tr ' ' '\n' <<<"$libs" | grep '^-l' | tr '\n' ' ')
+    [[ $named == "-laltiro3D -lopencv_core " ]] || { echo "pkg-config --libs names $named"; exit 1; }
+fi
 # shellcheck disable=SC2086
 "$compiler" -std=c++17 $flags "$consumer/main.cpp" -o "$work/plain" $libs
 LD_LIBRARY_PATH=$libraries "$work/plain" "$calibration"

@@ -261,6 +261,13 @@ TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {
     // right usage; that the files are no networks comes to light when they are loaded
     EXPECT_TRUE(fails(with({"-l"}), 1, "net/model-f6b98070.onnx"));
     EXPECT_TRUE(fails(with({}), 1, "net/model-small.onnx"));
+    EXPECT_TRUE(isDone(with({"-n", "cues"}))); // the built-in estimator all the same
+    LibraryRoad road;
+    road.fromCues = true;
+    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, road)));
+    fs::remove(studio / "a.png");
+    for (const char* option : {"-l", "--network-size=64", "--net-profile=p.json"})
+        EXPECT_TRUE(fails(with({"-n", "cues", option}), 2, "-n cues uses no network"));
     EXPECT_TRUE(fails(with({"-l", "-n", "midas-large"}), 1, "model-f6b98070.onnx"));
     EXPECT_TRUE(fails(with({"-n", "net/model-f6b98070.onnx"}), 1, "model-f6b98070.onnx"));
     EXPECT_TRUE(fails(with({"-l", "-n", "other.onnx"}), 1, "other.onnx"));

@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kCatalogName = "catalog.json";
+constexpr const char* kCues = "cues"; // -n: no network
 
 std::vector<NetworkProfile> catalogOf(const std::vector<fs::path>& searchPath) {
     const fs::path file = findModelFile(kCatalogName, searchPath);
@@ -85,9 +86,9 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
     const bool video = medium == Medium::Video;
     commandLine.addSection("Depth");
     commandLine.add({"n", "network"},
-                    "Depth network: an ONNX file, or the name of one in the catalogue (default: " +
-                        standardNetwork() +
-                        " if its file is found, else an estimator that is built in).",
+                    "Depth network: an ONNX file, or the name of one in the catalogue; or cues, the "
+                    "built-in estimator (default: " +
+                        standardNetwork() + " if its file is found, else cues).",
                     "NETWORK");
     commandLine.add({"l", "large"}, "Use the large MiDaS network, or treat -n as one.");
     commandLine.add({"net-profile"},
@@ -145,6 +146,17 @@ DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Med
 }
 
 void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
+    if (commandLine.value("n") == kCues) {
+        for (const char* option : {"l", "net-profile", "network-size"}) {
+            if (commandLine.has(option)) {
+                throw UsageError("-n cues uses no network, expected no " +
+                                 std::string(option[1] == '\0' ? "-" : "--") + option);
+            }
+        }
+        description_ = "built-in estimator";
+        messages.say("depth: built-in estimator");
+        return;
+    }
     const std::vector<fs::path> searchPath = modelSearchPath();
     const std::vector<NetworkProfile> catalog = catalogOf(searchPath);
     const bool large = commandLine.has("l");

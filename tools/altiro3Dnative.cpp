@@ -153,8 +153,16 @@ int main(int argc, char** argv) {
     addQuiltOptions(commandLine);
     commandLine.add({"serial"}, "Choose among several calibrations in the file.", "NAME");
     addInvertOption(commandLine);
-    commandLine.addNote("The calibration file lies on the display's own USB volume as "
-                        "LKG_calibration/visual.json. --info finds it as the other tools do where "
-                        "none is named.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "--info visual.json",
+                        "Show what the calibration means.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "-m portrait.map visual.json",
+                        "Write the map for the usual quilt of the display.");
+    commandLine.addTerm(CommandLine::Chapter::Examples,
+                        "-q 6x8 -r 560x420 -m portrait-6x8.map visual.json",
+                        "Write it for 6 rows of 8 views of 420 x 560 px.");
+    commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
+                        "Calibration of a display. Its USB volume holds it as "
+                        "LKG_calibration/visual.json. --info finds it as the other tools do "
+                        "where none is named.");
     return runTool(argc, argv, commandLine, run);
 }

@@ -400,5 +400,12 @@ int main(int argc, char** argv) {
         "then say how far the others are from it. Times are those of a set of 48 "
         "views, divided by 48; -j 1 shows the work of one thread. \"Inside\" leaves "
         "out what came from outside the frame; inf dB is no difference at all.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg",
+                        "Compare the methods on a photo, with estimated depth.");
+    commandLine.addTerm(CommandLine::Chapter::Examples,
+                        "--plot trade.svg -d holiday.jpg holiday-depth.png",
+                        "Compare them with given depth, and draw the result.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "-j 1 --json trade.json holiday.jpg",
+                        "Measure one thread, and write all numbers.");
     return runTool(argc, argv, commandLine, run);
 }

@@ -191,5 +191,11 @@ int main(int argc, char** argv) {
     commandLine.addNote("A view has the panel's size, or that of -r, but only the detail that the "
                         "lens leaves it: of N views each owns one N-th of the sub-pixels. With "
                         "another display's calibration the views mix, as they do on the panel.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "native.png middle.png",
+                        "Show what an eye sees straight ahead.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "--angle -12 native.png left.png",
+                        "Show what it sees from 12 degrees to the left.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "--view all native.png seen",
+                        "Write each view to the directory seen.");
     return runTool(argc, argv, commandLine, run);
 }

@@ -455,5 +455,16 @@ int main(int argc, char** argv) {
     commandLine.addNote("With several photos or a directory the last name is the directory for the "
                         "outputs, and so are the names of --save-... and --lg; one bad photo does "
                         "not stop the rest.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg native.png",
+                        "Make a Native for the display that is connected.");
+    commandLine.addTerm(CommandLine::Chapter::Examples,
+                        "-k --continuous -c visual.json holiday.jpg best.png",
+                        "Make the best picture, for the display of that calibration.");
+    commandLine.addTerm(CommandLine::Chapter::Examples,
+                        "-d holiday.jpg holiday-depth.png given.png",
+                        "Take the depth from an image.");
+    commandLine.addTerm(CommandLine::Chapter::Examples,
+                        "--save-quilt holiday.png --lg holiday.mp4 holiday.jpg all.png",
+                        "Also write the quilt, and a video of its views for any screen.");
     return runTool(argc, argv, commandLine, run);
 }

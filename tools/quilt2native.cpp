@@ -174,8 +174,15 @@ int main(int argc, char** argv) {
     commandLine.addHidden("tell-kind"); // for altiro3Dimage
     commandLine.addNote("A file name that ends in _qs<columns>x<rows>a<aspect>, such as "
                         "photo_qs8x6a0.75.png, tells the layout; otherwise it is the display's own "
-                        "or that of -q. View 0 is the bottom-left tile. A Native video is "
+                        "or that of -q. A Native video is "
                         "H.264 4:4:4 in .mp4, .mov or .mkv, which keeps the colour of every "
                         "sub-pixel; sound, subtitles, chapters and tags are copied.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "holiday_qs8x6a0.75.png native.png",
+                        "Make a Native of a quilt whose name tells its layout.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "-q 6x8 quilt.png native-q.png",
+                        "Read the quilt as 6 rows of 8 views.");
+    commandLine.addTerm(CommandLine::Chapter::Examples,
+                        "--lg swing.mp4 holiday_qs8x6a0.75.png native-lg.png",
+                        "Also write a video of the views for any screen.");
     return runTool(argc, argv, commandLine, run);
 }

@@ -103,8 +103,7 @@ int main(int argc, char** argv) {
                     "a blend of both, smoother but double at edges.",
                     "nearest|linear");
     commandLine.add({"fit"},
-                    "Views of another shape than --size: cover (default: cut off what is over), "
-                    "contain (black bars) or stretch.",
+                    "Views of another shape than --size: cover (default), contain or stretch.",
                     "cover|contain|stretch");
     commandLine.add({"y"}, "Replace the output if it exists.");
     commandLine.addSection("Quilt");
@@ -120,8 +119,19 @@ int main(int argc, char** argv) {
                     "visual.json");
     commandLine.add({"serial"}, "Choose among several displays in that file.", "NAME");
     commandLine.addNote("A file name that ends in _qs<columns>x<rows>a<aspect>, such as "
-                        "photo_qs8x6a0.75.png, tells the layout. View 0 is the bottom-left tile. "
+                        "photo_qs8x6a0.75.png, tells the layout. "
                         "The video is H.264 4:2:0 in .mp4 (or .mov, .m4v, .mkv), which any player "
                         "plays; it begins and ends in the middle view.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "holiday_qs8x6a0.75.png swing.mp4",
+                        "Write the video in the shape of the views.");
+    commandLine.addTerm(CommandLine::Chapter::Examples,
+                        "--seconds 6 --turns 1 holiday_qs8x6a0.75.png slow.mp4",
+                        "Swing once, in 6 seconds.");
+    commandLine.addTerm(CommandLine::Chapter::Examples,
+                        "-q 6x8 --size 640x640 --fit contain quilt.png square.mp4",
+                        "Read 6 rows of 8 views and show them whole in a square.");
+    commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
+                        "Calibration of a display. Its USB volume holds it as "
+                        "LKG_calibration/visual.json.");
     return runTool(argc, argv, commandLine, run);
 }

@@ -56,6 +56,13 @@ int main(int argc, char** argv) {
     commandLine.addNote("IN is anything that FFmpeg reads, - for standard input, or a capture "
                         "device. Ctrl-C ends the file properly (exit status 130); a run that dies "
                         "leaves OUT.parts, and the same command with --resume goes on.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "clip.mp4 native.mp4",
+                        "Make a Native video for the display that is connected.");
+    commandLine.addTerm(CommandLine::Chapter::Examples,
+                        "--profile live --preview 5 clip.mp4 look.mp4",
+                        "Make the first 5 seconds quickly, to see what comes.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "--depth clip-depth.mp4 clip.mp4 given.mp4",
+                        "Take the depth from a video.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
         return runVideo(given, planVideo(given), messages);
     });

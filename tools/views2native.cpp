@@ -89,5 +89,11 @@ int main(int argc, char** argv) {
     commandLine.addNote("Names are sorted as people count: view9.png comes before view10.png. If "
                         "there are more or fewer pictures than views, each view takes the picture "
                         "nearest to it.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "views native.png",
+                        "Make a Native of the pictures in a directory.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "--reverse views reversed.png",
+                        "The same for pictures that run from the right to the left.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "--save-quilt scene.png views also.png",
+                        "Also write the quilt, with its layout in the name.");
     return runTool(argc, argv, commandLine, run);
 }

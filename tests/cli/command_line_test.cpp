@@ -1,8 +1,13 @@
 // What all tools have in common: options, numbers, messages, threads, file names.
 
+#include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
 
+#include <algorithm>
 #include <cstdlib>
+#include <opencv2/core/mat.hpp>
+#include <regex>
+#include <sstream>
 
 namespace altiro3D::test {
 
@@ -26,6 +31,63 @@ TEST_P(EveryTool, HelpTellsHowToCallItAndFitsATerminal) {
         std::istringstream lines(outcome.out);
         for (std::string line; std::getline(lines, line);)
             EXPECT_LE(line.size(), 100U) << line;
+    }
+}
+
+// The commands that the help shows, without the tool's name.
+std::vector<Arguments> examplesOf(const std::string& tool, const std::string& help) {
+    std::vector<Arguments> examples;
+    std::istringstream lines(help.substr(std::min(help.find("\nExamples:\n"), help.size())));
+    for (std::string line; std::getline(lines, line);) {
+        if (line.rfind("  " + tool + " ", 0) != 0) continue;
+        std::istringstream words(line.substr(tool.size() + 3));
+        Arguments& example = examples.emplace_back();
+        for (std::string word; words >> word;)
+            example.push_back(word);
+    }
+    return examples;
+}
+
+TEST_P(EveryTool, TheExamplesOfTheHelpWork) {
+    const std::vector<Arguments> examples = examplesOf(tool(), studio_.run(tool(), {"--help"}).out);
+    EXPECT_GE(examples.size(), 3U);
+    const cv::Mat quilt = madePhoto(240, 240); // 8 columns and 6 rows of 30 x 40 px
+    fs::copy(studio_ / "small.json", studio_ / "visual.json");
+    fs::copy(studio_ / "photo.png", studio_ / "holiday.jpg");
+    fs::copy(studio_ / "depth.png", studio_ / "holiday-depth.png");
+    writePicture(studio_ / "quilt.png", quilt);
+    if (tool() != "photo2native") // which writes it
+        writePicture(studio_ / "holiday_qs8x6a0.75.png", quilt);
+    if (tool() == "video2native") fs::copy(studio_ / "clip.mp4", studio_ / "clip-depth.mp4");
+    if (tool() == "native2view") fs::copy(studio_ / "panel.png", studio_ / "native.png");
+    for (const Arguments& example : examples) {
+        const Outcome outcome = studio_.run(tool(), example);
+        EXPECT_EQ(outcome.status, 0) << outcome.text();
+    }
+}
+
+TEST_P(EveryTool, TheHelpExplainsItsWordsOnce) {
+    const std::string help = studio_.run(tool(), {"--help"}).out;
+    const std::size_t place = help.find("\nWords:\n");
+    ASSERT_NE(place, std::string::npos) << help;
+    for (const char* word : {"Native", "quilt", "cover", "contain", "stretch", "calibration"}) {
+        const bool used = std::regex_search(help.substr(0, place),
+                                            std::regex(std::string("\\b") + word + "s?\\b"));
+        const std::size_t line = help.find(std::string("\n  ") + word + " ", place);
+        EXPECT_TRUE(!used || line != std::string::npos) << word << help;
+    }
+    EXPECT_EQ(help.find("black bars"), help.rfind("black bars")) << help;
+}
+
+TEST_P(EveryTool, AClosedPipeEndsTheHelpQuietly) { // as --help | head -1
+    // the reader is gone before the tool begins
+    const std::string script = "mkfifo go; { read -r _ <go; \"$0\" \"$1\"; echo $? >status; } | "
+                               "{ exec <&-; echo closed >go; }; rm go";
+    for (const char* option : {"--help", "--help-man", "--version"}) {
+        const Outcome outcome =
+            studio_.run("/bin/bash", {"-c", script, toolPath(tool()).string(), option});
+        EXPECT_TRUE(isDone(outcome));
+        EXPECT_EQ(slurp(studio_ / "status"), "0\n") << option;
     }
 }
 

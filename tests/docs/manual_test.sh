@@ -34,7 +34,7 @@ for page in "$manual"/*.1; do
     called=
     if ! grep -q '^\.SH OPTIONS' "$page"; then
         called=$(sed -n '/^\.SH SEE ALSO/,$ s/^\.BR \([^ ]*\) .*/\1/p' "$page" | head -n 1)
-        "$tools/$tool" --help | sed 1,/^$/d | awk -v RS= '{ gsub(/\n/, " "); print }' >"$work/paragraphs"
+        "$tools/$tool" --help | sed '1,/^$/d; /^Examples:/,$d' | awk -v RS= '{ gsub(/\n/, " "); print }' >"$work/paragraphs"
         [[ -s $work/paragraphs ]] || fail "$tool: --help has no text"
         while read -r paragraph; do
             grep -qF -- "$paragraph" "$work/page" || fail "$page: lacks $paragraph"
@@ -43,6 +43,23 @@ for page in "$manual"/*.1; do
     names=$("$tools/${called:-$tool}" --help | sed -n 's/^  \(-[^ ].*\)/\1/p' | sed 's/   .*//' |
         grep -oE '(^|, )--?[A-Za-z0-9-]+' | tr -d ', ')
     [[ $(wc -w <<<"$names") -ge 5 ]] || fail "$tool: --help names no options"
+    for section in EXAMPLES FILES ENVIRONMENT "SEE ALSO"; do
+        # these two read no variables
+        [[ $section == ENVIRONMENT && $tool =~ ^(altiro3Dnative|quilt2video)$ ]] ||
+            grep -q "^$section\$" "$work/page" || fail "$page: has no $section"
+    done
+    grep -oE '^\.BR [^ ]+' "$page" | cut -c5- | while read -r other; do
+        [[ -e $manual/$other.1 || $other == altiro3Dview ]] || echo "$other"
+    done >"$work/missing"
+    [[ ! -s $work/missing ]] || fail "$page: names $(tr '\n' ' ' <"$work/missing"), which have no page"
+    "$tools/$tool" --help | sed '1,/^Examples:/d' | grep "^  $tool " | sed 's/^ *//' >"$work/examples"
+    [[ $(wc -l <"$work/examples") -ge 3 ]] || fail "$tool: --help has fewer than 3 examples"
+    while read -r example; do
+        grep -qF -- "$example" "$work/page" || fail "$page: lacks $example"
+        for option in $(tr ' ' '\n' <<<"$example" | grep '^--*[a-z]'); do
+            grep -qxF -- "$option" <<<"$names" || fail "$tool: $example: has no option $option"
+        done
+    done <"$work/examples"
     for name in $names; do
         [[ -n $called ]] || grep -qE "^ +(-.*, )?$name( |,|\$)" "$work/page" || fail "$page: lacks $name"
         grep -qF -- "'$name" "$manual/_$tool" || grep -qE -- "[{,]${name}[,}]" "$manual/_$tool" ||
@@ -72,14 +89,33 @@ mkdir -p "$here/pics"
 touch "$here/my picture.png" "$here/one.mp4" "$here/pics.png"
 {
     echo "PS1="
-    echo "source $manual/photo2native"
+    echo "source $manual/photo2native; source $manual/video2native"
     # shellcheck disable=SC2016
     echo 'photo2native() { printf "<%s>" "$@"; echo; }'
+    echo 'video2native() { photo2native "$@"; }'
+    printf 'photo2native -n %s\t\n' midas-s cu my
+    printf 'video2native --preset super\t\n'
     printf 'photo2native --save-q\t q.png --save-v\t p\t my\t --strength o\t --meth\t fa\t -c m\t one\t\nexit\n'
 } >"$work/keys"
 (cd "$here" && timeout 60 script -qec "bash --norc --noprofile -i" /dev/null <"$work/keys") |
     tr -d '\r' >"$work/screen"
 wanted='<--save-quilt><q.png><--save-views><pics/><my picture.png><--strength><o><--method><fast><-c><my picture.png><one.mp4>'
 grep -qF "$wanted" "$work/screen" || fail "typed: $(cat "$work/screen")"
+
+if command -v zsh >/dev/null; then
+    {
+        echo "PS1=; fpath=($manual \$fpath); autoload -Uz compinit; compinit -u -D"
+        sed -n '/^photo2native()/p; /^video2native()/p; / -n /p; / --preset /p' "$work/keys"
+        echo exit
+    } >"$work/zsh-keys"
+    (cd "$here" && timeout 60 script -qec "zsh -f -i" /dev/null <"$work/zsh-keys") |
+        tr -d '\r' >"$work/zsh-screen"
+fi
+for wanted in '<-n><midas-small>' '<-n><cues>' '<-n><my picture.png>' '<--preset><superfast>'; do
+    for screen in screen zsh-screen; do
+        [[ ! -e $work/$screen ]] || grep -qF -- "$wanted" "$work/$screen" ||
+            fail "typed: $(cat -v "$work/$screen")"
+    done
+done
 
 [[ $failures -eq 0 ]] && echo "ok: $count tools"

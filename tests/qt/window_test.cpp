@@ -4,6 +4,7 @@
 #include "support/compare.hpp"
 #include "viewer/knob_panel.hpp"
 #include "viewer/picture_view.hpp"
+#include "viewer/window_words.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QAbstractButton>
@@ -156,6 +157,20 @@ TEST_F(ViewerWindow, KeysChooseModesAndSwing) {
     QTest::keyClick(&picture(), Qt::Key_Space);
     EXPECT_NE(window_->controller().isSwinging(), swings);
     EXPECT_EQ(entry("Undo")->shortcut(), QKeySequence(QKeySequence::Undo));
+}
+
+TEST_F(ViewerWindow, TheHelpNamesItsKeys) {
+    QStringList named;
+    for (const KeyWords& key : kKeys)
+        named << QString(key.keys).split(", ");
+    int count = 0;
+    for (const QAction* action : window_->findChildren<QAction*>()) {
+        if (action->shortcut().isEmpty()) continue;
+        ++count;
+        EXPECT_TRUE(named.contains(action->shortcut().toString(QKeySequence::PortableText)))
+            << action->text().toStdString();
+    }
+    EXPECT_GE(count, 15);
 }
 
 TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {

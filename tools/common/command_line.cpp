@@ -4,6 +4,7 @@
 #include "altiro3D/video_writer.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <numeric>
 #include <sstream>
@@ -15,6 +16,38 @@ namespace {
 constexpr std::size_t kMostTypos = 2;
 constexpr std::size_t kHelpColumn = 30;
 constexpr std::size_t kHelpWidth = 96;
+
+// The words that the help of a tool explains if it uses them.
+const std::pair<const char*, const char*> kWords[] = {
+    {"Native",
+     "the picture for the panel: each sub-pixel shows the view that its lens sends to one "
+     "direction; it must not be scaled"},
+    {"view", "the scene from one camera position; view 0 is the leftmost"},
+    {"quilt", "a collage of all views, view 0 at the bottom left"},
+    {"depth", "a grey picture that says how near each pixel is; near is white"},
+    {"RGB-D", "a photo and its depth side by side in one picture"},
+    {"parallax", "how far a thing moves between two views"},
+    {"calibration", "the file visual.json: how the lenses of one display lie; its USB volume holds "
+                    "the file in LKG_calibration/"},
+    {"map", "a look-up table made of a calibration and the layout of a quilt"},
+    {"cover", "fill the frame, cut off what is over"},
+    {"contain", "show everything, with black bars"},
+    {"stretch", "fill the frame, distort the shape"},
+};
+
+// Whether a text has a word, or its plural, with no letter or digit beside it.
+bool hasWord(const std::string& text, const std::string& word) {
+    const auto isLetter = [&](std::size_t at) {
+        return at < text.size() &&
+               (std::isalnum(static_cast<unsigned char>(text[at])) != 0 || text[at] == '_');
+    };
+    for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+        const std::size_t end = at + word.size();
+        if (at > 0 && isLetter(at - 1)) continue;
+        if (!isLetter(end) || (text[end] == 's' && !isLetter(end + 1))) return true;
+    }
+    return false;
+}
 
 // One byte is one character, there and back, so that any file name survives.
 QString fromBytes(const std::string& bytes) {
@@ -76,11 +109,12 @@ void CommandLine::addUsage(const std::string& usage) {
 }
 
 void CommandLine::addSection(const std::string& title) {
-    entries_.push_back({"", title, {}, {}});
+    entries_.push_back({"", title, {}, {}, {}});
 }
 
 void CommandLine::add(const std::vector<std::string>& names, const std::string& description,
-                      const std::string& valueName) {
+                      const std::string& valueName,
+                      const std::function<std::vector<std::string>()>& known) {
     QStringList qtNames;
     std::string left;
     for (const std::string& name : names) {
@@ -89,7 +123,7 @@ void CommandLine::add(const std::vector<std::string>& names, const std::string& 
         left += (left.empty() ? "" : ", ") + dashed(name);
     }
     if (!valueName.empty()) left += " " + valueName;
-    entries_.push_back({left, description, names, valueName});
+    entries_.push_back({left, description, names, valueName, known});
     parser_.addOption(QCommandLineOption(qtNames, QString(), fromBytes(valueName)));
 }
 
@@ -100,6 +134,30 @@ void CommandLine::addHidden(const std::string& name, const std::string& valueNam
 
 void CommandLine::addNote(const std::string& text) {
     notes_.push_back(text);
+}
+
+void CommandLine::addTerm(Chapter chapter, const std::string& term, const std::string& meaning) {
+    chapters_[chapter].emplace_back(term, meaning);
+}
+
+CommandLine::Terms CommandLine::terms(Chapter chapter) const {
+    const auto found = chapters_.find(chapter);
+    return found == chapters_.end() ? Terms() : found->second;
+}
+
+CommandLine::Terms CommandLine::words() const {
+    std::string text = summary_;
+    for (const HelpEntry& entry : entries_)
+        text += "\n" + entry.left + "\n" + entry.text;
+    for (const std::string& note : notes_)
+        text += "\n" + note;
+    Terms used;
+    for (const auto& [word, meaning] : kWords) {
+        std::string first = word; // of a sentence
+        first[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(first[0])));
+        if (hasWord(text, word) || hasWord(text, first)) used.emplace_back(word, meaning);
+    }
+    return used;
 }
 
 void CommandLine::parse(int argc, char** argv) {
@@ -148,23 +206,40 @@ std::string CommandLine::help() const {
     }
     out += "\n";
     wrap(out, summary_, 0, 0);
-    for (const HelpEntry& entry : entries_) {
-        if (entry.left.empty()) {
-            out += "\n" + entry.text + ":\n";
-            continue;
-        }
-        std::string left = "  " + entry.left;
+    const auto addLine = [&](const std::string& term, const std::string& text) {
+        std::string left = "  " + term;
         if (left.size() + 2 > kHelpColumn) {
             out += left + "\n" + std::string(kHelpColumn, ' ');
         } else {
             left.resize(kHelpColumn, ' ');
             out += left;
         }
-        wrap(out, entry.text, kHelpColumn, kHelpColumn);
+        wrap(out, text, kHelpColumn, kHelpColumn);
+    };
+    const auto addTerms = [&](const std::string& title, const Terms& terms) {
+        if (!terms.empty()) out += "\n" + title + ":\n";
+        for (const auto& [term, meaning] : terms)
+            addLine(term, meaning);
+    };
+    for (const HelpEntry& entry : entries_) {
+        if (entry.left.empty()) {
+            out += "\n" + entry.text + ":\n";
+        } else {
+            addLine(entry.left, entry.text);
+        }
     }
+    addTerms("Keys", terms(Chapter::Keys));
+    addTerms("Words", words());
     for (const std::string& note : notes_) {
         out += "\n";
         wrap(out, note, 0, 0);
+    }
+    const Terms examples = terms(Chapter::Examples);
+    if (!examples.empty()) out += "\nExamples:\n";
+    for (const auto& [arguments, meaning] : examples) {
+        constexpr std::size_t kIndent = 6;
+        out += "  " + name_ + " " + arguments + "\n" + std::string(kIndent, ' ');
+        wrap(out, meaning, kIndent, kIndent);
     }
     return out;
 }

@@ -2,6 +2,8 @@
 
 #include <QCommandLineParser>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -36,19 +38,26 @@ class CommandLine {
     /// Begins a group of options in the help.
     void addSection(const std::string& title);
     /// An option; `names` without dashes, `valueName` empty if it takes no value.
+    /// @param known names that stand for a FILE, which shells complete as well
     void add(const std::vector<std::string>& names, const std::string& description,
-             const std::string& valueName = {});
+             const std::string& valueName = {},
+             const std::function<std::vector<std::string>()>& known = {});
     /// An option for programs that build the package; the help does not name it.
     void addHidden(const std::string& name, const std::string& valueName = {});
-    /// A paragraph at the end of the help.
+    /// A paragraph after the options.
     void addNote(const std::string& text);
+
+    /// What stands after the options, in this order; Files and Environment in the manual only.
+    enum class Chapter { Keys, Examples, Files, Environment };
+    /// A line of a chapter: a key, a command (without the tool's name), a file or a variable.
+    void addTerm(Chapter chapter, const std::string& term, const std::string& meaning);
 
     /// Reads the arguments. @throws UsageError
     void parse(int argc, char** argv);
 
     const std::string& name() const { return name_; }
     std::string help() const;
-    /// The manual page for man(1), of what the help tells.
+    /// The manual page for man(1): the help and the chapters that are in the manual only.
     /// @param version of the package
     std::string manPage(const std::string& version) const;
     /// Scripts with which shells complete options and names. What an option takes is told by the
@@ -81,12 +90,17 @@ class CommandLine {
 
   private:
     struct HelpEntry {
-        std::string left; // empty: a section title or, at the end, a note
+        std::string left; // empty: a section title
         std::string text;
         std::vector<std::string> names;
         std::string valueName;
+        std::function<std::vector<std::string>()> known;
     };
+    using Terms = std::vector<std::pair<std::string, std::string>>;
     static std::string dashed(const std::string& name);
+    // The words of the trade that the help uses, with their meanings.
+    Terms words() const;
+    Terms terms(Chapter chapter) const;
     // What an unknown option may have been meant for; empty if nothing is near.
     std::string suggestion(int argc, char** argv) const;
 
@@ -95,6 +109,7 @@ class CommandLine {
     std::vector<std::string> usages_;
     std::vector<HelpEntry> entries_;
     std::vector<std::string> notes_;
+    std::map<Chapter, Terms> chapters_;
     std::set<std::string> options_;
     QCommandLineParser parser_;
     std::vector<std::filesystem::path> files_;

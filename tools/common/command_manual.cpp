@@ -13,6 +13,11 @@ namespace {
 // What can stand after an option, told from the name of its value in the help.
 enum class ValueKind { None, File, Directory, Words, Free };
 
+// The tools, for SEE ALSO.
+constexpr const char* kTools[] = {"altiro3Dnative", "altiro3Dtradeoff", "altiro3Dview",
+                                  "native2view",    "photo2native",     "quilt2native",
+                                  "quilt2video",    "video2native",     "views2native"};
+
 ValueKind kindOf(const std::string& valueName) {
     if (valueName.empty()) return ValueKind::None;
     if (valueName == "DIR") return ValueKind::Directory;
@@ -32,6 +37,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 std::string roff(std::string text) {
     text = replaced(std::move(text), "\\", "\\e");
     text = replaced(std::move(text), "-", "\\-");
+    text = replaced(std::move(text), "~", "\\(ti");
     if (!text.empty() && (text.front() == '.' || text.front() == '\'')) text.insert(0, "\\&");
     return text;
 }
@@ -88,9 +94,26 @@ std::string CommandLine::manPage(const std::string& version) const {
         if (!entry.valueName.empty()) names += " \\fI" + roff(entry.valueName) + "\\fR";
         page += names + "\n" + roff(entry.text) + "\n";
     }
+    const auto addTerms = [&](const std::string& title, const Terms& terms) {
+        if (!terms.empty()) page += ".SH " + title + "\n";
+        for (const auto& [term, meaning] : terms)
+            page += ".TP\n\\fB" + roff(term) + "\\fR\n" + roff(meaning) + "\n";
+    };
+    addTerms("KEYS", terms(Chapter::Keys));
+    addTerms("WORDS", words());
+    Terms examples = terms(Chapter::Examples);
+    for (auto& example : examples)
+        example.first.insert(0, name_ + " ");
+    addTerms("EXAMPLES", examples);
+    addTerms("FILES", terms(Chapter::Files));
+    addTerms("ENVIRONMENT", terms(Chapter::Environment));
     page += ".SH EXIT STATUS\n0: done; 1: failed; 2: wrong usage. What went wrong stands in one "
-            "line on standard error.\n";
-    return page;
+            "line on standard error.\n.SH SEE ALSO\n";
+    std::string others;
+    for (const std::string tool : kTools) {
+        if (tool != name_) others += (others.empty() ? ".BR " : ",\n.BR ") + tool + " (1)";
+    }
+    return page + others + "\n";
 }
 
 std::string CommandLine::bashCompletion() const {
@@ -108,7 +131,15 @@ std::string CommandLine::bashCompletion() const {
         case ValueKind::None:
             break;
         case ValueKind::File:
-            files.insert(files.end(), options.begin(), options.end());
+            if (!entry.known) files.insert(files.end(), options.begin(), options.end());
+            if (entry.known) {
+                words += "    " + joined(options, " | ") +
+                         ")\n        compopt -o filenames\n"
+                         "        mapfile -t COMPREPLY < <(compgen -W '" +
+                         joined(entry.known(), " ") +
+                         "' -- \"$current\"\n            compgen -f -- \"$current\")\n"
+                         "        return ;;\n";
+            }
             break;
         case ValueKind::Directory:
             directories.insert(directories.end(), options.begin(), options.end());
@@ -175,7 +206,10 @@ std::string CommandLine::zshCompletion() const {
         case ValueKind::None:
             break;
         case ValueKind::File:
-            script += value + "_files";
+            script += value + (!entry.known ? "_files"
+                                            : "{_alternative \"names\\:name\\:(" +
+                                                  joined(entry.known(), " ") +
+                                                  ")\" \"files\\:file\\:_files\"}");
             break;
         case ValueKind::Directory:
             script += value + "_files -/";

@@ -85,11 +85,17 @@ std::string standardNetwork(bool large) {
 void addDepthOptions(CommandLine& commandLine, Medium medium) {
     const bool video = medium == Medium::Video;
     commandLine.addSection("Depth");
-    commandLine.add({"n", "network"},
-                    "Depth network: an ONNX file, or the name of one in the catalogue; or cues, the "
-                    "built-in estimator (default: " +
-                        standardNetwork() + " if its file is found, else cues).",
-                    "NETWORK");
+    commandLine.add(
+        {"n", "network"},
+        "Depth network: an ONNX file, or the name of one in the catalogue; or cues, the "
+        "built-in estimator (default: " +
+            standardNetwork() + " if its file is found, else cues).",
+        "NETWORK", [] {
+            std::vector<std::string> names{kCues};
+            for (const NetworkProfile& profile : catalogOf(modelSearchPath()))
+                names.push_back(profile.name);
+            return names;
+        });
     commandLine.add({"l", "large"}, "Use the large MiDaS network, or treat -n as one.");
     commandLine.add({"net-profile"},
                     "How to feed a network that is not in the catalogue (JSON, the keys of "
@@ -109,12 +115,23 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
     }
     commandLine.add({"rgbd"},
                     std::string(video ? "Frame" : "Photo") +
-                        " and depth are one picture; where depth is in it.",
+                        " and depth are one RGB-D picture; where depth is in it.",
                     "right|left|top|bottom");
     commandLine.add({"depth-kind"},
                     "Meaning of given depth: near-white (default), far-white, or metric[:SCALE] "
                     "(distances, 0 = unknown).",
                     "KIND");
+    using Chapter = CommandLine::Chapter;
+    commandLine.addTerm(Chapter::Files, "~/.local/share/altiro3D/models/",
+                        "Depth networks, where get-models.sh puts them.");
+    commandLine.addTerm(Chapter::Files, "PREFIX/share/altiro3D/models/catalog.json",
+                        "The catalogue: networks that -n knows by name, and how they are fed. "
+                        "PREFIX is where the tools are installed, such as /usr.");
+    commandLine.addTerm(Chapter::Environment, "ALTIRO3D_MODELS",
+                        "Directories where networks and the catalogue are looked for first, "
+                        "separated by colons.");
+    commandLine.addTerm(Chapter::Environment, "XDG_DATA_HOME",
+                        "Directory that is used instead of ~/.local/share.");
 }
 
 DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium) {

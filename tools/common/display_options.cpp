@@ -281,6 +281,21 @@ void addDisplayOptions(CommandLine& commandLine, const std::string& quiltLongNam
     addInvertOption(commandLine);
     commandLine.addSection("Quilt");
     addQuiltOptions(commandLine, quiltLongName);
+    using Chapter = CommandLine::Chapter;
+    commandLine.addTerm(Chapter::Files, "visual.json",
+                        "Calibration of a display. Its USB volume holds it as "
+                        "LKG_calibration/visual.json.");
+    commandLine.addTerm(Chapter::Files,
+                        std::string("PREFIX/share/altiro3D/calibration/") + kSampleName,
+                        "The sample calibration, of a Portrait. PREFIX is where the tools are "
+                        "installed, such as /usr.");
+    commandLine.addTerm(Chapter::Files, "~/.cache/altiro3D/",
+                        "Look-up tables and measurements of earlier runs. It may be deleted.");
+    commandLine.addTerm(Chapter::Environment, "LKG_CALIBRATION",
+                        "Calibration that is used without -m and -c: a file, or a display's "
+                        "volume.");
+    commandLine.addTerm(Chapter::Environment, "XDG_CACHE_HOME",
+                        "Directory that is used instead of ~/.cache.");
 }
 
 void addSamplingOptions(CommandLine& commandLine) {

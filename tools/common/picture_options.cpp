@@ -204,11 +204,11 @@ ViewOptions CameraOptions::apply(const ViewOptions& options, const std::filesyst
 }
 
 void addFitOption(CommandLine& commandLine, const std::string& standard) {
-    commandLine.add({"fit"},
-                    "Pictures of another shape than the panel's: cover (cut off what is over), "
-                    "contain (black bars) or stretch (default " +
-                        standard + ").",
-                    "cover|contain|stretch");
+    commandLine.add(
+        {"fit"},
+        "Pictures of another shape than the panel's: cover, contain or stretch (default " +
+            standard + ").",
+        "cover|contain|stretch");
 }
 
 std::optional<FitMode> fitOption(const CommandLine& commandLine) {

@@ -6,6 +6,7 @@
 
 #include <QCoreApplication>
 #include <algorithm>
+#include <cerrno>
 #include <clocale>
 #include <csignal>
 #include <cstdio>
@@ -34,6 +35,14 @@ int finish(const Messages& messages, int status) {
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
     messages.fail("standard output cannot be written");
     return kExitFailed;
+}
+
+// Prints what was asked for instead of work, such as the help. A reader that has enough of it, as
+// head(1), may close the pipe.
+int answer(const Messages& messages, const std::string& text) {
+    errno = 0;
+    const bool written = std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+    return errno == EPIPE && !written ? kExitDone : finish(messages, kExitDone);
 }
 
 // Standard error is the process's: the first who wants it quiet turns it off, the last on again.
@@ -217,24 +226,14 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
     Messages messages(commandLine.name(), false);
     try {
         commandLine.parse(argc, argv);
-        if (commandLine.has("help")) {
-            std::fputs(commandLine.help().c_str(), stdout);
-            return finish(messages, kExitDone);
-        }
-        if (commandLine.has("help-man")) {
-            std::fputs(commandLine.manPage(version()).c_str(), stdout);
-            return finish(messages, kExitDone);
-        }
+        if (commandLine.has("help")) return answer(messages, commandLine.help());
+        if (commandLine.has("help-man")) return answer(messages, commandLine.manPage(version()));
         if (const auto shell = commandLine.choice("help-completion", {"bash", "zsh"})) {
-            const std::string script =
-                *shell == 0 ? commandLine.bashCompletion() : commandLine.zshCompletion();
-            std::fputs(script.c_str(), stdout);
-            return finish(messages, kExitDone);
+            return answer(messages,
+                          *shell == 0 ? commandLine.bashCompletion() : commandLine.zshCompletion());
         }
-        if (commandLine.has("version")) {
-            messages.say(commandLine.name() + " (altiro3D) " + version());
-            return finish(messages, kExitDone);
-        }
+        if (commandLine.has("version"))
+            return answer(messages, commandLine.name() + " (altiro3D) " + version() + "\n");
         if (const auto threads = commandLine.wholeNumber("j", 1, 1024)) {
             // more than there are processors gain nothing, and TBB would complain of them
             cv::setNumThreads(std::min(*threads, cv::getNumberOfCPUs()));

@@ -92,7 +92,8 @@ void addEncoderOptions(CommandLine& commandLine) {
                     "h264 (default), hevc, h264rgb, ffv1 (lossless, .mkv) or prores (.mov, .mkv).",
                     "h264|hevc|h264rgb|ffv1|prores");
     commandLine.add({"crf"}, "Quality of h264, hevc, h264rgb, 0..51; less is better.", "NUMBER");
-    commandLine.add({"preset"}, "Effort of h264, hevc, h264rgb: ultrafast .. veryslow.", "NAME");
+    commandLine.add({"preset"}, "Effort of h264, hevc, h264rgb: slower ones make smaller files.",
+                    "ultrafast|superfast|veryfast|faster|fast|medium|slow|slower|veryslow");
     commandLine.add({"compat"},
                     "4:2:0 for players that can do no more (h264, hevc): colours of "
                     "neighbouring pixels are mixed, which mixes the views of a Native.");

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Makes the manual page of a command here out of its --help, which has paragraphs only, and its
-# completions for bash and zsh out of those of the first tool that it calls.
+# Makes the manual page of a command here out of its --help, which has paragraphs and then examples,
+# with the files and variables of the first tool that it calls; and completions for bash and zsh out of
+# those of that tool.
 #
 #   make_manual.sh TOOLS_DIRECTORY OUTPUT_DIRECTORY COMMAND TOOL...
 set -eu
@@ -34,7 +35,18 @@ help=$("$tools/$command" --help)
                 print ".SH DESCRIPTION\n" $0
                 next
             }
+            /^Examples:/ {
+                print ".SH EXAMPLES"
+                lines = split($0, line, "\n")
+                for (i = 2; i <= lines; ++i) {
+                    text = line[i]
+                    sub(/^ +/, "", text)
+                    print (line[i] ~ /^   /) ? text : ".TP\n\\fB" text "\\fR"
+                }
+                next
+            }
             { print ".PP\n" $0 }'
+    "$tools/$1" --help-man | sed -n '/^\.SH FILES/,/^\.SH EXIT STATUS/ { /^\.SH EXIT STATUS/!p; }'
     echo '.SH SEE ALSO'
     for tool in "$@"; do
         [ "$tool" = "$1" ] || echo ,

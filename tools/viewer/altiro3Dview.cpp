@@ -9,6 +9,7 @@
 #include "viewer/display_list.hpp"
 #include "viewer/main_window.hpp"
 #include "viewer/presentation.hpp"
+#include "viewer/window_words.hpp"
 
 #include <QApplication>
 #include <clocale>
@@ -106,6 +107,19 @@ int main(int argc, char** argv) {
                         "Displays of the first generation (8.9\", 15.6\", 8K) keep their "
                         "calibration in a USB memory that is not read: save it as visual.json "
                         "with the maker's software and give it with -c.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg", "Open a photo.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg holiday-depth.png",
+                        "Open a photo with its depth.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "--show native.png",
+                        "Show a Native on the display.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "--list-displays",
+                        "Say which displays are found, and what is missing.");
+    for (const KeyWords& key : kKeys)
+        commandLine.addTerm(CommandLine::Chapter::Keys, key.keys, key.text);
+    for (const char* variable : {"DISPLAY", "WAYLAND_DISPLAY"}) {
+        commandLine.addTerm(CommandLine::Chapter::Environment, variable,
+                            "The desktop on which the window opens.");
+    }
     return runToolWithoutApplication(argc, argv, commandLine,
                                      [&](const CommandLine& given, Messages& messages) {
                                          requireUsage(given);

@@ -153,7 +153,7 @@ void MainWindow::buildActions() {
     }
     exports_.front().second->setIconText(tr("Export"));
     file.addSeparator();
-    closeFile_ = action(file, tr("&Close file"), QKeySequence::Close,
+    closeFile_ = action(file, tr("&Close file"), QKeySequence(tr("Ctrl+W")),
                         [this] { controller_.close(controller_.current()); });
     action(file, tr("&Quit"), QKeySequence(tr("Ctrl+Q")), [this] { close(); });
 

@@ -699,6 +699,33 @@ TEST(Video2NativeTool, WhatMovesInGivenDepthAloneIsSeenAfterAResume) {
     EXPECT_TRUE(slurp(studio / "out.mkv") == slurp(studio / "whole.mkv"));
 }
 
+TEST(Video2NativeTool, APartThatWasMadeButNotJoinedGetsNoFurtherFrames) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio(1);
+    ffmpeg("-f lavfi -i testsrc2=size=120x160:rate=24:duration=10 -f lavfi -i sine=duration=10 "
+           "-c:v libx264 -g 24 -c:a pcm_s16le " +
+           arg(studio / "long.mkv"));
+    for (const Arguments& part : {Arguments{"--to", "7"}, Arguments{"--preview", "7"}}) {
+        const auto made = [&](const std::string& name, const Arguments& more = {}) {
+            return studio.run(kTool, studio.display() + part + more +
+                                         Arguments{"-j", "1", "--depth", "long.mkv", "long.mkv"} +
+                                         Arguments{name});
+        };
+        const std::string whole = "whole" + part[0] + ".mkv";
+        const std::string out = "out" + part[0] + ".mkv";
+        ASSERT_EQ(made(whole).status, 0);
+        ASSERT_EQ(frameCount(studio / whole), 168u);
+        studio.limitFiles(fs::file_size(studio / whole) - 1000); // a disk too full to join them
+        ASSERT_EQ(made(out).status, 1);
+        ASSERT_TRUE(fs::exists(studio / (out + ".parts")));
+        studio.limitFiles(0);
+        const Outcome resumed = made(out, {"--resume"});
+        EXPECT_EQ(resumed.status, 0) << resumed.text();
+        EXPECT_EQ(frameCount(studio / out), 168u);
+        EXPECT_TRUE(slurp(studio / out) == slurp(studio / whole));
+    }
+}
+
 TEST(Video2NativeTool, ARunThatFailsEarlyPromisesNothing) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(2);

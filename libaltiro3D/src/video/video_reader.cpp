@@ -90,6 +90,7 @@ struct VideoReader::Impl {
   private:
     void setRange();
     void begin();
+    void goTo(std::int64_t goal);
     void restart();
     bool seek(std::int64_t target);
     bool seekToStart();
@@ -413,19 +414,26 @@ void VideoReader::Impl::drainOthers() {
 void VideoReader::Impl::skipTo(std::int64_t pts) {
     if (!begun_) begin();
     const std::int64_t goal = originPts_ + std::clamp(pts, -kFarthestTime, kFarthestTime);
+    if (hasCurrent_) goTo(goal);
+    if (hasCurrent_ && currentPts_ >= toPts_) {
+        pastEnd_ = true;
+        hasCurrent_ = false;
+    }
+}
+
+// Decodes up to the first frame of that time or later, in or behind the part; far ones are sought.
+void VideoReader::Impl::goTo(std::int64_t goal) {
     const auto far = static_cast<std::int64_t>(kFarSeconds / av_q2d(stream_->time_base));
     // Where times may begin again a place is no place: all is read.
     const bool seekable = kind_ == Kind::File && format_->start_time != AV_NOPTS_VALUE &&
                           (format_->iformat->flags & AVFMT_TS_DISCONT) == 0;
-    if (hasCurrent_ && seekable && goal - currentPts_ > far && seek(goal)) {
+    if (seekable && goal - currentPts_ > far && seek(goal)) {
         // Where times were missing they are not the same after a seek: then all is read.
         bool before = false;
         while ((hasCurrent_ = decode(*current_)) && aheadPts_ < goal)
             before = true;
-        if (hasCurrent_ && aheadPts_ == goal) {
-            currentPts_ = aheadPts_;
-            return;
-        }
+        currentPts_ = aheadPts_;
+        if (hasCurrent_ && aheadPts_ == goal) return;
         if (!hasCurrent_ && before && counts.repairedTimes == 0) return; // the video ends earlier
         hasCurrent_ = seekToStart() && decode(*current_);
         currentPts_ = aheadPts_;
@@ -433,10 +441,6 @@ void VideoReader::Impl::skipTo(std::int64_t pts) {
     while (hasCurrent_ && currentPts_ < goal) {
         hasCurrent_ = decode(*current_);
         currentPts_ = aheadPts_;
-    }
-    if (hasCurrent_ && currentPts_ >= toPts_) {
-        pastEnd_ = true;
-        hasCurrent_ = false;
     }
 }
 

@@ -777,6 +777,31 @@ TEST(VideoReaderSkip, TheFramesThatFollowAreTheSame) {
     }
 }
 
+TEST(VideoReaderSkip, AWantedPartEndsWhereItEndsWithoutSkipping) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip =
+        makeClip(directory, "clip.mp4", "", "testsrc2=size=96x64:rate=24:duration=9");
+    VideoReaderOptions options;
+    for (const double from : {0.0, 0.5}) {
+        options.from = from;
+        options.to = 7;
+        VideoReader linear(clip, options);
+        const std::vector<VideoFrame> all = allFrames(linear);
+        ASSERT_EQ(all.size(), from > 0 ? 156u : 168u);
+        const std::int64_t end = all.back().pts + all.back().duration; // where the next one stands
+        for (const std::int64_t goal : {end, end + all.back().duration, end - 1}) {
+            VideoReader reader(clip, options);
+            reader.skipTo(goal);
+            EXPECT_FALSE(reader.next()) << "from " << from << ", skipped to " << goal;
+        }
+        VideoReader reader(clip, options);
+        reader.skipTo(all.back().pts);
+        EXPECT_TRUE(reader.next());
+        EXPECT_FALSE(reader.next());
+    }
+}
+
 double processorSeconds() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);

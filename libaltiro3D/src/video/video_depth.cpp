@@ -246,9 +246,12 @@ cv::Mat VideoDepth::Impl::steadied(const Memory& at, const cv::Mat& misfits,
             out[x] = now + share[x] * (c[x] - now);
         }
     }
-    // The range follows the percentiles slowly.
+    // The range follows the percentiles slowly; depth without a range keeps the one before.
+    constexpr float kFlatSpan = 1e-3F;
     const auto [low, high] = percentilesOf(result);
-    const auto follow = static_cast<float>(1 - std::pow(kRangeMemory, static_cast<double>(at.gap)));
+    const bool isFlat = high - low < kFlatSpan;
+    const double followed = 1 - std::pow(kRangeMemory, static_cast<double>(at.gap));
+    const auto follow = isFlat ? 0.0F : static_cast<float>(followed);
     const float newLow = follow * low;
     const float newSpan = 1 + follow * (high - low - 1);
     constexpr float kFarOut = 1; // beyond the range, so that nothing grows without bounds

@@ -433,3 +433,62 @@ TEST(VideoDepth, IsTotalForWhatPicturesAndNumbersThereAre) {
               }),
               "picture: is empty, expected CV_8UC3");
 }
+
+TEST(VideoDepth, StaysBetween0And1HoweverSeldomAndFlatInferencesAre) {
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    constexpr float kLargest = std::numeric_limits<float>::max();
+    const cv::Mat world = scenery(cv::Size(24, 16), 5);
+    for (const int every : {1, 400, 1000}) {
+        for (const double steadiness : {0.9, 0.99}) {
+            for (const cv::Size size : {cv::Size(1, 1), cv::Size(7, 5)}) {
+                for (const float number : {3.25F, -kLargest, kNan, kInfinity}) {
+                    int call = 0;
+                    const auto estimate = [&](const cv::Mat&, cv::Mat& raw) {
+                        raw = cv::Mat(size, CV_32FC1, cv::Scalar::all(number));
+                        ++call;
+                    };
+                    VideoDepthOptions options = everyOf(every);
+                    options.steadiness = steadiness;
+                    VideoDepth video(estimate, DepthKind::NearWhite, options);
+                    for (int i = 0; i < 2 * every + 30; ++i) {
+                        cv::Mat picture = world.clone();
+                        picture.at<cv::Vec3b>(0, 0)[0] = static_cast<std::uint8_t>(i % 2 * 3);
+                        cv::Mat depth;
+                        ASSERT_FALSE(video.next(picture, depth).repeated);
+                        // what has no range lies in the middle, as in a photo
+                        ASSERT_TRUE(cv::checkRange(depth, true, nullptr, 0.499, 0.501))
+                            << every << " " << steadiness << " " << size << " " << number << " at "
+                            << i << "\n"
+                            << depth;
+                    }
+                    ASSERT_GE(call, 3);
+                }
+            }
+        }
+    }
+}
+
+TEST(VideoDepth, ARangeThatComesAndGoesStaysBetween0And1) {
+    for (const int every : {1, 400}) {
+        for (const cv::Size size : {cv::Size(1, 1), cv::Size(64, 48)}) { // of the pictures
+            int call = 0;
+            const auto estimate = [&](const cv::Mat&, cv::Mat& raw) {
+                raw = cv::Mat(4, 6, CV_32FC1, cv::Scalar(1));
+                if (call++ % 3 != 1) return;
+                raw.at<float>(1, 1) = 2;
+                raw.at<float>(2, 3) = std::numeric_limits<float>::infinity();
+            };
+            VideoDepth video(estimate, DepthKind::NearWhite, everyOf(every));
+            const cv::Mat world = scenery(cv::Size(size.width + 1, size.height), 6);
+            for (int i = 0; i < 4 * every + 4; ++i) {
+                const cv::Mat picture = world(cv::Rect(i % 2, 0, size.width, size.height)).clone();
+                cv::Mat depth;
+                video.next(picture, depth);
+                ASSERT_TRUE(cv::checkRange(depth, true, nullptr, 0, 1.0001))
+                    << every << " " << size << " at " << i << "\n"
+                    << depth;
+            }
+        }
+    }
+}

@@ -75,6 +75,17 @@ TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {
     EXPECT_GT(known, 20); // the database is there
 }
 
+TEST(ViewerDocument, CamerasAreKnownByWhatTheyAre) {
+    const TemporaryDirectory folder;
+    const fs::path link = folder / "usb-camera-index0";
+    fs::create_symlink("/dev/null", link); // a character device, as cameras are
+    EXPECT_TRUE(isVideoName(link));
+    EXPECT_TRUE(isVideoName("/dev/null"));
+    spill(folder / "video0", "no device");
+    EXPECT_FALSE(isVideoName(folder / "video0"));
+    EXPECT_FALSE(isVideoName("/dev/video-that-is-not-there"));
+}
+
 // Those of directories of views are the library's own; the viewer offers no others.
 TEST(ViewerDocument, PicturesAreOfferedByTheEndingsThatDirectoriesAreSearchedFor) {
     const TemporaryDirectory folder;

@@ -112,7 +112,8 @@ const std::vector<std::string>& videoEndings() {
 }
 
 bool isVideoName(const fs::path& file) {
-    if (file.string().compare(0, 10, "/dev/video") == 0) return true;
+    std::error_code error;
+    if (fs::is_character_file(file, error)) return true;
     const std::string ending = lower(file.extension().string());
     const auto& all = videoEndings();
     return !ending.empty() && std::find(all.begin(), all.end(), ending.substr(1)) != all.end();

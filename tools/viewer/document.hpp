@@ -57,7 +57,8 @@ struct Document {
 const std::vector<std::string>& pictureEndings();
 const std::vector<std::string>& videoEndings();
 
-/// True for the names of files that are read as videos, and of cameras (/dev/video0).
+/// True for the names of files that are read as videos, and for capture devices (/dev/video0) and
+/// links to them.
 bool isVideoName(const std::filesystem::path& file);
 
 /// Opens a picture, a directory of views, or the first picture of a video.

@@ -30,8 +30,8 @@ class ALTIRO3D_EXPORT VideoReader {
   public:
     /// Opens a video.
     ///
-    /// @param path a file that FFmpeg can read, `-` for the standard input, or a capture device
-    ///        (`/dev/video0`)
+    /// @param path a file that FFmpeg can read, `-` for the standard input, or a capture device:
+    ///        without a stated format any character device (`/dev/video0`), also by a link
     /// @param options the part to read, threads, format of a device
     /// @throws Error NotFound; ReadFailed (a directory, no permission); BadFormat (empty, no video
     ///         in it, cut off before its index); Unsupported (a codec without a decoder, an unknown

@@ -167,11 +167,9 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
     std::string url = "file:" + path.string();
     const AVInputFormat* wantedFormat = nullptr;
     std::string wanted = options.format;
-    struct stat state {};
-    if (wanted.empty() && ::stat(path.c_str(), &state) == 0 && S_ISCHR(state.st_mode) &&
-        path.string().rfind("/dev/video", 0) == 0) {
-        wanted = "v4l2";
-    }
+    std::error_code noFile;
+    const bool isCamera = wanted.empty() && path != "-" && fs::is_character_file(path, noFile);
+    if (isCamera) wanted = "v4l2";
     if (!wanted.empty()) {
         wantedFormat = inputFormat(wanted);
         if ((wantedFormat->flags & AVFMT_NOFILE) != 0) {
@@ -207,6 +205,13 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
             throw Error(ErrorCode::BadFormat, input.subject, "is no video that FFmpeg can read");
         }
         if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
+        // What drivers of other devices say to the question what they can film.
+        if (isCamera &&
+            (result == AVERROR(ENOTTY) || result == AVERROR(EINVAL) || result == AVERROR(ENODEV))) {
+            throw Error(ErrorCode::BadFormat, input.subject,
+                        "is a device but not a camera, expected a video file, a camera, or the "
+                        "name of the device's format");
+        }
         throw Error(ErrorCode::ReadFailed, input.subject, "cannot be read: " + ffmpegText(result));
     }
     input.format.reset(raw);

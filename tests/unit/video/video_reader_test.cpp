@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -533,6 +534,51 @@ TEST(VideoReader, OpensDevicesByTheirFormat) {
     options.formatOptions = {{"no_such_option", "1"}};
     EXPECT_EQ(errorOf([&] { const VideoReader other("testsrc2=duration=1", options); }),
               "formatOptions: have \"no_such_option\", which the format lavfi does not know");
+}
+
+TEST(VideoReader, CharacterDevicesAreCamerasWhateverTheirNames) {
+    const TemporaryDirectory directory;
+    const auto openError = [](const fs::path& path, const std::string& format = "") {
+        VideoReaderOptions options;
+        options.format = format;
+        return errorOf([&] { const VideoReader reader(path, options); });
+    };
+    const auto noCamera = [](const fs::path& path) {
+        return path.string() + ": is a device but not a camera, expected a video file, a camera, "
+                               "or the name of the device's format";
+    };
+    const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+    ASSERT_GE(terminal, 0);
+    ASSERT_EQ(grantpt(terminal), 0);
+    ASSERT_EQ(unlockpt(terminal), 0);
+    const int other = open(ptsname(terminal), O_RDWR | O_NOCTTY);
+    int number = 0;
+    for (const std::string& device :
+         std::vector<std::string>{"/dev/null", "/dev/urandom", ptsname(terminal)}) {
+        EXPECT_EQ(openError(device), noCamera(device));
+        const fs::path link = directory / ("usb-camera-" + std::to_string(++number));
+        fs::create_symlink(device, link);
+        EXPECT_EQ(openError(link), noCamera(link));
+        const fs::path linkToLink = directory / ("camera" + std::to_string(number) + ".mp4");
+        fs::create_symlink(link, linkToLink);
+        EXPECT_EQ(openError(linkToLink), noCamera(linkToLink));
+    }
+    close(other);
+    close(terminal);
+    EXPECT_EQ(openError("/dev/null", "matroska"), "/dev/null: is no video that FFmpeg can read");
+    // files are files, whatever they are called and however they are reached
+    fs::create_directories(directory / "dev");
+    const fs::path file = directory / "dev/video0";
+    spill(file, std::string(5000, '\x5a'));
+    const fs::path link = directory / "camera-of-a-file";
+    fs::create_symlink(file, link);
+    for (const fs::path& path : {file, link})
+        EXPECT_EQ(openError(path), path.string() + ": is no video that FFmpeg can read");
+    EXPECT_EQ(openError(directory / "dev"),
+              (directory / "dev").string() + ": is a directory, expected a video file");
+    fs::create_symlink("nowhere", directory / "video1");
+    EXPECT_EQ(openError(directory / "video1"),
+              (directory / "video1").string() + ": does not exist, expected a video file");
 }
 
 TEST(VideoReader, TimesAtTheEndOfTheNumbersCountAsMissing) {

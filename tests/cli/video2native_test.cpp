@@ -522,6 +522,92 @@ TEST(Video2NativeTool, DepthComesInManyWaysToTheSameEnd) {
                       "17 pictures, fewer than the video has frames"));
 }
 
+constexpr int kGreys = 85; // 3 levels apart, which 4:2:0 of less than the full range keeps apart
+
+// The numbers, modulo kGreys, of the pictures of a directory that frames were made with.
+std::vector<int> picturesUsed(const fs::path& rgbd) {
+    std::vector<int> numbers;
+    VideoReader reader(rgbd);
+    while (const auto frame = reader.next()) {
+        const int half = frame->picture.cols / 2;
+        const cv::Rect depth(half + half / 4, frame->picture.rows / 4, half / 2,
+                             frame->picture.rows / 2);
+        numbers.push_back(static_cast<int>(std::lround(cv::mean(frame->picture(depth))[0] / 3)));
+    }
+    return numbers;
+}
+
+// A directory of 120 pictures for picturesUsed().
+void writeNumberedDepths(const fs::path& directory) {
+    fs::create_directory(directory);
+    for (int k = 0; k < 120; ++k)
+        writePicture(directory / ("d" + std::to_string(k) + ".png"),
+                     cv::Mat(8, 6, CV_8UC1, cv::Scalar(k % kGreys * 3)));
+}
+
+TEST(Video2NativeTool, PicturesOfDepthBelongToTheFramesByCount) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    SmallStudio studio;
+    writeNumberedDepths(studio / "depths");
+    // 10 frames a second for 2 s, then 30 for 2 s; bare streams state no rate to rely on
+    const std::string varying =
+        "-f lavfi -i testsrc2=size=48x64:rate=30:duration=2.7 -vf "
+        "'settb=1/1000,setpts=if(lt(N\\,20)\\,N*100\\,2000+(N-20)*100/3)' -vsync vfr "
+        "-enc_time_base 1/1000 -c:v libx264 -g 7 -bf 2 ";
+    ffmpeg(varying + arg(studio / "vfr.mp4"));
+    ffmpeg(varying + arg(studio / "vfr.mkv"));
+    ffmpeg("-i " + arg(studio / "vfr.mkv") + " -c copy " + arg(studio / "vfr.ts"));
+    const auto used = [&](const std::string& clip, const Arguments& part) {
+        const Outcome outcome =
+            studio.run(kTool, studio.display() + part +
+                                  Arguments{"-y", "--rgbd-out", "--crf", "2", "--preset",
+                                            "ultrafast", "--depth", "depths", clip, "out.mp4"});
+        EXPECT_EQ(outcome.status, 0) << outcome.text();
+        return picturesUsed(studio / "out.mp4");
+    };
+    for (const char* const clip : {"vfr.mp4", "vfr.mkv", "vfr.ts", "-"}) {
+        if (std::string(clip) == "-") studio.readInputFrom(studio / "vfr.mkv");
+        const std::vector<int> all = used(clip, {});
+        ASSERT_EQ(all.size(), 81u) << clip;
+        for (int k = 0; k < 81; ++k)
+            EXPECT_EQ(all[static_cast<std::size_t>(k)], k) << clip;
+        for (const auto& [from, first] :
+             std::vector<std::pair<const char*, std::size_t>>{{"0.15", 2}, {"2", 20}, {"3", 50}}) {
+            const std::vector<int> part = used(clip, {"--from", from});
+            EXPECT_EQ(part,
+                      std::vector<int>(all.begin() + static_cast<std::ptrdiff_t>(first), all.end()))
+                << clip << " from " << from;
+        }
+    }
+}
+
+TEST(Video2NativeTool, PicturesOfDepthBelongToTheSameFramesAfterAResume) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    SmallStudio studio;
+    writeNumberedDepths(studio / "depths");
+    // 5 frames a second for 6 s, then 10
+    ffmpeg("-f lavfi -i testsrc2=size=48x64:rate=10:duration=12 -vf "
+           "'settb=1/1000,setpts=if(lt(N\\,30)\\,N*200\\,6000+(N-30)*100)' -vsync vfr "
+           "-enc_time_base 1/1000 -c:v libx264 -g 7 -bf 2 " +
+           arg(studio / "vfr.mkv"));
+    const Arguments call =
+        studio.display() + Arguments{"-j",      "1",      "--rgbd-out", "--crf", "2",
+                                     "--depth", "depths", "--from",     "5",     "vfr.mkv"};
+    ASSERT_TRUE(isDone(studio.run(kTool, call + Arguments{"whole.mp4"})));
+    std::vector<int> expected;
+    for (int k = 25; k < 120; ++k)
+        expected.push_back(k % kGreys);
+    EXPECT_EQ(picturesUsed(studio / "whole.mp4"), expected);
+    const Outcome killed = studio.run(kTool, call + Arguments{"out.mp4"}, SIGKILL, [&] {
+        return fs::exists(studio / "out.mp4.parts" / "000002.mp4");
+    });
+    ASSERT_EQ(killed.status, 128 + SIGKILL);
+    const Outcome resumed = studio.run(kTool, call + Arguments{"--resume", "out.mp4"});
+    ASSERT_TRUE(isDone(resumed));
+    EXPECT_NE(resumed.out.find("goes on at 0:"), std::string::npos) << resumed.out;
+    EXPECT_TRUE(slurp(studio / "out.mp4") == slurp(studio / "whole.mp4"));
+}
+
 TEST(Video2NativeTool, QuiltVideosGoInAndOut) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(1);

@@ -4,7 +4,6 @@
 #include "altiro3D/image_io.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D::tools {
@@ -17,7 +16,7 @@ constexpr double kMissingSeconds = 0.5; // a depth video that ends a little earl
 
 } // namespace
 
-GivenDepth::GivenDepth(fs::path source, const VideoReaderOptions& part, const VideoFacts& facts)
+GivenDepth::GivenDepth(fs::path source, const VideoReaderOptions& part)
     : source_(std::move(source)) {
     std::error_code error;
     if (fs::is_directory(source_, error)) {
@@ -26,7 +25,6 @@ GivenDepth::GivenDepth(fs::path source, const VideoReaderOptions& part, const Vi
             throw Error(ErrorCode::NotFound, source_.string(),
                         "holds no pictures, expected one depth picture per frame");
         }
-        firstPicture_ = std::llround(part.from * facts.averageRate.value());
         return;
     }
     VideoReaderOptions options;
@@ -43,6 +41,10 @@ GivenDepth::GivenDepth(fs::path source, const VideoReaderOptions& part, const Vi
                                             "is taken (the video comes first, then its depth)");
     }
     hasAhead_ = video_->read(ahead_);
+}
+
+void GivenDepth::begin(VideoReader& video) {
+    if (!video_) firstPicture_ = video.framesBefore();
 }
 
 void GivenDepth::read(double time, std::int64_t number, cv::Mat& raw) {

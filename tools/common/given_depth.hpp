@@ -15,10 +15,13 @@ class GivenDepth {
   public:
     /// @param source video or directory
     /// @param part which part of the video is read
-    /// @param facts of the video
     /// @throws Error
-    GivenDepth(std::filesystem::path source, const VideoReaderOptions& part,
-               const VideoFacts& facts);
+    GivenDepth(std::filesystem::path source, const VideoReaderOptions& part);
+
+    /// Finds the picture of the part's first frame; to be called before that is read.
+    /// @param video that the depth belongs to
+    /// @throws Error
+    void begin(VideoReader& video);
 
     /// The raw depth of a frame: of the depth video the picture that is shown at that time, of a
     /// directory the picture of that number. What ends too early stays.

@@ -321,6 +321,7 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
         // run that is resumed would not give the bytes of one that was not interrupted.
         mallopt(M_PERTURB, 0xff);
     }
+    if (studio.depth) studio.depth->begin(reader);
     const KeptVideo kept = sink.kept();
     Tally& tally = result.tally;
     if (kept.frames > 0) {
@@ -393,6 +394,7 @@ Result show(const CommandLine& commandLine, Studio& studio, Messages& messages) 
     Result result;
     std::atomic<bool> left{false};
     std::optional<std::chrono::steady_clock::time_point> start;
+    if (studio.depth) studio.depth->begin(reader);
     std::vector<PipelineStage> stages = middleStages(studio, [](std::int64_t) { return false; });
     stages.insert(
         stages.begin(),

@@ -35,7 +35,7 @@ DepthStage::DepthStage(const std::filesystem::path& given, const VideoReaderOpti
                        const VideoFacts& facts, DepthSource source,
                        const VideoDepthOptions& options)
     : source_(std::move(source)), options_(options), unit_(facts.timeBase.value()) {
-    if (source_.fromFiles()) given_.emplace(given, part, facts);
+    if (source_.fromFiles()) given_.emplace(given, part);
     start();
 }
 
@@ -48,6 +48,10 @@ void DepthStage::start() {
         }
     };
     depth_.emplace(estimate, source_.kind(), options_);
+}
+
+void DepthStage::begin(VideoReader& video) {
+    if (given_) given_->begin(video);
 }
 
 cv::Size DepthStage::photoSize(cv::Size frame) const {

@@ -32,6 +32,9 @@ class DepthStage {
     DepthStage(const DepthStage&) = delete;
     DepthStage& operator=(const DepthStage&) = delete;
 
+    /// Called before the first frame of the video is read. @throws Error
+    void begin(VideoReader& video);
+
     /// Reads `source`, sets `depth` and `step`; of an RGB-D frame the photo stays in `source`.
     void work(PipelineFrame& frame);
 

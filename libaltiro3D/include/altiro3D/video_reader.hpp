@@ -60,6 +60,14 @@ class ALTIRO3D_EXPORT VideoReader {
     /// @throws Error as next()
     bool read(VideoFrame& frame);
 
+    /// How many frames of the video `VideoReaderOptions::from` leaves out. They are counted, as a
+    /// rate need not be constant: by the packets of a file, which is quick, or, where packets do
+    /// not tell, by decoding from the start. To be called before the first frame is read.
+    ///
+    /// @return the first frame's number in the whole video, from 0
+    /// @throws Error InvalidArgument (a frame has been read), and as next()
+    std::int64_t framesBefore();
+
     /// Leaves out frames, so that the next one is the one of a time, as a run that is resumed needs
     /// it. Fast where the file can be wound, and counts() then begin anew; times stay as they are.
     /// A writer that was given this reader gets the other streams from there on only.

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <sys/stat.h>
 #include <system_error>
 
@@ -158,6 +159,24 @@ void checkFile(const fs::path& path, const std::string& subject) {
     }
     if (S_ISREG(state.st_mode) && state.st_size == 0) {
         throw Error(ErrorCode::BadFormat, subject, "is empty, expected a video file");
+    }
+}
+
+// Whether each packet holds one frame that is shown. Fields may have a packet each, and some codecs
+// have packets of frames that are only referred to.
+bool hasFramePerPacket(const AVCodecParameters& parameters) {
+    const int order = numberOf(parameters.field_order);
+    const bool isProgressive = order == AV_FIELD_PROGRESSIVE;
+    const AVCodecDescriptor* const codec = avcodec_descriptor_get(parameters.codec_id);
+    switch (parameters.codec_id) {
+    case AV_CODEC_ID_H264:
+        return isProgressive;
+    case AV_CODEC_ID_HEVC:
+    case AV_CODEC_ID_VP9:
+    case AV_CODEC_ID_AV1:
+        return isProgressive || order == AV_FIELD_UNKNOWN;
+    default:
+        return codec != nullptr && (codec->props & AV_CODEC_PROP_INTRA_ONLY) != 0;
     }
 }
 
@@ -381,6 +400,45 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
     fillFacts(input);
     listContents(*input.format, input.facts);
     return input;
+}
+
+bool VideoInput::hasFixedTimes() const {
+    return kind == Kind::File && format->start_time != AV_NOPTS_VALUE &&
+           (format->iformat->flags & AVFMT_TS_DISCONT) == 0;
+}
+
+std::optional<std::int64_t> countPackets(const fs::path& path, VideoReaderOptions options,
+                                         double from) {
+    options.threads = 1;
+    const VideoInput input = openVideoInput(path, options);
+    if (!input.hasFixedTimes() || !hasFramePerPacket(*input.stream->codecpar)) return std::nullopt;
+    for (unsigned i = 0; i < input.format->nb_streams; ++i) {
+        AVStream* const stream = input.format->streams[i];
+        if (stream != input.stream) stream->discard = AVDISCARD_ALL;
+    }
+    const std::int64_t until =
+        input.startPts + std::llround(from / av_q2d(input.stream->time_base));
+    const PacketPtr packet = newPacket();
+    std::vector<std::int64_t> times;
+    std::int64_t lastDts = std::numeric_limits<std::int64_t>::min();
+    for (; av_read_frame(input.format.get(), packet.get()) >= 0; av_packet_unref(packet.get())) {
+        if (packet->stream_index != input.stream->index) continue;
+        const bool isSound = isNear(packet->pts) && isNear(packet->dts) && packet->dts > lastDts &&
+                             packet->pts >= packet->dts &&
+                             (packet->flags & AV_PKT_FLAG_CORRUPT) == 0;
+        // Decoders leave out what comes before the first picture that needs no other.
+        const bool isFirst = lastDts == std::numeric_limits<std::int64_t>::min();
+        const bool begins = !isFirst || (packet->flags & AV_PKT_FLAG_KEY) != 0;
+        if (!isSound || !begins) return std::nullopt;
+        lastDts = packet->dts;
+        if (packet->dts >= until) break;
+        if ((packet->flags & AV_PKT_FLAG_DISCARD) != 0) continue; // decoded, not shown
+        if (!times.empty() && packet->pts < times.front()) return std::nullopt;
+        times.push_back(packet->pts);
+    }
+    std::sort(times.begin(), times.end());
+    if (std::adjacent_find(times.begin(), times.end()) != times.end()) return std::nullopt;
+    return std::lower_bound(times.begin(), times.end(), until) - times.begin();
 }
 
 std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoReaderOptions& options,

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,10 @@ struct VideoInput {
     Orientation orientation;   ///< of the stored pictures
     std::int64_t startPts = 0; ///< where the file begins, in the stream's unit
     double end = 0;            ///< where the file says it ends, s from its start; 0 = it does not
+
+    /// A time leads to the same frame whatever was read before: false where nothing can be sought,
+    /// and where times may begin again.
+    bool hasFixedTimes() const;
 };
 
 /// Opens a video and finds out what it says about itself.
@@ -34,6 +39,15 @@ struct VideoInput {
 /// @param options `threads` more than 0
 /// @throws Error as VideoReader::VideoReader()
 VideoInput openVideoInput(const std::filesystem::path& path, const VideoReaderOptions& options);
+
+/// Counts the frames of a file that come before a time, from its packets alone.
+///
+/// @param path of a regular file
+/// @param from s from the start of the file
+/// @return nothing where a packet may hold no frame or several, and where a time is missing
+/// @throws Error as openVideoInput()
+std::optional<std::int64_t> countPackets(const std::filesystem::path& path,
+                                         VideoReaderOptions options, double from);
 
 /// Tells a writer of all that a video holds besides its pictures, clipped to the part that is read.
 ///

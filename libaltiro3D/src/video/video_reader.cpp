@@ -1,6 +1,7 @@
 #include "altiro3D/video_reader.hpp"
 
 #include "altiro3D/error.hpp"
+#include "base/checks.hpp"
 #include "base/mat_memory.hpp"
 #include "base/text.hpp"
 #include "video/ffmpeg.hpp"
@@ -72,6 +73,7 @@ void validate(const VideoReaderOptions& options) {
 struct VideoReader::Impl {
     Impl(const fs::path& path, const VideoReaderOptions& given);
 
+    std::int64_t framesBefore();
     bool read(VideoFrame& frame);
     void skipTo(std::int64_t pts);
     bool pass(std::int64_t until);
@@ -103,7 +105,9 @@ struct VideoReader::Impl {
     void noteEnd(int result);
     std::int64_t frameDuration() const;
 
+    fs::path path_;
     Kind kind_ = Kind::File;
+    bool hasFixedTimes_ = false;
     InputPtr format_;
     AVStream* stream_ = nullptr;
     CodecPtr decoder_;
@@ -125,6 +129,9 @@ struct VideoReader::Impl {
     bool hasLast_ = false;
     std::int64_t timeShift_ = 0; // see risingTime()
     int inDisorder_ = 0;         // frames in a row
+    std::optional<std::int64_t> framesBefore_;
+    bool countsBefore_ = false;     // while it begins
+    std::int64_t passedFrames_ = 0; // decoded from the start of the file, before the part
     bool begun_ = false;
     bool wanted_ = false; // a writer wants the other streams
     bool drained_ = false;
@@ -133,7 +140,8 @@ struct VideoReader::Impl {
     bool pastEnd_ = false; // ended by options.to
 };
 
-VideoReader::Impl::Impl(const fs::path& path, const VideoReaderOptions& given) : options(given) {
+VideoReader::Impl::Impl(const fs::path& path, const VideoReaderOptions& given)
+    : options(given), path_(path) {
     validate(options);
     quietFfmpeg();
     const auto processors = static_cast<int>(std::thread::hardware_concurrency());
@@ -147,6 +155,7 @@ VideoReader::Impl::Impl(const fs::path& path, const VideoReaderOptions& given) :
     facts = std::move(input.facts);
     fileEnd = input.end;
     kind_ = input.kind;
+    hasFixedTimes_ = input.hasFixedTimes();
     format_ = std::move(input.format);
     stream_ = input.stream;
     decoder_ = std::move(input.decoder);
@@ -201,7 +210,8 @@ void VideoReader::Impl::begin() {
     wanted_ = others->begin();
     bool found = false;
     // A bare stream has no times, so a place in it cannot be found again.
-    const bool seekable = kind_ == Kind::File && format_->start_time != AV_NOPTS_VALUE;
+    const bool seekable =
+        kind_ == Kind::File && format_->start_time != AV_NOPTS_VALUE && !countsBefore_;
     if (fromPts_ > startPts_ && seekable) {
         // A container may lead behind the wanted frame: then from further back.
         for (const double back : kStepsBackSeconds) {
@@ -375,10 +385,28 @@ bool VideoReader::Impl::decode(AVFrame& frame) {
 
 // decode() without the frames before the beginning.
 bool VideoReader::Impl::decodeInRange(AVFrame& frame) {
-    do {
+    for (;; ++passedFrames_) {
         if (!decode(frame)) return false;
-    } while (options.from > 0 && aheadPts_ < fromPts_);
-    return true;
+        if (options.from <= 0 || aheadPts_ >= fromPts_) return true;
+    }
+}
+
+// By packets where they tell, as that takes no time to speak of; else by decoding from the start.
+std::int64_t VideoReader::Impl::framesBefore() {
+    if (framesBefore_) return *framesBefore_;
+    check(!begun_, "framesBefore", "comes after the first frame");
+    std::error_code error;
+    if (options.from <= 0) {
+        framesBefore_ = 0;
+    } else if (kind_ == Kind::File && fs::is_regular_file(path_, error)) {
+        framesBefore_ = countPackets(path_, options, options.from);
+    }
+    if (!framesBefore_) {
+        countsBefore_ = true;
+        begin();
+        framesBefore_ = passedFrames_;
+    }
+    return *framesBefore_;
 }
 
 // Reads on until the sound has come to the end of the part, too.
@@ -424,10 +452,7 @@ void VideoReader::Impl::skipTo(std::int64_t pts) {
 // Decodes up to the first frame of that time or later, in or behind the part; far ones are sought.
 void VideoReader::Impl::goTo(std::int64_t goal) {
     const auto far = static_cast<std::int64_t>(kFarSeconds / av_q2d(stream_->time_base));
-    // Where times may begin again a place is no place: all is read.
-    const bool seekable = kind_ == Kind::File && format_->start_time != AV_NOPTS_VALUE &&
-                          (format_->iformat->flags & AVFMT_TS_DISCONT) == 0;
-    if (seekable && goal - currentPts_ > far && seek(goal)) {
+    if (hasFixedTimes_ && goal - currentPts_ > far && seek(goal)) {
         // Where times were missing they are not the same after a seek: then all is read.
         bool before = false;
         while ((hasCurrent_ = decode(*current_)) && aheadPts_ < goal)
@@ -484,7 +509,8 @@ std::int64_t VideoReader::Impl::frameDuration() const {
 bool VideoReader::Impl::read(VideoFrame& frame) {
     if (!begun_) {
         begin();
-    } else if (kind_ == Kind::Device && !ended_) { // its next picture is waited for only now
+    } else if (kind_ == Kind::Device && !ended_ &&
+               !hasCurrent_) { // its next picture is waited for only now
         hasCurrent_ = decode(*current_) && aheadPts_ < toPts_;
         currentPts_ = aheadPts_;
     }
@@ -550,6 +576,10 @@ std::optional<VideoFrame> VideoReader::next() {
 
 bool VideoReader::read(VideoFrame& frame) {
     return impl_->read(frame);
+}
+
+std::int64_t VideoReader::framesBefore() {
+    return impl_->framesBefore();
 }
 
 void VideoReader::skipTo(std::int64_t pts) {

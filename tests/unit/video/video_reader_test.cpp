@@ -9,9 +9,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <fcntl.h>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <thread>
 #include <unistd.h>
 
 namespace altiro3D::test {
@@ -581,6 +584,79 @@ TEST(VideoReader, CharacterDevicesAreCamerasWhateverTheirNames) {
               (directory / "video1").string() + ": does not exist, expected a video file");
 }
 
+TEST(VideoReader, FramesBeforeAPartAreCounted) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const std::string varying = "-vf 'settb=1/1000,setpts=if(lt(N\\,20)\\,N*100\\,2000+(N-20)*33)' "
+                                "-vsync vfr -enc_time_base 1/1000";
+    const std::string source = "testsrc2=size=96x64:rate=25:duration=4";
+    std::vector<fs::path> files = {
+        makeClip(directory, "vfr.mp4", varying, source),
+        makeClip(directory, "vfr.mkv", varying, source),
+        makeClip(directory, "fragments.mp4", "-movflags frag_keyframe+empty_moov", source),
+        makeClip(directory, "open.mkv", "-x264-params open-gop=1", source),
+        makeClip(directory, "fields.mp4", "-flags +ilme+ildct", source),
+        makeClip(directory, "stream.ts", "", source),
+        makeClip(directory, "bare.h264", "", source),
+        makeClip(directory, "hevc.mkv", "-c:v libx265 -x265-params log-level=none", source),
+        makeClip(directory, "old.avi", "-c:v mpeg4", source),
+        makeClip(directory, "old.mpg", "-c:v mpeg2video", source),
+        makeClip(directory, "vp8.webm", "-c:v libvpx -auto-alt-ref 1 -lag-in-frames 16 -b:v 200k",
+                 source),
+        makeClip(directory, "vp9.webm", "-c:v libvpx-vp9 -lag-in-frames 16 -deadline realtime",
+                 source),
+        makeClip(directory, "ffv1.mkv", "-c:v ffv1", source)};
+    // a copy from the middle of a group of pictures, with frames that are not to be shown
+    files.push_back(directory / "edited.mp4");
+    ffmpeg("-ss 0.5 -i " + arg(files[2]) + " -c copy " + arg(files.back()));
+    files.push_back(directory / "later.ts"); // begins without a key frame
+    const std::string whole = slurp(files[5]);
+    spill(files.back(), whole.substr(whole.size() / 188 / 4 * 188));
+    for (const fs::path& file : files) {
+        VideoReader reader(file);
+        const std::vector<VideoFrame> all = allFrames(reader);
+        ASSERT_GT(all.size(), 60u) << file;
+        for (const double from : {0.0, 0.01, 0.7, 2.0, 2.35, 99.0}) {
+            VideoReaderOptions options;
+            options.from = from;
+            VideoReader plain(file, options);
+            const std::vector<VideoFrame> expected = allFrames(plain);
+            VideoReader part(file, options);
+            const auto before = static_cast<std::size_t>(part.framesBefore());
+            ASSERT_EQ(before, all.size() - expected.size()) << file << " from " << from;
+            const std::vector<VideoFrame> frames = allFrames(part);
+            ASSERT_EQ(timesOf(frames), timesOf(expected)) << file << " from " << from;
+            if (frames.empty()) continue;
+            EXPECT_EQ(cv::norm(frames[0].picture, all[before].picture, cv::NORM_INF), 0)
+                << file << " from " << from;
+            EXPECT_EQ(static_cast<std::size_t>(part.framesBefore()), before); // known by now
+        }
+        EXPECT_EQ(errorOf([&] { reader.framesBefore(); }),
+                  "framesBefore: comes after the first frame");
+    }
+}
+
+TEST(VideoReader, FramesBeforeAPartOfWhatIsReadOnceAreCounted) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoReaderOptions options;
+    options.format = "lavfi";
+    options.from = 1.2;
+    VideoReader reader("testsrc2=size=32x24:rate=10:duration=2", options);
+    EXPECT_EQ(reader.framesBefore(), 12);
+    const std::vector<VideoFrame> frames = allFrames(reader);
+    ASSERT_EQ(frames.size(), 8u);
+    EXPECT_EQ(frames[0].pts, 0);
+    const TemporaryDirectory directory;
+    const std::string bytes = slurp(makeClip(directory, "clip.mkv"));
+    ASSERT_EQ(mkfifo((directory / "pipe").c_str(), 0600), 0);
+    std::thread feeder([&] { std::ofstream(directory / "pipe", std::ios::binary) << bytes; });
+    options.format = "";
+    VideoReader piped(directory / "pipe", options);
+    EXPECT_EQ(piped.framesBefore(), 30);
+    EXPECT_EQ(allFrames(piped).size(), 20u);
+    feeder.join();
+}
+
 TEST(VideoReader, TimesAtTheEndOfTheNumbersCountAsMissing) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
@@ -853,6 +929,28 @@ double processorSeconds() {
     getrusage(RUSAGE_SELF, &usage);
     return static_cast<double>(usage.ru_utime.tv_sec) +
            static_cast<double>(usage.ru_utime.tv_usec) * 1e-6;
+}
+
+TEST(VideoReader, CountingTheFramesBeforeAPartTakesNoTimeToSpeakOf) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4";
+    ffmpeg("-f lavfi -i testsrc2=size=640x480:rate=25:duration=20 -c:v libx264 -preset ultrafast "
+           "-bf 2 -g 50 " +
+           arg(clip));
+    VideoReaderOptions options;
+    options.threads = 1;
+    const double start = processorSeconds();
+    VideoReader linear(clip, options);
+    for (VideoFrame frame; linear.read(frame);) {
+    }
+    const double whole = processorSeconds() - start;
+    options.from = 19;
+    VideoReader reader(clip, options);
+    EXPECT_EQ(reader.framesBefore(), 475);
+    const double counted = processorSeconds() - start - whole;
+    RecordProperty("shareOfDecoding", std::to_string(counted / whole));
+    EXPECT_LT(counted, 0.2 * whole);
 }
 
 TEST(VideoReaderSkip, NothingIsReadTwiceToFindThatNothingIsLeft) {

@@ -863,6 +863,148 @@ TEST(Video2NativeTool, ARunGoesOnWithTheSameInputsOnly) {
     EXPECT_TRUE(isDone(studio.run(kTool, renamed)));
 }
 
+// A run of a long clip that was killed after its first segment, and what it says when it is resumed
+// after something else has changed.
+class KilledRun {
+  public:
+    KilledRun(const SmallStudio& studio, Arguments call) : studio_(studio), call_(std::move(call)) {
+        const Outcome killed = studio.run(kTool, call_ + Arguments{"-y", "out.mp4"}, SIGKILL, [&] {
+            return fs::exists(studio / "out.mp4.parts" / "000002.mp4");
+        });
+        EXPECT_EQ(killed.status, 128 + SIGKILL) << killed.text();
+    }
+    Outcome resumed(const Arguments& more = {}) const {
+        return studio_.run(kTool, call_ + more + Arguments{"--resume", "out.mp4"});
+    }
+    // @param part of the error
+    void refuses(const std::string& part, const Arguments& more = {}) const {
+        EXPECT_TRUE(fails(resumed(more), 1, "was begun with other settings (" + part)) << part;
+    }
+    // Other contents at the same time of change, unless that is what tells.
+    void refusesOther(const std::string& name, const std::string& bytes, const std::string& part,
+                      bool isLater = false) const {
+        const fs::path file = studio_ / name;
+        const auto time = fs::last_write_time(file);
+        const std::string before = slurp(file);
+        ASSERT_NE(before, bytes) << name;
+        spill(file, bytes);
+        fs::last_write_time(file, time + std::chrono::seconds(isLater ? 3 : 0));
+        refuses(part);
+        spill(file, before);
+        fs::last_write_time(file, time);
+    }
+
+  private:
+    const SmallStudio& studio_;
+    Arguments call_;
+};
+
+TEST(Video2NativeTool, ARunGoesOnWithTheSameDisplayDepthAndThreadsOnly) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const SmallStudio studio;
+    ffmpeg("-f lavfi -i testsrc2=size=120x160:rate=2:duration=100 -c:v libx264 -g 7 " +
+           arg(studio / "clip.mp4"));
+    fs::create_directory(studio / "depths");
+    for (const char* const name : {"1.png", "2.png", "3.png"})
+        fs::copy_file(studio / "depth.png", studio / "depths" / name);
+    cv::Mat other = madeDepth(30, 40);
+    other.at<std::uint16_t>(0, 0) = 1;
+    writePicture(studio / "depths/2.png", other);
+    const Calibration calibration = readCalibration(studio / "small.json");
+    const auto writeMap = [&](const char* name, InvertViews invert) {
+        NativeLut(calibration, smallLayout(), invert).save(studio / name);
+        return slurp(studio / name);
+    };
+    writeMap("small.map", InvertViews::Off);
+    const std::string inverted = writeMap("other.map", InvertViews::On);
+    {
+        const KilledRun run(studio,
+                            {"-j", "1", "-m", "small.map", "--depth", "depths", "clip.mp4"});
+        run.refusesOther("small.map", inverted, "map was ");
+        run.refuses("map was ", {"-m", "other.map"});
+        if (cv::getNumberOfCPUs() > 1) run.refuses("threads was 1 and is 2", {"-j", "2"});
+        const auto swapPictures = [&] {
+            fs::rename(studio / "depths/1.png", studio / "depths/0.png");
+            fs::rename(studio / "depths/2.png", studio / "depths/1.png");
+            fs::rename(studio / "depths/0.png", studio / "depths/2.png");
+        };
+        swapPictures();
+        run.refuses("depth video was ");
+        swapPictures();
+        // an older one than the newest
+        fs::last_write_time(studio / "depths/3.png",
+                            fs::last_write_time(studio / "depths/3.png") - std::chrono::hours(1));
+        run.refuses("depth video was ");
+        fs::last_write_time(studio / "depths/3.png",
+                            fs::last_write_time(studio / "depths/3.png") + std::chrono::hours(1));
+        fs::remove(studio / "small.map");
+        writeMap("small.map", InvertViews::Off); // made again, the same
+        const Outcome resumed = run.resumed();
+        EXPECT_TRUE(warns(resumed, "holds 3 pictures"));
+        EXPECT_NE(resumed.out.find("goes on at 0:"), std::string::npos) << resumed.out;
+    }
+    std::string tilted = slurp(studio / "small.json");
+    tilted.replace(tilted.find("52.58"), 5, "52.57");
+    const KilledRun run(studio, studio.display() + Arguments{"-j", "1", "clip.mp4"});
+    run.refusesOther("small.json", tilted, "display was ");
+    run.refuses("--invert was not set and is on", {"--invert", "on"});
+    EXPECT_TRUE(isDone(run.resumed()));
+}
+
+TEST(Video2NativeTool, ARunGoesOnWithTheSameNetworkAndItsFeedingOnly) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    SmallStudio studio;
+    ffmpeg("-f lavfi -i testsrc2=size=120x160:rate=2:duration=100 -c:v libx264 -g 7 " +
+           arg(studio / "clip.mp4"));
+    fs::create_directory(studio / "net");
+    spill(studio / "net/small.onnx", onnx::mixModel({0.2F, 0.3F, 0.5F}, {64, 32}));
+    const auto profile = [](const std::string& more) {
+        return R"({"name": "midas-small", "file": "small.onnx", "inputWidth": 64,)"
+               R"( "inputHeight": 32)" +
+               more + "}";
+    };
+    const auto catalogue = [&](const std::string& more) {
+        return R"({"networks": [)" + profile(more) + "]}";
+    };
+    spill(studio / "net/catalog.json", catalogue(""));
+    spill(studio / "mine.json", profile(""));
+    studio.set("ALTIRO3D_MODELS", (studio / "net").string());
+    const std::string otherNetwork = onnx::mixModel({0.3F, 0.2F, 0.5F}, {64, 32});
+    for (const bool isOwn : {false, true}) {
+        Arguments call = studio.display() + Arguments{"-j", "1"};
+        if (isOwn) call = call + Arguments{"-n", "net/small.onnx", "--net-profile", "mine.json"};
+        const KilledRun run(studio, call + Arguments{"clip.mp4"});
+        run.refusesOther("net/small.onnx", otherNetwork, "network was ", true);
+        for (const char* const more :
+             {R"(, "channelOrder": "BGR")", R"(, "scale": 0.5)", R"(, "mean": [0, 0.1, 0])",
+              R"(, "std": [1, 1, 2])", R"(, "resizeKernel": "nearest")",
+              R"(, "output": "metricDepth")"}) {
+            if (isOwn) {
+                run.refusesOther("mine.json", profile(more), "network profile was ");
+            } else {
+                run.refusesOther("net/catalog.json", catalogue(more), "network profile was ");
+            }
+        }
+        EXPECT_TRUE(isDone(run.resumed()));
+    }
+}
+
+TEST(Video2NativeTool, ARunGoesOnWithViewsOfTheSameShapeOnly) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const SmallStudio studio;
+    const fs::path quilt = studio / "a_qs3x2a0.75.mp4";
+    ffmpeg("-f lavfi -i testsrc2=size=90x80:rate=2:duration=100 -c:v libx264 -g 7 " + arg(quilt));
+    const Arguments call{"-c", "small.json", "-j", "1", "--from-quilt"};
+    const KilledRun run(studio, call + Arguments{quilt.filename().string()});
+    fs::rename(quilt, studio / "a_qs3x2a1.5.mp4");
+    EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"a_qs3x2a1.5.mp4", "--resume", "out.mp4"}),
+                      1, "(shape of the views was 0.750000 and is 1.500000)"));
+    fs::rename(studio / "a_qs3x2a1.5.mp4", quilt);
+    fs::rename(quilt, studio / "b_qs3x2a0.75.mp4");
+    EXPECT_EQ(studio.run(kTool, call + Arguments{"b_qs3x2a0.75.mp4", "--resume", "out.mp4"}).status,
+              0);
+}
+
 TEST(Video2NativeTool, AnInterruptEndsTheFileProperly) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(30);

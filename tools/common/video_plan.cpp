@@ -4,8 +4,11 @@
 #include "common/outputs.hpp"
 #include "common/video_options.hpp"
 
+#include <QCryptographicHash>
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 
 namespace altiro3D::tools {
 
@@ -14,25 +17,50 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
+std::string shortText(const QCryptographicHash& hash) {
+    return hash.result().toHex().left(16).toStdString();
+}
+
 // Tells a file, or a directory of pictures, from a later state of it.
 std::string stampOf(const fs::path& path) {
-    std::uintmax_t files = 0;
-    std::uintmax_t bytes = 0;
-    fs::file_time_type newest = fs::file_time_type::min();
-    std::error_code error; // whoever opens it says what is wrong
-    const auto add = [&](const fs::path& file) {
-        ++files;
-        bytes += fs::file_size(file, error);
-        newest = std::max(newest, fs::last_write_time(file, error));
+    std::error_code error; // opening it reports what is wrong
+    const auto stamp = [&](const fs::path& file) {
+        const std::uintmax_t bytes = fs::file_size(file, error);
+        const auto time = fs::last_write_time(file, error).time_since_epoch().count();
+        return std::to_string(bytes) + " bytes of " + std::to_string(time);
     };
-    if (fs::is_directory(path, error)) {
-        for (const fs::path& file : listPictures(path))
-            add(file);
-    } else {
-        add(path);
+    if (!fs::is_directory(path, error)) return stamp(path);
+    QCryptographicHash all(QCryptographicHash::Sha256);
+    const std::vector<fs::path> files = listPictures(path);
+    for (const fs::path& file : files) // the name decides which frame it belongs to
+        all.addData(
+            QByteArray::fromStdString(file.filename().string() + '\0' + stamp(file) + '\n'));
+    return std::to_string(files.size()) + " files, " + shortText(all);
+}
+
+std::string contentsOf(const NativeLut& map) {
+    QCryptographicHash all(QCryptographicHash::Sha256);
+    for (int colour = 0; colour < 3; ++colour) {
+        const cv::Mat& table = map.channel(colour);
+        const std::size_t bytes = static_cast<std::size_t>(table.cols) * table.elemSize();
+        for (int y = 0; y < table.rows; ++y)
+            all.addData(table.ptr<char>(y), static_cast<int>(bytes));
     }
-    return (files == 1 ? "" : std::to_string(files) + " files, ") + std::to_string(bytes) +
-           " bytes of " + std::to_string(newest.time_since_epoch().count());
+    return shortText(all);
+}
+
+// What a network makes of pictures, besides what its file holds.
+std::string feedingOf(const DepthNetwork& network) {
+    const NetworkProfile& profile = network.profile();
+    const Json fields = {{"size", sizeText(network.inputSize())},
+                         {"channels", profile.channelOrder},
+                         {"scale", profile.scale},
+                         {"mean", profile.mean},
+                         {"std", profile.std},
+                         {"resize", static_cast<int>(profile.resizeKernel)},
+                         {"output", static_cast<int>(profile.output)},
+                         {"processor", static_cast<int>(network.target())}};
+    return fields.dump();
 }
 
 } // namespace
@@ -111,22 +139,30 @@ std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
     Json settings = Json::object();
     if (!plan.isFile) return settings.dump();
     for (const auto& [option, value] : commandLine.given()) {
-        const bool shapes = option != "y" && option != "v" && option != "resume" &&
-                            option != "progress" && option != "report" && option != "c" &&
-                            option != "serial"; // the display's own is below
-        if (shapes) settings["-" + std::string(option.size() > 1 ? "-" : "") + option] = value;
+        // What the last ones choose is below.
+        constexpr std::array<const char*, 9> kOthers = {"y", "v", "resume", "progress", "report",
+                                                        "c", "m", "serial", "j"};
+        if (std::find(kOthers.begin(), kOthers.end(), option) != kOthers.end()) continue;
+        settings["-" + std::string(option.size() > 1 ? "-" : "") + option] = value;
     }
     settings["video"] = stampOf(plan.input);
     if (!plan.depth.empty()) settings["depth video"] = stampOf(plan.depth);
     if (source != nullptr) settings["depth"] = source->description();
-    if (source != nullptr && source->network() != nullptr)
+    if (source != nullptr && source->network() != nullptr) {
         settings["network"] = stampOf(source->network()->file());
-    if (const auto profile = commandLine.value("net-profile"))
-        settings["network profile"] = stampOf(*profile);
+        settings["network profile"] = feedingOf(*source->network());
+    }
     settings["quilt"] = layout.text(); // the model's own is chosen by the serial
+    if (plan.fromQuilt) {              // a file's name may state it
+        const auto name = parseQuiltName(plan.input);
+        settings["shape of the views"] =
+            name && name->aspect ? fixed(*name->aspect, 6) : std::string("not stated");
+    }
+    if (display.map) settings["map"] = contentsOf(*display.map);
     settings["display"] =
         fingerprintText(display.calibration ? fingerprint(*display.calibration)
                                             : display.map->calibrationFingerprint());
+    settings["threads"] = std::to_string(cv::getNumThreads()); // encoders divide frames by them
     settings["version"] = version();
     return settings.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

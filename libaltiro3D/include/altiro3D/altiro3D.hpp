@@ -38,6 +38,7 @@
 #include "altiro3D/depth_cues.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "altiro3D/display.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"

@@ -1,0 +1,69 @@
+#pragma once
+
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/depth_network.hpp"
+#include "altiro3D/export.hpp"
+#include "altiro3D/photo_fit.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <string>
+
+namespace altiro3D {
+
+/// Where the depth of photos and frames comes from. One thread at a time per object.
+class ALTIRO3D_EXPORT DepthSource {
+  public:
+    DepthSource() = default;
+    virtual ~DepthSource();
+    DepthSource(const DepthSource&) = delete;
+    DepthSource& operator=(const DepthSource&) = delete;
+
+    /// Names the source for people and reports. @return "network midas-small (FILE)"
+    virtual std::string description() const = 0;
+
+    /// Meaning of the raw numbers. @return as read() gives them
+    virtual DepthKind kind() const = 0;
+
+    /// Reads photo and raw depth of an image.
+    ///
+    /// @param image [rows x cols, CV_8UC3, BGR; of RGB-D also CV_16UC3]
+    /// @param photo the image itself; of RGB-D its photo [CV_8UC3, BGR]
+    /// @param raw raw depth numbers of the photo [any size, one channel], see kind()
+    /// @throws Error as the functions that each source is made of
+    virtual void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) = 0;
+
+    /// Reads photo and depth map of an image: read() and normalizeDepth().
+    ///
+    /// @param image as for read()
+    /// @param flatDepth the depth where there is no range, 0..1
+    /// @param scene photo and its depth map
+    /// @throws Error as read() and normalizeDepth()
+    virtual void readScene(const cv::Mat& image, double flatDepth, Scene& scene);
+};
+
+/// The estimator that needs no network: estimateDepthFromCues().
+/// @return the source; its raw numbers are a depth map, which readScene() takes as it is
+ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromCues();
+
+/// A depth network: DepthNetwork::infer().
+/// @param network a loaded network
+/// @return the source
+ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
+
+/// A depth image in a file of its own: readDepthSamples().
+/// @param file the depth image
+/// @param kind meaning of its numbers
+/// @return the source; it reads the file anew for each image
+ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromFile(std::filesystem::path file,
+                                                           DepthKind kind = DepthKind::NearWhite);
+
+/// The depth half of a one-picture RGB-D: splitRgbd().
+/// @param side where the depth is
+/// @param kind meaning of its numbers
+/// @return the source
+ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromRgbd(DepthSide side,
+                                                           DepthKind kind = DepthKind::NearWhite);
+
+} // namespace altiro3D

@@ -1,0 +1,100 @@
+#include "altiro3D/depth_source.hpp"
+
+#include "altiro3D/depth_cues.hpp"
+#include "altiro3D/image_io.hpp"
+
+namespace altiro3D {
+
+namespace {
+
+class CuesSource : public DepthSource {
+  public:
+    std::string description() const override { return "built-in estimator"; }
+    DepthKind kind() const override { return DepthKind::NearWhite; }
+    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        estimateDepthFromCues(image, raw);
+        photo = image;
+    }
+    void readScene(const cv::Mat& image, double /*flatDepth*/, Scene& scene) override {
+        read(image, scene.photo, scene.depth);
+    }
+};
+
+class NetworkSource : public DepthSource {
+  public:
+    explicit NetworkSource(DepthNetwork network) : network_(std::move(network)) {}
+    std::string description() const override {
+        return "network " + network_.profile().name + " (" + network_.file().string() + ")";
+    }
+    DepthKind kind() const override {
+        return network_.profile().output == NetworkOutput::MetricDepth ? DepthKind::Metric
+                                                                       : DepthKind::NearWhite;
+    }
+    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        network_.infer(image, raw);
+        photo = image;
+    }
+
+  private:
+    DepthNetwork network_;
+};
+
+class FileSource : public DepthSource {
+  public:
+    FileSource(std::filesystem::path file, DepthKind kind) : file_(std::move(file)), kind_(kind) {}
+    std::string description() const override { return "depth image " + file_.string(); }
+    DepthKind kind() const override { return kind_; }
+    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        raw = readDepthSamples(file_);
+        photo = image;
+    }
+
+  private:
+    std::filesystem::path file_;
+    DepthKind kind_;
+};
+
+class RgbdSource : public DepthSource {
+  public:
+    RgbdSource(DepthSide side, DepthKind kind) : side_(side), kind_(kind) {}
+    std::string description() const override { return "depth half of the image"; }
+    DepthKind kind() const override { return kind_; }
+    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        splitRgbd(image, side_, photo, raw);
+    }
+
+  private:
+    DepthSide side_;
+    DepthKind kind_;
+};
+
+} // namespace
+
+DepthSource::~DepthSource() = default;
+
+void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene) {
+    DepthNormalization normalization;
+    normalization.kind = kind();
+    normalization.flatDepth = flatDepth;
+    cv::Mat raw;
+    read(image, scene.photo, raw);
+    normalizeDepth(raw, scene.depth, normalization);
+}
+
+std::unique_ptr<DepthSource> depthFromCues() {
+    return std::make_unique<CuesSource>();
+}
+
+std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network) {
+    return std::make_unique<NetworkSource>(std::move(network));
+}
+
+std::unique_ptr<DepthSource> depthFromFile(std::filesystem::path file, DepthKind kind) {
+    return std::make_unique<FileSource>(std::move(file), kind);
+}
+
+std::unique_ptr<DepthSource> depthFromRgbd(DepthSide side, DepthKind kind) {
+    return std::make_unique<RgbdSource>(side, kind);
+}
+
+} // namespace altiro3D

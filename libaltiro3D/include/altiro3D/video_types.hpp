@@ -3,6 +3,7 @@
 #include "altiro3D/export.hpp"
 
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
@@ -167,5 +168,10 @@ struct VideoWriterOptions {
 /// @param options what to check
 /// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const VideoWriterOptions& options);
+
+/// Whether the file name's extension is one that VideoWriter can write: .mkv, .mp4, .m4v or .mov.
+/// @param path file name; the file is not looked at
+/// @return true if it is
+ALTIRO3D_EXPORT bool canWriteVideo(const std::filesystem::path& path);
 
 } // namespace altiro3D

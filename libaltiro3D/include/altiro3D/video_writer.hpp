@@ -10,11 +10,6 @@
 
 namespace altiro3D {
 
-/// Whether the file name's extension is one that VideoWriter can write: .mkv, .mp4, .m4v or .mov.
-/// @param path file name; the file is not looked at
-/// @return true if it is
-ALTIRO3D_EXPORT bool canWriteVideo(const std::filesystem::path& path);
-
 /// Writes frames as a video through FFmpeg's libraries, with sound, subtitles, chapters and tags of
 /// the video they were made from.
 ///

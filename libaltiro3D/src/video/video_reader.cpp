@@ -108,6 +108,7 @@ struct VideoReader::Impl {
     fs::path path_;
     Kind kind_ = Kind::File;
     bool hasFixedTimes_ = false;
+    bool hasCurrent_ = false;
     InputPtr format_;
     AVStream* stream_ = nullptr;
     CodecPtr decoder_;
@@ -115,9 +116,10 @@ struct VideoReader::Impl {
     PacketPtr packet_ = newPacket();
     FramePtr current_ = newFrame();
     FramePtr ahead_ = newFrame();
-    bool hasCurrent_ = false;
     std::int64_t currentPts_ = 0; // file time
     std::int64_t aheadPts_ = 0;
+    std::int64_t passedFrames_ = 0; // decoded from the start of the file, before the part
+    std::optional<std::int64_t> framesBefore_;
 
     std::vector<std::int64_t> otherIndex_; // by stream of the file, -1 = the delivered one
     std::set<std::int64_t> corruptPts_;    // of packets the container calls damaged
@@ -125,13 +127,11 @@ struct VideoReader::Impl {
     std::int64_t fromPts_ = 0;
     std::int64_t toPts_ = 0;
     std::int64_t originPts_ = 0;
-    std::int64_t lastPts_ = 0; // of the frame decoded last
-    bool hasLast_ = false;
+    std::int64_t lastPts_ = 0;   // of the frame decoded last
     std::int64_t timeShift_ = 0; // see risingTime()
     int inDisorder_ = 0;         // frames in a row
-    std::optional<std::int64_t> framesBefore_;
-    bool countsBefore_ = false;     // while it begins
-    std::int64_t passedFrames_ = 0; // decoded from the start of the file, before the part
+    bool hasLast_ = false;
+    bool countsBefore_ = false; // while it begins
     bool begun_ = false;
     bool wanted_ = false; // a writer wants the other streams
     bool drained_ = false;

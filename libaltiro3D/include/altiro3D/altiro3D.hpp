@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// All of altiro3D.
+/// Includes all of altiro3D.
 ///
 ///     visual.json ─► Calibration ──┐
 ///                                  ├─► NativeLut (.map) ─────────────┐
@@ -11,25 +11,26 @@
 ///                │              └─► NativeRenderer (with Calibration) ─────────────┘
 ///                └─ DepthNetwork | depth_cues | depth image | RGB-D
 ///
-/// Rules that hold for all image functions, which tell only their exceptions:
-/// - Pictures are `cv::Mat`, 8-bit BGR, row 0 on top; sub-matrices with a step are fine.
+/// Rules for all image functions; each function documents only its exceptions:
+/// - Pictures are `cv::Mat`, 8-bit BGR, row 0 on top; sub-matrices with a step are accepted.
 /// - Depth maps are `CV_32FC1`, relative inverse depth, 0..1, 1 = nearest.
 /// - View position runs from -1 (leftmost camera) to +1 (rightmost); view 0 is the leftmost and the
 ///   bottom-left tile of a quilt.
-/// - The result is the last parameter; it is allocated if its size or type does not fit and reused
-///   otherwise. Where it must not share memory with an input, parts of one canvas that lie apart
-///   are fine.
-/// - What is wrong with an argument or a file is an altiro3D::Error; nothing is printed.
-/// - Memory that runs out is an Error OutOfMemory while a file is read or written, a network is
-///   loaded or run, and memory for a quilt or a look-up table is taken; elsewhere it is what the
-///   language or OpenCV throw, std::bad_alloc or a cv::Exception of the code StsNoMem.
+/// - The result is the last parameter. It is reused if its size and type fit and allocated
+///   otherwise. Where it must not share memory with an input, disjoint regions of one canvas are
+///   accepted.
+/// - A wrong argument or file is reported as altiro3D::Error; nothing is printed.
+/// - A failed allocation is reported as Error OutOfMemory while reading or writing a file, loading
+///   or running a network, and allocating a quilt or a look-up table. Elsewhere the exceptions of
+///   the language and of OpenCV pass through: std::bad_alloc, or cv::Exception with the code
+///   StsNoMem.
 /// - Results are bit-for-bit the same for any number of threads (`cv::setNumThreads()`).
 ///
-/// Formulas are those of docs/mathematics.md, whose numbers stand in parentheses.
+/// Numbers in parentheses refer to the formulas in docs/mathematics.md.
 
 /// @namespace altiro3D
-/// Photos and flat video as glasses-free 3D pictures; altiro3D.hpp tells the rules that hold for
-/// all of it.
+/// Photos and flat video as glasses-free 3D pictures. altiro3D.hpp lists the rules for the whole
+/// namespace.
 
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/camera.hpp"

@@ -10,20 +10,20 @@
 
 namespace altiro3D {
 
-/// Where the colours of one pixel sit, relative to the pixel's centre, in px; y grows upward.
+/// Positions of the colours of one pixel relative to its centre, in px; y grows upward.
 struct SubpixelCell {
     std::array<double, 3> x{}; ///< Offsets to the right of red, green, blue, -1..1 px.
     std::array<double, 3> y{}; ///< Offsets upward of red, green, blue, -1..1 px.
 };
 
-/// A display's calibration as its `visual.json` gives it: the file's names, the file's values.
+/// A display's calibration with the names and values of its `visual.json`.
 struct Calibration {
     std::string configVersion; ///< Format tag of the file; informative.
     std::string serial;        ///< Serial number ("LKG-PORT-19930"); may be empty.
     double pitch = 0;          ///< Lenses per inch, perpendicular to the lenses, > 0.
     double slope = 0;          ///< Rise over run of a lens in panel px, y counted down, != 0.
     double center = 0;         ///< Phase offset of the lens array in lens periods, +-1e6 at most.
-    double fringe = 0;         ///< Colour fringe correction; 0 in every known unit, not used.
+    double fringe = 0;         ///< Colour fringe correction; 0 in every known unit; not used.
     double viewCone = 0;       ///< Full horizontal view cone in degrees, 0..180; 0 = not given.
     double invView = 1;        ///< View order under the lens is reversed if >= 0.5.
     double verticalAngle = 0;  ///< Tilt of the viewing axis in degrees; not used by the mapping.
@@ -40,85 +40,84 @@ struct Calibration {
 /// Largest panel side in px.
 constexpr int kMaxPanelSide = 16384;
 
-/// Checks a calibration: each field by its range, and that pitch, DPI and slope together make a
-/// lens array, of 0.001 lens periods across the panel to one per sub-pixel.
+/// Checks a calibration: the range of each field, and that pitch, DPI and slope describe a possible
+/// lens array, with 0.001 lens periods across the panel at least and one per sub-pixel at most.
 ///
-/// @param calibration what to check
-/// @param source its name in the error message, for instance the file's
+/// @param calibration the calibration to check
+/// @param source its name in the error message, for example the file name
 /// @throws Error BadFormat that names source, field, value and what is expected
 ALTIRO3D_EXPORT void validate(const Calibration& calibration,
                               const std::string& source = "calibration");
 
 /// Reads a `visual.json` in any of its variants: wrapped (`{"value": x}`) or bare numbers, integers
 /// or floats, missing optional fields, a byte order mark, the calibration nested up to three
-/// containers deep or held in a string. Unknown keys are passed over. Of several calibrations the
-/// first is taken; the others must be valid, too.
+/// containers deep or held in a string. Unknown keys are ignored. If the file holds several
+/// calibrations, the first is returned and all must be valid.
 ///
 /// @param file the file, at most 4 MiB
-/// @return the calibration, valid
+/// @return the calibration; it is valid
 /// @throws Error NotFound, ReadFailed, TooLarge, BadFormat (file, field, value, what is expected),
 ///         OutOfMemory
 ALTIRO3D_EXPORT Calibration readCalibration(const std::filesystem::path& file);
 
-/// All calibrations in a file. Files with several come from services that list the devices they
-/// know.
+/// Reads all calibrations in a file. Services that list several devices write such files.
 ///
 /// @param file as for readCalibration()
-/// @return at least one, in the file's order, all of them valid
+/// @return one or more, in the file's order; all are valid
 /// @throws Error as readCalibration()
 ALTIRO3D_EXPORT std::vector<Calibration> readCalibrations(const std::filesystem::path& file);
 
-/// readCalibration() of a text.
+/// As readCalibration(), from text.
 /// @param text the file's contents
 /// @param source the file's name, for errors
-/// @return the calibration, valid
+/// @return the calibration; it is valid
 /// @throws Error BadFormat (source, field, value, what is expected)
 ALTIRO3D_EXPORT Calibration parseCalibration(const std::string& text, const std::string& source);
 
-/// readCalibrations() of a text.
+/// As readCalibrations(), from text.
 /// @param text the file's contents
 /// @param source the file's name, for errors
-/// @return at least one, in the text's order, all of them valid
+/// @return one or more, in the text's order; all are valid
 /// @throws Error BadFormat (source, field, value, what is expected)
 ALTIRO3D_EXPORT std::vector<Calibration> parseCalibrations(const std::string& text,
                                                            const std::string& source);
 
-/// A hash of all fields that enter the sub-pixel mapping (the serial number is not among them):
-/// calibrations of the same fingerprint give the same picture. The other way round it need not be
-/// so: `invView` counts also on panels with cells, where InvertViews::Auto does not look at it.
+/// Hashes all fields that enter the sub-pixel mapping; the serial number is not one of them.
+/// Calibrations with the same fingerprint give the same picture. The converse does not always hold:
+/// `invView` is part of the hash also on panels with cells, where InvertViews::Auto ignores it.
 ///
-/// @param calibration need not be valid
+/// @param calibration the calibration; need not be valid
 /// @return 64-bit FNV-1a hash
 ALTIRO3D_EXPORT std::uint64_t fingerprint(const Calibration& calibration);
 
-/// A fingerprint as text.
+/// Formats a fingerprint as text.
 /// @param fingerprint from fingerprint()
 /// @return 16 hexadecimal digits in lower case
 ALTIRO3D_EXPORT std::string fingerprintText(std::uint64_t fingerprint);
 
 /// Whether the order of views under a lens is reversed.
 enum class InvertViews {
-    Auto, ///< As `invView` says on stripe panels; always on panels with sub-pixel cells.
+    Auto, ///< `invView` decides on stripe panels; reversed on panels with sub-pixel cells.
     On,   ///< Reversed.
     Off   ///< Not reversed.
 };
 
-/// What a calibration means for the mapping from sub-pixels to views (docs/mathematics.md, 1).
-/// Derived, never stored. All in double precision.
+/// The quantities of a calibration that map sub-pixels to views (docs/mathematics.md, 1). They are
+/// derived in double precision and never stored in a file.
 struct ALTIRO3D_EXPORT LensGeometry {
     int panelWidth = 0;         ///< Panel width in px.
     int panelHeight = 0;        ///< Panel height in px.
     double periodsPerWidth = 0; ///< P: lens periods across the panel's width (1.1).
-    /// T: shift of the lenses over the panel's height, panel widths; negated if mirrored (1.2).
+    /// T: shift of the lenses over the panel's height in panel widths; negated if mirrored (1.2).
     double tilt = 0;
     double subpixelStep = 0;         ///< One sub-pixel in panel widths; negative if mirrored (1.3).
     double center = 0;               ///< c: phase offset in lens periods.
     double lensPeriodSubpixels = 0;  ///< Px: lens period in sub-pixels, 3 W / P (1.11).
     double offsetSubpixels = 0;      ///< i_off of the published Eq. (1), in sub-pixels (1.11).
     bool inverted = true;            ///< View order under the lens is reversed.
-    bool mirrorX = false;            ///< Sample the views mirrored left-right.
-    bool mirrorY = false;            ///< Sample the views mirrored upside down.
-    bool blueFirst = false;          ///< Red and blue swap their sub-pixel positions.
+    bool mirrorX = false;            ///< The views are sampled mirrored left-right.
+    bool mirrorY = false;            ///< The views are sampled mirrored upside down.
+    bool blueFirst = false;          ///< The positions of red and blue are exchanged.
     int cellPattern = 0;             ///< CellPatternMode; 0 if there are no cells.
     std::vector<SubpixelCell> cells; ///< Empty on stripe panels.
 
@@ -128,8 +127,8 @@ struct ALTIRO3D_EXPORT LensGeometry {
     /// @return index into `cells`; 0 without cells
     int cellIndex(int x, int y) const;
 
-    /// Position under the lens of a sub-pixel: docs/mathematics.md, (1.4) to (1.9). Written for
-    /// clarity; the fast way is NativeLut.
+    /// Position of a sub-pixel under its lens: docs/mathematics.md, (1.4) to (1.9). This is the
+    /// readable reference; NativeLut is the fast way.
     /// @param x column, 0..panelWidth-1
     /// @param y row from the top, 0..panelHeight-1
     /// @param channel 0 red, 1 green, 2 blue
@@ -137,7 +136,7 @@ struct ALTIRO3D_EXPORT LensGeometry {
     double phase(int x, int y, int channel) const;
 
     /// View that a phase belongs to: min(floor(phase * views), views - 1), docs/mathematics.md,
-    /// (1.10). Nothing is checked.
+    /// (1.10). Arguments are not checked.
     /// @param phase z, 0..1, from phase()
     /// @param views N, number of views, 1 or more
     /// @return 0..views-1

@@ -16,7 +16,7 @@ namespace altiro3D {
 //
 //     u = fx X / Z + cx,   v = fy Y / Z + cy            px; (0, 0) is the upper left pixel's centre
 //
-// Lengths (Z, zNear, zFar, baseline, T) may have any unit, as long as it is one.
+// Lengths (Z, zNear, zFar, baseline, T) may have any unit, the same for all.
 
 /// The intrinsic matrix K of a camera, in px of one picture.
 struct CameraIntrinsics {
@@ -26,35 +26,36 @@ struct CameraIntrinsics {
     double cy = 0; ///< Row of the principal point, -1e9..1e9; (rows - 1) / 2 is the middle.
 };
 
-/// The camera that took a photo, the distances in it, and how far the virtual cameras move: the
-/// pinhole camera of docs/mathematics.md, 3.
+/// The camera that took a photo, the range of distances in it, and how far the virtual cameras
+/// move: the pinhole camera of docs/mathematics.md, 3.
 struct Camera {
-    CameraIntrinsics intrinsics;                           ///< Of the photo.
-    double zNear = 1;                                      ///< Distance at depth 1, 1e-6..1e9.
-    double zFar = std::numeric_limits<double>::infinity(); ///< Distance at depth 0, more than
-                                                           ///< zNear; may be infinite.
-    double baseline = 0; ///< How far the outermost cameras stand beside the photo's, 0..1e9: that
-                         ///< of view p stands p baseline to the right of it.
+    CameraIntrinsics intrinsics; ///< Of the photo.
+    double zNear = 1;            ///< Distance at depth 1, 1e-6..1e9.
+    /// Distance at depth 0, > zNear; may be infinite.
+    double zFar = std::numeric_limits<double>::infinity();
+    /// Distance of the outermost cameras from the photo's, 0..1e9: the camera of view p is
+    /// p baseline to its right.
+    double baseline = 0;
 };
 
-/// The horizontal field of view that is taken where nothing is known about the camera.
+/// Horizontal field of view assumed for an unknown camera.
 constexpr double kDefaultFieldOfViewDegrees = 40;
 
 /// Checks intrinsics.
-/// @param intrinsics what to check
+/// @param intrinsics the intrinsics to check
 /// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const CameraIntrinsics& intrinsics);
 
 /// Checks a camera.
-/// @param camera what to check
+/// @param camera the camera to check
 /// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const Camera& camera);
 
-/// Reads a camera from a JSON object with the numbers fx, fy, cx, cy, zNear, zFar and baseline, all
-/// of them required. zFar may be null: infinitely far. Other fields are passed over.
+/// Reads a camera from a JSON object with the numbers fx, fy, cx, cy, zNear, zFar and baseline; all
+/// are required. zFar may be null, which means infinity. Other fields are ignored.
 ///
 /// @param path the file, at most 1 MiB
-/// @return the camera, valid
+/// @return the camera; it is valid
 /// @throws Error NotFound, ReadFailed, TooLarge, OutOfMemory, or BadFormat that names the file, the
 ///         field, its value and what was expected
 ALTIRO3D_EXPORT Camera readCamera(const std::filesystem::path& path);
@@ -63,7 +64,7 @@ ALTIRO3D_EXPORT Camera readCamera(const std::filesystem::path& path);
 ///
 /// @param json the file's contents
 /// @param source the file's name, for errors
-/// @return the camera, valid
+/// @return the camera; it is valid
 /// @throws Error BadFormat that names source, field, value and what was expected
 ALTIRO3D_EXPORT Camera parseCamera(const std::string& json, const std::string& source);
 
@@ -75,35 +76,36 @@ ALTIRO3D_EXPORT Camera parseCamera(const std::string& json, const std::string& s
 /// @throws Error InvalidArgument (out of these ranges)
 ALTIRO3D_EXPORT double focalLengthFromFieldOfView(int columns, double fovDegrees);
 
-/// Focal length in px from that of a 35 mm camera with the same view (EXIF
+/// Focal length in px from the focal length of a 35 mm camera with the same field of view (EXIF
 /// FocalLengthIn35mmFilm): f35 / 36 mm of the picture's longer side.
 ///
-/// @param size the whole picture in px, at least 1 x 1, before any crop, upright or not
+/// @param size size of the whole, uncropped picture in px, at least 1 x 1; orientation does not
+///        matter
 /// @param focalLength35mm 1..10000 mm
 /// @return focal length in px
 /// @throws Error InvalidArgument (out of these ranges)
 ALTIRO3D_EXPORT double focalLengthFrom35mm(cv::Size size, double focalLength35mm);
 
-/// Intrinsics with square pixels and the principal point in the middle. Nothing is checked.
+/// Intrinsics with square pixels and the principal point in the middle. Arguments are not checked.
 ///
-/// @param size the picture in px
-/// @param focalLength in px, becomes fx and fy
+/// @param size size of the picture in px
+/// @param focalLength focal length in px, becomes fx and fy
 /// @return K with cx = (columns - 1) / 2 and cy = (rows - 1) / 2
 ALTIRO3D_EXPORT CameraIntrinsics centredIntrinsics(cv::Size size, double focalLength);
 
-/// Intrinsics after a part of the picture was cut out and brought to another size. Corners of
-/// pixels stay corners, so the principal point moves by half a px, too.
+/// Intrinsics after cropping and resizing the picture. Pixel corners map to pixel corners, so the
+/// half px between corner and centre is scaled as well.
 ///
-/// @param intrinsics of the whole picture
-/// @param part the part, px of the picture that the intrinsics belong to, fractions allowed
-/// @param size the result's size in px, at least 1 x 1
+/// @param intrinsics intrinsics of the whole picture
+/// @param part the crop in px of that picture; fractions allowed
+/// @param size size of the result in px, at least 1 x 1
 /// @return intrinsics in px of the result
 /// @throws Error InvalidArgument (an empty part or size)
 ALTIRO3D_EXPORT CameraIntrinsics fitted(const CameraIntrinsics& intrinsics, const cv::Rect2d& part,
                                         cv::Size size);
 
 /// Distance from relative inverse depth: 1/Z = d (1/zNear - 1/zFar) + 1/zFar; infinite at d = 0 if
-/// zFar is (docs/mathematics.md, (3.4)).
+/// zFar is infinite (docs/mathematics.md, (3.4)).
 ///
 /// @param depth d, 0..1; clamped, NaN counts as 0
 /// @param zNear distance at depth 1, > 0; not checked
@@ -126,36 +128,36 @@ ALTIRO3D_EXPORT void metricDistance(const cv::Mat& depth, double zNear, double z
 /// @param distance Z, in the unit of zNear, may be +inf
 /// @param zNear distance at depth 1, > 0; not checked
 /// @param zFar distance at depth 0, more than zNear, may be +inf; not checked
-/// @return d, clamped to 0..1; 0 for NaN and for what is not in front of the camera (Z <= 0)
+/// @return d, clamped to 0..1; 0 for NaN and for Z <= 0, which is not in front of the camera
 ALTIRO3D_EXPORT double relativeDepth(double distance, double zNear, double zFar);
 
-/// Parallax S between the outermost views of two things that lie a whole depth range apart:
-/// 2 fx baseline (1/zNear - 1/zFar), docs/mathematics.md, (3.5). It takes the place of strength %
-/// of the width.
+/// Parallax S between the outermost views for a depth difference of 1: 2 fx baseline (1/zNear -
+/// 1/zFar), docs/mathematics.md, (3.5). It replaces strength % of the width.
 ///
-/// @param camera the camera, its intrinsics in px of the picture that S is for
+/// @param camera the camera; its intrinsics in px of the picture that S is for
 /// @return S in px
 /// @throws Error InvalidArgument (camera)
 ALTIRO3D_EXPORT double parallaxOf(const Camera& camera);
 
 /// The baseline that gives a parallax: the inverse of parallaxOf(), docs/mathematics.md, (3.5).
 ///
-/// @param camera the camera; its own baseline is not read
+/// @param camera the camera; its own baseline is ignored
 /// @param parallaxPixels S, 0..1e9 px
 /// @return baseline in the unit of zNear
 /// @throws Error InvalidArgument (camera, parallax)
 ALTIRO3D_EXPORT double baselineFor(const Camera& camera, double parallaxPixels);
 
-/// Where a camera stands and looks: a point X of the photo's camera is R X + T for this one. A
-/// camera at C has T = -R C: moved to the right by b and not turned, (-b, 0, 0).
+/// Position and orientation of a camera: a point X in the coordinates of the photo's camera is R X
+/// + T in those of this one. A camera at C has T = -R C; one that is moved to the right by b and
+/// not rotated has T = (-b, 0, 0).
 struct CameraPose {
     cv::Matx33d rotation = cv::Matx33d::eye(); ///< R, orthonormal to 1e-6, determinant 1.
     cv::Vec3d translation{0, 0, 0};            ///< T, in the unit of the distances, -1e9..1e9 each.
 };
 
 /// Checks a pose.
-/// @param pose what to check
-/// @throws Error InvalidArgument (rows of R that are not orthonormal, a mirror, T out of its range)
+/// @param pose the pose to check
+/// @throws Error InvalidArgument (rows of R not orthonormal, a reflection, T out of its range)
 ALTIRO3D_EXPORT void validate(const CameraPose& pose);
 
 /// A virtual camera.
@@ -164,31 +166,34 @@ struct ViewCamera {
     CameraPose pose;             ///< [R|T].
 };
 
-/// The camera of the view at a position: p baseline to the right, with the principal point moved so
-/// that what lies at the focus stays put, which makes the displacement docs/mathematics.md, (3.2).
+/// The camera of the view at a position: p baseline to the right of the photo's. Its principal
+/// point is shifted so that content at the focus does not move; the displacement is then
+/// docs/mathematics.md, (3.2).
 ///
-/// @param camera the photo's
+/// @param camera camera of the photo
 /// @param focus depth of zero parallax, 0..1
 /// @param position p, camera position, -1 leftmost .. +1 rightmost; any finite number
-/// @return K_v and [R|T], R the identity, T = (-p baseline, 0, 0)
+/// @return K_v and [R|T] with R the identity and T = (-p baseline, 0, 0)
 /// @throws Error InvalidArgument (camera, focus, position)
 ALTIRO3D_EXPORT ViewCamera viewCamera(const Camera& camera, double focus, double position);
 
-/// Renders a photo as another camera sees it (method Real, any pose): each pixel is back-projected
-/// with its distance, moved, projected and spread over the pixels it falls between; the nearest
-/// wins. Cracks get a median, what was hidden is inpainted. Black if no pixel of the photo is seen.
+/// Renders a photo as another camera sees it (method Real, any pose). Each pixel is back-projected
+/// with its distance, transformed, projected and spread over the pixels that it falls between; the
+/// nearest wins. Cracks are filled by a median, disocclusions are inpainted. The view is black if
+/// no pixel of the photo falls into it.
 ///
-/// Positions are computed in double and then rounded to 1/256 px. Warps on one thread; any number
-/// of threads may call it at once. For cameras side by side Depth2Quilt gives the same views
-/// without matrices. The projection is K_v (R X + T), docs/mathematics.md, 3.
+/// Positions are computed in double precision and then rounded to 1/256 px. The warp runs on one
+/// thread; any number of threads may call the function at once. For cameras side by side,
+/// Depth2Quilt gives the same views without matrices. The projection is K_v (R X + T),
+/// docs/mathematics.md, 3.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px
-/// @param distance [as photo, CV_32FC1, Z; +inf = infinitely far; NaN, 0 and less = not known, such
+/// @param distance [as photo, CV_32FC1, Z; +inf = infinitely far; NaN, 0 and less = unknown, such
 ///        pixels are left out]
-/// @param photoCamera K_o, of the photo
-/// @param viewCamera K_v, of the view, which has the photo's size
+/// @param photoCamera K_o, intrinsics of the photo
+/// @param viewCamera K_v, intrinsics of the view, which has the photo's size
 /// @param pose [R|T] of the view's camera, T in the unit of the distances
-/// @param options see RealOptions
+/// @param options how holes are filled
 /// @param view [as photo, CV_8UC3, BGR]; may be the photo itself
 /// @throws Error InvalidArgument (types, cameras, pose, options), TooLarge, Mismatch (photo and
 ///         distance differ in size)

@@ -7,12 +7,16 @@
 
 namespace altiro3D {
 
-/// Where the files that come with the library are looked for (`models/`, `calibration/`), in this
-/// order: `share/altiro3D` of the installation that this library or program lies in, wherever it
-/// was moved to as a whole; the source tree, where the build was told to; `share/altiro3D` of the
-/// prefix that the build was made for. Directories that do not exist are left out.
+/// Directories that are searched for the files of the library (`models/`, `calibration/`). In this
+/// order:
+/// - `share/altiro3D` of the installation that contains this library or program, also after the
+///   installation was moved as a whole;
+/// - the source tree, if the build enables it;
+/// - `share/altiro3D` of the prefix that the build was configured for.
 ///
-/// @return the directories, first choice first
+/// Directories that do not exist are left out.
+///
+/// @return the directories in search order
 ALTIRO3D_EXPORT std::vector<std::filesystem::path> dataDirectories();
 
 } // namespace altiro3D

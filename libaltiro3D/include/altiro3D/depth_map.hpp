@@ -7,49 +7,51 @@
 
 namespace altiro3D {
 
-/// What the numbers of a depth image mean.
+/// Meaning of the numbers in a depth image.
 enum class DepthKind {
     NearWhite, ///< Larger = nearer, linear in inverse depth (MiDaS, Looking Glass RGB-D).
     FarWhite,  ///< Larger = farther, linear in inverse depth.
     Metric     ///< Distance Z in any unit; 0, negative and NaN = unknown, +inf = infinitely far.
 };
 
-/// How raw depth numbers become a depth map of 0..1.
+/// How raw depth numbers are mapped to a depth map of 0..1.
 struct DepthNormalization {
     DepthKind kind = DepthKind::NearWhite; ///< Meaning of the raw numbers.
     double lowPercentile = 0.5;            ///< Percentile that becomes 0 (farthest), 0..50 %.
     double highPercentile = 99.5;          ///< Percentile that becomes 1 (nearest), 50..100 %.
-    double flatDepth = 0.5;                ///< The result where there is no depth range, 0..1.
+    double flatDepth = 0.5;                ///< Result for input without a depth range, 0..1.
 };
 
 /// Turns raw depth numbers into a depth map: relative inverse depth, 0..1, 1 = nearest
 /// (docs/mathematics.md, 4).
 ///
-/// The two percentiles of the valid values (for metric depth: of 1/Z) are mapped to 0 and 1 and
-/// what lies beyond is clamped, so single wild values do not squeeze the rest. A percentile is the
-/// exact value of its rank, rounded outwards: below some 200 values 0.5 and 99.5 are the extremes.
+/// The two percentiles of the valid values (for metric depth: of 1/Z) are mapped to 0 and 1, and
+/// values beyond are clamped, so single outliers do not compress the rest. A percentile is the
+/// exact value of its rank, rounded outwards: below about 200 values, 0.5 and 99.5 are the
+/// extremes.
 ///
 /// Unknown values (non-finite; for metric depth also Z <= 0) take the farther of the nearest valid
-/// values to their left and right in the row; rows without any take the nearest row that has some.
+/// values to their left and right in the row. A row without valid values takes the nearest row that
+/// has some.
 ///
-/// The function is total: a picture that is constant, all unknown, or whose range between the
-/// percentiles is lost in floating-point noise (1e-6 of the larger value, or denormal) gives
-/// `flatDepth` everywhere.
+/// The result is defined for every input of a valid type: an image that is constant, entirely
+/// unknown, or whose range between the percentiles is floating-point noise (1e-6 of the larger
+/// value, or denormal) gives `flatDepth` everywhere.
 ///
 /// @param raw [rows x cols, CV_8UC1, CV_16UC1, CV_32FC1 or CV_64FC1, any range]
-/// @param depth may be `raw` itself [rows x cols, CV_32FC1, 0..1, 1 = nearest]
-/// @param options see DepthNormalization
+/// @param depth [rows x cols, CV_32FC1, 0..1, 1 = nearest]; may be `raw` itself
+/// @param options kind, percentiles and the result without a range
 /// @throws Error InvalidArgument (empty, wrong type, percentiles or flatDepth out of range)
 ALTIRO3D_EXPORT void normalizeDepth(const cv::Mat& raw, cv::Mat& depth,
                                     const DepthNormalization& options = {});
 
-/// Brings a depth map to the size of a picture so that its edges stand where the picture's do.
+/// Resamples a depth map to the size of a picture and aligns its edges with those of the picture.
 ///
-/// Enlarging weighs the surrounding depth samples by nearness and by how alike the picture is there
-/// (joint bilateral upsampling, docs/mathematics.md, (4.1)); shrinking takes the nearest sample, so
-/// that no depth appears that is on neither side of an edge. Equal sizes are copied. The result
-/// never leaves the range of the samples, does not depend on the number of threads, and ramps under
-/// a plain picture stay ramps.
+/// Enlarging weights the surrounding depth samples by distance and by similarity of the picture
+/// there (joint bilateral upsampling, docs/mathematics.md, (4.1)). Shrinking takes the nearest
+/// sample, so no depth appears that lies on neither side of an edge. Equal sizes are copied. The
+/// result stays within the range of the samples and does not depend on the number of threads. Ramps
+/// under a uniform picture stay ramps.
 ///
 /// @param depth [any size, CV_32FC1, 0..1]
 /// @param part the part of `depth` that the guide shows, in px of `depth` (fractions allowed),
@@ -60,32 +62,32 @@ ALTIRO3D_EXPORT void normalizeDepth(const cv::Mat& raw, cv::Mat& depth,
 ALTIRO3D_EXPORT void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide,
                               cv::Mat& fitted);
 
-/// Where the depth half of a one-picture RGB-D lies.
+/// Position of the depth half in a one-picture RGB-D.
 enum class DepthSide { Right, Left, Top, Bottom };
 
 /// Splits a one-picture RGB-D into photo and raw depth, exactly in the middle (an odd row or column
 /// in the middle belongs to neither).
 ///
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
-/// @param side where the depth is
+/// @param side position of the depth half
 /// @param photo [half size, CV_8UC3, BGR]; 16-bit values are divided by 257 and rounded
-/// @param rawDepth [half size, CV_32FC1, grey value of the depth half: 0..255, or 0..65535 of 16
-///        bits]
+/// @param rawDepth [half size, CV_32FC1, grey value of the depth half: 0..255, or 0..65535 for
+///        16-bit pictures]
 /// @throws Error InvalidArgument (too small to split, wrong type)
 ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo,
                                cv::Mat& rawDepth);
 
-/// Puts photo and depth into one picture, near = white.
+/// Joins photo and depth to a one-picture RGB-D, near = white.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [rows x cols, CV_32FC1, 0..1, 1 = nearest]
-/// @param side where the depth goes
+/// @param side position of the depth half
 /// @param picture [both halves, CV_8UC3, BGR]; may be `photo` itself
 /// @throws Error InvalidArgument (empty, wrong type, photo and depth differ in size)
 ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthSide side,
                               cv::Mat& picture);
 
-/// The 16-bit picture of a depth map: 0 = farthest, 65535 = nearest.
+/// Converts a depth map to 16 bits: 0 = farthest, 65535 = nearest.
 ///
 /// @param depth [rows x cols, CV_32FC1, 0..1]; clamped, NaN counts as 0
 /// @return [rows x cols, CV_16UC1]

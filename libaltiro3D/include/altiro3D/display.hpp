@@ -10,36 +10,37 @@
 
 namespace altiro3D {
 
-/// A model of display and what its maker recommends for it.
+/// A display model and its maker's recommendations.
 struct DisplayModel {
     std::string name;           ///< "Looking Glass Portrait".
-    std::string serialPrefix;   ///< Serial numbers begin with this, without regard to case.
+    std::string serialPrefix;   ///< Prefix of its serial numbers, in any case.
     cv::Size panelSize;         ///< Panel in px.
     double dpi = 0;             ///< Panel px per inch.
     double viewConeDegrees = 0; ///< Full horizontal view cone in degrees.
     QuiltLayout quilt;          ///< Default quilt.
 };
 
-/// All known models. @return in the order in which serial prefixes are tried; lives on
+/// All known models. @return in the order in which serial prefixes are tried; never destroyed
 ALTIRO3D_EXPORT const std::vector<DisplayModel>& displayModels();
 
-/// The model of a display, by its serial number, else by its panel.
+/// Finds the model of a display by its serial number, else by its panel.
 /// @param calibration the display
-/// @return one of displayModels(), or null if it is unknown
+/// @return one of displayModels(), or null if the model is unknown
 ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
 
-/// The default quilt for a display: its model's; for an unknown panel 48 views (6 columns x 8 rows,
-/// or 8 x 6 for an upright one) of the panel's shape in a quilt of about 4096 px.
+/// The default quilt for a display: that of its model. For an unknown panel: 48 views of the
+/// panel's shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt of about 4096 px.
 ///
-/// @param calibration the display, valid
+/// @param calibration the display; must be valid
 /// @return the layout
 ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
 
-/// Remarks about a calibration that is valid but odd: a serial number of another model than the
-/// panel's, fringe correction that is not applied, flags that no known unit has set.
+/// Remarks about a calibration that is valid but unusual: the serial number and the panel belong to
+/// different models, fringe correction is set but not applied, a flag is set that no known unit
+/// sets.
 ///
 /// @param calibration the display
-/// @return one sentence each, for people; mostly none
+/// @return one sentence each, for people; usually none
 ALTIRO3D_EXPORT std::vector<std::string> remarks(const Calibration& calibration);
 
 /// A display that Natives are made for.
@@ -76,12 +77,11 @@ struct MountedCalibration {
     std::string volume;         ///< Name of the volume ("LKG-P00655").
 };
 
-/// Looks for displays' volumes that are mounted: `LKG*/LKG_calibration/visual.json` (without regard
-/// to case of `LKG`) in `media`, `run/media`, `mnt` and `Volumes` and in the directories there, as
-/// `media/<user>`.
+/// Finds mounted volumes of displays: `LKG*/LKG_calibration/visual.json` (`LKG*` in any case) in
+/// `media`, `run/media`, `mnt` and `Volumes` and in their subdirectories, such as `media/<user>`.
 ///
-/// @param fileSystemRoot "/" outside of tests
-/// @return in order of their paths; unreadable directories are passed over
+/// @param fileSystemRoot "/" except in tests
+/// @return sorted by path; unreadable directories are skipped
 ALTIRO3D_EXPORT std::vector<MountedCalibration>
 findMountedCalibrations(const std::filesystem::path& fileSystemRoot = "/");
 

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// What the shared library shows to the outside; all else is hidden.
+/// Symbol visibility: the shared library exports only what is marked here.
 
 /// @def ALTIRO3D_EXPORT
-/// Marks what a user of the library may link to.
+/// Exports a function or class from the shared library.
 
 #define ALTIRO3D_EXPORT __attribute__((visibility("default")))

@@ -10,7 +10,7 @@
 
 namespace altiro3D {
 
-/// A run of bytes that somebody else owns.
+/// A non-owning range of bytes.
 struct Bytes {
     const void* data = nullptr; ///< First byte; may be null when `size` is 0.
     std::size_t size = 0;       ///< Number of bytes.
@@ -19,20 +19,20 @@ struct Bytes {
 /// Reads a whole regular file (or a pipe) into memory.
 ///
 /// @param path the file
-/// @param maxBytes files longer than this are refused before they are read, a pipe when it gives
-///        more
+/// @param maxBytes limit: a longer file is refused before it is read, a pipe when it delivers more
 /// @return the contents
 /// @throws Error NotFound, ReadFailed (a directory, no permission), TooLarge or OutOfMemory
 ALTIRO3D_EXPORT std::string readFile(const std::filesystem::path& path, std::uintmax_t maxBytes);
 
-/// Writes a file so that the name holds either its old contents or all of the new ones.
+/// Writes a file atomically: the name holds either its old contents or all of the new ones.
 ///
-/// The bytes go to a hidden file beside the target, are flushed to the disk and renamed onto it.
-/// Symbolic links are followed. A target that exists and is no regular file (`/dev/stdout`, a
-/// pipe) is written in place. On failure the temporary file is removed and the target is as it was.
+/// The bytes are written to a hidden file beside the target and flushed to the disk; the file is
+/// then renamed to the target. Symbolic links are followed. A target that exists and is not a
+/// regular file (`/dev/stdout`, a pipe) is written in place. On failure the temporary file is
+/// removed and the target is unchanged.
 ///
 /// @param path the file; its directory must exist
-/// @param parts the contents, one run after the other
+/// @param parts the contents, written one after the other
 /// @throws Error WriteFailed (no permission, a directory, a full disk, ...)
 ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::vector<Bytes>& parts);
 

@@ -9,28 +9,28 @@
 
 namespace altiro3D {
 
-/// Remarks a reader makes about a file that it could use all the same ("the file is cut off ...").
+/// Remarks of a reader about a file that is still usable ("the file is cut off ...").
 using Notes = std::vector<std::string>;
 
-/// Pictures with more pixels than this are refused from their header, before memory is taken.
+/// Pictures with more pixels than this are refused by their header, before allocation.
 constexpr double kMaxPicturePixels = 4.0e8;
 
 /// Reads a picture upright (EXIF orientation applied), with its full bit depth.
 ///
-/// Grey, palette, CMYK and alpha pictures become BGR; what is transparent becomes black. The format
-/// is told by the contents, not by the name. Sides are limited to 65500 px. Colour profiles and PNG
-/// gamma are not applied. The codecs inside OpenCV may print warnings on stderr by themselves.
+/// Grey, palette, CMYK and alpha pictures become BGR; transparent areas become black. The contents
+/// decide the format, not the name. Sides are limited to 65500 px. Colour profiles and PNG gamma
+/// are not applied. OpenCV's codecs may print warnings on stderr.
 ///
 /// @param path PNG, JPEG (also MPO: its first picture), TIFF, WebP, BMP, PNM/PFM, EXR, HDR or
 ///        JPEG 2000
-/// @param notes if given, remarks are added (a cut-off JPEG, several pages, ...)
+/// @param notes if given, receives remarks (a cut-off JPEG, several pages, ...)
 /// @return [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
-/// @throws Error NotFound, ReadFailed, Unsupported (GIF, PCX, HEIC, ... by name), TooLarge,
-///         BadFormat, OutOfMemory
+/// @throws Error NotFound, ReadFailed, Unsupported (names the format: GIF, PCX, HEIC, ...),
+///         TooLarge, BadFormat, OutOfMemory
 ALTIRO3D_EXPORT cv::Mat readPicture(const std::filesystem::path& path, Notes* notes = nullptr);
 
-/// Reads a photo: readPicture() brought to 8 bits (16-bit values are divided by 257 and rounded,
-/// float ones are clamped to 0..1).
+/// Reads a photo: as readPicture(), converted to 8 bits (16-bit values are divided by 257 and
+/// rounded, float values are clamped to 0..1).
 ///
 /// @param path as for readPicture()
 /// @param notes as for readPicture()
@@ -38,25 +38,25 @@ ALTIRO3D_EXPORT cv::Mat readPicture(const std::filesystem::path& path, Notes* no
 /// @throws Error as readPicture()
 ALTIRO3D_EXPORT cv::Mat readPhoto(const std::filesystem::path& path, Notes* notes = nullptr);
 
-/// The focal length that a photo's EXIF gives for a 35 mm camera with the same view, in mm. Reads
-/// the file once more; a pipe, which gives its bytes once, is left alone.
+/// Reads the focal length in mm of a 35 mm camera with the same field of view from a photo's EXIF
+/// data. The file is read once more; a pipe can be read only once, so it is left untouched.
 ///
-/// @param path as for readPicture(); a file of another kind does not say
-/// @return mm; 0 if the file does not say (most do not) or is a pipe
+/// @param path as for readPicture(); other files give 0
+/// @return mm; 0 if the file does not state it (most do not) or is a pipe
 /// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
 ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
 
-/// Reads the raw numbers of a depth image: 8-bit, 16-bit or float, of one channel or of the grey
-/// value of three; no normalisation (see depth_map.hpp for that). EXIF orientation is applied.
+/// Reads the raw numbers of a depth image: 8-bit, 16-bit or float, one channel or the grey value of
+/// three. Values are not normalized; normalizeDepth() does that. EXIF orientation is applied.
 ///
 /// @param path as for readPicture(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
-/// @param notes as for readPicture(), and where the picture shows colours
+/// @param notes as for readPicture(); also a remark if the picture shows colours
 /// @return [rows x cols, CV_32FC1, as in the file]
 /// @throws Error as readPicture()
 ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes* notes = nullptr);
 
-/// readDepthImage() without the step to float: a quarter or half of the memory for files of 8 and
-/// 16 bits, and normalizeDepth() is faster on them and gives the same.
+/// As readDepthImage(), without conversion to float: files of 8 and 16 bits take a quarter and half
+/// of the memory. normalizeDepth() is faster on them and gives the same result.
 ///
 /// @param path as for readDepthImage()
 /// @param notes as for readDepthImage()
@@ -64,60 +64,60 @@ ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes*
 /// @throws Error as readPicture()
 ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path, Notes* notes = nullptr);
 
-/// Whether a picture shows colours, as depth does not: in more than 2 % of its px the channels
-/// differ by more than a sixteenth of white, of floats a sixteenth of the largest one. From 512
-/// rows on some of them tell, evenly spaced.
+/// Whether a picture shows colours, which a depth image does not. It does if in more than 2 % of
+/// its px the channels differ by more than a sixteenth of white; for floats, a sixteenth of the
+/// largest value. From 512 rows on, only evenly spaced rows are examined.
 ///
 /// @param picture [rows x cols, CV_8UC3, CV_16UC3, CV_32FC3 or CV_64FC3]
 /// @return true if it does
 /// @throws Error InvalidArgument (empty or wrong type)
 ALTIRO3D_EXPORT bool hasColours(const cv::Mat& picture);
 
-/// What a picture file says of itself, for those who take it for something else.
+/// Mark in a picture file that prevents its use as something else.
 enum class PictureMark {
     None,
-    Native ///< A Native: a PNG file gets a text chunk "altiro3D" that says so.
+    Native ///< A Native: a PNG file gets a text chunk "altiro3D".
 };
 
-/// Writes a picture; the format follows the extension. The file appears whole or not at all.
+/// Writes a picture in the format of the extension. The file appears complete or not at all.
 ///
-/// PNG files carry no resolution (DPI) and no metadata but the mark. JPEG is written at quality 95,
-/// WebP without loss. Where the format holds 8 bits only, 16-bit values are divided by 257 and
-/// rounded.
+/// PNG files hold no resolution (DPI) and no metadata except the mark. JPEG is written at quality
+/// 95, WebP without loss. For formats of 8 bits, 16-bit values are divided by 257 and rounded.
 ///
 /// @param path file name with the extension .png, .jpg, .jpeg, .jpe, .tif, .tiff, .webp, .bmp,
 ///        .dib, .ppm, .pgm, .pnm or .jp2, in any case
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]
-/// @param mark in PNG files only; isMarkedNative() finds it
+/// @param mark written to PNG files only; isMarkedNative() reads it
 /// @throws Error InvalidArgument (empty, wrong type), Unsupported (unknown extension, too many px
 ///         for the format, colours in a .pgm), WriteFailed, OutOfMemory
 ALTIRO3D_EXPORT void writePicture(const std::filesystem::path& path, const cv::Mat& picture,
                                   PictureMark mark = PictureMark::None);
 
-/// Whether a PNG file says that it is a Native: such a picture is no photo, though it looks like
-/// one. No for Natives in other formats and of other programs, for pipes, and for files that cannot
-/// be read. Never throws but for want of memory.
+/// Whether a PNG file is marked as a Native, so it is not used as a photo by mistake. False for
+/// Natives in other formats or from other programs, for pipes, and for unreadable files. Throws
+/// only if an allocation fails.
 ///
 /// @param path the file
 /// @return true if it does
 ALTIRO3D_EXPORT bool isMarkedNative(const std::filesystem::path& path);
 
-/// Whether the file name's extension is one that writePicture() can write.
-/// @param path file name; the file is not looked at
+/// Whether writePicture() can write the extension of a file name.
+/// @param path file name; the file is not accessed
 /// @return true if it is
 ALTIRO3D_EXPORT bool canWritePicture(const std::filesystem::path& path);
 
-/// The pictures in a directory (files with a picture's extension, hidden ones left out), in natural
-/// order: `view9.png` before `view10.png`. Directories in it are not looked into.
+/// Lists the pictures in a directory in natural order: `view9.png` before `view10.png`. These are
+/// the files with the extension of a picture, without hidden files. Subdirectories are not
+/// searched.
 ///
 /// @param directory the directory
-/// @return their paths, with the directory
+/// @return their paths, including the directory
 /// @throws Error NotFound or ReadFailed (no directory, no permission)
 ALTIRO3D_EXPORT std::vector<std::filesystem::path>
 listPictures(const std::filesystem::path& directory);
 
-/// Natural order of names: runs of digits compare as numbers, letters without regard to case; names
-/// that differ in case or leading zeros alone compare as bytes.
+/// Natural order of names: runs of digits compare as numbers, letters regardless of case. Names
+/// that differ only in case or leading zeros compare as bytes.
 ///
 /// @param a one name
 /// @param b another one

@@ -14,41 +14,41 @@ namespace altiro3D {
 
 struct NativeLutTables;
 
-/// The look-up table of a display and a quilt layout: for every sub-pixel of the panel the quilt
-/// pixel whose colour it shows.
+/// The look-up table of a display and a quilt layout. It holds, for every sub-pixel of the panel,
+/// the quilt pixel whose colour the sub-pixel shows.
 ///
 /// Immutable and cheap to copy (copies share the tables). Safe to use from any number of threads.
 class ALTIRO3D_EXPORT NativeLut {
   public:
-    /// Builds the table, in double precision, in parallel; equal inputs give equal bytes for any
-    /// number of threads. View of a sub-pixel and place inside the tile are the nearest ones:
-    /// docs/mathematics.md, (1.1) to (1.10) and (2.1) to (2.3).
+    /// Builds the table in double precision and in parallel; equal inputs give equal bytes for any
+    /// number of threads. View and pixel inside the tile are sampled nearest: docs/mathematics.md,
+    /// (1.1) to (1.10) and (2.1) to (2.3).
     ///
     /// @param calibration the display
-    /// @param quilt the layout; at most 65535 px a side
+    /// @param quilt the layout, at most 65535 px per side
     /// @param invert whether the order of views is reversed
     /// @throws Error BadFormat (calibration), InvalidArgument or TooLarge (layout), OutOfMemory
     NativeLut(const Calibration& calibration, const QuiltLayout& quilt,
               InvertViews invert = InvertViews::Auto);
 
-    /// Reads a `.map` file (docs/map-format.md) and checks all of it.
+    /// Reads a `.map` file (docs/map-format.md) and validates all of it.
     /// @param file a regular file
     /// @return the table
-    /// @throws Error NotFound, ReadFailed (no permission, no regular file), BadFormat (foreign,
-    ///         truncated, corrupt, oversize), OutOfMemory
+    /// @throws Error NotFound, ReadFailed (no permission, not a regular file), BadFormat (not a
+    ///         `.map`, truncated, corrupt, oversize), OutOfMemory
     static NativeLut load(const std::filesystem::path& file);
 
-    /// Writes a `.map` file; it appears whole or not at all. It holds the first 47 bytes of the
-    /// serial number.
+    /// Writes a `.map` file; it appears complete or not at all. The file holds at most the first 47
+    /// bytes of the serial number.
     /// @param file the file; its directory must exist
     /// @throws Error WriteFailed
     void save(const std::filesystem::path& file) const;
 
     /// Size of the panel. @return columns x rows in px
     cv::Size panelSize() const;
-    /// The quilt that the coordinates point into. @return its layout
+    /// The layout of the quilt that the coordinates refer to. @return the layout
     const QuiltLayout& quilt() const;
-    /// Tells the calibration it was built from. @return its fingerprint()
+    /// Identifies the calibration that the table was built from. @return its fingerprint()
     std::uint64_t calibrationFingerprint() const;
     /// Serial number of the display. @return may be empty
     const std::string& serial() const;
@@ -57,7 +57,7 @@ class ALTIRO3D_EXPORT NativeLut {
 
     /// The table of one colour.
     /// @param channel 0 red, 1 green, 2 blue
-    /// @return [panel rows x panel cols, CV_16UC2, (X, Y) in px of the quilt, Y counted down]
+    /// @return [panel rows x panel cols, CV_16UC2, (X, Y) in px of the quilt, Y grows downward]
     /// @throws Error InvalidArgument (channel)
     const cv::Mat& channel(int channel) const;
 
@@ -68,9 +68,9 @@ class ALTIRO3D_EXPORT NativeLut {
 
 /// Checks that a table was built from this calibration.
 /// @param lut the table
-/// @param lutName its name in the error message
+/// @param lutName name of the table in the error message
 /// @param calibration the display
-/// @param calibrationName its name in the error message
+/// @param calibrationName name of the calibration in the error message
 /// @throws Error Mismatch that names both
 ALTIRO3D_EXPORT void requireSameDisplay(const NativeLut& lut, const std::string& lutName,
                                         const Calibration& calibration,

@@ -9,32 +9,32 @@
 
 namespace altiro3D {
 
-/// Where the camera of a sub-pixel stands.
+/// Camera position of a sub-pixel.
 enum class ViewPositions {
-    Discrete,  ///< At one of N views, as in a quilt: docs/mathematics.md, (3.1).
-    Continuous ///< Where its place z under the lens says: p = (2Nz - N)/(N-1), -1..1
+    Discrete,  ///< The position of one of N views, as in a quilt: docs/mathematics.md, (3.1).
+    Continuous ///< Follows its phase z under the lens: p = (2Nz - N)/(N-1), -1..1
                ///< (docs/conventions.md); N = number of views of the display.
 };
 
-/// Turns photos with depth into Natives at once: each sub-pixel of the panel is read from the photo
-/// as its own view shows it. No quilt, no view and no look-up table is made, and nothing is
-/// computed that the panel does not show.
+/// Renders Natives directly from photos with depth: each sub-pixel of the panel is read from the
+/// photo as its own view shows it. The renderer makes no quilt, no views and no look-up table, and
+/// computes only what the panel shows.
 ///
-/// With discrete views and a photo of the tile's size the Native is the one that Depth2Quilt and
-/// Quilt2Native give, bit for bit. With a photo of the panel's size no detail is lost in tiles.
+/// With discrete views and a photo of the tile's size, the Native equals that of Depth2Quilt and
+/// Quilt2Native bit for bit. With a photo of the panel's size, no detail is lost to smaller tiles.
 ///
-/// Methods Fast and Layered; Real makes whole views only. Phases and views are those of
-/// docs/mathematics.md, (1.1) to (1.10), displacements those of docs/mathematics.md, (3.2).
+/// Supports methods Fast and Layered; method Real makes whole views only. Phases and views follow
+/// docs/mathematics.md, (1.1) to (1.10), displacements follow docs/mathematics.md, (3.2).
 ///
-/// Immutable; render() may run on any number of threads at once and gives the same bytes for any
-/// number of threads and on any processor.
+/// Immutable; render() is thread-safe. Results are the same bytes for any number of threads and on
+/// any processor.
 class ALTIRO3D_EXPORT NativeRenderer {
   public:
-    static constexpr int kMostViews = 65536; ///< More views go over a quilt only.
+    static constexpr int kMostViews = 65536; ///< Limit; more views require a quilt.
 
     /// @param calibration the display
     /// @param viewCount N, number of views of the display, 1..kMostViews
-    /// @param options what views look like
+    /// @param options method, strength, focus and the options of each method
     /// @param positions discrete or continuous
     /// @param invert whether the order of views is reversed
     /// @throws Error BadFormat (calibration), InvalidArgument (options, method Real, viewCount)
@@ -51,10 +51,10 @@ class ALTIRO3D_EXPORT NativeRenderer {
 
     /// Renders one Native. Sub-pixels read the photo's px under the centre of their panel px.
     ///
-    /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; whatever its size, it
-    ///        fills the panel
+    /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; it fills the panel at any
+    ///        size
     /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; NaN counts as 0
-    /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits, must share no
+    /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits; must not share
     ///        memory with photo and depth
     /// @throws Error InvalidArgument (empty or wrong type, shared memory), TooLarge, Mismatch
     ///         (photo and depth differ in size), OutOfMemory

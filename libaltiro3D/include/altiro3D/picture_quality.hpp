@@ -12,17 +12,18 @@ namespace altiro3D {
 /// @param picture [rows x cols, 8-bit, any number of channels]
 /// @param truth [as picture]
 /// @return dB; +infinity if they are equal
-/// @throws Error InvalidArgument (empty, not of 8 bits), Mismatch (size or type differ)
+/// @throws Error InvalidArgument (empty, not 8-bit), Mismatch (size or type differ)
 ALTIRO3D_EXPORT double psnr(const cv::Mat& picture, const cv::Mat& truth);
 
 /// Structural similarity of two pictures: Wang et al. 2004 with an 11 x 11 Gaussian window (sigma
-/// 1.5), K1 = 0.01, K2 = 0.03, range 255, borders reflected, the mean over all pixels and channels.
+/// 1.5), K1 = 0.01, K2 = 0.03, range 255, reflected borders. The result is the mean over all pixels
+/// and channels.
 ///
 /// @param picture [rows x cols, 8-bit, 1..4 channels]
 /// @param truth [as picture]
 /// @return -1..1, 1 = equal
-/// @throws Error InvalidArgument (empty, not of 8 bits, more than 4 channels), Mismatch (size or
-///         type differ)
+/// @throws Error InvalidArgument (empty, not 8-bit, more than 4 channels), Mismatch (size or type
+///         differ)
 ALTIRO3D_EXPORT double ssim(const cv::Mat& picture, const cv::Mat& truth);
 
 } // namespace altiro3D

@@ -11,11 +11,11 @@
 
 namespace altiro3D {
 
-/// Largest quilt side in px: coordinates into it are 16-bit numbers.
+/// Largest quilt side in px; coordinates are 16-bit numbers.
 constexpr int kMaxQuiltSide = 65535;
 
-/// How the views lie in a quilt: view 0 is the bottom-left tile, then to the right, then up
-/// (docs/mathematics.md, (2.1)).
+/// Arrangement of the views in a quilt: view 0 is the bottom-left tile; the next ones follow to the
+/// right, then up (docs/mathematics.md, (2.1)).
 ///
 ///     rows = 2      3 4 5
 ///     columns = 3   0 1 2
@@ -28,16 +28,17 @@ struct ALTIRO3D_EXPORT QuiltLayout {
     /// Size of the quilt. @return width x height in px; the layout must be valid
     cv::Size size() const { return {columns * tileSize.width, rows * tileSize.height}; }
 
-    /// The tile of a view: docs/mathematics.md, (2.1) to (2.3). Nothing is checked.
-    /// @param view 0 (leftmost camera) .. viewCount-1; beyond them the unused tiles
-    /// @return its place in px of the quilt, y counted down
+    /// The tile of a view: docs/mathematics.md, (2.1) to (2.3). Arguments are not checked.
+    /// @param view 0 (leftmost camera) .. viewCount-1; higher numbers are the unused tiles
+    /// @return its rectangle in px of the quilt, y grows downward
     cv::Rect tile(int view) const {
         return {(view % columns) * tileSize.width, (rows - 1 - view / columns) * tileSize.height,
                 tileSize.width, tileSize.height};
     }
 
-    /// The layout for people.
-    /// @return "8 columns x 6 rows, each view 420 x 560 px", and the views if tiles are unused
+    /// The layout as text for people.
+    /// @return "8 columns x 6 rows, each view 420 x 560 px"; also the view count if tiles are
+    ///         unused
     std::string text() const;
 };
 
@@ -55,87 +56,87 @@ inline bool operator!=(const QuiltLayout& a, const QuiltLayout& b) {
 }
 
 /// Checks a layout.
-/// @param layout what to check
+/// @param layout the layout to check
 /// @throws Error InvalidArgument, or TooLarge (a side beyond kMaxQuiltSide); names the field and
 ///         its limits
 ALTIRO3D_EXPORT void validate(const QuiltLayout& layout);
 
-/// Position of the camera of a view: p = 2 view / (N - 1) - 1, docs/mathematics.md, (3.1). Nothing
-/// is checked.
+/// Camera position of a view: p = 2 view / (N - 1) - 1, docs/mathematics.md, (3.1). Arguments are
+/// not checked.
 ///
 /// @param view 0 (leftmost camera) .. viewCount-1
 /// @param viewCount N, number of views
-/// @return from -1 (leftmost) to +1 (rightmost); 0 if there is one view only
+/// @return from -1 (leftmost) to +1 (rightmost); 0 for a single view
 ALTIRO3D_EXPORT double viewPosition(int view, int viewCount);
 
-/// Columns and rows, each with its name.
+/// Columns and rows of a quilt.
 struct QuiltGrid {
     int columns = 0; ///< Tiles side by side.
     int rows = 0;    ///< Tiles above each other.
 };
 
-/// Reads `RxC`, rows x columns as in `-q 6x8`.
+/// Parses `RxC`, rows x columns as in `-q 6x8`.
 /// @param text two whole numbers, 1..1024, with an x or X between them and nothing else
 /// @return columns and rows
 /// @throws Error InvalidArgument (anything else)
 ALTIRO3D_EXPORT QuiltGrid parseQuiltGrid(const std::string& text);
 
-/// Reads `HxW`, height x width of one view as in `-r 560x420`.
+/// Parses `HxW`, height x width of one view as in `-r 560x420`.
 /// @param text two whole numbers, 1..99999, with an x or X between them and nothing else
 /// @return the size in px
 /// @throws Error InvalidArgument (anything else)
 ALTIRO3D_EXPORT cv::Size parseTileSize(const std::string& text);
 
-/// What a file name says about a quilt: the last `_qs<columns>x<rows>a<aspect>` in it.
+/// Quilt data in a file name: the last `_qs<columns>x<rows>a<aspect>` in it.
 struct QuiltName {
     QuiltGrid grid;               ///< Columns and rows.
     std::optional<double> aspect; ///< Width : height of the scene on the display, 0.1..10.
 };
 
-/// Reads the quilt suffix of a file name (without regard to case; the extension is not part of it).
-/// @param file the name; directories do not count and the file is not looked at
+/// Parses the quilt suffix of a file name, in any case. The extension is not part of it.
+/// @param file the name; directories are ignored and the file is not accessed
 /// @return nothing if the name has no such suffix
-/// @throws Error InvalidArgument if it has one that makes no sense (0 columns, aspect 99)
+/// @throws Error InvalidArgument if the suffix is out of range (0 columns, aspect 99)
 ALTIRO3D_EXPORT std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file);
 
-/// The file name for a quilt: `photo.png` becomes `photo_qs8x6a0.75.png`; a name that says the same
-/// already stays. An aspect that parseQuiltName() does not take is left out.
-/// @param file the name to begin with; directories and extension stay
-/// @param layout columns and rows, 1..1024 each; the rest is not read
+/// The file name for a quilt: `photo.png` becomes `photo_qs8x6a0.75.png`. A name that already has
+/// this suffix is not changed. An aspect outside the range of parseQuiltName() is left out.
+/// @param file the original name; directories and extension are kept
+/// @param layout columns and rows, 1..1024 each; other fields are ignored
 /// @param aspect width : height of the scene
 /// @return the name
-/// @throws Error Mismatch if the name says something else, an aspect that is off by more than 5 %
-///         among it; InvalidArgument (columns, rows, a name that parseQuiltName() does not take)
+/// @throws Error Mismatch (the name has another suffix; aspects match within 5 %); InvalidArgument
+///         (columns, rows, a suffix that parseQuiltName() refuses)
 ALTIRO3D_EXPORT std::filesystem::path quiltFileName(const std::filesystem::path& file,
                                                     const QuiltLayout& layout, double aspect);
 
-/// What the user said about a quilt, whatever of it was said.
+/// What the user specified about a quilt; each part is optional.
 struct QuiltRequest {
     std::optional<QuiltGrid> grid;     ///< From `-q`.
     std::optional<cv::Size> tileSize;  ///< From `-r`.
-    std::optional<QuiltName> name;     ///< From the file name; wins over the display's default.
-    std::optional<cv::Size> quiltSize; ///< Size of the picture itself, if there is one already.
+    std::optional<QuiltName> name;     ///< From the file name; overrides the display's default.
+    std::optional<cv::Size> quiltSize; ///< Size of the quilt picture, if it exists.
 };
 
-/// A layout and what there is to say about it.
+/// A layout and warnings about it.
 struct ResolvedQuilt {
     QuiltLayout layout;                ///< The layout.
-    std::vector<std::string> warnings; ///< For instance that the swapped reading fits better.
+    std::vector<std::string> warnings; ///< For example that the swapped order fits better.
 };
 
-/// Finds the layout that a request means.
+/// Determines the layout for a request.
 ///
-/// Columns and rows come from the file name, else from `-q`, else from `standard`; the view's size
-/// from the picture (floor of its size by columns and rows), else from `-r`, else from the size of
-/// `standard`'s quilt. Contradictions are errors. If a view's shape is off the panel's by more than
-/// 5 % while the swapped reading (columns x rows, width x height) fits, a warning names both.
-/// Another one says what is assumed of a picture of which nothing is stated and that has not the
-/// size of `standard`'s quilt.
+/// Columns and rows come from the file name, else from `-q`, else from `standard`. The view's size
+/// comes from the picture (its size divided by columns and rows, rounded down), else from `-r`,
+/// else from the size of `standard`'s quilt. Contradictions are errors. If the shape of a view
+/// differs from the panel's by more than 5 % and the swapped order (columns x rows, width x height)
+/// fits, a warning names both. If nothing is specified and the picture does not have the size of
+/// `standard`'s quilt, a warning states the assumption.
 ///
 /// @param request what is known
-/// @param standard the display's own layout, valid
-/// @param panelAspect width : height of the panel, > 0; for the warning only
-/// @return the layout, valid, and the warnings
+/// @param standard the display's default layout; must be valid
+/// @param panelAspect width : height of the panel, > 0; used for the warning only
+/// @return the layout, which is valid, and the warnings
 /// @throws Error Mismatch (`-q` and the name, `-r` and the picture), InvalidArgument, TooLarge
 ALTIRO3D_EXPORT ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& standard,
                                            double panelAspect);

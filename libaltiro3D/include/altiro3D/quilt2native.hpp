@@ -11,16 +11,16 @@
 
 namespace altiro3D {
 
-/// Which views a sub-pixel shows.
+/// How a sub-pixel samples the views.
 enum class ViewFilter {
-    Nearest, ///< The one view whose cell the lens phase falls into. Crisp; the default.
-    Linear   ///< The two views nearest to the phase, blended; soft transitions, slight ghosting.
+    Nearest, ///< The view whose interval contains the lens phase. Sharp; the default.
+    Linear   ///< The two views nearest to the phase, blended. Soft transitions, slight ghosting.
 };
 
-/// Which pixels inside a view a sub-pixel shows.
+/// How a sub-pixel samples the pixels inside a view.
 enum class TileSampling {
-    Nearest, ///< The pixel under it, as a `.map` does; the default.
-    Linear   ///< The four around it, blended; never across the border of the view.
+    Nearest, ///< The pixel under it, as in a `.map`; the default.
+    Linear   ///< The four pixels around it, blended; never across the border of the view.
 };
 
 /// How a quilt is sampled.
@@ -29,34 +29,34 @@ struct QuiltSampling {
     TileSampling inTile = TileSampling::Nearest; ///< Inside a view.
 };
 
-/// The part of a picture that a layout describes: all of it, or without the unused columns at the
-/// right and rows at the top where its size is not divisible (4096 px hold 5 tiles of 819 px).
+/// Crops a picture to the part that a layout describes. If the size is not divisible, unused
+/// columns at the right and unused rows at the top are removed (4096 px hold 5 tiles of 819 px).
 ///
 /// @param quilt [rows x cols, any type]
 /// @param layout the layout it should have
-/// @param notes if given, a remark is added when something is cut off
-/// @return [layout size], sharing memory with `quilt`
+/// @param notes if given, receives a remark if something is removed
+/// @return [layout size]; shares memory with `quilt`
 /// @throws Error Mismatch that names both sizes; InvalidArgument or TooLarge (layout)
 ALTIRO3D_EXPORT cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout,
                                  Notes* notes = nullptr);
 
-/// Turns quilts into Natives: each sub-pixel takes its own colour from its own view
+/// Renders Natives from quilts: each sub-pixel takes its own colour from its own view
 /// (docs/mathematics.md, 1 and 2).
 ///
-/// Immutable; render() may run on any number of threads at once and gives the same bytes for any
-/// number of threads.
+/// Immutable; render() is thread-safe. Results are the same bytes for any number of threads.
 class ALTIRO3D_EXPORT Quilt2Native {
   public:
     /// Renders through a look-up table: nearest view, nearest pixel.
     ///
-    /// @param lut the table; display and layout are those that it was built for
+    /// @param lut the table; it determines display and layout
     /// @throws Error OutOfMemory
     explicit Quilt2Native(NativeLut lut);
 
-    /// Renders from the calibration itself; needed for blended sampling, which a table cannot hold.
+    /// Renders from the calibration. Blended sampling requires this, because a table cannot hold
+    /// it.
     ///
     /// @param calibration the display
-    /// @param quilt layout of the quilts to come
+    /// @param quilt layout of the quilts
     /// @param sampling nearest or blended, between views and inside them
     /// @param invert whether the order of views is reversed
     /// @throws Error BadFormat (calibration), InvalidArgument or TooLarge (layout), OutOfMemory
@@ -65,14 +65,14 @@ class ALTIRO3D_EXPORT Quilt2Native {
 
     /// Size of the Native. @return columns x rows in px
     cv::Size panelSize() const;
-    /// Layout of the quilts that render() takes. @return the layout
+    /// Layout of the quilts that render() accepts. @return the layout
     const QuiltLayout& quilt() const;
 
     /// Renders one Native.
     ///
-    /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; sub-matrices and fitQuilt()'s unused
-    ///        borders are fine
-    /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits, must share no
+    /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; sub-matrices are accepted, and the
+    ///        unused borders that fitQuilt() describes
+    /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits; must not share
     ///        memory with the quilt
     /// @throws Error InvalidArgument (type, shared memory), Mismatch (size)
     void render(const cv::Mat& quilt, cv::Mat& native) const;

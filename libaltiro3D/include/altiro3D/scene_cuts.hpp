@@ -7,13 +7,13 @@
 
 namespace altiro3D {
 
-/// Finds the pictures of a video that begin a new scene, from the pictures alone and without
-/// looking ahead.
+/// Detects the frames of a video that begin a new scene. It uses only the pictures and does not
+/// look ahead.
 ///
-/// A picture begins a scene if it cannot be put together from the one before by moving parts of it
-/// (docs/mathematics.md, 5.3). Movement, changes of brightness as a whole, fades and pictures
-/// without contrast (a flash, black) are no cut; after these the last picture that showed something
-/// counts. A dissolve is no cut: nothing in it happens at once.
+/// A picture begins a scene if it cannot be composed by moving parts of the previous picture
+/// (docs/mathematics.md, 5.3). Motion, global changes of brightness, fades and pictures without
+/// contrast (a flash, black) are not cuts. After a picture without contrast, the comparison uses
+/// the last picture with contrast. A dissolve is not a cut, because it is gradual.
 ///
 /// Move-only; one thread at a time per object.
 class ALTIRO3D_EXPORT SceneCuts {
@@ -23,7 +23,8 @@ class ALTIRO3D_EXPORT SceneCuts {
     SceneCuts(SceneCuts&&) noexcept;            ///< Moves.
     SceneCuts& operator=(SceneCuts&&) noexcept; ///< Moves. @return *this
 
-    /// Whether the next picture begins a scene; so does the first one and one of another size.
+    /// Whether the next picture begins a scene. The first picture and one of another size always
+    /// do.
     ///
     /// @param picture [rows x cols, CV_8UC3, BGR]
     /// @return true if it does

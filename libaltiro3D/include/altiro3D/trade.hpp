@@ -9,40 +9,40 @@
 
 namespace altiro3D {
 
-/// A way to make views, with a name for tables.
+/// Options of a view method, with a name for tables.
 struct NamedViewOptions {
-    std::string name;    ///< "fast", "layered", ...
-    ViewOptions options; ///< Method and knobs.
+    std::string name;    ///< For example "fast" or "layered".
+    ViewOptions options; ///< Method and its options.
 };
 
-/// The settings that are worth comparing: every method with its defaults, and its knobs at other
-/// values. The most accurate one comes last.
+/// The settings worth comparing: every method with its defaults and with other values of its
+/// options. The most accurate setting is the last one.
 ///
-/// @param base strength and focus of all of them
-/// @return the settings, with names that differ
+/// @param base strength and focus of all settings
+/// @return the settings; their names are unique
 ALTIRO3D_EXPORT std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base = {});
 
-/// Each method with its default knobs, cheapest first; named as the method.
+/// Each method with its default options, cheapest first, named after the method.
 ///
-/// @param base strength and focus of all of them, and their knobs
+/// @param base strength, focus and method options of all settings
 /// @return "fast", "layered", "real"
 ALTIRO3D_EXPORT std::vector<NamedViewOptions> defaultSettings(const ViewOptions& base = {});
 
-/// What views cost.
+/// Time to render views.
 struct ViewCost {
-    double millisecondsPerView = 0; ///< Wall time of a whole set of views, divided by their number.
-    /// What all views of a photo share (edges, the hidden background), done once: wall time, in
-    /// all; part of the whole set's.
+    double millisecondsPerView = 0; ///< Wall time of a set of views divided by their number.
+    /// Wall time of the work that all views of a photo share (edges, the hidden background). It is
+    /// done once and is part of the set's time.
     double preparationMilliseconds = 0;
 };
 
-/// Measures what views cost on this machine, with the threads of `cv::setNumThreads()`.
+/// Measures the time to render views on this machine, with the threads of `cv::setNumThreads()`.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]
-/// @param options method and knobs
-/// @param views number of views of a set, 1..1024, evenly spaced
-/// @param repetitions sets to make; the fastest counts, 1..1000
+/// @param options method and its options
+/// @param views number of views in a set, 1..1024, evenly spaced
+/// @param repetitions sets to render, 1..1000; the fastest one counts
 /// @return the times
 /// @throws Error InvalidArgument (views, repetitions, options), TooLarge (the quilt of all views),
 ///         and as Depth2Quilt::render()
@@ -51,47 +51,48 @@ ALTIRO3D_EXPORT ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth
 
 /// Accuracy of a view.
 struct ViewAccuracy {
-    double psnrWhole = 0;  ///< PSNR of the whole frame in dB.
-    double ssimWhole = 0;  ///< SSIM of the whole frame.
+    double psnrWhole = 0;  ///< PSNR of the whole picture in dB.
+    double ssimWhole = 0;  ///< SSIM of the whole picture.
     double psnrInside = 0; ///< PSNR without the bands at both sides in dB.
     double ssimInside = 0; ///< SSIM without the bands at both sides.
 };
 
-/// Compares a view with the true one.
+/// Compares a view with the ground truth.
 ///
 /// @param view [rows x cols, CV_8UC3, BGR]
 /// @param truth [as view]
-/// @param band width in px of the bands that "inside" leaves out at the left and at the right, 0 or
-///        more; both are kept if nothing would be left
+/// @param band width in px of the bands at the left and right that "inside" excludes, 0 or more;
+///        they are included if nothing else would be left
 /// @return psnr() and ssim()
-/// @throws Error Mismatch (sizes or types differ), InvalidArgument (empty, not of 8 bits, band)
+/// @throws Error Mismatch (sizes or types differ), InvalidArgument (empty, not 8-bit, band)
 ALTIRO3D_EXPORT ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth, int band);
 
-/// A measured stereo scene: a photo, its true disparity, and what a second camera saw.
+/// A measured stereo scene: a photo, its true disparity, and the photo of a second camera.
 struct ALTIRO3D_EXPORT StereoScene {
-    std::string name;            ///< For tables.
-    cv::Mat photo;               ///< [rows x cols, CV_8UC3, BGR]
-    cv::Mat depth;               ///< [as photo, CV_32FC1, 0..1]: disparity / largest disparity.
-    cv::Mat truth;               ///< [as photo]: the second camera's photo.
-    double largestDisparity = 0; ///< In px; content at depth d stands d times this further left.
+    std::string name; ///< For tables.
+    cv::Mat photo;    ///< [rows x cols, CV_8UC3, BGR]
+    cv::Mat depth;    ///< [as photo, CV_32FC1, 0..1]: disparity / largest disparity.
+    cv::Mat truth;    ///< [as photo]: the second camera's photo.
+    /// In px; content at depth d is d times this further left in `truth`.
+    double largestDisparity = 0;
 
-    /// Options with which the view at position +1 is the second camera's: focus 0 and S/2 =
+    /// Options for which the view at position +1 is that of the second camera: focus 0 and S/2 =
     /// largestDisparity, docs/mathematics.md, (3.2).
-    /// @param knobs all the rest
+    /// @param knobs all other options
     /// @return the options
     ViewOptions options(const ViewOptions& knobs) const;
-    /// Width of the band that "inside" leaves out. @return ceil(largest disparity) + 2 px
+    /// Width of the bands that "inside" excludes. @return ceil(largest disparity) + 2 px
     int band() const;
 };
 
-/// Makes a scene from its pictures.
+/// Builds a scene from its pictures.
 ///
-/// @param name for tables and errors
+/// @param name name in tables and errors
 /// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param rawDisparity [as photo, CV_32FC1], 0 and non-finite = unknown: filled along the row by
-///        the smaller of the two valid neighbours
+/// @param rawDisparity [as photo, CV_32FC1], 0 and non-finite = unknown; unknown values take the
+///        smaller of the two valid neighbours in the row
 /// @param scale raw values per px of disparity, > 0
-/// @param truth [as photo], what the second camera saw
+/// @param truth [as photo], the photo of the second camera
 /// @return the scene; photo and truth share memory with the arguments
 /// @throws Error Mismatch (sizes differ), InvalidArgument (empty, wrong type, scale)
 ALTIRO3D_EXPORT StereoScene makeStereoScene(const std::string& name, const cv::Mat& photo,

@@ -12,66 +12,66 @@
 
 namespace altiro3D {
 
-/// A frame on its way through a pipeline. Frames are used again with their memory: whoever keeps a
-/// picture beyond its stage makes others take new memory by holding a reference, see ownMemory().
+/// A frame in a pipeline. Frames and their memory are reused. A stage that keeps a reference to a
+/// picture forces later writers to allocate new memory, see ownMemory().
 struct PipelineFrame {
     std::int64_t number = 0; ///< From 0, in the order of display.
-    VideoFrame source;       ///< As it was read.
+    VideoFrame source;       ///< The frame as read.
     cv::Mat depth;           ///< [any size, CV_32FC1, 0..1, 1 = nearest]
     VideoDepthStep step;     ///< How the depth was made.
-    VideoFrame result;       ///< What is written.
-    std::string state;       ///< What a later run needs to go on after this frame; mostly empty.
+    VideoFrame result;       ///< The frame to write.
+    std::string state;       ///< What a later run needs to resume after this frame; usually empty.
 };
 
-/// One step of the work on every frame.
+/// One processing step, applied to every frame.
 struct PipelineStage {
     std::string name; ///< For reports: "decode", "depth", "render", "encode".
-    /// Works on a frame. Called for one frame after the other, in order, in one thread. False ends
-    /// the run: the frame is dropped, stages before make no more, those behind finish theirs.
+    /// Processes a frame. It is called for all frames in order, in one thread. Returning false ends
+    /// the run: the frame is dropped, earlier stages stop, and later stages finish their frames.
     std::function<bool(PipelineFrame&)> work;
 };
 
-/// How a pipeline runs.
+/// Options of a pipeline.
 struct PipelineOptions {
     int queueFrames = 3; ///< Frames that may wait between two stages, 1..64.
-    bool threads = true; ///< Each stage has a thread; false: one after the other, for comparison.
-    /// Live: the first stage never waits. Where queueFrames wait behind it already, the oldest of
-    /// them is dropped; with queueFrames = 1 the second stage always gets the newest.
+    bool threads = true; ///< One thread per stage; false: all stages in one thread, for comparison.
+    /// For live input: the first stage never waits. If queueFrames frames already wait behind it,
+    /// the oldest one is dropped. With queueFrames = 1 the second stage always gets the newest
+    /// frame.
     bool dropLate = false;
 };
 
-/// What a stage did.
+/// Statistics of a stage.
 struct StageReport {
-    std::string name;        ///< The stage's.
-    std::int64_t frames = 0; ///< Frames it worked on.
-    double seconds = 0;      ///< Time it worked, all frames together.
-    double longest = 0;      ///< Time of the slowest frame, s.
+    std::string name;        ///< Name of the stage.
+    std::int64_t frames = 0; ///< Frames it processed.
+    double seconds = 0;      ///< Processing time of all frames, s.
+    double longest = 0;      ///< Processing time of the slowest frame, s.
 };
 
-/// What a pipeline did.
+/// Statistics of a pipeline run.
 struct PipelineReport {
     std::vector<StageReport> stages; ///< In order.
-    double seconds = 0;              ///< From begin to end, all stages together.
-    std::int64_t dropped = 0;        ///< Frames left out by PipelineOptions::dropLate.
+    double seconds = 0;              ///< Wall time of the run, s.
+    std::int64_t dropped = 0;        ///< Frames dropped by PipelineOptions::dropLate.
 };
 
-/// Gives the picture memory of its own to be written to: what others hold, too, is let go, and
-/// `create()` then takes new memory.
+/// Prepares a picture for writing: if its memory is shared, the reference is released, and
+/// `create()` then allocates new memory.
 ///
-/// @param picture [any size and type]; empty afterwards if anybody else holds its memory, else as
-///        it was
+/// @param picture [any size and type]; empty afterwards if its memory is shared, else unchanged
 ALTIRO3D_EXPORT void ownMemory(cv::Mat& picture);
 
-/// Takes frames through stages, each in its own thread, with short queues between them: memory does
-/// not grow with the length, and results do not depend on who is fast.
+/// Runs frames through stages, each in its own thread, with short queues between them. Memory does
+/// not grow with the length of the video, and results do not depend on the speed of the stages.
 ///
-/// Returns when the last frame has passed the last stage. If a stage throws, all stop and the
-/// exception is thrown here.
+/// Returns when the last frame has passed the last stage. If a stage throws, all stages stop and
+/// the exception is rethrown here.
 ///
-/// @param stages at least one, in the order of the work
-/// @param options see PipelineOptions
-/// @return what each stage did
-/// @throws Error InvalidArgument (no stage, queueFrames), and what the stages throw
+/// @param stages one or more, in processing order
+/// @param options queue length, threads and live input
+/// @return statistics of each stage
+/// @throws Error InvalidArgument (no stage, queueFrames); exceptions of the stages pass through
 ALTIRO3D_EXPORT PipelineReport runPipeline(const std::vector<PipelineStage>& stages,
                                            const PipelineOptions& options = {});
 

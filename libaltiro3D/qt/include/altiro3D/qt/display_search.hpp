@@ -14,80 +14,81 @@ class QScreen;
 
 namespace altiro3D::qt {
 
-/// What the desktop says about a screen.
+/// Properties of a screen as the desktop reports them.
 struct ScreenFacts {
-    std::string name;         ///< Of the connector ("HDMI-1"); on some systems that of the model.
-    std::string model;        ///< From the screen itself (EDID): "LKG-P00655".
-    std::string serialNumber; ///< From the screen itself; often empty.
-    /// Its mode in px: desktop size times `scale`, so where that is not 1 off by up to `scale` px.
+    std::string name;         ///< Name of the connector ("HDMI-1"); on some systems the model.
+    std::string model;        ///< From the screen's EDID: "LKG-P00655".
+    std::string serialNumber; ///< From the screen's EDID; often empty.
+    /// Mode in px: desktop size times `scale`. If `scale` is not 1, off by up to `scale` px.
     cv::Size size;
-    double scale = 1;     ///< Px of the screen for one of the desktop (device pixel ratio).
-    double refreshHz = 0; ///< Pictures a second; 0 = not known.
+    double scale = 1;     ///< Px of the screen per px of the desktop (device pixel ratio).
+    double refreshHz = 0; ///< Refresh rate in Hz; 0 = unknown.
 };
 
-/// The facts about one screen of the application.
+/// Reads the properties of one screen of the application.
 /// @param screen one of QGuiApplication::screens()
-/// @return what the desktop says of it
+/// @return its properties
 ALTIRO3D_EXPORT ScreenFacts factsOf(const QScreen& screen);
 
-/// How a screen and a calibration volume were found to belong together.
+/// How a screen was paired with a calibration volume.
 enum class PairedBy {
-    Nothing, ///< They were not: one of the two is missing.
-    Serial,  ///< The screen's name is the volume's, or the calibration's serial number.
-    Size     ///< Only one screen and one volume of this panel size are left.
+    Nothing, ///< Not paired: one of the two is missing.
+    Serial,  ///< The screen's name matches the volume's name or the calibration's serial number.
+    Size     ///< Only one screen and one volume of this panel size were left.
 };
 
-/// A light-field display, as far as it was found.
+/// A light-field display; parts that were not found are empty.
 struct FoundDisplay {
     std::optional<std::size_t> screen;      ///< Index into the screens.
-    std::filesystem::path calibrationFile;  ///< Its visual.json; empty if there is none.
-    std::string volume;                     ///< Name of its volume; empty if there is none.
-    std::optional<Calibration> calibration; ///< Absent without a file, or if that is broken.
-    PairedBy pairedBy = PairedBy::Nothing;  ///< Why the two belong together.
-    std::vector<std::string> problems;      ///< What keeps it from showing Natives rightly.
+    std::filesystem::path calibrationFile;  ///< Path of its visual.json; empty if missing.
+    std::string volume;                     ///< Name of its volume; empty if missing.
+    std::optional<Calibration> calibration; ///< Absent if the file is missing or invalid.
+    PairedBy pairedBy = PairedBy::Nothing;  ///< How screen and volume were paired.
+    std::vector<std::string> problems;      ///< What keeps it from showing Natives correctly.
 
-    /// "LKG-P00655": the volume's name, else what begins so in the screen's name, model or serial
-    /// number.
+    /// "LKG-P00655": the volume's name, else the word that begins with LKG in the screen's name,
+    /// model or serial number.
     std::string name;
 };
 
-/// What keeps a screen from showing a panel's Natives px by px: the desktop scales it, or it has
-/// another size.
+/// What keeps a screen from showing Natives of a panel px by px: the desktop scales the screen, or
+/// its size differs from the panel's.
 ///
 /// @param screen from factsOf()
 /// @param panel size of the panel in px
-/// @return one sentence each, with what to do; none if all is well
+/// @return one sentence each, with what to do; empty if there is no problem
 ALTIRO3D_EXPORT std::vector<std::string> problemsOf(const ScreenFacts& screen, cv::Size panel);
 
-/// Finds the light-field displays among screens and mounted volumes and puts them together.
+/// Finds the light-field displays among screens and mounted volumes and pairs the two.
 ///
-/// A screen is one if a word of its name, model or serial number begins with LKG. Each takes the
-/// volume of its own name or serial number; what is left over is put together where panel size and
-/// mode agree and no other pair could be meant; a volume may take a screen of another name so.
-/// Displays that lack either part are listed with a problem that says so.
+/// A screen is a light-field display if a word of its name, model or serial number begins with LKG.
+/// It is paired with the volume of the same name or serial number. The remaining volumes are paired
+/// by size where the panel size equals the mode and the pair is unambiguous; the screen may then
+/// have any name. A display without screen or volume is listed with a problem that states this.
 ///
-/// @param screens as factsOf() gives them
-/// @param volumes as findVolumes() gives them; broken files become problems
-/// @return those with screens in the screens' order, then the others in the volumes'
+/// @param screens from factsOf()
+/// @param volumes from findVolumes(); invalid files become problems
+/// @return first the displays with screens in the order of `screens`, then the others in the order
+///         of `volumes`
 ALTIRO3D_EXPORT std::vector<FoundDisplay>
 findDisplays(const std::vector<ScreenFacts>& screens,
              const std::vector<MountedCalibration>& volumes);
 
-/// findMountedCalibrations(), and for "/" also volumes that are mounted anywhere else.
+/// As findMountedCalibrations(); for "/" also finds volumes that are mounted elsewhere.
 ///
-/// @param fileSystemRoot "/" outside of tests
-/// @return as findMountedCalibrations(), then the others
+/// @param fileSystemRoot "/" except in tests
+/// @return those of findMountedCalibrations(), then the others
 ALTIRO3D_EXPORT std::vector<MountedCalibration>
 findVolumes(const std::filesystem::path& fileSystemRoot = "/");
 
-/// The display that a Native of this size and calibration is for: the one whose calibration has the
+/// Chooses the display for a Native of this size and calibration: the one whose calibration has the
 /// same fingerprint, else the only one with a screen of that size, else the only one with a screen.
 ///
-/// @param displays as findDisplays() gives them
-/// @param screens those that it was given
-/// @param calibration the Native's, if it is known
+/// @param displays from findDisplays()
+/// @param screens the screens that findDisplays() was given
+/// @param calibration calibration of the Native, if known
 /// @param native size of the Native in px
-/// @return index into `displays`; nothing if no display has a screen, or several could be meant
+/// @return index into `displays`; nothing if no display has a screen or the choice is ambiguous
 ALTIRO3D_EXPORT std::optional<std::size_t>
 chooseDisplay(const std::vector<FoundDisplay>& displays, const std::vector<ScreenFacts>& screens,
               const std::optional<Calibration>& calibration, cv::Size native);

@@ -9,7 +9,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-/// Checks at the door of the image functions.
+/// Checks of the arguments of image functions.
 namespace altiro3D {
 
 /// Throws InvalidArgument unless the condition holds.
@@ -17,7 +17,7 @@ inline void check(bool condition, const char* subject, const std::string& proble
     if (!condition) throw Error(ErrorCode::InvalidArgument, subject, problem);
 }
 
-/// Throws InvalidArgument unless the condition holds for a number: "is 1.5, expected 0..1".
+/// Throws InvalidArgument with the value ("is 1.5, expected 0..1") unless the condition holds.
 inline void checkNumber(bool condition, const std::string& field, double value,
                         const std::string& expected) {
     if (condition) return;
@@ -40,9 +40,9 @@ inline void checkType(const cv::Mat& picture, std::initializer_list<int> types, 
     check(fits, subject, shapeText(picture) + ", expected " + expected);
 }
 
-/// Throws unless a photo and its depth, or distance, are of one size that views can be made of.
-/// @param subject what belongs to the photo: "depth" or "distance"
-/// @param expected its type, for people
+/// Throws unless photo and depth (or distance) have the same size and views can be made of it.
+/// @param subject "depth" or "distance"
+/// @param expected the type of `depth`, for the message
 inline void checkPhotoAndDepth(const cv::Mat& photo, const cv::Mat& depth, const char* subject,
                                const char* expected) {
     constexpr int kMaxViewSide = 32766; // cv::remap's limit
@@ -59,9 +59,10 @@ inline void checkPhotoAndDepth(const cv::Mat& photo, const cv::Mat& depth, const
     }
 }
 
-/// Throws InvalidArgument where a result is an input of the same call or shares memory with it. To
-/// be called before the result is allocated, which would take an input's memory away.
-/// @param subject the result's name @param inputName the input's, as "photo"
+/// Throws InvalidArgument if a result is an input of the same call or shares memory with it. Call
+/// it before the result is allocated, which could release an input's memory.
+/// @param subject name of the result
+/// @param inputName name of the input, for example "photo"
 inline void checkApart(const cv::Mat& result, const cv::Mat& input, const char* subject,
                        const char* inputName) {
     check(&result != &input && !shareMemory(result, input), subject,

@@ -11,14 +11,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The file that this code lies in: the shared library, or the program.
+// The file that contains this code: the shared library or the program.
 fs::path ownFile() {
     Dl_info info{};
     std::error_code error;
     static const char here = 0;
     fs::path file;
     if (dladdr(&here, &info) != 0 && info.dli_fname != nullptr) file = info.dli_fname;
-    if (!file.is_absolute()) file = "/proc/self/exe"; // a program's name is what it was called by
+    if (!file.is_absolute())
+        file = "/proc/self/exe"; // for a program it is the name it was started with
     return fs::canonical(file, error);
 }
 
@@ -46,7 +47,7 @@ std::vector<fs::path> dataDirectories() {
 
     std::vector<fs::path> directories;
     for (const fs::path& candidate : candidates) {
-        std::error_code error; // what cannot be looked into does not count as there
+        std::error_code error; // an unreadable directory counts as missing
         if (fs::is_directory(candidate, error)) directories.push_back(candidate);
     }
     return directories;

@@ -5,9 +5,9 @@
 namespace altiro3D {
 
 /// The prefix of an installation.
-/// @param file a file of it, absolute
-/// @param place the folder of that file below the prefix, as `lib/x86_64-linux-gnu`
-/// @return empty if the file does not lie in such a folder, or the place is absolute
+/// @param file absolute path of an installed file
+/// @param place directory of that file below the prefix, for example `lib/x86_64-linux-gnu`
+/// @return empty if the file is not in such a directory, or `place` is absolute
 std::filesystem::path prefixOf(const std::filesystem::path& file,
                                const std::filesystem::path& place);
 

@@ -4,13 +4,13 @@ namespace altiro3D {
 
 namespace {
 
-// What comes from files and users may hold line breaks and orders to the terminal; an error stays
-// one line.
+// Text from files and users may contain line breaks and terminal escape sequences. They are
+// replaced, so an error is one line and cannot inject escape sequences.
 std::string oneLine(std::string text) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         const auto c = static_cast<unsigned char>(text[i]);
         if (c < 0x20 || c == 0x7f) text[i] = ' ';
-        // U+0080..U+009F, which some terminals obey
+        // U+0080..U+009F, control characters for some terminals
         if (c == 0xc2 && i + 1 < text.size() && (text[i + 1] & 0xe0) == 0x80)
             text.replace(i, 2, " ");
     }

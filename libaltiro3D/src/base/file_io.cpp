@@ -22,13 +22,13 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kReadStepBytes = std::size_t{1} << 20;
-constexpr std::size_t kLargestCallBytes = std::size_t{1} << 30; // Linux takes 2 GiB at most
+constexpr std::size_t kLargestCallBytes = std::size_t{1} << 30; // Linux accepts 2 GiB at most
 
 std::string reason(int number) {
     return std::generic_category().message(number);
 }
 
-// After EAGAIN (a non-blocking pipe): waits until the descriptor can go on.
+// After EAGAIN (a non-blocking pipe): waits until the descriptor is ready.
 void waitFor(int number, short events) {
     pollfd waiting{number, events, 0};
     ::poll(&waiting, 1, -1);
@@ -44,7 +44,7 @@ void waitFor(int number, short events) {
                 "holds " + length + " bytes, expected at most " + std::to_string(maxBytes));
 }
 
-// Writes all parts; 0 or errno.
+// Writes all parts. Returns 0 or errno.
 int writeAll(int number, const std::vector<Bytes>& parts) {
     for (const Bytes& part : parts) {
         const char* next = static_cast<const char*>(part.data);
@@ -66,7 +66,7 @@ int writeAll(int number, const std::vector<Bytes>& parts) {
     return 0;
 }
 
-// The number of an own descriptor that `/proc/self/fd/N` and the like name.
+// The number of the descriptor of this process that a path such as `/proc/self/fd/N` names.
 std::optional<int> ownDescriptor(const fs::path& path) {
     const std::string name = path.filename().string();
     if (name.empty() || name.size() > 6) return std::nullopt;
@@ -92,9 +92,9 @@ void writeInPlace(const fs::path& path, FileHandle file, const std::vector<Bytes
     if (const int error = file.close()) failWrite(path, error);
 }
 
-// A file beside the target that gets its name by a rename. Until name() it has none, so that a
-// process that is killed leaves nothing behind; where the file system knows no such files, or
-// without /proc, it is a hidden one. Removed at the end unless it was renamed.
+// A temporary file beside the target, which is then renamed to it. It has no name until name(), so
+// a killed process leaves nothing behind. It is a hidden file if the file system does not support
+// unnamed files, or without /proc. The destructor removes it unless it was renamed.
 class TemporaryFile {
   public:
     explicit TemporaryFile(const fs::path& directory) : directory_(directory) {
@@ -115,7 +115,7 @@ class TemporaryFile {
 
     FileHandle& file() { return file_; }
     const fs::path& path() const { return path_; }
-    // Gives it a name, while it is open. 0 or errno.
+    // Gives the open file a name. Returns 0 or errno.
     int name() {
         if (!path_.empty()) return 0;
         const std::string self = "/proc/self/fd/" + std::to_string(file_.get());
@@ -127,7 +127,7 @@ class TemporaryFile {
     void renamed() { path_.clear(); }
 
   private:
-    // Calls `take` for new names until it succeeds. 0 or errno.
+    // Calls `take` with new names until it succeeds. Returns 0 or errno.
     template <class Take>
     int tryNames(const Take& take) {
         static std::atomic<unsigned> counter{0};
@@ -137,7 +137,7 @@ class TemporaryFile {
             if (take()) return 0;
             if (errno != EEXIST) break;
         }
-        path_.clear(); // it is not ours
+        path_.clear(); // the name belongs to another file
         return errno;
     }
 
@@ -170,7 +170,7 @@ std::string readFile(const fs::path& path, std::uintmax_t maxBytes) {
         contents.resize(static_cast<std::size_t>(length));
         std::size_t filled = 0;
         for (;;) {
-            // One byte past the expected end tells whether the file has grown.
+            // One byte past the expected end shows whether the file has grown.
             char extra = 0;
             const bool full = filled == contents.size();
             char* const to = full ? &extra : contents.data() + filled;
@@ -207,7 +207,7 @@ void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
     if (path.empty()) failWrite("(no name)", ENOENT);
     const fs::path target = followLinks(path, isOwnDescriptor);
     if (const std::optional<int> own = ownDescriptor(target)) {
-        // Opening the name anew would lose the position in a file that output is appended to.
+        // Reopening the name would lose the position in a file that is being appended to.
         writeInPlace(path, FileHandle(::fcntl(*own, F_DUPFD_CLOEXEC, 0)), parts);
         return;
     }
@@ -223,7 +223,7 @@ void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
         return;
     }
     if (!target.has_filename()) failWrite(path, EISDIR);
-    // The rename would replace a write-protected file if only the directory may be changed.
+    // A writable directory would let the rename replace a write-protected file.
     if (exists && ::access(target.c_str(), W_OK) != 0) failWrite(path, errno);
 
     const fs::path parent = target.parent_path();

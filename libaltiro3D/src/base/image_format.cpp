@@ -12,7 +12,7 @@ namespace {
 
 using std::string_view;
 
-// Formats that are not read, by how their files begin.
+// Signatures of formats that are not supported.
 struct Signature {
     std::size_t at;
     string_view bytes;
@@ -65,7 +65,7 @@ bool isPcx(string_view bytes) {
            bytes[2] == 1 && (bytes[3] == 1 || bytes[3] == 2 || bytes[3] == 4 || bytes[3] == 8);
 }
 
-// ISO base media files: the brand tells pictures from videos.
+// ISO base media files: the brand distinguishes pictures from videos.
 std::string isoMediaName(string_view bytes) {
     const string_view brand = bytes.substr(8, 4);
     if (brand == "avif" || brand == "avis") return "AVIF";
@@ -87,7 +87,7 @@ bool containsOnlyText(string_view bytes) {
 }
 
 std::string otherFormatName(string_view bytes, const std::string& extension) {
-    if (extension == ".tga") return "TGA"; // without a signature, and often taken for CUR
+    if (extension == ".tga") return "TGA"; // has no signature and often looks like CUR
     for (const Signature& signature : kOthers) {
         if (bytes.size() >= signature.at + signature.bytes.size() &&
             bytes.substr(signature.at, signature.bytes.size()) == signature.bytes) {
@@ -113,7 +113,7 @@ std::string otherFormatName(string_view bytes, const std::string& extension) {
 PictureFormat pictureFormat(string_view bytes) {
     if (startsWith(bytes, string_view("\x89PNG\r\n\x1a\n", 8))) return PictureFormat::Png;
     if (startsWith(bytes, string_view("\xff\xd8", 2))) return PictureFormat::Jpeg;
-    // Canon's CR2 carries its own mark inside a TIFF header.
+    // Canon's CR2 has its own mark inside a TIFF header.
     const bool isCr2 = bytes.size() >= 10 && bytes.substr(8, 2) == "CR";
     if (!isCr2) {
         for (const string_view mark : {string_view("II*\0", 4), string_view("MM\0*", 4),

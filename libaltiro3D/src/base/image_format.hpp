@@ -5,7 +5,7 @@
 
 namespace altiro3D {
 
-/// The picture formats that are read, and one value for all others.
+/// The supported picture formats, and one value for all others.
 enum class PictureFormat {
     Unknown,
     Png,
@@ -20,14 +20,14 @@ enum class PictureFormat {
     Jpeg2000
 };
 
-/// The format that a file's first bytes tell. Total: any bytes give a result, at worst Unknown.
+/// The format by the first bytes of a file. Any bytes give a result, at worst Unknown.
 PictureFormat pictureFormat(std::string_view bytes);
 
-/// A known format without a reader, "GIF", "HEIC", "MP4 video", or empty.
-/// @param extension the file name's, lower case with its dot; may be empty
+/// The name of a known format that is not supported ("GIF", "HEIC", "MP4 video"), or empty.
+/// @param extension extension of the file name, lower case with its dot; may be empty
 std::string otherFormatName(std::string_view bytes, const std::string& extension);
 
-/// Whether the file's beginning is text.
+/// Whether the beginning of a file is text.
 bool containsOnlyText(std::string_view bytes);
 
 } // namespace altiro3D

@@ -12,7 +12,7 @@ namespace altiro3D {
 
 namespace {
 
-// "line 3, column 7" of a byte of the text, counted from 1.
+// Position of a byte in the text, "line 3, column 7", counted from 1.
 std::string placeOf(const std::string& text, std::size_t byte) {
     const std::size_t end = std::min(byte > 0 ? byte - 1 : 0, text.size());
     const std::string before = text.substr(0, end);
@@ -21,7 +21,7 @@ std::string placeOf(const std::string& text, std::size_t byte) {
     return "line " + std::to_string(line) + ", column " + std::to_string(end - lineStart + 1);
 }
 
-// Which limit a text exceeds; empty if none. Looks at brackets only, before anything is built.
+// The limit that a text exceeds; empty if none. Scans brackets only, before the parser allocates.
 std::string exceededLimit(std::string_view text, const JsonLimits& limits) {
     std::vector<int> members; // of the open objects and lists
     bool inString = false;
@@ -78,7 +78,7 @@ Json parseJson(const std::string& text, const std::string& source, const std::st
         return limits.refuseRepeated ? Json::parse(text, checkKey) : Json::parse(text);
     } catch (const Json::parse_error& error) {
         fail("is not valid JSON (" + placeOf(text, error.byte) + ")");
-    } catch (const Json::exception&) { // a number beyond double, as 1e999
+    } catch (const Json::exception&) { // a number beyond double, for example 1e999
         fail("holds a number that is out of range");
     }
     return {};

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <nlohmann/json.hpp> // costs seconds: included by the sources of readers only
+#include <nlohmann/json.hpp> // slow to compile: included only by the sources of readers
 #include <string>
 
 namespace altiro3D {
@@ -13,17 +13,17 @@ using Json = nlohmann::ordered_json;
 struct JsonLimits {
     std::size_t levels = 64;     ///< Nested objects and lists.
     int members = 1000;          ///< Members of one object.
-    bool refuseRepeated = false; ///< Whether a key that stands twice in an object is an error.
+    bool refuseRepeated = false; ///< A repeated key in an object is an error.
 };
 
-/// Parses a JSON text. Total: any bytes are safe.
-/// @param source the file, for errors
+/// Parses a JSON text. Safe for any bytes.
+/// @param source file name, for errors
 /// @param expected for errors: "a display's visual.json"
 /// @throws Error BadFormat: beyond the limits, or invalid, with line and column
 Json parseJson(const std::string& text, const std::string& source, const std::string& expected,
                const JsonLimits& limits = {});
 
-/// A value for an error message: lists and objects are only named, texts are shortened.
+/// Formats a value for an error message: lists and objects are only named, strings are shortened.
 std::string shownJson(const Json& value);
 
 } // namespace altiro3D

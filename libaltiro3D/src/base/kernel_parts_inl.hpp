@@ -1,4 +1,4 @@
-// Small parts of kernels; included once per instruction set, after hwy/highway.h.
+// Building blocks of kernels; included once per instruction set, after hwy/highway.h.
 
 #if defined(ALTIRO3D_KERNEL_PARTS_INL_HPP) == defined(HWY_TARGET_TOGGLE) // NOLINT
 #ifdef ALTIRO3D_KERNEL_PARTS_INL_HPP
@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <hwy/highway.h>
 
-// Whether this instruction set is AVX-512 or a later one of x86: Highway numbers the better ones
-// lower.
+// Whether this instruction set is AVX-512 or a later one of x86. Highway gives better sets lower
+// numbers.
 #define ALTIRO3D_AVX512 (HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3)
 
 HWY_BEFORE_NAMESPACE();
@@ -22,9 +22,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // The four bytes at base + offset, for each lane of `offsets` (in bytes, any alignment).
 //
-// A gather of AVX-512 keeps the old content of its register alive: each round of a loop would wait
-// for the one before it. Gathering over zeros does not; the mask must look as if it could be false
-// anywhere, else compilers take the zeros away.
+// An AVX-512 gather depends on the old content of its destination register, so each iteration of a
+// loop would wait for the previous one. A masked gather over zeros breaks this dependency. The
+// compiler must not be able to prove that the mask is all true, or it removes the zeros.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V gatherBytes4(D d, const void* base, V offsets) {
 #if ALTIRO3D_AVX512
@@ -75,8 +75,8 @@ HWY_INLINE EightBytes<V> gatherBytes8(D d, const void* base, V offsets) {
 #endif
 }
 
-// The nearest whole number of 0..2^22 (halves to even). Without the care for larger ones that
-// hn::NearestInt takes.
+// Rounds 0..2^22 to the nearest whole number (halves to even), without the handling of larger
+// values in hn::NearestInt.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE hn::Vec<hn::RebindToSigned<D>> smallNearestInt(D d, V value) {
     const hn::RebindToSigned<D> whole;
@@ -84,8 +84,8 @@ HWY_INLINE hn::Vec<hn::RebindToSigned<D>> smallNearestInt(D d, V value) {
     return hn::Sub(hn::BitCast(whole, hn::Add(value, magic)), hn::BitCast(whole, magic));
 }
 
-// Neighbouring table entries of pixels that lie close together: where registers are wide, a window
-// of the table fits into two of them, and looking up costs a tenth of reading from memory.
+// Adjacent table entries for neighbouring pixels. Where registers are wide, two of them hold a
+// window of the table, and a look-up takes a tenth of the time of a read from memory.
 #if ALTIRO3D_AVX512
 constexpr int kWindowColumns = 64;
 
@@ -99,13 +99,13 @@ class Window {
           high_(_mm512_cvtepu8_epi16(
               _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from + 32)))) {}
 
-    // What pairs() takes for the entries `index` and index + 1.
+    // The argument of pairs() for the entries `index` and index + 1.
     static HWY_INLINE hn::Vec512<std::int32_t> withNext(hn::Vec512<std::int32_t> index) {
         const hn::Full512<std::int32_t> d;
         return hn::Add(hn::Or(index, hn::ShiftLeft<16>(index)), hn::Set(d, 1 << 16));
     }
 
-    // One entry in the lower, one in the upper 16 bits; of both indices six bits count.
+    // One entry in the lower, one in the upper 16 bits. Six bits of each index are used.
     HWY_INLINE hn::Vec512<std::int32_t> pairs(hn::Vec512<std::int32_t> indices) const {
         return hn::Vec512<std::int32_t>{_mm512_permutex2var_epi16(low_, indices.raw, high_)};
     }
@@ -130,8 +130,9 @@ constexpr int kWindowColumns = 0;
 
 constexpr std::size_t kVectorsPerWindow = 4;
 
-// The first of kWindowColumns columns that hold all that pixels can show whose columns, in order,
-// begin and end with these; -1 if there are more. Tables begin at column 0.
+// Start of a window of kWindowColumns table columns that covers the source columns of a run of
+// pixels; -1 if the window is too narrow. The source columns are monotonic from `first` to `last`,
+// and pixels read `reach` columns around them. Tables begin at column 0.
 HWY_INLINE int windowOf(float first, float last, int reach) {
     const int from = static_cast<int>(first < last ? first : last) - reach;
     const int to = static_cast<int>(first < last ? last : first) + reach + 2;

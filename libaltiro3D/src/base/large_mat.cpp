@@ -11,8 +11,8 @@ namespace altiro3D {
 
 cv::Mat largeMat(int rows, int cols, int type) {
 #if defined(__linux__) && defined(MADV_HUGEPAGE)
-    // The first use of a 4 KiB page costs about 1.5 us, half of the time to build a table of
-    // 38 MB; that of a page of 2 MiB some 60 us.
+    // The first access to a 4 KiB page takes about 1.5 us, half of the time to build a table of 38
+    // MB. The first access to a 2 MiB page takes about 60 us.
     constexpr std::size_t kPage = std::size_t{2} << 20;
     const std::size_t elementSize = CV_ELEM_SIZE(type);
     const std::size_t count = static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols);
@@ -24,7 +24,7 @@ cv::Mat largeMat(int rows, int cols, int type) {
         if (skip % elementSize == 0) {
             const auto begin = static_cast<int>(skip / elementSize);
             const cv::Mat part = block.colRange(begin, begin + static_cast<int>(count));
-            // A wish; nothing is lost where it is refused.
+            // A hint; the system may refuse it.
             ::madvise(part.data, count * elementSize / kPage * kPage, MADV_HUGEPAGE);
             return part.reshape(0, rows);
         }

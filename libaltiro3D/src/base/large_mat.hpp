@@ -4,9 +4,9 @@
 
 namespace altiro3D {
 
-/// A picture of many MB for a result that is written once from end to end, which fresh memory in
-/// pages of 4 KiB makes several times slower. The system is asked for large pages where it has
-/// them; the contents are not set.
+/// Allocates a picture of many MB for a result that is written once from end to end. Fresh memory
+/// in pages of 4 KiB makes this several times slower, so large pages are requested if the system
+/// has them. The contents are not initialized.
 ///
 /// @return [rows x cols, type], continuous
 cv::Mat largeMat(int rows, int cols, int type);

@@ -8,12 +8,13 @@
 
 namespace altiro3D {
 
-/// Does some work; if memory runs out in it, which the language and OpenCV tell in their own ways,
-/// throws Error OutOfMemory.
+/// Runs `work` and converts a failed allocation, which the language and OpenCV report differently,
+/// to Error OutOfMemory.
 ///
-/// @param subject what is to blame
+/// @param subject file or argument for the error
 /// @param problem "does not fit into memory, expected ..."
-/// @param work called once @return what it returns
+/// @param work called once
+/// @return the result of `work`
 template <class Work>
 auto orOutOfMemory(const std::string& subject, const std::string& problem, const Work& work) {
     try {

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kMostLinks = 40; // as the kernel follows
+constexpr int kMostLinks = 40; // the kernel's limit
 
 } // namespace
 
@@ -27,7 +27,7 @@ void failWrite(const fs::path& path, int number) {
 
 int FileHandle::close() {
     if (number_ < 0) return 0;
-    // After EINTR the descriptor is gone on Linux; a second close could hit another's.
+    // On Linux the descriptor is closed after EINTR; a second close could close another file.
     return ::close(release()) == 0 || errno == EINTR ? 0 : errno;
 }
 
@@ -57,7 +57,8 @@ fs::path followLinks(const fs::path& path, bool (*isEnd)(const fs::path&)) {
 }
 
 int takeOwnerAndMode(int number, const struct stat& replaced) {
-    // The owner matters only where root replaces another's file; others may not give files away.
+    // The owner changes only if root replaces another user's file; other users cannot change
+    // owners.
     struct stat made {};
     if (::fstat(number, &made) == 0 &&
         (made.st_uid != replaced.st_uid || made.st_gid != replaced.st_gid)) {

@@ -3,10 +3,10 @@
 #include <filesystem>
 #include <sys/stat.h>
 
-/// Files by their descriptors: what reading and writing of whole files is built on.
+/// File descriptors, the base for reading and writing whole files.
 namespace altiro3D {
 
-/// A file descriptor that is closed at the end. Movable.
+/// Owns a file descriptor and closes it in the destructor. Movable.
 class FileHandle {
   public:
     /// @param number a descriptor to own; -1 = none
@@ -26,7 +26,7 @@ class FileHandle {
     int get() const { return number_; }
     bool isOpen() const { return number_ >= 0; }
 
-    /// Closes now, as network file systems report a full disk only here. @return 0 or errno
+    /// Closes the file. Network file systems may report a full disk only here. @return 0 or errno
     int close();
 
   private:
@@ -39,31 +39,33 @@ class FileHandle {
     int number_;
 };
 
-/// Throws WriteFailed with the system's words for an errno.
+/// Throws WriteFailed with the system's message for an errno.
 /// @param path the file as the user wrote it
 [[noreturn]] void failWrite(const std::filesystem::path& path, int number);
 
-/// Opens a file, also when signals interrupt. @return not open: errno tells why
+/// Opens a file and retries after signals. @return if not open, errno is set
 FileHandle openFile(const std::filesystem::path& path, int flags, mode_t mode = 0);
 
 /// Locks an open file or directory against other processes until it is closed.
 /// @return false if another process holds the lock; true also where the file system has no locks
 bool lockFile(const FileHandle& file);
 
-/// Where a path leads once its links are followed; need not exist.
-/// @param isEnd if given, a path that it is true for is not followed any more
+/// Follows the links of a path. The target need not exist.
+/// @param isEnd if given, following stops at a path for which it returns true
 /// @throws Error WriteFailed
 std::filesystem::path followLinks(const std::filesystem::path& path,
                                   bool (*isEnd)(const std::filesystem::path&) = nullptr);
 
-/// Gives a new file the owner, where that is allowed, and the permissions of the one it will
-/// replace. @return 0, or errno where the permissions could not be set
+/// Copies the owner (if allowed) and the permissions of the replaced file to a new file. @return 0,
+/// or errno if the permissions could not be set
 int takeOwnerAndMode(int number, const struct stat& replaced);
 
-/// Brings a file to the disk. Some file systems cannot; that is no failure. @return 0 or errno
+/// Flushes a file to the disk. A file system without this function is not an error. @return 0 or
+/// errno
 int flushFile(int number);
 
-/// Brings the names in a file's directory to the disk; where that fails the data is there.
+/// Flushes the directory of a file to the disk. Failures are ignored; the data is already on the
+/// disk.
 void flushDirectoryOf(const std::filesystem::path& path);
 
 } // namespace altiro3D

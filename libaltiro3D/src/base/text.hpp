@@ -8,7 +8,7 @@
 
 namespace altiro3D {
 
-/// A number as people write it ("0.75"), whatever the locale.
+/// A number as people write it ("0.75"), independent of the locale.
 inline std::string numberText(double value, int significantDigits = 6) {
     char text[64];
     const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general,
@@ -26,7 +26,7 @@ inline std::string sizeText(cv::Size size) {
     return pairText(size.width, size.height);
 }
 
-/// A text from a file, short enough for a message: its first 60 bytes.
+/// Shortens a text from a file for a message, to its first 60 bytes.
 inline std::string shortened(const std::string& text) {
     constexpr std::size_t kMaxShown = 60;
     return text.size() <= kMaxShown ? text : text.substr(0, kMaxShown) + "...";
@@ -37,7 +37,7 @@ inline bool startsWith(std::string_view text, std::string_view prefix) {
     return text.substr(0, prefix.size()) == prefix;
 }
 
-/// A to Z as a to z, whatever the locale.
+/// A..Z as a..z, independent of the locale.
 inline char lowerCase(char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }

@@ -17,8 +17,9 @@ namespace {
 constexpr std::uintmax_t kMaxFileBytes = 4 * 1024 * 1024;
 constexpr int kMaxContainers = 3;
 constexpr std::size_t kMaxCells = 16;
-constexpr std::size_t kLongestNumber = 100; // bytes; of anything longer nothing is read
-constexpr double kMaxCenter = 1e6;          // lens periods; more leaves too few digits behind them
+constexpr std::size_t kLongestNumber = 100; // bytes; longer texts are not read
+constexpr double kMaxCenter =
+    1e6; // lens periods; larger values leave too few digits for the fraction
 
 [[noreturn]] void fail(const std::string& source, const std::string& problem) {
     throw Error(ErrorCode::BadFormat, source, problem);
@@ -34,7 +35,7 @@ Json parseDocument(const std::string& text, const std::string& source) {
     return parseJson(text, source, "a display's visual.json");
 }
 
-// A text inside the document as JSON; null if it is none.
+// Parses a string of the document as JSON; null if it is not JSON.
 Json parseInner(const std::string& text) {
     try {
         return parseJson(text, {}, {});
@@ -43,8 +44,8 @@ Json parseInner(const std::string& text) {
     }
 }
 
-// Collects the objects that have pitch and slope: the document itself, or up to three containers
-// down. A string that holds an object is looked into as if it were that object.
+// Collects the objects that have pitch and slope: the document itself, or objects up to three
+// containers deep. A string that holds an object is treated as that object.
 void findCalibrations(const Json& node, int containersLeft, std::vector<Json>& found) {
     if (node.is_object() && node.contains("pitch") && node.contains("slope")) {
         found.push_back(node);
@@ -58,7 +59,7 @@ void findCalibrations(const Json& node, int containersLeft, std::vector<Json>& f
     }
 }
 
-// Reads the fields of one calibration object, each with its name in the error.
+// Reads the fields of one calibration object; errors name the field.
 class FieldReader {
   public:
     FieldReader(const Json& object, std::string source)
@@ -100,7 +101,7 @@ class FieldReader {
     double number(const Json& value, const std::string& field, const std::string& expected) const {
         if (value.is_number()) return value.get<double>();
         if (value.is_boolean()) return value.get<bool>() ? 1 : 0;
-        if (value.is_string()) { // "52.5" counts, "52.5 lpi" does not; locale must not matter
+        if (value.is_string()) { // "52.5" is a number, "52.5 lpi" is not, in every locale
             const auto& text = value.get_ref<const std::string&>();
             if (text.size() <= kLongestNumber) {
                 const Json inner = parseInner(text);
@@ -202,7 +203,7 @@ void validate(const Calibration& c, const std::string& source) {
             }
         }
     }
-    // Each field may be fine and their product still be beyond what the mapping can resolve.
+    // Fields in range can still have a product that the mapping cannot resolve.
     const double periods = c.pitch * c.screenW / c.DPI;
     const double tilt = c.screenH / (c.screenW * std::abs(c.slope));
     if (!(periods >= 1e-3 && periods <= 3.0 * c.screenW) || !(tilt * periods <= 1e6)) {
@@ -244,7 +245,7 @@ Calibration readFields(const Json& object, const std::string& source) {
 } // namespace
 
 std::vector<Calibration> parseCalibrations(const std::string& text, const std::string& source) {
-    const Json document = parseDocument(text, source); // which skips a byte order mark
+    const Json document = parseDocument(text, source); // skips a byte order mark
     std::vector<Json> objects;
     findCalibrations(document, kMaxContainers, objects);
     if (objects.empty()) {
@@ -253,7 +254,7 @@ std::vector<Calibration> parseCalibrations(const std::string& text, const std::s
         if (!half) {
             fail(source, "holds no calibration, expected an object with pitch, slope and center");
         }
-        objects.push_back(document); // let the reader name the field that is missing
+        objects.push_back(document); // the reader then names the missing field
     }
     std::vector<Calibration> calibrations;
     for (std::size_t i = 0; i < objects.size(); ++i) {
@@ -279,7 +280,7 @@ Calibration readCalibration(const std::filesystem::path& file) {
 std::uint64_t fingerprint(const Calibration& c) {
     std::uint64_t hash = 0xcbf29ce484222325; // FNV-1a, 64 bit
     const auto add = [&hash](double value) {
-        if (value == 0) value = 0; // -0 and 0 are the same place
+        if (value == 0) value = 0; // -0 and 0 must give the same hash
         std::uint64_t bits = 0;
         std::memcpy(&bits, &value, sizeof bits);
         for (int byte = 0; byte < 8; ++byte) {
@@ -365,7 +366,7 @@ double LensGeometry::phase(int x, int y, int channel) const {
     } else {
         const SubpixelCell& cell = cells[static_cast<std::size_t>(cellIndex(x, y))];
         const auto c = static_cast<std::size_t>(k);
-        const double mirror = mirrorX ? -1 : 1; // as the sub-pixel step
+        const double mirror = mirrorX ? -1 : 1; // same sign as the sub-pixel step
         a = ((u + mirror * cell.x[c] / panelWidth) + (v + cell.y[c] / panelHeight) * tilt) *
                 periodsPerWidth -
             center;

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// columns x rows in a quilt of the given size; its tiles are the floor of the division.
+// columns x rows in a quilt of the given size; the tile size is rounded down.
 DisplayModel model(const char* name, const char* prefix, cv::Size panel, double dpi, double cone,
                    QuiltGrid grid, cv::Size quilt) {
     DisplayModel m;
@@ -43,7 +43,7 @@ const DisplayModel* byPrefix(const std::string& prefix) {
     return nullptr;
 }
 
-// Models share panels; cone, cells and density tell them apart.
+// Some models share a panel; cone, cells and density distinguish them.
 const DisplayModel* byPanel(const Calibration& c) {
     const bool third = std::abs(c.viewCone - 50) < 0.5 || !c.subpixelCells.empty();
     const cv::Size panel(c.screenW, c.screenH);
@@ -92,7 +92,7 @@ const DisplayModel* findDisplayModel(const Calibration& calibration) {
 
 QuiltLayout defaultQuilt(const Calibration& calibration) {
     if (const DisplayModel* m = findDisplayModel(calibration)) return m->quilt;
-    // Views of the panel's shape, 48 of them on about 4096 x 4096 px.
+    // 48 views of the panel's shape on about 4096 x 4096 px.
     const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
     QuiltLayout layout;
     layout.columns = aspect < 1 ? 8 : 6;
@@ -147,7 +147,7 @@ Display readDisplay(const fs::path& calibrationFile, const std::string& serial) 
 }
 
 std::vector<MountedCalibration> findMountedCalibrations(const fs::path& root) {
-    // Volumes lie directly below these, or one directory, as a user's, farther down.
+    // Volumes are mounted directly in these, or in a subdirectory such as a user's.
     const fs::path parents[] = {"media", "run/media", "mnt", "Volumes"};
     std::set<fs::path> files;
     const auto lookInto = [&files](const fs::path& directory, const auto& self,

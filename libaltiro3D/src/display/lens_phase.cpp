@@ -9,14 +9,15 @@ namespace altiro3D {
 
 namespace {
 
-// a modulo 1, in 2^-32, to the nearest.
+// a modulo 1 in units of 2^-32, rounded to nearest.
 std::uint32_t fixedPoint(double a) {
-    const double fraction = a - std::floor(a); // may round to 1, which wraps to 0 as it should
+    const double fraction = a - std::floor(a); // may round to 1, which correctly wraps to 0
     return static_cast<std::uint32_t>(static_cast<std::uint64_t>(fraction * 4294967296.0 + 0.5));
 }
 
-// Bound of |columns + row - LensGeometry::phase| in 2^-32. Either way to the phase takes at most 8
-// roundings, each of half a unit in the 53rd bit of at most `largest`; to fixed point twice 0.5.
+// Bound of |columns + row - LensGeometry::phase| in 2^-32. Both computations of the phase make at
+// most 8 roundings, each by half a unit in the 53rd bit of at most `largest`. The two conversions
+// to fixed point add 0.5 each.
 std::uint32_t errorBound(const LensGeometry& g) {
     const double largest =
         2 * (1 + std::abs(g.tilt)) * std::abs(g.periodsPerWidth) + std::abs(g.center) + 1;
@@ -36,7 +37,7 @@ LensPhases::LensPhases(LensGeometry geometry) : geometry_(std::move(geometry)) {
     for (std::size_t table = 0; table < columns_.size(); ++table) {
         const int channel = static_cast<int>(table % 3);
         const auto k = static_cast<std::size_t>(g.blueFirst ? 2 - channel : channel);
-        const int y = g.panelHeight - 1 - static_cast<int>(table / 3); // a row with this pattern
+        const int y = g.panelHeight - 1 - static_cast<int>(table / 3); // some row with this pattern
         columns_[table] = paddedRow<std::uint32_t>(static_cast<std::size_t>(g.panelWidth));
         for (int x = 0; x < g.panelWidth; ++x) {
             double u = (x + 0.5) / g.panelWidth;

@@ -8,9 +8,10 @@
 
 namespace altiro3D {
 
-/// LensGeometry::phase in whole numbers, fast: the phase of sub-pixel (x, y, channel) is
-/// columnPhases(y, channel)[x] + rowPhase(y, channel) modulo 2^32, in 2^-32 of a lens period; at
-/// most phaseError() from the double value. View orders, mirrors and cells are taken into account.
+/// LensGeometry::phase in fixed point, fast: the phase of sub-pixel (x, y, channel) is
+/// columnPhases(y, channel)[x] + rowPhase(y, channel) modulo 2^32, in units of 2^-32 lens periods.
+/// It differs from the double value by at most phaseError(). View order, mirroring and cells are
+/// included.
 ///
 /// Immutable; safe to use from any number of threads.
 class LensPhases {
@@ -18,12 +19,12 @@ class LensPhases {
     /// @param geometry from lensGeometry()
     explicit LensPhases(LensGeometry geometry);
 
-    /// What it was made of.
+    /// The geometry it was built from.
     const LensGeometry& geometry() const { return geometry_; }
 
     /// The part of the phase that depends on the column: `panelWidth` numbers, padded
-    /// (kRowPadding). Rows and channels often share them: all on stripe panels, every fourth row on
-    /// panels with cells.
+    /// (kRowPadding). On stripe panels all rows and channels share them, on panels with cells every
+    /// fourth row.
     /// @param y row from the top @param channel 0 red, 1 green, 2 blue
     const std::uint32_t* columnPhases(int y, int channel) const {
         return columns_[tableOf(y, channel)].data();
@@ -35,12 +36,12 @@ class LensPhases {
         return rows_[static_cast<std::size_t>(channel)][static_cast<std::size_t>(y)];
     }
 
-    /// How far a phase may be from LensGeometry::phase, in 2^-32 of a lens period; 3 on real
-    /// displays, at most 40.
+    /// Largest difference from LensGeometry::phase, in 2^-32 lens periods: 3 on real displays, at
+    /// most 40.
     std::uint32_t phaseError() const { return phaseError_; }
 
-    /// Views of a row, the same as LensGeometry::viewOfPhase of LensGeometry::phase: sub-pixels
-    /// that lie too near to the border between two views are computed again in double.
+    /// Views of a row, equal to LensGeometry::viewOfPhase of LensGeometry::phase. Sub-pixels too
+    /// near to the border between two views are recomputed in double precision.
     /// @param y row from the top @param channel 0 red, 1 green, 2 blue
     /// @param views number of views: 1..256, 1..65536 or 1..2^20, by the type of `out`
     /// @param out `panelWidth` views

@@ -29,16 +29,17 @@ HWY_INLINE void storeViews(D /*d*/, V views, T* out) {
 }
 #endif
 
-// Reads 4 bytes of column table per sub-pixel (in cache from the second row on), writes 1, 2 or 4.
-// Bound by the two 32 x 32 bit multiplications.
+// Reads 4 bytes of the column table per sub-pixel (in cache from the second row on) and writes 1, 2
+// or 4. The two 32 x 32 bit multiplications limit the speed.
 template <class T>
 HWY_INLINE bool viewsOfPhasesOn(const std::uint32_t* HWY_RESTRICT columns, std::uint32_t row,
                                 std::size_t count, std::uint32_t views, std::uint32_t phaseError,
                                 T* HWY_RESTRICT out) {
     const std::uint32_t margin = phaseError * views;
     std::size_t i = 0;
-    // The least of all fractions of a view, counted from `margin` below a border between two views:
-    // below 2 margin the border is too near for the phase's error to tell which view it is.
+    // The smallest fraction of a view among all sub-pixels, measured from `margin` below a border
+    // between two views. Below 2 margin the border is nearer than the phase's error, so the view is
+    // uncertain.
     std::uint32_t nearest = ~std::uint32_t{0};
 #if HWY_TARGET != HWY_SCALAR
     const hn::ScalableTag<std::uint32_t> d;

@@ -15,7 +15,7 @@ namespace {
 constexpr int kMaxTilesPerSide = 1024;
 constexpr double kAspectTolerance = 0.05;
 
-// "AxB" with whole numbers of at most five digits, or an error that explains the order.
+// Parses "AxB", whole numbers of at most five digits; the error explains the order.
 std::pair<int, int> parsePair(const std::string& text, const char* option, const char* expected) {
     static const std::regex kPair("([0-9]{1,5})[xX]([0-9]{1,5})");
     std::smatch match;
@@ -47,7 +47,7 @@ void checkGrid(QuiltGrid grid) {
                     " rows, expected 1..1024 of each");
 }
 
-// Whether names of quilts tell such an aspect.
+// Whether file names of quilts can hold this aspect.
 bool isNamed(double aspect) {
     return aspect >= 0.1 && aspect <= 10;
 }
@@ -115,12 +115,12 @@ cv::Size parseTileSize(const std::string& text) {
 std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file) {
     static const std::regex kSuffix(
         "_qs([0-9]{1,4})x([0-9]{1,4})(?:a([0-9]+(?:\\.[0-9]+)?))?(?![0-9a-z])", std::regex::icase);
-    // `photo_qs8x6a0.75` without an extension: ".75" is no extension but the end of the aspect
+    // `photo_qs8x6a0.75` without an extension: ".75" is the end of the aspect, not an extension
     const std::string extension = file.extension().string();
     const bool number =
         extension.size() > 1 && std::isdigit(static_cast<unsigned char>(extension[1]));
     std::string stem = number ? file.filename().string() : file.stem().string();
-    // std::regex needs stack for each byte, and no file's name is longer.
+    // std::regex uses stack for each byte; file names are not longer.
     constexpr std::size_t kMostBytes = 255;
     if (stem.size() > kMostBytes) stem.erase(0, stem.size() - kMostBytes);
     std::optional<std::smatch> last;
@@ -214,7 +214,7 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
             " (-q ROWSxCOLUMNS tells another; a photo or plain video is no quilt)");
     }
 
-    // Both orders are in use among people; say so where the other one makes more sense.
+    // People use both orders. The warning points out that the other one fits better.
     const bool asked = request.grid || request.tileSize;
     if (asked && !request.name && !fits(aspectOf(layout.tileSize), panelAspect)) {
         const QuiltGrid swappedGrid = request.grid ? QuiltGrid{grid.rows, grid.columns} : grid;

@@ -14,7 +14,7 @@ using std::string_view;
 
 constexpr std::size_t kMostExifBytes = std::size_t{1} << 20;
 
-// A 16-bit number of an EXIF directory; nothing if it is not there.
+// A 16-bit number of an EXIF directory; nothing if it is missing.
 std::optional<unsigned> exifShort(const ExifData& data, ExifIfd directory, ExifTag tag) {
     const ExifEntry* const entry = exif_content_get_entry(data.ifd[directory], tag);
     if (entry == nullptr || entry->format != EXIF_FORMAT_SHORT || entry->size < 2) {
@@ -23,7 +23,7 @@ std::optional<unsigned> exifShort(const ExifData& data, ExifIfd directory, ExifT
     return exif_get_short(entry->data, exif_data_get_byte_order(const_cast<ExifData*>(&data)));
 }
 
-// ImageMagick's way to keep EXIF in a text chunk: "\nexif\n     <length>\n<hexadecimal digits>".
+// ImageMagick's format for EXIF in a text chunk: "\nexif\n <length>\n<hexadecimal digits>".
 std::string rawProfile(string_view text) {
     std::string bytes;
     if (text.empty() || text[0] != '\n') return bytes;
@@ -53,7 +53,7 @@ std::string rawProfile(string_view text) {
     return bytes;
 }
 
-// Text of a zTXt chunk; empty if it is damaged or unreasonably long.
+// Text of a zTXt chunk; empty if it is damaged or too long.
 std::string inflateText(string_view packed) {
     std::string text(2 * kMostExifBytes + 1024, '\0');
     uLongf size = static_cast<uLongf>(text.size());

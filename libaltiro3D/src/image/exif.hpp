@@ -4,20 +4,21 @@
 
 namespace altiro3D {
 
-/// What is used of a picture's EXIF.
+/// The EXIF values in use.
 struct ExifFacts {
-    int orientation = 1;          ///< 1..8; 1 = upright.
-    unsigned focalLength35mm = 0; ///< Of a 35 mm camera with the same view, mm; 0 = not given.
+    int orientation = 1; ///< 1..8; 1 = upright.
+    unsigned focalLength35mm =
+        0; ///< Focal length of a 35 mm camera with the same field of view, mm; 0 = not given.
 };
 
-/// The value if it is an orientation, 1..8, else 1.
+/// Returns the value if it is an orientation, 1..8, else 1.
 int validOrientation(unsigned value);
 
-/// Reads an EXIF blob, with or without its "Exif\0\0" in front. Total: any bytes are fine.
+/// Reads an EXIF blob, with or without the prefix "Exif\0\0". Safe for any bytes.
 ExifFacts readExif(std::string_view blob);
 
-/// Reads the EXIF that ImageMagick keeps in a text chunk of a PNG file; nothing if the chunk is
-/// another one.
+/// Reads the EXIF data that ImageMagick stores in a text chunk of a PNG file. Returns defaults for
+/// other chunks.
 /// @param compressed a zTXt chunk instead of a tEXt one
 ExifFacts readExifInPngText(std::string_view chunk, bool compressed);
 

@@ -16,7 +16,7 @@ using std::string_view;
 
 constexpr unsigned kMostPages = 10000;
 
-// Bounds-checked numbers from a run of bytes; what lies beyond the end reads as 0.
+// Reads numbers with bounds checks; bytes beyond the end read as 0.
 class Reader {
   public:
     Reader(string_view bytes, bool littleEndian) : bytes_(bytes), littleEndian_(littleEndian) {}
@@ -61,7 +61,7 @@ void readPng(string_view bytes, PictureHeader& header) {
     unsigned colorType = 0;
     bool hasStart = false;
     bool hasEnd = false;
-    // Real EXIF wins over the text chunk, whatever their order.
+    // The EXIF chunk overrides the text chunk, in any order.
     std::optional<ExifFacts> exif;
     std::optional<ExifFacts> text;
     for (std::uint64_t at = 8; reader.holds(at, 12);) {
@@ -70,7 +70,7 @@ void readPng(string_view bytes, PictureHeader& header) {
         const string_view chunk = reader.text(at + 8, size);
         const std::uint64_t data = at + 8;
         if (!reader.holds(data, size + 4)) break;
-        if (name == "IHDR" && size >= 13 && !hasStart) { // decoders go by the first, too
+        if (name == "IHDR" && size >= 13 && !hasStart) { // decoders also use the first one
             hasStart = true;
             header.columns = reader.u32(data);
             header.rows = reader.u32(data + 4);
@@ -103,7 +103,7 @@ void readPng(string_view bytes, PictureHeader& header) {
 
 // --------------------------------------------------------------------------------------- JPEG
 
-// Behind the entropy-coded data that starts at `at`: the position of the next marker's 0xFF.
+// Skips the entropy-coded data that starts at `at`; returns the position of the next marker's 0xFF.
 std::size_t skipEntropyData(string_view bytes, std::size_t at) {
     while (at + 1 < bytes.size()) {
         const void* const found = std::memchr(bytes.data() + at, 0xff, bytes.size() - 1 - at);
@@ -112,7 +112,8 @@ std::size_t skipEntropyData(string_view bytes, std::size_t at) {
         const auto code = static_cast<unsigned char>(bytes[at + 1]);
         if (code == 0xff) { // a fill byte
             ++at;
-        } else if (code == 0 || (code >= 0xd0 && code <= 0xd7)) { // a stuffed byte or a restart
+        } else if (code == 0 ||
+                   (code >= 0xd0 && code <= 0xd7)) { // a stuffed byte or a restart marker
             at += 2;
         } else {
             return at;
@@ -158,7 +159,8 @@ void readJpeg(string_view bytes, PictureHeader& header) {
             hasEnd = true;
             break;
         }
-        if (marker == 0 || marker == 1 || (marker >= 0xd0 && marker <= 0xd8)) { // without a body
+        if (marker == 0 || marker == 1 ||
+            (marker >= 0xd0 && marker <= 0xd8)) { // markers without a body
             at += 2;
             continue;
         }
@@ -240,7 +242,7 @@ void readTiff(string_view bytes, const std::string& extension, PictureHeader& he
             const std::uint64_t entry = first + i * shape.entryBytes;
             const std::uint64_t value = tiffValue(reader, entry, shape);
             const unsigned tag = reader.u16(entry);
-            if (!tags.insert(tag).second) continue; // of the same tags libtiff takes the first
+            if (!tags.insert(tag).second) continue; // libtiff uses the first of repeated tags
             switch (tag) {
             case 256:
                 header.columns = value;
@@ -296,7 +298,7 @@ void readTiff(string_view bytes, const std::string& extension, PictureHeader& he
         header.unreadable = std::to_string(header.bitsPerSample) + "-bit Lab TIFF";
     } else if (photometric <= 1 && samples == 2 &&
                (header.bitsPerSample != 8 || header.alpha != AlphaKind::Premultiplied)) {
-        header.unreadable = "grey TIFF with alpha"; // OpenCV drops the alpha and half of 16 bits
+        header.unreadable = "grey TIFF with alpha"; // OpenCV drops alpha and the lower 8 of 16 bits
     }
 }
 
@@ -392,7 +394,7 @@ void readExr(string_view bytes, PictureHeader& header) {
     const Reader reader(bytes, true);
     header.alpha = AlphaKind::Premultiplied;
     std::size_t at = 8;
-    // Of a header that is damaged nothing counts: OpenEXR takes memory for any size it names.
+    // A damaged header is ignored as a whole: OpenEXR allocates any size that it states.
     const auto giveUp = [&] { header.columns = header.rows = 0; };
     while (reader.u8(at) != 0) { // name \0 type \0 size value
         const std::size_t name = bytes.find('\0', at);
@@ -417,7 +419,7 @@ void readExr(string_view bytes, PictureHeader& header) {
 }
 
 void readHdr(string_view bytes, PictureHeader& header) {
-    // Lines up to an empty one, then "-Y rows +X columns".
+    // Lines up to an empty line, then "-Y rows +X columns".
     std::size_t at = bytes.find("\n\n");
     if (at == string_view::npos) return;
     at += 2;
@@ -429,15 +431,15 @@ void readHdr(string_view bytes, PictureHeader& header) {
     if (!startsWith(line, "-Y")) header.unreadable = "turned or mirrored HDR";
 }
 
-// Where the codestream of a JPEG 2000 file begins; in a .jp2 it is the contents of a box of its
-// own, whatever the boxes before it hold.
+// Start of the codestream of a JPEG 2000 file. In a .jp2 it has its own box after any number of
+// other boxes.
 std::uint64_t codestreamAt(string_view bytes, const Reader& reader) {
     if (startsWith(bytes, "\xff\x4f")) return 0;
     std::uint64_t at = 0;
     while (reader.holds(at, 8)) {
         std::uint64_t size = reader.u32(at);
         std::uint64_t head = 8;
-        if (size == 1) { // the size is a long one
+        if (size == 1) { // a 64-bit size follows
             size = reader.u64(at + 8);
             head = 16;
         }
@@ -451,7 +453,7 @@ std::uint64_t codestreamAt(string_view bytes, const Reader& reader) {
 void readJpeg2000(string_view bytes, PictureHeader& header) {
     const Reader reader(bytes, false);
     const std::uint64_t at = codestreamAt(bytes, reader);
-    if (reader.u32(at) != 0xff4fff51u) return; // SIZ follows SOC at once
+    if (reader.u32(at) != 0xff4fff51u) return; // SIZ immediately follows SOC
     const auto extent = [&](std::uint64_t high, std::uint64_t low) -> std::uint64_t {
         return reader.u32(high) > reader.u32(low) ? reader.u32(high) - reader.u32(low) : 0;
     };
@@ -470,7 +472,7 @@ PictureHeader readPictureHeader(string_view bytes, const std::string& extension)
         break;
     case PictureFormat::Jpeg:
         readJpeg(bytes, header);
-        if (extension == ".mpo") header.pictures = 2; // at least; the first is the one to show
+        if (extension == ".mpo") header.pictures = 2; // at least; the first one is used
         break;
     case PictureFormat::Tiff:
         readTiff(bytes, extension, header);

@@ -28,12 +28,12 @@ std::vector<fs::path> listPictures(const fs::path& directory) {
                     "does not exist, expected a directory with pictures");
     }
     std::vector<fs::path> pictures;
-    fs::directory_iterator entries(directory, error); // tells why it cannot be looked at
+    fs::directory_iterator entries(directory, error); // error: why the directory cannot be read
     while (!error && entries != fs::directory_iterator()) {
         const fs::path& path = entries->path();
         const bool isHidden = path.filename().string().rfind('.', 0) == 0;
         const std::string extension = lowerExtension(path);
-        std::error_code unreadable; // a link into nowhere is left out
+        std::error_code unreadable; // dangling links are left out
         if (!isHidden &&
             std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end() &&
             entries->is_regular_file(unreadable)) {
@@ -83,7 +83,7 @@ bool naturalLess(const std::string& a, const std::string& b) {
     const std::size_t restA = a.size() - i;
     const std::size_t restB = b.size() - j;
     if ((restA == 0) != (restB == 0)) return restA == 0;
-    return a < b; // equal but for case or leading zeros: some fixed order
+    return a < b; // differ only in case or leading zeros: a fixed order
 }
 
 } // namespace altiro3D

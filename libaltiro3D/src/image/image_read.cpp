@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// OpenCV takes encoded pictures as one row of at most 2^31 - 1 bytes; room for two more is kept.
+// OpenCV accepts encoded pictures as one row of at most 2^31 - 1 bytes. Two bytes are reserved.
 constexpr std::uintmax_t kMaxFileBytes = 0x7ffffff0u;
 constexpr std::uint64_t kMaxPictureSide = 65500; // the longest side of a JPEG
 constexpr const char* kReadable =
@@ -122,7 +122,8 @@ void addNotes(const PictureHeader& header, const std::string& extension, Notes* 
     }
 }
 
-// OpenCV turns TIFF pictures by itself, others not: an upright tag leaves all of it to us.
+// OpenCV rotates TIFF pictures, but not others. Setting the tag to upright leaves all rotation to
+// us.
 void clearTiffOrientation(const PictureHeader& header, std::string& bytes) {
     const std::size_t at = header.orientationAt;
     const std::size_t size = header.orientationSize;
@@ -134,12 +135,12 @@ void clearTiffOrientation(const PictureHeader& header, std::string& bytes) {
 cv::Mat decode(const fs::path& path, const PictureHeader& header, std::string& bytes) {
     const std::string expected =
         std::string(", expected a whole ") + nameOf(header.format) + " file";
-    // libjpeg waits for more bytes at the end of a cut-off file unless its end is marked.
+    // At the end of a cut-off file, libjpeg waits for more bytes unless an end marker follows.
     if (header.format == PictureFormat::Jpeg && header.isCutOff) {
         bytes.resize(header.usableBytes);
         bytes += "\xff\xd9";
     }
-    // OpenCV wants something behind the last number of a text file.
+    // OpenCV requires a character after the last number of a text file.
     if (header.format == PictureFormat::Pnm && bytes[1] <= '3') bytes += '\n';
     if (header.format == PictureFormat::Tiff) clearTiffOrientation(header, bytes);
     std::string detail;
@@ -196,10 +197,10 @@ bool hasColorAboveAlpha(const cv::Mat& picture) {
     return false;
 }
 
-// The picture over black: the last of 2 or 4 channels is its alpha.
+// Composes the picture over black. The last of 2 or 4 channels is alpha.
 template <typename T>
 cv::Mat compositeOver(const cv::Mat& picture, AlphaKind kind) {
-    // What shows a colour brighter than its alpha cannot be multiplied yet.
+    // A colour brighter than its alpha shows that the picture is not premultiplied.
     const bool premultiplied = kind == AlphaKind::Premultiplied ||
                                (kind == AlphaKind::Unstated && !hasColorAboveAlpha<T>(picture));
     const int colors = picture.channels() - 1;
@@ -214,10 +215,10 @@ cv::Mat withoutAlpha(const cv::Mat& picture, const PictureHeader& header) {
     if (picture.channels() != 2 && picture.channels() != 4) return picture;
     AlphaKind kind = header.alpha;
     if (header.format == PictureFormat::Bmp && kind == AlphaKind::Unstated) {
-        kind = AlphaKind::Premultiplied; // the fourth byte is padding: left out
+        kind = AlphaKind::Premultiplied; // the fourth byte is padding and ignored
     } else if (header.format == PictureFormat::Tiff && picture.depth() == CV_8U &&
                kind == AlphaKind::Straight) {
-        kind = AlphaKind::Premultiplied; // libtiff has multiplied already
+        kind = AlphaKind::Premultiplied; // libtiff has already multiplied
     }
     switch (picture.depth()) {
     case CV_8U:
@@ -231,11 +232,11 @@ cv::Mat withoutAlpha(const cv::Mat& picture, const PictureHeader& header) {
     return picture;
 }
 
-// Pixels of the one transparent colour become black; OpenCV shows them.
+// Pixels of the transparent colour become black; OpenCV does not do this.
 template <typename T>
 void blackenColor(cv::Mat& picture, const ColorKey& color, int bits) {
     const unsigned mask = (1u << bits) - 1;
-    const unsigned factor = bits < 8 ? 255u / mask : 1u; // OpenCV spreads fewer bits over 0..255
+    const unsigned factor = bits < 8 ? 255u / mask : 1u; // OpenCV scales fewer bits to 0..255
     const T blue = static_cast<T>((color.blue & mask) * factor);
     const T green = static_cast<T>((color.green & mask) * factor);
     const T red = static_cast<T>((color.red & mask) * factor);
@@ -260,7 +261,7 @@ void blackenTransparent(cv::Mat& picture, const PictureHeader& header) {
     }
 }
 
-// cv::rotate() by a quarter turn, in bands that stay in the cache and on all threads.
+// cv::rotate() by a quarter turn, in bands that fit into the cache and on all threads.
 void turn(const cv::Mat& picture, bool clockwise, cv::Mat& result) {
     constexpr int kBandRows = 64;
     result.create(picture.cols, picture.rows, picture.type());
@@ -279,7 +280,7 @@ void turn(const cv::Mat& picture, bool clockwise, cv::Mat& result) {
 
 cv::Mat upright(const cv::Mat& picture, int orientation) {
     cv::Mat result;
-    switch (orientation) { // EXIF: where the 0th row and the 0th column of the file are seen
+    switch (orientation) { // EXIF: the sides on which row 0 and column 0 of the file appear
     case 2:
         cv::flip(picture, result, 1);
         return result; // top, right
@@ -309,10 +310,10 @@ cv::Mat upright(const cv::Mat& picture, int orientation) {
 
 struct LoadedPicture {
     cv::Mat picture;      // 1 or 3 channels, any depth, upright
-    PictureHeader header; // what the file says
+    PictureHeader header; // of the file
 };
 
-// Does the work of reading a file; what goes wrong inside OpenCV is an error of the file.
+// Runs the work of reading a file and reports exceptions of OpenCV as errors of the file.
 template <class Work>
 auto reading(const fs::path& path, const Work& work) {
     try {
@@ -338,7 +339,7 @@ LoadedPicture load(const fs::path& path, Notes* notes) {
     std::string().swap(bytes);
     picture = withoutAlpha(picture, header);
     blackenTransparent(picture, header);
-    // OpenCV knows 0 = white for 8 bits only.
+    // OpenCV supports 0 = white for 8 bits only.
     if (header.isWhiteZero && picture.type() == CV_16UC1) cv::bitwise_not(picture, picture);
     if (picture.channels() != 1 && picture.channels() != 3) {
         throw Error(ErrorCode::Unsupported, path.string(),
@@ -361,7 +362,7 @@ bool isGrey(const cv::Mat& bgr) {
     return true;
 }
 
-// Whole numbers stay what they are where all three channels agree.
+// Where all three channels agree, whole numbers keep their value.
 template <typename T>
 cv::Mat greyOf(const cv::Mat& bgr, Notes* notes) {
     if (notes != nullptr && hasColours(bgr)) {
@@ -379,7 +380,7 @@ cv::Mat greyOf(const cv::Mat& bgr, Notes* notes) {
     return grey;
 }
 
-// Whoever has read a picture from a pipe has taken its bytes, and more may never come.
+// A pipe can be read only once; a second read might wait forever.
 bool givesBytesOnce(const fs::path& path) {
     std::error_code error;
     const fs::file_type type = fs::status(path, error).type();
@@ -401,7 +402,7 @@ cv::Mat readPicture(const fs::path& path, Notes* notes) {
             picture.convertTo(picture, CV_32F);
             break;
         case CV_16U:
-            // OpenCV spreads PNM samples of up to 8 bits over the whole range, longer ones not.
+            // OpenCV scales PNM samples of up to 8 bits to the full range, but not longer ones.
             if (const unsigned largest = loaded.header.largestSample;
                 largest > 255 && largest < 65535) {
                 picture.convertTo(picture, CV_16U, 65535.0 / largest);
@@ -442,14 +443,15 @@ double readFocalLength35mm(const fs::path& path) {
 bool hasColours(const cv::Mat& picture) {
     checkType(picture, {CV_8UC3, CV_16UC3, CV_32FC3, CV_64FC3}, "picture",
               "three channels of 8 or 16 bits or of floats");
-    constexpr int kMostRows = 512; // of a large picture some tell
+    constexpr int kMostRows = 512; // large pictures are sampled
     const int step = picture.rows / kMostRows + 1;
     cv::Mat rows;
     for (int y = 0; y < picture.rows; y += step)
         rows.push_back(picture.row(y));
     rows.convertTo(rows, CV_32F);
     double white = picture.depth() == CV_8U ? 255 : 65535;
-    if (picture.depth() >= CV_32F) white = cv::norm(rows, cv::NORM_INF); // floats have any unit
+    if (picture.depth() >= CV_32F)
+        white = cv::norm(rows, cv::NORM_INF); // floats have no fixed range
     std::int64_t coloured = 0;
     for (int y = 0; y < rows.rows; ++y) {
         const auto* pixel = rows.ptr<cv::Vec3f>(y);
@@ -463,7 +465,7 @@ bool hasColours(const cv::Mat& picture) {
 
 bool isMarkedNative(const fs::path& path) {
     if (givesBytesOnce(path)) return false;
-    constexpr std::size_t kMostBytes = 4096; // the mark comes before the pixels
+    constexpr std::size_t kMostBytes = 4096; // the mark precedes the pixels
     std::string bytes(kMostBytes, '\0');
     std::ifstream file(path, std::ios::binary);
     file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));

@@ -24,7 +24,7 @@ struct Writer {
     const char* extension;
     const char* format;
     bool holds16Bit;
-    int channels;    // 0: grey and colour, else only this
+    int channels;    // 0 = grey and colour, else the only supported number
     int longestSide; // px
 };
 
@@ -52,7 +52,7 @@ const Writer* writerFor(const fs::path& path) {
     return found == kWriters.end() ? nullptr : found;
 }
 
-// The pieces of the file; none if it cannot be encoded.
+// The pieces of the file; empty if it cannot be encoded.
 std::vector<std::vector<unsigned char>> encode(const cv::Mat& picture, const Writer& writer,
                                                PictureMark mark) {
     const std::string format = writer.format;

@@ -44,7 +44,7 @@ double psnr(const cv::Mat& picture, const cv::Mat& truth) {
 
 double ssim(const cv::Mat& picture, const cv::Mat& truth) {
     checkPair(picture, truth);
-    if (picture.channels() > 4) { // of OpenCV's Scalar
+    if (picture.channels() > 4) { // size of OpenCV's Scalar
         throw Error(ErrorCode::InvalidArgument, "picture",
                     "has " + std::to_string(picture.channels()) + " channels, expected at most 4");
     }

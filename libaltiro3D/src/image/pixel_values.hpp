@@ -5,12 +5,12 @@
 
 namespace altiro3D {
 
-/// 16 bits to 8: v / 257, rounded, so that 0 and 65535 become 0 and 255.
+/// Converts 16 to 8 bits: v / 257, rounded, so 0 and 65535 become 0 and 255.
 inline std::uint8_t toEightBits(std::uint16_t value) {
     return static_cast<std::uint8_t>((value + 128u) / 257u);
 }
 
-/// A picture of 16 bits in 8. [rows x cols, CV_16UCn -> CV_8UCn]
+/// Converts a 16-bit picture to 8 bits. [rows x cols, CV_16UCn -> CV_8UCn]
 inline cv::Mat toEightBits(const cv::Mat& picture) {
     cv::Mat result(picture.size(), CV_MAKETYPE(CV_8U, picture.channels()));
     const int samples = picture.cols * picture.channels();
@@ -23,7 +23,7 @@ inline cv::Mat toEightBits(const cv::Mat& picture) {
     return result;
 }
 
-/// A number of 0..1 (others are clamped, NaN is 0) as a whole number of 0..largest, rounded.
+/// Converts 0..1 (clamped, NaN is 0) to a whole number 0..largest, rounded.
 template <typename T>
 T toWhole(float value, float largest) {
     const float inRange = value > 0 ? (value < 1 ? value : 1.0f) : 0.0f;

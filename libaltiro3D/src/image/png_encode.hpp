@@ -12,19 +12,20 @@
 #include <vector>
 #include <zlib.h>
 
-/// PNG files made by all threads: filters, deflate and checksums of bands of rows are independent.
+/// Writes PNG files on all threads: filters, deflate and checksums of bands of rows are
+/// independent.
 ///
 ///     signature IHDR tEXt | IDAT: band 0 | IDAT: band 1 | ... | IDAT: Adler-32, IEND
 ///
-/// The bands are cut by the picture's size alone, so any number of threads gives the same bytes.
-/// Deflate looks for runs only (Z_RLE), which the cuts cost nothing: longer matches take twice the
-/// time and find next to nothing in photos and Natives.
+/// The bands depend only on the picture's size, so any number of threads gives the same bytes.
+/// Deflate searches for runs only (Z_RLE), so the division into bands does not reduce compression.
+/// Longer matches take twice the time and save almost nothing in photos and Natives.
 namespace altiro3D::png {
 
 /// One piece of a file.
 using Piece = std::vector<unsigned char>;
 
-/// Filtered bytes of one band, about; large against the 32 kB that deflate looks back.
+/// Approximate filtered bytes of one band; large compared to deflate's window of 32 kB.
 constexpr std::size_t kBandBytes = std::size_t{1} << 19;
 
 inline void put32(unsigned char* to, std::uint32_t value) {
@@ -32,8 +33,8 @@ inline void put32(unsigned char* to, std::uint32_t value) {
         to[i] = static_cast<unsigned char>(value >> (24 - 8 * i) & 0xffU);
 }
 
-/// A chunk with room for its length, which is not known yet, and `bytes` of contents after its
-/// name.
+/// A chunk with space for its length, which is not known yet, and room for `bytes` of contents
+/// after its name.
 inline Piece beginChunk(const char* name, std::size_t bytes) {
     Piece chunk;
     chunk.reserve(8 + bytes + 4);
@@ -78,11 +79,11 @@ inline void orderedRow(const cv::Mat& picture, int y, unsigned char* to) {
     }
 }
 
-/// Filters one row by PNG's filter of this number; returns the sum of the results' sizes as signed
-/// numbers: small ones pack well. Bound by its vector arithmetic.
+/// Filters one row with PNG filter `Filter`. Returns the sum of the absolute values of the results
+/// as signed numbers; small sums compress well. Vector arithmetic limits the speed.
 ///
-/// @param row as many zeros lie before it as a pixel has bytes
-/// @param above likewise
+/// @param row preceded by as many zeros as a pixel has bytes
+/// @param above the row above, preceded by zeros in the same way
 template <int Filter>
 std::uint32_t filterRow(const unsigned char* row, const unsigned char* above, std::size_t bytes,
                         std::size_t pixel, unsigned char* out) {
@@ -111,7 +112,8 @@ std::uint32_t filterRow(const unsigned char* row, const unsigned char* above, st
     return sum;
 }
 
-/// The rows of a band, each filtered in the way that leaves least, that way's number before it.
+/// The rows of a band. Each row has the filter with the smallest sum, preceded by the filter's
+/// number.
 inline Piece filteredBand(const cv::Mat& picture, cv::Range rows) {
     const std::size_t pixel = picture.elemSize();
     const std::size_t bytes = static_cast<std::size_t>(picture.cols) * pixel;
@@ -141,14 +143,14 @@ inline Piece filteredBand(const cv::Mat& picture, cv::Range rows) {
     return band;
 }
 
-/// Appends a part of a deflate stream that the next part can follow, or that ends it.
+/// Appends a part of a deflate stream. Another part can follow unless it is the last one.
 inline void appendDeflated(Piece& contents, bool isLast, Piece& to) {
     z_stream stream{};
     if (deflateInit2(&stream, Z_BEST_SPEED, Z_DEFLATED, -15, 9, Z_RLE) != Z_OK) {
         throw std::bad_alloc();
     }
     const std::size_t begin = to.size();
-    // deflateBound() leaves out the mark between two parts
+    // deflateBound() does not include the flush marker between two parts
     to.resize(begin + deflateBound(&stream, static_cast<uLong>(contents.size())) + 64);
     stream.next_in = contents.data();
     stream.avail_in = static_cast<uInt>(contents.size());
@@ -161,7 +163,7 @@ inline void appendDeflated(Piece& contents, bool isLast, Piece& to) {
     CV_Assert(isWhole);
 }
 
-/// @param text contents of a text chunk: keyword, a zero byte, text; empty: there is none
+/// @param text contents of a text chunk: keyword, a zero byte, text; empty = no chunk
 inline Piece beginning(const cv::Mat& picture, std::string_view text) {
     constexpr std::array<unsigned char, 8> kSignature = {0x89, 'P',  'N',  'G',
                                                          '\r', '\n', 0x1a, '\n'};
@@ -169,7 +171,9 @@ inline Piece beginning(const cv::Mat& picture, std::string_view text) {
     put32(header.data() + 8, static_cast<std::uint32_t>(picture.cols));
     put32(header.data() + 12, static_cast<std::uint32_t>(picture.rows));
     header[16] = picture.depth() == CV_8U ? 8 : 16;
-    header[17] = picture.channels() == 1 ? 0 : 2; // grey, RGB; then deflate, filters, no interlace
+    header[17] = picture.channels() == 1
+                     ? 0
+                     : 2; // grey or RGB; the zeros after it: deflate, filters, no interlace
     endChunk(header);
     Piece piece(kSignature.begin(), kSignature.end());
     piece.insert(piece.end(), header.begin(), header.end());

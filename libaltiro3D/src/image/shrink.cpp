@@ -19,8 +19,8 @@ cv::Size shrunkSize(cv::Size size, int longestSide) {
     return {scaled(size.width), scaled(size.height)};
 }
 
-// Reads the photo, writes its area average with at most `longestSide` px a side; bound by memory.
-// Integer sums, so the result is exact; the blocks are placed alike from both sides, so a mirrored
+// Reads the photo and writes its area average with at most `longestSide` px per side; memory limits
+// the speed. Integer sums make the result exact. The blocks are placed symmetrically, so a mirrored
 // photo gives the mirrored result.
 cv::Mat shrink(const cv::Mat& photo, int longestSide) {
     const cv::Size size = shrunkSize(photo.size(), longestSide);

@@ -14,21 +14,20 @@
 #include <utility>
 #include <vector>
 
-// docs/depth.md tells which cues there are, why, and what each is worth. All of them are worked out
-// on a small copy of the photo in plain serial code; only shrinking the photo, which is integer
-// arithmetic, and the two mirrored halves of the work run in parallel. So no sum depends on the
-// number of threads.
+// docs/depth.md describes the cues and their accuracy. They are computed serially on a small copy
+// of the photo. Only two parts run in parallel: shrinking the photo, which uses integers, and the
+// computations for the photo and its mirror image. No sum depends on the number of threads.
 
 namespace altiro3D {
 
 namespace {
 
-// The photo is judged at this size: objects are still whole, texture is mostly gone.
+// Size of the small copy, px: objects are still whole, most texture is gone.
 constexpr int kLongSide = 320;
 
-// What each cue adds, in units of the height cue (0 at the top of the photo, 1 at its bottom).
-// They were chosen while looking at the scenes of docs/lab/depth.md; halving or doubling any one of
-// them moves the mean by 0.01 or less.
+// Weights of the cues, in units of the height cue (0 at the top of the photo, 1 at its bottom).
+// They were tuned on the scenes of docs/lab/depth.md; halving or doubling any one of them changes
+// the mean by 0.01 or less.
 constexpr float kHeightWeight = 1.0f;
 constexpr float kContactWeight = 3.0f;
 constexpr float kColourHeightWeight = 0.9f;
@@ -37,8 +36,8 @@ constexpr float kFocusWeight = 0.15f;
 constexpr float kSaturationWeight = 0.1f;
 constexpr float kSideWeight = 0.2f;
 
-// Regions are found at four coarsenesses and what they say is averaged: one alone would draw its
-// borders as hard steps.
+// Regions are computed at four coarsenesses and their cues averaged. A single coarseness would turn
+// its region borders into hard steps.
 constexpr std::array<float, 4> kCoarseness{0.3f, 0.6f, 1.2f, 2.4f};
 
 // One number per pixel of the small photo, row by row.
@@ -74,8 +73,8 @@ Colour planesOf(const cv::Mat& picture) {
     return colour;
 }
 
-// Mean over the window of (2 * radius + 1)^2 px, as far as it lies inside. Running sums in double:
-// what they lose over a row is far below a float's last bit.
+// Mean over the window of (2 * radius + 1)^2 px, clipped to the plane. Running sums in double lose
+// far less over a row than a float's last bit.
 Plane boxMean(const Plane& in, int radius) {
     const int columns = in.columns;
     const int rows = in.rows;
@@ -139,19 +138,19 @@ float colourDistance(const Colour& colour, std::size_t a, std::size_t b) {
     return std::sqrt(sum);
 }
 
-// The photo cut into regions of like colour.
+// The photo divided into regions of similar colour.
 struct Regions {
     int count = 0;
     std::vector<int> index; // per px, 0..count-1
 };
 
 // Finds regions by merging neighbours in order of their colour difference, as long as the
-// difference is not larger than what each side already holds inside plus coarseness / size (the
+// difference is not larger than the largest difference inside each side plus coarseness / size (the
 // criterion of Felzenszwalb and Huttenlocher 2004).
 class RegionFinder {
   public:
     explicit RegionFinder(const Colour& colour) {
-        // Differences are sorted by counting: 65536 steps of the largest possible one.
+        // Counting sort of the differences, quantized to 65536 steps.
         constexpr std::size_t kSteps = 65536;
         const int rows = colour[0].rows;
         const int columns = colour[0].columns;
@@ -209,7 +208,7 @@ class RegionFinder {
             const std::uint32_t merged = merge(a, b);
             limit[merged] = difference + coarseness / static_cast<float>(size[merged]);
         }
-        // What is left of texture is no object.
+        // Smaller regions are remains of texture.
         const std::size_t smallest = pixelCount_ / 300;
         for (const Edge& edge : sorted_) {
             const std::uint32_t a = root(edge.a);
@@ -238,7 +237,7 @@ class RegionFinder {
     std::vector<Edge> sorted_;
 };
 
-// Adds to each pixel the mean of the cue over its region.
+// Adds the mean of the cue over a region to each of its pixels.
 void addRegionMean(const Regions& regions, const Plane& cue, float weight, Plane& sum) {
     std::vector<double> total(static_cast<std::size_t>(regions.count), 0.0);
     std::vector<double> count(total.size(), 0.0);
@@ -253,7 +252,7 @@ void addRegionMean(const Regions& regions, const Plane& cue, float weight, Plane
         sum[i] += weight * static_cast<float>(total[static_cast<std::size_t>(regions.index[i])]);
 }
 
-// Adds to each pixel the height at which its region stands on the ground.
+// Adds the height at which a region stands on the ground to each of its pixels.
 //
 //   a thing that stands:      a backdrop:
 //     | |                     =============   as wide as the photo, or up to its top edge:
@@ -287,7 +286,8 @@ void addContact(const Regions& regions, float weight, Plane& sum) {
             ++shape.size;
         }
     }
-    // The foot is where the lowest twentieth ends: a few pixels that leak downwards do not count.
+    // The foot is the upper end of the lowest twentieth, so a few pixels that leak downwards do not
+    // matter.
     for (int y = sum.rows - 1; y >= 0; --y) {
         for (int x = 0; x < sum.columns; ++x) {
             Shape& shape = shapeAt(y, x);
@@ -306,8 +306,8 @@ void addContact(const Regions& regions, float weight, Plane& sum) {
         sum[i] += weight * value[static_cast<std::size_t>(regions.index[i])];
 }
 
-// The mean height of all pixels of like colour: what looks like this photo's ground is near, what
-// looks like its sky or wall is far. A table of 12^3 colours, smoothed and read between its points.
+// The mean height of all pixels of similar colour: the colour of the photo's ground is near, that
+// of its sky or wall is far. A table of 12^3 colours, smoothed and interpolated.
 Plane colourHeightCue(const Colour& colour) {
     constexpr std::size_t kSide = 12;
     constexpr std::size_t kCells = kSide * kSide * kSide;
@@ -337,7 +337,7 @@ Plane colourHeightCue(const Colour& colour) {
             }
         }
     }
-    // A rare colour says nothing: it is drawn to the middle.
+    // A rare colour is not informative; it is drawn to the middle.
     const double doubt = 0.002 * static_cast<double>(pixelCount);
     Plane cue(columns, rows);
     for (std::size_t i = 0; i < pixelCount; ++i) {
@@ -367,7 +367,7 @@ Plane colourHeightCue(const Colour& colour) {
     return cue;
 }
 
-// Colour difference to the mean of the top fifth, which mostly shows what is behind everything.
+// Colour difference from the mean of the top fifth, which mostly shows the background.
 Plane unlikeTopCue(const Colour& colour) {
     const std::size_t topCount = static_cast<std::size_t>((colour[0].rows + 4) / 5) *
                                  static_cast<std::size_t>(colour[0].columns);
@@ -385,8 +385,8 @@ Plane unlikeTopCue(const Colour& colour) {
     return cue;
 }
 
-// How much of the gradients is lost when the photo is blurred: much where it is in focus. Contrast
-// cancels out; a little is added to both so that sensor noise in plain areas is not taken for
+// Share of the gradients that blurring removes; large where the photo is in focus. Contrast cancels
+// out. A small constant is added to both sides, so sensor noise in uniform areas does not count as
 // focus.
 Plane focusCue(const Plane& luminance) {
     constexpr float kNoise = 1e-5f;
@@ -397,7 +397,7 @@ Plane focusCue(const Plane& luminance) {
     return sharp;
 }
 
-// Air between us and a thing takes its colour away.
+// Air reduces the saturation of distant things.
 Plane saturationCue(const Colour& colour) {
     Plane cue(colour[0].columns, colour[0].rows);
     for (std::size_t i = 0; i < cue.size(); ++i) {
@@ -407,8 +407,8 @@ Plane saturationCue(const Colour& colour) {
     return cue;
 }
 
-// Replaces values by their rank, 0..1 (in 1024 steps between the extremes), so that a cue whose
-// numbers mean nothing can be added to others. A constant becomes 0.5.
+// Replaces values by their rank, 0..1 (in 1024 steps between the extremes), so a cue without a
+// meaningful scale can be added to others. A constant becomes 0.5.
 void equalize(Plane& cue) {
     constexpr std::size_t kSteps = 1024;
     const auto [low, high] = std::minmax_element(cue.values.begin(), cue.values.end());
@@ -436,15 +436,15 @@ void equalize(Plane& cue) {
         value = rank[stepOf(value)];
 }
 
-// Guided filter (He, Sun, Tang 2010) with the colours as guide: in each window the depth becomes a
+// Guided filter (He, Sun, Tang 2010) with the colours as guide: in each window the depth is a
 // linear function of the colour, so its steps move to the photo's edges and flat parts stay flat.
 Plane followEdges(const Plane& depth, const Colour& guide) {
     constexpr int kRadius = 8;
-    constexpr float kFlatVariance = 0.003f; // windows that vary less are smoothed
+    constexpr float kFlatVariance = 0.003f; // windows with less variance are smoothed
     const Plane meanDepth = boxMean(depth, kRadius);
     const Plane empty(depth.columns, depth.rows);
     Colour mean{empty, empty, empty};
-    Colour slope{empty, empty, empty}; // first the covariance with the depth
+    Colour slope{empty, empty, empty}; // initially the covariance with the depth
     for (std::size_t c = 0; c < 3; ++c) {
         mean[c] = boxMean(guide[c], kRadius);
         slope[c] = boxMean(product(guide[c], depth), kRadius);
@@ -501,7 +501,7 @@ Plane combineCues(const cv::Mat& small) {
     for (std::size_t i = 0; i < luminance.size(); ++i)
         luminance[i] = 0.114f * colour[0][i] + 0.587f * colour[1][i] + 0.299f * colour[2][i];
 
-    // The median takes fine texture away and leaves edges; on 8 bits it is exact.
+    // The median removes fine texture and keeps edges; on 8 bits it is exact.
     cv::Mat calmPicture;
     cv::medianBlur(small, calmPicture, 5);
     const Colour calm = planesOf(calmPicture);
@@ -517,8 +517,8 @@ Plane combineCues(const cv::Mat& small) {
         const Plane unlikeTopOfPixel = unlikeTopCue(calm);
         const Plane focusOfPixel = focusCue(luminance);
         const Plane saturationOfPixel = saturationCue(calm);
-        // A little blur makes plain surfaces differ by less than 8 bits can tell, so that shading
-        // does not cut them at steps of one grey level.
+        // A slight blur gives uniform surfaces differences below one grey level, so 8-bit steps in
+        // shading do not divide them.
         const RegionFinder finder(
             Colour{boxMean(calm[0], 1), boxMean(calm[1], 1), boxMean(calm[2], 1)});
         constexpr float kShare = 1.0f / static_cast<float>(kCoarseness.size());
@@ -565,8 +565,9 @@ void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth) {
     const cv::Mat small = shrink(photo, kLongSide);
     cv::Mat mirrored;
     cv::flip(small, mirrored, 1);
-    // Merging regions prefers one direction where differences are equal. The mean of the photo's
-    // depth and its mirror image's does not, and halves the noise of the region borders.
+    // Where differences are equal, merging regions prefers one direction. The mean of the depths of
+    // the photo and its mirror image has no preferred direction and half the noise at region
+    // borders.
     std::array<Plane, 2> sides{Plane(0, 0), Plane(0, 0)};
     cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& range) {
         for (int side = range.start; side < range.end; ++side)
@@ -577,7 +578,7 @@ void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth) {
         for (int x = 0; x < sum.columns; ++x)
             sum.row(y)[x] += sides[1].row(y)[sum.columns - 1 - x];
 
-    // Half a percent at either end is cut off.
+    // Clips half a percent at either end.
     std::vector<float> values = sum.values;
     const auto cut = static_cast<std::ptrdiff_t>(values.size() / 200);
     std::nth_element(values.begin(), values.begin() + cut, values.end());

@@ -1,4 +1,4 @@
-// Brings depth to the size of a picture: fitDepth() of depth_map.hpp.
+// Resamples depth to the size of a picture: fitDepth() of depth_map.hpp.
 
 #include "altiro3D/depth_map.hpp"
 #include "base/checks.hpp"
@@ -18,9 +18,9 @@ namespace altiro3D {
 
 namespace {
 
-// A colour distance of this many of 255 levels (over the three channels together) lowers a sample's
-// weight to 0.6. Larger values let depth leak over edges, smaller ones copy the photo's noise; 10
-// to 30 give the same error within 3 % on five Middlebury scenes reduced 2 to 6 times.
+// A colour distance of this many levels (0..255, over the three channels together) reduces a
+// sample's weight to 0.6. Larger values let depth leak over edges, smaller ones copy the photo's
+// noise; 10 to 30 give the same error within 3 % on five Middlebury scenes reduced 2 to 6 times.
 constexpr double kColorSigma = 16.0;
 
 constexpr float kLeastColorWeight = 1e-4f;
@@ -39,14 +39,14 @@ std::array<float, kColorSteps + 1> makeColorWeights() {
 
 // One axis of the grid of depth samples under the guide.
 struct Axis {
-    int first = 0;        // index of the first sample under the guide
-    int samples = 0;      // how many
-    std::vector<int> tap; // per guide px, padded: the first tap, counted from first - 2
-    std::array<std::vector<float>, kFitTaps> weight; // the taps' weights, per guide px, padded
-    std::vector<cv::Range> cell;                     // per sample: the guide's px that it covers
+    int first = 0;        // first sample under the guide
+    int samples = 0;      // number of samples
+    std::vector<int> tap; // per guide px, padded: index of the first tap, from `first` - 2
+    std::array<std::vector<float>, kFitTaps> weight; // weights of the taps, per guide px, padded
+    std::vector<cv::Range> cell;                     // per sample: the guide px that it covers
 };
 
-// Samples and guide px along one axis (start, length in samples; a sample's centre is at + 0.5):
+// Samples and guide px along one axis (start and length in samples; centre of a sample at + 0.5):
 //
 //     samples    |    0    |    1    |    2    |    3    |
 //     guide px        | 0 | 1 | 2 | 3 | 4 | 5 | 6 |
@@ -62,7 +62,7 @@ Axis layOut(double start, double length, int pixels, int available) {
     axis.weight.fill(paddedRow<float>(static_cast<std::size_t>(pixels)));
     for (int x = 0; x < pixels; ++x) {
         const double at = start + (x + 0.5) * step - 0.5;
-        // At the borders a whole tap more would lie outside the two repeated samples.
+        // Clamped at the borders: one more tap would lie outside the two repeated samples.
         const double base = std::clamp(std::floor(at), axis.first - 1.0, static_cast<double>(last));
         const double t = std::clamp(at - base, 0.0, 1.0);
         const double s = 1 - t;
@@ -78,7 +78,7 @@ Axis layOut(double start, double length, int pixels, int available) {
               axis.tap[static_cast<std::size_t>(pixels) - 1]);
     axis.cell.resize(static_cast<std::size_t>(axis.samples));
     for (int i = 0; i < axis.samples; ++i) {
-        // The px whose centres lie in the sample's cell, at least the one nearest to its centre.
+        // The px with centres in the sample's cell, at least the one nearest to its centre.
         const double low = (axis.first + i - start) / step - 0.5;
         const double high = (axis.first + i + 1 - start) / step - 0.5;
         int from = std::max(0, static_cast<int>(std::ceil(low)));
@@ -92,10 +92,10 @@ Axis layOut(double start, double length, int pixels, int available) {
     return axis;
 }
 
-// The depth samples and the picture's mean colours there, as the planes of FitSamples; the outer
-// samples are repeated twice so that no tap needs a check.
+// The depth samples and the picture's mean colours there, as the planes of FitSamples. The outer
+// samples are repeated twice, so taps need no bounds checks.
 struct Samples {
-    std::size_t columns; // with those repeated
+    std::size_t columns; // including repeated ones
     std::size_t rows;
     std::vector<float> depth;
     std::vector<std::int32_t> blueGreen;
@@ -121,8 +121,8 @@ struct Samples {
     }
 };
 
-// One row of samples: depth as it is, colours averaged over the guide's px in each sample's cell.
-// @param row counted with the repeated ones
+// One row of samples: depth unchanged, colours averaged over the guide px in each sample's cell.
+// @param row index including repeated rows
 void collectRow(const float* depth, const cv::Mat& guide, const Axis& columns, cv::Range guideRows,
                 std::size_t row, Samples& samples) {
     const auto count = static_cast<std::size_t>(columns.samples);
@@ -247,7 +247,7 @@ void pickNearest(const cv::Mat& depth, const cv::Rect2d& part, cv::Size size, cv
     const std::vector<int> columns = nearestSamples(part.x, part.width, size.width, depth.cols);
     const std::vector<int> rows = nearestSamples(part.y, part.height, size.height, depth.rows);
     cv::Mat result;
-    if (fitted.datastart != depth.datastart) result = fitted; // else in place: a fresh picture
+    if (fitted.datastart != depth.datastart) result = fitted; // else in place: newly allocated
     result.create(size, CV_32FC1);
     cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& range) {
         for (int y = range.start; y < range.end; ++y) {
@@ -265,7 +265,7 @@ void pickNearest(const cv::Mat& depth, const cv::Rect2d& part, cv::Size size, cv
 void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide, cv::Mat& fitted) {
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     checkType(guide, {CV_8UC3}, "guide", "CV_8UC3");
-    // What is computed as `size - start` and added again may be off by rounding.
+    // Callers that compute `size - start` and add it again are off by rounding.
     constexpr double kSlackPixels = 1e-6;
     const bool isInside = part.x >= -kSlackPixels && part.y >= -kSlackPixels && part.width > 0 &&
                           part.height > 0 && part.x + part.width <= depth.cols + kSlackPixels &&

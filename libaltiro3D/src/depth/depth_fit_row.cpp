@@ -22,8 +22,8 @@ using Wholes = hn::RebindToSigned<Floats>;
 using F = hn::Vec<Floats>;
 using I = hn::Vec<Wholes>;
 
-// Reads what neighbouring px find at their taps. Where the guide has more columns than there are
-// samples, it lies so close together that one load is enough.
+// Reads the taps of neighbouring px. If the guide has more columns than samples, the taps are so
+// close together that one load is enough.
 class Taps {
   public:
     HWY_INLINE explicit Taps(const std::int32_t* taps)
@@ -48,10 +48,10 @@ class Taps {
   private:
     std::int32_t first_;
     I taps_;
-    I inside_; // counted from the first
+    I inside_; // relative to the first tap
 };
 
-// The sum of the squares of the differences of the upper 16 bits, and of the lower ones.
+// Squared difference of the upper 16 bits plus squared difference of the lower 16 bits.
 HWY_INLINE I squaresOfPair(I a, I b) {
 #if ALTIRO3D_AVX512
     const __m512i both = _mm512_sub_epi16(a.raw, b.raw);
@@ -70,7 +70,7 @@ HWY_INLINE I squaresOfPair(I a, I b) {
 #endif
 }
 
-// One vector of px. Bound by the 16 table look-ups per px.
+// One vector of px. The 16 table look-ups per px limit the speed.
 template <bool kNear>
 HWY_INLINE F fitVector(const Taps& taps, const FitSamples& samples, const F* columnWeight,
                        const F* rowWeight, const float* colorWeight, I blueGreen, I red) {
@@ -97,7 +97,7 @@ HWY_INLINE F fitVector(const Taps& taps, const FitSamples& samples, const F* col
     const F mean =
         hn::Div(hn::Add(hn::Add(sum[0], sum[1]), hn::Add(sum[2], sum[3])),
                 hn::Add(hn::Add(weights[0], weights[1]), hn::Add(weights[2], weights[3])));
-    // Rounding must not lead out of the samples' range: constant depth stays constant.
+    // Rounding must not leave the range of the samples: constant depth stays constant.
     const F least = taps.read<kNear>(samples.least);
     const F most = taps.read<kNear>(samples.most);
     return hn::Min(hn::Max(mean, least), most);

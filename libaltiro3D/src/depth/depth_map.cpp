@@ -21,10 +21,10 @@ namespace altiro3D {
 
 namespace {
 
-// What a sample is worth: whether it is known, its place in the order, its inverse depth.
+// Properties of a sample: whether it is known, its sort key, its inverse depth.
 template <typename T>
 bool isKnown(T value, DepthKind kind) {
-    if (kind == DepthKind::Metric) return value > 0; // +inf is known: infinitely far
+    if (kind == DepthKind::Metric) return value > 0; // +inf is valid: infinitely far
     if constexpr (std::is_floating_point_v<T>) return std::isfinite(value);
     return true;
 }
@@ -82,8 +82,8 @@ constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
 
 using Histogram = std::vector<std::uint32_t>; // pictures have fewer than 2^32 px
 
-// Counts the known samples by one digit of their keys; only those whose higher digits are `prefix`.
-// Sums of whole numbers do not depend on how the rows are shared out among threads.
+// Counts the known samples by one digit of their keys, only those whose higher digits are `prefix`.
+// Sums of whole numbers do not depend on the distribution of rows to threads.
 template <typename T>
 Histogram countDigits(const cv::Mat& raw, DepthKind kind, int shift, std::uint64_t prefix) {
     constexpr int kKeyBits = static_cast<int>(sizeof(keyOf(T{})) * 8);
@@ -104,14 +104,14 @@ Histogram countDigits(const cv::Mat& raw, DepthKind kind, int shift, std::uint64
         const std::lock_guard<std::mutex> lock(adding);
         std::transform(total.begin(), total.end(), histogram.begin(), total.begin(), std::plus<>());
     };
-    // A histogram costs as much as some 60 thousand samples.
+    // A histogram costs as much as about 60 thousand samples.
     const double stripes = std::clamp(static_cast<double>(raw.total()) / 500000, 1.0,
                                       static_cast<double>(std::max(1, cv::getNumThreads())));
     cv::parallel_for_(cv::Range(0, raw.rows), count, std::floor(stripes));
     return total;
 }
 
-// Moves the rank into the digit that holds it and returns that digit.
+// Finds the digit that contains the rank, makes the rank relative to it and returns the digit.
 std::uint64_t findDigit(const Histogram& histogram, std::uint64_t& rank) {
     for (std::size_t digit = 0; digit < kDigits; ++digit) {
         if (rank < histogram[digit]) return digit;
@@ -122,11 +122,11 @@ std::uint64_t findDigit(const Histogram& histogram, std::uint64_t& rank) {
 
 struct Range {
     bool isFlat = true;
-    double low = 0;  // half the nearness that becomes 0
-    double span = 0; // half the nearness from 0 to 1
+    double low = 0;  // half of the nearness that maps to 0
+    double span = 0; // half of the nearness range that maps to 0..1
 };
 
-// The sample of a rank among the known ones: exact, by one histogram per 16 bits of the key.
+// The known sample of a rank. Exact; uses one histogram per 16 bits of the key.
 template <typename T>
 T sampleOfRank(const cv::Mat& raw, DepthKind kind, std::uint64_t rank, const Histogram& first) {
     using Key = decltype(keyOf(T{}));
@@ -148,8 +148,8 @@ Range findRange(const cv::Mat& raw, const DepthNormalization& options) {
     const std::uint64_t known = std::accumulate(first.begin(), first.end(), std::uint64_t{0});
     Range range;
     if (known == 0) return range;
-    // Ranks are rounded outwards, so that small pictures keep all of their range. They count from
-    // far to near; where large numbers are far, the samples' own order is the reverse.
+    // Ranks are rounded outwards, so small pictures keep their full range. Ranks count from far to
+    // near; if large numbers are far, the order of the samples is reversed.
     const double last = static_cast<double>(known - 1);
     auto lowRank = static_cast<std::uint64_t>(std::floor(options.lowPercentile / 100 * last));
     auto highRank = static_cast<std::uint64_t>(std::ceil(options.highPercentile / 100 * last));
@@ -158,7 +158,7 @@ Range findRange(const cv::Mat& raw, const DepthNormalization& options) {
         lowRank = known - 1 - lowRank;
         highRank = known - 1 - highRank;
     }
-    // Halves, as the distance of two large numbers may be beyond the largest.
+    // Halves, because the difference of two large numbers may overflow.
     const auto half = [&](std::uint64_t rank) {
         const T sample = sampleOfRank<T>(raw, options.kind, rank, first);
         return 0.5 * nearness(static_cast<double>(sample), options.kind);
@@ -166,8 +166,8 @@ Range findRange(const cv::Mat& raw, const DepthNormalization& options) {
     range.low = half(lowRank);
     const double high = half(highRank);
     range.span = high - range.low;
-    // float carries 24 bits, so that a computed constant wavers by some 1e-7 of itself; denormal
-    // ranges depend on how the processor is set.
+    // A float has 24 bits, so a computed constant varies by about 1e-7 of itself. Denormal ranges
+    // depend on the processor's settings.
     constexpr double kNoise = 1e-6;
     const bool isFloat = std::is_same_v<T, float> && options.kind != DepthKind::Metric;
     const double smallest = isFloat ? static_cast<double>(FLT_MIN) : DBL_MIN;
@@ -176,7 +176,7 @@ Range findRange(const cv::Mat& raw, const DepthNormalization& options) {
     return range;
 }
 
-// A known sample's place in the range, 0..1.
+// Position of a known sample in the range, 0..1.
 template <typename T>
 float placeOf(T value, DepthKind kind, const Range& range) {
     const double place =
@@ -184,7 +184,7 @@ float placeOf(T value, DepthKind kind, const Range& range) {
     return static_cast<float>(std::min(std::max(place, 0.0), 1.0));
 }
 
-// The places of all numbers that a sample of 8 or 16 bits can be.
+// The positions of all values of an 8-bit or 16-bit sample.
 template <typename T>
 std::vector<float> placesOf(DepthKind kind, const Range& range) {
     std::vector<float> places(std::size_t{std::numeric_limits<T>::max()} + 1);
@@ -195,7 +195,7 @@ std::vector<float> placesOf(DepthKind kind, const Range& range) {
     return places;
 }
 
-// One row to 0..1 and its unknown samples from their neighbours; false if none is known.
+// Maps one row to 0..1 and fills unknown samples from their neighbours; false if none is known.
 template <typename T, typename Place>
 bool normalizeRow(const T* raw, float* depth, int columns, DepthKind kind, const Place& place) {
     int lastKnown = -1;
@@ -204,7 +204,7 @@ bool normalizeRow(const T* raw, float* depth, int columns, DepthKind kind, const
         if (!isKnown(value, kind)) continue;
         const float result = place(value);
         if (lastKnown + 1 < x) {
-            // The farther neighbour: what the sensor cannot see is behind what it sees.
+            // The farther neighbour: what the sensor does not see is behind what it sees.
             const float fill = lastKnown < 0 ? result : std::min(depth[lastKnown], result);
             std::fill(depth + lastKnown + 1, depth + x, fill);
         }
@@ -216,7 +216,7 @@ bool normalizeRow(const T* raw, float* depth, int columns, DepthKind kind, const
     return true;
 }
 
-// Rows without any known sample become copies of the nearest row with some (of two, the upper).
+// Rows without known samples become copies of the nearest row that has some (of two, the upper).
 void fillRows(cv::Mat& depth, const std::vector<char>& known) {
     const int rows = depth.rows;
     std::vector<int> below(static_cast<std::size_t>(rows), -1);
@@ -256,7 +256,7 @@ void normalize(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& opt
         return;
     }
     if constexpr (std::is_integral_v<T>) {
-        if (raw.total() >> (8 * sizeof(T)) > 0) { // more samples than numbers: a table is quicker
+        if (raw.total() >> (8 * sizeof(T)) > 0) { // more samples than values: a table is faster
             const std::vector<float> places = placesOf<T>(options.kind, range);
             normalizeRows<T>(raw, depth, options.kind, [&](T value) { return places[value]; });
             return;

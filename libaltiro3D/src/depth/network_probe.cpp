@@ -1,4 +1,4 @@
-// probeNetwork(): a network is tried where it can do no harm.
+// probeNetwork(): tries a network in a child process, where a crash does no harm.
 
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
@@ -29,10 +29,11 @@ namespace {
 
 constexpr char kSurvived = 'y';
 
-// In the child. It never comes back: no destructor of the parent's objects may run here.
+// Runs in the child and never returns, because destructors of the parent's objects must not run
+// here.
 [[noreturn]] void tryNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size size,
                              int result) {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL); // where the parent dies nobody watches the time
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL); // without the parent there is no time limit
     const rlimit none{0, 0};
     ::setrlimit(RLIMIT_CORE, &none);
     for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
@@ -43,18 +44,19 @@ constexpr char kSurvived = 'y';
         ::dup2(nowhere, STDERR_FILENO);
     }
     try {
-        cv::setNumThreads(1); // the parent's threads are not here
+        cv::setNumThreads(1); // fork() does not copy the parent's threads
         DepthNetwork network(file, profile, InferenceTarget::Cpu, size);
         cv::Mat raw;
         network.infer(cv::Mat(network.inputSize(), CV_8UC3, cv::Scalar::all(128)), raw);
-    } catch (const std::exception&) { // the parent will get it, too, and can say it
+    } catch (const std::exception&) { // the parent gets the same error and reports it
     }
     while (::write(result, &kSurvived, 1) < 0 && errno == EINTR) {
     }
     ::_exit(0);
 }
 
-// Waits until the descriptor can be read or is closed at its other end. False: the time is over.
+// Waits until the descriptor can be read or its other end is closed. Returns false after the time
+// limit.
 bool waitFor(int descriptor, double seconds) {
     using Clock = std::chrono::steady_clock;
     const auto end = Clock::now() + std::chrono::duration<double>(seconds);
@@ -65,7 +67,7 @@ bool waitFor(int descriptor, double seconds) {
         const int ready = ::poll(&waiting, 1, static_cast<int>(left) + 1);
         if (ready > 0) return true;
         if (ready == 0 && left <= 0) return false;
-        if (ready < 0 && errno != EINTR) return true; // the read that follows tells
+        if (ready < 0 && errno != EINTR) return true; // the following read reports the error
     }
 }
 

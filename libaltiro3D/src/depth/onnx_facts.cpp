@@ -10,8 +10,8 @@ namespace {
 // One field of a protobuf message.
 struct Field {
     std::uint64_t number = 0;
-    std::uint64_t value = 0; // of a varint
-    std::string_view bytes;  // of a length-delimited field
+    std::uint64_t value = 0; //  value of a varint
+    std::string_view bytes;  //  contents of a length-delimited field
 };
 
 // Steps through the fields of one message; never reads outside of it.
@@ -19,7 +19,7 @@ class FieldWalk {
   public:
     explicit FieldWalk(std::string_view message) : rest_(message) {}
 
-    // The next field; nothing at the end, and at the first thing that is no protobuf (see broken).
+    // The next field; nothing at the end and at the first invalid field (see broken).
     std::optional<Field> next() {
         if (rest_.empty() || broken_) return std::nullopt;
         Field field;
@@ -157,7 +157,7 @@ OnnxFacts readOnnxFacts(std::string_view model) {
             }
         });
     });
-    // Older exporters list every weight as an input, too.
+    // Older exporters list every weight also as an input.
     facts.inputs.erase(
         std::remove_if(facts.inputs.begin(), facts.inputs.end(),
                        [&](const GraphInput& input) { return weights.count(input.name) > 0; }),

@@ -8,7 +8,7 @@
 
 namespace altiro3D {
 
-/// An input of the graph. A side that the graph leaves open is 0.
+/// An input of the graph. A side that the graph does not fix is 0.
 struct GraphInput {
     std::string name;
     std::vector<std::int64_t> shape;
@@ -18,17 +18,17 @@ struct GraphInput {
 /// The facts about an ONNX file that DepthNetwork checks before OpenCV sees it.
 struct OnnxFacts {
     bool hasGraph = false;
-    bool broken = false;                   // a message ends before its contents do
-    std::vector<GraphInput> inputs;        // without those that are weights
-    std::set<std::string> externalWeights; // other files that hold weights
+    bool broken = false;                   // a message is cut off
+    std::vector<GraphInput> inputs;        // without weights
+    std::set<std::string> externalWeights; // other files that contain weights
 };
 
-/// Reads the facts; total: any bytes are fine, what is no ONNX file has no graph.
+/// Reads the facts. Any bytes are safe; a file that is not ONNX has no graph.
 ///
-/// OpenCV reads outside of memory when weights are in another file, computes nonsense when the
-/// input has another size than the graph was made for, and its texts are for its own developers. So
-/// the few facts needed to say it better are read first, with a walk over the protobuf fields that
-/// are involved (numbers as in the public onnx.proto).
+/// OpenCV reads out of bounds if weights are in another file and gives wrong results for an input
+/// size that the graph does not support. Its messages are for its own developers. The facts needed
+/// for a clear error are therefore read first, from the protobuf fields involved (numbers as in the
+/// public onnx.proto).
 OnnxFacts readOnnxFacts(std::string_view model);
 
 } // namespace altiro3D

@@ -28,7 +28,7 @@ bool isInside(const cv::Rect& part, cv::Size whole) {
     return fits(part.x, part.width, whole.width) && fits(part.y, part.height, whole.height);
 }
 
-// A fit that was not made by fitPhoto(), or for another photo, may say anything.
+// A fit may not come from fitPhoto(), or belong to another photo.
 void checkFit(const PhotoFit& fit, cv::Size photo) {
     if (!isInside(fit.source, photo)) {
         throw Error(ErrorCode::Mismatch, "photo",
@@ -83,7 +83,7 @@ void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted) {
     cv::Mat result(fit.size, CV_8UC3); // not `fitted`: it may be the picture itself
     if (fit.target.size() != fit.size) result.setTo(cv::Scalar::all(0));
     cv::Mat target = result(fit.target);
-    // What shrinks is averaged first, then what grows is interpolated; each may be one axis only.
+    // First shrinks by area average, then enlarges by interpolation; each may affect one axis only.
     const cv::Size smaller(std::min(source.cols, target.cols), std::min(source.rows, target.rows));
     cv::Mat shrunk = source;
     if (smaller != source.size()) cv::resize(source, shrunk, smaller, 0, 0, cv::INTER_AREA);
@@ -133,7 +133,7 @@ void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double vie
     }
     check(viewAspect >= 0.01 && viewAspect <= 100, "viewAspect",
           "is " + numberText(viewAspect) + ", expected 0.01..100");
-    // A tile shows viewAspect whatever its px: fit in a space where that is so.
+    // A tile has the shape viewAspect, independent of its px; the fit is computed for that shape.
     const int height = layout.tileSize.height;
     const cv::Size shown(std::max(1, static_cast<int>(std::lround(height * viewAspect))), height);
     const PhotoFit toShown = fitPhoto(layout.tileSize, viewAspect, shown, FitMode::Stretch);

@@ -17,7 +17,7 @@ bool isBeside(DepthSide side) {
     return side == DepthSide::Right || side == DepthSide::Left;
 }
 
-// Where the halves lie, for a half's size and the whole's.
+// Rectangles of the halves, from the size of a half and of the whole.
 struct Halves {
     cv::Rect photo;
     cv::Rect depth;
@@ -73,7 +73,7 @@ void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthSide side, cv::Ma
     const cv::Size whole(isBeside(side) ? 2 * half.width : half.width,
                          isBeside(side) ? half.height : 2 * half.height);
     const Halves halves = halvesOf(side, half, whole);
-    const cv::Mat first = photo; // keeps the samples if photo and picture are one object
+    const cv::Mat first = photo; // keeps the samples if photo and picture are the same object
     picture.create(whole, CV_8UC3);
     first.copyTo(picture(halves.photo));
     for (int y = 0; y < half.height; ++y) {

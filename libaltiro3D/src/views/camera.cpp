@@ -15,15 +15,15 @@ namespace {
 
 constexpr std::uintmax_t kMaxFileBytes = 1024 * 1024;
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kLargest = 1e9; // of any length or px: products stay far inside double
+constexpr double kLargest = 1e9; // limit of lengths and px; products stay far inside double
 constexpr double kSmallestDistance = 1e-6;
 constexpr double kSmallestFocalLength = 1e-3; // px
-constexpr double kOrthonormal = 1e-6;         // of R's rows; printed matrices have 6 digits
+constexpr double kOrthonormal = 1e-6; // tolerance of R's rows; printed matrices have 6 digits
 
 const char* const kExpectedFocalLength = "a focal length of 0.001..1e9 px";
 const char* const kExpectedPrincipalPoint = "a principal point of -1e9..1e9 px";
 
-// One check for callers and for files, which differ in how they complain.
+// One check for arguments and files; `complain` makes the error.
 template <typename Complain>
 void check(const CameraIntrinsics& k, const Complain& complain) {
     const auto focalLength = [&](const char* field, double value) {
@@ -159,7 +159,7 @@ CameraIntrinsics fitted(const CameraIntrinsics& k, const cv::Rect2d& part, cv::S
                 "1 px or more a side");
     const double x = size.width / part.width;
     const double y = size.height / part.height;
-    // Areas are scaled, so corners of pixels map to corners: 0.5 px off their centres.
+    // Areas are scaled, so pixel corners map to corners, 0.5 px from the centres.
     return {k.fx * x, k.fy * y, (k.cx + 0.5 - part.x) * x - 0.5, (k.cy + 0.5 - part.y) * y - 0.5};
 }
 
@@ -173,7 +173,7 @@ void metricDistance(const cv::Mat& depth, double zNear, double zFar, cv::Mat& di
         throw Error(ErrorCode::InvalidArgument, "depth",
                     "is of type " + cv::typeToString(depth.type()) + ", expected CV_32FC1 of 0..1");
     }
-    const cv::Mat source = depth; // depth and distance may be one
+    const cv::Mat source = depth; // depth and distance may be the same object
     distance.create(source.size(), CV_32FC1);
     for (int y = 0; y < source.rows; ++y) {
         const float* from = source.ptr<float>(y);

@@ -47,7 +47,7 @@ void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& qu
         });
         return;
     }
-    // the views at +-p together
+    // the views at +-p in pairs
     cv::parallel_for_(cv::Range(0, (layout_.viewCount + 1) / 2), [&](const cv::Range& pairs) {
         cv::Mat whole[2];
         for (int pair = pairs.start; pair < pairs.end; ++pair) {

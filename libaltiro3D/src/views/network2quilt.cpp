@@ -6,7 +6,7 @@ Network2Quilt::Network2Quilt(DepthNetwork network, const QuiltLayout& layout,
                              const ViewOptions& options, double panelAspect, FitMode fit)
     : network_(std::move(network)), depth2quilt_(layout, options), panelAspect_(panelAspect),
       fit_(fit) {
-    fitPhoto(layout.tileSize, panelAspect, layout.tileSize, fit); // refuses a wrong aspect now
+    fitPhoto(layout.tileSize, panelAspect, layout.tileSize, fit); // checks the aspect early
 }
 
 void Network2Quilt::render(const cv::Mat& photo, cv::Mat& quilt) {

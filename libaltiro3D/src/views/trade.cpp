@@ -21,7 +21,7 @@ void requireSize(const cv::Mat& picture, cv::Size size, const std::string& name)
                     " px, expected equal sizes");
 }
 
-// Disparity in px; the unknown takes the smaller (farther) of the known values beside it.
+// Disparity in px; unknown values take the smaller (farther) of the known values beside them.
 void disparityRow(const float* raw, int width, double scale, float* row) {
     constexpr float kUnknown = -1;
     for (int x = 0; x < width; ++x) {
@@ -91,7 +91,7 @@ std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base) {
     real("real", [](RealOptions&) {});
     real("real, Navier-Stokes", [](RealOptions& o) { o.inpainting = Inpainting::NavierStokes; });
     real("real, from behind", [](RealOptions& o) { o.backgroundOnly = true; });
-    layered("layered", [](LayeredOptions&) {}); // the reference where there is no truth
+    layered("layered", [](LayeredOptions&) {}); // the reference if there is no ground truth
     return settings;
 }
 
@@ -102,7 +102,7 @@ ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOpti
     check(repetitions >= 1 && repetitions <= 1000, "repetitions",
           "is " + std::to_string(repetitions) + ", expected 1..1000");
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
-    // Tiles of the photo's own size, in as square a quilt as there is.
+    // Tiles of the photo's size in a quilt that is as square as possible.
     QuiltLayout layout;
     layout.columns = static_cast<int>(std::ceil(std::sqrt(views)));
     layout.rows = (views + layout.columns - 1) / layout.columns;

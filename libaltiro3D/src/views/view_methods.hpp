@@ -7,41 +7,41 @@
 
 namespace altiro3D {
 
-/// Makes the renderer of a method. Photo and depth must live as long as it does.
+/// Creates the renderer of a method. Photo and depth must outlive it.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
-/// @param options method and knobs, valid
-/// @param reach largest |position| that views will be asked for
+/// @param options method and its options; must be valid
+/// @param reach largest |position| of the views
 /// @throws Error InvalidArgument (types, sizes), Mismatch, TooLarge, OutOfMemory
 std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
                                            const ViewOptions& options, double reach);
 
-/// Method Fast. Photo and depth must live as long as the renderer.
+/// Method Fast. Photo and depth must outlive the renderer.
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
 std::unique_ptr<ViewRenderer> makeFastRenderer(const cv::Mat& photo, const cv::Mat& depth,
                                                const ViewOptions& options);
 
-/// Method Real for cameras on one horizontal line. Photo and depth must live as long as the
-/// renderer.
+/// Method Real for cameras on one horizontal line. Photo and depth must outlive the renderer.
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
 /// @param focus depth of zero parallax, 0..1
 std::unique_ptr<ViewRenderer> makeRealRenderer(const cv::Mat& photo, const cv::Mat& depth,
                                                double focus, const RealOptions& options);
 
-/// What method Layered needs to know besides photo and depth.
+/// Parameters of method Layered.
 struct LayeredSettings : LayeredOptions {
-    /// Largest |shift| that will be asked for (S/2), px, >= 0: hidden background is prepared so
-    /// far. Beyond, views are still whole; their gaps repeat the last prepared pixel.
+    /// Largest |shift| of the views (S/2), px, >= 0. Hidden background is prepared up to this
+    /// shift. Views beyond are still complete; their gaps repeat the last prepared pixel.
     double reachPixels = 32;
 
-    /// The step of depth that is torn: one that moves apart by tearPixels in the outermost view.
+    /// The depth step above which a surface is torn: it moves apart by tearPixels in the outermost
+    /// view.
     double tearStep() const { return tearPixels / reachPixels; }
 };
 
-/// Method Layered. Photo and depth must live as long as the renderer.
+/// Method Layered. Photo and depth must outlive the renderer.
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
 /// @param focus depth of zero parallax, 0..1

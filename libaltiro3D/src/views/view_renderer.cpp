@@ -9,7 +9,7 @@ float halfParallaxOf(const ViewOptions& options, int width) {
 }
 
 double shiftOf(const ViewOptions& options, int width, double position) {
-    constexpr double kLargest = 1e30; // a float holds it, and its product with any S/2
+    constexpr double kLargest = 1e30; // representable as float, also multiplied by any S/2
     const auto bounded = static_cast<float>(std::clamp(position, -kLargest, kLargest));
     return static_cast<double>(bounded * halfParallaxOf(options, width));
 }

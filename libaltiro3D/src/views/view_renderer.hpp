@@ -9,17 +9,17 @@
 
 namespace altiro3D {
 
-/// Beyond this nothing of the photo is left in any view; it keeps all places finite, px.
+/// Limit of shifts, px, which keeps all positions finite. Beyond it no view shows any of the photo.
 constexpr double kLargestShift = 1e9;
 
-/// Depth as offset from the focus, clamped, NaN as 0; exactly 0 at the focus.
+/// Offset of a depth from the focus. Depth is clamped, NaN counts as 0. Exactly 0 at the focus.
 inline float offsetFromFocus(float depth, double focus) {
     const float d = depth > 0 ? (depth < 1 ? depth : 1.0F) : 0.0F;
-    if (d == static_cast<float>(focus)) return 0; // also where the focus is not a float
+    if (d == static_cast<float>(focus)) return 0; // also if the focus is not representable as float
     return static_cast<float>(static_cast<double>(d) - focus);
 }
 
-/// Reads single sub-pixels out of views that are never made as a whole. One for each thread.
+/// Reads single sub-pixels of views without rendering whole views. One object per thread.
 class SubpixelSampler {
   public:
     SubpixelSampler() = default;
@@ -27,24 +27,24 @@ class SubpixelSampler {
     SubpixelSampler& operator=(const SubpixelSampler&) = delete;
     virtual ~SubpixelSampler() = default;
 
-    /// Makes a row of the photo ready. @param row 0..photo rows - 1
+    /// Prepares a row of the photo. @param row 0..photo rows - 1
     virtual void open(int row) = 0;
 
-    /// Whether the open row is the photo's in every view.
+    /// Whether the open row equals the photo's row in every view.
     virtual bool still() const = 0;
 
-    /// Reads one channel of the open row, which is not still, the same value as
-    /// ViewRenderer::render() gives.
+    /// Reads one channel of the open row, which must not be still. The values equal those of
+    /// ViewRenderer::render().
     ///
     /// @param channel 0 blue, 1 green, 2 red
-    /// @param shifts for each column that the sampler was made for, and kRowPadding more: p S/2 in
-    ///        px of the view that is asked for
-    /// @param values result, as many, and kRowPadding more
+    /// @param shifts p S/2 in px of the requested view, for each column that the sampler was made
+    ///        for, and kRowPadding more
+    /// @param values result, the same number, and kRowPadding more
     virtual void sample(int channel, const float* shifts, std::uint8_t* values) = 0;
 };
 
-/// Makes the same row of several views, so that what a row costs once is done once. One for each
-/// thread.
+/// Renders the same row of several views, so work that a row needs once is done once. One object
+/// per thread.
 class RowRenderer {
   public:
     RowRenderer() = default;
@@ -54,13 +54,13 @@ class RowRenderer {
 
     /// @param row 0..photo rows - 1
     /// @param shifts p S/2 in px of each view
-    /// @param views for each view where its row goes, B G R, as many px as the photo has
+    /// @param views destination of each view's row, B G R, as many px as the photo has columns
     virtual void render(int row, const std::vector<double>& shifts,
                         const std::vector<std::uint8_t*>& views) = 0;
 };
 
-/// Makes views of one photo with its depth by one method. What all views share is done once, when
-/// it is made. Its functions may run on any number of threads at once.
+/// Renders views of one photo with its depth by one method. The constructor does the work that all
+/// views share. Thread-safe.
 class ViewRenderer {
   public:
     ViewRenderer() = default;
@@ -68,27 +68,28 @@ class ViewRenderer {
     ViewRenderer& operator=(const ViewRenderer&) = delete;
     virtual ~ViewRenderer() = default;
 
-    /// Makes the view in which content at depth d is moved by -shiftPixels (d - focus) px.
+    /// Renders the view in which content at depth d is moved by -shiftPixels (d - focus) px.
     ///
-    /// @param shiftPixels p S/2 in px, any finite number; 0 gives the photo, bit for bit
-    /// @param view [as the photo, CV_8UC3, BGR], allocated, not the photo
+    /// @param shiftPixels p S/2 in px, any finite number; 0 gives the photo bit for bit
+    /// @param view [as the photo, CV_8UC3, BGR], allocated; must not be the photo
     virtual void render(double shiftPixels, cv::Mat& view) const = 0;
 
-    /// Makes the views at shiftPixels and -shiftPixels, which may have work in common.
-    /// @param shiftPixels not 0 @param view, opposite as for render()
+    /// Renders the views at shiftPixels and -shiftPixels, which may share work.
+    /// @param shiftPixels not 0
+    /// @param view, opposite as for render()
     virtual void renderPair(double shiftPixels, cv::Mat& view, cv::Mat& opposite) const {
         render(shiftPixels, view);
         render(-shiftPixels, opposite);
     }
 
-    /// Whether rowRenderer() gives one; else the method makes views one by one.
+    /// Whether the method supports rowRenderer(); else it renders views one by one.
     virtual bool makesRows() const { return false; }
     virtual std::unique_ptr<RowRenderer> rowRenderer() const { return nullptr; }
 
-    /// Reads sub-pixels at the given columns of the photo; they may repeat. Null if the method
-    /// makes whole views only.
+    /// Creates a sampler for the given columns of the photo, which may repeat. Null if the method
+    /// renders whole views only.
     /// @param columns in order; must outlive the sampler
-    /// @param largestShift of all |shift| that will be asked for, px
+    /// @param largestShift largest |shift| of the requested views, px
     virtual std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,
                                                      double largestShift) const {
         static_cast<void>(columns);
@@ -97,13 +98,13 @@ class ViewRenderer {
     }
 };
 
-/// ViewRenderer::render() on all threads, if the method makes rows.
+/// ViewRenderer::render(), on all threads if the method supports rows.
 void renderWhole(const ViewRenderer& renderer, double shiftPixels, cv::Mat& view);
 
-/// S/2 in px for pictures of a width.
+/// S/2 in px for pictures of the given width.
 float halfParallaxOf(const ViewOptions& options, int width);
 
-/// p S/2 in px, the product of two floats as in shiftsOfViews().
+/// p S/2 in px, the product of two floats, as in shiftsOfViews().
 double shiftOf(const ViewOptions& options, int width, double position);
 
 } // namespace altiro3D

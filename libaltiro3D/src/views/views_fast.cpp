@@ -1,5 +1,5 @@
-// Method Fast: view(x, y) = photo(x + shift (depth(x, y) - focus), y), linear, borders repeated;
-// with refinement depth is read again where the px was found to come from.
+// Method Fast: view(x, y) = photo(x + shift (depth(x, y) - focus), y), linear, borders repeated.
+// Each refinement reads the depth again at the source position found so far.
 
 #include "base/pixel_rows.hpp"
 #include "views/view_methods.hpp"
@@ -13,14 +13,14 @@ namespace altiro3D {
 
 namespace {
 
-// Few enough rows that map and pixels stay in the second-level cache.
+// So few rows that map and pixels stay in the second-level cache.
 constexpr int kRowsAtATime = 16;
 
 float boundedShift(double shiftPixels) {
     return static_cast<float>(std::clamp(shiftPixels, -kLargestShift, kLargestShift));
 }
 
-// Offsets of a row of depth, the last one twice.
+// Offsets of a row of depth; the last one is repeated.
 void readOffsets(const cv::Mat& depth, int row, double focus, std::vector<float>& offsets) {
     const auto* values = depth.ptr<float>(row);
     std::transform(values, values + depth.cols, offsets.begin(),
@@ -72,12 +72,12 @@ class FastSampler : public SubpixelSampler {
     double focus_;
     int refinement_;
     const std::vector<int>& columns_;
-    int reach_; // of places from their columns, px
+    int reach_; // largest distance of positions from their columns, px
     bool still_ = false;
     std::array<std::vector<std::uint8_t>, 3> planes_;
-    std::vector<float> offsets_; // of the photo's row
+    std::vector<float> offsets_; // of the row of the photo
     std::vector<float> places_;
-    std::vector<float> ownOffsets_;   // per column asked for
+    std::vector<float> ownOffsets_;   // per requested column
     std::vector<float> columnPlaces_; // columns_ as floats
 };
 

@@ -17,7 +17,7 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Bound by loads and stores; with refinement by one scattered read of two offsets per step.
+// Loads and stores limit the speed; with refinement, one gather of two offsets per step.
 void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT ownOffsets,
                   const float* HWY_RESTRICT shifts, std::size_t count,
                   const float* HWY_RESTRICT offsets, int width, int refinement,
@@ -45,8 +45,8 @@ void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT o
     }
 }
 
-// Bound by one scattered read of four bytes per sample, of which two count, or without it by the
-// arithmetic.
+// One gather of four bytes per sample, of which two are used, limits the speed; without a gather,
+// arithmetic does.
 void fastSamplesOn(const std::uint8_t* HWY_RESTRICT plane, const float* HWY_RESTRICT places,
                    const float* HWY_RESTRICT columns, int reach, std::size_t count,
                    std::uint8_t* HWY_RESTRICT values) {

@@ -1,5 +1,5 @@
-// Method Layered: each row of a view shows, at each pixel, the front-most surface there; behind
-// near things lies a background that is painted once.
+// Method Layered: each pixel of a row shows the front-most surface there. A background behind near
+// things is painted once.
 
 #include "views/view_methods.hpp"
 
@@ -17,10 +17,10 @@ namespace altiro3D {
 
 namespace {
 
-// Few enough pixels that all that is known of them stays in the first-level cache.
+// So few pixels that all their data stays in the first-level cache.
 constexpr std::size_t kPixelsAtATime = 512;
 
-// Reads pixels of one row at a time, at given columns of the photo.
+// Reads pixels at given columns of the photo, one row at a time.
 class LayeredReader {
   public:
     LayeredReader(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
@@ -36,7 +36,7 @@ class LayeredReader {
     bool still() const { return scene_.flat || scene_.still[static_cast<std::size_t>(row_)] != 0; }
     const std::uint8_t* bgr() const { return photo_.ptr<std::uint8_t>(row_); }
 
-    // @param bounded whether no shift will be larger than the scene was made for
+    // @param bounded whether all shifts are within the reach of the scene
     void open(int row, bool bounded) {
         row_ = row;
         if (still()) return;
@@ -56,8 +56,8 @@ class LayeredReader {
         splitPlanes();
     }
 
-    // Searches what some of the pixels show, from the pixel `begin` on.
-    // @param shifts of all pixels, as SubpixelSampler::sample()
+    // Finds what `size` pixels show, starting with the pixel `begin`.
+    // @param shifts shifts of all pixels, as for SubpixelSampler::sample()
     void find(const float* shifts, std::size_t begin, std::size_t size) {
         begin_ = begin;
         size_ = size;
@@ -71,7 +71,7 @@ class LayeredReader {
         searchHardOnes();
     }
 
-    // Reads a channel of what find() found. @param values of all pixels
+    // Reads a channel of the pixels of find(). @param values values of all pixels
     void read(int channel, std::uint8_t* values) const {
         const std::uint8_t* plane =
             planes_[static_cast<std::size_t>(channel)].data() + kTablePadding;
@@ -121,7 +121,7 @@ class LayeredReader {
         }
     }
 
-    // Surfaces of both directions, as LayeredSurfaces.
+    // Lists the surfaces of both directions as LayeredSurfaces.
     void listSurfaces() {
         constexpr float kNoBorder = -1e9F;
         const LayeredRow* rows[] = {&scene_.rows[0][static_cast<std::size_t>(row_)],
@@ -150,8 +150,8 @@ class LayeredReader {
         }
     }
 
-    // Planes of the row and of the mirrored row, their last px repeated on both sides, and of what
-    // is painted.
+    // Planes of the row and of the mirrored row, with their last px repeated on both sides, and of
+    // the painted strips.
     void splitPlanes() {
         const auto width = static_cast<std::size_t>(scene_.width);
         const LayeredRow* rows[] = {&scene_.rows[0][static_cast<std::size_t>(row_)],
@@ -186,13 +186,13 @@ class LayeredReader {
     int row_ = 0;
     bool bounded_ = true;
     LayeredTables tables_;
-    std::vector<float> columnPlaces_; // of all pixels, see LayeredPixels
+    std::vector<float> columnPlaces_; // all pixels, see LayeredPixels
     std::vector<std::int32_t> guesses_;
     std::vector<std::int32_t> limits_[2];
     Room room_;
     LayeredCounts counts_;
     std::vector<LayeredPixel> hard_;
-    std::size_t begin_ = 0; // pixels that find() looked at
+    std::size_t begin_ = 0; // the pixels of find()
     std::size_t size_ = 0;
     const float* shifts_ = nullptr;
     std::vector<float> first_; // see LayeredSurfaces

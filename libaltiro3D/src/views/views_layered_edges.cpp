@@ -1,4 +1,4 @@
-// Where surfaces end: the steps of the depth, made sharp and brought to the edges of the photo.
+// Ends of surfaces: depth steps are sharpened and moved to the edges of the photo.
 
 #include "views/views_layered_scene.hpp"
 
@@ -10,15 +10,16 @@ namespace altiro3D {
 
 namespace {
 
-// Colours closer than this do not tell two sides apart: sum over the channels.
+// Colours closer than this (sum over the channels) do not distinguish two sides.
 constexpr int kAlikeColours = 10;
-// A step whose sides differ by less (length in BGR) has no visible border.
+// A step has no visible border if its sides differ by less (distance in BGR).
 constexpr double kBorderContrast = 60;
-// Where a step's softness is looked for; two passes reach twice as far.
+// Passes of sharpening; two passes reach twice as far.
 constexpr int kHardenPasses = 2;
-// Where twice the width holds more than this much of the step, there is no step but a slope.
+// If the range over twice the width is larger than this multiple of the step, it is a slope.
 constexpr double kSlope = 1.75;
-// A pixel that is this much of a tear away from both neighbours at most is a surface of its own.
+// A pixel within this fraction of a tear of both neighbours lies on a surface and is not a soft
+// step.
 constexpr double kFlat = 0.3;
 
 double at(const std::vector<float>& offsets, int x) {
@@ -32,8 +33,8 @@ int unlike(const std::uint8_t* bgr, int a, int b) {
     return sum;
 }
 
-// Soft steps become hard ones: what lies between two depths, more than a tear from both, takes the
-// one whose pixels it looks like, else the nearer number.
+// Sharpens soft steps. A pixel between two depths, more than a tear from both, takes the depth of
+// the side whose colour it has, else the closer depth.
 void hardenSteps(const std::uint8_t* bgr, std::vector<float>& offsets, double tear, int radius,
                  std::vector<float>& source) {
     const int width = static_cast<int>(offsets.size());
@@ -70,7 +71,7 @@ void hardenSteps(const std::uint8_t* bgr, std::vector<float>& offsets, double te
     }
 }
 
-// At a tear the near side takes the pixels next to it along.
+// Extends the near side of a tear by the adjacent pixels.
 void dilateNear(std::vector<float>& offsets, double tear, int pixels, std::vector<float>& source) {
     if (pixels <= 0) return;
     const int width = static_cast<int>(offsets.size());
@@ -89,20 +90,21 @@ void dilateNear(std::vector<float>& offsets, double tear, int pixels, std::vecto
     }
 }
 
-// Finds where the border of a near surface really is, if the photo shows a clear one within a px.
+// The border of a near surface as the photo shows it, if it is clear and within a px.
 //
 //   far surface      ...  f2  f1  f0 | n0  n1  n2  ...   near surface
 //   share of near         0   0  .3    .95 1   1
 //   result           ...  f2  f1 (mixed) n0 ...          n0 reaches .3 px beyond its pixel
 struct Border {
-    int gain = 0;     // px that the near surface wins, -1..1
-    int mixed = 0;    // px that are a mixture, 0 or 1
+    int gain = 0;     // px by which the near surface grows, -1..1
+    int mixed = 0;    // mixed px, 0 or 1
     double extra = 0; // share of the near surface in the mixed px
 };
 
-// @param edge last px of the near surface @param out direction to the far one, 1 or -1
-// @param nearRoom px between the edge and the px that is surely near @param farRoom px to the one
-// before which is surely far
+// @param edge last px of the near surface
+// @param out direction to the far surface, 1 or -1
+// @param nearRoom distance in px from the edge to a px that is certainly near
+// @param farRoom px beyond the edge before one that is certainly far
 Border findBorder(const std::uint8_t* bgr, int edge, int out, int nearRoom, int farRoom) {
     constexpr double kAllNear = 0.9;
     constexpr double kAllFar = 0.1;
@@ -114,7 +116,7 @@ Border findBorder(const std::uint8_t* bgr, int edge, int out, int nearRoom, int 
     for (int c = 0; c < 3; ++c)
         contrast += (near[c] - far[c]) * (near[c] - far[c]);
     if (contrast < kBorderContrast * kBorderContrast) return {};
-    const auto share = [&](int k) { // of the near surface in the px k behind the edge
+    const auto share = [&](int k) { // of the near surface in the px k beyond the edge
         const std::uint8_t* mix = bgr + 3 * static_cast<std::ptrdiff_t>(edge + out * k);
         double sum = 0;
         for (int c = 0; c < 3; ++c)
@@ -145,7 +147,7 @@ void placeBorder(const std::uint8_t* bgr, int dilation, int leftLength, int righ
     const bool leftIsNear = leftOffset > rightOffset;
     const int out = leftIsNear ? 1 : -1; // from near to far
     const int edge = leftIsNear ? left.last : right.first;
-    // A surface keeps at least one px, whatever is taken from it at both ends.
+    // A surface keeps at least one px, even if both ends shrink.
     const int nearRoom =
         std::min(kLookedAt + dilation, ((leftIsNear ? leftLength : rightLength) - 1) / 2);
     const int farRoom = std::min(kLookedAt, ((leftIsNear ? rightLength : leftLength) - 1) / 2);
@@ -182,7 +184,7 @@ void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
         surfaces.push_back(surface);
         first = surface.last + 1;
     }
-    std::vector<int> lengths; // before any border moved, so that left and right are alike
+    std::vector<int> lengths; // before any border moves, so left and right are symmetric
     lengths.reserve(surfaces.size());
     for (const LayeredSurface& surface : surfaces)
         lengths.push_back(surface.last - surface.first + 1);

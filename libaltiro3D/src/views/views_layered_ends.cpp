@@ -1,5 +1,5 @@
-// What pixels show at the ends of surfaces: borders that cover part of a pixel, the background that
-// is painted beside surfaces, and, behind all that, the next surface.
+// Pixels at the ends of surfaces: borders that cover part of a pixel, the background painted beside
+// surfaces and, behind both, the next surface.
 
 #include "views/views_layered_ends.hpp"
 
@@ -13,10 +13,10 @@ namespace {
 
 constexpr int kSubColumns = 1 << kSubColumnBits;
 
-// One search; all that it needs at hand.
+// One search.
 class Search {
   public:
-    // @param strips column in the planes where the strips of the direction begin
+    // @param strips first column of the direction's strips in the planes
     Search(const LayeredTables& tables, const LayeredRow& row, int direction, int strips, int x,
            float shift)
         : surfaces_(row.surfaces.data()), surfaceCount_(static_cast<int>(row.surfaces.size())),
@@ -41,7 +41,7 @@ class Search {
         return static_cast<std::int32_t>(distance * static_cast<float>(kSubColumns) + 0.5F);
     }
 
-    // Lays something over what comes next. True if nothing below it can be seen.
+    // Adds a cover above the later ones. True if it hides everything below.
     bool cover(std::int32_t place, float coverage) {
         if (!(coverage > 0)) return false;
         const int part = subColumns(std::min(coverage, 1.0F));
@@ -53,21 +53,23 @@ class Search {
         return full;
     }
 
-    // What is painted `distance` px left of surface k, at most all of it.
+    // Place of the background painted `distance` px left of surface k, limited to the painted
+    // columns.
     std::int32_t hiddenPlace(int k, float distance) const {
         const LayeredSurface& surface = surfaces_[k];
         const float inside = std::min(distance, static_cast<float>(surface.hidden));
         return ((strips_ + surface.hiddenAt(0)) << kSubColumnBits) - subColumns(inside);
     }
 
-    // What is painted `distance` px right of surface k, at most all of it.
+    // Place of the background painted `distance` px right of surface k, limited to the painted
+    // columns.
     std::int32_t beyondPlace(int k, float distance) const {
         const LayeredSurface& surface = surfaces_[k];
         const float inside = std::min(distance, static_cast<float>(surface.beyond));
         return ((strips_ + surface.beyondAt(0)) << kSubColumnBits) + subColumns(inside);
     }
 
-    // Columns `from` and to the left of it, of surface k. True if the pixel is done.
+    // Searches surface k from column `from` to the left. True if the pixel is complete.
     bool visit(int k, int from) {
         const LayeredSurface& surface = surfaces_[k];
         for (int column = from; column >= surface.first;) {
@@ -85,12 +87,12 @@ class Search {
                 std::max(std::floor(farthest), static_cast<float>(column - 1 - kLeftColumns)));
             column = std::min(column - 1, next);
         }
-        if (surface.hidden > 0) return false; // it ends behind something
+        if (surface.hidden > 0) return false; // its end is hidden
         const float border = x_ + 1 - placeOf(surface.first) + surface.leftExtra;
         return cover((base_ + surface.first) << kSubColumnBits, border);
     }
 
-    // At or beyond the last column of surface k, by `distance`.
+    // The pixel is `distance` px beyond the last column of surface k. True if it is complete.
     bool endOf(int k, float distance) {
         const LayeredSurface& surface = surfaces_[k];
         const auto beyond = static_cast<float>(surface.beyond);
@@ -101,7 +103,8 @@ class Search {
         return showsHidden(k + 1);
     }
 
-    // Whether the pixel shows what is painted left of surface k or of one further right.
+    // Covers the pixel with the background painted left of surface k or of one further right. True
+    // if the pixel is complete.
     bool showsHidden(int k) {
         for (; k < surfaceCount_; ++k) {
             const LayeredSurface& surface = surfaces_[k];
@@ -114,10 +117,10 @@ class Search {
         return false;
     }
 
-    // Nothing is prepared so far out: the last thing that was goes on.
+    // Beyond the prepared reach, the last prepared px is repeated.
     void takeLast() { cover(last_.value_or(hiddenPlace(0, kFar)), 1); }
 
-    static constexpr float kFar = 1e9F; // more than is painted anywhere
+    static constexpr float kFar = 1e9F; // more than any painted width
 
     const LayeredSurface* surfaces_;
     int surfaceCount_;
@@ -129,7 +132,7 @@ class Search {
     float x_;
     float unit_; // px per unit of the offsets
     LayeredPixel pixel_;
-    std::optional<std::int32_t> last_; // the first thing that might go on
+    std::optional<std::int32_t> last_; // the candidate for takeLast()
 };
 
 } // namespace

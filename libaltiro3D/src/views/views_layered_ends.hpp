@@ -4,30 +4,32 @@
 
 namespace altiro3D {
 
-/// What a pixel shows at or behind the end of a surface: things that cover parts of it, one over
-/// the other.
+/// Contents of a pixel at or behind the end of a surface: covers of parts of the pixel, from front
+/// to back.
 struct LayeredPixel {
     static constexpr int kMost = 4;
-    std::int32_t place[kMost] = {}; ///< As those of layeredPlaces().
-    int coverage[kMost] = {};       ///< In 1/256 of what those before leave; the last covers all.
+    std::int32_t place[kMost] = {}; ///< Places as in layeredPlaces().
+    int coverage[kMost] =
+        {}; ///< In 1/256 of what the covers before leave visible; the last one covers all.
     int count = 0;
 };
 
-/// Searches one row of a scene, exactly and one pixel at a time.
+/// Searches one row of a scene exactly, one pixel at a time.
 class LayeredSearch {
   public:
-    /// @param scene must outlive this @param row of the photo
-    /// @param strips columns in the planes where the strips of either direction begin
+    /// @param scene must outlive this object
+    /// @param row row of the photo
+    /// @param strips first column of the strips of each direction in the planes
     LayeredSearch(const LayeredScene& scene, int row, const int (&strips)[2])
         : tables_(scene.tables(row)), rows_{&scene.rows[0][static_cast<std::size_t>(row)],
                                             &scene.rows[1][static_cast<std::size_t>(row)]},
           strips_{strips[0], strips[1]} {}
 
-    /// What the pixel at column `x` shows in the view shifted by `shift`.
+    /// Finds what the pixel at column `x` shows in the view shifted by `shift`.
     ///
-    /// @param direction 0, or 1 for the mirrored row; x and column count in it
+    /// @param direction 0, or 1 for the mirrored row, in which x and column then count
     /// @param shift > 0, px
-    /// @param column nothing to the right of it reaches x
+    /// @param column start of the search: no column to its right reaches x
     LayeredPixel at(int direction, int x, float shift, int column) const;
 
   private:
@@ -36,7 +38,7 @@ class LayeredSearch {
     int strips_[2];
 };
 
-/// One channel at a place, as layeredSamples() reads it.
+/// Reads one channel at a place in the same way as layeredSamples().
 inline int sampleAt(const std::uint8_t* plane, std::int32_t place) {
     const std::uint8_t* first = plane + (place >> kSubColumnBits);
     const int part = place & ((1 << kSubColumnBits) - 1);
@@ -44,7 +46,7 @@ inline int sampleAt(const std::uint8_t* plane, std::int32_t place) {
     return (sum + (1 << (kSubColumnBits - 1))) >> kSubColumnBits;
 }
 
-/// A value of which a part is covered by another. @param part 0..256 of 256
+/// Blends a value with one that covers part of it. @param part 0..256, in 1/256
 inline int coveredBy(int cover, int value, int part) {
     constexpr int kAll = 1 << kSubColumnBits;
     return (part * cover + (kAll - part) * value + kAll / 2) >> kSubColumnBits;

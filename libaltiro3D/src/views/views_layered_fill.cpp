@@ -1,4 +1,4 @@
-// The hidden background of method Layered, painted once, in the photo's geometry, for all views.
+// The hidden background of method Layered, painted once for all views in the photo's geometry.
 
 #include "views/views_layered_scene.hpp"
 
@@ -10,10 +10,10 @@ namespace altiro3D {
 
 namespace {
 
-// Sweeps over the painted background: they even out rows that ran into it with unlike colours.
+// Sweeps over the painted background, which smooth differences between rows.
 constexpr int kSweeps = 4;
-// Neighbours of one surface differ by no more than this many tears. A visible one must not be
-// nearer by more than one: it would be what hides the surface.
+// Neighbours belong to one surface if they differ by at most this many tears. A visible neighbour
+// must not be nearer by more than one tear, because it would be the occluder.
 constexpr double kSameTears = 5;
 
 struct Colour {
@@ -26,9 +26,9 @@ constexpr std::int32_t kNoLink = INT32_MIN;
 struct Cell {
     int y = 0;
     int x = 0;
-    int strip = 0;    // its place in LayeredRow::strips
-    int distance = 0; // from the visible part of its surface, px, >= 1
-    int inwards = 1;  // direction of the visible part, 1 or -1
+    int strip = 0;    // its index in LayeredRow::strips
+    int distance = 0; // distance from the visible part of its surface, px, >= 1
+    int inwards = 1;  // direction to the visible part, 1 or -1
     float offset = 0;
     // Neighbours: inwards, above, below, outwards, inwards above, inwards below. >= 0: a cell,
     // < 0: -1 - index of a pixel of the photo.
@@ -67,7 +67,8 @@ class Background {
     }
 
     void collect() {
-        constexpr float kNobody = 1e9F; // nearer than anything: mixed pixels are no neighbours
+        constexpr float kNobody =
+            1e9F; // nearer than any depth, so mixed pixels are never neighbours
         owner_ = cv::Mat(photo_.rows, left_ + photo_.cols + right_, CV_32SC1, cv::Scalar(-1));
         front_ = cv::Mat(photo_.rows, photo_.cols, CV_32FC1, cv::Scalar(kNobody));
         cells_.reserve(cellCount_);
@@ -96,15 +97,15 @@ class Background {
         cell.distance = distance;
         cell.inwards = inwards;
         cell.offset = offset;
-        // Where several surfaces are hidden one behind the other, neighbours see the one that has
-        // its visible part closest by.
+        // If several hidden surfaces overlap, neighbours link to the one whose visible part is
+        // closest.
         std::int32_t& owner = owner_.ptr<std::int32_t>(y)[x + left_];
         if (owner < 0 || cells_[static_cast<std::size_t>(owner)].distance > distance)
             owner = static_cast<std::int32_t>(cells_.size());
         cells_.push_back(cell);
     }
 
-    // The pixel or cell at a place, if it belongs to the surface of the cell.
+    // The pixel or cell at (x, y), if it belongs to the surface of the cell.
     std::int32_t neighbour(const Cell& cell, int y, int x) const {
         if (y < 0 || y >= photo_.rows || x < -left_ || x >= photo_.cols + right_) return kNoLink;
         const auto nearerBy = [&](float offset) {
@@ -139,8 +140,8 @@ class Background {
                  static_cast<float>(pixel[2])}};
     }
 
-    // From the visible border inwards, each cell is the mean of what was painted before it: streaks
-    // widen with the distance, and what is known above and below flows in as well.
+    // From the visible border inwards, each cell becomes the mean of the neighbours painted before
+    // it. Streaks widen with the distance, and colours from above and below flow in.
     void flowIn() {
         constexpr float kWeights[6] = {2, 1, 1, 1, 1, 1};
         colours_.resize(cells_.size());
@@ -168,7 +169,7 @@ class Background {
         }
     }
 
-    // Gauss-Seidel for the membrane that the known neighbours hold.
+    // Gauss-Seidel sweep for a membrane fixed at the known neighbours.
     void evenOut(bool backwards) {
         for (std::size_t n = 0; n < cells_.size(); ++n) {
             const std::size_t i = backwards ? cells_.size() - 1 - n : n;
@@ -211,7 +212,7 @@ class Background {
     int right_ = 0; // columns right of the frame
     std::size_t cellCount_ = 0;
     cv::Mat owner_; // [rows x left + cols + right, CV_32SC1] the cell at each place, -1 = none
-    cv::Mat front_; // [as photo, CV_32FC1] offset of what is visible
+    cv::Mat front_; // [as photo, CV_32FC1] offset of the visible surface
     std::vector<Cell> cells_;
     std::vector<Colour> colours_;
 };

@@ -1,4 +1,5 @@
-// Depth of few levels (8 bits) under a long reach: what is a slope arrives as a staircase.
+// Depth with few levels (8 bits) and a long reach turns slopes into staircases. This file smooths
+// them.
 
 #include "views/views_layered_scene.hpp"
 
@@ -11,16 +12,17 @@ namespace altiro3D {
 
 namespace {
 
-// Steps that move less than this (px at the reach) are left as they are.
+// Steps that move by less than this (px at the reach) are not changed.
 constexpr double kVisibleStep = 0.2;
-// Fewer levels than this are boards, more than an 8-bit picture has are no levels.
+// Fewer levels are taken for flat layers. More levels than in 8 bits are taken for continuous
+// depth.
 constexpr std::size_t kFewestLevels = 16;
 constexpr std::size_t kMostLevels = 256;
-// The largest level, of a depth of 0..1: 6 bits.
+// The largest distance of two levels in a depth of 0..1: 6 bits.
 constexpr double kLargestLevel = 1.0 / 63;
-// What differs by up to this many levels is one slope.
+// Pixels that differ by at most this many levels are on one slope.
 constexpr double kSameSlope = 1.5;
-// Distances at which neighbours are looked for, and sweeps at each.
+// Distances of the neighbours, and sweeps at each distance.
 constexpr int kStrides[] = {32, 16, 8, 4, 2, 1};
 constexpr int kSweeps = 2;
 
@@ -45,7 +47,7 @@ std::vector<float> levelsOf(const cv::Mat& depth) {
     return levels;
 }
 
-// The distance of two levels, 0 if the depth has none that views within the reach would show.
+// The distance of two levels; 0 if the depth has no levels that views within the reach would show.
 double visibleLevel(const cv::Mat& depth, double reach) {
     if (reach * kLargestLevel < kVisibleStep) return 0;
     const std::vector<float> levels = levelsOf(depth);
@@ -57,15 +59,16 @@ double visibleLevel(const cv::Mat& depth, double reach) {
     return level <= kLargestLevel && level * reach >= kVisibleStep ? level : 0;
 }
 
-// Each pixel becomes the mean of the two at its sides and the two above and below; a pair that is
-// not on its slope counts as the pixel itself. Slopes and what lies beside a step stay as they are.
+// Each pixel becomes the mean of its left and right and its upper and lower neighbours. A pair that
+// is not on the pixel's slope is replaced by the pixel itself. Slopes and the sides of steps do not
+// change.
 class Sweep {
   public:
     Sweep(const cv::Mat& given, double level)
         : given_(given), same_(static_cast<float>(kSameSlope * level)),
           half_(static_cast<float>(level / 2)) {}
 
-    // Bound by memory.
+    // Memory limits the speed.
     void row(const cv::Mat& from, int y, int stride, float* to) const {
         const bool edge = y < stride || y >= given_.rows - stride;
         const int above = edge ? y : y - stride;

@@ -17,8 +17,8 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Offsets stand in the upper 14 bits of a word. As 32 bits they are taken with 18 bits behind them
-// that are zero, in a unit that is as much smaller.
+// Offsets are the upper 14 bits of a word. As 32-bit numbers they have 18 zero bits below them and
+// a unit that is smaller by the same factor.
 constexpr float kWordUnit = 0x1p-18F;
 
 template <class D>
@@ -35,12 +35,12 @@ HWY_INLINE hn::Vec<D> highOffset(D d, hn::Vec<hn::RebindToSigned<D>> words) {
     return hn::ConvertTo(d, hn::And(words, bits));
 }
 
-// A vector of pixels, in the coordinates of the direction that each one needs.
+// A vector of pixels, each in the coordinates of its direction.
 template <class F, class I>
 struct Lanes {
     F x;
-    F unit; // px per unit of the offsets, as kWordUnit, >= 0
-    I base; // where the tables of the direction begin
+    F unit; // px per unit of the offsets, scaled by kWordUnit, >= 0
+    I base; // start of the direction's tables
 };
 
 template <class D, class F, class I = hn::Vec<hn::RebindToSigned<D>>>
@@ -54,7 +54,7 @@ HWY_INLINE Lanes<F, I> lanesOf(D d, const LayeredTables& tables, F column, F shi
 }
 
 #if ALTIRO3D_AVX512
-// Windows of a table and of its mirrored twin for the pixels begin..end - 1.
+// Windows of a table and its mirrored table for the pixels begin..end - 1.
 template <class T>
 class TwoWindows {
   public:
@@ -66,8 +66,8 @@ class TwoWindows {
 
     HWY_INLINE bool fit() const { return from_ >= 0; }
 
-    // The entries of columns and of those after them; `column` counts from the table of its
-    // direction on, with `stride`. Columns outside of the windows give any entry.
+    // The entries of columns and of the next columns. `column` includes the start of its
+    // direction's table. Columns outside of the windows give undefined entries.
     template <class V, class M>
     HWY_INLINE V pairs(V column, M mirrored) const {
         const hn::Full512<std::int32_t> d;
@@ -84,7 +84,7 @@ class TwoWindows {
 };
 #endif
 
-// The place between two columns that appear at `from` and `to`.
+// The place of x between two columns that appear at `from` and `to`.
 template <class D, class F, class I>
 HWY_INLINE I placeBetween(D d, const Lanes<F, I>& lanes, I column, F from, F to) {
     const F steps = hn::Set(d, static_cast<float>(1 << kSubColumnBits));
@@ -93,9 +93,9 @@ HWY_INLINE I placeBetween(D d, const Lanes<F, I>& lanes, I column, F from, F to)
                    smallNearestInt(d, part));
 }
 
-// First pass, for pixels that no other surface comes near: within a surface what pixels show lies
-// in order, so that any guess will do that proves right. Bound by some fifty operations and one
-// scattered read of four bytes per pixel.
+// First pass, for pixels that no other surface comes near. Within a surface the contents are in
+// order, so a guess that is verified is the only solution. About fifty operations and one gather of
+// four bytes per pixel limit the speed.
 std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixels,
                           const float* HWY_RESTRICT shifts, std::int32_t* HWY_RESTRICT places,
                           std::int32_t* HWY_RESTRICT open) {
@@ -123,15 +123,15 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
                            hn::LoadU(whole, pixels.limits[0] + i));
         const F begin = hn::ConvertTo(d, hn::ShiftRight<16>(limits));
         const F clear = hn::ConvertTo(d, hn::And(limits, clearBits));
-        // where x = c - s (offset + slope (c - x))
+        // solves x = c - s (offset + slope (c - x)) for c
         const I guess = hn::LoadU(whole, pixels.guesses + i);
         const F slope = hn::Mul(hn::ConvertTo(d, hn::ShiftLeft<16>(guess)), riseUnit);
-        // a guess may be anything, but not NaN: that would read from anywhere
+        // a guess may be wrong, but not NaN, which would read from any address
         const F steep = hn::Max(hn::Sub(one, hn::Mul(shift, slope)), hn::Set(d, 0.125f));
         const F away =
             hn::Mul(hn::Mul(lanes.unit, highOffset(d, guess)), hn::ApproximateReciprocal(steep));
         const F near = hn::Min(hn::Max(hn::Add(lanes.x, away), hn::Add(begin, half)), lastColumn);
-        const I column = smallNearestInt(d, hn::Sub(near, half)); // rounded down, but for ties
+        const I column = smallNearestInt(d, hn::Sub(near, half)); // rounded down, except for ties
         const F columnPlace = hn::ConvertTo(d, column);
         const I words = wordsAt(hn::Add(lanes.base, column), hn::RebindMask(whole, mirrored));
         const F from = hn::Sub(columnPlace, hn::Mul(lanes.unit, lowOffset(d, words)));
@@ -143,7 +143,8 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
             hn::Eq(hn::And(words, lastFlag), none));
         hn::StoreU(placeBetween(d, lanes, column, from, to), whole, places + i);
 #if !ALTIRO3D_AVX512
-        // Where it takes one instruction to compress, a branch that nobody can foretell costs more.
+        // With AVX-512, compressing takes one instruction and is cheaper than an unpredictable
+        // branch.
         if (hn::AllTrue(whole, sure)) return;
 #endif
         const auto unsure = hn::Not(sure);
@@ -175,9 +176,9 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
     return openCount;
 }
 
-// Goes to the left from a bound until a column is reached that comes to x or left of it; of several
-// surfaces the front-most comes first that way. Rounds are bound by the scattered reads; one is
-// enough where depth is smooth, near its steps it takes some more.
+// Walks from a bound to the left until a column appears at x or left of it; this finds the
+// front-most surface first. Gathers limit the speed of a round. One round is enough where depth is
+// smooth; near steps a few more are needed.
 template <class D, class F, class I>
 class Walk {
   public:
@@ -193,7 +194,7 @@ class Walk {
         runFrom(hn::Floor(hn::Max(hn::Min(farthest(boundWord), lastColumn), zero)));
     }
 
-    // @param column, whole: nothing to the right of it reaches x
+    // @param column start, a whole number: no column to its right reaches x
     HWY_INLINE void runFrom(F column) {
         const I none = hn::Zero(whole_);
         const I one = hn::Set(whole_, 1);
@@ -202,7 +203,7 @@ class Walk {
         auto open = hn::Eq(none, none); // all
         for (;;) {
             const I columnWhole = hn::ConvertTo(whole_, column);
-            // the words of the columns -2, -1 | 0, 1 from there
+            // the words of the columns -2, -1 | 0, 1 relative to it
             const I index = hn::Add(lanes_.base, hn::Sub(columnWhole, two));
             const auto words = gatherBytes8(whole_, tables_.words, hn::ShiftLeft<1>(index));
             const F starts[4] = {start(column, -2, lowOffset(d_, words.low)),
@@ -233,13 +234,13 @@ class Walk {
     HWY_INLINE I wordAt(const std::int16_t* table, I column) const {
         return gatherBytes4(whole_, table, hn::ShiftLeft<1>(hn::Add(lanes_.base, column)));
     }
-    // How far the border of a surface that begins here may reach.
+    // Largest extent of the border of a surface that begins here.
     HWY_INLINE F slack(I columnWords) const {
         const I first = hn::Set(whole_, kFirstFlag);
         return hn::IfThenElseZero(hn::RebindMask(d_, hn::Eq(hn::And(columnWords, first), first)),
                                   hn::Set(d_, static_cast<float>(kEndReach)));
     }
-    // The column farthest right that offsets up to this word's bring to x.
+    // The rightmost column that an offset up to this word's can move to x.
     HWY_INLINE F farthest(I boundWord) const {
         return hn::Add(hn::Add(lanes_.x, hn::Mul(lanes_.unit, lowOffset(d_, boundWord))),
                        hn::Set(d_, static_cast<float>(kEndReach)));
@@ -255,13 +256,13 @@ class Walk {
     const Lanes<F, I>& lanes_;
 
   public:
-    F from;  // where the column that was found appears
-    F to;    // and the one after it
+    F from;  // position of the column found
+    F to;    // position of the next column
     I found; // the column
-    I word;  // its word; only the flags count
+    I word;  // its word; only the flags are used
 };
 
-// Second pass, for pixels that were not guessed: finds the column that reaches them. Where that is
+// Second pass, for pixels without a verified guess: finds the column that reaches them. If it is
 // the end of a surface, the pixel goes to the third pass.
 std::size_t placesByWalk(const LayeredTables& tables, const LayeredPixels& pixels,
                          const float* HWY_RESTRICT shifts, bool bounded, std::size_t openCount,
@@ -272,7 +273,7 @@ std::size_t placesByWalk(const LayeredTables& tables, const LayeredPixels& pixel
     using I = hn::Vec<decltype(whole)>;
     const std::size_t lanesPerVector = hn::Lanes(d);
     const I lastFlag = hn::Set(whole, kLastFlag);
-    std::size_t endCount = 0; // never ahead of the pixels that are read
+    std::size_t endCount = 0; // never ahead of the read position
     for (std::size_t i = 0; i < openCount; i += lanesPerVector) {
         const I number = hn::LoadU(whole, room.open + i);
         const auto lanes = lanesOf(d, tables, gatherFloats(d, pixels.columns, number),
@@ -499,8 +500,8 @@ LayeredCounts layeredPlacesOn(const LayeredTables& tables, const LayeredSurfaces
     return placesAtEnds(tables, surfaces, pixels, shifts, endCount, room);
 }
 
-// Bound by one scattered read of four bytes per sample, of which two count, or without it by the
-// arithmetic.
+// One gather of four bytes per sample, of which two are used, limits the speed; without a gather,
+// arithmetic does.
 void layeredSamplesOn(const LayeredTables& tables, const LayeredPixels& pixels,
                       const std::uint8_t* HWY_RESTRICT plane,
                       const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
@@ -530,7 +531,7 @@ void layeredSamplesOn(const LayeredTables& tables, const LayeredPixels& pixels,
             for (std::size_t i = begin; i < end; i += lanes) {
                 const I place = hn::LoadU(d, places + i);
                 const I column = hn::ShiftRight<kSubColumnBits>(place);
-                if (!hn::AllFalse(d, hn::Gt(column, lastOfRows))) { // of what is painted
+                if (!hn::AllFalse(d, hn::Gt(column, lastOfRows))) { // of the painted strips
                     gathered(i);
                     continue;
                 }

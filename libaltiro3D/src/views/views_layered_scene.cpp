@@ -12,15 +12,15 @@ namespace altiro3D {
 namespace {
 
 constexpr int kLongestRun = 4096;    // px of hidden background at one tear
-constexpr int kMostHiddenWidths = 4; // hidden px in a row, in widths
-constexpr int kSpareColumns = 3;     // for mixed px, and for what shows under soft borders
+constexpr int kMostHiddenWidths = 4; // limit of hidden px in a row, in widths
+constexpr int kSpareColumns = 3;     // for mixed px and for px under soft borders
 
-// Columns outside of the frame that views within the reach can show.
+// Columns outside the frame that views within the reach can show.
 int outsideCount(double pixels) {
     return static_cast<int>(std::ceil(std::clamp(pixels, 0.0, 1.0 * kLongestRun))) + 1;
 }
 
-// How many px of the surface that begins at `first` can come to light behind what lies left of it.
+// Number of px of the surface at `first` that can become visible behind the surfaces to its left.
 int hiddenCount(const std::vector<float>& offsets, int first, double reach, double tear) {
     const double own = static_cast<double>(offsets[static_cast<std::size_t>(first)]);
     if (first == 0) return outsideCount(-own * reach);
@@ -37,9 +37,9 @@ int hiddenCount(const std::vector<float>& offsets, int first, double reach, doub
     return count;
 }
 
-// Prepares what will be painted beside the surfaces of a row: strips in the colour of what they go
-// on from.
-// @param mirrored whether the surfaces and offsets are those of the mirrored row; bgr never is
+// Prepares the strips beside the surfaces of a row and fills them with the colour of the adjacent
+// px.
+// @param mirrored whether surfaces and offsets are those of the mirrored row; bgr is never mirrored
 void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<float>& offsets,
                    const LayeredSettings& options, LayeredRow& row) {
     const double tear = options.tearStep();
@@ -52,7 +52,7 @@ void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<flo
         hidden += surface.hidden;
     }
     const auto width = static_cast<std::int64_t>(offsets.size());
-    if (hidden > kMostHiddenWidths * width + kLongestRun) { // a depth of noise: bound the memory
+    if (hidden > kMostHiddenWidths * width + kLongestRun) { // noisy depth: limit the memory
         const std::int64_t longest =
             kMostHiddenWidths * width / static_cast<std::int64_t>(row.surfaces.size());
         for (LayeredSurface& surface : row.surfaces)
@@ -64,7 +64,7 @@ void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<flo
         if (i + 1 == row.surfaces.size()) {
             surface.beyond = outsideCount(offsetAt(surface.last) * options.reachPixels);
         } else if (offsetAt(row.surfaces[i + 1].first) > offsetAt(surface.last)) {
-            surface.beyond = row.surfaces[i + 1].first - surface.last; // the mixed px, and one more
+            surface.beyond = row.surfaces[i + 1].first - surface.last; // the mixed px and one more
         }
         surface.strip = painted;
         painted += surface.stripLength();
@@ -96,8 +96,8 @@ void mirrorSurfaces(int width, const std::vector<LayeredSurface>& surfaces,
                    });
 }
 
-// Largest values of windows of `size` numbers that begin at each, in place; what lies behind the
-// end does not count. Runs of twice the length from pairs of runs: log2(size) passes.
+// Replaces each value by the maximum of the `size` values that start with it, clipped at the end.
+// Each of the log2(size) passes doubles the length of the runs.
 void slideMaximum(std::vector<std::int16_t>& values, int size) {
     const auto count = static_cast<int>(values.size());
     const auto combine = [&](int step) {
@@ -114,7 +114,7 @@ void slideMaximum(std::vector<std::int16_t>& values, int size) {
 // Writes the tables of one row in one direction.
 class TableWriter {
   public:
-    // @param reach how many columns content can move, >= 0
+    // @param reach columns by which content can move, >= 0
     TableWriter(int width, int reach, const LayeredSettings& options)
         : width_(width), reach_(std::min(reach, width)),
           reachPixels_(static_cast<float>(options.reachPixels)), inOrder_(options.tearPixels <= 1),
@@ -134,21 +134,22 @@ class TableWriter {
         std::copy_n(words, width_, ahead_.begin());
         std::reverse_copy(words, words + width_, behind_.begin());
         window_ = behind_;
-        slideMaximum(window_, kLeftColumns); // backwards: of the columns that end at each
+        slideMaximum(window_, kLeftColumns); // reversed: covers the columns that end at each
         std::reverse_copy(window_.begin(), window_.end(), left);
         slideMaximum(ahead_, reach_ + 1);
         slideMaximum(behind_, reach_ + 1);
-        for (int x = 0; x < width_; ++x) { // what lies to the left is reached anyway, unless
-            const int ahead = ahead_[static_cast<std::size_t>(x)]; // everything moves to the right
+        for (int x = 0; x < width_; ++x) { // columns to the left are searched anyway, unless
+            const int ahead = ahead_[static_cast<std::size_t>(x)]; // all content moves to the right
             const int behind = behind_[static_cast<std::size_t>(width_ - 1 - x)];
             bounds[x] = static_cast<std::int16_t>(std::max(ahead, std::min(behind, 0)));
         }
         for (std::size_t k = 0; k < row.surfaces.size(); ++k) {
             const LayeredSurface& surface = row.surfaces[k];
-            if (surface.hidden == 0) // else it goes on behind something, without a border
+            if (surface.hidden == 0) // else it continues behind a nearer surface, without a border
                 words[surface.first] = static_cast<std::int16_t>(words[surface.first] | 2);
             const int end = k + 1 < row.surfaces.size() ? row.surfaces[k + 1].first : width_;
-            for (int x = surface.last; x < end; ++x) // mixed px as well: they are of no surface
+            for (int x = surface.last; x < end;
+                 ++x) // includes mixed px, which belong to no surface
                 words[x] = static_cast<std::int16_t>(words[x] | 1);
             std::fill(surfaceOf + surface.first, surfaceOf + end, static_cast<std::int16_t>(k));
         }
@@ -158,8 +159,8 @@ class TableWriter {
   private:
     void writeLimits(const std::int16_t* words, float scale, const LayeredRow& row,
                      std::int32_t* limits) {
-        // Within a surface that is torn only further apart nothing is in order; of many surfaces
-        // (depth of noise) not all are looked at.
+        // With a tear above 1 px, contents within a surface may not be in order. If there are many
+        // surfaces (noisy depth), they are not all examined.
         const bool known =
             inOrder_ && static_cast<int>(row.surfaces.size()) * kFewColumns <= width_ + kFewColumns;
         clear_.assign(static_cast<std::size_t>(width_), known ? kClearForAll : 0);
@@ -168,7 +169,7 @@ class TableWriter {
             const float offset = scale * static_cast<float>(wordOffset(words[surface.first]));
             const float border = surface.hidden > 0 ? 0 : 1 + surface.leftExtra;
             for (int x = surface.first - 1; x >= 0 && x + reach_ >= surface.first; --x) {
-                // a little less, for what rounding adds
+                // a little less, for rounding errors
                 const float way = static_cast<float>(surface.first - x) - border - 0.01F;
                 if (way > 0 && way >= offset * reachPixels_) break;
                 const float shift = way > 0 ? way / offset : 0;
@@ -186,12 +187,12 @@ class TableWriter {
     }
 
     static constexpr int kClearForAll = 65535;
-    static constexpr int kFewColumns = 8; // per surface: depth of noise
+    static constexpr int kFewColumns = 8; // per surface; fewer means noisy depth
 
     int width_;
     int reach_;
     float reachPixels_;
-    bool inOrder_; // what one surface shows lies in order in every view
+    bool inOrder_; // the contents of a surface are in order in every view
     std::vector<std::int16_t> ahead_;
     std::vector<std::int16_t> behind_; // mirrored
     std::vector<std::int16_t> window_;
@@ -216,7 +217,7 @@ LayeredTables LayeredScene::tables(int row) const {
     result.stride = stride();
     result.width = width;
     result.scale = scale;
-    // so that the largest shift comes to 65535 exactly or a little less
+    // so the largest shift maps to 65535 or slightly less
     result.clearScale = reachPixels > 0 ? 65534.9F / reachPixels : 0;
     return result;
 }

@@ -8,77 +8,80 @@
 
 namespace altiro3D {
 
-/// A surface of a row: columns first..last of the photo, and what is painted beside them.
+/// A surface of a row: columns first..last of the photo, and the columns painted beside them.
 ///
 ///   photo row       0 1 2 3 | 4 5 6 7 | 8 9 ...        | = tear: a step of the depth
 ///   depth           . . . . | ####### | . . .          (4..7 stand in front)
 ///   surfaces        0 1 2 3 |   4 5 6 7 |   h h h h 8 9 ...
 ///                                           ^^^^^^^ hidden columns, behind 4..7
 ///
-/// A surface goes on leftwards behind what hides it, because a camera that moves to the right looks
-/// behind the right borders of near things. What is painted moves as the column it is painted on.
+/// A surface continues to the left behind its occluder, because a camera that moves to the right
+/// sees behind the right borders of near things. Painted columns move with the adjacent end of the
+/// surface.
 struct LayeredSurface {
     int first = 0;        ///< First column of the photo.
     int last = 0;         ///< Last column of the photo.
-    float leftExtra = 0;  ///< How far it reaches beyond its first pixel, px, 0..1.
-    float rightExtra = 0; ///< As leftExtra, beyond its last pixel.
-    int hidden = 0;       ///< Columns left of `first`: behind nearer things or left of the frame.
-    int beyond = 0;       ///< Columns right of `last`: behind nearer things or right of the frame.
-    int strip = 0;        ///< Place of its leftmost painted column in LayeredRow::strips.
+    float leftExtra = 0;  ///< Extent beyond its first pixel, px, 0..1.
+    float rightExtra = 0; ///< Extent beyond its last pixel, px, 0..1.
+    int hidden = 0;       ///< Columns left of `first`, behind nearer things or left of the frame.
+    int beyond = 0;       ///< Columns right of `last`, behind nearer things or right of the frame.
+    int strip = 0;        ///< Index of its leftmost painted column in LayeredRow::strips.
 
-    /// Place in LayeredRow::strips of column first - k, k = 0..hidden.
+    /// Index in LayeredRow::strips of column first - k, k = 0..hidden.
     int hiddenAt(int k) const { return strip + hidden - k; }
-    /// Place in LayeredRow::strips of column last + k, k = 0..beyond.
+    /// Index in LayeredRow::strips of column last + k, k = 0..beyond.
     int beyondAt(int k) const { return strip + hidden + 1 + k; }
-    /// Columns in LayeredRow::strips.
+    /// Number of columns in LayeredRow::strips.
     int stripLength() const { return hidden + beyond + 2; }
 };
 
 /// A row of the photo, in one direction.
 struct LayeredRow {
     std::vector<LayeredSurface> surfaces; ///< From left to right.
-    /// What is painted, with the columns first and last themselves: B G R and one unused byte each.
+    /// Painted columns, including the columns first and last: B G R and one unused byte each.
     std::vector<std::uint8_t> strips;
 };
 
-/// All rows, as seen when the camera moves to the right (direction 0), and of the mirrored photo
+/// All rows, for a camera that moves to the right (direction 0), and for the mirrored photo
 /// (direction 1).
 struct LayeredScene {
     std::vector<LayeredRow> rows[2];
-    cv::Mat words;                   ///< [rows x 2 * stride, CV_16SC1], LayeredTables::words
-    cv::Mat bounds;                  ///< As `words`, LayeredTables::bounds
-    cv::Mat left;                    ///< As `words`, LayeredTables::left
-    cv::Mat surfaceOf;               ///< As `words`, LayeredTables::surfaces
-    cv::Mat limits;                  ///< As `words` but CV_32SC1, LayeredTables::limits
-    int width = 0;                   ///< Columns of the photo.
-    float scale = 0;                 ///< LayeredTables::scale
-    float reachPixels = 0;           ///< Largest shift that the bounds were made for, px.
-    int reachColumns = 0;            ///< How far content moves by it at most.
-    std::vector<std::uint8_t> still; ///< Rows that lie at the focus: the photo's in every view.
-    bool flat = false;               ///< All of them do; there are no tables.
+    cv::Mat words;         ///< [rows x 2 * stride, CV_16SC1], LayeredTables::words
+    cv::Mat bounds;        ///< As `words`, LayeredTables::bounds
+    cv::Mat left;          ///< As `words`, LayeredTables::left
+    cv::Mat surfaceOf;     ///< As `words`, LayeredTables::surfaces
+    cv::Mat limits;        ///< As `words` but CV_32SC1, LayeredTables::limits
+    int width = 0;         ///< Columns of the photo.
+    float scale = 0;       ///< LayeredTables::scale
+    float reachPixels = 0; ///< Largest shift that the bounds allow, px.
+    int reachColumns = 0;  ///< Largest movement of content at that shift.
+    std::vector<std::uint8_t>
+        still;         ///< Rows entirely at the focus; they equal the photo in every view.
+    bool flat = false; ///< All rows are still; there are no tables.
 
     int stride() const { return width + 2 * kTablePadding; }
     LayeredTables tables(int row) const;
 };
 
-/// Cuts a row into surfaces where its depth steps, and puts the cuts where the photo has them.
+/// Divides a row into surfaces at its depth steps and moves the cuts to the edges in the photo.
 /// Mirrored input gives the mirrored surfaces.
 ///
 /// @param bgr the row of the photo
-/// @param offsets depth - focus of each pixel; soft steps are hardened, near things grow by the
-///        dilation, mixed pixels at borders take the near depth
-/// @param surfaces first, last and extras are set; what lies between two is mixed and belongs to
-///        none
+/// @param offsets depth - focus of each pixel; on return, soft steps are sharpened, near surfaces
+///        are dilated, and mixed pixels at borders have the near depth
+/// @param surfaces result: first, last and extras are set; pixels between two surfaces are mixed
+///        and belong to neither
 void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
                  const LayeredSettings& options, std::vector<LayeredSurface>& surfaces);
 
-/// Depth without the stairs of a file with few levels (8 bits), where they would show: each px
-/// moves by up to half a level towards its neighbours on the same slope. Other depth is returned as
-/// it is.
-/// @param depth [rows x cols, CV_32FC1], NaN counts as 0 @param reach largest shift, px
+/// Smooths the staircases of depth with few levels (8 bits) if views would show them. Each px moves
+/// by up to half a level towards its neighbours on the same slope. Other depth is returned
+/// unchanged.
+/// @param depth [rows x cols, CV_32FC1], NaN counts as 0
+/// @param reach largest shift, px
 cv::Mat withoutLevels(const cv::Mat& depth, double reach);
 
-/// Makes surfaces and tables of all rows.
+/// Builds the surfaces and tables of all rows.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1]
@@ -87,7 +90,8 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
                           const LayeredSettings& options);
 
 /// Paints the strips of all rows.
-/// @param photo mirrored for direction 1 @param direction 0 or 1
+/// @param photo the photo, mirrored for direction 1
+/// @param direction 0 or 1
 void paintBackground(const cv::Mat& photo, const LayeredSettings& options, int direction,
                      LayeredScene& scene);
 

@@ -1,11 +1,12 @@
-// Method Real: every pixel of the photo goes where its distance puts it (Fehn's DIBR), spread over
-// the pixels that it falls between; the nearest wins; cracks get a median, the rest is inpainted.
+// Method Real: every pixel of the photo is projected by its distance (Fehn's DIBR) and spread over
+// the pixels that it falls between; the nearest wins. Cracks get a median, other holes are
+// inpainted.
 //
 //     photo   . . . N N N . . .        N near, . far; the camera moves to the right
 //     view    N N N x x x . . .        x disocclusion: painted from the far side
 //
-// Places are whole numbers of 1/256 px, so sums do not depend on their order, and cameras side by
-// side (rows alone, no matrices), made here, give the same picture as the general road,
+// Places are whole numbers of 1/256 px, so sums do not depend on their order. This file handles
+// cameras side by side (rows only, no matrices). They give the same picture as the general case in
 // views_real_camera.cpp.
 
 #include "views/view_methods.hpp"
@@ -24,11 +25,11 @@ namespace altiro3D {
 
 namespace {
 
-// Room for one row.
+// Buffers for one row.
 struct RowScratch {
     std::vector<Cell> cells;
     std::vector<int> places;
-    std::vector<double> moves; // px to the left, for the camera at the right
+    std::vector<double> moves; // px to the left, for the camera on the right
     std::vector<float> nearness;
 
     explicit RowScratch(int width)
@@ -36,7 +37,7 @@ struct RowScratch {
           nearness(cells.size()) {}
 };
 
-// What the cameras at +-shiftPixels have in common: how far and how near each pixel of a row is.
+// Work shared by the cameras at +-shiftPixels: movement and nearness of each pixel of a row.
 void projectRow(const float* depth, int width, double shiftPixels, double focus,
                 RowScratch& scratch) {
     for (int x = 0; x < width; ++x) {
@@ -47,8 +48,9 @@ void projectRow(const float* depth, int width, double shiftPixels, double focus,
     }
 }
 
-// Reads one row of the photo, projected, writes one row of view, holes and nearness; bound by the
-// scattered sums. @param side 1, or -1 for the camera on the other side
+// Projects one row of the photo and writes one row of view, holes and nearness. The scattered sums
+// limit the speed.
+// @param side 1, or -1 for the camera on the other side
 void warpRow(const uchar* photo, int width, int side, RowScratch& scratch, uchar* view,
              uchar* holes, float* nearness) {
     Cell* cells = scratch.cells.data();
@@ -140,7 +142,8 @@ class RealRenderer : public ViewRenderer {
         }
     }
 
-    // Nothing is left in the frame: each row takes the colour of what went out least far.
+    // For views that no pixel falls into: each row takes the colour of the pixel nearest to the
+    // frame.
     void repeatBorders(double shiftPixels, cv::Mat& view) const {
         for (int y = 0; y < photo_.rows; ++y) {
             const float* depth = depth_.ptr<float>(y);
@@ -149,7 +152,7 @@ class RealRenderer : public ViewRenderer {
             for (int x = 0; x < photo_.cols; ++x) {
                 const double place = x - shiftPixels * (static_cast<double>(depth[x]) - focus_);
                 const double out = place < 0 ? -place : place - (photo_.cols - 1);
-                // where distances are too large to differ, the last to leave is at the right
+                // for distances too large to differ, the last pixel to leave is on the right
                 if (out < least || (out == least && place < 0)) {
                     least = out;
                     best = x;

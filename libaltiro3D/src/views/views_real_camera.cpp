@@ -22,7 +22,8 @@ struct Point {
     float nearness;
 };
 
-// Calls use(column, row, weight of the pixel, whether the point falls onto it) for up to four px.
+// Calls use(column, row, weight of the pixel, whether the point falls onto it) for up to four px
+// around a point.
 template <typename Use>
 void spread(const Point& point, cv::Size size, const Use& use) {
     const Split u(point.x);
@@ -52,13 +53,14 @@ void renderReal(const cv::Mat& photo, const cv::Mat& distance, const CameraIntri
     validate(options);
     const cv::Size size = photo.size();
     const cv::Vec3d& t = pose.translation;
-    // px by which things at distance 1 move: nearness in px of parallax, as cameras side by side
+    // movement in px of things at distance 1; gives nearness in px of parallax, as for cameras side
+    // by side
     const double parallax = viewCamera.fx * std::abs(t[0]) + viewCamera.fy * std::abs(t[1]) +
                             std::max(size.width, size.height) / 2.0 * std::abs(t[2]);
     const auto pointOf = [&](int x, int y) -> Point {
         const auto z = static_cast<double>(distance.ptr<float>(y)[x]);
         if (!(z > 0)) return {kOutside, kOutside, 0};
-        // Divided by Z, so that infinity is a distance like any other.
+        // Divided by Z, so infinite distances need no special case.
         const cv::Vec3d ray((x - photoCamera.cx) / photoCamera.fx,
                             (y - photoCamera.cy) / photoCamera.fy, 1);
         const cv::Vec3d m = pose.rotation * ray + t * (1 / z);

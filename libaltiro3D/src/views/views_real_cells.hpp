@@ -6,18 +6,19 @@
 #include <limits>
 #include <opencv2/core.hpp>
 
-/// Method Real: where pixels of the photo fall in a view, and what a pixel of the view gets of
-/// them.
+/// Method Real: projection of photo pixels into a view and accumulation in the view's pixels.
 namespace altiro3D {
 
-constexpr int kOne = 256;          // one pixel; also the weight of a whole pixel
-constexpr int kCovered = kOne / 2; // a pixel is seen from this weight on; less is an edge's fringe
-constexpr int kOutside = std::numeric_limits<int>::min(); // place of what is not seen
-constexpr std::uint32_t kFull = 1U << 23U; // weight after which a sum is closed: 255 kFull < 2^31
-constexpr double kNearest = 1e30;          // a float's worth of nearness
+constexpr int kOne = 256; // one pixel; also the weight of a whole pixel
+constexpr int kCovered =
+    kOne / 2; // minimum weight of a covered pixel; less is the fringe of an edge
+constexpr int kOutside = std::numeric_limits<int>::min(); // place of a point outside the view
+constexpr std::uint32_t kFull = 1U << 23U; // weight at which a sum stops: 255 kFull < 2^31
+constexpr double kNearest = 1e30;          // limit of nearness, representable as float
 constexpr float kNothing = -1e30F;
 
-// Surfaces less than this apart (px of parallax) mix; measured: 0.5 .. 2 px are within 0.05 dB.
+// Surfaces less than this apart (px of parallax) are blended. Values of 0.5 to 2 px differ by at
+// most 0.05 dB.
 constexpr float kSameSurface = 1;
 
 // A weighted sum of colours.
@@ -34,8 +35,9 @@ struct Sum {
     }
 };
 
-// What a pixel of the view has got. `surface` is the nearest of what falls onto the pixel itself,
-// `fringe` what only reaches in from beside it and is nearer still: an edge, mixed by its weight.
+// Accumulated contents of a view pixel. `surface` is the nearest content that falls onto the pixel.
+// `fringe` is nearer content that only reaches into the pixel from beside it: an edge, blended by
+// its weight.
 struct Cell {
     float nearest = kNothing;
     Sum surface;
@@ -43,7 +45,7 @@ struct Cell {
     float fringeNearest = kNothing;
 };
 
-// The two pixels between which a place lies, and the second one's weight.
+// The two pixels around a place, and the weight of the second one.
 struct Split {
     int first;
     int secondWeight;
@@ -53,9 +55,9 @@ struct Split {
           secondWeight(place - first * kOne) {}
 };
 
-// The place of a coordinate, kOutside if it touches no pixel of 0..size-1.
+// The place of a coordinate; kOutside if it touches no pixel of 0..size-1.
 inline int placeOf(double coordinate, int size) {
-    if (!(coordinate > -1 && coordinate < size)) return kOutside; // NaN too
+    if (!(coordinate > -1 && coordinate < size)) return kOutside; // also NaN
     const int place = static_cast<int>(std::floor(coordinate * kOne + 0.5));
     return place > -kOne && place < size * kOne ? place : kOutside;
 }
@@ -74,13 +76,13 @@ inline void collect(Cell& cell, float nearness, const uchar* pixel, int weight) 
     }
 }
 
-// The mean colour of a sum, 16 times as fine as a pixel's.
+// The mean colour of a sum, in 1/16 levels.
 inline std::uint32_t mean16(const Sum& sum, int k) {
     return static_cast<std::uint32_t>((std::uint64_t{16} * sum.colour[k] + sum.weight / 2) /
                                       sum.weight);
 }
 
-// Writes a pixel from its cell; false if it is a hole.
+// Writes the pixel of a cell; false if it is a hole.
 inline bool resolve(const Cell& cell, uchar* pixel, float* nearness) {
     const bool seen = cell.surface.weight > 0;
     const bool fringed = cell.fringe.weight > 0;
@@ -91,7 +93,9 @@ inline bool resolve(const Cell& cell, uchar* pixel, float* nearness) {
     }
     *nearness = seen ? cell.nearest : cell.fringeNearest;
     const std::uint32_t share =
-        !seen ? kOne : std::min<std::uint32_t>(cell.fringe.weight, kOne); // of the fringe, in kOne
+        !seen
+            ? kOne
+            : std::min<std::uint32_t>(cell.fringe.weight, kOne); // weight of the fringe, in 1/kOne
     for (int k = 0; k < 3; ++k) {
         const std::uint32_t below = seen ? mean16(cell.surface, k) * (kOne - share) : 0;
         const std::uint32_t above = fringed ? mean16(cell.fringe, k) * share : 0;

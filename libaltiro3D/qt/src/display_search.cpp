@@ -20,7 +20,7 @@ std::string upper(std::string text) {
     return text;
 }
 
-// The words that could be a display's name or serial number, in capitals.
+// The words that could be a display's name or serial number, in upper case.
 std::vector<std::string> wordsOf(const ScreenFacts& screen) {
     std::vector<std::string> words;
     for (const std::string& text : {screen.model, screen.serialNumber, screen.name}) {
@@ -37,7 +37,7 @@ std::vector<std::string> wordsOf(const ScreenFacts& screen) {
     return words;
 }
 
-// The first word that begins with LKG; empty if none does.
+// The first word that begins with LKG; empty if there is none.
 std::string lightFieldName(const ScreenFacts& screen) {
     for (const std::string& word : wordsOf(screen)) {
         if (word.compare(0, 3, "LKG") == 0) return word;
@@ -57,8 +57,8 @@ bool isScaled(const ScreenFacts& screen) {
     return std::abs(screen.scale - 1) > 1e-3;
 }
 
-// The desktop counts in whole px of its own: multiplied back, a scaled screen's size is off by up
-// to one of them.
+// The desktop reports sizes in whole desktop px, so the size of a scaled screen is off by up to one
+// desktop px.
 bool hasSize(const ScreenFacts& screen, cv::Size size) {
     const double most = isScaled(screen) ? screen.scale : 0;
     return std::abs(screen.size.width - size.width) <= most &&
@@ -96,7 +96,7 @@ void join(FoundDisplay& display, std::size_t screen, PairedBy by) {
     display.pairedBy = by;
 }
 
-// Puts together what is left and of one size, where nothing else could be meant.
+// Pairs the remaining screens and volumes of equal size if the pair is unambiguous.
 void pairBySize(std::vector<FoundDisplay>& displays, const std::vector<ScreenFacts>& screens,
                 const std::vector<bool>& candidates) {
     const auto taken = [&displays](std::size_t screen) {

@@ -14,7 +14,7 @@ QImage toImage(const cv::Mat& picture) {
         throw Error(ErrorCode::InvalidArgument, "picture",
                     "is of " + cv::typeToString(picture.type()) + ", expected 8-bit BGR or grey");
     }
-    auto owner = std::make_unique<cv::Mat>(picture); // shares the memory and keeps it
+    auto owner = std::make_unique<cv::Mat>(picture); // shares the memory and keeps it alive
     const uchar* data = owner->data;
     const auto step = static_cast<int>(owner->step[0]);
     const QImage::Format format =
@@ -31,7 +31,7 @@ cv::Mat toPicture(const QImage& image) {
                   QImage::Format_BGR888);
     QPainter painter(&target);
     if (!image.hasAlphaChannel()) painter.setCompositionMode(QPainter::CompositionMode_Source);
-    QImage source = image; // its pixels, not its size on a screen
+    QImage source = image; // the pixels only; its size on a screen does not matter
     source.setDevicePixelRatio(1);
     painter.drawImage(0, 0, source);
     painter.end();

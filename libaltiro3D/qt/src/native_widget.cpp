@@ -44,7 +44,7 @@ void NativeWidget::paintEvent(QPaintEvent* /*event*/) {
     QPainter painter(this);
     painter.fillRect(rect(), Qt::black);
     if (image_.isNull()) return;
-    // in px of the screen from here on
+    // from here on in px of the screen
     const qreal ratio = devicePixelRatioF();
     if (ratio != 1) painter.scale(1 / ratio, 1 / ratio);
     const QSize device = deviceSize();

@@ -21,13 +21,13 @@ constexpr double kUsualConeDegrees = 40;
 constexpr double kLeastSpot = 1.0 / 4096;
 constexpr std::uint16_t kNone = 0x7fff; // no column: panels have at most 16384
 
-// The lit phases: first, first + 1, ... first + count - 1 modulo 2^32, in 2^-32 of a lens period.
+// The lit phases: first, first + 1, ... first + count - 1 modulo 2^32, in 2^-32 lens periods.
 struct LitPhases {
     std::uint32_t first = 0;
     std::uint32_t count = 0;
 };
 
-// Narrower by twice the error of a phase, so that nothing of a neighbouring view is ever lit.
+// Reduced by the error of a phase on both sides, so no sub-pixel of a neighbouring view is lit.
 LitPhases litPhases(const LensEye& eye, const LensPhases& phases) {
     constexpr double kOne = 4294967296.0;
     const double spot = eye.spot > 0 ? eye.spot : 1 / phases.geometry().lensPeriodSubpixels;
@@ -39,8 +39,8 @@ LitPhases litPhases(const LensEye& eye, const LensPhases& phases) {
             static_cast<std::uint32_t>(std::max(count, 0.0))};
 }
 
-// For each column of a row the nearest one, the left of two, whose phase is lit; kNone without any.
-// Reads `columns` phases and writes as many columns twice; memory bounds it.
+// For each column of a row, finds the nearest lit column, on a tie the left one; kNone without any.
+// Reads `columns` phases and writes as many columns twice; memory limits the speed.
 void nearestLit(const std::uint32_t* columnPhases, std::uint32_t rowPhase, int columns,
                 const LitPhases& lit, std::uint16_t* nearest) {
     std::uint16_t last = kNone;
@@ -55,9 +55,9 @@ void nearestLit(const std::uint32_t* columnPhases, std::uint32_t rowPhase, int c
     }
 }
 
-// Looks into one more row: where its nearest column is nearer than the best so far, that one
-// counts. The row must have one. Reads a row of columns, updates three rows of numbers; arithmetic
-// bounds it.
+// Includes one more row, which must have a lit column: takes its nearest column where that is
+// nearer than the best so far. Reads one row and updates three rows of numbers; arithmetic limits
+// the speed.
 void takeNearer(const std::uint16_t* nearest, int columns, int rowDistance, int row, int* best,
                 int* bestRow, int* bestColumn) {
     for (int x = 0; x < columns; ++x) {
@@ -70,12 +70,12 @@ void takeNearer(const std::uint16_t* nearest, int columns, int rowDistance, int 
     }
 }
 
-// One colour of the picture.
+// Fills one colour of the picture.
 void lightChannel(const cv::Mat& native, const LensPhases& phases, const LitPhases& lit,
                   int channel, cv::Mat& seen) {
     const int columns = native.cols;
     const int rows = native.rows;
-    const int place = 2 - channel; // of the colour in a BGR px
+    const int place = 2 - channel; // index of the colour in a BGR px
     cv::Mat nearest(native.size(), CV_16UC1);
     cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& range) {
         for (int y = range.start; y < range.end; ++y) {
@@ -83,7 +83,7 @@ void lightChannel(const cv::Mat& native, const LensPhases& phases, const LitPhas
                        nearest.ptr<std::uint16_t>(y));
         }
     });
-    std::vector<int> litRows; // a row with a lit column has a nearest one everywhere
+    std::vector<int> litRows; // if one column is lit, all columns have a nearest one
     for (int y = 0; y < rows; ++y)
         if (*nearest.ptr<std::uint16_t>(y) != kNone) litRows.push_back(y);
     constexpr int kFar = std::numeric_limits<int>::max();
@@ -94,7 +94,8 @@ void lightChannel(const cv::Mat& native, const LensPhases& phases, const LitPhas
         for (int y = range.start; y < range.end; ++y) {
             std::fill(best.begin(), best.end(), kFar);
             int worst = kFar;
-            auto below = std::upper_bound(litRows.begin(), litRows.end(), y); // y itself is above
+            auto below =
+                std::upper_bound(litRows.begin(), litRows.end(), y); // y itself belongs to `above`
             auto above = below;
             while (above != litRows.begin() || below != litRows.end()) {
                 const int up = above != litRows.begin() ? y - *(above - 1) : kFar;

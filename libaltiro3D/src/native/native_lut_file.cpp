@@ -1,4 +1,4 @@
-// The .map file; docs/map-format.md is its public description.
+// The .map file; docs/map-format.md describes it.
 
 #include "altiro3D/native_lut.hpp"
 
@@ -59,10 +59,10 @@ std::uint32_t crcOf(const void* data, std::size_t size) {
         crc32_z(crc32(0, nullptr, 0), static_cast<const Bytef*>(data), size));
 }
 
-// The data is worked on in pieces that fit into a processor's own cache, whole pairs each.
+// The data is processed in pieces of whole pairs that fit into a processor core's cache.
 constexpr std::size_t kPiece = std::size_t{1} << 19;
 
-// CRC-32 of `size` bytes, from crcOfPiece(begin, size) of each piece; pieces run in parallel.
+// CRC-32 of `size` bytes, combined from crcOfPiece(begin, size) of the pieces, in parallel.
 template <class F>
 std::uint32_t crcOfPieces(std::size_t size, const F& crcOfPiece) {
     const std::size_t pieces = (size + kPiece - 1) / kPiece;
@@ -82,7 +82,7 @@ std::uint32_t crcOfPieces(std::size_t size, const F& crcOfPiece) {
     return total;
 }
 
-// Reads up to `size` bytes that begin at `begin`; how many there were. Any number of threads.
+// Reads up to `size` bytes at `begin` and returns their number. Thread-safe.
 std::size_t readAt(const FileHandle& file, void* to, std::size_t begin, std::size_t size) {
     std::size_t done = 0;
     while (done < size) {
@@ -205,7 +205,7 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
     tables->allocate();
     const cv::Size quilt = tables->quilt.size();
     std::atomic<bool> complete{true};
-    std::atomic<bool> inside{true}; // rendering trusts the coordinates
+    std::atomic<bool> inside{true}; // rendering does not check coordinates
     const auto readPiece = [&](std::size_t begin, std::size_t size) {
         std::uint8_t* const to = tables->data() + begin;
         if (readAt(opened, to, sizeof h + begin, size) != size) {

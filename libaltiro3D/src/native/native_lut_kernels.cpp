@@ -15,8 +15,8 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Reads 8 bytes per sub-pixel from the cache, writes 4; bound by the write where that memory is
-// new, else by the four multiplications.
+// Reads 8 bytes per sub-pixel from the cache and writes 4. Writing limits the speed if the memory
+// is new, else the four multiplications.
 void quiltPixelsOn(const std::uint32_t* HWY_RESTRICT views,
                    const std::uint32_t* HWY_RESTRICT inTile, std::size_t count,
                    const TilePlaces& places, std::uint32_t first, std::uint16_t* HWY_RESTRICT out) {
@@ -51,7 +51,7 @@ void quiltPixelsOn(const std::uint32_t* HWY_RESTRICT views,
     }
 }
 
-// Reads 4 bytes per pair; bound by memory.
+// Reads 4 bytes per pair; memory limits the speed.
 LargestPair largestPairOn(const std::uint16_t* HWY_RESTRICT pairs, std::size_t count) {
     LargestPair largest;
     std::size_t i = 0;
@@ -75,13 +75,13 @@ LargestPair largestPairOn(const std::uint16_t* HWY_RESTRICT pairs, std::size_t c
     return largest;
 }
 
-// Reads 4 bytes per pair and 4 of the column table, writes 1 or 2; bound by memory.
+// Reads 4 bytes per pair and 4 of the column table, writes 1 or 2; memory limits the speed.
 template <class T>
 HWY_INLINE bool viewsOfQuiltPixelsOn(const std::uint16_t* HWY_RESTRICT pairs,
                                      const std::uint32_t* HWY_RESTRICT inTile, std::size_t count,
                                      const TileGrid& grid, std::uint32_t yInTile,
                                      T* HWY_RESTRICT views) {
-    const std::uint32_t last = (grid.rows - 1) * grid.columns; // view of the top left tile
+    const std::uint32_t last = (grid.rows - 1) * grid.columns; // view of the top-left tile
     bool good = true;
     std::size_t i = 0;
 #if HWY_TARGET != HWY_SCALAR
@@ -92,7 +92,7 @@ HWY_INLINE bool viewsOfQuiltPixelsOn(const std::uint16_t* HWY_RESTRICT pairs,
     const auto pair = [&](std::uint32_t x, std::uint32_t y) {
         return hn::BitCast(narrow, hn::Set(d, x | y << 16));
     };
-    // (k size reciprocal) >> 16 is k for each multiple of a size below 65536.
+    // For each multiple k * size below 65536: (k size reciprocal) >> 16 is k.
     const auto reciprocal = pair(65536U / grid.tileWidth + 1, 65536U / grid.tileHeight + 1);
     const auto size = pair(grid.tileWidth, grid.tileHeight);
     const auto largest = pair(grid.columns - 1, grid.rows - 1);
@@ -156,7 +156,7 @@ TilePlaces tilePlaces(int columns, int rows, int tileWidth, int tileHeight) {
     const std::uint32_t height = static_cast<std::uint32_t>(tileHeight) << 16;
     TilePlaces p;
     p.first = (static_cast<std::uint32_t>(rows) - 1) * height;
-    if (columns == 1) { // a row is a view; its reciprocal, 2^32, has no place
+    if (columns == 1) { // a row is a view; the reciprocal 2^32 does not fit
         p.perView = 0U - height;
         return p;
     }

@@ -10,26 +10,26 @@
 
 namespace altiro3D {
 
-/// What a NativeLut holds; shared by building (native_lut.cpp) and the file (native_lut_file.cpp).
+/// The data of a NativeLut; shared by native_lut.cpp (building) and native_lut_file.cpp (files).
 struct NativeLutTables {
     cv::Size panelSize;
     QuiltLayout quilt;
     std::uint64_t calibrationFingerprint = 0;
     std::string serial;
     bool inverted = true;
-    /// R, G, B: [panel rows x cols, CV_16UC2, (X, Y)], continuous, one behind the other.
+    /// R, G, B: [panel rows x cols, CV_16UC2, (X, Y)], continuous, one after the other.
     std::array<cv::Mat, 3> channels;
 
-    /// Takes the memory for the three tables. @throws Error OutOfMemory
+    /// Allocates the three tables. @throws Error OutOfMemory
     void allocate();
 
-    /// All three tables, as they lie in the file.
+    /// All three tables in the order of the file.
     std::uint8_t* data() const { return channels[0].data; }
     std::size_t size() const { return 3 * channels[0].total() * channels[0].elemSize(); }
 };
 
-/// The pixel of a side of `samples` px that lies under the centre of pixel `index` of a side of
-/// `count` px: floor((index + 0.5) / count * samples), exact.
+/// On a side of `samples` px, the pixel under the centre of pixel `index` of a side of `count` px:
+/// floor((index + 0.5) / count * samples), exact.
 inline int nearestSample(int index, int count, int samples) {
     return static_cast<int>((2 * std::int64_t{index} + 1) * samples / (2 * std::int64_t{count}));
 }

@@ -14,11 +14,11 @@ namespace altiro3D {
 
 namespace {
 
-// Rows of views pay where a panel has at least four sub-pixels for each of their pixels (measured:
-// docs/performance.md).
+// Rendering rows of views is faster if the panel has more than four sub-pixels per pixel of all
+// views (measured: docs/performance.md).
 constexpr double kSamplesPerSubpixel = 0.25;
 
-// The px of a side of the photo under each px of a side of the panel.
+// For each px of a side of the panel, the px of the photo under it.
 std::vector<int> samplesOf(int panel, int photo, bool mirrored) {
     std::vector<int> samples(static_cast<std::size_t>(panel));
     for (int i = 0; i < panel; ++i)
@@ -44,7 +44,7 @@ struct NativeRenderer::Impl {
 
     cv::Size panelSize() const { return {lens.geometry().panelWidth, lens.geometry().panelHeight}; }
 
-    // @param columns, rowOf column and row of the photo under each of the panel's
+    // @param columns, rowOf column and row of the photo under each column and row of the panel
     void renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo,
                          const std::vector<int>& columns, const std::vector<int>& rowOf,
                          cv::Mat& native) const;
@@ -77,7 +77,7 @@ const ViewOptions& NativeRenderer::options() const {
     return impl_->options;
 }
 
-// Reads each sub-pixel on its own.
+// Reads each sub-pixel separately.
 void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo,
                                            const std::vector<int>& columns,
                                            const std::vector<int>& rowOf, cv::Mat& native) const {
@@ -122,8 +122,8 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
     });
 }
 
-// Makes a row of all views at a time and picks sub-pixels from it: where the panel has so many that
-// most of the views' pixels are shown, and more than once.
+// Renders one row of all views at a time and picks sub-pixels from it. For panels that show most
+// pixels of the views more than once.
 void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Mat& photo,
                                       const std::vector<int>& columns,
                                       const std::vector<int>& rowOf, cv::Mat& native) const {

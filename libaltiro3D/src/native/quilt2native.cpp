@@ -14,7 +14,7 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kBgrOf[3] = {2, 1, 0}; // place of red, green, blue in a BGR pixel
+constexpr int kBgrOf[3] = {2, 1, 0}; // index of red, green, blue in a BGR pixel
 
 // Two neighbouring samples along one axis and the weight of the second.
 struct Tap {
@@ -23,7 +23,7 @@ struct Tap {
     double weight = 0;
 };
 
-// Where the centre of pixel `index` of `count` falls among `samples` samples, clamped to them.
+// Position of the centre of pixel `index` of `count` among `samples` samples, clamped to them.
 Tap tapOf(int index, int count, int samples, TileSampling sampling) {
     Tap tap;
     if (sampling == TileSampling::Nearest) {
@@ -37,7 +37,7 @@ Tap tapOf(int index, int count, int samples, TileSampling sampling) {
     return tap;
 }
 
-// The two views around a phase. View i stands at the centre of its cell, phase (i + 0.5) / views.
+// The two views around a phase. View i is at the centre of its interval, phase (i + 0.5) / views.
 Tap viewsOf(double phase, int views, ViewFilter filter) {
     Tap tap;
     if (filter == ViewFilter::Nearest) {
@@ -56,8 +56,8 @@ Tap viewsOf(double phase, int views, ViewFilter filter) {
 struct Quilt2Native::Impl {
     QuiltLayout quilt;
     cv::Size panelSize;
-    std::optional<ViewTable> table; // absent when blending, and where there is only the lut
-    std::optional<NativeLut> lut;   // of another form than ViewTable
+    std::optional<ViewTable> table; // absent if blending, and if `lut` is set
+    std::optional<NativeLut> lut;   // set if it cannot be stored as a ViewTable
     LensGeometry geometry;
     QuiltSampling sampling;
     std::vector<Tap> columnTaps; // x inside a tile, per panel column
@@ -142,9 +142,9 @@ void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native) const {
     }
 }
 
-// For tables that are no ViewTable.
-// Reads 4 bytes of table and 1 byte of quilt per sub-pixel, the latter scattered over some tiles'
-// rows; writes 1 byte. Bound by the table's bandwidth and the quilt's cache misses.
+// For tables that cannot be stored as a ViewTable. Reads 4 bytes of table and 1 byte of quilt per
+// sub-pixel, the latter scattered over the rows of several tiles; writes 1 byte. The table's
+// bandwidth and the quilt's cache misses limit the speed.
 void Quilt2Native::Impl::renderThroughLut(const cv::Mat& source, cv::Mat& native) const {
     std::vector<const std::uint8_t*> sourceRows(static_cast<std::size_t>(source.rows));
     for (int y = 0; y < source.rows; ++y)

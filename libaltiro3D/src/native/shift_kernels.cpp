@@ -13,7 +13,8 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Bound by one division per sub-pixel; a product with 1 / (N - 1) would not give +-1 at the ends.
+// One division per sub-pixel limits the speed; multiplying by 1 / (N - 1) would not give exactly
+// +-1 at the ends.
 void shiftsOfViewsOn(const std::uint16_t* HWY_RESTRICT views, std::size_t count, int viewCount,
                      float halfParallax, float* HWY_RESTRICT shifts) {
     const hn::ScalableTag<float> d;
@@ -36,7 +37,7 @@ void shiftsOfPhasesOn(const std::uint32_t* HWY_RESTRICT columns, std::uint32_t r
     const hn::RebindToSigned<decltype(d)> whole;
     const hn::RebindToUnsigned<decltype(d)> bits;
     const auto vRow = hn::Set(bits, row);
-    // N / (N - 1) (2 z - 1), of which 24 bits are kept
+    // N / (N - 1) (2 z - 1), rounded to 24 bits
     const double stretch = viewCount > 1 ? viewCount / (viewCount - 1.0) : 0;
     const auto scale = hn::Set(d, static_cast<float>(stretch * 0x1p-23));
     const auto middle = hn::Set(whole, 1 << 23);

@@ -40,7 +40,7 @@ ViewTable emptyTable(cv::Size panelSize, const QuiltLayout& quilt) {
     return t;
 }
 
-// Where the tiles' rows begin, if 32 bits can say so.
+// Offsets of the tiles, if they fit into 32 bits.
 std::optional<TileOffsets> tileOffsets(const QuiltLayout& quilt, std::size_t step) {
     if (tileCount(quilt) > 256 || step * static_cast<std::size_t>(quilt.size().height) >= 1U << 31)
         return std::nullopt;

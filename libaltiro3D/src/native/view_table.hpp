@@ -9,9 +9,9 @@
 
 namespace altiro3D {
 
-/// A look-up table in a quarter of the memory: as a table that was built from a calibration takes,
-/// for all sub-pixels of a column (row) of the panel, the same column (row) inside the tile, the
-/// view of each sub-pixel says the rest.
+/// A look-up table in a quarter of the memory. In a table built from a calibration, all sub-pixels
+/// of a panel column (row) have the same column (row) inside the tile, so only the view of each
+/// sub-pixel is stored.
 struct ViewTable {
     cv::Size panelSize;
     QuiltLayout quilt;
@@ -20,18 +20,19 @@ struct ViewTable {
     std::vector<std::uint32_t> columns; ///< X inside the tile, per panel column.
     std::vector<std::uint32_t> rows;    ///< Y inside the tile, per panel row.
 
-    /// Takes from a quilt what each sub-pixel shows.
+    /// Renders a Native from a quilt.
     /// @param source [quilt.size(), CV_8UC3]
     /// @param native [panelSize, CV_8UC3]
     void render(const cv::Mat& source, cv::Mat& native) const;
 };
 
-/// The table of a display, the same as that of NativeLut; none beyond 65536 tiles.
-/// @param geometry the display @param quilt a valid layout
+/// Builds the table of a display, equivalent to NativeLut; none beyond 65536 tiles.
+/// @param geometry the display
+/// @param quilt a valid layout
 std::optional<ViewTable> viewTable(const LensGeometry& geometry, const QuiltLayout& quilt);
 
-/// The same table as a NativeLut; none if that is not of this form, as a `.map` of another program
-/// may be.
+/// Converts a NativeLut; none if it does not have this form, for example in a `.map` of another
+/// program.
 std::optional<ViewTable> viewTable(const NativeLut& lut);
 
 } // namespace altiro3D

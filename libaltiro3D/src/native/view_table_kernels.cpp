@@ -14,13 +14,14 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 namespace hn = hwy::HWY_NAMESPACE;
 
 // Reads, per pixel, 3 views and 4 bytes of column table in order, and 3 bytes of quilt, each from
-// the row of its own tile; writes 3 bytes. Bound by the loads, 2 per sub-pixel, of which those of
-// the quilt often come from the second cache: a row of all tiles is larger than the first.
+// the row of its own tile; writes 3 bytes. The loads, 2 per sub-pixel, limit the speed. Those of
+// the quilt often come from the second-level cache, because a row of all tiles is larger than the
+// first.
 void renderRowOn(const NativeRow<std::uint8_t>& row, [[maybe_unused]] const TileOffsets& tiles,
                  RowFetcher& fetcher) {
     std::size_t begin = 0;
 #if HWY_TARGET != HWY_SCALAR
-    const hn::CappedTag<std::uint32_t, 16> d; // so that whole vectors make a portion
+    const hn::CappedTag<std::uint32_t, 16> d; // so a portion consists of whole vectors
     const hn::RebindToSigned<decltype(d)> asSigned;
     const hn::Rebind<std::uint8_t, decltype(d)> narrow;
     const std::size_t lanes = hn::Lanes(d);

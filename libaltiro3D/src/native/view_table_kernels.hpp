@@ -7,14 +7,14 @@
 
 namespace altiro3D {
 
-/// Fetches the row of all tiles that comes next into the cache, in small portions: it lies in as
-/// many places as there are tiles, too many for the processor to foresee.
+/// Prefetches the next row of all tiles into the cache in small portions. The row is in as many
+/// places as there are tiles, too many for the processor's prefetcher.
 class RowFetcher {
   public:
-    /// @param tileRows where the row in use begins in each tile; must stay
-    /// @param toNext from there to the row to fetch, bytes
+    /// @param tileRows start of the current row in each tile; must remain valid
+    /// @param toNext distance from there to the row to prefetch, bytes
     /// @param tileBytes length of a tile's row
-    /// @param portions in how many calls of fetch() everything is fetched
+    /// @param portions number of fetch() calls that prefetch everything
     void start(const std::vector<const std::uint8_t*>& tileRows, std::ptrdiff_t toNext,
                std::size_t tileBytes, std::size_t portions) {
         tile_ = tileRows.data();
@@ -30,7 +30,7 @@ class RowFetcher {
         for (std::size_t i = 0; i < perPortion_ && tile_ != end_; ++i) {
             __builtin_prefetch(*tile_ + toNext_ + std::min(at_, tileBytes_ - 1));
             at_ += kCacheLine;
-            if (at_ >= tileBytes_ + kCacheLine) { // the last byte may begin a line of its own
+            if (at_ >= tileBytes_ + kCacheLine) { // the last byte may be in another line
                 at_ = 0;
                 ++tile_;
             }
@@ -47,7 +47,7 @@ class RowFetcher {
     std::size_t perPortion_ = 0;
 };
 
-/// Pixels of a panel row between two portions of the fetcher.
+/// Pixels of a panel row per portion.
 constexpr std::size_t kPortionPixels = 64;
 
 /// One row of a Native.
@@ -55,12 +55,12 @@ template <class T>
 struct NativeRow {
     const T* views[3];                   ///< View of each pixel's blue, green and red.
     const std::uint32_t* columnBytes;    ///< Place inside the tile's row, bytes.
-    const std::uint8_t* const* tileRows; ///< Where that row begins, per tile.
+    const std::uint8_t* const* tileRows; ///< Start of that row, per tile.
     std::size_t count;                   ///< Pixels.
     std::uint8_t* out;                   ///< BGR.
 };
 
-/// Renders a row, calling the fetcher for every kPortionPixels pixels.
+/// Renders a row and calls the fetcher once per kPortionPixels pixels.
 template <class T>
 void renderRowPlain(const NativeRow<T>& row, RowFetcher& fetcher) {
     std::uint8_t* out = row.out;
@@ -76,16 +76,16 @@ void renderRowPlain(const NativeRow<T>& row, RowFetcher& fetcher) {
     }
 }
 
-/// Where the rows of up to 256 tiles begin: that of view v is tileRows[0] - v / columns * perRow +
-/// v % columns * perColumn.
+/// Row starts of up to 256 tiles: that of view v is tileRows[0] - v / columns * perRow + v %
+/// columns * perColumn.
 struct TileOffsets {
     std::uint32_t columns = 1;   ///< 1..256
-    std::uint32_t perColumn = 0; ///< Bytes from a tile to the one at its right.
-    std::uint32_t perRow = 0;    ///< Bytes from a tile to the one above it; all of them below 2^31.
+    std::uint32_t perColumn = 0; ///< Bytes from a tile to its right neighbour.
+    std::uint32_t perRow = 0; ///< Bytes from a tile to the one above; all offsets are below 2^31.
 };
 
-/// renderRowPlain() with the places computed instead of looked up. The same on every instruction
-/// set.
+/// As renderRowPlain(), but computes the row starts instead of looking them up. The result is the
+/// same on every instruction set.
 void renderRow(const NativeRow<std::uint8_t>& row, const TileOffsets& tiles, RowFetcher& fetcher);
 
 } // namespace altiro3D

@@ -34,8 +34,8 @@ namespace {
 
 constexpr const char* kDevices = "libavdevice.so." AV_STRINGIFY(LIBAVDEVICE_VERSION_MAJOR);
 
-// Loaded, not linked: its hundred libraries (X11, sound, 3D, ...) would cost every program a third
-// of its start, and only who films needs them.
+// Loaded at run time, not linked: its hundred libraries (X11, sound, 3D, ...) would take a third of
+// every program's start-up time, and only capture devices need them.
 bool registerDevices() {
     static const bool areThere = [] {
         void* const library = dlopen(kDevices, RTLD_NOW);

@@ -14,7 +14,7 @@ extern "C" {
 #include <libswscale/swscale.h>
 }
 
-/// Ownership and small conversions for FFmpeg's C interfaces.
+/// Ownership and conversions for FFmpeg's C interfaces.
 namespace altiro3D {
 
 struct FreePacket {
@@ -47,8 +47,8 @@ using InputPtr = std::unique_ptr<AVFormatContext, CloseInput>;
 using OutputPtr = std::unique_ptr<AVFormatContext, FreeOutput>;
 using ScalerPtr = std::unique_ptr<SwsContext, FreeScaler>;
 
-/// The number in a field of an enumeration. FFmpeg stores what files say without a check, and in
-/// C++ reading a value that the enumeration cannot hold is undefined.
+/// Reads an enumeration field as a number. FFmpeg stores values from files unchecked, and in C++
+/// reading a value outside the enumeration is undefined.
 template <class Enumeration>
 int numberOf(const Enumeration& field) {
     int number = 0;
@@ -57,14 +57,14 @@ int numberOf(const Enumeration& field) {
     return number;
 }
 
-/// Files may hold times at the ends of the numbers; of those up to here a sum of three fits.
+/// Limit of times from files; a sum of three times within it does not overflow.
 constexpr std::int64_t kFarthestTime = std::numeric_limits<std::int64_t>::max() / 4;
-/// False for AV_NOPTS_VALUE, too.
+/// Whether a time is within the limit. False for AV_NOPTS_VALUE.
 inline bool isNear(std::int64_t time) {
     return time >= -kFarthestTime && time <= kFarthestTime;
 }
 
-/// A dictionary that is freed at the end.
+/// Owns a dictionary.
 class Dictionary {
   public:
     Dictionary() = default;
@@ -74,24 +74,24 @@ class Dictionary {
 
     void set(const std::string& name, const std::string& value);
     AVDictionary** address() { return &entries_; }
-    /// Name of an entry that nobody has taken, or empty.
+    /// Name of the first entry that FFmpeg did not consume, or empty.
     std::string firstName() const;
 
   private:
     AVDictionary* entries_ = nullptr;
 };
 
-/// FFmpeg prints nothing from now on, unless the process has chosen its level of messages.
+/// Silences FFmpeg's messages, unless the process has chosen a log level.
 void quietFfmpeg();
 
-/// The format of that name, capture devices included.
+/// Finds a format by name, including capture devices.
 /// @throws Error Unsupported if this FFmpeg does not know it
 const AVInputFormat* inputFormat(const std::string& name);
 
-/// FFmpeg's words for an error number.
+/// FFmpeg's message for an error number.
 std::string ffmpegText(int number);
 
-/// @throws Error OutOfMemory @return new objects, never null
+/// Allocates a packet. @return never null @throws Error OutOfMemory
 PacketPtr newPacket();
 FramePtr newFrame();
 /// @throws Error OutOfMemory
@@ -100,14 +100,14 @@ void checkMemory(const void* memory);
 inline AVRational rational(const Fraction& fraction) {
     return {fraction.numerator, fraction.denominator};
 }
-/// 0/1 where it is not known.
+/// Converts a ratio; 0/1 if it is unknown.
 Fraction fraction(AVRational ratio);
 
 bool isMatroska(const AVOutputFormat& format);
 
 /// Entries of a dictionary.
 VideoTags tagsOf(const AVDictionary* dictionary);
-/// Value of a name, or empty.
+/// Value of an entry, or empty.
 std::string tagOf(const AVDictionary* dictionary, const char* name);
 
 } // namespace altiro3D

@@ -3,18 +3,18 @@
 #include <algorithm>
 #include <opencv2/core/mat.hpp>
 
-/// Motion fields and images that are resampled by them.
+/// Motion fields, and resampling of images by them.
 namespace altiro3D {
 
-/// Where between two px a place falls, with the border repeated.
+/// The two px around a position, with the border repeated.
 struct Between {
     int low = 0;
     int high = 0;
-    float share = 0; ///< Of `high`.
+    float share = 0; ///< Share of `high`.
 };
 
 inline Between between(float place, int count) {
-    // NaN ends up at 0; places far out do, before they become whole numbers, at the border
+    // NaN becomes 0; distant positions are clamped before the conversion to a whole number
     const float inside = place > 0 ? std::min(place, static_cast<float>(count - 1)) : 0.0F;
     Between result;
     result.low = static_cast<int>(inside);
@@ -23,13 +23,13 @@ inline Between between(float place, int count) {
     return result;
 }
 
-/// Linear between two values. @param share of b, 0..1
+/// Interpolates linearly between two values. @param share share of b, 0..1
 template <class T>
 T mixed(const T& a, const T& b, float share) {
     return a + (b - a) * share;
 }
 
-/// Linear between four px.
+/// Interpolates bilinearly between four px.
 template <class T>
 T sampled(const cv::Mat& values, const Between& x, const Between& y) {
     const T* above = values.ptr<T>(y.low);
@@ -38,18 +38,24 @@ T sampled(const cv::Mat& values, const Between& x, const Between& y) {
                  mixed(below[x.low], below[x.high], x.share), y.share);
 }
 
-/// Motion over two steps: x was at x + first + second there. Linear between px, border repeated.
-/// @param earlier from the middle to the start @param later from the end to the middle
-/// @return from the end to the start [CV_32FC2, px]
+/// Joins two motions: x was at x + later + earlier in the first picture. Linear between px, border
+/// repeated.
+/// @param earlier from the middle to the first picture
+/// @param later from the last to the middle picture
+/// @return from the last to the first picture [CV_32FC2, px]
 cv::Mat joinMotion(const cv::Mat& earlier, const cv::Mat& later);
 
-/// Picture values where px were before, linear between px, the border repeated.
-/// @param before [any size, CV_32FC1] @param motion [any size, CV_32FC2, px of its own size]
+/// Moves values along with motion: each px takes the value where it was before. Linear between px,
+/// border repeated.
+/// @param before [any size, CV_32FC1]
+/// @param motion [any size, CV_32FC2, px of its own size]
 /// @param moved [as before, CV_32FC1]; px that did not move are copied
 void carry(const cv::Mat& before, const cv::Mat& motion, cv::Mat& moved);
 
-/// Enlarges or shrinks a picture of single numbers, linear between px, the border repeated.
-/// @param values [CV_32FC1] @param rows, cols of the result @return [rows x cols, CV_32FC1]
+/// Resamples an image of one channel, linear between px, border repeated.
+/// @param values [CV_32FC1]
+/// @param rows, cols size of the result
+/// @return [rows x cols, CV_32FC1]
 cv::Mat stretched(const cv::Mat& values, int rows, int cols);
 
 } // namespace altiro3D

@@ -57,9 +57,9 @@ cv::Mat misfit(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion)
 
 double unlikeness(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion,
                   const cv::Mat& misfits) {
-    constexpr double kNoise = 4;      // grey levels; plain pictures differ by noise only
+    constexpr double kNoise = 4;      // grey levels; uniform pictures differ only by noise
     constexpr float kWild = 3;        // px from one cell to the next
-    constexpr double kWildShare = .5; // what wild motion counts beside the misfit
+    constexpr double kWildShare = .5; // weight of wild motion relative to the misfit
     double sum = 0;
     int pairs = 0;
     int wild = 0;

@@ -10,20 +10,19 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-// docs/mathematics.md, section 5, has the formulas.
+// The formulas are in docs/mathematics.md, section 5.
 
 namespace altiro3D {
 
 namespace {
 
-constexpr int kWindow = 8;  // px that are compared there
-constexpr int kBorder = 24; // px that are repeated around a picture; motion ends there
+constexpr int kWindow = 8;  // side of the compared windows, px
+constexpr int kBorder = 24; // px repeated around a picture; limit of motion
 
-// Costs are sums of kWindow^2 grey differences; these were chosen on the clips of
-// docs/lab/video.md.
-constexpr int kStillBonus = 48;     // what a still place is better by: noise is no motion
-constexpr int kUnlikeNeighbour = 6; // for each px that it differs from its neighbours' motion
-constexpr int kStillMisfit = 96;    // a still place that fits so well is not looked at further
+// Costs are sums of kWindow^2 grey differences; these were tuned on the clips of docs/lab/video.md.
+constexpr int kStillBonus = 48;     // advantage of no motion, so noise is not taken for motion
+constexpr int kUnlikeNeighbour = 6; // per px of difference from the neighbours' motion
+constexpr int kStillMisfit = 96;    // a still cell with less is not searched further
 
 struct Vector {
     int x = 0;
@@ -31,7 +30,7 @@ struct Vector {
     bool operator==(const Vector& other) const { return x == other.x && y == other.y; }
 };
 
-// One level of the pyramid with its border repeated.
+// One level of the pyramid with a repeated border.
 struct Level {
     cv::Size size;
     cv::Mat padded; // [size + 2 kBorder, CV_8UC1]
@@ -42,7 +41,8 @@ struct Level {
     const uchar* at(int x, int y) const { return padded.ptr(y + kBorder) + x + kBorder; }
 };
 
-// Sum of the absolute differences of two windows; bound by arithmetic (eight bytes a row).
+// Sum of the absolute differences of two windows; arithmetic (eight bytes per row) limits the
+// speed.
 int windowDifference(const uchar* a, const uchar* b, std::size_t stepA, std::size_t stepB) {
     int sum = 0;
     for (int y = 0; y < kWindow; ++y, a += stepA, b += stepB)
@@ -72,7 +72,7 @@ class CellSearch {
                       static_cast<std::size_t>(column)];
     }
 
-    // Looks everywhere within `reach` px.
+    // Tries all vectors within `reach` px.
     void searchAll(int reach) {
         forEachCell([&](int column, int row) {
             begin(column, row);
@@ -82,7 +82,7 @@ class CellSearch {
         });
     }
 
-    // Looks around what the coarser level and the cells before say.
+    // Searches around the vectors of the coarser level and of previous cells.
     void refine(const CellSearch& coarser) {
         refineFrom([&](int column, int row) {
             for (int dy = -1; dy <= 1; ++dy) {
@@ -94,7 +94,7 @@ class CellSearch {
         });
     }
 
-    // Looks around what a motion says and the cells before.
+    // Searches around a given motion and the vectors of previous cells.
     void refine(const cv::Mat& motion) {
         refineFrom([&](int column, int row) {
             const auto& from = motion.at<cv::Vec2f>(
@@ -104,7 +104,7 @@ class CellSearch {
         });
     }
 
-    // Replaces each cell's motion by the median of it and its neighbours, x and y for themselves.
+    // Replaces each cell's motion by the median of 3 x 3 cells, separately for x and y.
     void smooth() {
         const std::vector<Vector> found = cells_;
         const auto foundAt = [&](int column, int row) {
@@ -135,7 +135,8 @@ class CellSearch {
         }
     }
 
-    // The place between px where the two sides' costs would meet as straight lines.
+    // Refines a vector to fractions of px: the costs on both sides are extended as straight lines
+    // to the point where they meet.
     cv::Vec2f betweenPixels(int column, int row) {
         const Vector at = cell(column, row);
         if (at == Vector{}) return {0, 0};
@@ -211,7 +212,7 @@ class CellSearch {
         best_ = vector;
     }
 
-    // What a motion costs for not being its neighbours'.
+    // Cost of the difference from the neighbours' motion.
     int unrest(Vector vector) const {
         const auto distance = [&](Vector other) {
             return std::abs(vector.x - other.x) + std::abs(vector.y - other.y);
@@ -219,7 +220,8 @@ class CellSearch {
         return kUnlikeNeighbour * std::min({distance(left_), distance(above_), 16});
     }
 
-    // Sides of a picture may be shorter than a window and its border: places stay in the padding.
+    // A picture may be smaller than a window and its border, so positions are clamped to the
+    // padding.
     int difference(Vector vector) const {
         const int x =
             std::clamp(windowX_ + vector.x, -kBorder, now_->size.width + kBorder - kWindow);
@@ -243,8 +245,8 @@ class CellSearch {
     int leastCost_ = 0;
 };
 
-// From cells to px: linear where the four cells around move alike, else as the one of them whose
-// motion fits best.
+// Converts motion from cells to px: linear if the four surrounding cells move alike, else the
+// vector of the one that fits best.
 void spread(CellSearch& search, const Level& before, const Level& now, cv::Mat& motion) {
     search.smooth();
     cv::Mat cells(search.rows(), search.columns(), CV_32FC2);

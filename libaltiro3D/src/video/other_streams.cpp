@@ -69,7 +69,7 @@ PacketPtr OtherStreams::pop(std::size_t index, std::optional<std::int64_t> befor
     while (!queue.empty()) {
         AVPacket& packet = *queue.front();
         const auto isTime = [](std::int64_t one) { return one == AV_NOPTS_VALUE || isNear(one); };
-        if (!isNear(shift) || !isTime(packet.pts) || !isTime(packet.dts)) { // it belongs nowhere
+        if (!isNear(shift) || !isTime(packet.pts) || !isTime(packet.dts)) { // without a usable time
             queue.pop_front();
             continue;
         }
@@ -84,7 +84,7 @@ PacketPtr OtherStreams::pop(std::size_t index, std::optional<std::int64_t> befor
                 queue.pop_front();
                 continue;
             }
-            if (clip_ && begin < 0) { // a subtitle that is seen when the part begins
+            if (clip_ && begin < 0) { // a subtitle visible at the start of the part
                 packet.duration = after;
                 packet.pts = shift;
                 packet.dts = shift;

@@ -12,7 +12,7 @@
 
 namespace altiro3D {
 
-/// A stream beside the video, as its reader found it.
+/// A stream of the file other than the video.
 struct OtherStream {
     int index = 0; ///< in the file
     ParametersPtr parameters;
@@ -22,41 +22,42 @@ struct OtherStream {
     bool isCover = false;
 };
 
-/// All of a video file but its pictures, handed from its reader to a writer, which may be in
-/// another thread. What the reader sets before the first packet does not change afterwards.
+/// Everything in a video file except its pictures, passed from its reader to a writer, which may be
+/// in another thread. Data that the reader sets before the first packet does not change afterwards.
 class OtherStreams {
   public:
     std::vector<OtherStream> streams;
-    std::vector<VideoChapter> chapters; ///< Times from the start of what is read, clipped to it.
+    std::vector<VideoChapter>
+        chapters; ///< Times from the start of the part that is read, clipped to it.
     VideoTags tags;
     VideoColour colour;
-    std::string subject; ///< the file, for errors
+    std::string subject; ///< name of the file, for errors
     std::string format;  ///< FFmpeg's name of the container
 
-    /// The writer asks for packets. @return false if the reader has begun without it
+    /// Called by the writer to request packets. @return false if the reader has already begun
     bool want();
-    /// The reader begins. @return true if packets are wanted
+    /// Called by the reader at its start. @return true if packets are wanted
     bool begin();
-    /// The writer takes the packets of `streams[index]`; said before the reader begins.
+    /// Called by the writer before the reader begins: requests the packets of `streams[index]`.
     void take(std::size_t index);
     bool isTaken(std::size_t index) const;
-    /// The reader hands a packet of `streams[index]` over, times as in the file. What nobody takes
-    /// is dropped: it would pile up.
+    /// Called by the reader to pass a packet of `streams[index]`, times as in the file. Packets
+    /// that were not requested are dropped.
     void push(std::size_t index, PacketPtr packet);
-    /// Begins again: what was handed over is dropped.
+    /// Drops all packets, for a restart.
     void clear();
     /// @param origin file time that is 0, in `unit`
-    /// @param end file time where what is wanted ends, in `unit`
-    /// @param clip what lies before the origin is not wanted
+    /// @param end file time of the end of the part, in `unit`
+    /// @param clip whether packets before the origin are dropped or shortened
     void setRange(std::int64_t origin, std::optional<std::int64_t> end, AVRational unit, bool clip);
-    /// The reader has come to its end.
+    /// Called by the reader at its end.
     void end();
     bool hasEnded() const;
 
-    /// The next packet of a stream that begins before a time, moved so that the origin is 0; null
-    /// if none is there yet.
+    /// The next packet of a stream that begins before a time, with times relative to the origin;
+    /// null if there is none yet.
     ///
-    /// @param before in `unit`, from the origin; none: any
+    /// @param before time limit in `unit`, from the origin; none = no limit
     PacketPtr pop(std::size_t index, std::optional<std::int64_t> before, AVRational unit);
 
   private:
@@ -66,7 +67,7 @@ class OtherStreams {
     std::int64_t origin_ = 0;
     std::optional<std::int64_t> end_;
     AVRational unit_{1, AV_TIME_BASE};
-    bool clip_ = false; // what lies before the origin is dropped or shortened
+    bool clip_ = false; // packets before the origin are dropped or shortened
     bool wanted_ = false;
     bool begun_ = false;
     bool ended_ = false;

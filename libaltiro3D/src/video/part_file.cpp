@@ -31,12 +31,12 @@ PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path
         throw Error(ErrorCode::WriteFailed, path.string(),
                     "is a device or pipe, expected a file name: a video is written out of order");
     }
-    // The rename would replace a write-protected file if only the directory may be changed.
+    // A writable directory would let the rename replace a write-protected file.
     if (exists && ::access(target_.c_str(), W_OK) != 0) failWrite(path, errno);
 
     part_ = target_;
     part_ += ".part";
-    // One that a crash left is written over; one that is being written is locked.
+    // A part left by a crash is overwritten; a part that is being written is locked.
     for (struct stat named{}, opened{};;) {
         file_ = openFile(part_, O_RDWR | O_CREAT | O_NOFOLLOW, 0666);
         if (!file_.isOpen()) failWrite(path, errno);
@@ -44,7 +44,7 @@ PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path
             throw Error(ErrorCode::WriteFailed, path.string(),
                         "is being written by another process (" + part_.filename().string() + ")");
         }
-        // Another writer may have given it its name between the two steps.
+        // Another writer may have renamed it between the two steps.
         if (::stat(part_.c_str(), &named) == 0 && ::fstat(file_.get(), &opened) == 0 &&
             named.st_ino == opened.st_ino && named.st_dev == opened.st_dev) {
             break;
@@ -56,7 +56,7 @@ PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path
         failWrite(path, error);
     }
     if (exists) {
-        // Where that is not allowed the new file keeps the usual permissions.
+        // If this is not allowed, the new file keeps the default permissions.
         [[maybe_unused]] const int ignored = takeOwnerAndMode(file_.get(), state);
     }
     auto* const buffer = static_cast<std::uint8_t*>(av_malloc(kBufferBytes));
@@ -123,7 +123,7 @@ void PartFile::finish() {
     avio_flush(io_);
     check();
     if (const int error = flushFile(file_.get())) failWrite(path_, error);
-    // Closed behind this, as the lock against other writers ends with it.
+    // Closed only after the rename, because closing releases the lock against other writers.
     if (::rename(part_.c_str(), target_.c_str()) != 0) failWrite(path_, errno);
     flushDirectoryOf(target_);
     av_freep(&io_->buffer);

@@ -7,11 +7,11 @@
 
 namespace altiro3D {
 
-/// A file that FFmpeg writes as `<name>.part` beside its target and that gets its name at the end.
-/// Not movable: FFmpeg keeps its address.
+/// A file that FFmpeg writes as `<name>.part` beside its target and that is renamed to it at the
+/// end. Not movable, because FFmpeg keeps its address.
 class PartFile {
   public:
-    /// @throws Error WriteFailed (a directory, no regular file, no permission, another writer)
+    /// @throws Error WriteFailed (a directory, not a regular file, no permission, another writer)
     explicit PartFile(const std::filesystem::path& path);
     /// Removes the part unless it was finished.
     ~PartFile();
@@ -21,13 +21,13 @@ class PartFile {
     AVIOContext* io() { return io_; }
     const std::filesystem::path& partPath() const { return part_; }
 
-    /// Throws what a write failed with, if one did. @throws Error WriteFailed
+    /// Throws the error of the first failed write, if any. @throws Error WriteFailed
     void check() const;
     /// Flushes to the disk and renames. @throws Error WriteFailed
     void finish();
 
   private:
-    template <class Byte> // const ones from FFmpeg 7 on
+    template <class Byte> // const from FFmpeg 7 on
     static int write(void* self, Byte* data, int size);
     static std::int64_t seek(void* self, std::int64_t offset, int whence);
     void close();

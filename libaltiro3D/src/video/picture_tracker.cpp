@@ -15,7 +15,7 @@ namespace altiro3D {
 
 namespace {
 
-// Below this many grey levels of standard deviation a picture shows nothing.
+// Standard deviation of grey levels below which a picture is blank.
 constexpr double kBlank = 3;
 
 } // namespace
@@ -77,7 +77,7 @@ bool PictureTracker::load(std::string_view& bytes) {
     if (rows > kMost || cols > kMost || (rows == 0) != (cols == 0)) return false;
     rows_ = static_cast<int>(rows);
     cols_ = static_cast<int>(cols);
-    // The next picture's grey, which is of that size, is compared with it px by px.
+    // The grey copy of the next picture has that size and is compared with it px by px.
     return grey_.size() == shrunkSize({cols_, rows_}, kSmallSide);
 }
 

@@ -7,29 +7,29 @@
 
 namespace altiro3D {
 
-/// Follows the pictures of a video: which are new, which begin a scene, what moved.
+/// Tracks the pictures of a video: repetitions, scene cuts and motion.
 ///
-/// A picture without contrast (black, white, a flash) is no news: it neither begins a scene nor
-/// moves anything, and the picture after it is compared with the last one that showed something.
+/// A picture without contrast (black, white, a flash) is skipped: it neither begins a scene nor has
+/// motion, and the picture after it is compared with the last one that had contrast.
 class PictureTracker {
   public:
     struct Step {
         bool repeated = false; // equals the picture before bit for bit
         bool cut = false;      // first picture, other size, or new scene
-        bool blank = false;    // shows nothing, and is none of those
-        // since the picture before [CV_32FC2, px]; empty if cut, repeated or blank
+        bool blank = false;    // without contrast, and neither of those
+        // motion since the previous picture [CV_32FC2, px]; empty if cut, repeated or blank
         cv::Mat motion;
     };
 
     /// The next picture [rows x cols, CV_8UC3, BGR].
     Step next(const cv::Mat& picture);
 
-    /// The last picture that showed something [at most kSmallSide px a side, CV_8UC1]. Never
+    /// The last picture with contrast [at most kSmallSide px per side, CV_8UC1]. It is never
     /// written to again.
     const cv::Mat& grey() const { return grey_; }
 
     void save(std::string& bytes) const;
-    /// Takes what save() appended off the front. @return false if it is not that
+    /// Reads the data of save() from the front of `bytes`. @return false if it is invalid
     bool load(std::string_view& bytes);
 
   private:
@@ -39,7 +39,7 @@ class PictureTracker {
     cv::Mat grey_;
 };
 
-/// A number that differs between different pictures but for one case in 2^64.
+/// A hash of 64 bits; different pictures collide with a probability of 2^-64.
 /// @param picture [any size, CV_8UC3]
 std::uint64_t pictureHash(const cv::Mat& picture);
 

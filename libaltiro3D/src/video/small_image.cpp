@@ -13,10 +13,10 @@ namespace altiro3D {
 
 namespace {
 
-constexpr float kBlack =
-    8; // grey levels below 0 at which gains hold: dark cells, where noise rules, count little
+// Grey levels added to both pictures for gains, so dark, noisy cells have little weight.
+constexpr float kBlack = 8;
 
-// The median over cells of 4 x 4 px of how much brighter `now` is, as a factor.
+// Brightness of `now` relative to `before`: the median over cells of 4 x 4 px.
 float gainBetween(const cv::Mat& before, const cv::Mat& now) {
     const cv::Mat a = halved(halved(before));
     const cv::Mat b = halved(halved(now));

@@ -2,15 +2,16 @@
 
 #include <opencv2/core/mat.hpp>
 
-/// Small grey copies of the images of a video, which motion is searched in. Plain serial code in
-/// whole numbers and single floats: results are the same for any number of threads.
+/// Small grey copies of the images of a video, for the motion search. The code is serial, so
+/// results are the same for any number of threads.
 namespace altiro3D {
 
-/// Longest side of the small picture, px.
+/// Longest side of the small image, px.
 constexpr int kSmallSide = 192;
 
-/// The picture's area average of at most kSmallSide px a side.
-/// @param picture [rows x cols, CV_8UC3, BGR] @return [small rows x cols, CV_8UC3, BGR]
+/// The picture's area average with at most kSmallSide px per side.
+/// @param picture [rows x cols, CV_8UC3, BGR]
+/// @return [small rows x cols, CV_8UC3, BGR]
 cv::Mat smallPicture(const cv::Mat& picture);
 
 /// Its brightness (BT.601). @param small [any size, CV_8UC3, BGR] @return [CV_8UC1]
@@ -19,9 +20,10 @@ cv::Mat greyOf(const cv::Mat& small);
 /// Half the size, each px the mean of four. @param grey [CV_8UC1] @return [CV_8UC1]
 cv::Mat halved(const cv::Mat& grey);
 
-/// A grey image as bright as another: times the median over cells of 4 x 4 px of how much brighter
-/// `now` is, so that exposure and fades do not count.
-/// @param grey, now [equal sizes, CV_8UC1] @return [CV_8UC1]
+/// Scales a grey image to the brightness of `now`, by the median of their ratio over cells of 4 x 4
+/// px. Differences of exposure and fades are thus removed.
+/// @param grey, now [equal sizes, CV_8UC1]
+/// @return [CV_8UC1]
 cv::Mat matchedBrightness(const cv::Mat& grey, const cv::Mat& now);
 
 /// Standard deviation of a picture's brightness. @param grey [CV_8UC1]

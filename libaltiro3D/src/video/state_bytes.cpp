@@ -10,7 +10,7 @@ namespace altiro3D {
 
 namespace {
 
-constexpr std::uint64_t kFactor = 0x9e3779b97f4a7c15; // odd, its bits well mixed
+constexpr std::uint64_t kFactor = 0x9e3779b97f4a7c15; // odd, with well-mixed bits
 
 std::uint64_t wordAt(const char* bytes) {
     std::uint64_t word = 0;
@@ -25,8 +25,8 @@ std::uint64_t mixIn(std::uint64_t sum, std::uint64_t value) {
     return sum ^ sum >> 29U;
 }
 
-// Reads the bytes once, in four sums at a time; bound by the multiplications, some 8 bytes a
-// clock tick.
+// Reads the bytes once into four sums; multiplications limit the speed to about 8 bytes per clock
+// cycle.
 std::uint64_t checksum(std::string_view bytes) {
     std::array<std::uint64_t, 4> sums{1, 2, 3, 4};
     constexpr std::size_t kWord = sizeof(std::uint64_t);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kLongestSubtitleBytes = 1 << 20;
 
-// Tags that describe the old file, not what is seen and heard.
+// Tags that describe the source file and not its contents.
 bool isOfTheFile(const std::string& name) {
     static const char* const kNames[] = {"encoder",  "major_brand", "minor_version",
                                          "duration", "timecode",    "compatible_brands",
@@ -51,7 +51,7 @@ std::string describe(const OtherStream& stream) {
     return text;
 }
 
-// Matroska keeps any attachment that says what it is.
+// Matroska accepts any attachment with a file name and a type.
 bool isNamed(const OtherStream& attachment) {
     const auto has = [&](const char* wanted) {
         return std::any_of(attachment.tags.begin(), attachment.tags.end(),
@@ -110,7 +110,7 @@ StreamCopier::StreamCopier(std::shared_ptr<OtherStreams> source, AVFormatContext
             }
             break;
         default:
-            // The text stream of QuickTime chapters is written anew with the chapters.
+            // The text stream of QuickTime chapters is rewritten with the chapters.
             if (codec != AV_CODEC_ID_BIN_DATA) leaveOut();
             break;
         }
@@ -140,7 +140,7 @@ void StreamCopier::addChapters() {
     }
 }
 
-// Whether the container takes such a stream: by its list, and by a trial.
+// Whether the container accepts such a stream, by its list of codecs and by a trial.
 bool StreamCopier::canHold(const AVCodecParameters& parameters) const {
     if (avformat_query_codec(output_.oformat, parameters.codec_id, FF_COMPLIANCE_NORMAL) == 0) {
         return false;
@@ -190,7 +190,7 @@ void StreamCopier::addCopy(std::size_t index) {
     const OtherStream& from = source_->streams[index];
     AVCodecParameters& to = *addRoute(index).to->codecpar;
     if (avcodec_parameters_copy(&to, from.parameters.get()) < 0) checkMemory(nullptr);
-    // The mark of the codec differs between kinds of containers.
+    // The codec tag differs between containers.
     const AVCodecTag* const* const tags = output_.oformat->codec_tag;
     unsigned tag = 0;
     const bool keeps = tags == nullptr || av_codec_get_id(tags, to.codec_tag) == to.codec_id ||
@@ -198,7 +198,7 @@ void StreamCopier::addCopy(std::size_t index) {
     if (!keeps) to.codec_tag = 0;
 }
 
-// Text subtitles into another text form; false if this FFmpeg cannot.
+// Converts text subtitles to another text format; false if this FFmpeg does not support it.
 bool StreamCopier::addConversion(std::size_t index, AVCodecID to) {
     const OtherStream& from = source_->streams[index];
     const AVCodec* const reading = avcodec_find_decoder(from.parameters->codec_id);
@@ -238,7 +238,7 @@ PacketPtr StreamCopier::convert(Route& route, AVPacket& packet) {
         return nullptr;
     }
     PacketPtr result;
-    // Times go with the packet, so what is inside begins at 0.
+    // The packet holds the times, so those inside it begin at 0.
     const AVRational unit = source_->streams[route.from].timeBase;
     const std::int64_t length = subtitle.end_display_time > subtitle.start_display_time &&
                                         subtitle.end_display_time != UINT32_MAX
@@ -266,7 +266,7 @@ int StreamCopier::writePacket(Route& route, PacketPtr packet) {
     packet->stream_index = route.to->index;
     packet->pos = -1;
     av_packet_rescale_ts(packet.get(), source_->streams[route.from].timeBase, route.to->time_base);
-    // Containers refuse decoding times that do not rise; damaged sources have such.
+    // Containers refuse decoding times that do not increase, which damaged sources have.
     if (packet->dts == AV_NOPTS_VALUE) packet->dts = packet->pts;
     if (route.lastDts != AV_NOPTS_VALUE && packet->dts != AV_NOPTS_VALUE) {
         const bool strict = (output_.oformat->flags & AVFMT_TS_NONSTRICT) == 0;

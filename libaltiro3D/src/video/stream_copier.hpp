@@ -10,11 +10,11 @@
 
 namespace altiro3D {
 
-/// Brings the streams beside the video into a container: copied packet by packet, text subtitles
-/// converted where the container asks for another form of them.
+/// Writes the streams other than the video to a container. Packets are copied; text subtitles are
+/// converted if the container requires another format.
 class StreamCopier {
   public:
-    /// What is to be kept.
+    /// The kinds of streams and data to keep.
     struct Wanted {
         bool audio = true;
         bool subtitles = true;
@@ -22,26 +22,26 @@ class StreamCopier {
         bool metadata = true;
     };
 
-    /// Adds the streams to the container; its video stream is there already.
+    /// Adds the streams to the container, which already has its video stream.
     ///
-    /// @param path of the output, for errors
-    /// @param notes what is left out or converted is added
-    /// @throws Error Unsupported: what the container cannot hold, by name, with advice
+    /// @param path path of the output, for errors
+    /// @param notes receives what is left out or converted
+    /// @throws Error Unsupported (names what the container does not support, with advice)
     StreamCopier(std::shared_ptr<OtherStreams> source, AVFormatContext& output,
                  const std::string& path, const Wanted& wanted, Notes& notes);
 
-    /// Writes the packets that begin before a time, or all that are there.
+    /// Writes the packets that begin before a time, or all available packets.
     /// @return 0 or FFmpeg's error number
     int copy(std::optional<std::int64_t> before, AVRational unit);
 
-    /// The reader has delivered all.
+    /// Whether the reader has delivered all packets.
     bool sourceHasEnded() const { return source_->hasEnded(); }
 
   private:
     struct Route {
-        std::size_t from = 0; // of the source's streams
+        std::size_t from = 0; // index into the source's streams
         AVStream* to = nullptr;
-        CodecPtr decoder; // of subtitles that are converted
+        CodecPtr decoder; // for subtitles that are converted
         CodecPtr encoder;
         std::int64_t lastDts = AV_NOPTS_VALUE;
     };

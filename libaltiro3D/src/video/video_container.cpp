@@ -41,7 +41,8 @@ void VideoContainer::open(const AVCodecParameters& pictures, const VideoWriterOp
                           const std::shared_ptr<OtherStreams>& source, Notes& notes) {
     AVFormatContext& output = *output_;
     output.flags |= AVFMT_FLAG_BITEXACT;
-    // Sound may begin a little before 0 (what its decoder needs to start); pictures stay put.
+    // Sound may begin slightly before 0, for the start of its decoder. Times are not shifted for
+    // this.
     output.avoid_negative_ts = AVFMT_AVOID_NEG_TS_DISABLED;
     stream_ = avformat_new_stream(&output, nullptr);
     checkMemory(stream_);
@@ -64,7 +65,7 @@ void VideoContainer::open(const AVCodecParameters& pictures, const VideoWriterOp
     file_ = std::make_unique<PartFile>(path_);
     output.pb = file_->io();
     output.flags |= AVFMT_FLAG_CUSTOM_IO;
-    // The index is moved to the front at the end, by reading the file again.
+    // At the end, the index is moved to the front by reading the file again.
     const std::string url = "file:" + file_->partPath().string();
     av_freep(&output.url);
     output.url = av_strdup(url.c_str());
@@ -98,8 +99,8 @@ void VideoContainer::checkWritten(int result) {
     }
 }
 
-// As checkWritten(); a damaged packet of the source's sound, which the container refuses, is no
-// reason to give up. It may come to light while another packet is written.
+// As checkWritten(), but tolerates damaged packets of the source's sound that the container
+// refuses. The error may occur while another packet is written.
 void VideoContainer::checkPacket(int result) {
     const bool refused = result == AVERROR_INVALIDDATA || result == AVERROR(EINVAL);
     if (copier_ && refused && refused_ <= picturesWritten_) {
@@ -126,15 +127,15 @@ void VideoContainer::copyOthers(std::optional<std::int64_t> before) {
 }
 
 void VideoContainer::finish(std::int64_t end, Notes& notes) {
-    failed_ = true; // until all is well: FFmpeg must not end a file twice
+    failed_ = true; // cleared on success: FFmpeg must not finish a file twice
     copyOthers(sourceHasEnded() ? std::nullopt : std::optional<std::int64_t>(end));
-    // What is still waiting to be interleaved.
+    // Flushes packets that wait for interleaving.
     for (int result = -1; result < 0;) {
         result = av_interleaved_write_frame(output_.get(), nullptr);
         checkPacket(result);
     }
     checkWritten(av_write_trailer(output_.get()));
-    // The muxer counts what it has taken of a stream.
+    // The muxer counts the packets it has accepted for a stream.
     const std::int64_t lost = picturesWritten_ - stream_->nb_frames;
     if (refused_ > 0 && lost > 0) {
         throw Error(ErrorCode::WriteFailed, path_.string(),

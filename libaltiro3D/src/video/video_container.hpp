@@ -13,11 +13,11 @@
 
 namespace altiro3D {
 
-/// A video file that is being written: encoded pictures, and beside them the other streams of the
-/// video they were made from. Pictures come from an encoder or from other files.
+/// A video file being written: encoded pictures, and the other streams of the source video.
+/// Pictures come from an encoder or from other files.
 class VideoContainer {
   public:
-    /// @throws Error Unsupported (the name's extension)
+    /// @throws Error Unsupported (the extension)
     explicit VideoContainer(const std::filesystem::path& path);
 
     /// FFmpeg's kind of container.
@@ -26,31 +26,31 @@ class VideoContainer {
 
     /// Begins the file.
     ///
-    /// @param pictures the codec of the pictures
+    /// @param pictures codec parameters of the pictures
     /// @param options times, tags and which of the other streams are wanted
-    /// @param source where the other streams come from; may be null
-    /// @param notes what is left out is added
-    /// @throws Error Unsupported (what this container cannot hold), WriteFailed
+    /// @param source the other streams; may be null
+    /// @param notes receives what is left out
+    /// @throws Error Unsupported (what this container does not support), WriteFailed
     void open(const AVCodecParameters& pictures, const VideoWriterOptions& options,
               const std::shared_ptr<OtherStreams>& source, Notes& notes);
 
     /// Writes an encoded picture, times in the options' time base. Takes the packet's reference.
     /// @throws Error WriteFailed
     void write(AVPacket& packet);
-    /// Hands over what the source's other streams have before a time, in the options' time base.
+    /// Writes the packets of the source's other streams before a time, in the options' time base.
     /// @throws Error WriteFailed
     void copyOthers(std::optional<std::int64_t> before);
-    /// The source has been read to its end.
+    /// Whether the source has been read to its end.
     bool sourceHasEnded() const { return copier_ && copier_->sourceHasEnded(); }
-    /// Writes what is left and gives the file its name.
+    /// Writes the remaining data and renames the file to its target.
     ///
-    /// @param end of the last picture, in the options' time base: other streams end there, unless
+    /// @param end end of the last picture in the options' time base; other streams end there unless
     ///        the source has been read to its end
-    /// @param notes damaged packets that were left out are added
+    /// @param notes receives the number of damaged packets left out
     /// @throws Error WriteFailed
     void finish(std::int64_t end, Notes& notes);
 
-    /// Throws for a failed call of FFmpeg; the file is then lost. @throws Error WriteFailed
+    /// Throws if a call of FFmpeg failed; the file is then lost. @throws Error WriteFailed
     void checkWritten(int result);
     /// @throws Error WriteFailed if a write failed before
     void checkUsable() const;
@@ -59,14 +59,14 @@ class VideoContainer {
     void checkPacket(int result);
 
     std::filesystem::path path_;
-    // The part is destroyed last, after the container that writes into it.
+    // Destroyed after the container that writes to it.
     std::unique_ptr<PartFile> file_;
     OutputPtr output_;
     AVStream* stream_ = nullptr;
     AVRational timeBase_{1, 1};
     std::unique_ptr<StreamCopier> copier_;
     std::int64_t picturesWritten_ = 0;
-    std::int64_t refused_ = 0; // packets the container would not take
+    std::int64_t refused_ = 0; // packets the container has refused
     bool failed_ = false;
 };
 

@@ -27,7 +27,7 @@ namespace {
 
 using Kind = VideoInput::Kind;
 
-constexpr double kLatestSeconds = 1e9; // what a foreign file places later is not kept
+constexpr double kLatestSeconds = 1e9; // later contents of a file are ignored
 
 // Whether an MP4 or QuickTime file has boxes but not the one with its index.
 bool lacksMovieIndex(const fs::path& path) {
@@ -142,7 +142,7 @@ std::string otherContents(const AVFormatContext& format) {
     return text;
 }
 
-// Says why a path is no file to read, in our words.
+// Throws with our own message if a path cannot be read.
 void checkFile(const fs::path& path, const std::string& subject) {
     struct stat state {};
     const bool exists = ::stat(path.c_str(), &state) == 0;
@@ -207,12 +207,13 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
     Dictionary settings;
     for (const auto& [name, value] : options.formatOptions)
         settings.set(name, value);
-    // A file must not make us open others in the network.
+    // A file must not open other files over the network.
     if (input.kind != Kind::Device) settings.set("protocol_whitelist", "file,pipe,crypto,data");
     AVFormatContext* raw = nullptr;
     int result = avformat_open_input(&raw, url.c_str(), wantedFormat, settings.address());
     if (result < 0) {
-        // Of a picture beyond its limits FFmpeg's Y4M reader says "busy": an error number plus six.
+        // For a picture beyond its limits, FFmpeg's Y4M reader returns "busy": an error number plus
+        // six.
         if (result == AVERROR_INVALIDDATA || result == AVERROR_EOF ||
             (input.kind == Kind::File && result == AVERROR(EBUSY))) {
             if (input.kind == Kind::File && lacksMovieIndex(path)) {
@@ -240,7 +241,7 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
                     "have \"" + unused + "\", which the format " + input.format->iformat->name +
                         " does not know");
     }
-    if (std::strcmp(input.format->iformat->name, "tty") == 0) { // any text at all
+    if (std::strcmp(input.format->iformat->name, "tty") == 0) { // this format accepts any text
         throw Error(ErrorCode::BadFormat, input.subject, "is a text, expected a video file");
     }
     result = avformat_find_stream_info(raw, nullptr);
@@ -291,8 +292,8 @@ void openDecoder(VideoInput& input, int threads) {
     }
 }
 
-// When the last picture or sound ends, s from the start of the file; chapters and subtitles may
-// reach beyond it.
+// End of the last picture or sound, s from the start of the file. Chapters and subtitles may end
+// later.
 double endOfPictureAndSound(const AVFormatContext& format) {
     double end = 0;
     for (unsigned i = 0; i < format.nb_streams; ++i) {
@@ -309,7 +310,7 @@ double endOfPictureAndSound(const AVFormatContext& format) {
     return end;
 }
 
-// What the container and the delivered stream say of the pictures.
+// Fills the facts about the pictures from the container and the delivered stream.
 void fillFacts(VideoInput& input) {
     VideoFacts& facts = input.facts;
     const AVStream& video = *input.stream;
@@ -364,7 +365,7 @@ void fillFacts(VideoInput& input) {
     }
 }
 
-// The streams, chapters and tags of the file.
+// Lists the streams, chapters and tags of the file.
 void listContents(const AVFormatContext& format, VideoFacts& facts) {
     for (unsigned i = 0; i < format.nb_streams; ++i) {
         const AVStream& stream = *format.streams[i];

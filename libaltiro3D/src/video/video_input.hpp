@@ -14,29 +14,29 @@ namespace altiro3D {
 
 class OtherStreams;
 
-/// A video that is open and has not been read from: its container, the stream to deliver and the
-/// decoder of that.
+/// An open video from which nothing has been read: its container, the stream to deliver and its
+/// decoder.
 struct VideoInput {
     enum class Kind { File, StandardInput, Device };
 
-    std::string subject; ///< its name, for errors
+    std::string subject; ///< name of the file, for errors
     Kind kind = Kind::File;
     InputPtr format;
     AVStream* stream = nullptr; ///< the one to deliver; `format` owns it
     CodecPtr decoder;
     VideoFacts facts;
     Orientation orientation;   ///< of the stored pictures
-    std::int64_t startPts = 0; ///< where the file begins, in the stream's unit
-    double end = 0;            ///< where the file says it ends, s from its start; 0 = it does not
+    std::int64_t startPts = 0; ///< start of the file, in the stream's unit
+    double end = 0;            ///< stated end of the file, s from its start; 0 = not stated
 
-    /// A time leads to the same frame whatever was read before: false where nothing can be sought,
-    /// and where times may begin again.
+    /// Whether a time leads to the same frame regardless of what was read before: false where the
+    /// input cannot be sought, and where times may start again.
     bool hasFixedTimes() const;
 };
 
-/// Opens a video and finds out what it says about itself.
+/// Opens a video and reads its properties.
 ///
-/// @param options `threads` more than 0
+/// @param options options with `threads` > 0
 /// @throws Error as VideoReader::VideoReader()
 VideoInput openVideoInput(const std::filesystem::path& path, const VideoReaderOptions& options);
 
@@ -49,9 +49,10 @@ VideoInput openVideoInput(const std::filesystem::path& path, const VideoReaderOp
 std::optional<std::int64_t> countPackets(const std::filesystem::path& path,
                                          VideoReaderOptions options, double from);
 
-/// Tells a writer of all that a video holds besides its pictures, clipped to the part that is read.
+/// Describes the contents of a video other than its pictures for a writer, clipped to the part that
+/// is read.
 ///
-/// @return for each stream of the file its index in `others.streams`; -1 = the delivered one
+/// @return for each stream of the file, its index in `others.streams`; -1 = the delivered stream
 std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoReaderOptions& options,
                                          OtherStreams& others);
 

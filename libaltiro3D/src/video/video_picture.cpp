@@ -17,14 +17,14 @@ namespace {
 
 constexpr int kLinesOfStandardDefinition = 576;
 
-// Where the samples of colour lie between those of brightness, in swscale's 1/256 px; -513 = its
-// own default.
+// Position of the chroma samples relative to the luma samples, in swscale's 1/256 px; -513 = its
+// default.
 struct ChromaPlace {
     int x = -513;
     int y = -513;
 };
 
-// MPEG video has colour at the left of two columns unless it says otherwise, JPEG in the middle.
+// By default, MPEG video has chroma at the left of two columns, JPEG in the middle.
 ChromaPlace chromaPlace(AVPixelFormat format, AVChromaLocation location) {
     const AVPixFmtDescriptor* const shape = av_pix_fmt_desc_get(format);
     ChromaPlace place;
@@ -77,7 +77,7 @@ void setColours(SwsContext* scaler, ColourMatrix from, bool fromFull, ColourMatr
                              sws_getCoefficients(colourSpace(to)), toFull ? 1 : 0, 0, kOne, kOne);
 }
 
-// A frame over the memory of a picture, which must outlive it.
+// Wraps the memory of a picture in a frame; the picture must outlive it.
 FramePtr frameOver(cv::Mat& picture) {
     FramePtr frame = newFrame();
     frame->format = AV_PIX_FMT_BGR24;
@@ -95,7 +95,7 @@ FramePtr frameOver(cv::Mat& picture) {
 } // namespace
 
 int Orientation::clockwiseDegrees() const {
-    // Without the mirroring left to right that isMirrored() tells of.
+    // Without the left-right mirroring of isMirrored().
     const bool columns = mirrorColumns != isMirrored();
     if (transpose) return columns ? 90 : 270;
     return columns ? 180 : 0;
@@ -128,7 +128,7 @@ VideoColour videoColour(AVPixelFormat format, int matrix, int range, int primari
         colour.matrix = ColourMatrix::Rgb;
         break;
     case AVCOL_SPC_BT709:
-    case AVCOL_SPC_SMPTE240M: // the nearest
+    case AVCOL_SPC_SMPTE240M: // the nearest matrix
         colour.matrix = ColourMatrix::Bt709;
         break;
     case AVCOL_SPC_FCC:
@@ -148,7 +148,7 @@ VideoColour videoColour(AVPixelFormat format, int matrix, int range, int primari
     }
     if (rgb) {
         colour.matrix = ColourMatrix::Rgb;
-    } else if (colour.matrix == ColourMatrix::Rgb) { // stated, but the planes are Y, U and V
+    } else if (colour.matrix == ColourMatrix::Rgb) { // stated as RGB, but the planes are Y, U and V
         colour.matrix = ColourMatrix::Bt709;
         colour.stated = false;
     }
@@ -221,7 +221,7 @@ void PictureMaker::prepare(const AVFrame& frame) {
     colour_ = colour;
 }
 
-// The frame as it is stored; prepare() has been called for it.
+// Converts the frame without rotation. prepare() must have been called for it.
 void PictureMaker::convert(const AVFrame& frame, cv::Mat& picture) {
     picture.create(stored_, CV_8UC3);
     const bool isWhole =

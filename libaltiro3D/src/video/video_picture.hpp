@@ -8,38 +8,38 @@
 #include <string>
 #include <vector>
 
-/// Between FFmpeg's frames and cv::Mat.
+/// Conversion between FFmpeg's frames and cv::Mat.
 namespace altiro3D {
 
-/// How stored pictures are brought upright: transposed first, then mirrored.
+/// Transformation of stored pictures to upright ones: transposed first, then mirrored.
 struct Orientation {
     bool transpose = false;
     bool mirrorColumns = false; ///< left to right
     bool mirrorRows = false;    ///< top to bottom
 
     bool isIdentity() const { return !transpose && !mirrorColumns && !mirrorRows; }
-    /// The same as a clockwise turn by 0, 90, 180 or 270 degrees ...
+    /// The equivalent clockwise rotation by 0, 90, 180 or 270 degrees; isMirrored() follows it.
     int clockwiseDegrees() const;
-    /// ... and a mirroring left to right after it.
+    /// Whether a left-right mirroring follows the rotation.
     bool isMirrored() const { return transpose != (mirrorColumns != mirrorRows); }
 };
 
-/// The nearest orientation of a display matrix (nine numbers); upright if it is null.
+/// The orientation nearest to a display matrix (nine numbers); upright if it is null.
 Orientation orientationOf(const std::int32_t* displayMatrix);
 
-/// The colours of a frame or stream; what is not stated, or with a number that FFmpeg does not
-/// know, is assumed from the number of rows. The numbers are those of FFmpeg's enumerations.
+/// The colour encoding of a frame or stream. Values that are not stated or unknown to FFmpeg are
+/// assumed from the number of rows. The numbers are those of FFmpeg's enumerations.
 VideoColour videoColour(AVPixelFormat format, int matrix, int range, int primaries, int transfer,
                         int rows);
 
 AVColorSpace colourSpace(ColourMatrix matrix);
 AVColorRange colourRange(ColourRange range);
 
-/// Turns decoded frames into upright BGR pictures.
+/// Converts decoded frames to upright BGR pictures.
 class PictureMaker {
   public:
-    /// @param stored size of the pictures before they are turned; frames of another are scaled
-    /// @param subject the video, for errors
+    /// @param stored size of the pictures before rotation; frames of another size are scaled
+    /// @param subject name of the video, for errors
     PictureMaker(cv::Size stored, const Orientation& orientation, int threads, std::string subject);
 
     /// @param frame any software format
@@ -56,11 +56,11 @@ class PictureMaker {
     int threads_;
     std::string subject_;
     ScalerPtr scaler_;
-    cv::Size size_; // of the frames the scaler is for
+    cv::Size size_; // frame size that the scaler was made for
     int format_ = AV_PIX_FMT_NONE;
     int chromaLocation_ = AVCHROMA_LOC_UNSPECIFIED;
     VideoColour colour_;
-    // Y, U and V at full size come first where the frame has them: swscale's own way to BGR takes
+    // YUV frames are first converted to full-size planes; swscale's direct conversion to BGR takes
     // four times as long.
     bool byPlanes_ = false;
     BgrWeights weights_;
@@ -68,7 +68,7 @@ class PictureMaker {
     cv::Mat unturned_;
 };
 
-/// Turns BGR pictures into frames of an encoder.
+/// Converts BGR pictures to frames for an encoder.
 class FrameMaker {
   public:
     /// @param format YUV444P, YUV444P10, YUV420P, BGR24 or BGR0
@@ -87,7 +87,7 @@ class FrameMaker {
     int threads_;
     YuvWeights weights_;
     ScalerPtr scaler_;
-    std::vector<FramePtr> frames_; // used again when the encoder has let them go
+    std::vector<FramePtr> frames_; // reused after the encoder has released them
 };
 
 } // namespace altiro3D

@@ -25,7 +25,7 @@ double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Frames whose work is done, for their memory.
+// Finished frames, kept for reuse of their memory.
 class FramePool {
   public:
     FramePointer take() {
@@ -51,10 +51,10 @@ class FramePool {
 // Frames between two stages.
 class FrameQueue {
   public:
-    // @param late where frames that come too late go; null: none are dropped
+    // @param late receives frames that are dropped; null = never drop
     FrameQueue(std::size_t most, FramePool* late) : most_(most), late_(late) {}
 
-    // Waits for room; false if nobody will take the frame any more.
+    // Waits for space; false if the queue was cancelled.
     bool push(FramePointer frame) {
         std::unique_lock<std::mutex> lock(mutex_);
         while (late_ != nullptr && frames_.size() >= most_) {
@@ -80,9 +80,9 @@ class FrameQueue {
         return frame;
     }
 
-    // No more frames will come.
+    // Marks the end: no more frames follow.
     void end() { set(ended_); }
-    // Nobody waits any longer.
+    // Wakes all waiting threads and refuses further frames.
     void cancel() { set(cancelled_); }
 
     std::int64_t dropped() const { return dropped_; }
@@ -129,7 +129,7 @@ void runInTurn(const std::vector<PipelineStage>& stages, PipelineReport& report)
 void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOptions& options,
                   PipelineReport& report) {
     FramePool pool;
-    std::vector<std::unique_ptr<FrameQueue>> queues; // the i-th is before stage i + 1
+    std::vector<std::unique_ptr<FrameQueue>> queues; // queue i is before stage i + 1
     for (std::size_t i = 0; i + 1 < stages.size(); ++i) {
         queues.push_back(std::make_unique<FrameQueue>(
             options.queueFrames, options.dropLate && i == 0 ? &pool : nullptr));
@@ -157,7 +157,7 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
                     break;
                 }
             }
-            if (i > 0) queues[i - 1]->cancel(); // a stage that ends early: nobody waits for it
+            if (i > 0) queues[i - 1]->cancel(); // ended early: earlier stages must not wait
             if (i < queues.size()) queues[i]->end();
         } catch (...) {
             keepFailure();
@@ -167,8 +167,8 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
     try {
         for (std::size_t i = 0; i + 1 < stages.size(); ++i)
             threads.emplace_back(runStage, i);
-        runStage(stages.size() - 1); // does nothing if one before has failed
-    } catch (...) {                  // no more threads to be had
+        runStage(stages.size() - 1); // does nothing if an earlier stage has failed
+    } catch (...) {                  // no thread could be created
         keepFailure();
     }
     for (std::thread& thread : threads)

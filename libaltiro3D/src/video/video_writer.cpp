@@ -27,7 +27,7 @@ constexpr int kLeastSide = 16;
 constexpr int kLargestSide = 16384;
 constexpr int kMostThreads = 64;
 constexpr int kLinesOfHighDefinition = 720;
-constexpr int kSlicesOfFfv1 = 16; // fixed, so that bytes do not depend on the threads
+constexpr int kSlicesOfFfv1 = 16; // fixed, so the bytes do not depend on the threads
 const char* const kPresets[] = {"ultrafast", "superfast", "veryfast", "faster",  "fast",
                                 "medium",    "slow",      "slower",   "veryslow"};
 
@@ -158,7 +158,7 @@ VideoWriter::Impl::Impl(const fs::path& path, const VideoWriterOptions& given,
     container_.open(*parameters, options_, source, notes);
 }
 
-// How the encoder's pictures hold colours, as it will say of them.
+// Sets the colour tags of the encoder and returns its matrix and range.
 std::pair<ColourMatrix, ColourRange> VideoWriter::Impl::setColours() {
     AVCodecContext& encoder = *encoder_;
     ColourMatrix matrix = ColourMatrix::Rgb;
@@ -168,7 +168,7 @@ std::pair<ColourMatrix, ColourRange> VideoWriter::Impl::setColours() {
         matrix = before == ColourMatrix::Bt2020 || options_.size.height < kLinesOfHighDefinition
                      ? before
                      : ColourMatrix::Bt709;
-        if (matrix == ColourMatrix::Rgb) matrix = ColourMatrix::Bt601; // of a small RGB source
+        if (matrix == ColourMatrix::Rgb) matrix = ColourMatrix::Bt601; // small RGB source
         matrix = options_.matrix.value_or(matrix);
         range = options_.range.value_or(ColourRange::Limited);
     }
@@ -229,11 +229,11 @@ void VideoWriter::Impl::openEncoder() {
         settings.set("crf", numberText(options_.crf));
     }
     if (options_.codec == VideoCodec::Hevc) {
-        // It prints by itself and starts threads for all processors unless told.
+        // By default, x265 prints messages and starts threads for all processors.
         settings.set("x265-params", "log-level=none:pools=" + std::to_string(threads));
         encoder.thread_count = std::min(threads, 16);
         if (!container_.isMatroska()) {
-            encoder.codec_tag = MKTAG('h', 'v', 'c', '1'); // what players of Apple ask for
+            encoder.codec_tag = MKTAG('h', 'v', 'c', '1'); // required by Apple's players
         }
     } else if (options_.codec == VideoCodec::Ffv1) {
         encoder.level = 3;
@@ -259,7 +259,7 @@ void VideoWriter::Impl::checkOpen() const {
     container_.checkUsable();
 }
 
-// Gives the encoder a frame (null: the end) and writes what comes out.
+// Sends a frame to the encoder (null = end) and writes the packets it returns.
 void VideoWriter::Impl::encode(const AVFrame* frame) {
     int result = avcodec_send_frame(encoder_.get(), frame);
     container_.checkWritten(result == AVERROR_EOF ? 0 : result);

@@ -13,7 +13,7 @@
 #ifndef ALTIRO3D_YUV_KERNELS_ONCE
 #define ALTIRO3D_YUV_KERNELS_ONCE
 namespace altiro3D {
-// Half for rounding; two or three numbers rounded down lose 1 to 1.5 on the average.
+// Half for rounding; rounding down two or three numbers loses 1 to 1.5 on average.
 constexpr int kBgrOffset = 16 + 1;
 } // namespace altiro3D
 #endif
@@ -24,8 +24,8 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Reads 3 bytes per pixel, writes 3 or 6; bound by memory from some 4 cores on, else by the nine
-// multiplications.
+// Reads 3 bytes per pixel, writes 3 or 6. Memory limits the speed from about 4 cores on, else the
+// nine multiplications.
 template <int kShift, class T>
 HWY_INLINE void bgrToYuvOn(const std::uint8_t* HWY_RESTRICT bgr, std::size_t count,
                            const YuvWeights& weights, T* HWY_RESTRICT y, T* HWY_RESTRICT u,
@@ -73,7 +73,7 @@ HWY_INLINE void bgrToYuvOn(const std::uint8_t* HWY_RESTRICT bgr, std::size_t cou
     }
 }
 
-// Reads 3 bytes per pixel, writes 3; bound by the interleaving of the result.
+// Reads 3 bytes per pixel, writes 3. Interleaving the result limits the speed.
 void yuvToBgrOn(const std::uint8_t* HWY_RESTRICT y, const std::uint8_t* HWY_RESTRICT u,
                 const std::uint8_t* HWY_RESTRICT v, std::size_t count, const BgrWeights& w,
                 std::uint8_t* HWY_RESTRICT bgr) {
@@ -136,7 +136,7 @@ HWY_EXPORT(bgrToYuv8);
 HWY_EXPORT(bgrToYuv10);
 HWY_EXPORT(yuvToBgrOn);
 
-// Parts of red and blue in brightness.
+// Weights of red and blue in luma.
 struct Luma {
     double red = 0;
     double blue = 0;
@@ -166,7 +166,7 @@ YuvWeights yuvWeights(ColourMatrix matrix, ColourRange range, int bits) {
     const double one = std::ldexp(1.0, 9 + weights.shift);
     for (int k = 0; k < 3; ++k) {
         const double scale = (k == 0 ? lumaScale : chromaScale) * one;
-        // Green takes what rounding leaves, so that grey stays grey and white white.
+        // Green takes the remainder of rounding, so grey stays grey and white stays white.
         int left = static_cast<int>(std::lround((k == 0 ? 1.0 : 0.0) * scale));
         for (const int c : {0, 2}) {
             const int value = static_cast<int>(std::lround(exact[k][c] * scale));
@@ -175,7 +175,7 @@ YuvWeights yuvWeights(ColourMatrix matrix, ColourRange range, int bits) {
         }
         weights.weight[k][1] = static_cast<std::int16_t>(left);
         const int zero = k == 0 ? (limited ? 16 * step : 0) : 128 * step;
-        // Half for rounding; three products rounded down lose 1.5 on the average.
+        // Half for rounding; rounding down three products loses 1.5 on average.
         weights.offset[k] =
             static_cast<std::int16_t>((zero << weights.shift) + (1 << (weights.shift - 1)) + 1);
     }

@@ -13,7 +13,7 @@ namespace altiro3D {
 
 namespace {
 
-// So few rows that map and pixels stay in the second-level cache.
+// Rows processed together: their map and pixels fit into the second-level cache.
 constexpr int kRowsAtATime = 16;
 
 float boundedShift(double shiftPixels) {

@@ -17,7 +17,7 @@ namespace altiro3D {
 
 namespace {
 
-// So few pixels that all their data stays in the first-level cache.
+// Pixels processed together: their data fits into the first-level cache.
 constexpr std::size_t kPixelsAtATime = 512;
 
 // Reads pixels at given columns of the photo, one row at a time.

@@ -9,8 +9,8 @@ namespace altiro3D {
 struct LayeredPixel {
     static constexpr int kMost = 4;
     std::int32_t place[kMost] = {}; ///< Places as in layeredPlaces().
-    int coverage[kMost] =
-        {}; ///< In 1/256 of what the covers before leave visible; the last one covers all.
+    /// In 1/256 of what the covers before leave visible; the last one covers all.
+    int coverage[kMost] = {};
     int count = 0;
 };
 

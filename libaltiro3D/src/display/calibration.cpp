@@ -18,8 +18,8 @@ constexpr std::uintmax_t kMaxFileBytes = 4 * 1024 * 1024;
 constexpr int kMaxContainers = 3;
 constexpr std::size_t kMaxCells = 16;
 constexpr std::size_t kLongestNumber = 100; // bytes; longer texts are not read
-constexpr double kMaxCenter =
-    1e6; // lens periods; larger values leave too few digits for the fraction
+// Lens periods; larger values leave too few digits for the fraction.
+constexpr double kMaxCenter = 1e6;
 
 [[noreturn]] void fail(const std::string& source, const std::string& problem) {
     throw Error(ErrorCode::BadFormat, source, problem);

@@ -7,8 +7,8 @@ namespace altiro3D {
 /// The EXIF values in use.
 struct ExifFacts {
     int orientation = 1; ///< 1..8; 1 = upright.
-    unsigned focalLength35mm =
-        0; ///< Focal length of a 35 mm camera with the same field of view, mm; 0 = not given.
+    /// Focal length of a 35 mm camera with the same field of view, mm; 0 = not given.
+    unsigned focalLength35mm = 0;
 };
 
 /// Returns the value if it is an orientation, 1..8, else 1.

@@ -27,8 +27,8 @@ struct OtherStream {
 class OtherStreams {
   public:
     std::vector<OtherStream> streams;
-    std::vector<VideoChapter>
-        chapters; ///< Times from the start of the part that is read, clipped to it.
+    /// Times from the start of the part that is read, clipped to it.
+    std::vector<VideoChapter> chapters;
     VideoTags tags;
     VideoColour colour;
     std::string subject; ///< name of the file, for errors

@@ -16,14 +16,14 @@ namespace altiro3D {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr int kLongSide = 1920; // with the short one what decoders of phones and browsers hold
+constexpr int kLongSide = 1920; // longest sides that decoders of phones and browsers support
 constexpr int kShortSide = 1080;
 constexpr int kLeastSide = 16;
 constexpr double kLargestAspect = 100;
-constexpr double kShownHeight = 10000; // of a tile with square px; only its shape counts
-constexpr double kCrf = 20;            // for looking at; a Native needs more
+constexpr double kShownHeight = 10000; // of a tile with square px; only its shape matters
+constexpr double kCrf = 20;            // sufficient for viewing; a Native needs better quality
 
-// The whole part that is even; what misses an even number by noise counts as it.
+// Rounds down to an even number, with a tolerance for rounding errors.
 int evenSide(double side) {
     return std::max(kLeastSide, 2 * static_cast<int>(std::floor(side / 2 + 1e-6)));
 }
@@ -35,7 +35,7 @@ void checkPicture(cv::Size picture, double aspect) {
           "is " + numberText(aspect) + ", expected more than 0");
 }
 
-// The places of a side's px when the side gets another length.
+// Positions of the px of a side after the side is scaled.
 cv::Range scaled(int start, int length, double factor, int most) {
     const int begin = std::clamp(static_cast<int>(std::lround(start * factor)), 0, most - 1);
     const int end =
@@ -89,7 +89,7 @@ double swayPosition(int frame, int framesPerTurn) {
     check(framesPerTurn >= 4 && framesPerTurn % 4 == 0, "framesPerTurn",
           "is " + std::to_string(framesPerTurn) + ", expected a multiple of 4, at least 4");
     check(frame >= 0, "frame", "is " + std::to_string(frame) + ", expected 0 or more");
-    // Folded into the first quarter, so that equal places are equal numbers.
+    // Folded into the first quarter, so equal positions are equal numbers.
     const int quarter = framesPerTurn / 4;
     const int inTurn = frame % framesPerTurn;
     const bool left = inTurn > 2 * quarter;
@@ -122,7 +122,7 @@ PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result, FitMode mode)
     if (square && odd.width >= 0 && odd.width <= 1 && odd.height >= 0 && odd.height <= 1) {
         return {{cv::Point(0, 0), result}, {cv::Point(0, 0), result}, result};
     }
-    if (square) return fitPhoto(picture, resultAspect, result, mode); // whole px all along
+    if (square) return fitPhoto(picture, resultAspect, result, mode); // whole px throughout
     const cv::Size shown(static_cast<int>(std::lround(kShownHeight * aspect)),
                          static_cast<int>(kShownHeight));
     PhotoFit fit = fitPhoto(shown, resultAspect, result, mode);

@@ -67,8 +67,8 @@ class Background {
     }
 
     void collect() {
-        constexpr float kNobody =
-            1e9F; // nearer than any depth, so mixed pixels are never neighbours
+        // Nearer than any depth, so mixed pixels are never neighbours.
+        constexpr float kNobody = 1e9F;
         owner_ = cv::Mat(photo_.rows, left_ + photo_.cols + right_, CV_32SC1, cv::Scalar(-1));
         front_ = cv::Mat(photo_.rows, photo_.cols, CV_32FC1, cv::Scalar(kNobody));
         cells_.reserve(cellCount_);

@@ -48,8 +48,8 @@ struct LayeredTables {
     const std::int16_t* bounds = nullptr;
     /// As `bounds`, for the kLeftColumns columns that end here.
     const std::int16_t* left = nullptr;
-    const std::int16_t* surfaces =
-        nullptr; ///< Index of the last surface that begins here or to the left.
+    /// Index of the last surface that begins here or to the left.
+    const std::int16_t* surfaces = nullptr;
     /// columnLimits() of each column.
     const std::int32_t* limits = nullptr;
     int stride = 0;       ///< Columns from a table to its mirrored table.
@@ -76,8 +76,8 @@ struct LayeredSurfaces {
     const float* beyond = nullptr;      ///< Painted columns to the right.
     const float* leftBorder = nullptr;  ///< Extent of its border left of `first`, px.
     const float* rightBorder = nullptr; ///< Extent right of the columns painted beyond `last`, px.
-    const std::int32_t* strips =
-        nullptr;              ///< Column of `first` in the planes; `last` is next to it.
+    /// Column of `first` in the planes; `last` is next to it.
+    const std::int32_t* strips = nullptr;
     int begin[3] = {0, 0, 0}; ///< Start of each direction, and the end.
 };
 

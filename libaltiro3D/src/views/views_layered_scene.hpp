@@ -55,8 +55,8 @@ struct LayeredScene {
     float scale = 0;       ///< LayeredTables::scale
     float reachPixels = 0; ///< Largest shift that the bounds allow, px.
     int reachColumns = 0;  ///< Largest movement of content at that shift.
-    std::vector<std::uint8_t>
-        still;         ///< Rows entirely at the focus; they equal the photo in every view.
+    /// Rows entirely at the focus; they equal the photo in every view.
+    std::vector<std::uint8_t> still;
     bool flat = false; ///< All rows are still; there are no tables.
 
     int stride() const { return width + 2 * kTablePadding; }

@@ -15,8 +15,8 @@ namespace altiro3D {
 //
 // For s < 0, tables of the mirrored row are used. Both are in one array, side by side.
 
-constexpr int kOffsetBits = 14;                              ///< Offsets are whole numbers,
-constexpr int kLargestOffset = (1 << (kOffsetBits - 1)) - 1; ///< -8191..8191 of these.
+constexpr int kOffsetBits = 14;                              ///< Bits of an offset, a whole number.
+constexpr int kLargestOffset = (1 << (kOffsetBits - 1)) - 1; ///< Offsets are -8191..8191.
 constexpr int kEndReach = 2;      ///< Limit of the extent of a surface's border, px.
 constexpr int kLeftColumns = 16;  ///< Columns that LayeredTables::left covers.
 constexpr int kTablePadding = 8;  ///< Columns left and right of each table.
@@ -27,8 +27,8 @@ constexpr int kSubColumnBits = 8; ///< Positions between columns are multiples o
 // (LayeredSurfaces::strips).
 constexpr std::int32_t kSeeEnds = INT32_MIN; ///< Place of a pixel that needs LayeredSearch.
 
-/// An offset, and whether the column is the first one of a surface that has a border there, or the
-/// last one of its surface.
+/// Packs an offset with two flags: the column is the first of a surface with a border there, or the
+/// last of its surface.
 constexpr int kLastFlag = 1;
 constexpr int kFirstFlag = 2;
 constexpr std::int16_t columnWord(int offset, bool first, bool last) {

@@ -87,14 +87,14 @@ std::string inFileName(std::string text) {
 }
 
 // The calibration that was named; to be described, without a name the one that is found.
-Display chooseDisplay(const CommandLine& commandLine, bool info, Messages& messages) {
+ChosenDisplay chooseDisplay(const CommandLine& commandLine, bool info, Messages& messages) {
     const DisplayUse use = info ? DisplayUse::Describe : DisplayUse::Show;
     if (info && commandLine.files().empty()) return findCalibration(commandLine, messages, {}, use);
     if (commandLine.files().size() != 1)
         commandLine.failNames("one calibration (the table's name goes with -m)", 1);
     const std::filesystem::path file = calibrationFile(commandLine.files().front());
-    Display display = displayOf(readChosenCalibration(file, commandLine, messages), file,
-                                invertOption(commandLine));
+    ChosenDisplay display = chosenDisplay(readChosenCalibration(file, commandLine, messages), file,
+                                          invertOption(commandLine));
     tellDisplay(display, use, messages);
     return display;
 }
@@ -103,9 +103,9 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const bool json = commandLine.has("json");
     const bool info = commandLine.has("info") || json;
     if (json) messages.leaveStandardOutput();
-    const Display display = chooseDisplay(commandLine, info, messages);
+    const ChosenDisplay display = chooseDisplay(commandLine, info, messages);
     const std::filesystem::path& file = display.files.front();
-    const Calibration& calibration = *display.calibration;
+    const Calibration& calibration = display.calibration;
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
     messages.say("quilt: " + layout.text());
     if (info) {

@@ -143,7 +143,7 @@ std::vector<StereoScene> readScenes(const fs::path& file) {
 // Without a truth the most accurate setting stands for it.
 StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
     const std::vector<fs::path>& files = commandLine.files();
-    DepthSource source(commandLine, messages);
+    ChosenDepth source(commandLine, messages);
     StageTimes times;
     StereoScene scene;
     const fs::path depthFile = source.fromFiles() ? files[1] : fs::path();

@@ -57,7 +57,7 @@ struct Job {
     std::optional<cv::Size> size; // of each view, else the panel's
 };
 
-Job planJob(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout,
+Job planJob(const CommandLine& commandLine, const ChosenDisplay& display, const QuiltLayout& layout,
             Messages& messages) {
     commandLine.exclude("angle", "view");
     commandLine.exclude("angle", "quilt-of-views");
@@ -70,12 +70,12 @@ Job planJob(const CommandLine& commandLine, const Display& display, const QuiltL
     const auto list = job.quilt ? std::string("all") : commandLine.value("view");
     if (!list) {
         const double angle = commandLine.number("angle", -kWidestAngle, kWidestAngle).value_or(0);
-        const double most = viewConeDegrees(*display.calibration) / 2;
+        const double most = viewConeDegrees(display.calibration) / 2;
         if (std::abs(angle) > most) {
             messages.warn("the display's views fill " + fixed(most, 1) +
                           " degrees to each side; beyond them they come once more");
         }
-        job.eyes = {eyeAtAngle(*display.calibration, angle)};
+        job.eyes = {eyeAtAngle(display.calibration, angle)};
         job.files = {output};
     } else {
         const std::vector<int> views = chosenViews(*list, count);
@@ -84,7 +84,7 @@ Job planJob(const CommandLine& commandLine, const Display& display, const QuiltL
             if (!job.quilt) job.files.push_back(output / viewFileName(view, count));
         }
         if (job.quilt)
-            job.files = {quiltFileName(output, layout, display.panelAspect())};
+            job.files = {quiltFileName(output, layout, display.aspect())};
         else if (views.size() == 1)
             job.files = {output};
     }
@@ -98,7 +98,8 @@ Job planJob(const CommandLine& commandLine, const Display& display, const QuiltL
     return job;
 }
 
-Outputs checkedOutputs(const CommandLine& commandLine, const Display& display, const Job& job) {
+Outputs checkedOutputs(const CommandLine& commandLine, const ChosenDisplay& display,
+                       const Job& job) {
     Outputs outputs(commandLine.has("y"));
     outputs.addInput(commandLine.files()[0]);
     for (const fs::path& file : display.files)
@@ -113,8 +114,8 @@ Outputs checkedOutputs(const CommandLine& commandLine, const Display& display, c
 int run(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.files().size() != 2) commandLine.failNames("NATIVE and OUT", 2);
     const fs::path& nativeFile = commandLine.files()[0];
-    const Display display = findDisplay(commandLine, messages, {}, DisplayUse::Simulate);
-    if (!display.calibration) {
+    const ChosenDisplay display = findDisplay(commandLine, messages, {}, DisplayUse::Simulate);
+    if (display.isMapOnly) {
         throw UsageError("a map does not tell where the lenses are, expected the display's "
                          "calibration with -c");
     }
@@ -124,17 +125,17 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const Outputs outputs = checkedOutputs(commandLine, display, job);
     StageTimes times;
     const cv::Mat native = readPhotoFile(nativeFile, messages);
-    if (native.size() != display.panelSize) {
+    if (native.size() != display.panelSize()) {
         throw Error(ErrorCode::Mismatch, nativeFile.string(),
                     "has " + sizeText(native.size()) + ", expected a Native of the panel's " +
-                        sizeText(display.panelSize) + " (" + display.source +
+                        sizeText(display.panelSize()) + " (" + display.source +
                         "; -c gives another)");
     }
     times.end("read");
     outputs.makeDirectories();
     cv::Mat quilt;
     if (job.quilt) {
-        messages.say("quilt: " + quiltText(layout, display.panelAspect()));
+        messages.say("quilt: " + quiltText(layout, display.aspect()));
         quilt = cv::Mat(layout.size(), CV_8UC3, cv::Scalar::all(0));
     }
     Progress progress(job.eyes.size());
@@ -142,11 +143,11 @@ int run(const CommandLine& commandLine, Messages& messages) {
     cv::Mat sized;
     for (std::size_t i = 0; i < job.eyes.size(); ++i) {
         progress.step("view " + std::to_string(i + 1));
-        simulateView(native, *display.calibration, job.eyes[i], seen, display.invert);
+        simulateView(native, display.calibration, job.eyes[i], seen, display.invert);
         sized = seen;
         if (job.size) {
             const PhotoFit fit =
-                fitPhoto(seen.size(), display.panelAspect(), *job.size, FitMode::Stretch);
+                fitPhoto(seen.size(), display.aspect(), *job.size, FitMode::Stretch);
             applyFit(seen, fit, sized);
         }
         if (job.quilt)

@@ -27,14 +27,14 @@ namespace {
 
 // Everything that is the same for all photos of a run.
 struct Studio {
-    Display display;
+    ChosenDisplay display;
     QuiltLayout layout;
     ViewOptions views;
     CameraOptions camera;
     Budget budget;
     FitMode fit = FitMode::Cover;
     bool keep = false;
-    DepthSource depthSource;
+    ChosenDepth depthSource;
     NativeRoad road;
     SwayOptions sway;
     std::optional<cv::Size> swaySize; // of the swaying video; nothing: the photo's
@@ -54,7 +54,7 @@ AdjacentParallax tellParallax(const CommandLine& commandLine, const Studio& stud
     double farthest = 0;
     cv::minMaxLoc(depth, &farthest, &nearest);
     const AdjacentParallax parallax =
-        adjacentParallax(views, studio.layout, studio.display.panelSize, {farthest, nearest});
+        adjacentParallax(views, studio.layout, studio.display.panelSize(), {farthest, nearest});
     const std::string line =
         "parallax: strength " + fixed(views.strengthPercent, 1) + " %, focus " +
         fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) + " view px (" +
@@ -130,9 +130,9 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, Studio& 
     cv::Mat depth;
     studio.depthSource.read(item.photo, item.depth, studio.views.focus, photo, depth, messages,
                             times);
-    double aspect = studio.display.panelAspect();
+    double aspect = studio.display.aspect();
     if (!item.quilt.empty()) aspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
-    const cv::Size workSize = studio.keep ? studio.display.panelSize : studio.layout.tileSize;
+    const cv::Size workSize = studio.keep ? studio.display.panelSize() : studio.layout.tileSize;
     const PhotoFit fit = fitPhoto(photo.size(), aspect, workSize, studio.fit);
     cv::Mat fittedPhoto;
     cv::Mat fittedDepth;
@@ -248,7 +248,7 @@ Json given(const CommandLine& commandLine, const std::string& option) {
     return value ? Json(*value) : Json(nullptr);
 }
 
-Json networkJson(const CommandLine& commandLine, const DepthSource& source) {
+Json networkJson(const CommandLine& commandLine, const ChosenDepth& source) {
     if (source.network() == nullptr) return nullptr;
     return {{"name", source.network()->profile().name},
             {"file", source.network()->file().string()},
@@ -285,15 +285,12 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
                    {"threads", cv::getNumThreads()}};
     Json display = {{"source", studio.display.source},
                     {"files", filesJson(studio.display.files)},
-                    {"panelWidth", studio.display.panelSize.width},
-                    {"panelHeight", studio.display.panelSize.height}};
-    if (studio.display.calibration) {
-        display["serial"] = studio.display.calibration->serial;
-        display["fingerprint"] = fingerprintText(fingerprint(*studio.display.calibration));
-    } else {
-        display["serial"] = studio.display.map->serial();
-        display["fingerprint"] = fingerprintText(studio.display.map->calibrationFingerprint());
-    }
+                    {"panelWidth", studio.display.panelSize().width},
+                    {"panelHeight", studio.display.panelSize().height}};
+    display["serial"] = studio.display.calibration.serial;
+    display["fingerprint"] =
+        fingerprintText(studio.display.map ? studio.display.map->calibrationFingerprint()
+                                           : fingerprint(studio.display.calibration));
     // with a camera each picture has a strength of its own, which is no option
     const Json strength =
         commandLine.has("camera") ? Json(nullptr) : Json(studio.views.strengthPercent);
@@ -342,13 +339,13 @@ int run(const CommandLine& commandLine, Messages& messages) {
     requireSwayFile(commandLine);
     if (!commandLine.has("budget")) requireKnobsOf(commandLine, views.method);
     NativeRoad::check(commandLine);
-    const Display display = findDisplay(commandLine, messages);
+    const ChosenDisplay display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
     PhotoPlan plan = planPhotos(commandLine, display, layout, messages);
     const Outputs outputs = checkedOutputs(commandLine, plan, display, layout.viewCount);
-    messages.say("quilt: " + quiltText(layout, display.panelAspect()));
+    messages.say("quilt: " + quiltText(layout, display.aspect()));
     setup.end("plan");
-    DepthSource depthSource(commandLine, messages);
+    ChosenDepth depthSource(commandLine, messages);
     if (depthSource.network() != nullptr) setup.end("network");
     Studio studio{display,
                   layout,

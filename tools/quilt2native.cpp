@@ -23,7 +23,6 @@ struct Job {
     const CommandLine& commandLine;
     fs::path quilt;
     fs::path native;
-    Display display;
     std::optional<FitMode> fit;
     fs::path swayFile; // empty: none
     SwayOptions sway;
@@ -41,20 +40,20 @@ bool isVideo(const fs::path& file) {
     }
 }
 
-void convertPicture(const Job& job, Messages& messages) {
+void convertPicture(const Job& job, const ChosenDisplay& display, Messages& messages) {
     StageTimes times;
     refuseNative(job.quilt, "a quilt");
     const cv::Mat picture = readPhotoFile(job.quilt, messages);
     times.end("read");
     const QuiltLayout layout =
-        chooseQuilt(job.commandLine, job.display, messages, job.quilt, picture.size());
-    const QuiltShape shape(job.quilt, layout, job.display, job.fit);
+        chooseQuilt(job.commandLine, display, messages, job.quilt, picture.size());
+    const QuiltShape shape(job.quilt, layout, display, job.fit);
     messages.say("quilt: " + quiltText(layout, shape.shownAspect()));
     Notes notes;
     const cv::Mat quilt = shape.apply(picture, &notes);
     messages.warn(notes);
     shape.tell(messages);
-    const Quilt2Native renderer = makeQuilt2Native(job.commandLine, job.display, layout, messages);
+    const Quilt2Native renderer = makeQuilt2Native(job.commandLine, display, layout, messages);
     times.end("look-up table");
     cv::Size swaySize;
     if (!job.swayFile.empty()) {
@@ -90,7 +89,7 @@ bool isQuilt(const CommandLine& commandLine, Messages& messages) {
     if (!fs::is_regular_file(file, error)) return false;
     refuseNative(file, "a photo or a quilt");
     if (parseQuiltName(file) || isVideo(file)) return true;
-    const Display display = findDisplay(commandLine, messages);
+    const ChosenDisplay display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages, file, std::nullopt);
     const cv::Size size = readPhotoFile(file, messages).size();
     return cv::Size(size.width / layout.columns, size.height / layout.rows) == layout.tileSize;
@@ -106,15 +105,14 @@ int run(const CommandLine& commandLine, Messages& messages) {
     }
     requireSwayFile(commandLine);
     const auto between = commandLine.choice("view-filter", {"nearest", "linear"});
-    Job job{commandLine,
-            commandLine.files()[0],
-            commandLine.files()[1],
-            {},
-            fitOption(commandLine),
-            commandLine.value("lg").value_or(""),
-            swayOptions(commandLine),
-            swaySizeOption(commandLine),
-            between.value_or(0) == 1 ? ViewFilter::Linear : ViewFilter::Nearest};
+    const Job job{commandLine,
+                  commandLine.files()[0],
+                  commandLine.files()[1],
+                  fitOption(commandLine),
+                  commandLine.value("lg").value_or(""),
+                  swayOptions(commandLine),
+                  swaySizeOption(commandLine),
+                  between.value_or(0) == 1 ? ViewFilter::Linear : ViewFilter::Nearest};
     if (canWriteVideo(job.native)) {
         if (!job.swayFile.empty()) {
             throw UsageError(job.native.string() +
@@ -137,15 +135,15 @@ int run(const CommandLine& commandLine, Messages& messages) {
     requirePictureName(job.native);
     if (!job.swayFile.empty()) requireVideoName(job.swayFile);
     requireFile(job.quilt);
-    job.display = findDisplay(commandLine, messages);
+    const ChosenDisplay display = findDisplay(commandLine, messages);
     Outputs outputs(commandLine.has("y"));
     outputs.addInput(job.quilt);
-    for (const fs::path& file : job.display.files)
+    for (const fs::path& file : display.files)
         outputs.addInput(file);
     outputs.addNative(job.native);
     if (!job.swayFile.empty()) outputs.addOutput(job.swayFile);
     outputs.check();
-    convertPicture(job, messages);
+    convertPicture(job, display, messages);
     return kExitDone;
 }
 

@@ -64,7 +64,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     if (const auto file = commandLine.value("c")) {
         const fs::path calibration = calibrationFile(*file);
         display = readChosenCalibration(calibration, commandLine, messages);
-        tellDisplay(displayOf(*display, calibration), DisplayUse::Quilt, messages);
+        tellDisplay(chosenDisplay(*display, calibration), DisplayUse::Quilt, messages);
         outputs.addInput(calibration);
     } else if (commandLine.has("serial")) {
         throw UsageError("--serial chooses in the file of -c, expected -c with it");

@@ -35,26 +35,26 @@ int run(const CommandLine& commandLine, Messages& messages) {
     outputs.addNative(output);
     std::optional<fs::path> quiltOutput;
     StageTimes times;
-    const Display display = findDisplay(commandLine, messages);
+    const ChosenDisplay display = findDisplay(commandLine, messages);
     for (const fs::path& file : display.files)
         outputs.addInput(file);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
     if (const auto name = commandLine.value("save-quilt")) {
-        quiltOutput = quiltFileName(*name, layout, display.panelAspect());
+        quiltOutput = quiltFileName(*name, layout, display.aspect());
         requirePictureName(*quiltOutput);
         outputs.addOutput(*quiltOutput);
     }
     outputs.check();
 
-    messages.say("quilt: " + quiltText(layout, display.panelAspect()));
+    messages.say("quilt: " + quiltText(layout, display.aspect()));
     Progress progress(files.size());
     const ViewsQuilt views = quiltOfViews(
-        directory, files, layout, display.panelAspect(), mode, messages,
+        directory, files, layout, display.aspect(), mode, messages,
         [&progress](const fs::path& file) { progress.step(file.filename().string()); });
     progress.clear();
     times.end("read views");
     const double aspect = static_cast<double>(views.viewSize.width) / views.viewSize.height;
-    if (!commandLine.has("fit") && !haveSameShape(aspect, display.panelAspect())) {
+    if (!commandLine.has("fit") && !haveSameShape(aspect, display.aspect())) {
         messages.warn("the views have another shape than the panel and are cut to it; --fit "
                       "contain keeps all of them");
     }

@@ -157,7 +157,7 @@ TEST_F(ViewerController, EveryModeShowsItsPicture) {
     controller_.setMode(Mode::Lens);
     ASSERT_TRUE(waitForFrame());
     cv::Mat seen;
-    const Calibration calibration = *sampleDisplay({150, 200}).calibration;
+    const Calibration calibration = sampleDisplay({150, 200}).calibration;
     simulateView(native, calibration, eyeAtAngle(calibration, 0), seen);
     cv::resize(seen, seen, {300, 400}, 0, 0, cv::INTER_LINEAR);
     EXPECT_TRUE(samePicture(picture(), seen));
@@ -267,8 +267,8 @@ TEST_F(ViewerController, ViewsOfAQuiltKeepTheShapeThatItsNameTells) {
     cv::Mat withBars;
     applyFitToViews(quilt, layout, 1.5, 0.75, FitMode::Contain, withBars);
     cv::Mat native;
-    const tools::Display display = sampleDisplay({150, 200});
-    Quilt2Native(NativeLut(*display.calibration, layout)).render(withBars, native);
+    const Display display = sampleDisplay({150, 200});
+    Quilt2Native(NativeLut(display.calibration, layout)).render(withBars, native);
     EXPECT_TRUE(samePicture(picture(), native));
 }
 

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using namespace viewer;
 
 TEST(ViewerDocument, NameAndSizeTellWhatAPictureIs) {
-    const tools::Display display = sampleDisplay({48, 64});
+    const Display display = sampleDisplay({48, 64});
     const auto kindOf = [&](const std::string& name, cv::Size size) {
         return documentOf({name, {}, Reading::Automatic}, detailedPhoto(size), display).kind;
     };
@@ -36,10 +36,10 @@ TEST(ViewerDocument, NameAndSizeTellWhatAPictureIs) {
 }
 
 TEST(ViewerDocument, ThePngFileOfANativeSaysSoWhateverItsName) {
-    const tools::Display display = sampleDisplay({48, 64});
+    const Display display = sampleDisplay({48, 64});
     const TemporaryDirectory directory;
     const cv::Mat native = detailedPhoto({48, 64});
-    const auto documentAt = [&](const char* name, const tools::Display& shownOn) {
+    const auto documentAt = [&](const char* name, const Display& shownOn) {
         const fs::path file = directory / name;
         writePicture(file, native, PictureMark::Native);
         return readDocument({file, {}, Reading::Automatic}, shownOn);
@@ -95,7 +95,7 @@ TEST(ViewerDocument, PicturesAreOfferedByTheEndingsThatDirectoriesAreSearchedFor
 }
 
 TEST(ViewerDocument, TheUserKnowsBetter) {
-    const tools::Display display = sampleDisplay({48, 64});
+    const Display display = sampleDisplay({48, 64});
     const Source photo{"anything.png", {}, Reading::Photo};
     EXPECT_EQ(documentOf(photo, detailedPhoto({48, 64}), display).kind, Kind::Scene);
     const Source top{"x.png", {}, Reading::RgbdTop};
@@ -112,7 +112,7 @@ TEST(ViewerDocument, QuiltsHaveTheLayoutOfTheirNames) {
 
 TEST(ViewerDocument, ADirectoryOfViewsIsAQuilt) {
     const TemporaryDirectory folder;
-    const tools::Display display = sampleDisplay({48, 64});
+    const Display display = sampleDisplay({48, 64});
     for (int i = 0; i < 48; ++i) {
         writePicture(folder / ("v" + std::to_string(i) + ".png"),
                      cv::Mat(40, 30, CV_8UC3, cv::Scalar::all(5 * i)));
@@ -172,7 +172,7 @@ class ViewerDisplay : public ::testing::Test {
         text.replace(text.find("1536"), 4, std::to_string(width));
         spill(folder_ / name, text);
     }
-    tools::Display find(bool firstWillDo, std::vector<const char*> arguments = {}) {
+    tools::ChosenDisplay find(bool firstWillDo, std::vector<const char*> arguments = {}) {
         tools::CommandLine commandLine("test", "");
         tools::addDisplayOptions(commandLine);
         arguments.insert(arguments.begin(), "test");
@@ -192,34 +192,34 @@ class ViewerDisplay : public ::testing::Test {
 
 TEST_F(ViewerDisplay, OfSeveralVolumesTheFirstWillDoWhereAnotherCanBeChosenLater) {
     EXPECT_THROW(find(false), Error);
-    const tools::Display display = find(true);
-    EXPECT_EQ(display.panelSize, cv::Size(100, 2048));
+    const tools::ChosenDisplay display = find(true);
+    EXPECT_EQ(display.panelSize(), cv::Size(100, 2048));
     EXPECT_EQ(display.source, (folder_ / "first.json").string());
     ASSERT_FALSE(messages_.warnings().empty());
     EXPECT_NE(messages_.warnings().front().find("LKG-1"), std::string::npos);
-    EXPECT_EQ(find(true, {"--serial", "LKG-2"}).panelSize.width, 104);
+    EXPECT_EQ(find(true, {"--serial", "LKG-2"}).panelSize().width, 104);
 }
 
 TEST_F(ViewerDisplay, WhatIsChosenOtherwiseComesBeforeVolumes) {
     write("visual.json", 108);
-    EXPECT_EQ(find(true).panelSize.width, 108);
+    EXPECT_EQ(find(true).panelSize().width, 108);
     ASSERT_FALSE(messages_.warnings().empty());
     EXPECT_EQ(messages_.warnings()[0].rfind("visual.json: is used, but a display with another ", 0),
               0U)
         << messages_.warnings()[0];
     qputenv("LKG_CALIBRATION", ""); // as if it were not set
-    EXPECT_EQ(find(true).panelSize.width, 108);
+    EXPECT_EQ(find(true).panelSize().width, 108);
     write("variable.json", 112);
     qputenv("LKG_CALIBRATION", "variable.json");
-    EXPECT_EQ(find(true).panelSize.width, 112);
+    EXPECT_EQ(find(true).panelSize().width, 112);
     qunsetenv("LKG_CALIBRATION");
     EXPECT_EQ(find(true, {"-c", "second.json", "--invert", "on"}).invert, InvertViews::On);
 }
 
 TEST(ViewerKnobs, ColumnsAndRowsDivideTheDisplaysQuilt) {
-    const tools::Display display = sampleDisplay();
+    const Display display = sampleDisplay();
     Knobs knobs;
-    EXPECT_EQ(layoutOf(knobs, display), display.standardQuilt);
+    EXPECT_EQ(layoutOf(knobs, display), display.quilt);
     knobs.columns = 5;
     knobs.rows = 9;
     EXPECT_EQ(layoutOf(knobs, display), (QuiltLayout{5, 9, {672, 373}, 45}));

@@ -12,15 +12,11 @@
 namespace altiro3D::test {
 
 /// The sample calibration, or a panel of its lenses with other numbers of px.
-inline tools::Display sampleDisplay(cv::Size panel = {1536, 2048}) {
-    tools::Display display;
-    display.calibration = readCalibration(sourcePath("calibration/portrait-sample.json"));
-    display.calibration->screenW = panel.width;
-    display.calibration->screenH = panel.height;
-    display.source = "sample";
-    display.panelSize = panel;
-    display.standardQuilt = defaultQuilt(*display.calibration);
-    return display;
+inline Display sampleDisplay(cv::Size panel = {1536, 2048}) {
+    Calibration calibration = readCalibration(sourcePath("calibration/portrait-sample.json"));
+    calibration.screenW = panel.width;
+    calibration.screenH = panel.height;
+    return displayOf(calibration, "sample");
 }
 
 /// A photo with detail. [size, CV_8UC3]

@@ -356,19 +356,19 @@ TEST_F(ViewerWindow, AChosenQuiltStaysWithAnotherUnitOfTheSameModel) {
     spill(folder_ / "unit.json", text);
     text.replace(text.find("1536"), 4, "1440");
     spill(folder_ / "panel.json", text);
-    tools::Display display = sampleDisplay();
-    display.standardQuilt = {5, 9, {40, 60}, 45}; // -q 9x5 -r 60x40
+    Display display = sampleDisplay();
+    display.quilt = {5, 9, {40, 60}, 45}; // -q 9x5 -r 60x40
     window_ = std::make_unique<MainWindow>(display, warnings_);
     const auto choose = [this](const char* file) {
         answering(file, QMessageBox::Ok, [this] { entry("Choose calibration")->trigger(); });
         return window_->controller().display();
     };
-    const tools::Display unit = choose("unit.json");
+    const Display unit = choose("unit.json");
     EXPECT_EQ(unit.source, (folder_ / "unit.json").string());
-    EXPECT_EQ(unit.standardQuilt, display.standardQuilt);
-    const tools::Display other = choose("panel.json");
-    EXPECT_EQ(other.panelSize.width, 1440);
-    EXPECT_EQ(other.standardQuilt, defaultQuilt(*other.calibration));
+    EXPECT_EQ(unit.quilt, display.quilt);
+    const Display other = choose("panel.json");
+    EXPECT_EQ(other.panelSize().width, 1440);
+    EXPECT_EQ(other.quilt, defaultQuilt(other.calibration));
 }
 
 TEST_F(ViewerWindow, DepthImagesAreForPhotosOnly) {

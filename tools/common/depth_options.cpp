@@ -134,7 +134,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                         "Directory that is used instead of ~/.local/share.");
 }
 
-DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium) {
+ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Medium medium) {
     const bool named = medium == Medium::Video && commandLine.has("depth");
     if (named) commandLine.exclude("d", "depth");
     const char* const filesOption = named ? "depth" : "d";
@@ -162,7 +162,7 @@ DepthSource::DepthSource(const CommandLine& commandLine, Messages& messages, Med
     }
 }
 
-void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
+void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.value("n") == kCues) {
         for (const char* option : {"l", "net-profile", "network-size"}) {
             if (commandLine.has(option)) {
@@ -256,7 +256,7 @@ void DepthSource::chooseNetwork(const CommandLine& commandLine, Messages& messag
     messages.detail("depth network runs on " + processorName(target));
 }
 
-void DepthSource::readFiles(const fs::path& photoFile, const fs::path& depthFile, cv::Mat& photo,
+void ChosenDepth::readFiles(const fs::path& photoFile, const fs::path& depthFile, cv::Mat& photo,
                             cv::Mat& rawDepth, Messages& messages) const {
     refuseNative(photoFile, "a photo");
     if (fromFiles_) refuseNative(depthFile, "a depth picture");
@@ -297,7 +297,7 @@ void DepthSource::readFiles(const fs::path& photoFile, const fs::path& depthFile
     tell(depthFile, depthNotes);
 }
 
-void DepthSource::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
+void ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
                        cv::Mat& photo, cv::Mat& depth, Messages& messages, StageTimes& times) {
     DepthNormalization normalization;
     normalization.kind = kind();
@@ -323,13 +323,13 @@ void DepthSource::read(const fs::path& photoFile, const fs::path& depthFile, dou
     times.end("depth");
 }
 
-DepthKind DepthSource::kind() const {
+DepthKind ChosenDepth::kind() const {
     if (!network_) return kind_;
     return network_->profile().output == NetworkOutput::MetricDepth ? DepthKind::Metric
                                                                     : DepthKind::NearWhite;
 }
 
-void DepthSource::estimate(const cv::Mat& picture, cv::Mat& raw) {
+void ChosenDepth::estimate(const cv::Mat& picture, cv::Mat& raw) {
     if (network_) {
         network_->infer(picture, raw);
     } else {

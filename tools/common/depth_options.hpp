@@ -21,11 +21,11 @@ void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 std::string standardNetwork(bool large = false);
 
 /// Where the depth of photos comes from.
-class DepthSource {
+class ChosenDepth {
   public:
     /// Reads the options and loads the network, if one is to be used.
     /// @throws UsageError, Error
-    DepthSource(const CommandLine& commandLine, Messages& messages, Medium medium = Medium::Photo);
+    ChosenDepth(const CommandLine& commandLine, Messages& messages, Medium medium = Medium::Photo);
 
     /// Depth is read from a file of its own (`-d`, `--depth`).
     bool fromFiles() const { return fromFiles_; }

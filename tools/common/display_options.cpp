@@ -78,12 +78,13 @@ fs::path sampleCalibration() {
 }
 
 // Warns where a file that was found by itself belongs to another display than those connected.
-void warnOfAnotherMounted(const Display& display, const VolumeSearch& search, Messages& messages) {
+void warnOfAnotherMounted(const ChosenDisplay& display, const VolumeSearch& search,
+                          Messages& messages) {
     std::string others;
     for (const MountedCalibration& volume : search.find()) {
         try {
             const Calibration mounted = readCalibration(volume.file);
-            if (fingerprint(mounted) == fingerprint(*display.calibration)) return;
+            if (fingerprint(mounted) == fingerprint(display.calibration)) return;
         } catch (const Error&) {
             continue; // nothing to compare with
         }
@@ -96,18 +97,18 @@ void warnOfAnotherMounted(const Display& display, const VolumeSearch& search, Me
 }
 
 // -c, or the first that is found.
-Display chooseCalibration(const CommandLine& commandLine, const VolumeSearch& volumes,
-                          Messages& messages) {
+ChosenDisplay chooseCalibration(const CommandLine& commandLine, const VolumeSearch& volumes,
+                                Messages& messages) {
     const InvertViews invert = invertOption(commandLine);
     const auto chosen = [&](const fs::path& given) {
         const fs::path file = calibrationFile(given);
-        return displayOf(readChosenCalibration(file, commandLine, messages), file, invert);
+        return chosenDisplay(readChosenCalibration(file, commandLine, messages), file, invert);
     };
     std::error_code error;
     if (const auto file = commandLine.value("c")) return chosen(*file);
     if (const auto named = environment("LKG_CALIBRATION")) {
         try {
-            Display display = chosen(*named);
+            ChosenDisplay display = chosen(*named);
             display.source = *named + " ($LKG_CALIBRATION)";
             warnOfAnotherMounted(display, volumes, messages);
             return display;
@@ -116,16 +117,16 @@ Display chooseCalibration(const CommandLine& commandLine, const VolumeSearch& vo
         }
     }
     if (fs::exists("visual.json", error)) {
-        Display display = chosen("visual.json");
+        ChosenDisplay display = chosen("visual.json");
         warnOfAnotherMounted(display, volumes, messages);
         return display;
     }
     if (const auto volume = mountedVolume(commandLine.value("serial"), volumes, messages)) {
         // the volume is chosen already: its file's serial may be cut short
-        return displayOf(readCalibration(volume->file), volume->file, invert);
+        return chosenDisplay(readCalibration(volume->file), volume->file, invert);
     }
     const fs::path sample = sampleCalibration();
-    Display display = displayOf(readCalibration(sample), sample, invert);
+    ChosenDisplay display = chosenDisplay(readCalibration(sample), sample, invert);
     display.source = "the sample calibration of a Portrait";
     display.isSample = true;
     return display;
@@ -358,52 +359,40 @@ Calibration readChosenCalibration(const fs::path& file, const CommandLine& comma
     return all.front();
 }
 
-Display displayOf(Calibration calibration, const fs::path& file, InvertViews invert) {
-    Display display;
-    display.source = file.string();
-    display.files = {file};
+ChosenDisplay chosenDisplay(Calibration calibration, const fs::path& file, InvertViews invert) {
+    ChosenDisplay display{displayOf(std::move(calibration), file.string()), {file}, {}};
     display.invert = invert;
-    display.panelSize = {calibration.screenW, calibration.screenH};
-    display.standardQuilt = defaultQuilt(calibration);
-    display.calibration = std::move(calibration);
     return display;
 }
 
-void tellDisplay(const Display& display, DisplayUse use, Messages& messages) {
+void tellDisplay(const ChosenDisplay& display, DisplayUse use, Messages& messages) {
     if (use == DisplayUse::None) return;
     if (display.isSample) {
         messages.say("display: none was given or found; " + display.source + ", panel " +
-                     sizeText(display.panelSize));
+                     sizeText(display.panelSize()));
         messages.warn(sampleWarning(use));
         return;
     }
-    Calibration known; // what a map keeps of it
-    if (display.calibration) {
-        known = *display.calibration;
-        messages.warn(remarks(known));
-    } else {
-        known.serial = display.map->serial();
-        known.screenW = display.panelSize.width;
-        known.screenH = display.panelSize.height;
-    }
+    const Calibration& known = display.calibration;
+    if (!display.isMapOnly) messages.warn(remarks(known));
     const DisplayModel* const model = findDisplayModel(known);
     messages.say("display: " + (model != nullptr ? model->name : std::string("unknown model")) +
                  (known.serial.empty() ? "" : ", serial " + known.serial) + ", panel " +
-                 sizeText(display.panelSize) + ", " +
+                 sizeText(display.panelSize()) + ", " +
                  (use == DisplayUse::Simulate ? "simulated from " : "from ") + display.source);
 }
 
-Display findCalibration(const CommandLine& commandLine, Messages& messages,
-                        const VolumeSearch& volumes, DisplayUse use) {
-    Display display = chooseCalibration(commandLine, volumes, messages);
+ChosenDisplay findCalibration(const CommandLine& commandLine, Messages& messages,
+                              const VolumeSearch& volumes, DisplayUse use) {
+    ChosenDisplay display = chooseCalibration(commandLine, volumes, messages);
     tellDisplay(display, use, messages);
     return display;
 }
 
-Display findDisplay(const CommandLine& commandLine, Messages& messages, const VolumeSearch& volumes,
-                    DisplayUse use) {
+ChosenDisplay findDisplay(const CommandLine& commandLine, Messages& messages,
+                          const VolumeSearch& volumes, DisplayUse use) {
     samplingOption(commandLine); // wrong usage is said before any work
-    Display display;
+    ChosenDisplay display;
     if (const auto file = commandLine.value("m")) {
         if (fs::path(*file).extension() == ".json") {
             throw UsageError(*file + ": is a calibration, expected a look-up table (.map); "
@@ -416,13 +405,17 @@ Display findDisplay(const CommandLine& commandLine, Messages& messages, const Vo
         display.map = NativeLut::load(*file);
         display.files = {*file};
         display.source = *file;
-        display.panelSize = display.map->panelSize();
-        display.standardQuilt = display.map->quilt();
+        display.quilt = display.map->quilt();
         if (const auto given = commandLine.value("c")) {
             const fs::path other = calibrationFile(*given);
             display.calibration = readChosenCalibration(other, commandLine, messages);
             display.files.emplace_back(other);
-            requireSameDisplay(*display.map, *file, *display.calibration, other);
+            requireSameDisplay(*display.map, *file, display.calibration, other);
+        } else {
+            display.isMapOnly = true;
+            display.calibration.serial = display.map->serial();
+            display.calibration.screenW = display.map->panelSize().width;
+            display.calibration.screenH = display.map->panelSize().height;
         }
     } else {
         display = chooseCalibration(commandLine, volumes, messages);
@@ -443,8 +436,8 @@ std::string quiltText(const QuiltLayout& layout, double aspect) {
     return text;
 }
 
-QuiltLayout chooseQuilt(const CommandLine& commandLine, const Display& display, Messages& messages,
-                        const std::optional<fs::path>& quiltFile,
+QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display,
+                        Messages& messages, const std::optional<fs::path>& quiltFile,
                         std::optional<cv::Size> quiltSize) {
     QuiltRequest request;
     try {
@@ -455,8 +448,7 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const Display& display, 
     }
     if (quiltFile) request.name = parseQuiltName(*quiltFile);
     request.quiltSize = quiltSize;
-    const ResolvedQuilt resolved =
-        resolveQuilt(request, display.standardQuilt, display.panelAspect());
+    const ResolvedQuilt resolved = resolveQuilt(request, display.quilt, display.aspect());
     QuiltLayout layout = resolved.layout;
     if (display.map) {
         const QuiltLayout& mapped = display.map->quilt();
@@ -474,12 +466,12 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const Display& display, 
     return layout;
 }
 
-Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const Display& display,
+Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const ChosenDisplay& display,
                               const QuiltLayout& layout, Messages& messages) {
     if (display.map) return Quilt2Native(*display.map);
     const QuiltSampling sampling = samplingOption(commandLine);
-    if (blends(sampling)) return {*display.calibration, layout, sampling, display.invert};
-    return Quilt2Native(cachedLut(*display.calibration, layout, display.invert, messages));
+    if (blends(sampling)) return {display.calibration, layout, sampling, display.invert};
+    return Quilt2Native(cachedLut(display.calibration, layout, display.invert, messages));
 }
 
 } // namespace altiro3D::tools

@@ -12,19 +12,12 @@
 
 namespace altiro3D::tools {
 
-/// The display that a run is for.
-struct Display {
-    std::string source;                       ///< What it was taken from, for people.
+/// The display that a run is for. With a map its quilt is the map's.
+struct ChosenDisplay : Display {
     std::vector<std::filesystem::path> files; ///< What was read: map, calibration.
-    std::optional<Calibration> calibration;   ///< Absent if only a map was given.
     std::optional<NativeLut> map;             ///< Present with `-m`.
-    InvertViews invert = InvertViews::Auto;   ///< From `--invert`.
-    cv::Size panelSize;                       ///< Panel in px.
-    QuiltLayout standardQuilt;                ///< The map's layout, else the model's default.
-    bool isSample = false;                    ///< No display was given or found.
-
-    /// width : height of the panel
-    double panelAspect() const { return static_cast<double>(panelSize.width) / panelSize.height; }
+    bool isMapOnly = false; ///< Of the calibration only serial number and panel are known.
+    bool isSample = false;  ///< No display was given or found.
 };
 
 /// Where look-up tables and measured costs are kept from run to run; empty if the user has no such
@@ -48,8 +41,8 @@ InvertViews invertOption(const CommandLine& commandLine);
 
 /// The display of a calibration: its panel, and the quilt of its model.
 /// @param file that it was read from
-Display displayOf(Calibration calibration, const std::filesystem::path& file,
-                  InvertViews invert = InvertViews::Auto);
+ChosenDisplay chosenDisplay(Calibration calibration, const std::filesystem::path& file,
+                            InvertViews invert = InvertViews::Auto);
 
 /// The mounted volumes among which findDisplay() looks.
 struct VolumeSearch {
@@ -74,15 +67,15 @@ enum class DisplayUse {
 /// Finds the display: `-m` and `-c`, else `$LKG_CALIBRATION`, `./visual.json`, a mounted display
 /// volume, and at last the sample calibration. Says which one it is (tellDisplay()).
 /// @throws UsageError, Error
-Display findDisplay(const CommandLine& commandLine, Messages& messages,
-                    const VolumeSearch& volumes = {}, DisplayUse use = DisplayUse::Show);
+ChosenDisplay findDisplay(const CommandLine& commandLine, Messages& messages,
+                          const VolumeSearch& volumes = {}, DisplayUse use = DisplayUse::Show);
 /// As findDisplay(), where -m is not a table to read.
-Display findCalibration(const CommandLine& commandLine, Messages& messages,
-                        const VolumeSearch& volumes = {}, DisplayUse use = DisplayUse::Show);
+ChosenDisplay findCalibration(const CommandLine& commandLine, Messages& messages,
+                              const VolumeSearch& volumes = {}, DisplayUse use = DisplayUse::Show);
 
 /// Says which display a run is for: "display: ...". Warns where that is the sample only, and of
 /// what is odd about the calibration.
-void tellDisplay(const Display& display, DisplayUse use, Messages& messages);
+void tellDisplay(const ChosenDisplay& display, DisplayUse use, Messages& messages);
 
 /// The file that is meant: in a display's volume, or its folder, the calibration.
 /// @throws Error BadFormat (a look-up table)
@@ -104,13 +97,14 @@ std::string quiltText(const QuiltLayout& layout, double aspect);
 /// understood (quiltText()).
 /// @param quiltFile the quilt that is read, if one is
 /// @param quiltSize its size in px
-QuiltLayout chooseQuilt(const CommandLine& commandLine, const Display& display, Messages& messages,
+QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display,
+                        Messages& messages,
                         const std::optional<std::filesystem::path>& quiltFile = std::nullopt,
                         std::optional<cv::Size> quiltSize = std::nullopt);
 
 /// The renderer for a display: through the map of `-m`, else through a table that is kept in the
 /// user's cache directory, else by blending if `--view-filter` or `--sampling` ask for it.
-Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const Display& display,
+Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const ChosenDisplay& display,
                               const QuiltLayout& layout, Messages& messages);
 
 } // namespace altiro3D::tools

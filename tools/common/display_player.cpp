@@ -10,9 +10,9 @@
 
 namespace altiro3D::tools {
 
-DisplayPlayer::DisplayPlayer(const CommandLine& commandLine, const Display& display) {
+DisplayPlayer::DisplayPlayer(const CommandLine& commandLine, const ChosenDisplay& display) {
     QStringList arguments{"--show", "-"};
-    if (display.calibration && !display.files.empty()) { // behind the map, if there is one
+    if (!display.isMapOnly && !display.files.empty()) { // behind the map, if there is one
         arguments << "-c" << QFile::decodeName(display.files.back().c_str());
     }
     for (const char* option : {"serial", "screen"}) {

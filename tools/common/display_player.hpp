@@ -11,7 +11,7 @@ namespace altiro3D::tools {
 class DisplayPlayer {
   public:
     /// Reads --serial and --screen. @throws Error
-    DisplayPlayer(const CommandLine& commandLine, const Display& display);
+    DisplayPlayer(const CommandLine& commandLine, const ChosenDisplay& display);
 
     /// Shows a Native, when the viewer has taken those before. [rows x cols, CV_8UC3, BGR]
     /// @return false if the user has left

@@ -7,7 +7,7 @@ namespace altiro3D::tools {
 namespace {
 
 // Why a Native is not made straight; empty if it can be.
-std::string obstacle(const Display& display, const QuiltLayout& layout, bool blends,
+std::string obstacle(const ChosenDisplay& display, const QuiltLayout& layout, bool blends,
                      ViewMethod method) {
     if (display.map) return "a map was given";
     if (blends) return "views are blended";
@@ -62,11 +62,12 @@ void NativeRoad::check(const CommandLine& commandLine) {
     }
 }
 
-NativeRoad::NativeRoad(const CommandLine& commandLine, const Display& display,
+NativeRoad::NativeRoad(const CommandLine& commandLine, const ChosenDisplay& display,
                        const QuiltLayout& layout, ViewMethod method, Messages& messages,
                        bool preferContinuous)
-    : calibration_(display.calibration), invert_(display.invert), layout_(layout),
-      blends_(blends(samplingOption(commandLine))), panelSize_(display.panelSize) {
+    : calibration_(display.isMapOnly ? std::nullopt : std::make_optional(display.calibration)),
+      invert_(display.invert), layout_(layout), blends_(blends(samplingOption(commandLine))),
+      panelSize_(display.panelSize()) {
     const std::string why = obstacle(display, layout, blends_, method);
     if (const std::string option = continuousOption(commandLine); !option.empty()) {
         if (!why.empty()) {

@@ -27,8 +27,9 @@ class NativeRoad {
     /// @param method of all pictures; those that a budget chooses go one road
     /// @throws UsageError, Error
     /// @param preferContinuous as --continuous, but only where no option stands against it
-    NativeRoad(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout,
-               ViewMethod method, Messages& messages, bool preferContinuous = false);
+    NativeRoad(const CommandLine& commandLine, const ChosenDisplay& display,
+               const QuiltLayout& layout, ViewMethod method, Messages& messages,
+               bool preferContinuous = false);
 
     /// No quilt is needed for the Native.
     bool direct() const { return !overQuilt_; }

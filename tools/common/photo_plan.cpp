@@ -113,7 +113,7 @@ std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>&
 
 } // namespace
 
-PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
+PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& display,
                      const QuiltLayout& layout, Messages& messages) {
     const std::vector<fs::path>& names = commandLine.files();
     const bool pairs = commandLine.has("d");
@@ -164,7 +164,7 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
         item.video = outputName(commandLine.value("lg"), plan.batch, stem, ".mp4");
         if (!item.quilt.empty()) {
             const auto named = parseQuiltName(item.quilt);
-            const double aspect = named && named->aspect ? *named->aspect : display.panelAspect();
+            const double aspect = named && named->aspect ? *named->aspect : display.aspect();
             item.quilt = quiltFileName(item.quilt, layout, aspect);
         }
         plan.items.push_back(item);
@@ -173,8 +173,8 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
     return plan;
 }
 
-Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan, const Display& display,
-                       int views) {
+Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
+                       const ChosenDisplay& display, int views) {
     const bool skip = commandLine.has("skip-existing");
     // what is there without the rest of its photo's outputs, and the report, are made anew
     Outputs outputs(commandLine.has("y") || skip);

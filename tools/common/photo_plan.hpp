@@ -32,7 +32,7 @@ struct PhotoPlan {
 /// The plan that a command line asks for.
 /// @param layout of the quilts, which is a part of their names
 /// @throws UsageError, Error (a directory that cannot be listed or holds no pictures)
-PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
+PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& display,
                      const QuiltLayout& layout, Messages& messages);
 
 /// Checks every name before any work is done: no output is an input, none would be lost. The result
@@ -40,7 +40,7 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const Display& display,
 /// With `--skip-existing` the photos are marked whose outputs are all there.
 /// @param views how many of them `--save-views` writes
 /// @throws UsageError, Error
-Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan, const Display& display,
-                       int views);
+Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
+                       const ChosenDisplay& display, int views);
 
 } // namespace altiro3D::tools

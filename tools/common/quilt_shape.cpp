@@ -8,7 +8,7 @@ namespace fs = std::filesystem;
 
 QuiltShape::QuiltShape(const fs::path& file, const QuiltLayout& layout, const Display& display,
                        std::optional<FitMode> fit)
-    : layout_(layout), panelAspect_(display.panelAspect()) {
+    : layout_(layout), panelAspect_(display.aspect()) {
     const auto name = parseQuiltName(file);
     const bool isStated = name && name->aspect;
     aspect_ = isStated ? *name->aspect

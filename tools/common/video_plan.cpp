@@ -107,7 +107,8 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     return plan;
 }
 
-void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const Display& display) {
+void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
+                  const ChosenDisplay& display) {
     if (commandLine.has("resume") && !plan.isFile) {
         throw UsageError("--resume reads the input once more, expected a file, not " +
                          plan.inputName());
@@ -134,8 +135,8 @@ void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const D
 }
 
 std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
-                         const QuiltLayout& layout, const Display& display,
-                         const DepthSource* source) {
+                         const QuiltLayout& layout, const ChosenDisplay& display,
+                         const ChosenDepth* source) {
     Json settings = Json::object();
     if (!plan.isFile) return settings.dump();
     for (const auto& [option, value] : commandLine.given()) {
@@ -159,9 +160,8 @@ std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
             name && name->aspect ? fixed(*name->aspect, 6) : std::string("not stated");
     }
     if (display.map) settings["map"] = contentsOf(*display.map);
-    settings["display"] =
-        fingerprintText(display.calibration ? fingerprint(*display.calibration)
-                                            : display.map->calibrationFingerprint());
+    settings["display"] = fingerprintText(display.map ? display.map->calibrationFingerprint()
+                                                      : fingerprint(display.calibration));
     settings["threads"] = std::to_string(cv::getNumThreads()); // encoders divide frames by them
     settings["version"] = version();
     return settings.dump(-1, ' ', false, Json::error_handler_t::replace);

@@ -32,12 +32,13 @@ VideoPlan planVideo(const CommandLine& commandLine);
 
 /// Checks the names of a run before any work is done: no output is an input, none would be lost.
 /// @throws UsageError, Error
-void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan, const Display& display);
+void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
+                  const ChosenDisplay& display);
 
 /// Everything that shapes the frames and the file, as text: a run goes on with the same only.
 /// @param source where depth comes from, or null: it is in the frames or there is none
 std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
-                         const QuiltLayout& layout, const Display& display,
-                         const DepthSource* source);
+                         const QuiltLayout& layout, const ChosenDisplay& display,
+                         const ChosenDepth* source);
 
 } // namespace altiro3D::tools

@@ -80,7 +80,7 @@ Json stagesJson(const PipelineReport& report) {
 // --- the run ---------------------------------------------------------------------------------
 
 VideoDepthOptions depthOptions(const CommandLine& commandLine, const VideoProfile& profile,
-                               const DepthSource& source) {
+                               const ChosenDepth& source) {
     VideoDepthOptions options;
     options.every = profile.depthEvery;
     if (const auto every = commandLine.value("depth-every")) {
@@ -101,7 +101,7 @@ VideoDepthOptions depthOptions(const CommandLine& commandLine, const VideoProfil
 struct Studio {
     VideoProfile profile;
     VideoPlan plan;
-    Display display;
+    ChosenDisplay display;
     ViewOptions views;
     QuiltLayout layout;
     std::unique_ptr<VideoReader> reader;
@@ -127,10 +127,10 @@ void refusePicture(const CommandLine& commandLine, const VideoPlan& plan, const 
 }
 
 // Videos carry no mark; ordinary ones have no 4:4:4 at the very size of a panel.
-void warnIfNative(const VideoFacts& facts, const Display& display, Messages& messages) {
+void warnIfNative(const VideoFacts& facts, const ChosenDisplay& display, Messages& messages) {
     const bool fullColour = facts.pixelFormat.find("444") != std::string::npos ||
                             facts.pixelFormat.find("gbr") != std::string::npos;
-    if (facts.size != display.panelSize || !fullColour) return;
+    if (facts.size != display.panelSize() || !fullColour) return;
     messages.warn("the video has the panel's size and 4:4:4 colour, as a Native video has: one is "
                   "not to be converted again");
 }
@@ -176,7 +176,7 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
         tile = {std::max(2, tile.width / 2 * 2), std::max(2, tile.height / 2 * 2)};
     }
     if (plan.product == VideoProduct::Quilt) {
-        plan.output = quiltFileName(plan.output, studio.layout, studio.display.panelAspect());
+        plan.output = quiltFileName(plan.output, studio.layout, studio.display.aspect());
     }
     checkOutputs(commandLine, plan, studio.display);
     if (plan.fromQuilt) {
@@ -184,12 +184,12 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
         messages.say("quilt: " + quiltText(studio.layout, shape.shownAspect()));
         shape.tell(messages);
         studio.quilts.emplace(commandLine, studio.display, studio.layout, shape, messages);
-        studio.size = studio.display.panelSize;
+        studio.size = studio.display.panelSize();
         return;
     }
     if (plan.product == VideoProduct::Native)
-        messages.say("quilt: " + quiltText(studio.layout, studio.display.panelAspect()));
-    DepthSource source(commandLine, messages, Medium::Video);
+        messages.say("quilt: " + quiltText(studio.layout, studio.display.aspect()));
+    ChosenDepth source(commandLine, messages, Medium::Video);
     const VideoDepthOptions options = depthOptions(commandLine, studio.profile, source);
     studio.depth.emplace(plan.depth, plan.part, facts, std::move(source), options);
     settings.layout = studio.layout;
@@ -286,7 +286,8 @@ void tellRemarks(const CommandLine& commandLine, const Studio& studio, Result& r
     if (studio.plan.product != VideoProduct::Native) return;
     warnAboutParallax(
         commandLine,
-        adjacentParallax(studio.views, studio.layout, studio.display.panelSize, {0, 1}), messages);
+        adjacentParallax(studio.views, studio.layout, studio.display.panelSize(), {0, 1}),
+        messages);
 }
 
 [[noreturn]] void failEmpty(const VideoPlan& plan, const VideoFacts& facts, bool stopped) {

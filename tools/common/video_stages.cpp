@@ -32,7 +32,7 @@ bool isBeside(DepthSide side) {
 } // namespace
 
 DepthStage::DepthStage(const std::filesystem::path& given, const VideoReaderOptions& part,
-                       const VideoFacts& facts, DepthSource source,
+                       const VideoFacts& facts, ChosenDepth source,
                        const VideoDepthOptions& options)
     : source_(std::move(source)), options_(options), unit_(facts.timeBase.value()) {
     if (source_.fromFiles()) given_.emplace(given, part);
@@ -123,11 +123,11 @@ void DepthStage::useGiven(PipelineFrame& frame) {
     frame.step.inferred = false;
 }
 
-RenderStage::RenderStage(const CommandLine& commandLine, const Display& display,
+RenderStage::RenderStage(const CommandLine& commandLine, const ChosenDisplay& display,
                          const Settings& settings, cv::Size photo, double seenAspect,
                          Messages& messages)
-    : settings_(settings), panelAspect_(display.panelAspect()), seenAspect_(seenAspect),
-      workSize_(settings.keep ? display.panelSize : settings.layout.tileSize) {
+    : settings_(settings), panelAspect_(display.aspect()), seenAspect_(seenAspect),
+      workSize_(settings.keep ? display.panelSize() : settings.layout.tileSize) {
     if (settings.product != VideoProduct::Rgbd)
         tellCut(seenAspect, panelAspect_, settings.fit, messages);
     switch (settings.product) {
@@ -135,7 +135,7 @@ RenderStage::RenderStage(const CommandLine& commandLine, const Display& display,
         road_.emplace(commandLine, display, settings.layout, settings.views.method, messages,
                       settings.continuous);
         if (road_->direct()) renderer_.emplace(road_->renderer(settings.views));
-        size_ = display.panelSize;
+        size_ = display.panelSize();
         break;
     case VideoProduct::Quilt:
         size_ = settings.layout.size();
@@ -183,7 +183,7 @@ void RenderStage::work(PipelineFrame& frame) {
     last_ = result;
 }
 
-QuiltStage::QuiltStage(const CommandLine& commandLine, const Display& display,
+QuiltStage::QuiltStage(const CommandLine& commandLine, const ChosenDisplay& display,
                        const QuiltLayout& layout, const QuiltShape& shape, Messages& messages)
     : shape_(shape), renderer_(makeQuilt2Native(commandLine, display, layout, messages)) {}
 

@@ -28,7 +28,7 @@ class DepthStage {
     /// @param given depth video or directory, or empty
     /// @throws Error
     DepthStage(const std::filesystem::path& given, const VideoReaderOptions& part,
-               const VideoFacts& facts, DepthSource source, const VideoDepthOptions& options);
+               const VideoFacts& facts, ChosenDepth source, const VideoDepthOptions& options);
     DepthStage(const DepthStage&) = delete;
     DepthStage& operator=(const DepthStage&) = delete;
 
@@ -43,7 +43,7 @@ class DepthStage {
     /// @throws Error BadFormat
     void setState(const std::string& state);
     VideoDepth& depth() { return *depth_; }
-    const DepthSource& source() const { return source_; }
+    const ChosenDepth& source() const { return source_; }
     const VideoDepthOptions& options() const { return options_; }
     /// Size of the photos in frames of a size, and shape of what they show.
     cv::Size photoSize(cv::Size frame) const;
@@ -55,7 +55,7 @@ class DepthStage {
     void start();
     void useGiven(PipelineFrame& frame);
 
-    DepthSource source_;
+    ChosenDepth source_;
     VideoDepthOptions options_;
     double unit_; // s
     std::optional<GivenDepth> given_;
@@ -81,8 +81,8 @@ class RenderStage {
 
     /// @param photo size of the photos @param seenAspect width : height of what they show
     /// @throws UsageError, Error
-    RenderStage(const CommandLine& commandLine, const Display& display, const Settings& settings,
-                cv::Size photo, double seenAspect, Messages& messages);
+    RenderStage(const CommandLine& commandLine, const ChosenDisplay& display,
+                const Settings& settings, cv::Size photo, double seenAspect, Messages& messages);
 
     /// Size of what is written.
     cv::Size size() const { return size_; }
@@ -113,8 +113,8 @@ class RenderStage {
 class QuiltStage {
   public:
     /// @throws UsageError, Error
-    QuiltStage(const CommandLine& commandLine, const Display& display, const QuiltLayout& layout,
-               const QuiltShape& shape, Messages& messages);
+    QuiltStage(const CommandLine& commandLine, const ChosenDisplay& display,
+               const QuiltLayout& layout, const QuiltShape& shape, Messages& messages);
 
     /// Reads `source`, sets the picture of `result`.
     void work(PipelineFrame& frame);

@@ -58,9 +58,10 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     }
     // also volumes that are mounted elsewhere; of several the first will do, as the window can
     // choose
-    Display display = findDisplay(commandLine, messages, {[] { return qt::findVolumes(); }, true});
-    if (!display.calibration) throw UsageError("a map is not enough, expected the calibration -c");
-    display.standardQuilt = chooseQuilt(commandLine, display, messages);
+    ChosenDisplay display =
+        findDisplay(commandLine, messages, {[] { return qt::findVolumes(); }, true});
+    if (display.isMapOnly) throw UsageError("a map is not enough, expected the calibration -c");
+    display.quilt = chooseQuilt(commandLine, display, messages);
     QApplication application(argc, argv);
     std::setlocale(LC_NUMERIC, "C"); // Qt takes the user's; numbers in files have a point
     QApplication::setOrganizationName("altiro3D");

@@ -81,8 +81,8 @@ class Controller::Turn : public QUndoCommand {
     int gesture_;
 };
 
-Controller::Controller(tools::Display display, QObject* parent)
-    : QObject(parent), display_(std::make_shared<const tools::Display>(std::move(display))),
+Controller::Controller(Display display, QObject* parent)
+    : QObject(parent), display_(std::make_shared<const Display>(std::move(display))),
       depthMaker_(std::make_shared<DepthMaker>()), studio_(std::make_shared<Studio>(depthMaker_)) {
     swingTimer_.setInterval(kSwingMilliseconds);
     connect(&swingTimer_, &QTimer::timeout, this, &Controller::swing);
@@ -229,8 +229,8 @@ void Controller::setKnobs(const Knobs& knobs) {
     requestNative();
 }
 
-void Controller::setDisplay(tools::Display display) {
-    display_ = std::make_shared<const tools::Display>(std::move(display));
+void Controller::setDisplay(Display display) {
+    display_ = std::make_shared<const Display>(std::move(display));
     emit displayChanged();
     if (current_ >= 0) readCurrent(); // what a picture is depends on it
 }

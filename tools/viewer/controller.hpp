@@ -21,7 +21,7 @@ class Controller : public QObject {
     Q_OBJECT
   public:
     /// @param display with its calibration
-    explicit Controller(tools::Display display, QObject* parent = nullptr);
+    explicit Controller(Display display, QObject* parent = nullptr);
     /// Cancels what it can and waits for the rest.
     ~Controller() override;
 
@@ -57,8 +57,8 @@ class Controller : public QObject {
     void restoreKnobs(const Knobs& knobs);
     QUndoStack& undoStack() { return undoStack_; }
 
-    const tools::Display& display() const { return *display_; }
-    void setDisplay(tools::Display display);
+    const Display& display() const { return *display_; }
+    void setDisplay(Display display);
 
     Mode mode() const { return mode_; }
     void setMode(Mode mode);
@@ -135,7 +135,7 @@ class Controller : public QObject {
     quint64 readings_ = 0; // so that an overtaken one is known
     Knobs knobs_;
     QUndoStack undoStack_;
-    std::shared_ptr<const tools::Display> display_;
+    std::shared_ptr<const Display> display_;
     Mode mode_ = Mode::Sway;
     double position_ = 0;
     bool swinging_ = false;

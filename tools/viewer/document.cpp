@@ -30,15 +30,15 @@ bool isOneOf(const std::string& word, std::initializer_list<const char*> words) 
 }
 
 // What a picture's name and size suggest.
-Reading guess(const fs::path& file, cv::Size size, const tools::Display& display) {
+Reading guess(const fs::path& file, cv::Size size, const Display& display) {
     const std::string stem = lower(file.stem().string());
-    if (size == display.panelSize && isMarkedNative(file)) return Reading::Native;
+    if (size == display.panelSize() && isMarkedNative(file)) return Reading::Native;
     if (parseQuiltName(file)) return Reading::Quilt;
     if (contains(stem, "rgbd")) {
         return contains(stem, "topbottom") ? Reading::RgbdBottom : Reading::RgbdRight;
     }
     const bool lossy = isOneOf(lower(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
-    if (size == display.panelSize && (!lossy || contains(stem, "native"))) return Reading::Native;
+    if (size == display.panelSize() && (!lossy || contains(stem, "native"))) return Reading::Native;
     return Reading::Photo;
 }
 
@@ -64,7 +64,7 @@ cv::Mat eightBit(const cv::Mat& picture) {
     return result;
 }
 
-Document documentOfViews(const Source& source, const tools::Display& display) {
+Document documentOfViews(const Source& source, const Display& display) {
     const std::vector<fs::path> files = listPictures(source.file);
     if (files.empty()) {
         throw Error(ErrorCode::NotFound, source.file.string(),
@@ -73,12 +73,11 @@ Document documentOfViews(const Source& source, const tools::Display& display) {
     Document document;
     document.source = source;
     document.kind = Kind::Quilt;
-    document.layout = display.standardQuilt;
+    document.layout = display.quilt;
     tools::Messages messages("altiro3Dview", false);
-    document.picture =
-        tools::quiltOfViews(source.file, files, document.layout, display.panelAspect(),
-                            FitMode::Cover, messages, [](const fs::path&) {})
-            .quilt;
+    document.picture = tools::quiltOfViews(source.file, files, document.layout, display.aspect(),
+                                           FitMode::Cover, messages, [](const fs::path&) {})
+                           .quilt;
     document.notes = messages.warnings();
     return document;
 }
@@ -119,7 +118,7 @@ bool isVideoName(const fs::path& file) {
     return !ending.empty() && std::find(all.begin(), all.end(), ending.substr(1)) != all.end();
 }
 
-Document documentOf(const Source& source, const cv::Mat& picture, const tools::Display& display) {
+Document documentOf(const Source& source, const cv::Mat& picture, const Display& display) {
     Document document;
     document.source = source;
     const Reading reading = source.reading == Reading::Automatic
@@ -135,8 +134,7 @@ Document documentOf(const Source& source, const cv::Mat& picture, const tools::D
         QuiltRequest request;
         request.name = parseQuiltName(source.file);
         request.quiltSize = picture.size();
-        const ResolvedQuilt resolved =
-            resolveQuilt(request, display.standardQuilt, display.panelAspect());
+        const ResolvedQuilt resolved = resolveQuilt(request, display.quilt, display.aspect());
         document.kind = Kind::Quilt;
         document.layout = resolved.layout;
         document.notes = resolved.warnings;
@@ -146,14 +144,14 @@ Document documentOf(const Source& source, const cv::Mat& picture, const tools::D
                                         "bars keep it on the display");
     } else if (reading == Reading::Native) {
         document.kind = Kind::Native;
-    } else if (picture.size() != display.panelSize && isMarkedNative(source.file)) {
+    } else if (picture.size() != display.panelSize() && isMarkedNative(source.file)) {
         document.notes.push_back("the file says that it is a Native, but not of this display's " +
-                                 tools::sizeText(display.panelSize) + "; it is taken as a photo");
+                                 tools::sizeText(display.panelSize()) + "; it is taken as a photo");
     }
     return document;
 }
 
-Document readDocument(const Source& source, const tools::Display& display) {
+Document readDocument(const Source& source, const Display& display) {
     std::error_code error;
     if (fs::is_directory(source.file, error)) return documentOfViews(source, display);
     if (isVideoName(source.file)) {

@@ -64,11 +64,11 @@ bool isVideoName(const std::filesystem::path& file);
 /// Opens a picture, a directory of views, or the first picture of a video.
 /// @param display whose panel and quilt tell Natives and lay out views
 /// @throws Error and whatever reading it throws
-Document readDocument(const Source& source, const tools::Display& display);
+Document readDocument(const Source& source, const Display& display);
 
 /// The document of a picture that has been read.
 /// @param picture [CV_8UC3 or CV_16UC3, BGR]
-Document documentOf(const Source& source, const cv::Mat& picture, const tools::Display& display);
+Document documentOf(const Source& source, const cv::Mat& picture, const Display& display);
 
 /// Puts photos and their depth images together: "a.jpg" and "a-depth.png" (or a_depth, a.depth) are
 /// one thing to open.

@@ -360,14 +360,14 @@ void KnobPanel::enable() {
     rows_->setEnabled(scene_);
 }
 
-void KnobPanel::show(const tools::Display& display, const QuiltLayout& layout) {
+void KnobPanel::show(const Display& display, const QuiltLayout& layout) {
     updating_ = true;
-    const std::string& serial = display.calibration->serial;
+    const std::string& serial = display.calibration.serial;
     display_->setText(
         tr("%1\n%2 × %3 px")
             .arg(QString::fromStdString(serial.empty() ? std::string("Display") : serial))
-            .arg(display.panelSize.width)
-            .arg(display.panelSize.height));
+            .arg(display.panelSize().width)
+            .arg(display.panelSize().height));
     display_->setToolTip(Qt::convertFromPlainText(QString::fromStdString(display.source)));
     columns_->setValue(layout.columns);
     rows_->setValue(layout.rows);

@@ -54,7 +54,7 @@ class KnobPanel : public QWidget {
     /// Shows what belongs to a document; null: nothing is open.
     void show(const Document* document, const QString& depthSource);
     /// Shows the display and the numbers of its quilt.
-    void show(const tools::Display& display, const QuiltLayout& layout);
+    void show(const Display& display, const QuiltLayout& layout);
     void showParallax(double viewPixels);
 
     KnobSlider& strength() { return *strength_; }

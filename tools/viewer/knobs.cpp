@@ -20,8 +20,8 @@ bool operator==(const Knobs& a, const Knobs& b) {
     return parts(a) == parts(b);
 }
 
-QuiltLayout layoutOf(const Knobs& knobs, const tools::Display& display) {
-    QuiltLayout layout = display.standardQuilt;
+QuiltLayout layoutOf(const Knobs& knobs, const Display& display) {
+    QuiltLayout layout = display.quilt;
     if (knobs.columns <= 0 && knobs.rows <= 0) return layout;
     const cv::Size quilt = layout.size();
     if (knobs.columns > 0) layout.columns = knobs.columns;

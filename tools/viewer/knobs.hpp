@@ -40,7 +40,7 @@ inline bool makesBestNative(const Knobs& knobs) {
 }
 
 /// The quilt that the knobs mean for a display: its own with other columns and rows in it.
-QuiltLayout layoutOf(const Knobs& knobs, const tools::Display& display);
+QuiltLayout layoutOf(const Knobs& knobs, const Display& display);
 
 /// A depth network whose file is there.
 struct ReadyNetwork {

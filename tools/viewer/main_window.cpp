@@ -72,8 +72,8 @@ Word knownOr(Word standard, const QVariant& setting, std::initializer_list<Word>
 
 } // namespace
 
-MainWindow::MainWindow(tools::Display display, const std::vector<std::string>& warnings)
-    : controller_(std::move(display)), picture_(new PictureView), knobs_(new KnobPanel),
+MainWindow::MainWindow(const Display& display, const std::vector<std::string>& warnings)
+    : controller_(display), picture_(new PictureView), knobs_(new KnobPanel),
       files_(new QListWidget) {
     setWindowTitle(tr("altiro3D"));
     setWindowIcon(QIcon::fromTheme("altiro3D", QIcon(":/altiro3D.svg")));
@@ -408,7 +408,7 @@ void MainWindow::showFrame() {
     }
     if (mode == Mode::Lens) {
         const double angle =
-            frame.request.position * viewConeDegrees(*frame.request.display->calibration) / 2;
+            frame.request.position * viewConeDegrees(frame.request.display->calibration) / 2;
         text += tr("    seen from %1°").arg(angle, 0, 'f', 1);
     } else if (canFocus) {
         text += tr("    Click on the picture to focus there");

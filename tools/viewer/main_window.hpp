@@ -25,7 +25,7 @@ class MainWindow : public QMainWindow {
     Q_OBJECT
   public:
     /// @param display with its calibration @param warnings about it, shown once
-    MainWindow(tools::Display display, const std::vector<std::string>& warnings);
+    MainWindow(const Display& display, const std::vector<std::string>& warnings);
     ~MainWindow() override;
 
     Controller& controller() { return controller_; }

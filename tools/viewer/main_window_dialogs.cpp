@@ -90,12 +90,13 @@ void MainWindow::calibrationDialog() {
 }
 
 void MainWindow::useCalibration(const Calibration& calibration, const fs::path& file) {
-    const tools::Display& before = controller_.display();
-    tools::Display display = tools::displayOf(calibration, file, before.invert);
+    const Display& before = controller_.display();
+    Display display = displayOf(calibration, file.string());
+    display.invert = before.invert;
     // a quilt that was chosen (-q, -r) stays, where it is for such a panel
-    if (display.panelSize == before.panelSize &&
-        before.standardQuilt != defaultQuilt(*before.calibration))
-        display.standardQuilt = before.standardQuilt;
+    if (display.panelSize() == before.panelSize() &&
+        before.quilt != defaultQuilt(before.calibration))
+        display.quilt = before.quilt;
     controller_.setDisplay(std::move(display));
 }
 
@@ -150,8 +151,8 @@ void MainWindow::exportDialog(Product product) {
 void MainWindow::showOnDisplay() {
     const std::vector<qt::ScreenFacts> screens = screenFacts();
     const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
-    const tools::Display& own = controller_.display();
-    const auto chosen = qt::chooseDisplay(displays, screens, own.calibration, own.panelSize);
+    const Display& own = controller_.display();
+    const auto chosen = qt::chooseDisplay(displays, screens, own.calibration, own.panelSize());
     if (!chosen) {
         tellDisplays();
         return;
@@ -161,7 +162,7 @@ void MainWindow::showOnDisplay() {
         return;
     }
     const qt::FoundDisplay& display = displays[*chosen];
-    if (display.calibration && fingerprint(*display.calibration) != fingerprint(*own.calibration))
+    if (display.calibration && fingerprint(*display.calibration) != fingerprint(own.calibration))
         useCalibration(*display.calibration, display.calibrationFile);
     if (!display.problems.empty()) say(linesOf(display.problems), 15000);
     onDisplay_ = std::make_unique<qt::NativeWidget>();

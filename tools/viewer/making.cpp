@@ -81,7 +81,7 @@ void writeSwayVideo(const Scene& scene, const fs::path& file, const Progress& pr
     const QuiltLayout layout = quiltLayout(scene);
     const auto name = parseQuiltName(scene.document->source.file);
     const double aspect =
-        name ? name->aspect.value_or(scene.display->panelAspect()) : scene.display->panelAspect();
+        name ? name->aspect.value_or(scene.display->aspect()) : scene.display->aspect();
     const cv::Size size = swaySize(layout.tileSize, aspect);
     writeSway(file, size, {},
               quiltViews(makeQuilt(scene, {}), layout, swayFit(layout.tileSize, aspect, size)),
@@ -109,8 +109,7 @@ QuiltLayout quiltLayout(const Scene& scene) {
 
 Fitted fitScene(const Scene& scene, cv::Size size) {
     const cv::Mat& photo = scene.document->picture;
-    const PhotoFit fit =
-        fitPhoto(photo.size(), scene.display->panelAspect(), size, scene.knobs.fit);
+    const PhotoFit fit = fitPhoto(photo.size(), scene.display->aspect(), size, scene.knobs.fit);
     Fitted fitted;
     applyFit(photo, fit, fitted.photo);
     applyFitToDepth(scene.depth, photo.size(), fit, fitted.photo, scene.knobs.views.focus,
@@ -126,13 +125,13 @@ cv::Mat makeQuilt(const Scene& scene, const Fitted& fitted) {
 }
 
 cv::Size nativeFitSize(const Scene& scene) {
-    return makesBestNative(scene.knobs) ? scene.display->panelSize : quiltLayout(scene).tileSize;
+    return makesBestNative(scene.knobs) ? scene.display->panelSize() : quiltLayout(scene).tileSize;
 }
 
 cv::Mat makeNative(const Scene& scene, const Fitted& fitted) {
     if (scene.document->kind == Kind::Native) return scene.document->picture;
     const QuiltLayout layout = quiltLayout(scene);
-    const Calibration& calibration = *scene.display->calibration;
+    const Calibration& calibration = scene.display->calibration;
     const InvertViews invert = scene.display->invert;
     cv::Mat native;
     if (scene.document->kind == Kind::Scene && scene.knobs.views.method != ViewMethod::Real) {
@@ -168,7 +167,7 @@ std::vector<Product> productsOf(Kind kind) {
 
 fs::path productFile(const Scene& scene, Product product, const fs::path& target) {
     if (product != Product::Quilt) return target;
-    double aspect = scene.display->panelAspect();
+    double aspect = scene.display->aspect();
     if (scene.document->kind == Kind::Quilt) {
         const auto name = parseQuiltName(scene.document->source.file);
         if (name) aspect = name->aspect.value_or(aspect);

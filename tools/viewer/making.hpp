@@ -24,7 +24,7 @@ struct Scene {
     cv::Mat depth;     ///< Of a photo: [any size, CV_32FC1, 0..1], shows all of it.
     bool flat = false; ///< The depth has no range: it lies at the focus, see layFlatDepth().
     Knobs knobs;
-    std::shared_ptr<const tools::Display> display;
+    std::shared_ptr<const Display> display;
 };
 
 /// Brings depth without a range to the focus, as the tools do: nothing moves from view to view.

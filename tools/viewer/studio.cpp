@@ -38,7 +38,7 @@ class Kept {
 };
 
 using DocumentPointer = std::shared_ptr<const Document>;
-using DisplayPointer = std::shared_ptr<const tools::Display>;
+using DisplayPointer = std::shared_ptr<const Display>;
 
 struct DepthMap {
     cv::Mat depth;
@@ -211,7 +211,7 @@ Frame Studio::render(const Request& request) {
     Scene& scene = frame.scene;
     scene = {request.document, {}, false, request.knobs, request.display};
     const Kind kind = request.document->kind;
-    const double aspect = request.display->panelAspect();
+    const double aspect = request.display->aspect();
     if (kind == Kind::Scene) {
         state_->how =
             state_->depthMaker->choose(request.knobs.depth, !request.document->rawDepth.empty());
@@ -227,7 +227,7 @@ Frame Studio::render(const Request& request) {
         double high = 1;
         cv::minMaxLoc(scene.depth, &low, &high);
         frame.parallaxPixels =
-            adjacentParallax(request.knobs.views, layout, request.display->panelSize, {low, high})
+            adjacentParallax(request.knobs.views, layout, request.display->panelSize(), {low, high})
                 .viewPixels;
     }
     frame.target = request.mode == Mode::Native ? cv::Size() : inside(request.area, aspect);
@@ -271,7 +271,7 @@ Frame Studio::render(const Request& request) {
         frame.target = frame.picture.size();
         break;
     case Mode::Lens: {
-        const Calibration& calibration = *request.display->calibration;
+        const Calibration& calibration = request.display->calibration;
         const double angle = request.position * viewConeDegrees(calibration) / 2;
         cv::Mat seen;
         simulateView(state_->nativeOf(scene), calibration, eyeAtAngle(calibration, angle), seen,

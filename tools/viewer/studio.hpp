@@ -22,7 +22,7 @@ std::vector<Mode> modesOf(Kind kind);
 struct Request {
     std::shared_ptr<const Document> document;
     Knobs knobs;
-    std::shared_ptr<const tools::Display> display;
+    std::shared_ptr<const Display> display;
     Mode mode = Mode::Sway;
     double position = 0; ///< Of camera or eye, -1 leftmost .. +1 rightmost.
     cv::Size area;       ///< Room for it, px of the screen.

@@ -70,7 +70,8 @@ enum class DepthSide { Right, Left, Top, Bottom };
 ///
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
 /// @param side position of the depth half
-/// @param photo [half size, CV_8UC3, BGR]; 16-bit values are divided by 257 and rounded
+/// @param photo [half size, CV_8UC3, BGR]; 16-bit values are divided by 257 and rounded; may be
+///        `picture` itself
 /// @param rawDepth [half size, CV_32FC1, grey value of the depth half: 0..255, or 0..65535 for
 ///        16-bit pictures]
 /// @throws Error InvalidArgument (too small to split, wrong type)

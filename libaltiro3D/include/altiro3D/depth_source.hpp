@@ -3,6 +3,7 @@
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/export.hpp"
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/photo_fit.hpp"
 
 #include <filesystem>
@@ -26,17 +27,30 @@ class ALTIRO3D_EXPORT DepthSource {
     /// Meaning of the raw numbers. @return as read() gives them
     virtual DepthKind kind() const = 0;
 
+    /// The network that makes the depth. @return null if it comes from elsewhere
+    virtual const DepthNetwork* network() const;
+
+    /// Reads the file of an image as read() takes it. A source with a file of its own decodes that
+    /// meanwhile, and the next read() takes it from there.
+    ///
+    /// @param file as for readPicture()
+    /// @param notes as for readPhoto(), each behind the name of its file
+    /// @return the photo [rows x cols, CV_8UC3, BGR], of RGB-D all that is in the file
+    /// @throws Error as readPhoto(), of RGB-D readPicture(), and of a depth image
+    ///         readDepthSamples()
+    virtual cv::Mat readImage(const std::filesystem::path& file, Notes* notes = nullptr);
+
     /// Reads photo and raw depth of an image.
     ///
     /// @param image [rows x cols, CV_8UC3, BGR; of RGB-D also CV_16UC3]
-    /// @param photo the image itself; of RGB-D its photo [CV_8UC3, BGR]
+    /// @param photo the image itself; of RGB-D its photo [CV_8UC3, BGR]; may be `image`
     /// @param raw raw depth numbers of the photo [any size, one channel], see kind()
     /// @throws Error as the functions that each source is made of
     virtual void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) = 0;
 
     /// Reads photo and depth map of an image: read() and normalizeDepth().
     ///
-    /// @param image as for read()
+    /// @param image as for read(); may be `scene.photo`
     /// @param flatDepth the depth where there is no range, 0..1
     /// @param scene photo and its depth map
     /// @throws Error as read() and normalizeDepth()

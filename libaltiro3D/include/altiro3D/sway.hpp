@@ -68,10 +68,11 @@ ALTIRO3D_EXPORT cv::Size swaySize(cv::Size picture, double aspect);
 ALTIRO3D_EXPORT PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result,
                                  FitMode mode = FitMode::Cover);
 
-/// The fit of a whole photo, in its own shape, to the video of swaySize().
+/// The fit of a whole photo, in its own shape, to the video of swaySize(). A shape beyond 1 : 100
+/// is squeezed to it.
 ///
 /// @param photo its size in px
-/// @param mode used where the photo's shape is beyond 1 : 100, or `size` has another shape
+/// @param mode used where `size` has another shape
 /// @param size size of the video in px; empty: swaySize()
 /// @return the fit, for fitScene(); its size is that of the video
 /// @throws Error InvalidArgument (an empty photo)

@@ -3,9 +3,24 @@
 #include "altiro3D/depth_cues.hpp"
 #include "altiro3D/image_io.hpp"
 
+#include <future>
+#include <opencv2/core/utility.hpp>
+
 namespace altiro3D {
 
 namespace {
+
+// Calls a reader and puts the file's name before its notes.
+template <class Read>
+cv::Mat withNotes(Read read, const std::filesystem::path& file, Notes* notes) {
+    Notes own;
+    cv::Mat picture = read(file, &own);
+    if (notes != nullptr) {
+        for (const std::string& note : own)
+            notes->push_back(file.string() + ": " + note);
+    }
+    return picture;
+}
 
 class CuesSource : public DepthSource {
   public:
@@ -30,6 +45,7 @@ class NetworkSource : public DepthSource {
         return network_.profile().output == NetworkOutput::MetricDepth ? DepthKind::Metric
                                                                        : DepthKind::NearWhite;
     }
+    const DepthNetwork* network() const override { return &network_; }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         network_.infer(image, raw);
         photo = image;
@@ -44,14 +60,29 @@ class FileSource : public DepthSource {
     FileSource(std::filesystem::path file, DepthKind kind) : file_(std::move(file)), kind_(kind) {}
     std::string description() const override { return "depth image " + file_.string(); }
     DepthKind kind() const override { return kind_; }
+    cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
+        samples_.release();
+        Notes depthNotes;
+        // each decoder is one thread's work
+        std::launch when = std::launch::deferred;
+        if (cv::getNumThreads() > 1) when |= std::launch::async;
+        std::future<cv::Mat> samples =
+            std::async(when, [&] { return withNotes(readDepthSamples, file_, &depthNotes); });
+        cv::Mat photo = withNotes(readPhoto, file, notes); // of two that are broken it is named
+        samples_ = samples.get();
+        if (notes != nullptr) notes->insert(notes->end(), depthNotes.begin(), depthNotes.end());
+        return photo;
+    }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        raw = readDepthSamples(file_);
+        raw = samples_.empty() ? readDepthSamples(file_) : samples_;
+        samples_.release();
         photo = image;
     }
 
   private:
     std::filesystem::path file_;
     DepthKind kind_;
+    cv::Mat samples_; // from readImage()
 };
 
 class RgbdSource : public DepthSource {
@@ -59,6 +90,9 @@ class RgbdSource : public DepthSource {
     RgbdSource(DepthSide side, DepthKind kind) : side_(side), kind_(kind) {}
     std::string description() const override { return "depth half of the image"; }
     DepthKind kind() const override { return kind_; }
+    cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
+        return withNotes(readPicture, file, notes);
+    }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         splitRgbd(image, side_, photo, raw);
     }
@@ -71,6 +105,14 @@ class RgbdSource : public DepthSource {
 } // namespace
 
 DepthSource::~DepthSource() = default;
+
+const DepthNetwork* DepthSource::network() const {
+    return nullptr;
+}
+
+cv::Mat DepthSource::readImage(const std::filesystem::path& file, Notes* notes) {
+    return withNotes(readPhoto, file, notes);
+}
 
 void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene) {
     DepthNormalization normalization;

@@ -75,5 +75,46 @@ TEST(DepthSource, AnRgbdImageIsSplit) {
     }
 }
 
+TEST(DepthSource, ReadsFilesAsReadTakesThem) {
+    const TemporaryDirectory directory;
+    const cv::Mat photo = randomPhoto({30, 20});
+    const cv::Mat depth = randomDepth({30, 20});
+    writePicture(directory / "photo.png", photo);
+    writePicture(directory / "depth.png", depthTo16Bit(depth));
+    cv::Mat image;
+    joinRgbd(photo, depth, DepthSide::Right, image);
+    cv::Mat wide; // 16 bits a channel, which a photo has not
+    image.convertTo(wide, CV_16U, 257);
+    writePicture(directory / "rgbd.png", wide);
+
+    const auto given = depthFromFile(directory / "depth.png");
+    altiro3D::Scene scene;
+    scene.photo = given->readImage(directory / "photo.png");
+    std::filesystem::remove(directory / "depth.png"); // read already
+    given->readScene(scene.photo, 0.5, scene);
+    EXPECT_TRUE(samePicture(scene.photo, photo));
+    EXPECT_TRUE(samePicture(scene.depth, depth, 0.02));
+    EXPECT_THROW(given->readScene(photo, 0.5, scene), Error) << "once";
+    EXPECT_THROW(given->readImage(directory / "photo.png"), Error);
+
+    const auto rgbd = depthFromRgbd(DepthSide::Right);
+    scene.photo = rgbd->readImage(directory / "rgbd.png");
+    EXPECT_EQ(scene.photo.type(), CV_16UC3);
+    rgbd->readScene(scene.photo, 0.5, scene);
+    EXPECT_TRUE(samePicture(scene.photo, photo));
+
+    EXPECT_TRUE(samePicture(depthFromCues()->readImage(directory / "rgbd.png"), image));
+}
+
+TEST(DepthSource, NotesNameTheirFile) {
+    const TemporaryDirectory directory;
+    writePicture(directory / "photo.png", randomPhoto({30, 20}));
+    writePicture(directory / "coloured.png", randomPhoto({30, 20}));
+    Notes notes;
+    depthFromFile(directory / "coloured.png")->readImage(directory / "photo.png", &notes);
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].rfind((directory / "coloured.png").string() + ": ", 0), 0U) << notes[0];
+}
+
 } // namespace
 } // namespace altiro3D::test

@@ -295,7 +295,7 @@ cv::Matx33d rotation(double aboutX, double aboutY, double aboutZ) {
     return turn(1, 2, aboutX) * turn(2, 0, aboutY) * turn(0, 1, aboutZ);
 }
 
-TEST(ViewsReal, BothRoadsGiveTheSameViewsOfCamerasSideBySide) {
+TEST(ViewsReal, BothPathsGiveTheSameViewsOfCamerasSideBySide) {
     for (const cv::Size size : {cv::Size(163, 127), cv::Size(64, 48), cv::Size(31, 1)}) {
         const cv::Mat photo = randomPhoto(size);
         for (const cv::Mat& depth : {boardDepth(size), randomDepth(size), flat(size, 0)}) {
@@ -462,12 +462,12 @@ TEST(ViewsReal, ViewsOfAnExactSceneAreThoseOfItsOtherCameras) {
         renderReal(middle.photo, middle.metric, k, wrong, pose, {}, besideView);
         EXPECT_GT(quality(view), quality(besideView) + 1) << beside;
     }
-    // The relative depth and the short road give it, too.
+    // The relative depth and the short path give it, too.
     const Camera camera{k, scene.nearDistance, scene.farDistance, cameraX};
-    const cv::Mat shortRoad =
+    const cv::Mat shortPath =
         real(middle.photo, middle.depth, parallaxOf(camera) / 2,
              relativeDepth(scene.focusDistance, scene.nearDistance, scene.farDistance));
-    EXPECT_GT(quality(shortRoad), 35.5);
+    EXPECT_GT(quality(shortPath), 35.5);
 }
 
 TEST(ViewsReal, NothingInSightIsBlackAndOddDistancesAreLeftOut) {

@@ -147,13 +147,11 @@ StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
     StageTimes times;
     StereoScene scene;
     const fs::path depthFile = source.fromFiles() ? files[1] : fs::path();
-    cv::Mat photo;
-    cv::Mat depth;
-    const ViewOptions views = viewOptions(commandLine);
-    source.read(files[0], depthFile, views.focus, photo, depth, messages, times);
-    const PhotoFit fit = fitPhoto(photo.size(), 0.75, QuiltLayout().tileSize);
-    applyFit(photo, fit, scene.photo);
-    applyFitToDepth(depth, photo.size(), fit, scene.photo, views.focus, scene.depth);
+    const double focus = viewOptions(commandLine).focus;
+    Scene fitted = source.read(files[0], depthFile, focus, messages, times);
+    fitScene(fitted, fitPhoto(fitted.photo.size(), 0.75, QuiltLayout().tileSize), focus, fitted);
+    scene.photo = fitted.photo;
+    scene.depth = fitted.depth;
     scene.name = files[0].filename().string();
     return scene;
 }

@@ -4,7 +4,7 @@
 #include "common/budget.hpp"
 #include "common/depth_options.hpp"
 #include "common/display_options.hpp"
-#include "common/native_road.hpp"
+#include "common/native_options.hpp"
 #include "common/outputs.hpp"
 #include "common/photo_plan.hpp"
 #include "common/picture_options.hpp"
@@ -26,20 +26,16 @@ using Json = nlohmann::ordered_json;
 namespace {
 
 // Everything that is the same for all photos of a run.
-struct Studio {
+struct PhotoRun {
     ChosenDisplay display;
-    QuiltLayout layout;
-    ViewOptions views;
     CameraOptions camera;
+    NativeMaker maker;
     Budget budget;
-    FitMode fit = FitMode::Cover;
-    bool keep = false;
-    ChosenDepth depthSource;
-    NativeRoad road;
+    ChosenDepth depth;
     SwayOptions sway;
-    std::optional<cv::Size> swaySize; // of the swaying video; nothing: the photo's
-    cv::Mat quilt;                    // reused from photo to photo; empty if none is needed
-    cv::Mat native;                   // reused
+    cv::Size swaySize; // of the swaying video; empty: the photo's
+    cv::Mat quilt;     // reused from photo to photo; empty if none is needed
+    cv::Mat native;    // reused
 };
 
 Json parallaxJson(const AdjacentParallax& parallax) {
@@ -47,14 +43,15 @@ Json parallaxJson(const AdjacentParallax& parallax) {
 }
 
 // Says what is close to the limit; above it there is a warning.
-AdjacentParallax tellParallax(const CommandLine& commandLine, const Studio& studio,
-                              const ViewOptions& views, const cv::Mat& depth, Messages& messages) {
+AdjacentParallax tellParallax(const CommandLine& commandLine, const NativeMaker& maker,
+                              const cv::Mat& depth, Messages& messages) {
     constexpr double kNearTheLimit = 0.8 * kParallaxBudgetPixels;
     double nearest = 0;
     double farthest = 0;
     cv::minMaxLoc(depth, &farthest, &nearest);
+    const ViewOptions& views = maker.options().views;
     const AdjacentParallax parallax =
-        adjacentParallax(views, studio.layout, studio.display.panelSize(), {farthest, nearest});
+        adjacentParallax(views, maker.layout(), maker.panelSize(), {farthest, nearest});
     const std::string line =
         "parallax: strength " + fixed(views.strengthPercent, 1) + " %, focus " +
         fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) + " view px (" +
@@ -74,47 +71,44 @@ AdjacentParallax tellParallax(const CommandLine& commandLine, const Studio& stud
 }
 
 // Writes the video that swings through the views of the whole photo; its size.
-cv::Size saveVideo(const PhotoItem& item, const Studio& studio, const cv::Mat& photo,
-                   const cv::Mat& depth, Messages& messages) {
-    const double aspect = static_cast<double>(photo.cols) / photo.rows;
-    const cv::Size size = studio.swaySize.value_or(swaySize(photo.size(), aspect));
-    const PhotoFit fit = swayFit(photo.size(), std::clamp(aspect, 0.01, 100.0), size, studio.fit);
-    cv::Mat fittedPhoto;
-    cv::Mat fittedDepth;
-    applyFit(photo, fit, fittedPhoto);
-    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, studio.views.focus, fittedDepth);
-    const ViewOptions views =
-        studio.camera.apply(studio.views, item.photo, photo.size(), fit, messages);
-    writeSwayFile(item.video, size, studio.sway, photoViews(fittedPhoto, fittedDepth, views));
-    return size;
+cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const Scene& scene,
+                   Messages& messages) {
+    const NativeOptions& options = run.maker.options();
+    const cv::Size photoSize = scene.photo.size();
+    const PhotoFit fit = photoSwayFit(photoSize, options.fit, run.swaySize);
+    Scene fitted;
+    fitScene(scene, fit, options.views.focus, fitted);
+    const ViewOptions views = run.camera.apply(options.views, item.photo, photoSize, fit, messages);
+    writeSwayFile(item.video, fit.size, run.sway, photoViews(fitted.photo, fitted.depth, views));
+    return fit.size;
 }
 
-// Writes what is wanted besides the Native; false if nothing is. Takes photo and depth.
-bool saveOthers(const PhotoItem& item, const Studio& studio, cv::Mat& photo, cv::Mat& depth,
-                Messages& messages) {
-    if (!item.quilt.empty()) writePicture(item.quilt, studio.quilt);
+// Writes what is wanted besides the Native; false if nothing is. Takes the scene.
+bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messages& messages) {
+    if (!item.quilt.empty()) writePicture(item.quilt, run.quilt);
     if (!item.savedDepth.empty() || !item.rgbd.empty()) {
         cv::Mat wholeDepth;
-        fitDepth(depth, {0, 0, double(depth.cols), double(depth.rows)}, photo, wholeDepth);
-        depth.release();
+        fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)},
+                 scene.photo, wholeDepth);
+        scene.depth.release();
         if (!item.savedDepth.empty()) {
             warnAboutDepthFormat(item.savedDepth, messages);
             writePicture(item.savedDepth, depthTo16Bit(wholeDepth));
         }
         if (!item.rgbd.empty()) {
             cv::Mat rgbd;
-            joinRgbd(photo, wholeDepth, DepthSide::Right, rgbd);
-            photo.release();
+            joinRgbd(scene.photo, wholeDepth, DepthSide::Right, rgbd);
+            scene.photo.release();
             wholeDepth.release();
             writePicture(item.rgbd, rgbd);
         }
     }
     if (!item.views.empty()) {
-        const int count = studio.layout.viewCount;
+        const QuiltLayout& layout = run.maker.layout();
+        const int count = layout.viewCount;
         cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& range) {
             for (int i = range.start; i < range.end; ++i) {
-                writePicture(item.views / viewFileName(i, count),
-                             studio.quilt(studio.layout.tile(i)));
+                writePicture(item.views / viewFileName(i, count), run.quilt(layout.tile(i)));
             }
         });
     }
@@ -122,62 +116,63 @@ bool saveOthers(const PhotoItem& item, const Studio& studio, cv::Mat& photo, cv:
            !item.views.empty();
 }
 
+// The maker for one photo: with --camera each has a strength of its own.
+NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, cv::Size photoSize,
+                    const PhotoFit& fit, Messages& messages) {
+    const ViewOptions& usual = run.maker.options().views;
+    const ViewOptions views = run.camera.apply(usual, item.photo, photoSize, fit, messages);
+    return views.strengthPercent == usual.strengthPercent ? run.maker : run.maker.withViews(views);
+}
+
 // Makes all that is wanted of one photo; the report of it.
-Json makePicture(const CommandLine& commandLine, const PhotoItem& item, Studio& studio,
+Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun& run,
                  Messages& messages) {
     StageTimes times;
-    cv::Mat photo;
-    cv::Mat depth;
-    studio.depthSource.read(item.photo, item.depth, studio.views.focus, photo, depth, messages,
-                            times);
-    double aspect = studio.display.aspect();
+    const double focus = run.maker.options().views.focus;
+    Scene scene = run.depth.read(item.photo, item.depth, focus, messages, times);
+    double aspect = run.display.aspect();
     if (!item.quilt.empty()) aspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
-    const cv::Size workSize = studio.keep ? studio.display.panelSize() : studio.layout.tileSize;
-    const PhotoFit fit = fitPhoto(photo.size(), aspect, workSize, studio.fit);
-    cv::Mat fittedPhoto;
-    cv::Mat fittedDepth;
-    const cv::Size photoSize = photo.size();
-    applyFit(photo, fit, fittedPhoto);
-    applyFitToDepth(depth, photoSize, fit, fittedPhoto, studio.views.focus, fittedDepth);
-    if (item.savedDepth.empty() && item.rgbd.empty() &&
-        item.video.empty()) { // large, and no longer needed
-        photo.release();
-        depth.release();
-    }
+    const cv::Size photoSize = scene.photo.size();
+    const PhotoFit fit = run.maker.fit(photoSize, aspect);
+    Scene fitted;
+    fitScene(scene, fit, focus, fitted);
+    if (item.savedDepth.empty() && item.rgbd.empty() && item.video.empty())
+        scene = {}; // large, and no longer needed
     times.end("fit");
-    if (studio.budget.mustChoose()) {
+    if (run.budget.mustChoose()) {
         const auto makeNative = [&](const ViewOptions& views) {
+            const NativeMaker maker = run.maker.withViews(views);
             cv::Mat quilt; // in fresh memory, as that of a single photo
             cv::Mat native;
-            if (!studio.road.direct())
-                Depth2Quilt(studio.layout, views).render(fittedPhoto, fittedDepth, quilt);
-            studio.road.makeNative(views, fittedPhoto, fittedDepth, quilt, native);
+            if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);
+            maker.makeNative(fitted, quilt, native);
         };
-        studio.views = studio.budget.choose(studio.views, studio.road.costKey(fittedPhoto.size()),
-                                            makeNative, messages);
+        run.maker = run.maker.withViews(run.budget.choose(run.maker.options().views,
+                                                          costKey(run.maker, fitted.photo.size()),
+                                                          makeNative, messages));
         times.end("budget");
     }
-    const ViewOptions views =
-        studio.camera.apply(studio.views, item.photo, photoSize, fit, messages);
-    if (!studio.road.direct() || !item.quilt.empty() || !item.views.empty()) {
-        Depth2Quilt(studio.layout, views).render(fittedPhoto, fittedDepth, studio.quilt);
+    const NativeMaker maker = makerOf(item, run, photoSize, fit, messages);
+    const ViewOptions& views = maker.options().views;
+    if (maker.path() == NativePath::OverQuilt || !item.quilt.empty() || !item.views.empty()) {
+        maker.makeQuilt(fitted, run.quilt);
         times.end("views");
     }
-    studio.road.makeNative(views, fittedPhoto, fittedDepth, studio.quilt, studio.native);
+    maker.makeNative(fitted, run.quilt, run.native);
     times.end("native");
     const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;
-    if (!messages.hasSubject()) tellCut(photoAspect, aspect, studio.fit, messages);
-    const AdjacentParallax parallax =
-        tellParallax(commandLine, studio, views, fittedDepth, messages);
+    const FitMode fitMode = maker.options().fit;
+    if (!messages.hasSubject()) tellCut(photoAspect, aspect, fitMode, messages);
+    const AdjacentParallax parallax = tellParallax(commandLine, maker, fitted.depth, messages);
 
     warnAboutNativeFormat(item.native, messages);
     cv::Size videoSize;
     if (!item.video.empty()) {
-        videoSize = saveVideo(item, studio, photo, depth, messages);
+        videoSize = saveVideo(item, run, scene, messages);
         times.end("video");
     }
-    if (saveOthers(item, studio, photo, depth, messages)) times.end("save");
-    writePicture(item.native, studio.native,
+    if (saveOthers(item, run, scene, messages)) times.end("save");
+    writePicture(item.native, run.native,
                  PictureMark::Native); // last: where it is, the rest is too
     times.end("write");
 
@@ -197,7 +192,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, Studio& 
         report["video"] = {{"file", item.video.string()},
                            {"width", videoSize.width},
                            {"height", videoSize.height},
-                           {"frames", framesPerTurn(studio.sway) * studio.sway.turns}};
+                           {"frames", framesPerTurn(run.sway) * run.sway.turns}};
     }
     report["aspect"] = aspect;
     report["crop"] = {fit.source.x, fit.source.y, fit.source.width, fit.source.height};
@@ -206,12 +201,12 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, Studio& 
     for (const auto& [stage, milliseconds] : times.milliseconds()) {
         report["milliseconds"][stage] = milliseconds;
     }
-    std::string line = item.native.string() + ": Native, " + sizeText(studio.native.size());
+    std::string line = item.native.string() + ": Native, " + sizeText(run.native.size());
     if (messages.hasSubject()) { // one line for each of many photos
         for (const auto& [key, file] : others)
             line += file.empty() ? "" : std::string(", ") + key;
         line += item.video.empty() ? "" : ", video";
-        const std::string cut = cutText(photoAspect, aspect, studio.fit);
+        const std::string cut = cutText(photoAspect, aspect, fitMode);
         line += cut.empty() ? "" : "; " + cut;
         messages.say(line);
     } else {
@@ -220,7 +215,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, Studio& 
             if (!file.empty()) messages.say(file.string() + ": " + key);
         }
         if (!item.video.empty())
-            messages.say(item.video.string() + ": video, " + swayText(studio.sway, videoSize));
+            messages.say(item.video.string() + ": video, " + swayText(run.sway, videoSize));
     }
     messages.detail(times.text());
     return report;
@@ -277,23 +272,24 @@ Json filesJson(const std::vector<fs::path>& files) {
     return names;
 }
 
-Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messages& messages) {
-    const QuiltLayout& layout = studio.layout;
+Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Messages& messages) {
+    const QuiltLayout& layout = run.maker.layout();
+    const NativeOptions& options = run.maker.options();
     Json report = {{"tool", commandLine.name()},
                    {"version", version()},
                    {"openCv", CV_VERSION},
                    {"threads", cv::getNumThreads()}};
-    Json display = {{"source", studio.display.source},
-                    {"files", filesJson(studio.display.files)},
-                    {"panelWidth", studio.display.panelSize().width},
-                    {"panelHeight", studio.display.panelSize().height}};
-    display["serial"] = studio.display.calibration.serial;
+    Json display = {{"source", run.display.source},
+                    {"files", filesJson(run.display.files)},
+                    {"panelWidth", run.display.panelSize().width},
+                    {"panelHeight", run.display.panelSize().height}};
+    display["serial"] = run.display.calibration.serial;
     display["fingerprint"] =
-        fingerprintText(studio.display.map ? studio.display.map->calibrationFingerprint()
-                                           : fingerprint(studio.display.calibration));
+        fingerprintText(run.display.map ? run.display.map->calibrationFingerprint()
+                                        : fingerprint(run.display.calibration));
     // with a camera each picture has a strength of its own, which is no option
     const Json strength =
-        commandLine.has("camera") ? Json(nullptr) : Json(studio.views.strengthPercent);
+        commandLine.has("camera") ? Json(nullptr) : Json(options.views.strengthPercent);
     report["settings"] = {{"display", display},
                           {"invert", commandLine.value("invert").value_or("auto")},
                           {"viewFilter", commandLine.value("view-filter").value_or("nearest")},
@@ -304,25 +300,25 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Messag
                             {"viewWidth", layout.tileSize.width},
                             {"viewHeight", layout.tileSize.height},
                             {"views", layout.viewCount}}},
-                          {"method", methodName(studio.views.method)},
-                          {"knobs", knobsJson(commandLine, studio.views)},
+                          {"method", methodName(options.views.method)},
+                          {"knobs", knobsJson(commandLine, options.views)},
                           {"strengthPercent", strength},
-                          {"focus", studio.views.focus},
-                          {"fit", fitName(studio.fit)},
-                          {"keepResolution", studio.keep},
-                          {"road", studio.road.name()},
-                          {"continuous", studio.road.continuous()},
-                          {"depth", studio.depthSource.description()},
-                          {"depthImages", studio.depthSource.fromFiles()},
+                          {"focus", options.views.focus},
+                          {"fit", fitName(options.fit)},
+                          {"keepResolution", options.keepResolution},
+                          {"road", pathName(run.maker)},
+                          {"continuous", options.positions == ViewPositions::Continuous},
+                          {"depth", run.depth.description()},
+                          {"depthImages", run.depth.fromFiles()},
                           {"rgbdSide", given(commandLine, "rgbd")},
-                          {"network", networkJson(commandLine, studio.depthSource)},
+                          {"network", networkJson(commandLine, run.depth)},
                           {"depthKind", commandLine.value("depth-kind").value_or("near-white")}};
     if (commandLine.has("lg")) {
-        report["settings"]["video"] = {{"secondsPerTurn", studio.sway.secondsPerTurn},
-                                       {"turns", studio.sway.turns},
-                                       {"framesPerSecond", studio.sway.frameRate.value()}};
+        report["settings"]["video"] = {{"secondsPerTurn", run.sway.secondsPerTurn},
+                                       {"turns", run.sway.turns},
+                                       {"framesPerSecond", run.sway.frameRate.value()}};
     }
-    report["budget"] = studio.budget.report();
+    report["budget"] = run.budget.report();
     report["warnings"] = messages.warnings();
     return report;
 }
@@ -332,34 +328,29 @@ int run(const CommandLine& commandLine, Messages& messages) {
     StageTimes setup; // start: processor time until here, nearly all for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
     const Budget budget(commandLine);
-    const ViewOptions views = viewOptions(commandLine);
-    const FitMode fit = fitOption(commandLine, FitMode::Cover);
+    const NativeOptions options = nativeOptions(commandLine);
     const SwayOptions sway = swayOptions(commandLine);
-    const auto videoSize = swaySizeOption(commandLine);
+    const cv::Size videoSize = swaySizeOption(commandLine).value_or(cv::Size());
     requireSwayFile(commandLine);
-    if (!commandLine.has("budget")) requireKnobsOf(commandLine, views.method);
-    NativeRoad::check(commandLine);
+    if (!commandLine.has("budget")) requireKnobsOf(commandLine, options.views.method);
+    checkNativeOptions(commandLine);
     const ChosenDisplay display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
     PhotoPlan plan = planPhotos(commandLine, display, layout, messages);
     const Outputs outputs = checkedOutputs(commandLine, plan, display, layout.viewCount);
     messages.say("quilt: " + quiltText(layout, display.aspect()));
     setup.end("plan");
-    ChosenDepth depthSource(commandLine, messages);
-    if (depthSource.network() != nullptr) setup.end("network");
-    Studio studio{display,
-                  layout,
-                  views,
-                  CameraOptions(commandLine),
-                  budget,
-                  fit,
-                  NativeRoad::keepsResolution(commandLine),
-                  std::move(depthSource),
-                  NativeRoad(commandLine, display, layout, views.method, messages),
-                  sway,
-                  videoSize,
-                  {},
-                  {}};
+    ChosenDepth depth(commandLine, messages);
+    if (depth.network() != nullptr) setup.end("network");
+    PhotoRun photoRun{display,
+                      CameraOptions(commandLine),
+                      makeNativeMaker(commandLine, display, layout, options, messages),
+                      budget,
+                      std::move(depth),
+                      sway,
+                      videoSize,
+                      {},
+                      {}};
     setup.end("display");
     messages.detail("ready: " + setup.text());
     outputs.makeDirectories();
@@ -384,7 +375,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         }
         progress.step(item.photo.filename().string());
         try {
-            pictures.push_back(makePicture(commandLine, item, studio, messages));
+            pictures.push_back(makePicture(commandLine, item, photoRun, messages));
             ++tally.made;
             if (plan.batch) messages.flushWarnings();
         } catch (const std::exception& error) {
@@ -404,7 +395,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         messages.say(summaryOf(tally, time.count()));
     }
     if (!plan.report.empty()) {
-        Json report = reportOf(commandLine, studio, messages);
+        Json report = reportOf(commandLine, photoRun, messages);
         for (const auto& [stage, milliseconds] : setup.milliseconds())
             report["setupMilliseconds"][stage] = milliseconds;
         report["peakMegabytes"] = peak;
@@ -427,7 +418,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] PHOTO PHOTO... | DIR  OUTDIR");
     addDepthOptions(commandLine);
     addViewOptions(commandLine);
-    NativeRoad::add(commandLine);
+    addNativeOptions(commandLine);
     CameraOptions::add(commandLine);
     Budget::add(commandLine);
     addFitOption(commandLine, "cover");

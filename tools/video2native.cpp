@@ -2,7 +2,7 @@
 
 #include "common/depth_options.hpp"
 #include "common/display_options.hpp"
-#include "common/native_road.hpp"
+#include "common/native_options.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/video_options.hpp"
@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
                     "between; auto (default): as often as the picture needs it; 1: on all.",
                     "N");
     addViewOptions(commandLine);
-    NativeRoad::add(commandLine);
+    addNativeOptions(commandLine);
     addFitOption(commandLine, "cover");
     commandLine.addSection("Input");
     commandLine.add({"from-quilt"}, "The frames of IN are quilts.");

@@ -197,7 +197,7 @@ struct Error {
 };
 
 // One line of the table.
-void printLine(const std::string& road, const std::string& photo, const std::string& views,
+void printLine(const std::string& path, const std::string& photo, const std::string& views,
                const cv::Mat& picture, const Truth& truth) {
     Error whole;
     Error edges;
@@ -221,13 +221,13 @@ void printLine(const std::string& road, const std::string& photo, const std::str
             slopes += static_cast<double>(slope[i] * slope[i]);
         }
     }
-    std::printf("| %s | %s | %s | %.2f | %.2f | %.2f | %.2f | %+.2f |\n", road.c_str(),
+    std::printf("| %s | %s | %s | %.2f | %.2f | %.2f | %.2f | %+.2f |\n", path.c_str(),
                 photo.c_str(), views.c_str(), whole.psnr(), whole.mean(), edges.psnr(),
                 edges.mean(), along / slopes);
     std::fflush(stdout);
 }
 
-struct Roads {
+struct Paths {
     altiro3D::Calibration calibration;
     altiro3D::QuiltLayout layout;
     altiro3D::ViewOptions options; // strength and focus
@@ -235,7 +235,7 @@ struct Roads {
     Picture onPanel;
 };
 
-void printDirect(const Roads& roads, const Truth& truth) {
+void printDirect(const Paths& paths, const Truth& truth) {
     struct Method {
         std::string name;
         ViewMethod method;
@@ -247,16 +247,16 @@ void printDirect(const Roads& roads, const Truth& truth) {
                               {"layered", ViewMethod::Layered, 0, 2},
                               {"layered, soft edges 0", ViewMethod::Layered, 0, 0}};
     for (const Method& method : methods) {
-        altiro3D::ViewOptions options = roads.options;
+        altiro3D::ViewOptions options = paths.options;
         options.method = method.method;
         options.refinement = method.refinement;
         options.layered.softEdgePixels = method.softEdges;
-        for (const Picture* picture : {&roads.inTile, &roads.onPanel}) {
+        for (const Picture* picture : {&paths.inTile, &paths.onPanel}) {
             for (const auto positions : {ViewPositions::Discrete, ViewPositions::Continuous}) {
                 cv::Mat native;
-                altiro3D::NativeRenderer(roads.calibration, kViews, options, positions)
+                altiro3D::NativeRenderer(paths.calibration, kViews, options, positions)
                     .render(picture->photo, picture->depth, native);
-                printLine("direct: " + method.name, picture == &roads.inTile ? "view" : "panel",
+                printLine("direct: " + method.name, picture == &paths.inTile ? "view" : "panel",
                           positions == ViewPositions::Discrete ? "48" : "continuous",
                           lookedAtRows(native), truth);
             }
@@ -264,7 +264,7 @@ void printDirect(const Roads& roads, const Truth& truth) {
     }
 }
 
-void printQuilts(const Roads& roads, const Truth& truth) {
+void printQuilts(const Paths& paths, const Truth& truth) {
     using altiro3D::TileSampling;
     using altiro3D::ViewFilter;
     const altiro3D::QuiltSampling nearest;
@@ -276,21 +276,21 @@ void printQuilts(const Roads& roads, const Truth& truth) {
         const bool blended = sampling.views == ViewFilter::Linear;
         const bool linear = sampling.inTile == TileSampling::Linear;
         cv::Mat native;
-        altiro3D::Quilt2Native(roads.calibration, roads.layout, sampling).render(quilt, native);
+        altiro3D::Quilt2Native(paths.calibration, paths.layout, sampling).render(quilt, native);
         printLine("quilt: " + name + (linear ? ", linear in tiles" : ""), photo,
                   blended ? "48, blended" : "48", lookedAtRows(native), truth);
     };
     for (const auto& [name, method] : {std::pair("fast", ViewMethod::Fast),
                                        {"real", ViewMethod::Real},
                                        {"layered", ViewMethod::Layered}}) {
-        altiro3D::ViewOptions options = roads.options;
+        altiro3D::ViewOptions options = paths.options;
         options.method = method;
-        const altiro3D::Depth2Quilt maker(roads.layout, options);
+        const altiro3D::Depth2Quilt maker(paths.layout, options);
         cv::Mat quilt;
-        maker.render(roads.inTile.photo, roads.inTile.depth, quilt);
+        maker.render(paths.inTile.photo, paths.inTile.depth, quilt);
         print(name, quilt, "view", nearest);
         if (method == ViewMethod::Layered) print(name, quilt, "view", both);
-        maker.render(roads.onPanel.photo, roads.onPanel.depth, quilt);
+        maker.render(paths.onPanel.photo, paths.onPanel.depth, quilt);
         print(name, quilt, "panel", nearest);
         if (method != ViewMethod::Layered) continue;
         print(name, quilt, "panel", views);
@@ -352,31 +352,31 @@ cv::Mat stepsPicture(const World& world, const RayCaster& caster, const Picture&
 }
 
 void run(int argc, char** argv) {
-    Roads roads;
-    roads.calibration =
+    Paths paths;
+    paths.calibration =
         altiro3D::readCalibration(altiro3D::test::sourcePath("calibration/portrait-sample.json"));
-    const altiro3D::LensGeometry lens = lensGeometry(roads.calibration);
+    const altiro3D::LensGeometry lens = lensGeometry(paths.calibration);
     const World world = makeWorld({lens.panelWidth, lens.panelHeight});
     const RayCaster caster(world.scene);
-    roads.onPanel = {castPhoto(world, caster), castDepth(world, caster, world.panel)};
-    cv::resize(roads.onPanel.photo, roads.inTile.photo, roads.layout.tileSize, 0, 0,
+    paths.onPanel = {castPhoto(world, caster), castDepth(world, caster, world.panel)};
+    cv::resize(paths.onPanel.photo, paths.inTile.photo, paths.layout.tileSize, 0, 0,
                cv::INTER_AREA);
-    roads.inTile.depth = castDepth(world, caster, roads.layout.tileSize);
+    paths.inTile.depth = castDepth(world, caster, paths.layout.tileSize);
     if (argc > 1) {
-        cv::imwrite(argv[1], stepsPicture(world, caster, roads.onPanel),
+        cv::imwrite(argv[1], stepsPicture(world, caster, paths.onPanel),
                     {cv::IMWRITE_PNG_COMPRESSION, 9});
     }
-    roads.options.focus = world.focus;
+    paths.options.focus = world.focus;
     for (const double strength : {10.0, 20.0}) {
-        roads.options.strengthPercent = strength;
-        const Truth truth = castTruth(world, caster, lens, roads.layout.tileSize, strength);
+        paths.options.strengthPercent = strength;
+        const Truth truth = castTruth(world, caster, lens, paths.layout.tileSize, strength);
         std::printf("Strength %.0f %%; %.1f %% of the sub-pixels are near a depth step.\n\n"
-                    "| road | photo | views | PSNR | error | at steps: PSNR | error | offset, px "
+                    "| path | photo | views | PSNR | error | at steps: PSNR | error | offset, px "
                     "|\n|---|---|---|---:|---:|---:|---:|---:|\n",
                     strength, 100 * cv::mean(truth.edges.reshape(1))[0] / 255);
-        printLine("the photo, flat", "panel", "1", lookedAtRows(roads.onPanel.photo), truth);
-        printDirect(roads, truth);
-        printQuilts(roads, truth);
+        printLine("the photo, flat", "panel", "1", lookedAtRows(paths.onPanel.photo), truth);
+        printDirect(paths, truth);
+        printQuilts(paths, truth);
         printLine("true views", "panel", "48", truth.views, truth);
         printLine("true views in tiles", "view", "48", truth.tiles, truth);
         std::printf("\n");

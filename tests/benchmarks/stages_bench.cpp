@@ -434,7 +434,7 @@ void BM_PaperPipeline(benchmark::State& state, const Display& display) {
 // ---- photo and depth to Native without a quilt
 
 // How a Native is rendered straight from photo and depth.
-struct Road {
+struct DirectPath {
     ViewOptions options;
     ViewPositions positions = ViewPositions::Discrete;
     bool busy = false;        // the sample photo: many things one before the other
@@ -448,10 +448,10 @@ cv::Mat sample(const char* file, int flags) {
     return picture;
 }
 
-void renderNatives(benchmark::State& state, const Display& display, const Road& road) {
+void renderNatives(benchmark::State& state, const Display& display, const DirectPath& path) {
     cv::Mat photo = display.photo();
     cv::Mat depth = display.depth();
-    if (road.busy) {
+    if (path.busy) {
         photo.release(); // these are the display's
         depth.release();
         const cv::Size tile = display.layout.tileSize;
@@ -460,7 +460,7 @@ void renderNatives(benchmark::State& state, const Display& display, const Road& 
         cv::resize(wholeDepth, wholeDepth, tile, 0, 0, cv::INTER_NEAREST);
         wholeDepth.convertTo(depth, CV_32F, 1 / 65535.0);
     }
-    if (road.panelPixels) {
+    if (path.panelPixels) {
         cv::Mat large;
         cv::resize(photo, large, display.panel(), 0, 0, cv::INTER_CUBIC);
         photo = large;
@@ -468,14 +468,14 @@ void renderNatives(benchmark::State& state, const Display& display, const Road& 
         cv::resize(depth, largeDepth, display.panel(), 0, 0, cv::INTER_NEAREST);
         depth = largeDepth;
     }
-    const NativeRenderer renderer(display.calibration, display.layout.viewCount, road.options,
-                                  road.positions);
+    const NativeRenderer renderer(display.calibration, display.layout.viewCount, path.options,
+                                  path.positions);
     cv::Mat native;
     renderer.render(photo, depth, native);
-    if (road.positions == ViewPositions::Discrete && !road.panelPixels) {
+    if (path.positions == ViewPositions::Discrete && !path.panelPixels) {
         cv::Mat quilt;
         cv::Mat expected;
-        Depth2Quilt(display.layout, road.options).render(photo, depth, quilt);
+        Depth2Quilt(display.layout, path.options).render(photo, depth, quilt);
         Quilt2Native(display.lut()).render(quilt, expected);
         require(equal(native, expected), "the Native of the quilt");
     }
@@ -489,9 +489,9 @@ void BM_NativeFast(benchmark::State& state, const Display& display) {
     renderNatives(state, display, {methodOf(ViewMethod::Fast)});
 }
 void BM_NativeFastRefined(benchmark::State& state, const Display& display) {
-    Road road{methodOf(ViewMethod::Fast)};
-    road.options.refinement = 2;
-    renderNatives(state, display, road);
+    DirectPath path{methodOf(ViewMethod::Fast)};
+    path.options.refinement = 2;
+    renderNatives(state, display, path);
 }
 void BM_NativeFastContinuous(benchmark::State& state, const Display& display) {
     renderNatives(state, display, {methodOf(ViewMethod::Fast), ViewPositions::Continuous});

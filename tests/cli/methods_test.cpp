@@ -38,9 +38,9 @@ class Methods : public ::testing::Test {
         return Json::parse(slurp(studio_ / "r.json"));
     }
     cv::Mat libraryNative(const ViewOptions& views) const {
-        LibraryRoad road;
-        road.views = views;
-        return test::libraryNative(studio_, road);
+        LibraryPath path;
+        path.views = views;
+        return test::libraryNative(studio_, path);
     }
     std::vector<fs::path> cachedBudgets() const {
         std::vector<fs::path> files;
@@ -267,22 +267,22 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
     EXPECT_TRUE(isDone(make({"--budget", "60000"})));
 }
 
-TEST_F(Methods, CostsAreThoseOfTheRoadThatIsTaken) {
+TEST_F(Methods, CostsAreThoseOfThePathThatIsTaken) {
     ASSERT_TRUE(isDone(
         studio_.run("altiro3Dnative", {"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
     const Arguments photo{"-y", "--budget", "60000", "-d", "photo.png", "depth.png", "a.png"};
     const Arguments small = studio_.display();
-    const Arguments roads[] = {small,
+    const Arguments paths[] = {small,
                                small + Arguments{"-k"},
                                small + Arguments{"-j", "1"},
                                small + Arguments{"--continuous"},
                                {"-m", "a.map"},
                                small + Arguments{"--view-filter", "linear"}};
     std::size_t measured = 0;
-    for (const Arguments& road : roads) {
+    for (const Arguments& path : paths) {
         ++measured;
         for (int repetition = 0; repetition < 2; ++repetition) {
-            const Outcome outcome = studio_.run(kTool, road + photo);
+            const Outcome outcome = studio_.run(kTool, path + photo);
             EXPECT_TRUE(isDone(outcome));
             EXPECT_NE(outcome.out.find("budget: layered, Native in "), std::string::npos);
             EXPECT_EQ(cachedBudgets().size(), measured) << outcome.call;

@@ -48,52 +48,52 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
     writePicture(studio / "photo.png", madePhoto(150, 110)); // not of the panel's shape
     struct Case {
         Arguments arguments;
-        LibraryRoad road;
+        LibraryPath path;
     };
     std::vector<Case> cases(12);
     cases[1] = {{"-k"}, {}};
-    cases[1].road.keep = true;
-    cases[1].road.quilt = false;
+    cases[1].path.keep = true;
+    cases[1].path.quilt = false;
     cases[2] = {{"--strength", "37.5", "--focus", "0.25"}, {}};
-    cases[2].road.views.strengthPercent = 37.5;
-    cases[2].road.views.focus = 0.25;
+    cases[2].path.views.strengthPercent = 37.5;
+    cases[2].path.views.focus = 0.25;
     cases[3] = {{"--fit", "contain"}, {}};
-    cases[3].road.fit = FitMode::Contain;
+    cases[3].path.fit = FitMode::Contain;
     cases[4] = {{"--fit", "stretch", "-k", "-j", "1"}, {}};
-    cases[4].road.fit = FitMode::Stretch;
-    cases[4].road.keep = true;
-    cases[4].road.quilt = false;
+    cases[4].path.fit = FitMode::Stretch;
+    cases[4].path.keep = true;
+    cases[4].path.quilt = false;
     cases[5] = {{"--view-filter", "linear"}, {}};
-    cases[5].road.sampling.views = ViewFilter::Linear;
+    cases[5].path.sampling.views = ViewFilter::Linear;
     cases[6] = {{"--view-filter", "linear", "--sampling", "linear"}, {}};
-    cases[6].road.sampling = {ViewFilter::Linear, TileSampling::Linear};
+    cases[6].path.sampling = {ViewFilter::Linear, TileSampling::Linear};
     cases[7] = {{"--depth-kind", "far-white"}, {}};
-    cases[7].road.kind = DepthKind::FarWhite;
+    cases[7].path.kind = DepthKind::FarWhite;
     cases[8] = {{"--depth-kind", "metric:5000"}, {}};
-    cases[8].road.kind = DepthKind::Metric;
+    cases[8].path.kind = DepthKind::Metric;
     cases[9] = {{"--view-filter", "linear", "-k"}, {}};
-    cases[9].road.sampling.views = ViewFilter::Linear;
-    cases[9].road.keep = true;
+    cases[9].path.sampling.views = ViewFilter::Linear;
+    cases[9].path.keep = true;
     cases[10] = {{"--continuous", "--strength", "40"}, {}};
-    cases[10].road.views.strengthPercent = 40;
-    cases[10].road.quilt = false;
-    cases[10].road.positions = ViewPositions::Continuous;
-    cases[11] = {{"--continuous", "-k", "--method", "fast", "--refine", "2"}, cases[10].road};
-    cases[11].road.views.strengthPercent = 10;
-    cases[11].road.views.method = ViewMethod::Fast;
-    cases[11].road.views.refinement = 2;
-    cases[11].road.keep = true;
-    for (const auto& [arguments, road] : cases) {
+    cases[10].path.views.strengthPercent = 40;
+    cases[10].path.quilt = false;
+    cases[10].path.positions = ViewPositions::Continuous;
+    cases[11] = {{"--continuous", "-k", "--method", "fast", "--refine", "2"}, cases[10].path};
+    cases[11].path.views.strengthPercent = 10;
+    cases[11].path.views.method = ViewMethod::Fast;
+    cases[11].path.views.refinement = 2;
+    cases[11].path.keep = true;
+    for (const auto& [arguments, path] : cases) {
         const Outcome outcome =
             studio.run(kTool, arguments + Arguments{"-y"} + studio.display() +
                                   Arguments{"-d", "photo.png", "depth.png", "native.png"});
         ASSERT_EQ(outcome.status, 0) << outcome.text();
-        EXPECT_TRUE(samePicture(readBack(studio / "native.png"), libraryNative(studio, road)))
+        EXPECT_TRUE(samePicture(readBack(studio / "native.png"), libraryNative(studio, path)))
             << outcome.call;
     }
 }
 
-TEST(Photo2Native, BothRoadsGiveTheSameNative) {
+TEST(Photo2Native, BothPathsGiveTheSameNative) {
     SmallStudio studio;
     writePicture(studio / "photo.png", madePhoto(150, 110)); // not of the panel's shape
     writePicture(studio / "depth.png", madeDepth(75, 55));
@@ -102,14 +102,14 @@ TEST(Photo2Native, BothRoadsGiveTheSameNative) {
     ASSERT_TRUE(isDone(
         studio.run("altiro3Dnative", Arguments{"--invert", "off", "-m", "off.map"} + table)));
     const Arguments photo{"-y", "--report", "r.json", "-d", "photo.png", "depth.png", "a.png"};
-    const auto native = [&](const Arguments& arguments, const char* road) {
+    const auto native = [&](const Arguments& arguments, const char* path) {
         EXPECT_TRUE(isDone(studio.run(kTool, arguments + photo)));
         const Json report = Json::parse(slurp(studio / "r.json"));
-        EXPECT_EQ(report.at("settings").at("road"), road);
+        EXPECT_EQ(report.at("settings").at("road"), path);
         EXPECT_FALSE(report.at("settings").at("continuous").get<bool>());
         const Json& stages = report.at("pictures").at(0).at("milliseconds");
         EXPECT_TRUE(stages.contains("native"));
-        EXPECT_EQ(stages.contains("views"), road == std::string("quilt"));
+        EXPECT_EQ(stages.contains("views"), path == std::string("quilt"));
         return readBack(studio / "a.png");
     };
     std::vector<cv::Mat> seen;
@@ -138,7 +138,7 @@ TEST(Photo2Native, BothRoadsGiveTheSameNative) {
            "direct");
 }
 
-TEST(Photo2Native, OnlyTheRoadOverTheQuiltNeedsATable) {
+TEST(Photo2Native, OnlyThePathOverTheQuiltNeedsATable) {
     SmallStudio studio;
     const Arguments photo{"-v", "-y", "-d", "photo.png", "depth.png", "a.png"};
     for (const Arguments& options :
@@ -146,13 +146,13 @@ TEST(Photo2Native, OnlyTheRoadOverTheQuiltNeedsATable) {
           Arguments{"--save-quilt", "q.png", "--save-views", "v"}}) {
         const Outcome outcome = studio.run(kTool, options + studio.display() + photo);
         EXPECT_TRUE(isDone(outcome));
-        EXPECT_NE(outcome.out.find("road: direct, "), std::string::npos) << outcome.out;
+        EXPECT_NE(outcome.out.find("path: direct, "), std::string::npos) << outcome.out;
         EXPECT_EQ(outcome.out.find("look-up table"), std::string::npos) << outcome.out;
     }
     EXPECT_FALSE(fs::exists(studio.home() / ".cache"));
     const Outcome outcome = studio.run(kTool, Arguments{"-g"} + studio.display() + photo);
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("road: over the quilt, as method real"), std::string::npos);
+    EXPECT_NE(outcome.out.find("path: over the quilt, as method real"), std::string::npos);
     EXPECT_NE(outcome.out.find("look-up table: built and kept"), std::string::npos);
     EXPECT_TRUE(fs::exists(studio.home() / ".cache/altiro3D"));
 }
@@ -180,7 +180,7 @@ TEST(Photo2Native, ContinuousPositionsChangeTheNativeAlone) {
     EXPECT_TRUE(samePicture(make({"--continuous", "--view-filter", "nearest"}), continuous));
 }
 
-TEST(Photo2Native, ContinuousPositionsNeedTheDirectRoad) {
+TEST(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
     SmallStudio studio;
     ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
     const std::pair<Arguments, const char*> cases[] = {
@@ -212,9 +212,9 @@ TEST(Photo2Native, WithoutANetworkItUsesTheBuiltInEstimatorAndSaysSo) {
     EXPECT_TRUE(isDone(outcome));
     EXPECT_NE(outcome.out.find("built-in estimator"), std::string::npos) << outcome.out;
     EXPECT_NE(outcome.out.find("get-models.sh"), std::string::npos) << outcome.out;
-    LibraryRoad road;
-    road.fromCues = true;
-    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, road)));
+    LibraryPath path;
+    path.fromCues = true;
+    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, path)));
 }
 
 TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
@@ -262,9 +262,9 @@ TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {
     EXPECT_TRUE(fails(with({"-l"}), 1, "net/model-f6b98070.onnx"));
     EXPECT_TRUE(fails(with({}), 1, "net/model-small.onnx"));
     EXPECT_TRUE(isDone(with({"-n", "cues"}))); // the built-in estimator all the same
-    LibraryRoad road;
-    road.fromCues = true;
-    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, road)));
+    LibraryPath path;
+    path.fromCues = true;
+    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, path)));
     fs::remove(studio / "a.png");
     for (const char* option : {"-l", "--network-size=64", "--net-profile=p.json"})
         EXPECT_TRUE(fails(with({"-n", "cues", option}), 2, "-n cues uses no network"));

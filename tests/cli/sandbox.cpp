@@ -285,39 +285,37 @@ QuiltLayout smallLayout() {
 }
 
 cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, const cv::Mat& depth,
-                      const LibraryRoad& road) {
+                      const LibraryPath& path) {
     const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
     const cv::Size size =
-        road.keep ? cv::Size(calibration.screenW, calibration.screenH) : road.layout.tileSize;
-    const PhotoFit fit = fitPhoto(photo.size(), aspect, size, road.fit);
-    cv::Mat fittedPhoto;
-    cv::Mat fittedDepth;
+        path.keep ? cv::Size(calibration.screenW, calibration.screenH) : path.layout.tileSize;
+    const PhotoFit fit = fitPhoto(photo.size(), aspect, size, path.fit);
+    altiro3D::Scene fitted;
     cv::Mat quilt;
     cv::Mat native;
-    applyFit(photo, fit, fittedPhoto);
-    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, road.views.focus, fittedDepth);
-    if (road.quilt) {
-        Depth2Quilt(road.layout, road.views).render(fittedPhoto, fittedDepth, quilt);
-        Quilt2Native(calibration, road.layout, road.sampling, road.invert).render(quilt, native);
+    fitScene({photo, depth}, fit, path.views.focus, fitted);
+    if (path.quilt) {
+        Depth2Quilt(path.layout, path.views).render(fitted.photo, fitted.depth, quilt);
+        Quilt2Native(calibration, path.layout, path.sampling, path.invert).render(quilt, native);
     } else {
-        NativeRenderer(calibration, road.layout.viewCount, road.views, road.positions, road.invert)
-            .render(fittedPhoto, fittedDepth, native);
+        NativeRenderer(calibration, path.layout.viewCount, path.views, path.positions, path.invert)
+            .render(fitted.photo, fitted.depth, native);
     }
     return native;
 }
 
-cv::Mat libraryNative(const Sandbox& sandbox, const LibraryRoad& road) {
+cv::Mat libraryNative(const Sandbox& sandbox, const LibraryPath& path) {
     const cv::Mat photo = readPhoto(sandbox / "photo.png");
     cv::Mat depth;
-    if (road.fromCues) {
+    if (path.fromCues) {
         estimateDepthFromCues(photo, depth);
     } else {
         DepthNormalization normalization;
-        normalization.kind = road.kind;
-        normalization.flatDepth = road.views.focus;
+        normalization.kind = path.kind;
+        normalization.flatDepth = path.views.focus;
         normalizeDepth(readDepthImage(sandbox / "depth.png"), depth, normalization);
     }
-    return libraryNative(readCalibration(sandbox / "small.json"), photo, depth, road);
+    return libraryNative(readCalibration(sandbox / "small.json"), photo, depth, path);
 }
 
 cv::Mat libraryNative(const Sandbox& sandbox, const cv::Mat& quilt, int columns, int rows,

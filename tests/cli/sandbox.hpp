@@ -141,7 +141,7 @@ class ToolTest : public ::testing::TestWithParam<std::string> {
 QuiltLayout smallLayout();
 
 /// How the library makes a Native of a photo and its depth.
-struct LibraryRoad {
+struct LibraryPath {
     ViewOptions views;
     FitMode fit = FitMode::Cover;
     bool keep = false;                                 ///< At the panel's resolution, not a view's.
@@ -157,9 +157,9 @@ struct LibraryRoad {
 /// The Native of a photo and its depth, by calls of the library alone.
 /// @param depth [any size, CV_32FC1, 0..1, 1 = nearest]
 cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, const cv::Mat& depth,
-                      const LibraryRoad& road);
+                      const LibraryPath& path);
 /// The same of small.json, photo.png and depth.png in a sandbox.
-cv::Mat libraryNative(const Sandbox& sandbox, const LibraryRoad& road);
+cv::Mat libraryNative(const Sandbox& sandbox, const LibraryPath& path);
 /// The Native that the library makes of a quilt for a sandbox's small.json.
 cv::Mat libraryNative(const Sandbox& sandbox, const cv::Mat& quilt, int columns, int rows,
                       const QuiltSampling& sampling = {});

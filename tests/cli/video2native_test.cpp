@@ -125,7 +125,7 @@ TEST(Video2NativeTool, ATurnedVideoIsUprightAndSaysSoNoMore) {
 // What the tool wrote into native.mkv, frame by frame, is what the library makes of clip.mp4 and
 // the depths.
 void expectNatives(const Sandbox& studio, const Calibration& calibration,
-                   const std::vector<cv::Mat>& depths, const LibraryRoad& road,
+                   const std::vector<cv::Mat>& depths, const LibraryPath& path,
                    const std::string& call) {
     SCOPED_TRACE(call);
     VideoReader natives(studio / "native.mkv");
@@ -135,7 +135,7 @@ void expectNatives(const Sandbox& studio, const Calibration& calibration,
         const auto frame = clip.next();
         ASSERT_TRUE(native && frame);
         ASSERT_TRUE(
-            samePicture(native->picture, libraryNative(calibration, frame->picture, depth, road)));
+            samePicture(native->picture, libraryNative(calibration, frame->picture, depth, path)));
     }
     EXPECT_FALSE(natives.next());
 }
@@ -168,79 +168,79 @@ TEST(Video2NativeTool, EveryFrameIsTheNativeOfThePhotoAndItsDepth) {
 
     struct Case {
         Arguments arguments;
-        LibraryRoad road;
+        LibraryPath path;
         bool other = false; // display
     };
     std::vector<Case> cases;
-    const auto add = [&](const Arguments& arguments, const std::function<void(LibraryRoad&)>& set) {
+    const auto add = [&](const Arguments& arguments, const std::function<void(LibraryPath&)>& set) {
         cases.push_back({arguments, {}, false});
-        cases.back().road.views.strengthPercent = 40; // at 30 px, 10 % would show little
-        set(cases.back().road);
+        cases.back().path.views.strengthPercent = 40; // at 30 px, 10 % would show little
+        set(cases.back().path);
         return &cases.back();
     };
     const auto direct = [](bool keep, ViewPositions positions) {
-        return [=](LibraryRoad& road) {
-            road.quilt = false;
-            road.keep = keep;
-            road.positions = positions;
+        return [=](LibraryPath& path) {
+            path.quilt = false;
+            path.keep = keep;
+            path.positions = positions;
         };
     };
-    const auto real = [](LibraryRoad& road) { road.views.method = ViewMethod::Real; };
-    const auto none = [](LibraryRoad&) {};
+    const auto real = [](LibraryPath& path) { path.views.method = ViewMethod::Real; };
+    const auto none = [](LibraryPath&) {};
     add({}, none);
     add({"--profile", "balanced"}, none);
-    add({"--profile", "live"}, [](LibraryRoad& road) { road.views.method = ViewMethod::Fast; });
+    add({"--profile", "live"}, [](LibraryPath& path) { path.views.method = ViewMethod::Fast; });
     add({"--profile", "best"}, direct(true, ViewPositions::Continuous));
-    add({"--profile", "best", "-g"}, [](LibraryRoad& road) { // cannot be continuous
-        road.views.method = ViewMethod::Real;
-        road.keep = true;
+    add({"--profile", "best", "-g"}, [](LibraryPath& path) { // cannot be continuous
+        path.views.method = ViewMethod::Real;
+        path.keep = true;
     });
     add({"-k"}, direct(true, ViewPositions::Discrete));
     add({"--keep"}, direct(true, ViewPositions::Discrete));
     add({"--continuous"}, direct(false, ViewPositions::Continuous));
-    add({"--method", "fast"}, [](LibraryRoad& road) { road.views.method = ViewMethod::Fast; });
-    add({"--method", "fast", "--refine", "3"}, [](LibraryRoad& road) {
-        road.views.method = ViewMethod::Fast;
-        road.views.refinement = 3;
+    add({"--method", "fast"}, [](LibraryPath& path) { path.views.method = ViewMethod::Fast; });
+    add({"--method", "fast", "--refine", "3"}, [](LibraryPath& path) {
+        path.views.method = ViewMethod::Fast;
+        path.views.refinement = 3;
     });
     add({"-g"}, real);
     add({"--geometric"}, real);
-    add({"--method", "real", "--inpaint", "ns", "--inpaint-from", "behind"}, [](LibraryRoad& road) {
-        road.views.method = ViewMethod::Real;
-        road.views.real.inpainting = Inpainting::NavierStokes;
-        road.views.real.backgroundOnly = true;
+    add({"--method", "real", "--inpaint", "ns", "--inpaint-from", "behind"}, [](LibraryPath& path) {
+        path.views.method = ViewMethod::Real;
+        path.views.real.inpainting = Inpainting::NavierStokes;
+        path.views.real.backgroundOnly = true;
     });
-    add({"--focus", "0.3"}, [](LibraryRoad& road) { road.views.focus = 0.3; });
-    add({"--dilate", "3"}, [](LibraryRoad& road) { road.views.layered.edgeDilationPixels = 3; });
-    add({"--soft-edges", "0"}, [](LibraryRoad& road) { road.views.layered.softEdgePixels = 0; });
+    add({"--focus", "0.3"}, [](LibraryPath& path) { path.views.focus = 0.3; });
+    add({"--dilate", "3"}, [](LibraryPath& path) { path.views.layered.edgeDilationPixels = 3; });
+    add({"--soft-edges", "0"}, [](LibraryPath& path) { path.views.layered.softEdgePixels = 0; });
     add({"--fill", "continue"},
-        [](LibraryRoad& road) { road.views.layered.fill = LayeredFill::Continue; });
-    add({"--fit", "stretch"}, [](LibraryRoad& road) { road.fit = FitMode::Stretch; });
+        [](LibraryPath& path) { path.views.layered.fill = LayeredFill::Continue; });
+    add({"--fit", "stretch"}, [](LibraryPath& path) { path.fit = FitMode::Stretch; });
     add({"--view-filter", "linear"},
-        [](LibraryRoad& road) { road.sampling.views = ViewFilter::Linear; });
+        [](LibraryPath& path) { path.sampling.views = ViewFilter::Linear; });
     add({"--sampling", "linear"},
-        [](LibraryRoad& road) { road.sampling.inTile = TileSampling::Linear; });
-    add({"--invert", "off"}, [](LibraryRoad& road) { road.invert = InvertViews::Off; });
-    add({"--layout", "4x2", "--resolution", "20x18"}, [](LibraryRoad& road) {
-        road.layout = {2, 4, {18, 20}, 8};
+        [](LibraryPath& path) { path.sampling.inTile = TileSampling::Linear; });
+    add({"--invert", "off"}, [](LibraryPath& path) { path.invert = InvertViews::Off; });
+    add({"--layout", "4x2", "--resolution", "20x18"}, [](LibraryPath& path) {
+        path.layout = {2, 4, {18, 20}, 8};
     });
     add({"-m", "a.map"}, none);
     add({"--map", "a.map"}, none);
-    add({"--calibration", "other.json", "--fit", "contain"}, [](LibraryRoad& road) {
-        road.fit = FitMode::Contain;
+    add({"--calibration", "other.json", "--fit", "contain"}, [](LibraryPath& path) {
+        path.fit = FitMode::Contain;
     })->other = true;
     add({"-c", "both.json", "--serial", "TEST-1"}, none);
-    add({"-c", "both.json", "--serial", "other-2", "--fit", "contain"}, [](LibraryRoad& road) {
-        road.fit = FitMode::Contain;
+    add({"-c", "both.json", "--serial", "other-2", "--fit", "contain"}, [](LibraryPath& path) {
+        path.fit = FitMode::Contain;
     })->other = true;
-    for (const auto& [arguments, road, otherDisplay] : cases) {
+    for (const auto& [arguments, path, otherDisplay] : cases) {
         // what is given last counts
         const Outcome outcome =
             studio.run(kTool, kLossless + studio.display() +
                                   Arguments{"--strength", "40", "--depth", "depth.mp4"} +
                                   arguments + Arguments{"clip.mp4", "native.mkv"});
         ASSERT_EQ(outcome.status, 0) << outcome.text();
-        expectNatives(studio, otherDisplay ? other : small, depths, road, outcome.call);
+        expectNatives(studio, otherDisplay ? other : small, depths, path, outcome.call);
     }
 }
 
@@ -310,18 +310,18 @@ TEST(Video2NativeTool, NetworksAreRunAsOftenAndAsLargeAsAsked) {
         profile.inputHeight = std::string(file) == "mine.onnx" ? 96 : 32;
         profile.multipleOf = 16;
         DepthNetwork network(studio / file, profile, InferenceTarget::Cpu, input);
-        LibraryRoad road;
+        LibraryPath path;
         if (report["settings"]["profile"] == "best") {
-            road.quilt = false;
-            road.keep = true;
-            road.positions = ViewPositions::Continuous;
+            path.quilt = false;
+            path.keep = true;
+            path.positions = ViewPositions::Continuous;
         }
         expectNatives(
             studio, readCalibration(studio / "small.json"),
             estimatedDepths(
                 studio, [&](const cv::Mat& picture, cv::Mat& raw) { network.infer(picture, raw); },
                 every),
-            road, outcome.call);
+            path, outcome.call);
     }
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--network-size", "5000",
                                                                      "clip.mp4", "o.mkv"}),
@@ -416,13 +416,13 @@ TEST(Video2NativeTool, ShowHandsTheNativesToTheViewerBesideIt) {
         ASSERT_TRUE(isDone(outcome));
         EXPECT_EQ(lines(slurp(studio / "arguments")), expected);
         // late frames may be left out; each that is there is one of the Natives, in order
-        LibraryRoad road;
-        road.views.method = method;
+        LibraryPath path;
+        path.views.method = method;
         std::vector<std::string> natives;
         VideoReader clip(studio / "clip.mp4");
         for (const cv::Mat& depth : depths) {
             cv::Mat rgb;
-            cv::cvtColor(libraryNative(calibration, clip.next()->picture, depth, road), rgb,
+            cv::cvtColor(libraryNative(calibration, clip.next()->picture, depth, path), rgb,
                          cv::COLOR_BGR2RGB);
             natives.emplace_back(reinterpret_cast<const char*>(rgb.data), rgb.total() * 3);
         }

@@ -36,7 +36,7 @@ inline BudgetChoice chooseWithinBudget(const std::vector<SettingCost>& costs,
     return {costs.size() - 1, false};
 }
 
-/// The settings that a budget may choose, best first. All go one road to the Native.
+/// The settings that a budget may choose, best first. All take one path to the Native.
 /// @param base strength and focus of all of them
 std::vector<NamedViewOptions> budgetSettings(const ViewOptions& base);
 

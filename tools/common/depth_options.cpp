@@ -1,6 +1,5 @@
 #include "common/depth_options.hpp"
 
-#include "altiro3D/depth_cues.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "common/display_options.hpp"
@@ -10,7 +9,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <future>
 #include <opencv2/core.hpp>
 
 namespace altiro3D::tools {
@@ -155,6 +153,7 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
         description_ = medium == Medium::Video ? "given depth" : "depth image";
     } else if (rgbdSide_) {
         description_ = "depth half of the picture (" + *commandLine.value("rgbd") + ")";
+        source_ = depthFromRgbd(*rgbdSide_, kind_);
     } else if (commandLine.has("depth-kind")) {
         throw UsageError("--depth-kind says what given depth means, expected -d or --rgbd with it");
     } else {
@@ -170,7 +169,8 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
                                  std::string(option[1] == '\0' ? "-" : "--") + option);
             }
         }
-        description_ = "built-in estimator";
+        source_ = depthFromCues();
+        description_ = source_->description();
         messages.say("depth: built-in estimator");
         return;
     }
@@ -237,7 +237,8 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
                          "-n");
     }
     if (networkFile.empty()) {
-        description_ = "built-in estimator";
+        source_ = depthFromCues();
+        description_ = source_->description();
         messages.say("depth: built-in estimator; for better depth get a network (" +
                      downloadCommand(standardNetwork(false)) + ") or give a depth image (-d)");
         return;
@@ -250,91 +251,51 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
     }
     const cv::Size size = wantedSize ? scaledInput(*profile, *wantedSize) : cv::Size();
     requireHarmless(networkFile, *profile, catalog, size, messages);
-    network_.emplace(networkFile, *profile, target, size);
-    description_ = "network " + profile->name + " (" + networkFile.string() + ")";
-    messages.say("depth: " + description_ + ", " + sizeText(network_->inputSize()));
+    source_ = depthFromNetwork(DepthNetwork(networkFile, *profile, target, size));
+    description_ = source_->description();
+    messages.say("depth: " + description_ + ", " + sizeText(network()->inputSize()));
     messages.detail("depth network runs on " + processorName(target));
 }
 
-void ChosenDepth::readFiles(const fs::path& photoFile, const fs::path& depthFile, cv::Mat& photo,
-                            cv::Mat& rawDepth, Messages& messages) const {
+Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
+                        Messages& messages, StageTimes& times) {
     refuseNative(photoFile, "a photo");
     if (fromFiles_) refuseNative(depthFile, "a depth picture");
     warnIfQuilt(photoFile, "quilt2native", messages);
-    Notes photoNotes;
-    Notes depthNotes;
-    const auto tell = [&](const fs::path& file, const Notes& notes) {
-        for (const std::string& note : notes)
-            messages.warn(file.string() + ": " + note);
-    };
-    if (rgbdSide_) {
-        cv::Mat picture;
-        {
-            const QuietStandardError quiet;
-            picture = readPicture(photoFile, &photoNotes);
-        }
-        tell(photoFile, photoNotes);
-        try {
-            splitRgbd(picture, *rgbdSide_, photo, rawDepth);
-        } catch (const Error& error) {
-            throw Error(error.code(), photoFile.string(), error.what());
-        }
-        return;
-    }
+    const auto given = fromFiles_ ? depthFromFile(depthFile, kind_) : nullptr;
+    DepthSource& source = given ? *given : *source_;
+    Scene scene;
+    Notes notes;
     {
         const QuietStandardError quiet;
-        // each decoder is one thread's work
-        std::future<cv::Mat> depth;
-        if (fromFiles_) {
-            std::launch when = std::launch::deferred;
-            if (cv::getNumThreads() > 1) when |= std::launch::async;
-            depth = std::async(when, [&] { return readDepthSamples(depthFile, &depthNotes); });
-        }
-        photo = readPhoto(photoFile, &photoNotes); // of two that are broken this one is named
-        if (depth.valid()) rawDepth = depth.get();
+        scene.photo = source.readImage(photoFile, &notes);
     }
-    tell(photoFile, photoNotes);
-    tell(depthFile, depthNotes);
-}
-
-void ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
-                       cv::Mat& photo, cv::Mat& depth, Messages& messages, StageTimes& times) {
-    DepthNormalization normalization;
-    normalization.kind = kind();
-    normalization.flatDepth = flatDepth;
-    cv::Mat rawDepth;
-    readFiles(photoFile, depthFile, photo, rawDepth, messages);
+    messages.warn(notes);
     times.end("read");
-    if (fromFiles_) {
-        const double photoAspect = static_cast<double>(photo.cols) / photo.rows;
-        const double depthAspect = static_cast<double>(rawDepth.cols) / rawDepth.rows;
-        if (!haveSameShape(photoAspect, depthAspect)) {
-            messages.warn(depthFile.string() + ": has another shape than the photo (" +
-                          std::to_string(rawDepth.cols) + " x " + std::to_string(rawDepth.rows) +
-                          " and " + sizeText(photo.size()) + "); it is stretched over it");
-        }
+    try {
+        source.readScene(scene.photo, flatDepth, scene);
+    } catch (const Error& error) {
+        if (!rgbdSide_) throw;
+        throw Error(error.code(), photoFile.string(), error.what());
     }
-    if (network_) network_->infer(photo, rawDepth);
-    if (rawDepth.empty()) {
-        estimateDepthFromCues(photo, depth);
-    } else {
-        normalizeDepth(rawDepth, depth, normalization);
+    const double photoAspect = static_cast<double>(scene.photo.cols) / scene.photo.rows;
+    const double depthAspect = static_cast<double>(scene.depth.cols) / scene.depth.rows;
+    if (fromFiles_ && !haveSameShape(photoAspect, depthAspect)) {
+        messages.warn(depthFile.string() + ": has another shape than the photo (" +
+                      std::to_string(scene.depth.cols) + " x " + std::to_string(scene.depth.rows) +
+                      " and " + sizeText(scene.photo.size()) + "); it is stretched over it");
     }
     times.end("depth");
+    return scene;
 }
 
 DepthKind ChosenDepth::kind() const {
-    if (!network_) return kind_;
-    return network_->profile().output == NetworkOutput::MetricDepth ? DepthKind::Metric
-                                                                    : DepthKind::NearWhite;
+    return source_ ? source_->kind() : kind_;
 }
 
 void ChosenDepth::estimate(const cv::Mat& picture, cv::Mat& raw) {
-    if (network_) {
-        network_->infer(picture, raw);
-    } else {
-        estimateDepthFromCues(picture, raw);
-    }
+    cv::Mat photo;
+    source_->read(picture, photo, raw);
 }
 
 } // namespace altiro3D::tools

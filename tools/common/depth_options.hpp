@@ -1,9 +1,9 @@
 #pragma once
 
-#include "altiro3D/depth_map.hpp"
-#include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "common/run_tool.hpp"
 
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -20,7 +20,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 /// @param large the large one, of -l
 std::string standardNetwork(bool large = false);
 
-/// Where the depth of photos comes from.
+/// Where the depth of photos comes from, by the options.
 class ChosenDepth {
   public:
     /// Reads the options and loads the network, if one is to be used.
@@ -32,7 +32,7 @@ class ChosenDepth {
     /// Depth is part of the picture (`--rgbd`): where.
     std::optional<DepthSide> rgbdSide() const { return rgbdSide_; }
     /// The network, if one is used.
-    const DepthNetwork* network() const { return network_ ? &*network_ : nullptr; }
+    const DepthNetwork* network() const { return source_ ? source_->network() : nullptr; }
     /// What it is, for people and reports.
     const std::string& description() const { return description_; }
 
@@ -40,11 +40,9 @@ class ChosenDepth {
     /// @param photoFile photo, or one-picture RGB-D
     /// @param depthFile depth image with `-d`, else empty
     /// @param flatDepth depth where there is no range
-    /// @param photo [rows x cols, CV_8UC3]
-    /// @param depth [any size, CV_32FC1, 0..1], shows all of the photo
-    void read(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
-              double flatDepth, cv::Mat& photo, cv::Mat& depth, Messages& messages,
-              StageTimes& times);
+    /// @return the photo and its depth map
+    Scene read(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
+               double flatDepth, Messages& messages, StageTimes& times);
 
     /// What the numbers of given depth, or of estimate(), mean.
     DepthKind kind() const;
@@ -55,13 +53,11 @@ class ChosenDepth {
 
   private:
     void chooseNetwork(const CommandLine& commandLine, Messages& messages);
-    void readFiles(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
-                   cv::Mat& photo, cv::Mat& rawDepth, Messages& messages) const;
 
     bool fromFiles_ = false;
     std::optional<DepthSide> rgbdSide_;
     DepthKind kind_ = DepthKind::NearWhite;
-    std::optional<DepthNetwork> network_;
+    std::unique_ptr<DepthSource> source_; // absent: fromFiles_, each photo has its own
     std::string description_;
 };
 

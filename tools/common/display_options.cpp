@@ -466,12 +466,16 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& dis
     return layout;
 }
 
+NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, Messages& messages) {
+    return display.map ? *display.map
+                       : cachedLut(display.calibration, layout, display.invert, messages);
+}
+
 Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const ChosenDisplay& display,
                               const QuiltLayout& layout, Messages& messages) {
-    if (display.map) return Quilt2Native(*display.map);
     const QuiltSampling sampling = samplingOption(commandLine);
     if (blends(sampling)) return {display.calibration, layout, sampling, display.invert};
-    return Quilt2Native(cachedLut(display.calibration, layout, display.invert, messages));
+    return Quilt2Native(lookUpTable(display, layout, messages));
 }
 
 } // namespace altiro3D::tools

@@ -102,8 +102,12 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& dis
                         const std::optional<std::filesystem::path>& quiltFile = std::nullopt,
                         std::optional<cv::Size> quiltSize = std::nullopt);
 
-/// The renderer for a display: through the map of `-m`, else through a table that is kept in the
-/// user's cache directory, else by blending if `--view-filter` or `--sampling` ask for it.
+/// The look-up table of a display: the map of `-m`, else one that is kept in the user's cache
+/// directory.
+NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, Messages& messages);
+
+/// The renderer for a display: through lookUpTable(), or by blending if `--view-filter` or
+/// `--sampling` ask for it.
 Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const ChosenDisplay& display,
                               const QuiltLayout& layout, Messages& messages);
 

@@ -159,7 +159,7 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     if (!plan.fromQuilt) requireKnobsOf(commandLine, studio.views.method);
     RenderStage::Settings settings;
     settings.fit = fitOption(commandLine, FitMode::Cover);
-    NativeRoad::check(commandLine);
+    checkNativeOptions(commandLine);
     studio.display = findDisplay(commandLine, messages, {}, useOf(plan.product));
     plan.part.threads = std::min(cv::getNumThreads(), 16);
     studio.reader = std::make_unique<VideoReader>(plan.input, plan.part);
@@ -195,7 +195,7 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     settings.layout = studio.layout;
     settings.views = studio.views;
     settings.product = plan.product;
-    settings.keep = NativeRoad::keepsResolution(commandLine) || studio.profile.keep;
+    settings.keep = nativeOptions(commandLine).keepResolution || studio.profile.keep;
     settings.continuous = studio.profile.keep;
     const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
     studio.render.emplace(commandLine, studio.display, settings,
@@ -470,7 +470,7 @@ Json reportOf(const CommandLine& commandLine, const Studio& studio, const Result
         settings["method"] = methodName(studio.views.method);
         settings["strengthPercent"] = studio.views.strengthPercent;
         settings["focus"] = studio.views.focus;
-        settings["road"] = studio.render->roadName();
+        settings["road"] = studio.render->pathName();
         settings["continuous"] = studio.render->continuous();
         settings["depth"] = studio.depth->source().description();
         settings["depthEvery"] = studio.depth->options().every; // 0: as pictures need it

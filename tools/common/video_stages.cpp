@@ -29,6 +29,15 @@ bool isBeside(DepthSide side) {
     return side == DepthSide::Left || side == DepthSide::Right;
 }
 
+NativeOptions nativeOptionsOf(const CommandLine& commandLine,
+                              const RenderStage::Settings& settings) {
+    NativeOptions options = nativeOptions(commandLine);
+    options.views = settings.views;
+    options.fit = settings.fit;
+    options.keepResolution = settings.keep;
+    return options;
+}
+
 } // namespace
 
 DepthStage::DepthStage(const std::filesystem::path& given, const VideoReaderOptions& part,
@@ -132,9 +141,9 @@ RenderStage::RenderStage(const CommandLine& commandLine, const ChosenDisplay& di
         tellCut(seenAspect, panelAspect_, settings.fit, messages);
     switch (settings.product) {
     case VideoProduct::Native:
-        road_.emplace(commandLine, display, settings.layout, settings.views.method, messages,
-                      settings.continuous);
-        if (road_->direct()) renderer_.emplace(road_->renderer(settings.views));
+        maker_.emplace(makeNativeMaker(commandLine, display, settings.layout,
+                                       nativeOptionsOf(commandLine, settings), messages,
+                                       settings.continuous));
         size_ = display.panelSize();
         break;
     case VideoProduct::Quilt:
@@ -146,13 +155,11 @@ RenderStage::RenderStage(const CommandLine& commandLine, const ChosenDisplay& di
         size_ = {2 * workSize_.width, workSize_.height};
         break;
     }
-    if (!renderer_) quilter_.emplace(settings.layout, settings.views);
+    if (!maker_) quilter_.emplace(settings.layout, settings.views);
 }
 
 void RenderStage::fitFrame(const PipelineFrame& frame, const PhotoFit& fit) {
-    const cv::Mat& photo = frame.source.picture;
-    applyFit(photo, fit, photo_);
-    applyFitToDepth(frame.depth, photo.size(), fit, photo_, settings_.views.focus, depth_);
+    fitScene({frame.source.picture, frame.depth}, fit, settings_.views.focus, fitted_);
 }
 
 void RenderStage::work(PipelineFrame& frame) {
@@ -165,20 +172,18 @@ void RenderStage::work(PipelineFrame& frame) {
     ownMemory(result);
     if (settings_.product == VideoProduct::Rgbd) {
         fitFrame(frame, fitPhoto(photo.size(), 1, workSize_, FitMode::Stretch));
-        joinRgbd(photo_, depth_, DepthSide::Right, result);
+        joinRgbd(fitted_.photo, fitted_.depth, DepthSide::Right, result);
         last_ = result;
         return;
     }
     // what counts is the shape that is seen: px of the frame need not be square
     const double pixelAspect = seenAspect_ * photo.rows / photo.cols;
     fitFrame(frame, fitPhoto(photo.size(), panelAspect_ / pixelAspect, workSize_, settings_.fit));
-    if (renderer_) {
-        renderer_->render(photo_, depth_, result);
-    } else if (road_) {
-        quilter_->render(photo_, depth_, quilt_);
-        road_->makeNative(settings_.views, photo_, depth_, quilt_, result);
+    if (maker_) {
+        if (maker_->path() == NativePath::OverQuilt) maker_->makeQuilt(fitted_, quilt_);
+        maker_->makeNative(fitted_, quilt_, result);
     } else {
-        quilter_->render(photo_, depth_, result);
+        quilter_->render(fitted_.photo, fitted_.depth, result);
     }
     last_ = result;
 }

@@ -8,7 +8,7 @@
 #include "altiro3D/video_pipeline.hpp"
 #include "common/depth_options.hpp"
 #include "common/given_depth.hpp"
-#include "common/native_road.hpp"
+#include "common/native_options.hpp"
 #include "common/quilt_shape.hpp"
 
 #include <filesystem>
@@ -86,8 +86,10 @@ class RenderStage {
 
     /// Size of what is written.
     cv::Size size() const { return size_; }
-    std::string roadName() const { return road_ ? road_->name() : "quilt"; }
-    bool continuous() const { return road_ && road_->continuous(); }
+    std::string pathName() const { return maker_ ? tools::pathName(*maker_) : "quilt"; }
+    bool continuous() const {
+        return maker_ && maker_->options().positions == ViewPositions::Continuous;
+    }
 
     /// Reads `source` and `depth`, sets the picture of `result`.
     void work(PipelineFrame& frame);
@@ -100,11 +102,9 @@ class RenderStage {
     double seenAspect_;
     cv::Size workSize_;
     cv::Size size_;
-    std::optional<NativeRoad> road_;
-    std::optional<NativeRenderer> renderer_;
+    std::optional<NativeMaker> maker_;
     std::optional<Depth2Quilt> quilter_;
-    cv::Mat photo_;
-    cv::Mat depth_;
+    Scene fitted_;
     cv::Mat quilt_;
     cv::Mat last_;
 };

@@ -1,0 +1,96 @@
+#include "common/native_options.hpp"
+
+#include "common/picture_options.hpp"
+
+namespace altiro3D::tools {
+
+namespace {
+
+// The option that asks for continuous positions; empty: none does.
+std::string continuousOption(const CommandLine& commandLine) {
+    for (const char* option : {"continuous", "best"}) {
+        if (commandLine.has(option)) return std::string("--") + option;
+    }
+    return {};
+}
+
+std::string sizeKey(cv::Size size) {
+    return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+bool isContinuous(const NativeOptions& options) {
+    return options.positions == ViewPositions::Continuous;
+}
+
+} // namespace
+
+void addNativeOptions(CommandLine& commandLine) {
+    commandLine.add({"continuous"},
+                    "The camera of each sub-pixel stands exactly where the lens sends it, not at "
+                    "the nearest of the views; with -k the best picture. Not with -g, -m and "
+                    "blending.");
+    commandLine.add({"best"}, "The best picture: -k and --continuous.");
+}
+
+void checkNativeOptions(const CommandLine& commandLine) {
+    const std::string option = continuousOption(commandLine);
+    if (option.empty()) return;
+    if (commandLine.has("m")) {
+        throw UsageError(option +
+                         " reads the photo where the lens says, but a map (-m) knows "
+                         "whole views only; expected the calibration with -c instead of -m");
+    }
+    if (viewOptions(commandLine).method == ViewMethod::Real) {
+        throw UsageError(option + " reads single sub-pixels, but method real makes whole views "
+                                  "only; expected --method layered or fast with it");
+    }
+    if (blends(samplingOption(commandLine))) {
+        throw UsageError(option + " needs no blending: --view-filter and --sampling blend views "
+                                  "of a quilt; expected it without them");
+    }
+}
+
+NativeOptions nativeOptions(const CommandLine& commandLine) {
+    NativeOptions options;
+    options.views = viewOptions(commandLine);
+    options.fit = fitOption(commandLine, FitMode::Cover);
+    options.keepResolution = commandLine.has("k") || commandLine.has("best");
+    if (!continuousOption(commandLine).empty()) options.positions = ViewPositions::Continuous;
+    options.sampling = samplingOption(commandLine);
+    return options;
+}
+
+NativeMaker makeNativeMaker(const CommandLine& commandLine, const ChosenDisplay& display,
+                            const QuiltLayout& layout, NativeOptions options, Messages& messages,
+                            bool preferContinuous) {
+    const std::string why =
+        display.map ? "a map was given" : NativeMaker::obstacle(layout, options);
+    if (isContinuous(options) && !why.empty())
+        throw UsageError(continuousOption(commandLine) + ": " + why + ", expected fewer (-q)");
+    if (why.empty()) {
+        if (preferContinuous) options.positions = ViewPositions::Continuous;
+        messages.detail("path: direct, " + (isContinuous(options)
+                                                ? "continuous positions"
+                                                : std::to_string(layout.viewCount) + " positions"));
+        return NativeMaker(display, layout, options);
+    }
+    messages.detail("path: over the quilt, as " + why);
+    if (blends(options.sampling)) return NativeMaker(display, layout, options);
+    return NativeMaker(lookUpTable(display, layout, messages), options);
+}
+
+std::string pathName(const NativeMaker& maker) {
+    return maker.path() == NativePath::Direct ? "direct" : "quilt";
+}
+
+std::string costKey(const NativeMaker& maker, cv::Size photo) {
+    const QuiltLayout& layout = maker.layout();
+    std::string key = pathName(maker) + "-" + sizeKey(photo) + "-" + sizeKey(maker.panelSize());
+    if (isContinuous(maker.options())) key += "-continuous";
+    if (blends(maker.options().sampling)) key += "-blended";
+    if (maker.path() == NativePath::OverQuilt)
+        key += "-" + sizeKey(layout.tileSize) + "-" + std::to_string(layout.viewCount);
+    return key;
+}
+
+} // namespace altiro3D::tools

@@ -566,7 +566,7 @@ TEST_F(ViewerController, ANetworkMakesTheDepthOfPhotosAndVideos) {
         return waitFor([&] { return controller.frame().depthSource == source; });
     };
     EXPECT_TRUE(isFrom("fastdepth")) << controller.problem().toStdString();
-    EXPECT_TRUE(samePicture(controller.frame().scene.depth, expected));
+    EXPECT_TRUE(samePicture(controller.frame().setup.depth, expected));
 
     writeGreys(folder_ / "flat.mkv", {90, 120}, 25);
     controller.open(std::vector<fs::path>{folder_ / "flat.mkv"});

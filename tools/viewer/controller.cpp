@@ -43,10 +43,14 @@ class PlayedDepth {
         const std::string chosen = maker_->choose(wish, !document.rawDepth.empty());
         if (chosen == kGivenDepth) return;
         if (chosen != chosen_) {
+            DepthKind kind = DepthKind::NearWhite;
+            maker_->use(chosen, [&](DepthSource& source) { kind = source.kind(); });
+            const auto estimate = [maker = maker_, chosen](const cv::Mat& picture, cv::Mat& raw) {
+                cv::Mat photo;
+                maker->use(chosen, [&](DepthSource& source) { source.read(picture, photo, raw); });
+            };
+            depth_.emplace(estimate, kind);
             chosen_ = chosen;
-            depth_.emplace([this](const cv::Mat& picture,
-                                  cv::Mat& raw) { maker_->estimate(chosen_, picture, raw); },
-                           maker_->kind(chosen_));
         }
         depth_->next(document.picture, document.depth);
     }
@@ -419,30 +423,30 @@ void Controller::takeFrame(const Frame& frame) {
 QString Controller::exportObstacle() const {
     if (exporting_) return tr("Another export is under way; export again when it is done");
     if (!document_) return tr("Nothing is open that could be exported");
-    if (!frame_.scene.document || frameReading_ != readings_)
+    if (!frame_.setup.document || frameReading_ != readings_)
         return tr("The file is still being opened; export again when its picture is shown");
     if (frame_.request.knobs.depth != knobs_.depth)
         return tr("The depth is still being estimated; export again when the picture shows it");
     return {};
 }
 
-Scene Controller::exportScene() const {
-    Scene scene = frame_.scene;
-    scene.knobs = knobs_;
-    layFlatDepth(scene);
-    return scene;
+Setup Controller::exportSetup() const {
+    Setup setup = frame_.setup;
+    setup.knobs = knobs_;
+    layFlatDepth(setup);
+    return setup;
 }
 
 bool Controller::startExport(Product product, const fs::path& target) {
     if (!exportObstacle().isEmpty()) return false;
-    Scene scene = exportScene();
+    Setup setup = exportSetup();
     exporting_ = true;
     cancelling_ = false;
-    exporter_.post(0, [this, scene = std::move(scene), product, target] {
+    exporter_.post(0, [this, setup = std::move(setup), product, target] {
         QString file;
         QString problem;
         try {
-            file = QString::fromStdString(writeProduct(scene, product, target, [this](double done) {
+            file = QString::fromStdString(writeProduct(setup, product, target, [this](double done) {
                 if (cancelling_) throw Cancelled();
                 QMetaObject::invokeMethod(
                     this, [this, done] { emit exportProgress(done); }, Qt::QueuedConnection);

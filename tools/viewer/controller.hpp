@@ -89,7 +89,7 @@ class Controller : public QObject {
     /// Why nothing can be exported just now, for people; empty if it can.
     QString exportObstacle() const;
     /// What would be exported. Only where exportObstacle() is empty.
-    Scene exportScene() const;
+    Setup exportSetup() const;
     /// Writes a product of what is shown. @return false if exportObstacle() says why not
     bool startExport(Product product, const std::filesystem::path& target);
     void cancelExport() { cancelling_ = true; }

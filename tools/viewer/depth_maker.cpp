@@ -1,6 +1,5 @@
 #include "viewer/depth_maker.hpp"
 
-#include "altiro3D/depth_cues.hpp"
 #include "altiro3D/error.hpp"
 #include "common/depth_options.hpp"
 #include "common/network_trust.hpp"
@@ -59,16 +58,10 @@ std::string DepthMaker::choose(const std::string& wish, bool given) const {
     return find(standard) != nullptr ? standard : kBuiltInDepth;
 }
 
-DepthKind DepthMaker::kind(const std::string& chosen) const {
-    const ReadyNetwork* const network = find(chosen);
-    const bool metric = network != nullptr && network->profile.output == NetworkOutput::MetricDepth;
-    return metric ? DepthKind::Metric : DepthKind::NearWhite;
-}
-
-void DepthMaker::estimate(const std::string& chosen, const cv::Mat& picture, cv::Mat& raw) {
+void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSource&)>& use) {
     const ReadyNetwork* const network = find(chosen);
     if (network == nullptr) {
-        estimateDepthFromCues(picture, raw);
+        use(*depthFromCues());
         return;
     }
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -77,10 +70,10 @@ void DepthMaker::estimate(const std::string& chosen, const cv::Mat& picture, cv:
         loaded_.clear();
         if (harmless_.count(chosen) == 0) requireHarmless(chosen);
         harmless_.insert(chosen);
-        network_.emplace(network->file, network->profile);
+        network_ = depthFromNetwork(DepthNetwork(network->file, network->profile));
         loaded_ = chosen;
     }
-    network_->infer(picture, raw);
+    use(*network_);
 }
 
 int tryNetwork(const std::string& name) {

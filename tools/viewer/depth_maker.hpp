@@ -1,12 +1,11 @@
 #pragma once
 
-#include "altiro3D/depth_map.hpp"
-#include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "viewer/knobs.hpp"
 
+#include <functional>
+#include <memory>
 #include <mutex>
-#include <opencv2/core/mat.hpp>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -24,15 +23,12 @@ class DepthMaker {
     /// @param wish Knobs::depth @param given the picture has depth of its own
     std::string choose(const std::string& wish, bool given) const;
 
-    /// What the numbers of estimate() mean.
-    DepthKind kind(const std::string& chosen) const;
-    /// Raw depth numbers of a picture.
+    /// Calls a function with the source of depth; it has a network to itself meanwhile.
     ///
     /// A network that is not known to be harmless runs in a process of its own first.
-    /// @param chosen from choose(), not kGivenDepth @param picture [CV_8UC3, BGR]
-    /// @param raw [any size, CV_32FC1], see kind()
-    /// @throws Error
-    void estimate(const std::string& chosen, const cv::Mat& picture, cv::Mat& raw);
+    /// @param chosen from choose(), not kGivenDepth
+    /// @throws Error and what the function throws
+    void use(const std::string& chosen, const std::function<void(DepthSource&)>& use);
 
   private:
     const ReadyNetwork* find(const std::string& name) const;
@@ -40,7 +36,7 @@ class DepthMaker {
     std::vector<ReadyNetwork> networks_;
     std::mutex mutex_; // of what follows
     std::set<std::string> harmless_;
-    std::optional<DepthNetwork> network_;
+    std::unique_ptr<DepthSource> network_;
     std::string loaded_; // name of network_
 };
 

@@ -109,7 +109,7 @@ void MainWindow::exportDialog(Product product) {
     if (!from.has_filename()) from = from.parent_path();
     fs::path proposed = from.parent_path() / (from.stem().string() + endingOf(product));
     try {
-        proposed = productFile(controller_.exportScene(), product, proposed);
+        proposed = productFile(controller_.exportSetup(), product, proposed);
     } catch (const Error&) {
         // the name tells another layout: the user will think of one
     }
@@ -128,7 +128,7 @@ void MainWindow::exportDialog(Product product) {
     }
     fs::path file;
     try {
-        file = productFile(controller_.exportScene(), product, toPath(name));
+        file = productFile(controller_.exportSetup(), product, toPath(name));
     } catch (const Error& error) {
         warn(this, title, QString::fromStdString(tools::sentenceOf(error)));
         return;

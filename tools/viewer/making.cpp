@@ -5,7 +5,6 @@
 #include "common/picture_options.hpp"
 #include "common/quilt_shape.hpp"
 
-#include <algorithm>
 #include <opencv2/core.hpp>
 
 namespace altiro3D::viewer {
@@ -14,13 +13,35 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Of a photo; else nothing, which quilts and Natives need.
-Fitted fitted(const Scene& scene, cv::Size size) {
-    return scene.document->kind == Kind::Scene ? fitScene(scene, size) : Fitted();
+// How the Native of a photo is made: as by photo2native, with -k --continuous if the knobs say
+// best.
+NativeOptions nativeOptions(const Knobs& knobs) {
+    NativeOptions options;
+    options.views = knobs.views;
+    options.fit = knobs.fit;
+    options.keepResolution = makesBestNative(knobs);
+    if (makesBestNative(knobs)) options.positions = ViewPositions::Continuous;
+    return options;
 }
 
-Fitted fittedTiles(const Scene& scene) {
-    return fitted(scene, quiltLayout(scene).tileSize);
+// The Native of a quilt, whose views get the panel's shape as in quilt2native. Those of a directory
+// have it.
+cv::Mat nativeOfQuilt(const Setup& setup) {
+    const QuiltLayout layout = quiltLayout(setup);
+    const fs::path& file = setup.document->source.file;
+    cv::Mat quilt = setup.document->picture;
+    std::error_code error;
+    if (!fs::is_directory(file, error)) {
+        quilt = tools::QuiltShape(file, layout, *setup.display, std::nullopt).apply(quilt, nullptr);
+    }
+    cv::Mat native;
+    Quilt2Native(NativeLut(setup.display->calibration, layout, setup.display->invert))
+        .render(quilt, native);
+    return native;
+}
+
+Scene fittedTiles(const Setup& setup) {
+    return fitted(setup, quiltLayout(setup).tileSize);
 }
 
 // Views of two pictures in one directory would be taken for one picture.
@@ -35,10 +56,10 @@ void requireNoViews(const fs::path& directory) {
     }
 }
 
-void writeViews(const Scene& scene, const fs::path& directory, const Progress& progress) {
+void writeViews(const Setup& setup, const fs::path& directory, const Progress& progress) {
     requireNoViews(directory);
-    const QuiltLayout layout = quiltLayout(scene);
-    const cv::Mat quilt = makeQuilt(scene, fittedTiles(scene));
+    const QuiltLayout layout = quiltLayout(setup);
+    const cv::Mat quilt = makeQuilt(setup, fittedTiles(setup));
     std::error_code error;
     const bool isNew = !fs::exists(directory, error);
     tools::Outputs outputs(true);
@@ -61,95 +82,76 @@ void writeViews(const Scene& scene, const fs::path& directory, const Progress& p
 }
 
 // As photo2native and quilt2video make it: a photo in its own shape.
-void writeSwayVideo(const Scene& scene, const fs::path& file, const Progress& progress) {
+void writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& progress) {
     const auto tell = [&progress](int frame, int frames) {
         progress(static_cast<double>(frame) / frames);
     };
-    if (scene.document->kind == Kind::Scene) {
-        const cv::Mat& photo = scene.document->picture;
-        const double aspect = static_cast<double>(photo.cols) / photo.rows;
-        const cv::Size size = swaySize(photo.size(), aspect);
-        const PhotoFit fit =
-            swayFit(photo.size(), std::clamp(aspect, 0.01, 100.0), size, scene.knobs.fit);
-        Fitted fitted;
-        applyFit(photo, fit, fitted.photo);
-        applyFitToDepth(scene.depth, photo.size(), fit, fitted.photo, scene.knobs.views.focus,
-                        fitted.depth);
-        writeSway(file, size, {}, photoViews(fitted.photo, fitted.depth, scene.knobs.views), tell);
+    if (setup.document->kind == Kind::Scene) {
+        const cv::Mat& photo = setup.document->picture;
+        const PhotoFit fit = photoSwayFit(photo.size(), setup.knobs.fit);
+        Scene scene;
+        fitScene({photo, setup.depth}, fit, setup.knobs.views.focus, scene);
+        writeSway(file, fit.size, {}, photoViews(scene.photo, scene.depth, setup.knobs.views),
+                  tell);
         return;
     }
-    const QuiltLayout layout = quiltLayout(scene);
-    const auto name = parseQuiltName(scene.document->source.file);
+    const QuiltLayout layout = quiltLayout(setup);
+    const auto name = parseQuiltName(setup.document->source.file);
     const double aspect =
-        name ? name->aspect.value_or(scene.display->aspect()) : scene.display->aspect();
+        name ? name->aspect.value_or(setup.display->aspect()) : setup.display->aspect();
     const cv::Size size = swaySize(layout.tileSize, aspect);
     writeSway(file, size, {},
-              quiltViews(makeQuilt(scene, {}), layout, swayFit(layout.tileSize, aspect, size)),
+              quiltViews(makeQuilt(setup, {}), layout, swayFit(layout.tileSize, aspect, size)),
               tell);
 }
 
-void writeDepth(const Scene& scene, const fs::path& file) {
-    const cv::Mat& photo = scene.document->picture;
+void writeDepth(const Setup& setup, const fs::path& file) {
+    const cv::Mat& photo = setup.document->picture;
     cv::Mat depth;
-    fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)}, photo, depth);
+    fitDepth(setup.depth, {0, 0, double(setup.depth.cols), double(setup.depth.rows)}, photo, depth);
     writePicture(file, depthTo16Bit(depth));
 }
 
 } // namespace
 
-void layFlatDepth(Scene& scene) {
-    if (scene.flat)
-        scene.depth = cv::Mat(scene.depth.size(), CV_32FC1, cv::Scalar(scene.knobs.views.focus));
+void layFlatDepth(Setup& setup) {
+    if (setup.flat)
+        setup.depth = cv::Mat(setup.depth.size(), CV_32FC1, cv::Scalar(setup.knobs.views.focus));
 }
 
-QuiltLayout quiltLayout(const Scene& scene) {
-    return scene.document->kind == Kind::Quilt ? scene.document->layout
-                                               : layoutOf(scene.knobs, *scene.display);
+QuiltLayout quiltLayout(const Setup& setup) {
+    return setup.document->kind == Kind::Quilt ? setup.document->layout
+                                               : layoutOf(setup.knobs, *setup.display);
 }
 
-Fitted fitScene(const Scene& scene, cv::Size size) {
-    const cv::Mat& photo = scene.document->picture;
-    const PhotoFit fit = fitPhoto(photo.size(), scene.display->aspect(), size, scene.knobs.fit);
-    Fitted fitted;
-    applyFit(photo, fit, fitted.photo);
-    applyFitToDepth(scene.depth, photo.size(), fit, fitted.photo, scene.knobs.views.focus,
-                    fitted.depth);
-    return fitted;
+Scene fitted(const Setup& setup, cv::Size size) {
+    Scene scene;
+    if (setup.document->kind != Kind::Scene) return scene; // quilts and Natives need none
+    const cv::Mat& photo = setup.document->picture;
+    const PhotoFit fit = fitPhoto(photo.size(), setup.display->aspect(), size, setup.knobs.fit);
+    fitScene({photo, setup.depth}, fit, setup.knobs.views.focus, scene);
+    return scene;
 }
 
-cv::Mat makeQuilt(const Scene& scene, const Fitted& fitted) {
-    if (scene.document->kind == Kind::Quilt) return scene.document->picture;
+cv::Mat makeQuilt(const Setup& setup, const Scene& fitted) {
+    if (setup.document->kind == Kind::Quilt) return setup.document->picture;
     cv::Mat quilt;
-    Depth2Quilt(quiltLayout(scene), scene.knobs.views).render(fitted.photo, fitted.depth, quilt);
+    Depth2Quilt(quiltLayout(setup), setup.knobs.views).render(fitted.photo, fitted.depth, quilt);
     return quilt;
 }
 
-cv::Size nativeFitSize(const Scene& scene) {
-    return makesBestNative(scene.knobs) ? scene.display->panelSize() : quiltLayout(scene).tileSize;
+cv::Size nativeFitSize(const Setup& setup) {
+    return makesBestNative(setup.knobs) ? setup.display->panelSize() : quiltLayout(setup).tileSize;
 }
 
-cv::Mat makeNative(const Scene& scene, const Fitted& fitted) {
-    if (scene.document->kind == Kind::Native) return scene.document->picture;
-    const QuiltLayout layout = quiltLayout(scene);
-    const Calibration& calibration = scene.display->calibration;
-    const InvertViews invert = scene.display->invert;
+cv::Mat makeNative(const Setup& setup, const Scene& fitted) {
+    if (setup.document->kind == Kind::Native) return setup.document->picture;
+    if (setup.document->kind == Kind::Quilt) return nativeOfQuilt(setup);
+    const NativeMaker maker(*setup.display, quiltLayout(setup), nativeOptions(setup.knobs));
+    cv::Mat quilt;
     cv::Mat native;
-    if (scene.document->kind == Kind::Scene && scene.knobs.views.method != ViewMethod::Real) {
-        const ViewPositions positions =
-            makesBestNative(scene.knobs) ? ViewPositions::Continuous : ViewPositions::Discrete;
-        NativeRenderer(calibration, layout.viewCount, scene.knobs.views, positions, invert)
-            .render(fitted.photo, fitted.depth, native);
-    } else {
-        cv::Mat quilt = makeQuilt(scene, fitted);
-        const fs::path& file = scene.document->source.file;
-        std::error_code error;
-        // a quilt's views get the panel's shape as in quilt2native; those of a directory have it
-        if (scene.document->kind == Kind::Quilt && !fs::is_directory(file, error)) {
-            quilt =
-                tools::QuiltShape(file, layout, *scene.display, std::nullopt).apply(quilt, nullptr);
-        }
-        Quilt2Native(NativeLut(calibration, layout, invert)).render(quilt, native);
-    }
+    if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);
+    maker.makeNative(fitted, quilt, native);
     return native;
 }
 
@@ -165,14 +167,14 @@ std::vector<Product> productsOf(Kind kind) {
     return {Product::Native, Product::Quilt, Product::Views, Product::Depth, Product::SwayVideo};
 }
 
-fs::path productFile(const Scene& scene, Product product, const fs::path& target) {
+fs::path productFile(const Setup& setup, Product product, const fs::path& target) {
     if (product != Product::Quilt) return target;
-    double aspect = scene.display->aspect();
-    if (scene.document->kind == Kind::Quilt) {
-        const auto name = parseQuiltName(scene.document->source.file);
+    double aspect = setup.display->aspect();
+    if (setup.document->kind == Kind::Quilt) {
+        const auto name = parseQuiltName(setup.document->source.file);
         if (name) aspect = name->aspect.value_or(aspect);
     }
-    return quiltFileName(target, quiltLayout(scene), aspect);
+    return quiltFileName(target, quiltLayout(setup), aspect);
 }
 
 std::vector<std::string> lossesOf(Product product, const fs::path& file) {
@@ -182,34 +184,34 @@ std::vector<std::string> lossesOf(Product product, const fs::path& file) {
     return messages.warnings();
 }
 
-std::string writeProduct(const Scene& scene, Product product, const fs::path& target,
+std::string writeProduct(const Setup& setup, Product product, const fs::path& target,
                          const Progress& progress) {
     progress(0);
-    const fs::path file = productFile(scene, product, target);
+    const fs::path file = productFile(setup, product, target);
     switch (product) {
     case Product::Native: {
-        const cv::Mat native = makeNative(scene, fitted(scene, nativeFitSize(scene)));
+        const cv::Mat native = makeNative(setup, fitted(setup, nativeFitSize(setup)));
         progress(0.5);
         // a picture that was opened as a Native may be a photo of that size
         const bool made =
-            scene.document->kind != Kind::Native || isMarkedNative(scene.document->source.file);
+            setup.document->kind != Kind::Native || isMarkedNative(setup.document->source.file);
         writePicture(file, native, made ? PictureMark::Native : PictureMark::None);
         break;
     }
     case Product::Quilt: {
-        const cv::Mat quilt = makeQuilt(scene, fittedTiles(scene));
+        const cv::Mat quilt = makeQuilt(setup, fittedTiles(setup));
         progress(0.5);
         writePicture(file, quilt);
         break;
     }
     case Product::Views:
-        writeViews(scene, file, progress);
+        writeViews(setup, file, progress);
         break;
     case Product::Depth:
-        writeDepth(scene, file);
+        writeDepth(setup, file);
         break;
     case Product::SwayVideo:
-        writeSwayVideo(scene, file, progress);
+        writeSwayVideo(setup, file, progress);
         break;
     }
     return file.string();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/photo_fit.hpp"
 #include "viewer/document.hpp"
 #include "viewer/knobs.hpp"
 
@@ -18,8 +19,8 @@ class Cancelled : public std::runtime_error {
 /// Is told how much is done, 0..1, and throws Cancelled to end the work.
 using Progress = std::function<void(double)>;
 
-/// A document with all that its pictures are made of.
-struct Scene {
+/// A document with all that its pictures are made of and by.
+struct Setup {
     std::shared_ptr<const Document> document;
     cv::Mat depth;     ///< Of a photo: [any size, CV_32FC1, 0..1], shows all of it.
     bool flat = false; ///< The depth has no range: it lies at the focus, see layFlatDepth().
@@ -28,29 +29,25 @@ struct Scene {
 };
 
 /// Brings depth without a range to the focus, as the tools do: nothing moves from view to view.
-void layFlatDepth(Scene& scene);
+void layFlatDepth(Setup& setup);
 
 /// The layout of the quilt: that of a quilt itself, else what the knobs mean.
-QuiltLayout quiltLayout(const Scene& scene);
+QuiltLayout quiltLayout(const Setup& setup);
 
-/// Photo and depth, brought to the panel's shape.
-struct Fitted {
-    cv::Mat photo; ///< [size, CV_8UC3]
-    cv::Mat depth; ///< [size, CV_32FC1]
-};
-Fitted fitScene(const Scene& scene, cv::Size size);
+/// Photo and depth of a setup, brought to the panel's shape; of quilts and Natives nothing.
+Scene fitted(const Setup& setup, cv::Size size);
 
-/// The quilt of a photo (from fitScene() at the layout's tile size), or a quilt itself.
-cv::Mat makeQuilt(const Scene& scene, const Fitted& fitted);
+/// The quilt of a photo (from fitted() at the layout's tile size), or a quilt itself.
+cv::Mat makeQuilt(const Setup& setup, const Scene& fitted);
 
 /// The size at which a photo becomes a Native: the tile's, or the panel's if the knobs say best.
-cv::Size nativeFitSize(const Scene& scene);
+cv::Size nativeFitSize(const Setup& setup);
 
 /// The Native, exactly as photo2native and quilt2native make it; a Native itself.
 /// @param fitted of a photo, at nativeFitSize()
-cv::Mat makeNative(const Scene& scene, const Fitted& fitted);
+cv::Mat makeNative(const Setup& setup, const Scene& fitted);
 
-/// What can be written of a scene.
+/// What can be written of a setup.
 enum class Product { Native, Quilt, Views, Depth, SwayVideo };
 
 /// The products that a document has.
@@ -58,7 +55,7 @@ std::vector<Product> productsOf(Kind kind);
 
 /// The file that writeProduct() writes for a name: that of a quilt tells its layout.
 /// @throws Error Mismatch if a quilt's name says something else
-std::filesystem::path productFile(const Scene& scene, Product product,
+std::filesystem::path productFile(const Setup& setup, Product product,
                                   const std::filesystem::path& target);
 
 /// What a product loses in a file of that name, a sentence each.
@@ -68,7 +65,7 @@ std::vector<std::string> lossesOf(Product product, const std::filesystem::path& 
 /// @param target a file, which is replaced if it exists; of views a directory without views
 /// @return what was written, for people
 /// @throws Error, Cancelled; nothing half-written is left
-std::string writeProduct(const Scene& scene, Product product, const std::filesystem::path& target,
+std::string writeProduct(const Setup& setup, Product product, const std::filesystem::path& target,
                          const Progress& progress);
 
 } // namespace altiro3D::viewer

@@ -84,9 +84,9 @@ struct Studio::State {
     std::string how; // depth of the picture that is being made
     using FitKey =
         std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, int, int, double>;
-    Kept<FitKey, Fitted> preview;
-    Kept<FitKey, Fitted> tiles;
-    Kept<FitKey, Fitted> panel; // for the best Native
+    Kept<FitKey, Scene> preview;
+    Kept<FitKey, Scene> tiles;
+    Kept<FitKey, Scene> panel; // for the best Native
     struct NativeKey {
         DocumentPointer document;
         std::string how;
@@ -104,66 +104,62 @@ struct Studio::State {
 
     DepthMap makeDepth(const Document& document, const std::string& from) {
         DepthMap map;
-        DepthNormalization normalization;
         if (!document.depth.empty()) {
             map.depth = document.depth;
             map.source = sourceText(from) + ", as often as the video needs it";
         } else if (from == kGivenDepth) {
-            normalizeDepth(document.rawDepth, map.depth, normalization);
+            normalizeDepth(document.rawDepth, map.depth);
             map.flat = isFlat(map.depth);
             map.source = document.source.depth.empty() ? "in the picture"
                                                        : document.source.depth.filename().string();
         } else {
-            cv::Mat raw;
-            depthMaker->estimate(from, document.picture, raw);
-            normalization.kind = depthMaker->kind(from);
-            if (from == kBuiltInDepth) {
-                map.depth = raw;
-            } else {
-                normalizeDepth(raw, map.depth, normalization);
-                map.flat = isFlat(map.depth);
-            }
+            Scene scene;
+            depthMaker->use(from, [&](DepthSource& source) {
+                source.readScene(document.picture, DepthNormalization().flatDepth, scene);
+            });
+            map.depth = scene.depth;
+            map.flat = from != kBuiltInDepth && isFlat(map.depth);
             map.source = sourceText(from);
         }
         return map;
     }
 
-    const Fitted& fit(Kept<FitKey, Fitted>& kept, const Scene& scene, cv::Size size) {
+    const Scene& fit(Kept<FitKey, Scene>& kept, const Setup& setup, cv::Size size) {
         // the bars of Contain lie at the focus, and so does flat depth
-        const bool atFocus = scene.knobs.fit == FitMode::Contain || scene.flat;
-        const double level = atFocus ? scene.knobs.views.focus : 0;
+        const bool atFocus = setup.knobs.fit == FitMode::Contain || setup.flat;
+        const double level = atFocus ? setup.knobs.views.focus : 0;
         return kept.get(
-            {how, scene.document, scene.display, scene.knobs.fit, size.width, size.height, level},
-            [&] { return fitScene(scene, size); });
+            {how, setup.document, setup.display, setup.knobs.fit, size.width, size.height, level},
+            [&] { return fitted(setup, size); });
     }
 
     // Of a photo at the tiles' size; else nothing, which quilts and Natives need.
-    Fitted fittedTiles(const Scene& scene) {
-        if (scene.document->kind != Kind::Scene) return {};
-        return fit(tiles, scene, quiltLayout(scene).tileSize);
+    Scene fittedTiles(const Setup& setup) {
+        if (setup.document->kind != Kind::Scene) return {};
+        return fit(tiles, setup, quiltLayout(setup).tileSize);
     }
 
     // Of a photo for its Native; else nothing.
-    Fitted fittedNative(const Scene& scene) {
-        if (scene.document->kind != Kind::Scene) return {};
-        return fit(makesBestNative(scene.knobs) ? panel : tiles, scene, nativeFitSize(scene));
+    Scene fittedNative(const Setup& setup) {
+        if (setup.document->kind != Kind::Scene) return {};
+        return fit(makesBestNative(setup.knobs) ? panel : tiles, setup, nativeFitSize(setup));
     }
 
-    NativeKey keyOf(const Scene& scene) const {
-        Knobs knobs = scene.document->kind == Kind::Scene ? scene.knobs : Knobs();
-        return {scene.document, how, scene.display, knobs};
+    NativeKey keyOf(const Setup& setup) const {
+        Knobs knobs = setup.document->kind == Kind::Scene ? setup.knobs : Knobs();
+        return {setup.document, how, setup.display, knobs};
     }
 
-    std::pair<NativeKey, cv::Point> viewsKeyOf(const Scene& scene, cv::Size size) const {
-        return {keyOf(scene), {size.width, size.height}};
+    std::pair<NativeKey, cv::Point> viewsKeyOf(const Setup& setup, cv::Size size) const {
+        return {keyOf(setup), {size.width, size.height}};
     }
 
-    const cv::Mat& quiltOf(const Scene& scene) {
-        return quilt.get(keyOf(scene), [&] { return makeQuilt(scene, fittedTiles(scene)); });
+    const cv::Mat& quiltOf(const Setup& setup) {
+        return quilt.get(keyOf(setup), [&] { return makeQuilt(setup, fittedTiles(setup)); });
     }
 
-    const cv::Mat& nativeOf(const Scene& scene) {
-        return native.get(keyOf(scene), [&] { return makeNative(scene, fittedNative(scene)); });
+    const cv::Mat& nativeOf(const Setup& setup) {
+        return native.get(keyOf(setup), [&] { return makeNative(setup, fittedNative(setup)); });
     }
 };
 
@@ -208,8 +204,8 @@ Frame Studio::render(const Request& request) {
     Frame frame;
     frame.request = request;
     state_->how.clear();
-    Scene& scene = frame.scene;
-    scene = {request.document, {}, false, request.knobs, request.display};
+    Setup& setup = frame.setup;
+    setup = {request.document, {}, false, request.knobs, request.display};
     const Kind kind = request.document->kind;
     const double aspect = request.display->aspect();
     if (kind == Kind::Scene) {
@@ -218,14 +214,14 @@ Frame Studio::render(const Request& request) {
         const DepthMap& map = state_->depth.get({request.document, state_->how}, [&] {
             return state_->makeDepth(*request.document, state_->how);
         });
-        scene.depth = map.depth;
-        scene.flat = map.flat;
-        layFlatDepth(scene);
+        setup.depth = map.depth;
+        setup.flat = map.flat;
+        layFlatDepth(setup);
         frame.depthSource = map.source;
-        const QuiltLayout layout = quiltLayout(scene);
+        const QuiltLayout layout = quiltLayout(setup);
         double low = 0;
         double high = 1;
-        cv::minMaxLoc(scene.depth, &low, &high);
+        cv::minMaxLoc(setup.depth, &low, &high);
         frame.parallaxPixels =
             adjacentParallax(request.knobs.views, layout, request.display->panelSize(), {low, high})
                 .viewPixels;
@@ -240,41 +236,41 @@ Frame Studio::render(const Request& request) {
     case Mode::Sway:
     case Mode::Depth: {
         if (kind == Kind::Quilt) {
-            const QuiltLayout layout = quiltLayout(scene);
+            const QuiltLayout layout = quiltLayout(setup);
             const double place = (request.position + 1) / 2 * (layout.viewCount - 1);
             const int view =
                 std::clamp(static_cast<int>(std::lround(place)), 0, layout.viewCount - 1);
             frame.picture = sized(request.document->picture(layout.tile(view)), size);
             break;
         }
-        const Fitted& fitted = state_->fit(state_->preview, scene, size);
+        const Scene& fitted = state_->fit(state_->preview, setup, size);
         frame.depth = fitted.depth;
         if (request.mode == Mode::Depth) {
             cv::Mat grey;
             fitted.depth.convertTo(grey, CV_8U, 255);
             cv::cvtColor(grey, frame.picture, cv::COLOR_GRAY2BGR);
         } else {
-            state_->views.get(state_->viewsKeyOf(scene, size), [&] {
+            state_->views.get(state_->viewsKeyOf(setup, size), [&] {
                 return photoViews(fitted.photo, fitted.depth, request.knobs.views);
             })(request.position, frame.picture);
         }
         break;
     }
     case Mode::Quilt: {
-        const cv::Mat& quilt = state_->quiltOf(scene);
+        const cv::Mat& quilt = state_->quiltOf(setup);
         frame.target = inside(request.area, static_cast<double>(quilt.cols) / quilt.rows);
         frame.picture = sized(quilt, frame.target);
         break;
     }
     case Mode::Native:
-        frame.picture = window(state_->nativeOf(scene), request.area, frame.request.pan);
+        frame.picture = window(state_->nativeOf(setup), request.area, frame.request.pan);
         frame.target = frame.picture.size();
         break;
     case Mode::Lens: {
         const Calibration& calibration = request.display->calibration;
         const double angle = request.position * viewConeDegrees(calibration) / 2;
         cv::Mat seen;
-        simulateView(state_->nativeOf(scene), calibration, eyeAtAngle(calibration, angle), seen,
+        simulateView(state_->nativeOf(setup), calibration, eyeAtAngle(calibration, angle), seen,
                      request.display->invert);
         frame.picture = sized(seen, size);
         break;

@@ -35,7 +35,7 @@ struct Frame {
     cv::Mat picture;           ///< [CV_8UC3, BGR]
     cv::Size target;           ///< Px of the screen to show it on; its own size where it is exact.
     cv::Mat depth;             ///< Sway, Depth: that of the fitted photo; else empty.
-    Scene scene;               ///< With the whole depth, for exports.
+    Setup setup;               ///< With the whole depth, for exports.
     std::string depthSource;   ///< Where the depth comes from, for people; empty without depth.
     double parallaxPixels = 0; ///< Of a photo: between adjacent views, px of a view.
 };

@@ -3,13 +3,15 @@
 /// @file
 /// Includes all of altiro3D.
 ///
-///     visual.json ─► Calibration ──┐
-///                                  ├─► NativeLut (.map) ─────────────┐
-///                  QuiltLayout ────┘                                 ▼
-///     photo ─► depth map ─► PhotoFit ─► Depth2Quilt ─► quilt ─► Quilt2Native ─► Native
-///                ▲              │                                                  ▲
-///                │              └─► NativeRenderer (with Calibration) ─────────────┘
-///                └─ DepthNetwork | depth_cues | depth image | RGB-D
+///     visual.json ─► Display (Calibration, QuiltLayout) ─────────┐
+///                                                                ▼
+///     photo ─► DepthSource ─► Scene (photo, depth map) ─► NativeMaker ─► Native
+///                  ▲
+///                  └─ depth network | built-in estimator | depth image | RGB-D
+///
+///     NativeMaker:
+///     Scene ─► PhotoFit ─┬─► NativeRenderer ────────────────────────────────────┬─► Native
+///                        └─► Depth2Quilt ─► quilt ─► Quilt2Native (NativeLut) ──┘
 ///
 /// Rules for all image functions; each function documents only its exceptions:
 /// - Pictures are `cv::Mat`, 8-bit BGR, row 0 on top; sub-matrices with a step are accepted.

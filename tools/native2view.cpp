@@ -19,6 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+using altiro3D::tools::Display;
+
 constexpr double kWidestAngle = 90;
 
 int viewNumber(const std::string& text, int views) {

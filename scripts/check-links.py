@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Finds what is dead in the documents: links and anchors that lead nowhere, commands that do not
-exist, options that the command's --help does not name, and values of an option that are none of
+exist, options that the command's --help-all does not name, and values of an option that are none of
 those it lists, as in `--method layered|fast|real`; PLACEHOLDERS stand for any.
 
     scripts/check-links.py TOOLS_DIRECTORY [FILE.md...]    (default: all in the repository)
@@ -37,7 +37,7 @@ class Commands:
         environment = dict(os.environ, QT_QPA_PLATFORM="offscreen")
         for tool in sorted(p for p in Path(tools).iterdir() if p.is_file() and os.access(p, os.X_OK)):
             if not (scripts / tool.name).exists():
-                text = subprocess.run([tool, "--help"], env=environment, check=True, text=True,
+                text = subprocess.run([tool, "--help-all"], env=environment, check=True, text=True,
                                       capture_output=True, timeout=60).stdout
                 left = [re.split(r"  +", line[2:])[0] for line in text.splitlines()
                         if line.startswith("  -")]

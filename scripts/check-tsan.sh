@@ -40,7 +40,7 @@ PYTHON
 convert() { # options, input
     taskset -c "$cpu" build/tsan/tools/video2native -q 2x3 -r 40x30 -c "$work/small.json" "$@" "$work/out.mkv"
 }
-for more in "" "--preview 1" --quilt --rgbd-out; do
+for more in "" "--preview 1" --quilt-out --rgbd-out; do
     # shellcheck disable=SC2086 # several arguments
     convert -y $more "$work/clip.mp4" >/dev/null
 done

@@ -72,7 +72,7 @@ make_all() {
         "$out/quilt_qs8x6a0.75.png" "$out/linear.png"
     video given --depth "$work/depth.mkv" "$work/photo.mkv"
     video estimated "$work/photo.mkv"
-    video quilt --quilt --to 0.08 --depth "$work/depth.mkv" "$work/photo.mkv"
+    video quilt --quilt-out --to 0.08 --depth "$work/depth.mkv" "$work/photo.mkv"
     if [[ -f $bikes ]]; then
         video bikes --from 1 --to 1.5 "$bikes"
         [[ ! -f $network ]] ||

@@ -288,16 +288,12 @@ std::string plotOf(const std::vector<Row>& rows) {
 // Refuses options that would change nothing.
 void checkOptions(const CommandLine& commandLine, bool truth) {
     const std::set<std::string> forTruth = {
-        "photo", "disparity", "disparity-scale", "truth", "scenes", "json", "csv",
+        "photo", "disparity", "disparity-scale", "truth", "scenes", "report", "csv",
         "plot",  "y",         "save-views",      "j",     "v"};
-    const std::set<std::string> measured = {"method", "g", "k"};
     for (const auto& [option, value] : commandLine.given()) {
         const std::string name = (option.size() > 1 ? "--" : "-") + option;
         if (truth && forTruth.count(option) == 0) {
             throw UsageError(name + " does not apply to scenes with a true view; leave it out");
-        }
-        if (measured.count(option) > 0) {
-            throw UsageError(name + " does not apply, as all methods are measured; leave it out");
         }
     }
     if (commandLine.has("disparity-scale") && !commandLine.has("photo")) {
@@ -328,7 +324,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     }
     for (const fs::path& file : commandLine.files())
         outputs.addInput(file);
-    for (const char* output : {"json", "csv", "plot"}) {
+    for (const char* output : {"report", "csv", "plot"}) {
         if (const auto file = commandLine.value(output)) outputs.addOutput(*file);
     }
     const auto views = commandLine.value("save-views");
@@ -358,7 +354,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     } else {
         rows = measurePhoto(commandLine, messages);
     }
-    if (const auto file = commandLine.value("json")) {
+    if (const auto file = commandLine.value("report")) {
         writeFile(*file, jsonOf(rows, single || collection));
     }
     if (const auto file = commandLine.value("csv")) writeFile(*file, csvOf(rows));
@@ -388,13 +384,15 @@ int main(int argc, char** argv) {
                     "disp_scale; each scene's files in a folder of its name.",
                     "FILE.csv");
     commandLine.addSection("Output");
-    commandLine.add({"json"}, "Write all numbers, for programs.", "FILE");
-    commandLine.add({"csv"}, "Write all numbers as a table.", "FILE");
+    commandLine.add({"report"}, "Write all numbers, for programs.", "FILE.json");
+    commandLine.addOldName("report", "json");
+    commandLine.addAdvanced({"csv"}, "Write all numbers as a table.", "FILE");
     commandLine.add({"plot"}, "Draw accuracy over time, the best settings marked.", "FILE.svg");
     commandLine.add({"save-views"}, "Write each method's view with default knobs.", "DIR");
     commandLine.add({"y"}, "Replace outputs that exist.");
     addDepthOptions(commandLine);
-    addViewOptions(commandLine);
+    commandLine.addSection("Views");
+    addSceneOptions(commandLine);
     commandLine.addNote(
         "Without a true view the most accurate setting stands for it: the numbers "
         "then say how far the others are from it. Times are those of a set of 48 "
@@ -405,7 +403,7 @@ int main(int argc, char** argv) {
     commandLine.addTerm(CommandLine::Chapter::Examples,
                         "--plot trade.svg -d holiday.jpg holiday-depth.png",
                         "Compare them with given depth, and draw the result.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "-j 1 --json trade.json holiday.jpg",
+    commandLine.addTerm(CommandLine::Chapter::Examples, "-j 1 --report trade.json holiday.jpg",
                         "Measure one thread, and write all numbers.");
     return runTool(argc, argv, commandLine, run);
 }

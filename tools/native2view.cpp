@@ -62,12 +62,12 @@ struct Job {
 Job planJob(const CommandLine& commandLine, const ChosenDisplay& display, const QuiltLayout& layout,
             Messages& messages) {
     commandLine.exclude("angle", "view");
-    commandLine.exclude("angle", "quilt-of-views");
-    commandLine.exclude("view", "quilt-of-views");
+    commandLine.exclude("angle", "quilt-out");
+    commandLine.exclude("view", "quilt-out");
     const fs::path& output = commandLine.files()[1];
     const int count = layout.viewCount;
     Job job;
-    job.quilt = commandLine.has("quilt-of-views");
+    job.quilt = commandLine.has("quilt-out");
     if (job.quilt || commandLine.has("r")) job.size = layout.tileSize;
     const auto list = job.quilt ? std::string("all") : commandLine.value("view");
     if (!list) {
@@ -94,7 +94,7 @@ Job planJob(const CommandLine& commandLine, const ChosenDisplay& display, const 
     if (directory && canWritePicture(output)) {
         throw UsageError(output.string() +
                          ": names one file, expected a directory for the pictures of several "
-                         "views (--quilt-of-views puts all into one picture)");
+                         "views (--quilt-out puts all into one picture)");
     }
     if (!directory) requirePictureName(job.files.front());
     return job;
@@ -175,7 +175,7 @@ int main(int argc, char** argv) {
                                            "of the display: one view, some, or all.");
     commandLine.addUsage("[options] NATIVE OUT.png");
     commandLine.addUsage("[options] --view 0,12,47|all NATIVE OUTDIR");
-    commandLine.addUsage("[options] --quilt-of-views NATIVE OUT.png");
+    commandLine.addUsage("[options] --quilt-out NATIVE OUT.png");
     commandLine.addSection("Eye");
     commandLine.add({"angle"},
                     "Angle from which the panel is seen, in degrees: 0 (default) is straight "
@@ -186,8 +186,9 @@ int main(int argc, char** argv) {
                     "Views by number, 0 = leftmost: exactly the sub-pixels that show them. One "
                     "goes to a file, several go to a directory; all means all of the quilt's.",
                     "LIST");
-    commandLine.add({"quilt-of-views"},
+    commandLine.add({"quilt-out"},
                     "All views in one quilt (named ..._qs<columns>x<rows>a<aspect>).");
+    commandLine.addOldName("quilt-out", "quilt-of-views");
     commandLine.addSection("Output");
     commandLine.add({"y"}, "Replace outputs that exist.");
     addDisplayOptions(commandLine);

@@ -259,13 +259,10 @@ Json networkJson(const CommandLine& commandLine, const ChosenDepth& source) {
 // What shapes the views besides strength and focus, by the names of the options.
 Json knobsJson(const CommandLine& commandLine, const ViewOptions& views) {
     return {{"refine", views.refinement},
-            {"dilate", views.layered.edgeDilationPixels},
             {"soft-edges", views.layered.softEdgePixels},
             {"fill", views.layered.fill == LayeredFill::Continue ? "continue" : "background"},
-            {"inpaint", views.real.inpainting == Inpainting::Telea ? "telea" : "ns"},
             {"inpaint-from", views.real.backgroundOnly ? "behind" : "around"},
-            {"camera", given(commandLine, "camera")},
-            {"fov", given(commandLine, "fov")}};
+            {"camera", given(commandLine, "camera")}};
 }
 
 Json filesJson(const std::vector<fs::path>& files) {
@@ -429,16 +426,19 @@ int main(int argc, char** argv) {
     commandLine.add({"save-quilt"}, "Also write the quilt (named ..._qs<columns>x<rows>a<aspect>).",
                     "FILE");
     commandLine.add({"save-depth"}, "Also write the depth, 16-bit, near = white.", "FILE.png");
-    commandLine.add({"save-rgbd"}, "Also write photo and depth side by side.", "FILE");
-    commandLine.add({"save-views"}, "Also write the single views, leftmost camera first.", "DIR");
+    commandLine.addAdvanced({"save-rgbd"}, "Also write photo and depth side by side.", "FILE");
+    commandLine.addAdvanced({"save-views"}, "Also write the single views, leftmost camera first.",
+                            "DIR");
     addSwayFileOption(commandLine, "It holds the whole photo in its own shape and");
-    commandLine.add({"report"}, "Write all settings used and the time of each stage, for programs.",
-                    "FILE.json");
+    commandLine.addAdvanced({"report"},
+                            "Write all settings used and the time of each stage, for programs.",
+                            "FILE.json");
     commandLine.add({"y"}, "Replace outputs that exist.");
-    commandLine.add({"skip-existing"},
-                    "Go on with a run that ended early: leave out the photos all of whose outputs "
-                    "exist and are not empty, whatever options made them, and make the others "
-                    "anew.");
+    commandLine.addAdvanced(
+        {"skip-existing"},
+        "Go on with a run that ended early: leave out the photos all of whose outputs "
+        "exist and are not empty, whatever options made them, and make the others "
+        "anew.");
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
     addDisplayOptions(commandLine);

@@ -166,8 +166,9 @@ int main(int argc, char** argv) {
     addEncoderOptions(commandLine);
     commandLine.add({"resume"}, "Go on where an earlier run of the same command ended.");
     VideoProgress::add(commandLine);
-    commandLine.add({"report"}, "Write settings, counts and the time of each stage, for programs.",
-                    "FILE.json");
+    commandLine.addAdvanced({"report"},
+                            "Write settings, counts and the time of each stage, for programs.",
+                            "FILE.json");
     addDisplayOptions(commandLine);
     addFitOption(commandLine, "contain where the file's name tells another shape, else stretch");
     addSamplingOptions(commandLine);

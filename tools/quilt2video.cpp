@@ -98,17 +98,19 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] QUILT OUT.mp4");
     commandLine.addSection("Video");
     addSwayOptions(commandLine);
-    commandLine.add({"view-filter"},
-                    "What is seen between two views: nearest (default: the nearer one) or linear, "
-                    "a blend of both, smoother but double at edges.",
-                    "nearest|linear");
+    commandLine.addAdvanced(
+        {"view-filter"},
+        "What is seen between two views: nearest (default: the nearer one) or linear, "
+        "a blend of both, smoother but double at edges.",
+        "nearest|linear");
     commandLine.add({"fit"},
                     "Views of another shape than --size: cover (default), contain or stretch.",
                     "cover|contain|stretch");
     commandLine.add({"y"}, "Replace the output if it exists.");
     commandLine.addSection("Quilt");
-    commandLine.add({"q", "quilt"}, "Views in the quilt, rows x columns: 6x8 is 6 rows of 8.",
+    commandLine.add({"q", "layout"}, "Views in the quilt, rows x columns: 6x8 is 6 rows of 8.",
                     "RxC");
+    commandLine.addOldName("layout", "quilt");
     commandLine.add({"aspect"},
                     "Width : height of what a view shows, 0.1..10 (default: as the file name says, "
                     "else as the display, else as the view's px).",
@@ -117,7 +119,7 @@ int main(int argc, char** argv) {
                     "Display whose usual quilt this is; only needed where neither the file name "
                     "nor -q tells the layout.",
                     "visual.json");
-    commandLine.add({"serial"}, "Choose among several displays in that file.", "NAME");
+    commandLine.addAdvanced({"serial"}, "Choose among several displays in that file.", "NAME");
     commandLine.addNote("A file name that ends in _qs<columns>x<rows>a<aspect>, such as "
                         "photo_qs8x6a0.75.png, tells the layout. "
                         "The video is H.264 4:2:0 in .mp4 (or .mov, .m4v, .mkv), which any player "

@@ -27,31 +27,36 @@ int main(int argc, char** argv) {
     commandLine.addSection("Profile");
     addProfileOption(commandLine);
     addDepthOptions(commandLine, Medium::Video);
-    commandLine.add({"depth-every"},
-                    "Run the network on every N-th frame and carry its depth along the motion in "
-                    "between; auto (default): as often as the picture needs it; 1: on all.",
-                    "N");
+    commandLine.addAdvanced(
+        {"depth-every"},
+        "Run the network on every N-th frame and carry its depth along the motion in "
+        "between; auto (default): as often as the picture needs it; 1: on all.",
+        "N");
     addViewOptions(commandLine);
     addNativeOptions(commandLine);
     addFitOption(commandLine, "cover");
     commandLine.addSection("Input");
-    commandLine.add({"from-quilt"}, "The frames of IN are quilts.");
+    commandLine.addAdvanced({"from-quilt"}, "The frames of IN are quilts.");
     addVideoInputOptions(commandLine);
     commandLine.addSection("Output");
-    commandLine.add({"quilt"}, "Write a quilt video (named ..._qs<columns>x<rows>a<aspect>, 4:2:0) "
-                               "for other players, not a Native.");
-    commandLine.add({"rgbd-out"}, "Write frame and depth side by side (4:2:0), not a Native.");
+    commandLine.add({"quilt-out"},
+                    "Write a quilt video (named ..._qs<columns>x<rows>a<aspect>, 4:2:0) "
+                    "for other players, not a Native.");
+    commandLine.addOldName("quilt-out", "quilt");
+    commandLine.addAdvanced({"rgbd-out"},
+                            "Write frame and depth side by side (4:2:0), not a Native.");
     addEncoderOptions(commandLine);
     commandLine.add({"show"}, "Show it on the display at once, through altiro3Dview and in profile "
                               "live, and write nothing.");
-    commandLine.add({"screen"}, "Screen for --show, instead of the display's own.", "NAME");
+    commandLine.addAdvanced({"screen"}, "Screen for --show, instead of the display's own.", "NAME");
     commandLine.add({"resume"}, "Go on where an earlier run of the same command ended.");
     commandLine.add({"y"}, "Replace outputs that exist, and begin again.");
     VideoProgress::add(commandLine);
-    commandLine.add({"report"}, "Write settings, counts and the time of each stage, for programs.",
-                    "FILE.json");
-    commandLine.add({"in-turn"}, "Do one step after the other, not side by side; for comparison.");
-    addDisplayOptions(commandLine, "layout"); // --quilt is the video
+    commandLine.addAdvanced({"report"},
+                            "Write settings, counts and the time of each stage, for programs.",
+                            "FILE.json");
+    commandLine.addDropped("in-turn", "the frames are the same with and without it");
+    addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
     commandLine.addNote("IN is anything that FFmpeg reads, - for standard input, or a capture "
                         "device. Ctrl-C ends the file properly (exit status 130); a run that dies "

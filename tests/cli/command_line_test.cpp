@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <opencv2/core/mat.hpp>
 #include <regex>
+#include <set>
 #include <sstream>
 
 namespace altiro3D::test {
@@ -19,18 +20,112 @@ INSTANTIATE_TEST_SUITE_P(Tools, EveryTool, ::testing::ValuesIn(allTools()),
                          [](const auto& tool) { return tool.param; });
 
 TEST_P(EveryTool, HelpTellsHowToCallItAndFitsATerminal) {
-    for (const Arguments& arguments : {Arguments{"--help"}, Arguments{"-h"}}) {
-        const Outcome outcome = studio_.run(tool(), arguments);
+    for (const char* argument : {"--help", "-h", "--help-all"}) {
+        const Outcome outcome = studio_.run(tool(), {argument});
         EXPECT_TRUE(isDone(outcome));
         EXPECT_EQ(outcome.out.rfind("Usage: " + tool() + " ", 0), 0U) << outcome.out;
         // what all have; tests/docs holds the rest against manual and completions
-        for (const char* option : {"  -q, --", "  -j N", "  -v, --verbose", "  -h, --help",
-                                   "  --version", "  -y ", "  --serial NAME"}) {
-            EXPECT_NE(outcome.out.find(option), std::string::npos) << option << outcome.out;
+        std::vector<std::string> wanted{"  -q, --layout RxC", "  -v, --verbose", "  -h, --help",
+                                        "  --version", "  -y "};
+        if (argument == std::string("--help-all")) {
+            for (const char* option : {"  -j N", "  --serial NAME"})
+                wanted.emplace_back(option);
         }
+        for (const std::string& option : wanted)
+            EXPECT_NE(outcome.out.find(option), std::string::npos) << option << outcome.out;
         std::istringstream lines(outcome.out);
         for (std::string line; std::getline(lines, line);)
             EXPECT_LE(line.size(), 100U) << line;
+    }
+}
+
+// The lines of a help that begin an option or a section, without its Words and what follows them.
+std::vector<std::string> optionLines(const std::string& help) {
+    std::vector<std::string> found;
+    std::istringstream lines(help.substr(0, help.find("\nWords:\n")));
+    for (std::string line; std::getline(lines, line);) {
+        if (line.rfind("  -", 0) == 0 || (line.rfind("  ", 0) != 0 && line.back() == ':'))
+            found.push_back(line);
+    }
+    return found;
+}
+
+TEST_P(EveryTool, HelpIsShortAndHelpAllHasTheRestInTheSameGroups) {
+    const std::string help = studio_.run(tool(), {"--help"}).out;
+    const std::string helpAll = studio_.run(tool(), {"--help-all"}).out;
+    const std::vector<std::string> basic = optionLines(help);
+    std::vector<std::string> rest = optionLines(helpAll);
+    constexpr std::size_t kMostLines = 32; // options and titles: what is read in one go
+    EXPECT_LE(basic.size(), kMostLines) << help;
+    auto at = rest.begin();
+    for (const std::string& line : basic) { // the same lines, in the same order
+        at = std::find(at, rest.end(), line);
+        ASSERT_NE(at, rest.end()) << line << helpAll;
+    }
+    const std::string hint = " more options: " + tool() + " --help-all\n";
+    if (basic.size() == rest.size()) {
+        EXPECT_EQ(help, helpAll);
+        EXPECT_EQ(help.find("--help-all"), std::string::npos) << help;
+    } else {
+        EXPECT_NE(help.find(hint), std::string::npos) << help;
+        EXPECT_EQ(helpAll.find(hint), std::string::npos) << helpAll;
+    }
+}
+
+TEST_P(EveryTool, OldNamesKeepTheirMeaningAndAreNotShown) {
+    const bool isSwitch = tool() == "video2native"; // --quilt is --quilt-out there, else --layout
+    const Arguments before{isSwitch ? "--quilt" : "--quilt=2x3"};
+    const Arguments now{isSwitch ? "--quilt-out" : "--layout=2x3"};
+    // without -q and -r, which say the same
+    Arguments call = studio_.goodCall(tool(), output("a"));
+    if (!isSwitch) {
+        const auto q = std::find(call.begin(), call.end(), "-q");
+        if (q != call.end()) call.erase(q, q + 2);
+    }
+    ASSERT_TRUE(isDone(studio_.run(tool(), now + call)));
+    std::set<std::string> made;
+    for (const auto& entry : fs::directory_iterator(studio_ / ""))
+        made.insert(entry.path().filename().string());
+    const std::string expected = slurp(studio_ / output("a"));
+    Arguments again = before + call;
+    again.insert(again.begin(), "-y");
+    EXPECT_TRUE(isDone(studio_.run(tool(), again)));
+    EXPECT_EQ(slurp(studio_ / output("a")), expected);
+    for (const auto& entry : fs::directory_iterator(studio_ / ""))
+        EXPECT_EQ(made.count(entry.path().filename().string()), 1U) << entry.path();
+    const std::regex shown("--quilt([^-\\w\\\\]|$)");
+    for (const Arguments& arguments :
+         {Arguments{"--help-all"}, Arguments{"--help-man"}, Arguments{"--help-completion", "bash"},
+          Arguments{"--help-completion", "zsh"}}) {
+        const std::string text = studio_.run(tool(), arguments).out;
+        EXPECT_FALSE(std::regex_search(text, shown)) << text;
+    }
+}
+
+TEST(CommandLine, OldNamesOfSingleToolsKeepTheirMeaning) {
+    SmallStudio studio;
+    const Arguments seen{"-y", "-c", "small.json", "-q", "2x3"};
+    const auto see = [&](const char* option) {
+        EXPECT_TRUE(isDone(
+            studio.run("native2view", seen + Arguments{option, "panel.png", "a_qs3x2.png"})));
+        return slurp(studio / "a_qs3x2.png");
+    };
+    EXPECT_EQ(see("--quilt-of-views"), see("--quilt-out"));
+    const auto report = [&](const char* option) {
+        EXPECT_TRUE(isDone(
+            studio.run("altiro3Dtradeoff", {"-n", "cues", "-y", option, "t.json", "photo.png"})));
+        return slurp(studio / "t.json").substr(0, 20);
+    };
+    EXPECT_EQ(report("--json"), report("--report"));
+}
+
+TEST(CommandLine, ToolsWithManyOptionsHaveAShortHelp) {
+    Sandbox sandbox;
+    for (const char* tool : {"photo2native", "video2native", "quilt2native", "altiro3Dtradeoff"}) {
+        const std::string help = sandbox.run(tool, {"--help"}).out;
+        EXPECT_NE(help.find(" more options: "), std::string::npos) << help;
+        EXPECT_EQ(help.find("--serial"), std::string::npos) << help;
+        EXPECT_EQ(sandbox.run(tool, {"--help-man"}).out.find(" more options: "), std::string::npos);
     }
 }
 
@@ -92,7 +187,9 @@ TEST_P(EveryTool, AClosedPipeEndsTheHelpQuietly) { // as --help | head -1
 }
 
 TEST_P(EveryTool, ManualAndCompletionsAreForProgramsOnly) { // tests/docs looks into them
-    EXPECT_EQ(studio_.run(tool(), {"--help"}).out.find("--help-"), std::string::npos);
+    const std::string help = studio_.run(tool(), {"--help-all"}).out;
+    for (const char* option : {"--help-man", "--help-completion"})
+        EXPECT_EQ(help.find(option), std::string::npos) << help;
     const Outcome manual = studio_.run(tool(), {"--help-man"});
     EXPECT_TRUE(isDone(manual));
     EXPECT_EQ(manual.out.rfind(".TH ", 0), 0U) << manual.out;

@@ -109,7 +109,7 @@ TEST(DisplayChoice, TheSampleIsWarnedOfByWhatItIsUsedFor) {
     EXPECT_EQ(seen.err.find("a real display will show"), std::string::npos) << seen.err;
     warnsOf(studio.run("altiro3Dnative", {"--info"}), "give your display's visual.json");
     warnsOf(studio.run("video2native",
-                       {"--quilt", "-q", "2x3", "-r", "40x30", "clip.mp4", "quilt.mp4"}),
+                       {"--quilt-out", "-q", "2x3", "-r", "40x30", "clip.mp4", "quilt.mp4"}),
             "the quilt has the shape and the layout of a Portrait's");
     const Outcome rgbd = studio.run("video2native", {"--rgbd-out", "clip.mp4", "rgbd.mp4"});
     EXPECT_TRUE(isDone(rgbd)); // which is for no display

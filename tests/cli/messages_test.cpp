@@ -239,7 +239,7 @@ TEST(Messages, NothingIsWarnedOfTwice) {
         {"photo2native", map + Arguments{"-g", "-k", "photo.png", "4.png"}},
         {"photo2native", odd + Arguments{"-k", "--continuous", "in", "5"}},
         {"video2native", odd + Arguments{"--profile", "best", "--compat", "clip.mp4", "6.mp4"}},
-        {"video2native", odd + Arguments{"--profile", "live", "--quilt", "clip.mp4", "7.mp4"}},
+        {"video2native", odd + Arguments{"--profile", "live", "--quilt-out", "clip.mp4", "7.mp4"}},
         {"video2native", odd + Arguments{"--rgbd-out", "--compat", "clip.mp4", "8.mp4"}},
         {"video2native", map + Arguments{"--profile", "best", "clip.mp4", "9.mp4"}},
         {"quilt2native",

@@ -75,14 +75,12 @@ TEST_F(Methods, EachGivesTheNativeOfTheLibraryWithItsKnobs) {
         {{"--method", "layered"}, optionsOf(ViewMethod::Layered)},
         {{"--method", "fast"}, optionsOf(ViewMethod::Fast)},
         {{"--method", "real"}, optionsOf(ViewMethod::Real)},
-        {{"--dilate", "0", "--soft-edges", "4", "--fill", "continue"}, {}},
+        {{"--soft-edges", "4", "--fill", "continue"}, {}},
         {{"--method", "fast", "--refine", "2"}, optionsOf(ViewMethod::Fast)},
-        {{"-g", "--inpaint", "ns", "--inpaint-from", "behind"}, optionsOf(ViewMethod::Real)}};
-    cases[4].second.layered.edgeDilationPixels = 0;
+        {{"-g", "--inpaint-from", "behind"}, optionsOf(ViewMethod::Real)}};
     cases[4].second.layered.softEdgePixels = 4;
     cases[4].second.layered.fill = LayeredFill::Continue;
     cases[5].second.refinement = 2;
-    cases[6].second.real.inpainting = Inpainting::NavierStokes;
     cases[6].second.real.backgroundOnly = true;
     const Arguments strength{"--strength", "40"}; // at the tile's 30 px, 10 % would show little
     for (auto& [arguments, options] : cases) {
@@ -108,22 +106,29 @@ TEST_F(Methods, GeometricIsMethodReal) {
 
 TEST_F(Methods, BadValuesAreWrongUsage) {
     const std::pair<const char*, std::vector<const char*>> bad[] = {
-        {"--method", {"slow", "Fast", ""}},
-        {"--refine", {"-1", "17", "1.5", ""}},
-        {"--dilate", {"9", "x"}},
-        {"--soft-edges", {"-1", "1e999"}},
-        {"--fill", {"paint", ""}},
-        {"--inpaint", {"navier"}},
-        {"--inpaint-from", {"before"}},
-        {"--budget", {"0", "1e7", "nan", "5ms", ""}},
-        {"--fov", {"0", "179.5", "nan", "40deg"}}};
+        {"--method", {"slow", "Fast", ""}}, {"--refine", {"-1", "17", "1.5", ""}},
+        {"--soft-edges", {"-1", "1e999"}},  {"--fill", {"paint", ""}},
+        {"--inpaint-from", {"before"}},     {"--budget", {"0", "1e7", "nan", "5ms", ""}}};
     for (const auto& [option, values] : bad) {
-        for (const char* value : values) {
-            const Arguments method = option == std::string("--fov") ? Arguments{"-g"} : Arguments{};
-            EXPECT_TRUE(fails(make(method + Arguments{option, value}), 2, option));
-        }
+        for (const char* value : values)
+            EXPECT_TRUE(fails(make({option, value}), 2, option));
     }
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));
+}
+
+TEST_F(Methods, OptionsOfEarlierVersionsWarnOnceAndChangeNothing) {
+    for (const std::string method : {"layered", "real"}) {
+        ASSERT_TRUE(isDone(make({"--method", method}, method + ".png")));
+        for (const auto& [option, value] :
+             {std::pair("--dilate", "3"), {"--inpaint", "ns"}, {"--fov", "60"}}) {
+            const Outcome outcome = make({"--method", method, option, value});
+            EXPECT_TRUE(warns(outcome, std::string(option) + " has no effect any more: "));
+            EXPECT_EQ(outcome.errLines().size(), 1U) << outcome.text();
+            EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / (method + ".png"))) << option;
+            const std::string help = studio_.run("photo2native", {"--help-all"}).out;
+            EXPECT_EQ(help.find(std::string("  ") + option + " "), std::string::npos) << help;
+        }
+    }
 }
 
 TEST_F(Methods, TheCameraGivesTheStrength) {
@@ -149,7 +154,6 @@ TEST_F(Methods, TheCameraIsCroppedWithThePhoto) {
     const Json picture = report({"-g", "--camera", "camera.json"}).at("pictures").at(0);
     EXPECT_EQ(picture.at("crop").at(2), 90);
     EXPECT_NEAR(picture.at("strengthPercent").get<double>(), 32, 1e-9);
-    EXPECT_TRUE(isDone(make({"-g", "--fov", "60"})));
 }
 
 TEST_F(Methods, BadCamerasAreOneErrorLine) {
@@ -169,16 +173,12 @@ TEST_F(Methods, BadCamerasAreOneErrorLine) {
 
 TEST_F(Methods, ACameraNeedsMethodReal) {
     writeCamera();
-    for (const Arguments& camera :
-         {Arguments{"--camera", "camera.json"}, Arguments{"--fov", "50"}}) {
-        EXPECT_TRUE(fails(make(camera), 2, "expected -g"));
-        EXPECT_TRUE(fails(make(camera + Arguments{"--method", "fast"}), 2, "expected -g"));
-        EXPECT_TRUE(isDone(make(camera + Arguments{"-g"})));
-    }
-    for (const Arguments& more : {Arguments{"--fov", "50"}, Arguments{"--strength", "5"}}) {
-        EXPECT_TRUE(fails(make(Arguments{"-g", "--camera", "camera.json"} + more), 2,
-                          "exclude each other"));
-    }
+    const Arguments camera{"--camera", "camera.json"};
+    EXPECT_TRUE(fails(make(camera), 2, "expected -g"));
+    EXPECT_TRUE(fails(make(camera + Arguments{"--method", "fast"}), 2, "expected -g"));
+    EXPECT_TRUE(isDone(make(camera + Arguments{"-g"})));
+    EXPECT_TRUE(
+        fails(make({"-g", "--camera", "camera.json", "--strength", "5"}), 2, "exclude each other"));
     EXPECT_TRUE(fails(make({"-g", "--camera", "camera.json"}, "camera.json"), 2, ""));
     EXPECT_TRUE(fails(make({"-g", "--camera", "camera.json", "--report", "camera.json"}), 2,
                       "is an input too"));
@@ -321,10 +321,8 @@ TEST_F(Methods, ABudgetChoosesByItself) {
     writeCamera();
     for (const Arguments& more :
          {Arguments{"--method", "fast"}, Arguments{"-g"}, Arguments{"--refine", "1"},
-          Arguments{"--dilate", "1"}, Arguments{"--soft-edges", "1"},
-          Arguments{"--fill", "continue"}, Arguments{"--inpaint", "ns"},
-          Arguments{"--inpaint-from", "behind"}, Arguments{"--camera", "camera.json"},
-          Arguments{"--fov", "50"}}) {
+          Arguments{"--soft-edges", "1"}, Arguments{"--fill", "continue"},
+          Arguments{"--inpaint-from", "behind"}, Arguments{"--camera", "camera.json"}}) {
         EXPECT_TRUE(fails(make(more + Arguments{"--budget", "100"}), 2, "--budget and -"));
     }
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));

@@ -61,7 +61,7 @@ TEST(Native2ViewTool, PutsSeveralViewsIntoADirectory) {
 // There and back: the quilt of what is seen gives the Native again, where nothing is resized.
 TEST(Native2ViewTool, TheQuiltOfViewsAtThePanelsSizeGivesTheNativeBack) {
     const ViewStudio studio;
-    EXPECT_TRUE(isDone(studio.see({"-r", "128x96", "--quilt-of-views", "native.png", "seen.png"})));
+    EXPECT_TRUE(isDone(studio.see({"-r", "128x96", "--quilt-out", "native.png", "seen.png"})));
     const fs::path quilt = studio / "seen_qs3x2a0.75.png";
     ASSERT_TRUE(fs::exists(quilt));
     EXPECT_TRUE(isDone(

@@ -114,7 +114,7 @@ TEST(Photo2Native, BothPathsGiveTheSameNative) {
     };
     std::vector<cv::Mat> seen;
     for (const Arguments& options :
-         {Arguments{}, Arguments{"--dilate", "0", "--fill", "continue"},
+         {Arguments{}, Arguments{"--soft-edges", "0", "--fill", "continue"},
           Arguments{"--method", "fast"}, Arguments{"--method", "fast", "--refine", "2"},
           Arguments{"--focus", "0.9"}, Arguments{"--fit", "contain"}}) {
         const Arguments strong = options + Arguments{"--strength", "40"};
@@ -566,13 +566,11 @@ TEST(Photo2Native, TheReportLetsOneMakeThePictureAgain) {
     const Arguments strength{"--strength", "17.3"};
     const Case cases[] = {
         {"layered", strength},
-        {"layered",
-         strength + Arguments{"--dilate", "3", "--soft-edges", "0", "--fill", "continue"}},
+        {"layered", strength + Arguments{"--soft-edges", "0", "--fill", "continue"}},
         {"fast", strength + Arguments{"--method", "fast"}},
         {"fast", strength + Arguments{"--method", "fast", "--refine", "3"}},
         {"real", strength + Arguments{"-g"}},
-        {"real", strength + Arguments{"--method", "real", "--inpaint", "ns", "--inpaint-from",
-                                      "behind", "--fov", "55.5"}},
+        {"real", strength + Arguments{"--method", "real", "--inpaint-from", "behind"}},
         {"real", {"-g", "--camera", "camera.json"}}};
     std::set<std::string> natives;
     for (const auto& [method, arguments] : cases) {
@@ -657,8 +655,8 @@ TEST(Photo2Native, WhatIsMeantIsGuessedAndSaid) {
         {{"-strength", "5", "photo.png", "o.png"}, "long options have two dashes: --strength"},
         {{"--save-quilt", "photo.png", "o.png"}, "got 1 name (--save-quilt took photo.png)"},
         {{"--refine", "2", "photo.png", "o.png"}, "--refine is a knob of method fast"},
-        {{"-g", "--dilate", "3", "photo.png", "o.png"}, "expected --method layered with it"},
-        {{"--method", "fast", "--inpaint", "ns", "photo.png", "o.png"}, "of method real"}};
+        {{"-g", "--soft-edges", "3", "photo.png", "o.png"}, "expected --method layered with it"},
+        {{"--method", "fast", "--inpaint-from", "behind", "photo.png", "o.png"}, "of method real"}};
     for (const auto& [arguments, message] : wrong)
         EXPECT_TRUE(fails(studio.run(kTool, arguments), 2, message));
     EXPECT_TRUE(fails(studio.run(kTool, {"-c", "a.map", "photo.png", "o.png"}), 1,

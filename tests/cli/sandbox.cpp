@@ -274,7 +274,7 @@ std::string outputName(const std::string& tool, const std::string& stem) {
 }
 
 bool ToolTest::takes(const std::string& option) const {
-    const std::string help = studio_.run(tool(), {"--help"}).out;
+    const std::string help = studio_.run(tool(), {"--help-all"}).out;
     for (const char end : {' ', ','})
         if (help.find("\n  " + option + end) != std::string::npos) return true;
     return false;

@@ -127,7 +127,7 @@ class ToolTest : public ::testing::TestWithParam<std::string> {
     /// A name for the tool's output, with the extension that it writes.
     std::string output(const std::string& stem) const { return outputName(tool(), stem); }
     bool writesPictures() const { return output("") == ".png"; }
-    /// Whether it has an option, by what --help lists ("-m", "--serial").
+    /// Whether it has an option, by what --help-all lists ("-m", "--serial").
     bool takes(const std::string& option) const;
     /// A run that succeeds and writes one file.
     Outcome good(const std::string& output, const Arguments& more = {}) const {

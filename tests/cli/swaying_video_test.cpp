@@ -298,7 +298,7 @@ TEST(SwayingVideo, HelpNamesEveryOption) {
     const Outcome outcome = sandbox.run("quilt2video", {"--help"});
     EXPECT_TRUE(isDone(outcome));
     for (const char* option : {"--seconds S", "--turns N", "--fps RATE", "--size WxH",
-                               "--view-filter", "--aspect A", "-q, --quilt RxC", "-y "})
+                               "--view-filter", "--aspect A", "-q, --layout RxC", "-y "})
         EXPECT_NE(outcome.out.find(option), std::string::npos) << option << outcome.out;
     std::istringstream text(outcome.out);
     for (std::string line; std::getline(text, line);)

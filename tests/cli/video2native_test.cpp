@@ -205,13 +205,11 @@ TEST(Video2NativeTool, EveryFrameIsTheNativeOfThePhotoAndItsDepth) {
     });
     add({"-g"}, real);
     add({"--geometric"}, real);
-    add({"--method", "real", "--inpaint", "ns", "--inpaint-from", "behind"}, [](LibraryPath& path) {
+    add({"--method", "real", "--inpaint-from", "behind"}, [](LibraryPath& path) {
         path.views.method = ViewMethod::Real;
-        path.views.real.inpainting = Inpainting::NavierStokes;
         path.views.real.backgroundOnly = true;
     });
     add({"--focus", "0.3"}, [](LibraryPath& path) { path.views.focus = 0.3; });
-    add({"--dilate", "3"}, [](LibraryPath& path) { path.views.layered.edgeDilationPixels = 3; });
     add({"--soft-edges", "0"}, [](LibraryPath& path) { path.views.layered.softEdgePixels = 0; });
     add({"--fill", "continue"},
         [](LibraryPath& path) { path.views.layered.fill = LayeredFill::Continue; });
@@ -328,12 +326,12 @@ TEST(Video2NativeTool, NetworksAreRunAsOftenAndAsLargeAsAsked) {
                       2, "--network-size is \"5000\", expected a number 16..4096"));
 }
 
-TEST(Video2NativeTool, FramesDoNotDependOnThreadsOrOrder) {
+TEST(Video2NativeTool, FramesDoNotDependOnThreads) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(1);
     std::set<std::string> hashes;
-    for (const Arguments& how : {Arguments{"-j", "1"}, Arguments{"-j", "2"}, Arguments{"-j", "5"},
-                                 Arguments{"-j", "1", "--in-turn"}}) {
+    for (const Arguments& how :
+         {Arguments{"-j", "1"}, Arguments{"-j", "2"}, Arguments{"-j", "5"}}) {
         fs::remove(studio / "native.mkv"); // else a run that fails leaves the one before
         ASSERT_TRUE(isDone(studio.run(
             kTool, studio.display() + how +
@@ -452,7 +450,7 @@ TEST(Video2NativeTool, ShowHandsTheNativesToTheViewerBesideIt) {
     fs::remove(studio / "bin/altiro3Dview");
     EXPECT_TRUE(fails(studio.run(tool.string(), call), 1,
                       "altiro3Dview: cannot be started, expected it beside video2native"));
-    for (const char* option : {"--quilt", "--resume", "--compat"}) {
+    for (const char* option : {"--quilt-out", "--resume", "--compat"}) {
         EXPECT_TRUE(fails(studio.run(tool.string(), Arguments{option} + call), 2,
                           std::string("--show and ") + option + " exclude each other"));
     }
@@ -611,7 +609,7 @@ TEST(Video2NativeTool, PicturesOfDepthBelongToTheSameFramesAfterAResume) {
 TEST(Video2NativeTool, QuiltVideosGoInAndOut) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(1);
-    ASSERT_TRUE(isDone(studio.run(kTool, studio.call("q.mp4", {"--quilt", "--crf", "2"}))));
+    ASSERT_TRUE(isDone(studio.run(kTool, studio.call("q.mp4", {"--quilt-out", "--crf", "2"}))));
     const fs::path quilt = studio / "q_qs3x2a0.75.mp4";
     EXPECT_EQ(ffprobe(quilt, "stream=width,height,pix_fmt", "-select_streams v"),
               "90|80|yuv420p\n");
@@ -1145,7 +1143,7 @@ TEST(Video2NativeTool, WrongCallsSayWhatToDo) {
         {{"clip.mp4"}, "expected IN and OUT, got 1 name; see"},
         {{"-d", "clip.mp4", "o.mp4"}, "expected IN DEPTH OUT, got 2 names"},
         {{"clip.mp4", "o.avi"}, "expected .mp4, .mov or .mkv"},
-        {{"--quilt", "--rgbd-out", "clip.mp4", "o.mp4"}, "exclude each other"},
+        {{"--quilt-out", "--rgbd-out", "clip.mp4", "o.mp4"}, "exclude each other"},
         {{"--profile", "quick", "clip.mp4", "o.mp4"}, "expected live, balanced or best"},
         {{"--codec", "av1", "clip.mp4", "o.mp4"}, "expected h264, hevc, h264rgb, ffv1 or prores"},
         {{"--codec", "ffv1", "--crf", "3", "clip.mp4", "o.mkv"},

@@ -17,7 +17,7 @@ cat >"$work/good.md" <<'TEXT'
     photo2native -k --strength=5 --save-quilt q.png -- -photo.png out.png | quilt2native -m a.map
     altiro3Dimage -n model.onnx -q 6x8 photo.jpg out.png
     native2view --angle -10 native.png out.png
-    photo2native --method real [--fit contain] --inpaint=ns --fill FILL photo.jpg out.png
+    photo2native --method real [--fit contain] --inpaint-from=behind --fill FILL photo.jpg out.png
 
 `--method layered|fast`, `--fit=cover`, `quilt2native --sampling`, `--invert MODE`.
 

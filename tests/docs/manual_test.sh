@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Manual pages are sound, name every option, and shells complete what the help names.
+# Manual pages are sound, name every option, and shells complete what --help-all names.
 #
 #   manual_test.sh TOOLS_DIRECTORY
 set -euo pipefail
@@ -40,9 +40,9 @@ for page in "$manual"/*.1; do
             grep -qF -- "$paragraph" "$work/page" || fail "$page: lacks $paragraph"
         done <"$work/paragraphs"
     fi
-    names=$("$tools/${called:-$tool}" --help | sed -n 's/^  \(-[^ ].*\)/\1/p' | sed 's/   .*//' |
+    names=$("$tools/${called:-$tool}" --help-all | sed -n 's/^  \(-[^ ].*\)/\1/p' | sed 's/   .*//' |
         grep -oE '(^|, )--?[A-Za-z0-9-]+' | tr -d ', ')
-    [[ $(wc -w <<<"$names") -ge 5 ]] || fail "$tool: --help names no options"
+    [[ $(wc -w <<<"$names") -ge 5 ]] || fail "$tool: --help-all names no options"
     for section in EXAMPLES FILES ENVIRONMENT "SEE ALSO"; do
         # these two read no variables
         [[ $section == ENVIRONMENT && $tool =~ ^(altiro3Dnative|quilt2video)$ ]] ||

@@ -90,18 +90,19 @@ std::vector<NamedViewOptions> budgetSettings(const ViewOptions& base) {
 }
 
 void Budget::add(CommandLine& commandLine) {
-    commandLine.add({"budget"},
-                    "Choose method and knobs: the best that makes the Native of a fitted photo "
-                    "with depth in MS milliseconds on this machine, 0.1..1e6. Measured on the "
-                    "first picture and kept in the user's cache directory; not with --method, -g "
-                    "and their knobs.",
-                    "MS");
+    commandLine.addAdvanced(
+        {"budget"},
+        "Choose method and knobs: the best that makes the Native of a fitted photo "
+        "with depth in MS milliseconds on this machine, 0.1..1e6. Measured on the "
+        "first picture and kept in the user's cache directory; not with --method, -g "
+        "and their knobs.",
+        "MS");
 }
 
 Budget::Budget(const CommandLine& commandLine)
     : milliseconds_(commandLine.number("budget", 0.1, 1e6)) {
-    for (const char* option : {"method", "g", "dilate", "soft-edges", "fill", "refine", "inpaint",
-                               "inpaint-from", "camera", "fov"}) {
+    for (const char* option :
+         {"method", "g", "soft-edges", "fill", "refine", "inpaint-from", "camera"}) {
         commandLine.exclude("budget", option);
     }
     advice_ = "smaller views (-r) take less";

@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kMostTypos = 2;
 constexpr std::size_t kHelpColumn = 30;
 constexpr std::size_t kHelpWidth = 96;
+constexpr std::ptrdiff_t kFewOptions = 20; // --help shows so many, basic and advanced
 
 // The words that the help of a tool explains if it uses them.
 const std::pair<const char*, const char*> kWords[] = {
@@ -109,27 +110,46 @@ void CommandLine::addUsage(const std::string& usage) {
 }
 
 void CommandLine::addSection(const std::string& title) {
-    entries_.push_back({"", title, {}, {}, {}});
+    entries_.push_back({"", title, {}, {}, {}, false, {}});
 }
 
 void CommandLine::add(const std::vector<std::string>& names, const std::string& description,
                       const std::string& valueName,
                       const std::function<std::vector<std::string>()>& known) {
-    QStringList qtNames;
     std::string left;
     for (const std::string& name : names) {
-        qtNames << fromBytes(name);
         options_.insert(name);
         left += (left.empty() ? "" : ", ") + dashed(name);
     }
     if (!valueName.empty()) left += " " + valueName;
-    entries_.push_back({left, description, names, valueName, known});
-    parser_.addOption(QCommandLineOption(qtNames, QString(), fromBytes(valueName)));
+    entries_.push_back({left, description, names, valueName, known, false, {}});
+}
+
+void CommandLine::addAdvanced(const std::vector<std::string>& names, const std::string& description,
+                              const std::string& valueName,
+                              const std::function<std::vector<std::string>()>& known) {
+    add(names, description, valueName, known);
+    entries_.back().isAdvanced = true;
 }
 
 void CommandLine::addHidden(const std::string& name, const std::string& valueName) {
     options_.insert(name);
     parser_.addOption(QCommandLineOption(fromBytes(name), QString(), fromBytes(valueName)));
+}
+
+void CommandLine::addOldName(const std::string& option, const std::string& oldName) {
+    if (options_.count(oldName) > 0) return;
+    for (HelpEntry& entry : entries_) {
+        if (std::count(entry.names.begin(), entry.names.end(), option) == 0) continue;
+        entry.oldNames.push_back(oldName);
+        options_.insert(oldName);
+    }
+}
+
+void CommandLine::addDropped(const std::string& name, const std::string& why,
+                             const std::string& valueName) {
+    addHidden(name, valueName);
+    dropped_[name] = why;
 }
 
 void CommandLine::addNote(const std::string& text) {
@@ -145,9 +165,31 @@ CommandLine::Terms CommandLine::terms(Chapter chapter) const {
     return found == chapters_.end() ? Terms() : found->second;
 }
 
-CommandLine::Terms CommandLine::words() const {
+bool CommandLine::hasMore() const {
+    const auto options = [&](bool basicToo) {
+        return std::count_if(entries_.begin(), entries_.end(), [&](const HelpEntry& entry) {
+            return !entry.names.empty() && (basicToo || entry.isAdvanced);
+        });
+    };
+    return options(true) > kFewOptions && options(false) > 0;
+}
+
+std::vector<CommandLine::HelpEntry> CommandLine::shown(bool all) const {
+    std::vector<HelpEntry> entries;
+    const auto endSection = [&] { // one without options
+        if (!entries.empty() && entries.back().names.empty()) entries.pop_back();
+    };
+    for (const HelpEntry& entry : entries_) {
+        if (entry.names.empty()) endSection();
+        if (all || !entry.isAdvanced) entries.push_back(entry);
+    }
+    endSection();
+    return entries;
+}
+
+CommandLine::Terms CommandLine::words(const std::vector<HelpEntry>& entries) const {
     std::string text = summary_;
-    for (const HelpEntry& entry : entries_)
+    for (const HelpEntry& entry : entries)
         text += "\n" + entry.left + "\n" + entry.text;
     for (const std::string& note : notes_)
         text += "\n" + note;
@@ -161,6 +203,15 @@ CommandLine::Terms CommandLine::words() const {
 }
 
 void CommandLine::parse(int argc, char** argv) {
+    for (const HelpEntry& entry : entries_) {
+        QStringList names;
+        for (const std::string& name : entry.names)
+            names << fromBytes(name);
+        for (const std::string& name : entry.oldNames)
+            names << fromBytes(name);
+        if (!names.empty())
+            parser_.addOption(QCommandLineOption(names, QString(), fromBytes(entry.valueName)));
+    }
     QStringList arguments;
     for (int i = 0; i < argc; ++i)
         arguments << fromBytes(argv[i]);
@@ -199,7 +250,9 @@ std::string CommandLine::suggestion(int argc, char** argv) const {
     return {};
 }
 
-std::string CommandLine::help() const {
+std::string CommandLine::help(bool all) const {
+    const bool leavesOut = !all && hasMore();
+    const std::vector<HelpEntry> entries = shown(!leavesOut);
     std::string out;
     for (std::size_t i = 0; i < usages_.size(); ++i) {
         out += (i == 0 ? "Usage: " : "       ") + name_ + " " + usages_[i] + "\n";
@@ -221,15 +274,20 @@ std::string CommandLine::help() const {
         for (const auto& [term, meaning] : terms)
             addLine(term, meaning);
     };
-    for (const HelpEntry& entry : entries_) {
+    for (const HelpEntry& entry : entries) {
         if (entry.left.empty()) {
             out += "\n" + entry.text + ":\n";
         } else {
             addLine(entry.left, entry.text);
         }
     }
+    if (leavesOut) {
+        const auto left = std::count_if(entries_.begin(), entries_.end(),
+                                        [](const HelpEntry& entry) { return entry.isAdvanced; });
+        out += "\n" + counted(left, "more option") + ": " + name_ + " --help-all\n";
+    }
     addTerms("Keys", terms(Chapter::Keys));
-    addTerms("Words", words());
+    addTerms("Words", words(entries));
     for (const std::string& note : notes_) {
         out += "\n";
         wrap(out, note, 0, 0);
@@ -245,7 +303,17 @@ std::string CommandLine::help() const {
 }
 
 bool CommandLine::has(const std::string& option) const {
-    return options_.count(option) > 0 && parser_.isSet(fromBytes(option));
+    return options_.count(option) > 0 && dropped_.count(option) == 0 &&
+           parser_.isSet(fromBytes(option));
+}
+
+std::vector<std::string> CommandLine::remarks() const {
+    std::vector<std::string> all;
+    for (const auto& [option, why] : dropped_) {
+        if (parser_.isSet(fromBytes(option)))
+            all.push_back(dashed(option) + " has no effect any more: " + why);
+    }
+    return all;
 }
 
 std::optional<std::string> CommandLine::value(const std::string& option) const {

@@ -42,8 +42,21 @@ class CommandLine {
     void add(const std::vector<std::string>& names, const std::string& description,
              const std::string& valueName = {},
              const std::function<std::vector<std::string>()>& known = {});
+    /// As add(), for an option that few people need: if the tool has many options, --help leaves it
+    /// out. --help-all, the manual page and the completions have it.
+    void addAdvanced(const std::vector<std::string>& names, const std::string& description,
+                     const std::string& valueName = {},
+                     const std::function<std::vector<std::string>()>& known = {});
     /// An option for programs that build the package; the help does not name it.
     void addHidden(const std::string& name, const std::string& valueName = {});
+    /// An earlier name of an option, for scripts that use it; the help does not name it. Nothing
+    /// where the tool already has an option of that name.
+    void addOldName(const std::string& option, const std::string& oldName);
+    /// An option of earlier versions, for scripts that use it: it has no effect, has() is false,
+    /// and remarks() says so. The help does not name it.
+    /// @param why it left
+    void addDropped(const std::string& name, const std::string& why,
+                    const std::string& valueName = {});
     /// A paragraph after the options.
     void addNote(const std::string& text);
 
@@ -56,7 +69,12 @@ class CommandLine {
     void parse(int argc, char** argv);
 
     const std::string& name() const { return name_; }
-    std::string help() const;
+    /// Whether --help leaves options out.
+    bool hasMore() const;
+    /// @param all also the options that few people need
+    std::string help(bool all) const;
+    /// Warnings about the arguments: options that have no effect any more.
+    std::vector<std::string> remarks() const;
     /// The manual page for man(1): the help and the chapters that are in the manual only.
     /// @param version of the package
     std::string manPage(const std::string& version) const;
@@ -95,11 +113,15 @@ class CommandLine {
         std::vector<std::string> names;
         std::string valueName;
         std::function<std::vector<std::string>()> known;
+        bool isAdvanced = false;
+        std::vector<std::string> oldNames;
     };
     using Terms = std::vector<std::pair<std::string, std::string>>;
     static std::string dashed(const std::string& name);
-    // The words of the trade that the help uses, with their meanings.
-    Terms words() const;
+    // The entries of the help, without sections that are empty.
+    std::vector<HelpEntry> shown(bool all) const;
+    // The words of the trade that these entries use, with their meanings.
+    Terms words(const std::vector<HelpEntry>& entries) const;
     Terms terms(Chapter chapter) const;
     // What an unknown option may have been meant for; empty if nothing is near.
     std::string suggestion(int argc, char** argv) const;
@@ -111,6 +133,7 @@ class CommandLine {
     std::vector<std::string> notes_;
     std::map<Chapter, Terms> chapters_;
     std::set<std::string> options_;
+    std::map<std::string, std::string> dropped_; // why each left
     QCommandLineParser parser_;
     std::vector<std::filesystem::path> files_;
 };

@@ -100,7 +100,7 @@ std::string CommandLine::manPage(const std::string& version) const {
             page += ".TP\n\\fB" + roff(term) + "\\fR\n" + roff(meaning) + "\n";
     };
     addTerms("KEYS", terms(Chapter::Keys));
-    addTerms("WORDS", words());
+    addTerms("WORDS", words(entries_));
     Terms examples = terms(Chapter::Examples);
     for (auto& example : examples)
         example.first.insert(0, name_ + " ");

@@ -94,20 +94,22 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                 names.push_back(profile.name);
             return names;
         });
-    commandLine.add({"l", "large"}, "Use the large MiDaS network, or treat -n as one.");
-    commandLine.add({"net-profile"},
-                    "How to feed a network that is not in the catalogue (JSON, the keys of "
-                    "models/catalog.json).",
-                    "FILE.json");
-    commandLine.add({"network-size"},
-                    "Run the network on pictures of that size, px of the longer side (default: its "
-                    "own, 256 for midas-small): less is quicker and sees less.",
-                    "PX");
+    commandLine.addAdvanced({"l", "large"}, "Use the large MiDaS network, or treat -n as one.");
+    commandLine.addAdvanced({"net-profile"},
+                            "How to feed a network that is not in the catalogue (JSON, the keys of "
+                            "models/catalog.json).",
+                            "FILE.json");
+    commandLine.addAdvanced(
+        {"network-size"},
+        "Run the network on pictures of that size, px of the longer side (default: its "
+        "own, 256 for midas-small): less is quicker and sees less.",
+        "PX");
     if (video) {
         commandLine.add({"depth"},
                         "Depth is given: a video, or a directory with one picture per frame.",
                         "FILE|DIR");
-        commandLine.add({"d", "depthmode"}, "The same in another way: IN DEPTH instead of IN.");
+        commandLine.addAdvanced({"d", "depthmode"},
+                                "The same in another way: IN DEPTH instead of IN.");
     } else {
         commandLine.add({"d", "depthmode"}, "Depth is given: PHOTO DEPTH instead of PHOTO.");
     }
@@ -115,10 +117,11 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                     std::string(video ? "Frame" : "Photo") +
                         " and depth are one RGB-D picture; where depth is in it.",
                     "right|left|top|bottom");
-    commandLine.add({"depth-kind"},
-                    "Meaning of given depth: near-white (default), far-white, or metric[:SCALE] "
-                    "(distances, 0 = unknown).",
-                    "KIND");
+    commandLine.addAdvanced(
+        {"depth-kind"},
+        "Meaning of given depth: near-white (default), far-white, or metric[:SCALE] "
+        "(distances, 0 = unknown).",
+        "KIND");
     using Chapter = CommandLine::Chapter;
     commandLine.addTerm(Chapter::Files, "~/.local/share/altiro3D/models/",
                         "Depth networks, where get-models.sh puts them.");

@@ -247,10 +247,11 @@ fs::path cacheDirectory() {
 }
 
 void addInvertOption(CommandLine& commandLine) {
-    commandLine.add({"invert"},
-                    "Order of the views under a lens: on, off or auto (default: as the calibration "
-                    "says; always on with sub-pixel cells).",
-                    "auto|on|off");
+    commandLine.addAdvanced(
+        {"invert"},
+        "Order of the views under a lens: on, off or auto (default: as the calibration "
+        "says; always on with sub-pixel cells).",
+        "auto|on|off");
 }
 
 InvertViews invertOption(const CommandLine& commandLine) {
@@ -258,30 +259,32 @@ InvertViews invertOption(const CommandLine& commandLine) {
     return kModes[commandLine.choice("invert", {"auto", "on", "off"}).value_or(0)];
 }
 
-void addQuiltOptions(CommandLine& commandLine, const std::string& longName) {
-    commandLine.add({"q", longName},
+void addQuiltOptions(CommandLine& commandLine) {
+    commandLine.add({"q", "layout"},
                     "Views in the quilt, rows x columns (default: the display model's; 6x8 on a "
                     "Portrait: 6 rows of 8 columns).",
                     "RxC");
-    commandLine.add({"r", "resolution"},
-                    "Size of one view, height x width in px (default: the display model's; 560x420 "
-                    "on a Portrait).",
-                    "HxW");
+    commandLine.addOldName("layout", "quilt");
+    commandLine.addAdvanced(
+        {"r", "resolution"},
+        "Size of one view, height x width in px (default: the display model's; 560x420 "
+        "on a Portrait).",
+        "HxW");
 }
 
-void addDisplayOptions(CommandLine& commandLine, const std::string& quiltLongName) {
+void addDisplayOptions(CommandLine& commandLine) {
     commandLine.addSection("Display");
-    commandLine.add({"m", "map"}, "Look-up table of the display, made by altiro3Dnative.",
-                    "FILE.map");
+    commandLine.addAdvanced({"m", "map"}, "Look-up table of the display, made by altiro3Dnative.",
+                            "FILE.map");
     commandLine.add({"c", "calibration"},
                     "Calibration of the display. Without -m and -c: $LKG_CALIBRATION, "
                     "./visual.json, a display's own volume if it is mounted, else a sample.",
                     "visual.json");
-    commandLine.add({"serial"}, "Choose among several displays by serial number or volume name.",
-                    "NAME");
+    commandLine.addAdvanced(
+        {"serial"}, "Choose among several displays by serial number or volume name.", "NAME");
     addInvertOption(commandLine);
     commandLine.addSection("Quilt");
-    addQuiltOptions(commandLine, quiltLongName);
+    addQuiltOptions(commandLine);
     using Chapter = CommandLine::Chapter;
     commandLine.addTerm(Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
@@ -300,14 +303,16 @@ void addDisplayOptions(CommandLine& commandLine, const std::string& quiltLongNam
 }
 
 void addSamplingOptions(CommandLine& commandLine) {
-    commandLine.add({"view-filter"},
-                    "Views that a sub-pixel shows: nearest (default) or linear, a blend of two; "
-                    "not with -m.",
-                    "nearest|linear");
-    commandLine.add({"sampling"},
-                    "Pixels inside a view: nearest (default) or linear, a blend of four; not with "
-                    "-m.",
-                    "nearest|linear");
+    commandLine.addAdvanced(
+        {"view-filter"},
+        "Views that a sub-pixel shows: nearest (default) or linear, a blend of two; "
+        "not with -m.",
+        "nearest|linear");
+    commandLine.addAdvanced(
+        {"sampling"},
+        "Pixels inside a view: nearest (default) or linear, a blend of four; not with "
+        "-m.",
+        "nearest|linear");
 }
 
 QuiltSampling samplingOption(const CommandLine& commandLine) {

@@ -25,10 +25,9 @@ struct ChosenDisplay : Display {
 std::filesystem::path cacheDirectory();
 
 /// -m -c --serial --invert, -q -r
-/// @param quiltLongName another name of -q
-void addDisplayOptions(CommandLine& commandLine, const std::string& quiltLongName = "quilt");
+void addDisplayOptions(CommandLine& commandLine);
 /// -q -r as such, for the tool that makes maps
-void addQuiltOptions(CommandLine& commandLine, const std::string& longName = "quilt");
+void addQuiltOptions(CommandLine& commandLine);
 /// --view-filter --sampling
 void addSamplingOptions(CommandLine& commandLine);
 /// @throws UsageError

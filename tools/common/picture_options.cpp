@@ -26,15 +26,7 @@ bool hasExtension(const std::filesystem::path& file, Extensions extensions) {
 
 } // namespace
 
-void addViewOptions(CommandLine& commandLine) {
-    commandLine.addSection("Views");
-    commandLine.add(
-        {"method"},
-        "How views are made: layered (default: surfaces over a painted background), fast (the "
-        "published quick way, soft at edges) or real (the published geometric way, "
-        "slow).",
-        "layered|fast|real");
-    commandLine.add({"g", "geometric"}, "The same as --method real.");
+void addSceneOptions(CommandLine& commandLine) {
     commandLine.add({"strength"},
                     "Parallax of the whole depth range between the outermost views, in % of the "
                     "picture's width, 0..100 (default 10).",
@@ -43,33 +35,45 @@ void addViewOptions(CommandLine& commandLine) {
                     "Depth that appears on the panel's surface, 0 farthest .. 1 nearest (default "
                     "0.5).",
                     "DEPTH");
+}
+
+void addViewOptions(CommandLine& commandLine) {
+    commandLine.addSection("Views");
     commandLine.add(
+        {"method"},
+        "How views are made: layered (default: surfaces over a painted background), fast (the "
+        "published quick way, soft at edges) or real (the published geometric way, "
+        "slow).",
+        "layered|fast|real");
+    commandLine.addAdvanced({"g", "geometric"}, "The same as --method real.");
+    addSceneOptions(commandLine);
+    commandLine.addAdvanced(
         {"k", "keep"},
         "Views at the panel's resolution: sampled straight where no quilt is needed for "
         "the Native, averaged into the quilt otherwise; more detail, more work.");
-    commandLine.add({"dilate"},
-                    "Layered: background pixels at a depth edge that go with the foreground, 0..8 "
-                    "(default 1).",
-                    "PX");
-    commandLine.add({"soft-edges"},
-                    "Layered: depth edges spread over some twice as many pixels are made sharp, "
-                    "0..8 (default 2; 0 if the depth is exact).",
-                    "PX");
-    commandLine.add({"fill"},
-                    "Layered: what was hidden is a painted background (background, default) or "
-                    "the repeated border (continue).",
-                    "background|continue");
-    commandLine.add({"refine"},
-                    "Fast: steps that read depth where a pixel comes from, 0 (as published, the "
-                    "default) .. 16.",
-                    "STEPS");
-    commandLine.add({"inpaint"},
-                    "Real: how holes are painted, telea (default) or ns (Navier-Stokes).",
-                    "telea|ns");
-    commandLine.add({"inpaint-from"},
-                    "Real: what holes are painted from, around (as published, the default) or "
-                    "behind (only what lies behind the thing that hid it).",
-                    "around|behind");
+    commandLine.addAdvanced(
+        {"soft-edges"},
+        "Layered: depth edges spread over some twice as many pixels are made sharp, "
+        "0..8 (default 2; 0 if the depth is exact).",
+        "PX");
+    commandLine.addAdvanced(
+        {"fill"},
+        "Layered: what was hidden is a painted background (background, default) or "
+        "the repeated border (continue).",
+        "background|continue");
+    commandLine.addAdvanced(
+        {"refine"},
+        "Fast: steps that read depth where a pixel comes from, 0 (as published, the "
+        "default) .. 16.",
+        "STEPS");
+    commandLine.addAdvanced(
+        {"inpaint-from"},
+        "Real: what holes are painted from, around (as published, the default) or "
+        "behind (only what lies behind the thing that hid it).",
+        "around|behind");
+    commandLine.addDropped("dilate", "1 px is the most accurate, more and less lose detail", "PX");
+    commandLine.addDropped("inpaint", "telea is used, ns took as long and hardly differed",
+                           "telea|ns");
 }
 
 ViewOptions viewOptions(const CommandLine& commandLine) {
@@ -87,17 +91,12 @@ ViewOptions viewOptions(const CommandLine& commandLine) {
         commandLine.number("strength", 0, 100).value_or(options.strengthPercent);
     options.focus = commandLine.number("focus", 0, 1).value_or(options.focus);
     LayeredOptions& layered = options.layered;
-    layered.edgeDilationPixels =
-        commandLine.wholeNumber("dilate", 0, 8).value_or(layered.edgeDilationPixels);
     layered.softEdgePixels =
         commandLine.wholeNumber("soft-edges", 0, 8).value_or(layered.softEdgePixels);
     if (commandLine.choice("fill", {"background", "continue"}).value_or(0) == 1) {
         layered.fill = LayeredFill::Continue;
     }
     options.refinement = commandLine.wholeNumber("refine", 0, 16).value_or(options.refinement);
-    if (commandLine.choice("inpaint", {"telea", "ns"}).value_or(0) == 1) {
-        options.real.inpainting = Inpainting::NavierStokes;
-    }
     options.real.backgroundOnly =
         commandLine.choice("inpaint-from", {"around", "behind"}).value_or(0) == 1;
     return options;
@@ -124,13 +123,10 @@ void requireKnobsOf(const CommandLine& commandLine, ViewMethod method) {
         bool turned;
     };
     const Knob knobs[] = {
-        {"dilate", ViewMethod::Layered,
-         given.layered.edgeDilationPixels != usual.layered.edgeDilationPixels},
         {"soft-edges", ViewMethod::Layered,
          given.layered.softEdgePixels != usual.layered.softEdgePixels},
         {"fill", ViewMethod::Layered, given.layered.fill != usual.layered.fill},
         {"refine", ViewMethod::Fast, given.refinement != usual.refinement},
-        {"inpaint", ViewMethod::Real, given.real.inpainting != usual.real.inpainting},
         {"inpaint-from", ViewMethod::Real, given.real.backgroundOnly != usual.real.backgroundOnly}};
     for (const Knob& knob : knobs) {
         if (knob.owner == method || !knob.turned) continue;
@@ -141,31 +137,23 @@ void requireKnobsOf(const CommandLine& commandLine, ViewMethod method) {
 }
 
 void CameraOptions::add(CommandLine& commandLine) {
-    commandLine.add({"camera"},
-                    "Real: the camera of the photo and the distances in it, JSON with fx fy cx cy "
-                    "(px of the photo), zNear zFar baseline (one unit); takes the place of "
-                    "--strength.",
-                    "FILE.json");
-    commandLine.add({"fov"},
-                    "Real: horizontal field of view of the photo in degrees, 0.1..179 (default: "
-                    "from its EXIF, else 40). It says, with -v, which baseline --strength stands "
-                    "for; the views depend on --strength alone.",
-                    "DEGREES");
+    commandLine.addAdvanced(
+        {"camera"},
+        "Real: the camera of the photo and the distances in it, JSON with fx fy cx cy "
+        "(px of the photo), zNear zFar baseline (one unit); takes the place of "
+        "--strength.",
+        "FILE.json");
+    commandLine.addDropped("fov", "the views depend on --strength alone", "DEGREES");
 }
 
-CameraOptions::CameraOptions(const CommandLine& commandLine)
-    : fovDegrees_(commandLine.number("fov", 0.1, 179)) {
-    commandLine.exclude("camera", "fov");
+CameraOptions::CameraOptions(const CommandLine& commandLine) {
     commandLine.exclude("camera", "strength");
     if (const auto file = commandLine.value("camera")) {
         camera_ = readCamera(*file);
         source_ = *file;
     }
-    const ViewMethod method = viewOptions(commandLine).method;
-    if ((camera_ || fovDegrees_) && method != ViewMethod::Real) {
-        throw UsageError("--camera and --fov describe the camera of method real, expected -g "
-                         "with them");
-    }
+    if (camera_ && viewOptions(commandLine).method != ViewMethod::Real)
+        throw UsageError("--camera is an option of method real, expected -g with it");
 }
 
 ViewOptions CameraOptions::apply(const ViewOptions& options, const std::filesystem::path& photoFile,
@@ -185,11 +173,8 @@ ViewOptions CameraOptions::apply(const ViewOptions& options, const std::filesyst
     // Distances are relative: the nearest is 1, the farthest infinity; the baseline follows.
     std::string source = "40 degrees field of view";
     double focalLength = focalLengthFromFieldOfView(photoSize.width, kDefaultFieldOfViewDegrees);
-    const double equivalent = fovDegrees_ ? 0 : readFocalLength35mm(photoFile);
-    if (fovDegrees_) {
-        focalLength = focalLengthFromFieldOfView(photoSize.width, *fovDegrees_);
-        source = "--fov";
-    } else if (equivalent >= 1 && equivalent <= 10000) {
+    const double equivalent = readFocalLength35mm(photoFile);
+    if (equivalent >= 1 && equivalent <= 10000) {
         focalLength = focalLengthFrom35mm(photoSize, equivalent);
         source = "EXIF";
     }

@@ -11,7 +11,9 @@
 
 namespace altiro3D::tools {
 
-/// --method -g --strength --focus -k, and the knobs of the methods
+/// --strength --focus
+void addSceneOptions(CommandLine& commandLine);
+/// --method -g --strength --focus -k, and the options of the methods
 void addViewOptions(CommandLine& commandLine);
 /// @throws UsageError
 ViewOptions viewOptions(const CommandLine& commandLine);
@@ -22,7 +24,7 @@ std::string methodName(ViewMethod method);
 /// @throws UsageError
 void requireKnobsOf(const CommandLine& commandLine, ViewMethod method);
 
-/// --camera --fov: the camera of method Real.
+/// --camera: the camera of method Real.
 class CameraOptions {
   public:
     static void add(CommandLine& commandLine);
@@ -39,7 +41,6 @@ class CameraOptions {
 
   private:
     std::optional<Camera> camera_;
-    std::optional<double> fovDegrees_;
     std::string source_;
 };
 

@@ -217,16 +217,22 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
     cv::redirectError([](int, const char*, const char*, const char*, int, void*) { return 0; });
 
     commandLine.addSection("General");
-    commandLine.add({"j"}, "Use N threads (default: all processors).", "N");
+    commandLine.addAdvanced({"j"}, "Use N threads (default: all processors).", "N");
     commandLine.add({"v", "verbose"}, "Say what is done and how long each stage takes.");
     commandLine.add({"h", "help"}, "Show this help.");
     commandLine.add({"version"}, "Show the version.");
+    if (commandLine.hasMore()) {
+        commandLine.add({"help-all"}, "Show all options.");
+    } else {
+        commandLine.addHidden("help-all"); // the same
+    }
     commandLine.addHidden("help-man");
     commandLine.addHidden("help-completion", "SHELL");
     Messages messages(commandLine.name(), false);
     try {
         commandLine.parse(argc, argv);
-        if (commandLine.has("help")) return answer(messages, commandLine.help());
+        if (commandLine.has("help-all")) return answer(messages, commandLine.help(true));
+        if (commandLine.has("help")) return answer(messages, commandLine.help(false));
         if (commandLine.has("help-man")) return answer(messages, commandLine.manPage(version()));
         if (const auto shell = commandLine.choice("help-completion", {"bash", "zsh"})) {
             return answer(messages,
@@ -239,6 +245,7 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
             cv::setNumThreads(std::min(*threads, cv::getNumberOfCPUs()));
         }
         messages = Messages(commandLine.name(), commandLine.has("verbose"));
+        messages.warn(commandLine.remarks());
         const int status = body(commandLine, messages);
         messages.flushWarnings();
         return finish(messages, status);

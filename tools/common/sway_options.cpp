@@ -14,19 +14,20 @@ constexpr int kLargestSide = 16384;
 } // namespace
 
 void addSwayOptions(CommandLine& commandLine) {
-    commandLine.add(
+    commandLine.addAdvanced(
         {"seconds"},
         "Time of one turn, from the middle to the right, to the left and back, 0.1..600 "
         "(default 4); rounded to a multiple of 4 frames.",
         "S");
-    commandLine.add({"turns"},
-                    "Turns in the video, 1..1000 (default 2). It loops without a seam after each.",
-                    "N");
-    commandLine.add({"fps"}, "Frames a second, 1..240 (default 30).", "RATE");
-    commandLine.add({"size"},
-                    "Size of the video in px, width x height, even (default: the picture's own in "
-                    "its own shape, at most 1920 px long and 1080 px wide).",
-                    "WxH");
+    commandLine.addAdvanced(
+        {"turns"}, "Turns in the video, 1..1000 (default 2). It loops without a seam after each.",
+        "N");
+    commandLine.addAdvanced({"fps"}, "Frames a second, 1..240 (default 30).", "RATE");
+    commandLine.addAdvanced({"size"},
+                            "Size of the video in px, width x height (-r is height x width), even "
+                            "(default: the picture's own in "
+                            "its own shape, at most 1920 px long and 1080 px wide).",
+                            "WxH");
 }
 
 void addSwayFileOption(CommandLine& commandLine, const std::string& of) {

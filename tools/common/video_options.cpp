@@ -46,13 +46,14 @@ void addVideoInputOptions(CommandLine& commandLine) {
     commandLine.add({"from"}, "Begin there: seconds, or [h:]mm:ss.", "TIME");
     commandLine.add({"to"}, "End there.", "TIME");
     commandLine.add({"preview"}, "Make only that many seconds.", "SECONDS");
-    commandLine.add({"input-format"},
-                    "FFmpeg's name of the format or device of IN, where it is not found out "
-                    "(v4l2, x11grab, lavfi).",
-                    "NAME");
-    commandLine.add({"input-options"},
-                    "Settings of that format: name=value,..., as video_size=1280x720,framerate=30.",
-                    "LIST");
+    commandLine.addAdvanced(
+        {"input-format"},
+        "FFmpeg's name of the format or device of IN, where it is not found out "
+        "(v4l2, x11grab, lavfi).",
+        "NAME");
+    commandLine.addAdvanced(
+        {"input-options"},
+        "Settings of that format: name=value,..., as video_size=1280x720,framerate=30.", "LIST");
 }
 
 VideoReaderOptions videoReaderOptions(const CommandLine& commandLine) {
@@ -88,17 +89,19 @@ VideoReaderOptions videoReaderOptions(const CommandLine& commandLine) {
 }
 
 void addEncoderOptions(CommandLine& commandLine) {
-    commandLine.add({"codec"},
-                    "h264 (default), hevc, h264rgb, ffv1 (lossless, .mkv) or prores (.mov, .mkv).",
-                    "h264|hevc|h264rgb|ffv1|prores");
-    commandLine.add({"crf"}, "Quality of h264, hevc, h264rgb, 0..51; less is better.", "NUMBER");
-    commandLine.add({"preset"}, "Effort of h264, hevc, h264rgb: slower ones make smaller files.",
-                    "ultrafast|superfast|veryfast|faster|fast|medium|slow|slower|veryslow");
-    commandLine.add({"compat"},
-                    "4:2:0 for players that can do no more (h264, hevc): colours of "
-                    "neighbouring pixels are mixed, which mixes the views of a Native.");
-    commandLine.add({"no-audio"}, "Leave the sound out.");
-    commandLine.add({"no-subtitles"}, "Leave the subtitles out.");
+    commandLine.addAdvanced(
+        {"codec"}, "h264 (default), hevc, h264rgb, ffv1 (lossless, .mkv) or prores (.mov, .mkv).",
+        "h264|hevc|h264rgb|ffv1|prores");
+    commandLine.addAdvanced({"crf"}, "Quality of h264, hevc, h264rgb, 0..51; less is better.",
+                            "NUMBER");
+    commandLine.addAdvanced({"preset"},
+                            "Effort of h264, hevc, h264rgb: slower ones make smaller files.",
+                            "ultrafast|superfast|veryfast|faster|fast|medium|slow|slower|veryslow");
+    commandLine.addAdvanced({"compat"},
+                            "4:2:0 for players that can do no more (h264, hevc): colours of "
+                            "neighbouring pixels are mixed, which mixes the views of a Native.");
+    commandLine.addAdvanced({"no-audio"}, "Leave the sound out.");
+    commandLine.addAdvanced({"no-subtitles"}, "Leave the subtitles out.");
 }
 
 VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile) {

@@ -81,23 +81,23 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     if (pair) plan.depth = names[1];
     if (const auto depth = commandLine.value("depth")) plan.depth = *depth;
     plan.report = commandLine.value("report").value_or("");
-    commandLine.exclude("quilt", "rgbd-out");
-    if (commandLine.has("quilt")) plan.product = VideoProduct::Quilt;
+    commandLine.exclude("quilt-out", "rgbd-out");
+    if (commandLine.has("quilt-out")) plan.product = VideoProduct::Quilt;
     if (commandLine.has("rgbd-out")) plan.product = VideoProduct::Rgbd;
     plan.fromQuilt = commandLine.has("from-quilt");
     if (plan.fromQuilt) {
         for (const char* option :
-             {"quilt",    "rgbd-out", "d",           "depth",        "rgbd",
-              "n",        "l",        "net-profile", "network-size", "depth-every",
-              "k",        "g",        "method",      "continuous",   "best",
-              "strength", "focus",    "dilate",      "soft-edges",   "fill",
-              "refine",   "inpaint",  "inpaint-from"})
+             {"quilt-out",   "rgbd-out", "d",           "depth",        "rgbd",
+              "n",           "l",        "net-profile", "network-size", "depth-every",
+              "k",           "g",        "method",      "continuous",   "best",
+              "strength",    "focus",    "soft-edges",  "fill",         "refine",
+              "inpaint-from"})
             commandLine.exclude("from-quilt", option);
     }
     plan.part = videoReaderOptions(commandLine);
     if (show) {
         for (const char* option :
-             {"quilt", "rgbd-out", "resume", "codec", "crf", "preset", "compat", "progress"})
+             {"quilt-out", "rgbd-out", "resume", "codec", "crf", "preset", "compat", "progress"})
             commandLine.exclude("show", option);
         return plan;
     }

@@ -23,10 +23,11 @@ double between(Clock::time_point from, Clock::time_point to) {
 } // namespace
 
 void VideoProgress::add(CommandLine& commandLine) {
-    commandLine.add({"progress"},
-                    "bar (default: a line on a terminal) or json (one object a line on standard "
-                    "output, for programs).",
-                    "bar|json");
+    commandLine.addAdvanced(
+        {"progress"},
+        "bar (default: a line on a terminal) or json (one object a line on standard "
+        "output, for programs).",
+        "bar|json");
 }
 
 bool VideoProgress::json(const CommandLine& commandLine) {

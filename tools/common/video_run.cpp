@@ -357,7 +357,6 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
                           return true;
                       }});
     PipelineOptions options;
-    options.threads = !commandLine.has("in-turn");
     options.dropLate = facts.isDevice;
     try {
         result.pipeline = runPipeline(stages, options);

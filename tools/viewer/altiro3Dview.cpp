@@ -100,11 +100,11 @@ int main(int argc, char** argv) {
                     "px, and nothing else; Escape ends it. -: PPM pictures, as they come on "
                     "standard input.",
                     "NATIVE");
-    commandLine.add({"screen"},
-                    "Screen for --show, by its name or number, instead of the display's own.",
-                    "NAME");
+    commandLine.addAdvanced(
+        {"screen"}, "Screen for --show, by its name or number, instead of the display's own.",
+        "NAME");
     commandLine.add({"list-displays"}, "Say which displays, screens and volumes are found.");
-    commandLine.add({"json"}, "--list-displays for programs.");
+    commandLine.addAdvanced({"json"}, "--list-displays for programs.");
     addDisplayOptions(commandLine);
     commandLine.addNote("A photo and its depth image, a.jpg and a-depth.png, are opened as one. "
                         "Displays of the first generation (8.9\", 15.6\", 8K) keep their "

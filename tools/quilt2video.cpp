@@ -27,11 +27,7 @@ Views chooseViews(const CommandLine& commandLine, const std::optional<Calibratio
     QuiltRequest request;
     request.quiltSize = size;
     request.name = parseQuiltName(file);
-    try {
-        if (const auto grid = commandLine.value("q")) request.grid = parseQuiltGrid(*grid);
-    } catch (const Error& error) {
-        throw UsageError(error.what());
-    }
+    request.grid = gridOption(commandLine);
     if (!request.name && !request.grid && !display) {
         throw UsageError(file.string() +
                          ": its name does not tell how the views lie in it, expected -q "
@@ -41,9 +37,9 @@ Views chooseViews(const CommandLine& commandLine, const std::optional<Calibratio
     std::optional<double> aspect = commandLine.number("aspect", 0.1, 10);
     if (!aspect && request.name) aspect = request.name->aspect;
     if (!aspect && display) aspect = static_cast<double>(display->screenW) / display->screenH;
-    const ResolvedQuilt resolved =
-        resolveQuilt(request, display ? defaultQuilt(*display) : QuiltLayout(), aspect.value_or(1));
-    if (aspect) messages.warn(resolved.warnings); // else nobody knows which reading is right
+    const ResolvedQuilt resolved = resolveLayout(
+        request, display ? defaultQuilt(*display) : QuiltLayout(), aspect.value_or(1));
+    if (aspect) messages.warn(resolved.warnings); // else it is not known which reading is right
     const cv::Size tile = resolved.layout.tileSize;
     return {resolved.layout, aspect.value_or(static_cast<double>(tile.width) / tile.height)};
 }

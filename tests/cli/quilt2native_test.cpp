@@ -110,6 +110,27 @@ TEST(Quilt2NativeTool, ARestOfPixelsIsCutOffWithANote) {
     EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
 }
 
+TEST(Quilt2NativeTool, ErrorsAndWarningsNameTheOptionThatHelps) {
+    SmallStudio studio;
+    writePicture(studio / "q_qs2x3.png", readBack(studio / "quilt.png"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"-c", "small.json", "-q", "2x3", "q_qs2x3.png", "a.png"}),
+                      1, "-q: says 3 columns x 2 rows"));
+    EXPECT_TRUE(fails(studio.run("quilt2video", {"-q", "2x3", "q_qs2x3.png", "a.mp4"}), 1,
+                      "-q: says 3 columns x 2 rows"));
+    EXPECT_TRUE(
+        fails(studio.run(kTool, studio.display() + Arguments{"-r", "10x10", "quilt.png", "a.png"}),
+              1, "-r: says views of 10 x 10"));
+    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
+    std::string bytes = slurp(studio / "a.map");
+    bytes[200] = static_cast<char>(bytes[200] ^ 0x10);
+    spill(studio / "a.map", bytes);
+    EXPECT_TRUE(fails(studio.run(kTool, {"-m", "a.map", "quilt.png", "a.png"}), 1,
+                      "its checksum does not match, expected a table that is built anew; "
+                      "altiro3Dnative makes tables"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"-m", "photo.png", "quilt.png", "a.png"}), 1,
+                      "photo.png: is not a look-up table, expected a .map file; altiro3Dnative"));
+}
+
 TEST(Quilt2NativeTool, ContradictionsAreErrors) {
     SmallStudio studio;
     EXPECT_TRUE(

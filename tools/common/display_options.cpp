@@ -225,6 +225,30 @@ NativeLut cachedLut(const Calibration& calibration, const QuiltLayout& layout, I
     return lut;
 }
 
+// A table that is damaged says how it is mended.
+NativeLut readMap(const fs::path& file) {
+    try {
+        return NativeLut::load(file);
+    } catch (const Error& error) {
+        if (error.code() != ErrorCode::BadFormat) throw;
+        const std::string subject = file.string();
+        throw Error(error.code(), subject,
+                    std::string(error.what()).substr(subject.size() + 2) +
+                        "; altiro3Dnative makes tables");
+    }
+}
+
+// An error of the library about a quilt, its subject by the name of the option.
+Error inOptions(const Error& error) {
+    const std::string text = error.what();
+    for (const auto& [subject, option] : {std::pair("quilt grid", "-q"), {"view size", "-r"}}) {
+        const std::string beginning = std::string(subject) + ": ";
+        if (text.rfind(beginning, 0) == 0)
+            return {error.code(), option, text.substr(beginning.size())};
+    }
+    return error;
+}
+
 // "16:9", or "1.85:1" for what has no short name
 std::string aspectText(double aspect) {
     constexpr int kMost = 21;
@@ -407,7 +431,7 @@ ChosenDisplay findDisplay(const CommandLine& commandLine, Messages& messages,
         commandLine.exclude("m", "view-filter");
         commandLine.exclude("m", "sampling");
         display.invert = invertOption(commandLine);
-        display.map = NativeLut::load(*file);
+        display.map = readMap(*file);
         display.files = {*file};
         display.source = *file;
         display.quilt = display.map->quilt();
@@ -441,19 +465,43 @@ std::string quiltText(const QuiltLayout& layout, double aspect) {
     return text;
 }
 
-QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display,
-                        Messages& messages, const std::optional<fs::path>& quiltFile,
+ResolvedQuilt resolveLayout(const QuiltRequest& request, const QuiltLayout& standard,
+                            double panelAspect) {
+    try {
+        ResolvedQuilt resolved = resolveQuilt(request, standard, panelAspect);
+        for (std::string& warning : resolved.warnings)
+            warning += request.tileSize ? " (-q takes rows x columns, -r height x width)"
+                                        : " (-q takes rows x columns)";
+        return resolved;
+    } catch (const Error& error) {
+        throw inOptions(error);
+    }
+}
+
+std::optional<QuiltGrid> gridOption(const CommandLine& commandLine) {
+    const auto text = commandLine.value("q");
+    if (!text) return std::nullopt;
+    try {
+        return parseQuiltGrid(*text);
+    } catch (const Error& error) {
+        throw UsageError(inOptions(error).what());
+    }
+}
+
+QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display, Messages& messages,
+                        const std::optional<fs::path>& quiltFile,
                         std::optional<cv::Size> quiltSize) {
     QuiltRequest request;
+    request.grid = gridOption(commandLine);
     try {
-        if (const auto grid = commandLine.value("q")) request.grid = parseQuiltGrid(*grid);
         if (const auto tile = commandLine.value("r")) request.tileSize = parseTileSize(*tile);
     } catch (const Error& error) {
-        throw UsageError(error.what());
+        throw UsageError(inOptions(error).what());
     }
     if (quiltFile) request.name = parseQuiltName(*quiltFile);
     request.quiltSize = quiltSize;
-    const ResolvedQuilt resolved = resolveQuilt(request, display.quilt, display.aspect());
+    const ResolvedQuilt resolved =
+        resolveLayout(request, display.quilt, display.aspect());
     QuiltLayout layout = resolved.layout;
     if (display.map) {
         const QuiltLayout& mapped = display.map->quilt();
@@ -465,7 +513,7 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& dis
                             " with " + layout.text() + "; expected the map's");
         }
     }
-    // of a nameless quilt the map tells what it is
+    // of a nameless quilt the map states what it is
     if (!display.map || request.grid || request.tileSize || request.name)
         messages.warn(resolved.warnings);
     return layout;

@@ -92,6 +92,12 @@ bool haveSameShape(double aspect, double other);
 /// @param aspect width : height of a view as it is shown
 std::string quiltText(const QuiltLayout& layout, double aspect);
 
+/// resolveQuilt() for a request of the command line: errors and warnings name `-q` and `-r`.
+ResolvedQuilt resolveLayout(const QuiltRequest& request, const QuiltLayout& standard,
+                            double panelAspect);
+/// `-q`. @throws UsageError
+std::optional<QuiltGrid> gridOption(const CommandLine& commandLine);
+
 /// The quilt's layout from `-q`, `-r`, a quilt's file name and its size. Tell the user what was
 /// understood (quiltText()).
 /// @param quiltFile the quilt that is read, if one is

@@ -14,14 +14,17 @@ namespace {
 
 constexpr int kMaxTilesPerSide = 1024;
 constexpr double kAspectTolerance = 0.05;
+// Subjects of errors.
+constexpr const char* kGrid = "quilt grid";
+constexpr const char* kTile = "view size";
 
 // Parses "AxB", whole numbers of at most five digits; the error explains the order.
-std::pair<int, int> parsePair(const std::string& text, const char* option, const char* expected) {
+std::pair<int, int> parsePair(const std::string& text, const char* subject, const char* expected) {
     static const std::regex kPair("([0-9]{1,5})[xX]([0-9]{1,5})");
     std::smatch match;
     if (!std::regex_match(text, match, kPair) || std::stoi(match[1]) < 1 ||
         std::stoi(match[2]) < 1) {
-        throw Error(ErrorCode::InvalidArgument, option,
+        throw Error(ErrorCode::InvalidArgument, subject,
                     "\"" + text + "\" is not understood, expected " + expected);
     }
     return {std::stoi(match[1]), std::stoi(match[2])};
@@ -98,9 +101,9 @@ double viewPosition(int view, int viewCount) {
 
 QuiltGrid parseQuiltGrid(const std::string& text) {
     const auto [rows, columns] =
-        parsePair(text, "-q", "ROWSxCOLUMNS, for instance 6x8 for 6 rows of 8 columns");
+        parsePair(text, kGrid, "ROWSxCOLUMNS, for instance 6x8 for 6 rows of 8 columns");
     if (rows > kMaxTilesPerSide || columns > kMaxTilesPerSide) {
-        throw Error(ErrorCode::InvalidArgument, "-q",
+        throw Error(ErrorCode::InvalidArgument, kGrid,
                     "\"" + text + "\" is too many, expected ROWSxCOLUMNS of 1..1024 each");
     }
     return {columns, rows};
@@ -108,7 +111,7 @@ QuiltGrid parseQuiltGrid(const std::string& text) {
 
 cv::Size parseTileSize(const std::string& text) {
     const auto [height, width] =
-        parsePair(text, "-r", "HEIGHTxWIDTH of one view in px, for instance 560x420");
+        parsePair(text, kTile, "HEIGHTxWIDTH of one view in px, for instance 560x420");
     return {width, height};
 }
 
@@ -174,13 +177,11 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
     if (request.name) {
         const QuiltGrid named = request.name->grid;
         if (request.grid && (named.columns != grid.columns || named.rows != grid.rows)) {
-            throw Error(ErrorCode::Mismatch, "-q",
+            throw Error(ErrorCode::Mismatch, kGrid,
                         "says " + std::to_string(grid.columns) + " columns x " +
                             std::to_string(grid.rows) + " rows, but the file name says " +
                             std::to_string(named.columns) + " columns x " +
-                            std::to_string(named.rows) +
-                            " rows; expected one reading (-q takes "
-                            "rows x columns)");
+                            std::to_string(named.rows) + " rows; expected the same in both");
         }
         grid = named;
     }
@@ -193,7 +194,7 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
     if (!request.grid && !request.name) layout.viewCount = standard.viewCount;
     layout.tileSize = fixedTile ? *request.tileSize : tileOf(canvas, grid);
     if (request.quiltSize && request.tileSize && layout.tileSize != *request.tileSize) {
-        throw Error(ErrorCode::Mismatch, "-r",
+        throw Error(ErrorCode::Mismatch, kTile,
                     "says views of " + sizeText(*request.tileSize) +
                         " px (width x height), but a quilt of " + sizeText(canvas) + " px with " +
                         std::to_string(grid.columns) + " columns x " + std::to_string(grid.rows) +
@@ -209,9 +210,8 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
     if (!request.grid && !request.name && !request.tileSize &&
         request.quiltSize.value_or(standard.size()) != standard.size()) {
         resolved.warnings.push_back(
-            "the file's name tells no layout, and its " + sizeText(canvas) +
-            " px are not the display's own: taken for " + layout.text() +
-            " (-q ROWSxCOLUMNS tells another; a photo or plain video is no quilt)");
+            "the file's name does not state the layout, and its size, " + sizeText(canvas) +
+            " px, is not that of the display's quilts; it is read as " + layout.text());
     }
 
     // People use both orders. The warning points out that the other one fits better.
@@ -228,8 +228,8 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
             swapped.tileSize = swappedTile;
             resolved.warnings.push_back(
                 "the layout is read as " + layout.text() +
-                ", whose views are not of the panel's shape; the swapped reading " +
-                swapped.text() + " would be (-q takes rows x columns, -r height x width)");
+                ", whose views do not have the panel's shape; the swapped reading, " +
+                swapped.text() + ", would have it");
         }
     }
     return resolved;

@@ -99,11 +99,10 @@ std::size_t readAt(const FileHandle& file, void* to, std::size_t begin, std::siz
 
 void checkHeader(const Header& h, const std::string& name) {
     const auto fail = [&](const std::string& problem) {
-        throw Error(ErrorCode::BadFormat, name, problem + "; build it again with altiro3Dnative");
+        throw Error(ErrorCode::BadFormat, name, problem);
     };
     if (std::memcmp(h.magic, kMagic, sizeof kMagic) != 0) {
-        throw Error(ErrorCode::BadFormat, name,
-                    "is no look-up table, expected a .map file made by altiro3Dnative");
+        throw Error(ErrorCode::BadFormat, name, "is not a look-up table, expected a .map file");
     }
     if (h.version != kVersion) {
         fail("has format version " + std::to_string(h.version) + ", expected " +
@@ -172,7 +171,7 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
     }
     if (error) failRead(error);
     if (!std::filesystem::is_regular_file(status)) {
-        throw Error(ErrorCode::ReadFailed, name, "is no regular file, expected a .map file");
+        throw Error(ErrorCode::ReadFailed, name, "is not a regular file, expected a .map file");
     }
     const std::uintmax_t fileSize = std::filesystem::file_size(file, error);
     if (error) failRead(error);
@@ -180,16 +179,14 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
     if (!opened.isOpen()) failRead({errno, std::generic_category()});
     Header h{};
     if (readAt(opened, &h, 0, sizeof h) < sizeof kMagic) {
-        throw Error(ErrorCode::BadFormat, name,
-                    "is no look-up table, expected a .map file made by altiro3Dnative");
+        throw Error(ErrorCode::BadFormat, name, "is not a look-up table, expected a .map file");
     }
     checkHeader(h, name);
     const std::uintmax_t expected = sizeof h + std::uintmax_t{12} * h.panelWidth * h.panelHeight;
     if (fileSize != expected) {
         throw Error(ErrorCode::BadFormat, name,
                     (fileSize < expected ? "is cut off: it has " : "is too long: it has ") +
-                        std::to_string(fileSize) + " bytes, expected " + std::to_string(expected) +
-                        "; build it again with altiro3Dnative");
+                        std::to_string(fileSize) + " bytes, expected " + std::to_string(expected));
     }
 
     auto tables = std::make_shared<NativeLutTables>();
@@ -224,12 +221,12 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
     }
     if (!sound) {
         throw Error(ErrorCode::BadFormat, name,
-                    "is corrupt: its checksum does not match; build it again with altiro3Dnative");
+                    "is corrupt: its checksum does not match, expected a table that is built anew");
     }
     if (!inside) {
         throw Error(ErrorCode::BadFormat, name,
                     "is corrupt: it names px outside of its quilt, expected px of " +
-                        sizeText(quilt) + "; build it again with altiro3Dnative");
+                        sizeText(quilt));
     }
     return NativeLut(std::move(tables));
 }

@@ -54,8 +54,9 @@ TEST(QuiltOption, IsRowsTimesColumnsAndHeightTimesWidth) {
     EXPECT_EQ(parseTileSize("560x420"), cv::Size(420, 560));
     for (const char* bad : {"", "6", "6x", "x8", "6x8x2", "0x8", "6x-8", "6 x 8", "6x8 ", "sixx8",
                             "999999x1", "2000x2"}) {
-        EXPECT_NE(errorOf([&] { parseQuiltGrid(bad); }).find("-q: \"" + std::string(bad) + "\""),
-                  std::string::npos)
+        EXPECT_NE(
+            errorOf([&] { parseQuiltGrid(bad); }).find("quilt grid: \"" + std::string(bad) + "\""),
+            std::string::npos)
             << bad;
     }
     EXPECT_NE(errorOf([] { parseTileSize("560"); }).find("HEIGHTxWIDTH"), std::string::npos);
@@ -167,7 +168,7 @@ TEST(ResolveQuilt, ViewSizeComesFromThePictureWithoutItsUnusedPixels) {
     request.tileSize = cv::Size(820, 455);
     EXPECT_NE(errorOf([&] {
                   resolveQuilt(request, QuiltLayout(), 1.6);
-              }).find("-r: says views of 820 x 455 px"),
+              }).find("view size: says views of 820 x 455 px"),
               std::string::npos);
     request = {};
     request.quiltSize = cv::Size(3, 3);
@@ -183,7 +184,8 @@ TEST(ResolveQuilt, WhatIsAssumedOfANamelessPictureIsSaid) {
     };
     EXPECT_TRUE(warnings(QuiltLayout().size()).empty()); // the display's own
     ASSERT_EQ(warnings({4095, 4095}).size(), 1U);        // 5 columns x 9 rows, but who knows
-    EXPECT_NE(warnings({4095, 4095})[0].find("taken for 8 columns x 6 rows"), std::string::npos);
+    EXPECT_NE(warnings({4095, 4095})[0].find("it is read as 8 columns x 6 rows"),
+              std::string::npos);
     QuiltRequest stated;
     stated.name = parseQuiltName("a_qs8x6a0.75.png");
     EXPECT_TRUE(warnings({4095, 4095}, stated).empty());
@@ -223,10 +225,11 @@ TEST(ResolveQuilt, FileNameWinsAndAConflictIsAnError) {
     request.grid = parseQuiltGrid("8x4"); // rows x columns: the same
     EXPECT_NO_THROW(resolveQuilt(request, QuiltLayout(), 1.6));
     request.grid = parseQuiltGrid("4x8");
-    EXPECT_NE(errorOf([&] {
-                  resolveQuilt(request, QuiltLayout(), 1.6);
-              }).find("-q: says 8 columns x 4 rows, but the file name says 4 columns x 8 rows"),
-              std::string::npos);
+    EXPECT_NE(
+        errorOf([&] {
+            resolveQuilt(request, QuiltLayout(), 1.6);
+        }).find("quilt grid: says 8 columns x 4 rows, but the file name says 4 columns x 8 rows"),
+        std::string::npos);
 }
 
 } // namespace

@@ -13,8 +13,6 @@ using namespace altiro3D::tools;
 
 namespace {
 
-using altiro3D::tools::Display;
-
 std::string number(double value, int digits = 12) {
     std::ostringstream text;
     text.precision(digits);

@@ -25,8 +25,6 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-using altiro3D::tools::DepthSource;
-
 constexpr int kViews = 48;
 
 // One setting on one scene, or the mean of several.

@@ -19,8 +19,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using altiro3D::tools::Display;
-
 constexpr double kWidestAngle = 90;
 
 int viewNumber(const std::string& text, int views) {

@@ -25,9 +25,6 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-using altiro3D::tools::DepthSource;
-using altiro3D::tools::Display;
-
 // Everything that is the same for all photos of a run.
 struct PhotoRun {
     ChosenDisplay display;

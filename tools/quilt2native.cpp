@@ -18,8 +18,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using altiro3D::tools::Display;
-
 // What a run has settled before it reads the quilt.
 struct Job {
     const CommandLine& commandLine;

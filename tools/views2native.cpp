@@ -17,8 +17,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using altiro3D::tools::Display;
-
 int run(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.files().size() != 2) commandLine.failNames("DIR and OUT", 2);
     const fs::path& directory = commandLine.files()[0];

@@ -488,8 +488,8 @@ std::optional<QuiltGrid> gridOption(const CommandLine& commandLine) {
     }
 }
 
-QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display, Messages& messages,
-                        const std::optional<fs::path>& quiltFile,
+QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display,
+                        Messages& messages, const std::optional<fs::path>& quiltFile,
                         std::optional<cv::Size> quiltSize) {
     QuiltRequest request;
     request.grid = gridOption(commandLine);
@@ -500,8 +500,7 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& dis
     }
     if (quiltFile) request.name = parseQuiltName(*quiltFile);
     request.quiltSize = quiltSize;
-    const ResolvedQuilt resolved =
-        resolveLayout(request, display.quilt, display.aspect());
+    const ResolvedQuilt resolved = resolveLayout(request, display.quilt, display.aspect());
     QuiltLayout layout = resolved.layout;
     if (display.map) {
         const QuiltLayout& mapped = display.map->quilt();

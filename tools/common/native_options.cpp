@@ -25,10 +25,11 @@ bool isContinuous(const NativeOptions& options) {
 } // namespace
 
 void addNativeOptions(CommandLine& commandLine) {
-    commandLine.addAdvanced({"continuous"},
-                    "The camera of each sub-pixel stands exactly where the lens sends it, not at "
-                    "the nearest of the views; with -k the best picture. Not with -g, -m and "
-                    "blending.");
+    commandLine.addAdvanced(
+        {"continuous"},
+        "The camera of each sub-pixel stands exactly where the lens sends it, not at "
+        "the nearest of the views; with -k the best picture. Not with -g, -m and "
+        "blending.");
     commandLine.add({"best"}, "The best picture: -k and --continuous.");
 }
 

@@ -23,8 +23,6 @@ using namespace altiro3D::viewer;
 
 namespace {
 
-using altiro3D::tools::Display;
-
 // Qt ends the process without a word of ours where it cannot reach the desktop.
 void onQtMessage(QtMsgType type, const QMessageLogContext& /*context*/, const QString& text) {
     if (type == QtFatalMsg) {

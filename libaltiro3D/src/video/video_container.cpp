@@ -1,7 +1,6 @@
 #include "video/video_container.hpp"
 
 #include "altiro3D/error.hpp"
-#include "altiro3D/video_writer.hpp"
 #include "base/text.hpp"
 
 namespace altiro3D {

@@ -4,7 +4,6 @@
 #include "common/display_options.hpp"
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
-#include "common/quilt_shape.hpp"
 #include "common/run_tool.hpp"
 #include "common/sway_options.hpp"
 #include "common/video_options.hpp"
@@ -52,7 +51,7 @@ void convertPicture(const Job& job, const ChosenDisplay& display, Messages& mess
     Notes notes;
     const cv::Mat quilt = shape.apply(picture, &notes);
     messages.warn(notes);
-    shape.tell(messages);
+    tellShape(shape, messages);
     const Quilt2Native renderer = makeQuilt2Native(job.commandLine, display, layout, messages);
     times.end("look-up table");
     cv::Size swaySize;

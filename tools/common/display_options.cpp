@@ -453,9 +453,10 @@ ChosenDisplay findDisplay(const CommandLine& commandLine, Messages& messages,
     return display;
 }
 
-bool haveSameShape(double aspect, double other) {
-    constexpr double kMostOff = 0.05; // looks right
-    return std::abs(aspect / other - 1) <= kMostOff;
+void tellShape(const QuiltShape& shape, Messages& messages) {
+    if (!shape.fitsUnasked()) return;
+    messages.say("fit: the file name says that the views are meant for another shape than the "
+                 "panel's; black bars keep it (--fit cover or stretch fills the panel)");
 }
 
 std::string quiltText(const QuiltLayout& layout, double aspect) {

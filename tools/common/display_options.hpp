@@ -4,6 +4,7 @@
 #include "altiro3D/display.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/quilt_shape.hpp"
 #include "common/run_tool.hpp"
 
 #include <functional>
@@ -84,8 +85,8 @@ std::filesystem::path calibrationFile(const std::filesystem::path& given);
 Calibration readChosenCalibration(const std::filesystem::path& file, const CommandLine& commandLine,
                                   Messages& messages);
 
-/// Whether pictures of these shapes, width : height, can stand for each other.
-bool haveSameShape(double aspect, double other);
+/// Says that black bars keep the shape of a quilt's views, where nobody asked for them.
+void tellShape(const QuiltShape& shape, Messages& messages);
 
 /// What a quilt is understood to be, for people: QuiltLayout::text(), and the shape that its views
 /// are shown in where their px are not square.

@@ -182,7 +182,7 @@ void openStudio(const CommandLine& commandLine, Studio& studio, Messages& messag
     if (plan.fromQuilt) {
         const QuiltShape shape(plan.input, studio.layout, studio.display, fitOption(commandLine));
         messages.say("quilt: " + quiltText(studio.layout, shape.shownAspect()));
-        shape.tell(messages);
+        tellShape(shape, messages);
         studio.quilts.emplace(commandLine, studio.display, studio.layout, shape, messages);
         studio.size = studio.display.panelSize();
         return;

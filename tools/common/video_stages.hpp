@@ -9,7 +9,6 @@
 #include "common/depth_options.hpp"
 #include "common/given_depth.hpp"
 #include "common/native_options.hpp"
-#include "common/quilt_shape.hpp"
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>

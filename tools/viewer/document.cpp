@@ -1,7 +1,6 @@
 #include "viewer/document.hpp"
 
 #include "altiro3D/altiro3D.hpp"
-#include "common/quilt_shape.hpp"
 #include "common/views_quilt.hpp"
 
 #include <algorithm>
@@ -139,7 +138,7 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
         document.layout = resolved.layout;
         document.notes = resolved.warnings;
         document.picture = fitQuilt(document.picture, document.layout, &document.notes);
-        if (tools::QuiltShape(source.file, document.layout, display, std::nullopt).fitsUnasked())
+        if (QuiltShape(source.file, document.layout, display).fitsUnasked())
             document.notes.emplace_back("the file name tells another shape than the panel's: black "
                                         "bars keep it on the display");
     } else if (reading == Reading::Native) {

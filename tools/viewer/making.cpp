@@ -3,7 +3,6 @@
 #include "altiro3D/altiro3D.hpp"
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
-#include "common/quilt_shape.hpp"
 
 #include <opencv2/core.hpp>
 
@@ -32,7 +31,7 @@ cv::Mat nativeOfQuilt(const Setup& setup) {
     cv::Mat quilt = setup.document->picture;
     std::error_code error;
     if (!fs::is_directory(file, error)) {
-        quilt = tools::QuiltShape(file, layout, *setup.display, std::nullopt).apply(quilt, nullptr);
+        quilt = QuiltShape(file, layout, *setup.display).apply(quilt);
     }
     cv::Mat native;
     Quilt2Native(NativeLut(setup.display->calibration, layout, setup.display->invert))

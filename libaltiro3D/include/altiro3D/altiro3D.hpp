@@ -55,6 +55,7 @@
 #include "altiro3D/picture_quality.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/quilt_shape.hpp"
 #include "altiro3D/resumable_video.hpp"
 #include "altiro3D/scene_cuts.hpp"
 #include "altiro3D/sway.hpp"

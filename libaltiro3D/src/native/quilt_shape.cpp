@@ -1,10 +1,17 @@
-#include "common/quilt_shape.hpp"
+#include "altiro3D/quilt_shape.hpp"
 
 #include "altiro3D/quilt2native.hpp"
 
-namespace altiro3D::tools {
+#include <cmath>
+
+namespace altiro3D {
 
 namespace fs = std::filesystem;
+
+bool haveSameShape(double aspect, double other) {
+    constexpr double kMostOff = 0.05; // looks right
+    return std::abs(aspect / other - 1) <= kMostOff;
+}
 
 QuiltShape::QuiltShape(const fs::path& file, const QuiltLayout& layout, const Display& display,
                        std::optional<FitMode> fit)
@@ -24,10 +31,4 @@ cv::Mat QuiltShape::apply(const cv::Mat& picture, Notes* notes) const {
     return quilt;
 }
 
-void QuiltShape::tell(Messages& messages) const {
-    if (!isFittedUnasked_) return;
-    messages.say("fit: the file name says that the views are meant for another shape than the "
-                 "panel's; black bars keep it (--fit cover or stretch fills the panel)");
-}
-
-} // namespace altiro3D::tools
+} // namespace altiro3D

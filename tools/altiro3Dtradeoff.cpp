@@ -295,7 +295,7 @@ void checkOptions(const CommandLine& commandLine, bool truth) {
         }
     }
     if (commandLine.has("disparity-scale") && !commandLine.has("photo")) {
-        throw UsageError("--disparity-scale is about --disparity, expected --photo with it");
+        throw UsageError("--disparity-scale applies to --disparity, expected --photo with it");
     }
 }
 
@@ -386,16 +386,16 @@ int main(int argc, char** argv) {
     commandLine.addOldName("report", "json");
     commandLine.addAdvanced({"csv"}, "Write all numbers as a table.", "FILE");
     commandLine.add({"plot"}, "Draw accuracy over time, the best settings marked.", "FILE.svg");
-    commandLine.add({"save-views"}, "Write each method's view with default knobs.", "DIR");
+    commandLine.add({"save-views"}, "Write the view of each method with default options.", "DIR");
     commandLine.add({"y"}, "Replace outputs that exist.");
     addDepthOptions(commandLine);
     commandLine.addSection("Views");
     addSceneOptions(commandLine);
     commandLine.addNote(
-        "Without a true view the most accurate setting stands for it: the numbers "
-        "then say how far the others are from it. Times are those of a set of 48 "
+        "Without a true view the most accurate setting is the reference: the numbers "
+        "are the differences from it. Times are those of a set of 48 "
         "views, divided by 48; -j 1 shows the work of one thread. \"Inside\" leaves "
-        "out what came from outside the frame; inf dB is no difference at all.");
+        "out what came from outside the frame; inf dB means no difference.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg",
                         "Compare the methods on a photo, with estimated depth.");
     commandLine.addTerm(CommandLine::Chapter::Examples,

@@ -73,7 +73,7 @@ Job planJob(const CommandLine& commandLine, const ChosenDisplay& display, const 
         const double most = viewConeDegrees(display.calibration) / 2;
         if (std::abs(angle) > most) {
             messages.warn("the display's views fill " + fixed(most, 1) +
-                          " degrees to each side; beyond them they come once more");
+                          " degrees to each side; beyond that they repeat");
         }
         job.eyes = {eyeAtAngle(display.calibration, angle)};
         job.files = {output};
@@ -116,8 +116,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const fs::path& nativeFile = commandLine.files()[0];
     const ChosenDisplay display = findDisplay(commandLine, messages, {}, DisplayUse::Simulate);
     if (display.isMapOnly) {
-        throw UsageError("a map does not tell where the lenses are, expected the display's "
-                         "calibration with -c");
+        throw UsageError("a map does not contain the geometry of the lenses, expected the "
+                         "display's calibration with -c");
     }
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
     const Job job = planJob(commandLine, display, layout, messages);
@@ -177,8 +177,8 @@ int main(int argc, char** argv) {
     commandLine.addSection("Eye");
     commandLine.add({"angle"},
                     "Angle from which the panel is seen, in degrees: 0 (default) is straight "
-                    "ahead, less is to the left. The eye takes in what a sharp lens shows: the "
-                    "width of one sub-pixel, some three views of a Portrait.",
+                    "ahead, negative angles are to the left. As through a sharp lens, the eye "
+                    "sees the width of one sub-pixel, about three views of a Portrait.",
                     "DEGREES");
     commandLine.add({"view"},
                     "Views by number, 0 = leftmost: exactly the sub-pixels that show them. One "

@@ -431,11 +431,9 @@ int main(int argc, char** argv) {
                             "Write all settings used and the time of each stage, for programs.",
                             "FILE.json");
     commandLine.add({"y"}, "Replace outputs that exist.");
-    commandLine.addAdvanced(
-        {"skip-existing"},
-        "Go on with a run that ended early: leave out the photos all of whose outputs "
-        "exist and are not empty, whatever options made them, and make the others "
-        "anew.");
+    commandLine.addAdvanced({"skip-existing"},
+                            "Continue a run that ended early: leave out each photo whose outputs "
+                            "all exist and are not empty, even if other options made them.");
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
     addDisplayOptions(commandLine);

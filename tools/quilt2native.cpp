@@ -120,15 +120,15 @@ int run(const CommandLine& commandLine, Messages& messages) {
         return convertVideo(commandLine, messages);
     }
     if (isVideo(job.quilt)) {
-        throw UsageError(job.native.string() + ": is no video's name, but " + job.quilt.string() +
-                         " is a video; expected .mp4, .mov or .mkv");
+        throw UsageError(job.native.string() + ": is not the name of a video, but " +
+                         job.quilt.string() + " is a video; expected .mp4, .mov or .mkv");
     }
     for (const char* option : {"codec", "crf", "preset", "compat", "no-audio", "no-subtitles",
                                "resume", "progress", "report"}) {
         if (commandLine.has(option)) {
             throw UsageError("--" + std::string(option) +
-                             " is about videos, expected it with a "
-                             "video's name for the Native");
+                             " applies to videos, expected a "
+                             "video as output");
         }
     }
     requirePictureName(job.native);
@@ -161,22 +161,23 @@ int main(int argc, char** argv) {
     addSwayOptions(commandLine);
     commandLine.addSection("Videos");
     addEncoderOptions(commandLine);
-    commandLine.add({"resume"}, "Go on where an earlier run of the same command ended.");
+    commandLine.add({"resume"}, "Continue an interrupted run of the same command.");
     VideoProgress::add(commandLine);
     commandLine.addAdvanced({"report"},
                             "Write settings, counts and the time of each stage, for programs.",
                             "FILE.json");
     addDisplayOptions(commandLine);
-    addFitOption(commandLine, "contain where the file's name tells another shape, else stretch");
+    addFitOption(commandLine, "contain if the file's name states another shape, else stretch");
     addSamplingOptions(commandLine);
     commandLine.addHidden("tell-kind"); // for altiro3Dimage
-    commandLine.addNote("A file name that ends in _qs<columns>x<rows>a<aspect>, such as "
-                        "photo_qs8x6a0.75.png, tells the layout; otherwise it is the display's own "
-                        "or that of -q. A Native video is "
-                        "H.264 4:4:4 in .mp4, .mov or .mkv, which keeps the colour of every "
-                        "sub-pixel; sound, subtitles, chapters and tags are copied.");
+    commandLine.addNote(
+        "A file name that ends in _qs<columns>x<rows>a<aspect>, such as "
+        "photo_qs8x6a0.75.png, states the layout; otherwise it is the display's own "
+        "or that of -q. A Native video is "
+        "H.264 4:4:4 in .mp4, .mov or .mkv, which keeps the colour of every "
+        "sub-pixel; sound, subtitles, chapters and tags are copied.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday_qs8x6a0.75.png native.png",
-                        "Make a Native of a quilt whose name tells its layout.");
+                        "Make a Native of a quilt whose name states its layout.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "-q 6x8 quilt.png native-q.png",
                         "Read the quilt as 6 rows of 8 views.");
     commandLine.addTerm(CommandLine::Chapter::Examples,

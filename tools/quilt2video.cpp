@@ -30,7 +30,7 @@ Views chooseViews(const CommandLine& commandLine, const std::optional<Calibratio
     request.grid = gridOption(commandLine);
     if (!request.name && !request.grid && !display) {
         throw UsageError(file.string() +
-                         ": its name does not tell how the views lie in it, expected -q "
+                         ": its name does not state the layout, expected -q "
                          "ROWSxCOLUMNS, the display with -c, or a name that ends in "
                          "_qs<columns>x<rows>a<aspect>");
     }
@@ -113,11 +113,11 @@ int main(int argc, char** argv) {
                     "A");
     commandLine.add({"c", "calibration"},
                     "Display whose usual quilt this is; only needed where neither the file name "
-                    "nor -q tells the layout.",
+                    "nor -q states the layout.",
                     "visual.json");
     commandLine.addAdvanced({"serial"}, "Choose among several displays in that file.", "NAME");
     commandLine.addNote("A file name that ends in _qs<columns>x<rows>a<aspect>, such as "
-                        "photo_qs8x6a0.75.png, tells the layout. "
+                        "photo_qs8x6a0.75.png, states the layout. "
                         "The video is H.264 4:2:0 in .mp4 (or .mov, .m4v, .mkv), which any player "
                         "plays; it begins and ends in the middle view.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday_qs8x6a0.75.png swing.mp4",

@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced(
         {"depth-every"},
         "Run the network on every N-th frame and carry its depth along the motion in "
-        "between; auto (default): as often as the picture needs it; 1: on all.",
+        "between; auto (default): as often as the pictures require; 1: on every frame.",
         "N");
     addViewOptions(commandLine);
     addNativeOptions(commandLine);
@@ -49,8 +49,8 @@ int main(int argc, char** argv) {
     commandLine.add({"show"}, "Show it on the display at once, through altiro3Dview and in profile "
                               "live, and write nothing.");
     commandLine.addAdvanced({"screen"}, "Screen for --show, instead of the display's own.", "NAME");
-    commandLine.add({"resume"}, "Go on where an earlier run of the same command ended.");
-    commandLine.add({"y"}, "Replace outputs that exist, and begin again.");
+    commandLine.add({"resume"}, "Continue an interrupted run of the same command.");
+    commandLine.add({"y"}, "Replace outputs that exist, and start from the beginning.");
     VideoProgress::add(commandLine);
     commandLine.addAdvanced({"report"},
                             "Write settings, counts and the time of each stage, for programs.",
@@ -58,9 +58,10 @@ int main(int argc, char** argv) {
     commandLine.addDropped("in-turn", "the frames are the same with and without it");
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
-    commandLine.addNote("IN is anything that FFmpeg reads, - for standard input, or a capture "
-                        "device. Ctrl-C ends the file properly (exit status 130); a run that dies "
-                        "leaves OUT.parts, and the same command with --resume goes on.");
+    commandLine.addNote(
+        "IN is anything that FFmpeg reads, - for standard input, or a capture "
+        "device. Ctrl-C ends the file properly (exit status 130). An interrupted run "
+        "leaves OUT.parts; the same command with --resume continues it.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "clip.mp4 native.mp4",
                         "Make a Native video for the display that is connected.");
     commandLine.addTerm(CommandLine::Chapter::Examples,

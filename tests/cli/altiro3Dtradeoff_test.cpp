@@ -143,7 +143,7 @@ TEST_F(Tradeoff, WritesWhatIsAskedForAndReplacesItOnlyWithY) {
     spill(sandbox_ / "t.json", "old");
     EXPECT_TRUE(isDone(run(scene() + Arguments{"-y", "--report", "t.json"})));
     EXPECT_EQ(json().at("rows").size(), settings);
-    EXPECT_TRUE(fails(run(scene() + Arguments{"-y", "--report", "L.png"}), 2, "is an input too"));
+    EXPECT_TRUE(fails(run(scene() + Arguments{"-y", "--report", "L.png"}), 2, "is also an input"));
     EXPECT_TRUE(fails(run(scene() + Arguments{"--csv", "x", "--report", "x"}), 2, "written twice"));
     EXPECT_TRUE(fails(run(scene() + Arguments{"--report", "none/x"}), 1, "there is no directory"));
 }

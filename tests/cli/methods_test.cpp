@@ -181,7 +181,7 @@ TEST_F(Methods, ACameraNeedsMethodReal) {
         fails(make({"-g", "--camera", "camera.json", "--strength", "5"}), 2, "exclude each other"));
     EXPECT_TRUE(fails(make({"-g", "--camera", "camera.json"}, "camera.json"), 2, ""));
     EXPECT_TRUE(fails(make({"-g", "--camera", "camera.json", "--report", "camera.json"}), 2,
-                      "is an input too"));
+                      "is also an input"));
 }
 
 TEST(ChooseWithinBudget, TakesTheFirstThatFitsAndElseTheLast) {

@@ -85,7 +85,7 @@ TEST(Native2ViewTool, WrongCallsAreNamed) {
     EXPECT_TRUE(fails(studio.see({"quilt.png", "a.png"}), 1,
                       "quilt.png: has 90 x 80 px, expected a Native of the panel's 96 x 128 px "
                       "(small.json; -c gives another)"));
-    EXPECT_TRUE(fails(studio.see({"native.png", "native.png"}), 2, "is an input too"));
+    EXPECT_TRUE(fails(studio.see({"native.png", "native.png"}), 2, "is also an input"));
     ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
     EXPECT_TRUE(fails(studio.run(kTool, {"-m", "a.map", "native.png", "a.png"}), 2, "-c"));
     EXPECT_FALSE(fs::exists(studio / "a.png"));

@@ -64,18 +64,18 @@ TEST_F(NetworkTrust, AKnownNameWithOtherContentsIsTriedInAChildAndWarnedOf) {
     writeCatalog(std::string(64, '0'));
     fs::remove_all(studio_.home()); // with the cache
     const Outcome first = run("a.png");
-    EXPECT_TRUE(warns(first, "is not the file that the catalogue knows as small"));
+    EXPECT_TRUE(warns(first, "differs from the catalogue's small"));
     EXPECT_TRUE(wasTried(first)) << first.text();
     // it is fed as the catalogue says: another network of that name may need something else
     EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), readBack(studio_ / "right.png")));
 
     const Outcome second = run("b.png"); // the trial is remembered, the warning stays
-    EXPECT_TRUE(warns(second, "is not the file that the catalogue knows as small"));
+    EXPECT_TRUE(warns(second, "differs from the catalogue's small"));
     EXPECT_FALSE(wasTried(second)) << second.text();
 
     spill(network_, onnx::mixModel({0.5F, 0.3F, 0.2F}, {32, 32}));
     const Outcome changed = run("c.png");
-    EXPECT_TRUE(warns(changed, "is not the file that the catalogue knows as small"));
+    EXPECT_TRUE(warns(changed, "differs from the catalogue's small"));
     EXPECT_TRUE(wasTried(changed)) << changed.text();
 }
 

@@ -54,7 +54,7 @@ TEST_P(OutputsOf, AnInputIsNeverReplaced) {
         names.push_back((studio_ / input).string());
     }
     for (const std::string& name : names) {
-        EXPECT_TRUE(fails(good(name, {"-y"}), 2, "is an input too"));
+        EXPECT_TRUE(fails(good(name, {"-y"}), 2, "is also an input"));
         EXPECT_EQ(slurp(studio_ / input), before);
     }
 }
@@ -65,7 +65,7 @@ TEST_P(OutputsOf, AnInputThatIsALinkIsNeverReplacedEither) {
     fs::rename(input, target);
     fs::create_symlink(target, input);
     const std::string before = slurp(target);
-    EXPECT_TRUE(fails(good(output("target"), {"-y"}), 2, "is an input too"));
+    EXPECT_TRUE(fails(good(output("target"), {"-y"}), 2, "is also an input"));
     EXPECT_EQ(slurp(target), before);
 }
 
@@ -174,17 +174,17 @@ TEST(Outputs, CalibrationAndMapAreInputsHoweverTheyWereFound) {
     const Arguments photo{"-q", "2x3",       "-r",        "40x30", "-y",
                           "-d", "photo.png", "depth.png", "a.png"};
     EXPECT_TRUE(fails(studio.run("photo2native", Arguments{"--report", "visual.json"} + photo), 2,
-                      "is an input too"));
+                      "is also an input"));
     studio.set("LKG_CALIBRATION", (studio / "visual.json").string());
     EXPECT_TRUE(fails(studio.run("photo2native", Arguments{"--report", "./visual.json"} + photo), 2,
-                      "is an input too"));
+                      "is also an input"));
     EXPECT_EQ(slurp(studio / "visual.json"), before);
     fs::create_hard_link(studio / "visual.json", studio / "calibration.png");
     EXPECT_TRUE(
         fails(studio.run("quilt2native", {"-q", "2x3", "-y", "quilt.png", "calibration.png"}), 2,
-              "is an input too"));
+              "is also an input"));
     EXPECT_TRUE(fails(studio.run("views2native", {"-q", "2x3", "-y", "views", "calibration.png"}),
-                      2, "is an input too"));
+                      2, "is also an input"));
     EXPECT_EQ(slurp(studio / "visual.json"), before);
 }
 
@@ -212,7 +212,7 @@ TEST(Outputs, WrongUsageMakesNoDirectories) {
     const Case cases[] = {
         {{}, "photo.png", 2, "is written twice"},
         {{"--sampling", "x"}, "quilt.png", 2, "--sampling is \"x\""},
-        {{"--depth-kind", "metric"}, "quilt.png", 2, "--depth-kind says what given depth means"},
+        {{"--depth-kind", "metric"}, "quilt.png", 2, "--depth-kind describes given depth"},
         {{"--rgbd", "up"}, "quilt.png", 2, "--rgbd is \"up\""},
         {{"-n", "nothere.onnx"}, "quilt.png", 1, "nothere.onnx: does not exist"}};
     for (const auto& [options, other, status, sentence] : cases) {

@@ -186,7 +186,7 @@ TEST(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
     const std::pair<Arguments, const char*> cases[] = {
         {{"-g"}, "expected --method layered or fast"},
         {{"--method", "real"}, "expected --method layered or fast"},
-        {{"-m", "a.map"}, "expected the calibration with -c instead of -m"},
+        {{"-m", "a.map"}, "expected -c instead of -m"},
         {{"--view-filter", "linear"}, "expected it without them"},
         {{"--sampling", "linear"}, "expected it without them"}};
     for (const auto& [options, sentence] : cases) {
@@ -195,7 +195,7 @@ TEST(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
                           2, sentence));
     }
     EXPECT_TRUE(fails(studio.run(kTool, {"--continuous", "-m", "a.map", "photo.png", "a.png"}), 2,
-                      "expected the calibration with -c instead of -m"));
+                      "expected -c instead of -m"));
     // more views than can be told apart in a row
     const Outcome many = studio.run(kTool, {"-c", "small.json", "-q", "257x256", "-r", "2x2", "-y",
                                             "-d", "photo.png", "depth.png", "many.png"});
@@ -481,7 +481,7 @@ TEST(Photo2Native, FormatsThatKeepLessThanDepthHasAreWarnedOf) {
         EXPECT_TRUE(isDone(save(name))) << name;
     for (const char* name : {"d.jpg", "d.JPEG", "d.jp2"}) {
         const Outcome outcome = save(name);
-        EXPECT_TRUE(warns(outcome, std::string(name) + ": this format does not keep depth"));
+        EXPECT_TRUE(warns(outcome, std::string(name) + ": this format changes depth"));
         EXPECT_TRUE(fs::exists(studio / name));
     }
     for (const char* name : {"d.bmp", "d.webp"})
@@ -654,8 +654,8 @@ TEST(Photo2Native, WhatIsMeantIsGuessedAndSaid) {
         {{"--methods=fast", "photo.png", "o.png"}, "did you mean --method?"},
         {{"-strength", "5", "photo.png", "o.png"}, "long options have two dashes: --strength"},
         {{"--save-quilt", "photo.png", "o.png"}, "got 1 name (--save-quilt took photo.png)"},
-        {{"--refine", "2", "photo.png", "o.png"}, "--refine is a knob of method fast"},
-        {{"-g", "--soft-edges", "3", "photo.png", "o.png"}, "expected --method layered with it"},
+        {{"--refine", "2", "photo.png", "o.png"}, "--refine is an option of method fast"},
+        {{"-g", "--soft-edges", "3", "photo.png", "o.png"}, "expected --method layered"},
         {{"--method", "fast", "--inpaint-from", "behind", "photo.png", "o.png"}, "of method real"}};
     for (const auto& [arguments, message] : wrong)
         EXPECT_TRUE(fails(studio.run(kTool, arguments), 2, message));
@@ -667,7 +667,7 @@ TEST(Photo2Native, WhatIsMeantIsGuessedAndSaid) {
     EXPECT_FALSE(fs::exists(studio / "o.png"));
     // an existing file that is no Native may be an input
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"photo.png", "depth.png"}), 1,
-                      "depth.png: exists, and is not marked as a Native (first what is read, "
+                      "depth.png: exists, and is not marked as a Native (inputs come first, "
                       "then what is written)"));
     EXPECT_TRUE(warns(
         studio.run(kTool, studio.display() + Arguments{"--strength", "0.1", "photo.png", "o.png"}),
@@ -689,9 +689,9 @@ TEST(Photo2Native, ACalibrationIsFoundInItsVolume) {
     const std::string inside = "LKG/LKG_calibration/visual.json";
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-c", "LKG", "--report", inside, "-y"} + rest +
                                             Arguments{"c.png"}),
-                      2, "is an input too"));
+                      2, "is also an input"));
     EXPECT_TRUE(
-        fails(studio.run("altiro3Dnative", {"-y", "-m", inside, "LKG"}), 2, "is an input too"));
+        fails(studio.run("altiro3Dnative", {"-y", "-m", inside, "LKG"}), 2, "is also an input"));
 }
 
 TEST(Photo2Native, AQuiltsNameIsAskedAbout) {
@@ -700,8 +700,8 @@ TEST(Photo2Native, AQuiltsNameIsAskedAbout) {
     fs::copy(studio / "photo.png", studio / "photo_qs0x2.png"); // no quilt's name
     EXPECT_TRUE(warns(
         studio.run(kTool, studio.display() + Arguments{"photo_qs3x2a0.75.png", "a.png"}),
-        "its name says that it is a quilt, but it is taken as one picture of a scene; for quilts "
-        "there is quilt2native"));
+        "its name says that it is a quilt, but it is read as one picture of a scene; for a quilt "
+        "use quilt2native"));
     EXPECT_TRUE(
         isDone(studio.run(kTool, studio.display() + Arguments{"photo_qs0x2.png", "b.png"})));
 }
@@ -847,7 +847,7 @@ TEST(Photo2Native, SkipExistingCountsFailuresAndRefusesY) {
     EXPECT_EQ(slurp(studio / "a.png"), native);
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() +
                                             Arguments{"--skip-existing", "photo.png", "photo.png"}),
-                      2, "is an input too"));
+                      2, "is also an input"));
 }
 
 TEST(Photo2Native, BestStandsForKeepAndContinuous) {
@@ -941,7 +941,7 @@ TEST(Photo2Native, DepthOfAnotherShapeIsStretchedWithAWarning) {
     writePicture(studio / "wide.png", madeDepth(80, 40));
     EXPECT_TRUE(warns(
         studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "wide.png", "a.png"}),
-        "wide.png: has another shape"));
+        "wide.png: its shape differs"));
 }
 
 TEST(Photo2Native, TheAspectOfTheQuiltsNameCounts) {

@@ -284,8 +284,8 @@ TEST(Quilt2NativeTool, PicturesAndVideosAreNotMixed) {
     fs::copy(studio / "quilt.png", studio / "picture");
     spill(studio / "precious.mkv", "precious");
     const std::pair<Arguments, std::pair<int, std::string>> cases[] = {
-        {{"q.mkv", "a.png"}, {2, "a.png: is no video's name, but q.mkv is a video"}},
-        {{"nameless", "a.png"}, {2, "a.png: is no video's name"}},
+        {{"q.mkv", "a.png"}, {2, "a.png: is not the name of a video, but q.mkv is a video"}},
+        {{"nameless", "a.png"}, {2, "a.png: is not the name of a video"}},
         {{"q.mkv", "a.gif"}, {2, "expected .mp4, .mov or .mkv"}},
         {{"quilt.png", "a.mkv"}, {2, "quilt.png: is a picture, expected a video"}},
         {{"picture", "a.mkv"}, {2, "picture: is a picture, expected a video"}},
@@ -293,7 +293,7 @@ TEST(Quilt2NativeTool, PicturesAndVideosAreNotMixed) {
         {{"small.json", "a.mkv"}, {1, "small.json: "}},
         {{"q.mkv", "missing/a.mkv"}, {1, "there is no directory"}},
         {{"q.mkv", "precious.mkv"}, {1, "precious.mkv: exists"}},
-        {{"-y", "q.mkv", "./q.mkv"}, {2, "is an input too"}}};
+        {{"-y", "q.mkv", "./q.mkv"}, {2, "is also an input"}}};
     for (const auto& [arguments, expected] : cases) {
         EXPECT_TRUE(fails(studio.run(kTool, studio.display() + arguments), expected.first,
                           expected.second));

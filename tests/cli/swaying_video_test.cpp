@@ -185,12 +185,12 @@ TEST(SwayingVideo, OfAPhotoThatCannotBeWrittenIsSaidBeforeAnyWork) {
     spill(studio / "precious.mp4", "precious");
     fs::create_symlink("photo.png", studio / "link.mp4");
     const std::pair<Arguments, std::pair<int, std::string>> cases[] = {
-        {{"--lg", "a.gif"}, {2, "a.gif: no video format is known by this extension"}},
+        {{"--lg", "a.gif"}, {2, "a.gif: no video format has this extension"}},
         {{"--lg", "a"}, {2, "expected .mp4"}},
         {{"--lg", ""}, {2, "--lg is empty"}},
         {{"--lg", "precious.mp4"}, {1, "precious.mp4: exists"}},
         {{"--lg", "missing/a.mp4"}, {1, "there is no directory"}},
-        {{"-y", "--lg", "link.mp4"}, {2, "is an input too"}},
+        {{"-y", "--lg", "link.mp4"}, {2, "is also an input"}},
         {{"--lg", "a.mp4", "--save-depth", "a.mp4"}, {2, ""}},
         {{"--lg", "a.mp4", "--size", "63x64"}, {2, "--size is \"63x64\", expected WIDTHxHEIGHT"}},
         {{"--lg", "a.mp4", "--size", "14x64"}, {2, "even numbers 16..16384"}},
@@ -270,7 +270,7 @@ TEST(SwayingVideo, OfAQuiltThatCannotBeMadeIsSaid) {
     const std::pair<Arguments, std::pair<int, std::string>> cases[] = {
         {{}, {2, "quilt2video --help"}},
         {{"quilt.png"}, {2, "expected QUILT and OUT, got 1"}},
-        {{"quilt.png", "a.mp4"}, {2, "quilt.png: its name does not tell"}},
+        {{"quilt.png", "a.mp4"}, {2, "quilt.png: its name does not state"}},
         {{"-q", "2x3", "quilt.png", "a.png"}, {2, "a.png: no video format"}},
         {{"-q", "2y3", "quilt.png", "a.mp4"}, {2, "-q"}},
         {{"-q", "2x3", "--fps", "1000", "quilt.png", "a.mp4"}, {2, "--fps"}},
@@ -283,7 +283,7 @@ TEST(SwayingVideo, OfAQuiltThatCannotBeMadeIsSaid) {
         {{"-q", "2x3", "small.json", "a.mp4"}, {1, "small.json"}},
         {{"-q", "2x3", "quilt.png", "missing/a.mp4"}, {1, "there is no directory"}},
         {{"-q", "2x3", "quilt.png", "precious.mp4"}, {1, "precious.mp4: exists"}},
-        {{"-y", "-q", "2x3", "quilt.png", "link.mp4"}, {2, "is an input too"}}};
+        {{"-y", "-q", "2x3", "quilt.png", "link.mp4"}, {2, "is also an input"}}};
     for (const auto& [arguments, expected] : cases) {
         EXPECT_TRUE(fails(studio.run("quilt2video", arguments), expected.first, expected.second));
         EXPECT_FALSE(fs::exists(studio / "a.mp4"));

@@ -602,7 +602,7 @@ TEST(Video2NativeTool, PicturesOfDepthBelongToTheSameFramesAfterAResume) {
     ASSERT_EQ(killed.status, 128 + SIGKILL);
     const Outcome resumed = studio.run(kTool, call + Arguments{"--resume", "out.mp4"});
     ASSERT_TRUE(isDone(resumed));
-    EXPECT_NE(resumed.out.find("goes on at 0:"), std::string::npos) << resumed.out;
+    EXPECT_NE(resumed.out.find("continues at 0:"), std::string::npos) << resumed.out;
     EXPECT_TRUE(slurp(studio / "out.mp4") == slurp(studio / "whole.mp4"));
 }
 
@@ -749,12 +749,12 @@ TEST(Video2NativeTool, ARunThatIsKilledGoesOnToTheSameBytes) {
     }
     const Outcome again = studio.run(kTool, call);
     EXPECT_EQ(again.status, 1);
-    EXPECT_NE(again.err.find("expected --resume to go on, or -y"), std::string::npos);
+    EXPECT_NE(again.err.find("expected --resume to continue it, or -y"), std::string::npos);
     EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"--resume", "--focus", "0.4"}), 1,
                       "(--focus was not set and is 0.4), expected the same; -y begins again"));
     const Outcome resumed = studio.run(kTool, call + Arguments{"--resume", "--report", "r.json"});
     ASSERT_TRUE(isDone(resumed));
-    EXPECT_NE(resumed.out.find("goes on at 0:"), std::string::npos);
+    EXPECT_NE(resumed.out.find("continues at 0:"), std::string::npos);
     EXPECT_TRUE(slurp(studio / "out.mp4") == slurp(studio / "whole.mp4"));
     EXPECT_FALSE(fs::exists(studio / "out.mp4.parts"));
     const Json report = Json::parse(slurp(studio / "r.json"));
@@ -779,7 +779,7 @@ TEST(Video2NativeTool, WhatMovesInGivenDepthAloneIsSeenAfterAResume) {
     EXPECT_EQ(killed.status, 128 + SIGKILL);
     const Outcome resumed = studio.run(kTool, call + Arguments{"--resume", "out.mkv"});
     ASSERT_TRUE(isDone(resumed));
-    EXPECT_NE(resumed.out.find("goes on at 0:"), std::string::npos) << resumed.out;
+    EXPECT_NE(resumed.out.find("continues at 0:"), std::string::npos) << resumed.out;
     EXPECT_TRUE(slurp(studio / "out.mkv") == slurp(studio / "whole.mkv"));
 }
 
@@ -829,7 +829,7 @@ TEST(Video2NativeTool, ResumeReplacesNothingIfThereIsNothingToGoOnWith) {
                       "complete, expected a new name"));
     EXPECT_EQ(slurp(studio / "mine.mp4"), "not to be lost");
     const Arguments onto = studio.display() + Arguments{"--resume", "clip.mp4", "clip.mp4"};
-    EXPECT_TRUE(fails(studio.run(kTool, onto), 2, "is an input too"));
+    EXPECT_TRUE(fails(studio.run(kTool, onto), 2, "is also an input"));
 }
 
 TEST(Video2NativeTool, ARunGoesOnWithTheSameInputsOnly) {
@@ -939,7 +939,7 @@ TEST(Video2NativeTool, ARunGoesOnWithTheSameDisplayDepthAndThreadsOnly) {
         writeMap("small.map", InvertViews::Off); // made again, the same
         const Outcome resumed = run.resumed();
         EXPECT_TRUE(warns(resumed, "holds 3 pictures"));
-        EXPECT_NE(resumed.out.find("goes on at 0:"), std::string::npos) << resumed.out;
+        EXPECT_NE(resumed.out.find("continues at 0:"), std::string::npos) << resumed.out;
     }
     std::string tilted = slurp(studio / "small.json");
     tilted.replace(tilted.find("52.58"), 5, "52.57");
@@ -1116,7 +1116,7 @@ TEST(Video2NativeTool, ANativeVideoIsNotMeantToBeConvertedAgain) {
     ASSERT_TRUE(isDone(studio.run(kTool, studio.call("native.mp4"))));
     EXPECT_TRUE(
         warns(studio.run(kTool, studio.display() + Arguments{"-j", "1", "native.mp4", "again.mp4"}),
-              "as a Native video has"));
+              "like a Native video"));
 }
 
 TEST(Video2NativeTool, ColoursOfGivenDepthAreWarnedOf) {
@@ -1158,8 +1158,8 @@ TEST(Video2NativeTool, WrongCallsSayWhatToDo) {
          "but here it is given"},
         {{"photo.png", "o.mp4"}, "photo.png: is a picture, expected a video; photo2native"},
         {{"--input-options", "size", "clip.mp4", "o.mp4"}, "expected name=value"},
-        {{"--depth", "depth.mp4", "clip.mp4", "clip.mp4"}, "is an input too"},
-        {{"--depth", "depth.mp4", "clip.mp4", "depth.mp4"}, "is an input too"}};
+        {{"--depth", "depth.mp4", "clip.mp4", "clip.mp4"}, "is also an input"},
+        {{"--depth", "depth.mp4", "clip.mp4", "depth.mp4"}, "is also an input"}};
     for (const auto& [arguments, message] : wrong)
         EXPECT_TRUE(fails(studio.run(kTool, studio.display() + arguments), 2, message));
     const std::pair<Arguments, const char*> failing[] = {

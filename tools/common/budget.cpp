@@ -92,10 +92,9 @@ std::vector<NamedViewOptions> budgetSettings(const ViewOptions& base) {
 void Budget::add(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"budget"},
-        "Choose method and knobs: the best that makes the Native of a fitted photo "
-        "with depth in MS milliseconds on this machine, 0.1..1e6. Measured on the "
-        "first picture and kept in the user's cache directory; not with --method, -g "
-        "and their knobs.",
+        "Choose the best method that makes a Native from a photo with depth in MS milliseconds on "
+        "this machine, 0.1..1e6. The times are measured on the first picture and kept in the "
+        "user's cache directory. Not with --method, -g and their options.",
         "MS");
 }
 
@@ -153,8 +152,8 @@ ViewOptions Budget::choose(const ViewOptions& base, const std::string& work,
     const std::string budget = wholeMilliseconds(*milliseconds_);
     messages.say("budget: " + chosen.name + ", Native in " + taken + " of " + budget);
     if (!choice_.fits) {
-        messages.warn("no way to make the Native keeps the budget of " + budget + ": " +
-                      chosen.name + ", the quickest, takes " + taken + "; " + advice_);
+        messages.warn("no method keeps the budget of " + budget + ": " + chosen.name +
+                      ", the quickest, takes " + taken + "; " + advice_);
     }
     return chosen.options;
 }

@@ -28,10 +28,11 @@ const std::pair<const char*, const char*> kWords[] = {
     {"depth", "a grey picture that says how near each pixel is; near is white"},
     {"RGB-D", "a photo and its depth side by side in one picture"},
     {"parallax", "how far a thing moves between two views"},
-    {"calibration", "the file visual.json: how the lenses of one display lie; its USB volume holds "
-                    "the file in LKG_calibration/"},
+    {"calibration",
+     "the file visual.json: the geometry of the lenses of one display; its USB volume holds "
+     "the file in LKG_calibration/"},
     {"map", "a look-up table made of a calibration and the layout of a quilt"},
-    {"cover", "fill the frame, cut off what is over"},
+    {"cover", "fill the frame, cut off the rest"},
     {"contain", "show everything, with black bars"},
     {"stretch", "fill the frame, distort the shape"},
 };

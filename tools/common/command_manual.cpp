@@ -107,8 +107,8 @@ std::string CommandLine::manPage(const std::string& version) const {
     addTerms("EXAMPLES", examples);
     addTerms("FILES", terms(Chapter::Files));
     addTerms("ENVIRONMENT", terms(Chapter::Environment));
-    page += ".SH EXIT STATUS\n0: done; 1: failed; 2: wrong usage. What went wrong stands in one "
-            "line on standard error.\n.SH SEE ALSO\n";
+    page += ".SH EXIT STATUS\n0: done; 1: failed; 2: wrong usage. An error is one line on standard "
+            "error.\n.SH SEE ALSO\n";
     std::string others;
     for (const std::string tool : kTools) {
         if (tool != name_) others += (others.empty() ? ".BR " : ",\n.BR ") + tool + " (1)";

@@ -94,28 +94,29 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                 names.push_back(profile.name);
             return names;
         });
-    commandLine.addAdvanced({"l", "large"}, "Use the large MiDaS network, or treat -n as one.");
-    commandLine.addAdvanced({"net-profile"},
-                            "How to feed a network that is not in the catalogue (JSON, the keys of "
-                            "models/catalog.json).",
-                            "FILE.json");
+    commandLine.addAdvanced({"l", "large"},
+                            "Use the large MiDaS network; with -n: FILE is a large network.");
     commandLine.addAdvanced(
-        {"network-size"},
-        "Run the network on pictures of that size, px of the longer side (default: its "
-        "own, 256 for midas-small): less is quicker and sees less.",
-        "PX");
+        {"net-profile"},
+        "Input and output of a network that is not in the catalogue (JSON, the keys of "
+        "models/catalog.json).",
+        "FILE.json");
+    commandLine.addAdvanced({"network-size"},
+                            "Longer side of the network's input in px (default: its own, 256 for "
+                            "midas-small). Smaller is quicker and less accurate.",
+                            "PX");
     if (video) {
         commandLine.add({"depth"},
                         "Depth is given: a video, or a directory with one picture per frame.",
                         "FILE|DIR");
         commandLine.addAdvanced({"d", "depthmode"},
-                                "The same in another way: IN DEPTH instead of IN.");
+                                "Another way to give depth: IN DEPTH instead of IN.");
     } else {
         commandLine.add({"d", "depthmode"}, "Depth is given: PHOTO DEPTH instead of PHOTO.");
     }
     commandLine.add({"rgbd"},
                     std::string(video ? "Frame" : "Photo") +
-                        " and depth are one RGB-D picture; where depth is in it.",
+                        " and depth are one RGB-D picture, with depth at this side.",
                     "right|left|top|bottom");
     commandLine.addAdvanced(
         {"depth-kind"},
@@ -124,10 +125,11 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
         "KIND");
     using Chapter = CommandLine::Chapter;
     commandLine.addTerm(Chapter::Files, "~/.local/share/altiro3D/models/",
-                        "Depth networks, where get-models.sh puts them.");
-    commandLine.addTerm(Chapter::Files, "PREFIX/share/altiro3D/models/catalog.json",
-                        "The catalogue: networks that -n knows by name, and how they are fed. "
-                        "PREFIX is where the tools are installed, such as /usr.");
+                        "Depth networks; get-models.sh puts them here.");
+    commandLine.addTerm(
+        Chapter::Files, "PREFIX/share/altiro3D/models/catalog.json",
+        "The catalogue: the networks that -n accepts by name, and their input and output. "
+        "PREFIX is where the tools are installed, such as /usr.");
     commandLine.addTerm(Chapter::Environment, "ALTIRO3D_MODELS",
                         "Directories where networks and the catalogue are looked for first, "
                         "separated by colons.");
@@ -158,7 +160,7 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
         description_ = "depth half of the picture (" + *commandLine.value("rgbd") + ")";
         source_ = depthFromRgbd(*rgbdSide_, kind_);
     } else if (commandLine.has("depth-kind")) {
-        throw UsageError("--depth-kind says what given depth means, expected -d or --rgbd with it");
+        throw UsageError("--depth-kind describes given depth, expected -d or --rgbd with it");
     } else {
         chooseNetwork(commandLine, messages);
     }
@@ -197,8 +199,7 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
                              : findModelFile(known != nullptr ? known->file : *wanted, searchPath);
         if (networkFile.empty() && known != nullptr) {
             throw Error(ErrorCode::NotFound, *wanted,
-                        "its file " + known->file +
-                            " is not there, expected it to be downloaded (" +
+                        "its file " + known->file + " is missing, expected it to be downloaded (" +
                             downloadCommand(known->name) + ")");
         }
         if (networkFile.empty()) {
@@ -216,7 +217,7 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
             if (known == nullptr) {
                 throw Error(ErrorCode::NotFound, *wanted,
                             "is not in the catalogue of networks, expected --net-profile FILE.json "
-                            "that says how to feed it");
+                            "that describes it");
             }
             profile = *known;
         }
@@ -284,9 +285,9 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
     const double photoAspect = static_cast<double>(scene.photo.cols) / scene.photo.rows;
     const double depthAspect = static_cast<double>(scene.depth.cols) / scene.depth.rows;
     if (fromFiles_ && !haveSameShape(photoAspect, depthAspect)) {
-        messages.warn(depthFile.string() + ": has another shape than the photo (" +
+        messages.warn(depthFile.string() + ": its shape differs from the photo's (" +
                       std::to_string(scene.depth.cols) + " x " + std::to_string(scene.depth.rows) +
-                      " and " + sizeText(scene.photo.size()) + "); it is stretched over it");
+                      " and " + sizeText(scene.photo.size()) + "); it is stretched to fit");
     }
     times.end("depth");
     return scene;

@@ -74,7 +74,7 @@ fs::path sampleCalibration() {
         if (fs::exists(sample, error)) return sample;
     }
     throw Error(ErrorCode::NotFound, "calibration",
-                "none was found, expected -c visual.json or -m FILE.map");
+                "not found, expected -c visual.json or -m FILE.map");
 }
 
 // Warns where a file that was found by itself belongs to another display than those connected.
@@ -93,7 +93,7 @@ void warnOfAnotherMounted(const ChosenDisplay& display, const VolumeSearch& sear
     if (others.empty()) return;
     messages.warn(display.source +
                   ": is used, but a display with another calibration is mounted: " + others +
-                  "; give that file to use it");
+                  "; to use that one, give its file with -c");
 }
 
 // -c, or the first that is found.

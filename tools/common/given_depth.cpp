@@ -34,7 +34,8 @@ GivenDepth::GivenDepth(fs::path source, const VideoReaderOptions& part)
     const Fraction& timeBase = video_->facts().timeBase;
     unit_ = timeBase.value();
     if (!video_->read(frame_)) {
-        throw Error(ErrorCode::BadFormat, source_.string(), "holds no depth for this part");
+        throw Error(ErrorCode::BadFormat, source_.string(),
+                    "has no depth for this part, expected one picture per frame");
     }
     if (hasColours(frame_.picture)) {
         notes_.push_back(source_.string() + ": has colours, and depth has none: their grey value "
@@ -89,11 +90,13 @@ void GivenDepth::tell(Messages& messages) const {
     if (video_) {
         messages.warn(video_->notes());
         if (missing_ > kMissingSeconds) {
-            messages.warn(source_.string() + ": ends before the video; its last depth stays");
+            messages.warn(source_.string() +
+                          ": ends before the video; its last depth is used for the rest");
         }
     } else if (missing_ > 0) {
-        messages.warn(source_.string() + ": holds " + std::to_string(pictures_.size()) +
-                      " pictures, fewer than the video has frames; the last one stays");
+        messages.warn(
+            source_.string() + ": holds " + std::to_string(pictures_.size()) +
+            " pictures, fewer than the video has frames; the last one is used for the rest");
     }
 }
 

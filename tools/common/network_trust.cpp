@@ -103,8 +103,8 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
 
     const NetworkProfile* const named = findProfile(catalog, file);
     if (named != nullptr && !named->sha256.empty() && named->sha256 != findings.sha256) {
-        messages.warn(file.string() + ": is not the file that the catalogue knows as " +
-                      named->name + " (its SHA-256 is another): get it again with " +
+        messages.warn(file.string() + ": differs from the catalogue's " + named->name +
+                      " (its SHA-256 is another): get it again with " +
                       downloadCommand(named->name));
     }
     const bool known =

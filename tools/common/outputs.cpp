@@ -50,8 +50,7 @@ void Outputs::addNative(const fs::path& file) {
     std::error_code error;
     const bool mayBeMarked = file.extension() == ".png" && fs::is_regular_file(file, error);
     if (mayBeMarked && !isMarkedNative(file))
-        explainExisting(file,
-                        "and is not marked as a Native (first what is read, then what is written)");
+        explainExisting(file, "and is not marked as a Native (inputs come first, then outputs)");
     addOutput(file);
 }
 
@@ -81,7 +80,7 @@ void Outputs::check() const {
         const fs::path outputPlace = place(output);
         const auto number = identity(output);
         if (inputPlaces.count(outputPlace) > 0 || (number && inputIdentities.count(*number) > 0)) {
-            throw UsageError(output.string() + ": is an input too, expected an output of its own");
+            throw UsageError(output.string() + ": is also an input, expected another output");
         }
         std::error_code error;
         const fs::file_status status = fs::status(output, error);
@@ -132,8 +131,7 @@ void requirePictureName(const fs::path& file, bool colours) {
         throw UsageError(file.string() + ": PGM holds no colours, expected .ppm or .png");
     }
     if (!canWritePicture(file)) {
-        throw UsageError(file.string() +
-                         ": no picture format is known by this extension, expected .png" +
+        throw UsageError(file.string() + ": unknown picture extension, expected .png" +
                          (canWriteVideo(file) ? "; video2native makes videos" : ""));
     }
 }
@@ -141,7 +139,7 @@ void requirePictureName(const fs::path& file, bool colours) {
 void requireVideoName(const fs::path& file) {
     if (!canWriteVideo(file)) {
         throw UsageError(file.string() +
-                         ": no video format is known by this extension, expected .mp4, .mov or "
+                         ": no video format has this extension, expected .mp4, .mov or "
                          ".mkv");
     }
 }

@@ -28,7 +28,7 @@ void requirePhotoName(const fs::path& name) {
     if (extension == ".onnx") hint = "a network is given with -n";
     if (canWriteVideo(name)) hint = "video2native makes Natives of videos";
     if (hint == nullptr || isDirectory(name)) return;
-    throw UsageError(name.string() + ": is no picture, expected a photo; " + hint);
+    throw UsageError(name.string() + ": is not a picture, expected a photo; " + hint);
 }
 
 // Several outputs of one kind go into a directory, one alone has the name that was given.

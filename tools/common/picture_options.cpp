@@ -41,35 +41,30 @@ void addViewOptions(CommandLine& commandLine) {
     commandLine.addSection("Views");
     commandLine.add(
         {"method"},
-        "How views are made: layered (default: surfaces over a painted background), fast (the "
-        "published quick way, soft at edges) or real (the published geometric way, "
-        "slow).",
+        "How views are made: layered (default), the most accurate; fast, the published quick "
+        "method, soft at edges; real, the published geometric method, slow.",
         "layered|fast|real");
     commandLine.addAdvanced({"g", "geometric"}, "The same as --method real.");
     addSceneOptions(commandLine);
     commandLine.addAdvanced(
         {"k", "keep"},
-        "Views at the panel's resolution: sampled straight where no quilt is needed for "
-        "the Native, averaged into the quilt otherwise; more detail, more work.");
-    commandLine.addAdvanced(
-        {"soft-edges"},
-        "Layered: depth edges spread over some twice as many pixels are made sharp, "
-        "0..8 (default 2; 0 if the depth is exact).",
-        "PX");
-    commandLine.addAdvanced(
-        {"fill"},
-        "Layered: what was hidden is a painted background (background, default) or "
-        "the repeated border (continue).",
-        "background|continue");
+        "Compute views at the panel's resolution: more detail, more time. Only a Native that is "
+        "made without a quilt keeps all of the detail.");
+    commandLine.addAdvanced({"soft-edges"},
+                            "Layered: sharpen depth edges up to about twice this width, 0..8 "
+                            "(default 2; use 0 if the depth is exact).",
+                            "PX");
+    commandLine.addAdvanced({"fill"},
+                            "Layered: fill what was hidden with a painted background (background, "
+                            "default) or by repeating the border (continue, quicker).",
+                            "background|continue");
     commandLine.addAdvanced(
         {"refine"},
-        "Fast: steps that read depth where a pixel comes from, 0 (as published, the "
-        "default) .. 16.",
-        "STEPS");
+        "Fast: refinement steps, 0..16 (default 0, as published): more accurate, slower.", "STEPS");
     commandLine.addAdvanced(
         {"inpaint-from"},
-        "Real: what holes are painted from, around (as published, the default) or "
-        "behind (only what lies behind the thing that hid it).",
+        "Real: paint holes from all pixels around them (around, default, as published) or only "
+        "from the background (behind, more accurate, slower).",
         "around|behind");
     commandLine.addDropped("dilate", "1 px is the most accurate, more and less lose detail", "PX");
     commandLine.addDropped("inpaint", "telea is used, ns took as long and hardly differed",
@@ -83,7 +78,7 @@ ViewOptions viewOptions(const CommandLine& commandLine) {
     if (method) options.method = kMethods[*method];
     if (commandLine.has("g")) {
         if (method && options.method != ViewMethod::Real) {
-            throw UsageError("-g means --method real, expected not another --method with it");
+            throw UsageError("-g means --method real, expected no other --method");
         }
         options.method = ViewMethod::Real;
     }
@@ -130,9 +125,9 @@ void requireKnobsOf(const CommandLine& commandLine, ViewMethod method) {
         {"inpaint-from", ViewMethod::Real, given.real.backgroundOnly != usual.real.backgroundOnly}};
     for (const Knob& knob : knobs) {
         if (knob.owner == method || !knob.turned) continue;
-        throw UsageError("--" + std::string(knob.name) + " is a knob of method " +
+        throw UsageError("--" + std::string(knob.name) + " is an option of method " +
                          methodName(knob.owner) + ", but " + methodName(method) +
-                         " is used; expected --method " + methodName(knob.owner) + " with it");
+                         " is used; expected --method " + methodName(knob.owner));
     }
 }
 
@@ -249,14 +244,14 @@ void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages
     if (hasExtension(file, kLossyFormats)) {
         messages.warn(file.string() +
                       ": this format mixes neighbouring sub-pixels, which belong to different "
-                      "views, and depth suffers; PNG keeps a Native as it is");
+                      "views, and weakens the depth; use PNG");
     }
 }
 
 void warnAboutDepthFormat(const std::filesystem::path& file, Messages& messages) {
     if (hasExtension(file, kLossyFormats)) {
-        messages.warn(file.string() + ": this format does not keep depth exactly, least of all at "
-                                      "its edges; PNG keeps all 16 bits as they are");
+        messages.warn(file.string() + ": this format changes depth, most of all at its "
+                                      "edges; PNG keeps all 16 bits");
     } else if (hasExtension(file, kEightBitFormats)) {
         messages.warn(file.string() +
                       ": this format keeps 8 of the depth's 16 bits; PNG keeps them all");
@@ -283,8 +278,8 @@ void warnIfQuilt(const std::filesystem::path& file, const std::string& instead,
         return; // no quilt's name
     }
     messages.warn(file.string() +
-                  ": its name says that it is a quilt, but it is taken as one "
-                  "picture of a scene; for quilts there is " +
+                  ": its name says that it is a quilt, but it is read as one "
+                  "picture of a scene; for a quilt use " +
                   instead);
 }
 
@@ -292,8 +287,8 @@ void refuseNative(const std::filesystem::path& file, const std::string& expected
     if (!isMarkedNative(file)) return;
     throw Error(ErrorCode::BadFormat, file.string(),
                 "is a Native already, expected " + expected +
-                    " (first what is read, then what is "
-                    "written; native2view shows what is in a Native)");
+                    " (inputs come first, then outputs; "
+                    "native2view shows the views of a Native)");
 }
 
 cv::Mat readPhotoFile(const std::filesystem::path& file, Messages& messages) {

@@ -186,7 +186,7 @@ std::string fixed(double value, int decimals) {
 
 std::string sentenceOf(const std::exception& error) {
     if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
-        return "out of memory, expected more to be free or smaller pictures";
+        return "out of memory, expected more free memory or smaller pictures";
     }
     const auto* const fromSystem = dynamic_cast<const std::system_error*>(&error);
     if (fromSystem != nullptr &&
@@ -196,7 +196,7 @@ std::string sentenceOf(const std::exception& error) {
     std::string text = error.what();
     if (const auto* fromOpenCv = dynamic_cast<const cv::Exception*>(&error)) {
         text = fromOpenCv->code == cv::Error::StsNoMem
-                   ? "out of memory, expected more to be free or smaller pictures"
+                   ? "out of memory, expected more free memory or smaller pictures"
                    : "OpenCV: " + fromOpenCv->err;
     }
     return oneLine(text);

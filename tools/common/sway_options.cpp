@@ -20,9 +20,8 @@ void addSwayOptions(CommandLine& commandLine) {
         "(default 4); rounded to a multiple of 4 frames.",
         "S");
     commandLine.addAdvanced(
-        {"turns"}, "Turns in the video, 1..1000 (default 2). It loops without a seam after each.",
-        "N");
-    commandLine.addAdvanced({"fps"}, "Frames a second, 1..240 (default 30).", "RATE");
+        {"turns"}, "Turns in the video, 1..1000 (default 2). It loops without a seam.", "N");
+    commandLine.addAdvanced({"fps"}, "Frames per second, 1..240 (default 30).", "RATE");
     commandLine.addAdvanced({"size"},
                             "Size of the video in px, width x height (-r is height x width), even "
                             "(default: the picture's own in "
@@ -42,7 +41,7 @@ void requireSwayFile(const CommandLine& commandLine) {
     if (commandLine.has("lg")) return;
     for (const char* option : {"seconds", "turns", "fps", "size"}) {
         if (commandLine.has(option)) {
-            throw UsageError("--seconds, --turns, --fps and --size shape the video of --lg, "
+            throw UsageError("--seconds, --turns, --fps and --size describe the video of --lg, "
                              "expected --lg with them");
         }
     }

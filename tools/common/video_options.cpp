@@ -29,7 +29,7 @@ void addProfileOption(CommandLine& commandLine) {
         {"profile"},
         "balanced (default): method layered, depth as often as the picture needs it, --preset "
         "superfast --crf 16; live: method fast, --preset ultrafast --crf 20; best: layered with "
-        "-k --continuous, --depth-every 1, --preset medium --crf 12. Options given beside it win.",
+        "-k --continuous, --depth-every 1, --preset medium --crf 12. Other options override it.",
         "live|balanced|best");
 }
 
@@ -43,17 +43,16 @@ VideoProfile videoProfile(const std::string& name) {
 }
 
 void addVideoInputOptions(CommandLine& commandLine) {
-    commandLine.add({"from"}, "Begin there: seconds, or [h:]mm:ss.", "TIME");
-    commandLine.add({"to"}, "End there.", "TIME");
-    commandLine.add({"preview"}, "Make only that many seconds.", "SECONDS");
-    commandLine.addAdvanced(
-        {"input-format"},
-        "FFmpeg's name of the format or device of IN, where it is not found out "
-        "(v4l2, x11grab, lavfi).",
-        "NAME");
-    commandLine.addAdvanced(
-        {"input-options"},
-        "Settings of that format: name=value,..., as video_size=1280x720,framerate=30.", "LIST");
+    commandLine.add({"from"}, "Begin at this time: seconds, or [h:]mm:ss.", "TIME");
+    commandLine.add({"to"}, "End at this time.", "TIME");
+    commandLine.add({"preview"}, "Make only the first SECONDS seconds.", "SECONDS");
+    commandLine.addAdvanced({"input-format"},
+                            "FFmpeg's name of the format or device of IN, if it is not detected "
+                            "(v4l2, x11grab, lavfi).",
+                            "NAME");
+    commandLine.addAdvanced({"input-options"},
+                            "Settings of that format, such as video_size=1280x720,framerate=30.",
+                            "LIST");
 }
 
 VideoReaderOptions videoReaderOptions(const CommandLine& commandLine) {
@@ -95,11 +94,11 @@ void addEncoderOptions(CommandLine& commandLine) {
     commandLine.addAdvanced({"crf"}, "Quality of h264, hevc, h264rgb, 0..51; less is better.",
                             "NUMBER");
     commandLine.addAdvanced({"preset"},
-                            "Effort of h264, hevc, h264rgb: slower ones make smaller files.",
+                            "Effort of h264, hevc, h264rgb: a slower preset makes smaller files.",
                             "ultrafast|superfast|veryfast|faster|fast|medium|slow|slower|veryslow");
     commandLine.addAdvanced({"compat"},
-                            "4:2:0 for players that can do no more (h264, hevc): colours of "
-                            "neighbouring pixels are mixed, which mixes the views of a Native.");
+                            "4:2:0 for players that refuse 4:4:4 (h264, hevc). It mixes the "
+                            "colours of neighbouring pixels and so the views of a Native.");
     commandLine.addAdvanced({"no-audio"}, "Leave the sound out.");
     commandLine.addAdvanced({"no-subtitles"}, "Leave the subtitles out.");
 }
@@ -193,7 +192,7 @@ std::string tellNotes(const VideoReader& reader, Messages& messages) {
     Notes notes = reader.notes();
     std::string cutOff;
     if (reader.counts().truncated) { // the first note says so
-        cutOff = notes.front() + "; what is there was converted";
+        cutOff = notes.front() + "; the frames before that were converted";
         notes.erase(notes.begin());
     }
     messages.warn(notes);

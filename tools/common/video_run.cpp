@@ -131,8 +131,8 @@ void warnIfNative(const VideoFacts& facts, const ChosenDisplay& display, Message
     const bool fullColour = facts.pixelFormat.find("444") != std::string::npos ||
                             facts.pixelFormat.find("gbr") != std::string::npos;
     if (facts.size != display.panelSize() || !fullColour) return;
-    messages.warn("the video has the panel's size and 4:4:4 colour, as a Native video has: one is "
-                  "not to be converted again");
+    messages.warn("the video has the panel's size and 4:4:4 colour, like a Native video; do not "
+                  "convert a Native again");
 }
 
 DisplayUse useOf(VideoProduct product) {
@@ -329,12 +329,12 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
         result.keptFrames = kept.frames;
         tally.frames = kept.frames;
         tally.end = static_cast<double>(kept.nextPts) * unit;
-        messages.say("goes on at " + clockText(tally.end) +
-                     "; what is there: " + counted(kept.frames, "frame"));
+        messages.say("continues at " + clockText(tally.end) +
+                     "; already made: " + counted(kept.frames, "frame"));
         if (studio.depth && !kept.state.empty()) studio.depth->setState(kept.state);
         reader.skipTo(kept.nextPts);
     } else if (commandLine.has("resume")) {
-        messages.say("nothing of an earlier run is kept; begins at the start");
+        messages.say("no earlier run was found; starts from the beginning");
     }
     std::optional<double> length;
     if (facts.duration) length = std::min(*facts.duration, plan.part.to) - plan.part.from;
@@ -371,9 +371,9 @@ Result convert(const CommandLine& commandLine, Studio& studio, bool jsonProgress
     } catch (...) {
         progress.clear();
         if (sink.keepsWork()) {
-            messages.say("what is made so far is kept in " +
+            messages.say("the frames so far are kept in " +
                          ResumableVideoWriter::partsDirectory(plan.output).string() +
-                         "; --resume goes on");
+                         "; --resume continues");
         }
         throw;
     }
@@ -502,7 +502,8 @@ void tellDetails(const Studio& studio, const Result& result, Messages& messages)
                         std::to_string(tally.repeated) + " repeated frames");
     }
     if (!studio.plan.show && result.pipeline.dropped > 0) {
-        messages.say(counted(result.pipeline.dropped, "frame") + " came too fast, left out");
+        messages.say(counted(result.pipeline.dropped, "frame") +
+                     " came too fast and were left out");
     }
 }
 
@@ -528,7 +529,7 @@ int runVideo(const CommandLine& commandLine, const VideoPlan& plan, Messages& me
     if (result.stopped) {
         std::string line = "stopped at " + clockText(result.tally.end);
         if (!plan.show) line += "; " + studio.plan.output.string() + " is whole up to there";
-        if (result.keepsWork) line += ", --resume goes on";
+        if (result.keepsWork) line += ", --resume continues";
         messages.warn(line);
         return kExitStopped;
     }

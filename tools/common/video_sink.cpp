@@ -43,7 +43,7 @@ VideoSink::VideoSink(const VideoPlan& plan, const VideoWriterOptions& options,
         throw Error(ErrorCode::WriteFailed, plan.output.string(),
                     "an unfinished run of it is kept in " +
                         ResumableVideoWriter::partsDirectory(plan.output).string() +
-                        ", expected --resume to go on, or -y to begin again");
+                        ", expected --resume to continue it, or -y to start again");
     }
     VideoReader probe(plan.input, plan.part);
     try {

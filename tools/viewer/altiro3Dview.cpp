@@ -41,9 +41,9 @@ void requireUsage(const CommandLine& commandLine) {
             commandLine.exclude(option, other);
     }
     if (commandLine.has("screen") && !commandLine.has("show"))
-        throw UsageError("--screen says where --show shows, expected --show NATIVE with it");
+        throw UsageError("--screen applies to --show, expected --show NATIVE with it");
     if (commandLine.has("json") && !commandLine.has("list-displays"))
-        throw UsageError("--json is about --list-displays, expected --list-displays with it");
+        throw UsageError("--json applies to --list-displays, expected --list-displays with it");
     if (commandLine.has("list-displays") && !commandLine.files().empty())
         throw UsageError("--list-displays takes no names, got " +
                          commandLine.files().front().string());
@@ -54,7 +54,7 @@ void requireUsage(const CommandLine& commandLine) {
 int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& messages) {
     if (!hasDesktop()) {
         throw Error(ErrorCode::NotFound, "desktop",
-                    "there is none, expected $DISPLAY or $WAYLAND_DISPLAY");
+                    "not found, expected $DISPLAY or $WAYLAND_DISPLAY");
     }
     // also volumes that are mounted elsewhere; of several the first will do, as the window can
     // choose
@@ -102,7 +102,7 @@ int main(int argc, char** argv) {
         {"screen"}, "Screen for --show, by its name or number, instead of the display's own.",
         "NAME");
     commandLine.add({"list-displays"}, "Say which displays, screens and volumes are found.");
-    commandLine.addAdvanced({"json"}, "--list-displays for programs.");
+    commandLine.addAdvanced({"json"}, "With --list-displays: write JSON, for programs.");
     addDisplayOptions(commandLine);
     commandLine.addNote("A photo and its depth image, a.jpg and a-depth.png, are opened as one. "
                         "Displays of the first generation (8.9\", 15.6\", 8K) keep their "

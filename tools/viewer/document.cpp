@@ -139,8 +139,9 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
         document.notes = resolved.warnings;
         document.picture = fitQuilt(document.picture, document.layout, &document.notes);
         if (QuiltShape(source.file, document.layout, display).fitsUnasked())
-            document.notes.emplace_back("the file name tells another shape than the panel's: black "
-                                        "bars keep it on the display");
+            document.notes.emplace_back(
+                "the file name states another shape than the panel's: black "
+                "bars keep it on the display");
     } else if (reading == Reading::Native) {
         document.kind = Kind::Native;
     } else if (picture.size() != display.panelSize() && isMarkedNative(source.file)) {

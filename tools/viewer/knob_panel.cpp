@@ -171,12 +171,9 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     focus_ = new KnobSlider(0, 1, 2, standard.views.focus, {});
     focus_->setObjectName("focus");
     refinement_ = numbers("refinement", 0, 16, {});
-    dilation_ = numbers("dilation", 0, 8, tr(" px"));
     softEdges_ = numbers("softEdges", 0, 8, tr(" px"));
     fill_ = choices("fill", {{tr("Painted background"), int(LayeredFill::BackgroundLayer)},
                              {tr("Continued rows"), int(LayeredFill::Continue)}});
-    inpainting_ = choices("inpainting", {{tr("Telea"), int(Inpainting::Telea)},
-                                         {tr("Navier-Stokes"), int(Inpainting::NavierStokes)}});
     parallax_ = faintLabel("parallax");
     display_ = faintLabel("display");
     columns_ = numbers("columns", 1, 64, {});
@@ -200,10 +197,8 @@ void KnobPanel::connectKnobs() {
     onChoice(depth_, tr("depth"));
     onChoice(method_, tr("method"));
     onChoice(fill_, tr("fill"));
-    onChoice(inpainting_, tr("inpainting"));
     connect(best_, &QCheckBox::toggled, this, [this] { turn(tr("best Native")); });
     onNumber(refinement_, tr("refinement"));
-    onNumber(dilation_, tr("edge width"));
     onNumber(softEdges_, tr("soft edges"));
     for (QSpinBox* box : {columns_, rows_}) {
         connect(box, qOverload<int>(&QSpinBox::valueChanged), this, [this] {
@@ -258,16 +253,12 @@ void KnobPanel::build() {
         ofMethod_.emplace_back(method, field);
         ofMethod_.emplace_back(method, form->labelForField(field));
     };
-    addFor(ViewMethod::Layered, tr("Edge width"), dilation_,
-           tr("Background px at an edge that go with the foreground"));
     addFor(ViewMethod::Layered, tr("Soft edges"), softEdges_,
-           tr("Depth steps spread over so many px are made sharp"));
+           tr("Sharpen depth edges up to about twice this width"));
     addFor(ViewMethod::Layered, tr("Behind edges"), fill_,
            tr("What is seen where the photo shows nothing"));
     addFor(ViewMethod::Fast, tr("Refinement"), refinement_,
-           tr("Steps that read depth where a px comes from"));
-    addFor(ViewMethod::Real, tr("Inpainting"), inpainting_,
-           tr("What fills the holes behind edges"));
+           tr("More steps are more accurate and slower"));
     form->addRow(parallax_);
     column->addWidget(views);
 
@@ -306,10 +297,8 @@ Knobs KnobPanel::read() const {
     views.strengthPercent = strength_->value();
     views.focus = focus_->value();
     views.refinement = refinement_->value();
-    views.layered.edgeDilationPixels = dilation_->value();
     views.layered.softEdgePixels = softEdges_->value();
     views.layered.fill = static_cast<LayeredFill>(fill_->currentData().toInt());
-    views.real.inpainting = static_cast<Inpainting>(inpainting_->currentData().toInt());
     knobs.fit = static_cast<FitMode>(fit_->currentData().toInt());
     knobs.depth = depth_->currentData().toString().toStdString();
     knobs.best = best_->isChecked();
@@ -331,10 +320,8 @@ void KnobPanel::show(const Knobs& knobs) {
     strength_->setValue(views.strengthPercent);
     focus_->setValue(views.focus);
     refinement_->setValue(views.refinement);
-    dilation_->setValue(views.layered.edgeDilationPixels);
     softEdges_->setValue(views.layered.softEdgePixels);
     choose(*fill_, int(views.layered.fill));
-    choose(*inpainting_, int(views.real.inpainting));
     choose(*fit_, int(knobs.fit));
     choose(*depth_, QString::fromStdString(knobs.depth));
     for (const auto& [method, widget] : ofMethod_)

@@ -87,10 +87,8 @@ class KnobPanel : public QWidget {
     KnobSlider* strength_;
     KnobSlider* focus_;
     QSpinBox* refinement_;
-    QSpinBox* dilation_;
     QSpinBox* softEdges_;
     QComboBox* fill_;
-    QComboBox* inpainting_;
     QLabel* parallax_;
     QLabel* display_;
     QSpinBox* columns_;

@@ -168,7 +168,7 @@ int present(int& argc, char** argv, const tools::CommandLine& commandLine,
         native = first->picture;
     if (!hasDesktop()) {
         throw Error(ErrorCode::NotFound, "desktop",
-                    "there is none, expected $DISPLAY or $WAYLAND_DISPLAY");
+                    "not found, expected $DISPLAY or $WAYLAND_DISPLAY");
     }
     const QApplication application(argc, argv);
     const std::vector<qt::ScreenFacts> screens = screenFacts();

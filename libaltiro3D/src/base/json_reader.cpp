@@ -69,7 +69,7 @@ Json parseJson(const std::string& text, const std::string& source, const std::st
             if (!keys.back().insert(key).second) {
                 throw Error(ErrorCode::BadFormat, source,
                             "the key \"" + shortened(key) +
-                                "\" stands twice in one object, expected it once");
+                                "\" occurs twice in one object, expected it once");
             }
         }
         return true;

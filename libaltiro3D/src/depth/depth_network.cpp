@@ -198,7 +198,7 @@ void DepthNetwork::Impl::load() {
         // Every ONNX file begins with the number and value of its version field.
         const bool begun = contents.front() == '\x08';
         throw Error(ErrorCode::BadFormat, name,
-                    std::string(begun ? "is damaged or cut off" : "is no ONNX file") +
+                    std::string(begun ? "is damaged or cut off" : "is not an ONNX file") +
                         ", expected a whole ONNX file");
     }
     checkWeightsInside(file, facts);

@@ -75,7 +75,7 @@ const char* nameOf(PictureFormat format) {
                     name + " pictures are not read, expected " + kReadable);
     }
     throw Error(ErrorCode::BadFormat, path.string(),
-                std::string("is no picture that can be read") +
+                std::string("is not a picture that can be read") +
                     (header.isText ? " (it holds text)" : "") +
                     ", expected PNG, JPEG, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000");
 }

@@ -269,7 +269,7 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
         return value.get<std::int64_t>();
     };
     try {
-        if (run.at("format") != kFormat || run.at("version") != kVersion) fail("is no run");
+        if (run.at("format") != kFormat || run.at("version") != kVersion) fail("is not a run");
         const std::string other = difference(run.at("settings"), settings);
         if (!other.empty()) {
             throw Error(ErrorCode::Mismatch, path.string(),

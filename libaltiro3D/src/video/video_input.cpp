@@ -222,7 +222,7 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
                     "has no index (moov): it is cut off or was never finished, expected a whole "
                     "file");
             }
-            throw Error(ErrorCode::BadFormat, input.subject, "is no video that FFmpeg can read");
+            throw Error(ErrorCode::BadFormat, input.subject, "is not a video that FFmpeg can read");
         }
         if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
         // What drivers of other devices say to the question what they can film.

@@ -172,7 +172,7 @@ void VideoReader::Impl::setRange() {
     originPts_ = options.from > 0 ? fromPts_ : startPts_;
 }
 
-// After the file has been wound: what came before does not count.
+// After a seek: what came before does not count.
 void VideoReader::Impl::restart() {
     avcodec_flush_buffers(decoder_.get());
     others->clear();
@@ -230,7 +230,7 @@ void VideoReader::Impl::begin() {
                 found = false;
             } else if (found) {
                 fail(ErrorCode::ReadFailed, subject,
-                     "cannot be wound to " + numberText(options.from) +
+                     "cannot seek to " + numberText(options.from) +
                          " s, expected a file with an index");
             }
         }

@@ -354,7 +354,7 @@ TEST_F(ModelCatalog, ProfileErrorsNameFieldAndExpectation) {
     EXPECT_EQ(errorWith(R"("output": {}, )"),
               "output: is an object, expected \"inverseDepth\" or \"metricDepth\"");
     EXPECT_EQ(errorWith(R"("name": "m", )"),
-              "the key \"name\" stands twice in one object, expected it once");
+              "the key \"name\" occurs twice in one object, expected it once");
     EXPECT_EQ(errorOfProfile(R"({"name": "n", "inputWidth": 32})"),
               "inputHeight: is missing, expected it in every network");
 }
@@ -738,11 +738,11 @@ TEST_F(DepthNetworkFile, WhatIsNoOnnxFileIsSaidInOneSentence) {
     EXPECT_EQ(errorOfLoading(std::string("\x1c\0\0\0TFL3", 8)),
               "is a TensorFlow Lite file, expected an ONNX file");
     EXPECT_EQ(errorOfLoading("{\"a\": 1}"), "is a JSON text, expected an ONNX file");
-    EXPECT_EQ(errorOfLoading("Not Found"), "is no ONNX file, expected a whole ONNX file");
+    EXPECT_EQ(errorOfLoading("Not Found"), "is not an ONNX file, expected a whole ONNX file");
     EXPECT_EQ(errorOfLoading(std::string(1000, '\0')),
-              "is no ONNX file, expected a whole ONNX file");
+              "is not an ONNX file, expected a whole ONNX file");
     EXPECT_EQ(errorOfLoading(std::string(1000, '\xff')),
-              "is no ONNX file, expected a whole ONNX file");
+              "is not an ONNX file, expected a whole ONNX file");
     const std::string whole = mixModel({1, 0, 0}, cv::Size(8, 6));
     for (std::size_t size = 1; size + 8 < whole.size(); ++size) {
         EXPECT_EQ(errorOfLoading(whole.substr(0, size)),

@@ -721,11 +721,11 @@ TEST_F(ImageIo, FormatsWithoutAReaderAreRefusedByName) {
 TEST_F(ImageIo, WhatIsNoPictureIsSaidToBeNone) {
     EXPECT_EQ(
         problemOf("a.png", "hello\n"),
-        "is no picture that can be read (it holds text), expected PNG, JPEG, TIFF, WebP, BMP, "
+        "is not a picture that can be read (it holds text), expected PNG, JPEG, TIFF, WebP, BMP, "
         "PNM, PFM, EXR, HDR or JPEG 2000");
-    EXPECT_EQ(
-        problemOf("a.jpg", std::string("\1\2\3\4", 4)).rfind("is no picture that can be read", 0),
-        0u);
+    EXPECT_EQ(problemOf("a.jpg", std::string("\1\2\3\4", 4))
+                  .rfind("is not a picture that can be read", 0),
+              0u);
     EXPECT_EQ(problemOf("a.png", ""), "is empty, expected a picture");
     EXPECT_EQ(errorOf([&] { readPicture(directory / "none.png"); }),
               (directory / "none.png").string() + ": does not exist, expected a file");

@@ -568,7 +568,7 @@ TEST(VideoReader, CharacterDevicesAreCamerasWhateverTheirNames) {
     }
     close(other);
     close(terminal);
-    EXPECT_EQ(openError("/dev/null", "matroska"), "/dev/null: is no video that FFmpeg can read");
+    EXPECT_EQ(openError("/dev/null", "matroska"), "/dev/null: is not a video that FFmpeg can read");
     // files are files, whatever they are called and however they are reached
     fs::create_directories(directory / "dev");
     const fs::path file = directory / "dev/video0";
@@ -576,7 +576,7 @@ TEST(VideoReader, CharacterDevicesAreCamerasWhateverTheirNames) {
     const fs::path link = directory / "camera-of-a-file";
     fs::create_symlink(file, link);
     for (const fs::path& path : {file, link})
-        EXPECT_EQ(openError(path), path.string() + ": is no video that FFmpeg can read");
+        EXPECT_EQ(openError(path), path.string() + ": is not a video that FFmpeg can read");
     EXPECT_EQ(openError(directory / "dev"),
               (directory / "dev").string() + ": is a directory, expected a video file");
     fs::create_symlink("nowhere", directory / "video1");
@@ -810,15 +810,15 @@ TEST(VideoReader, BadInputIsNamed) {
     EXPECT_EQ(openError(empty), empty.string() + ": is empty, expected a video file");
     const fs::path text = directory / "text.txt";
     spill(text, "This is no video, but a text of some length.\nAnd another line.\n");
-    EXPECT_EQ(openError(text), text.string() + ": is no video that FFmpeg can read");
+    EXPECT_EQ(openError(text), text.string() + ": is not a video that FFmpeg can read");
     spill(text, "YUV4MPEG2 W60000 H60000 F25:1 C420\nFRAME\n"); // more than FFmpeg can count
-    EXPECT_EQ(openError(text), text.string() + ": is no video that FFmpeg can read");
+    EXPECT_EQ(openError(text), text.string() + ": is not a video that FFmpeg can read");
     const fs::path art = directory / "text.nfo"; // FFmpeg would draw it
     spill(art, "This is no video, but a text of some length.\nAnd another line.\n");
     EXPECT_EQ(openError(art), art.string() + ": is a text, expected a video file");
     const fs::path noise = directory / "noise.bin";
     spill(noise, std::string(5000, '\x5a'));
-    EXPECT_EQ(openError(noise), noise.string() + ": is no video that FFmpeg can read");
+    EXPECT_EQ(openError(noise), noise.string() + ": is not a video that FFmpeg can read");
 }
 
 TEST(VideoReader, AFileWithoutVideoIsNamed) {

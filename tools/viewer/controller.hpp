@@ -15,8 +15,8 @@ namespace altiro3D::viewer {
 
 /// The viewer without its window: what is open, how it is looked at, and the work that this takes.
 ///
-/// Lives in one thread and never blocks it: files are read and pictures are made by a worker, of
-/// which the latest wish wins; exports have one of their own. Ends cleanly at any time.
+/// Lives in one thread and never blocks it: a worker reads files and makes pictures, and a newer
+/// request replaces an older one. Exports have their own worker. Ends cleanly at any time.
 class Controller : public QObject {
     Q_OBJECT
   public:

@@ -455,8 +455,8 @@ ChosenDisplay findDisplay(const CommandLine& commandLine, Messages& messages,
 
 void tellShape(const QuiltShape& shape, Messages& messages) {
     if (!shape.fitsUnasked()) return;
-    messages.say("fit: the file name says that the views are meant for another shape than the "
-                 "panel's; black bars keep it (--fit cover or stretch fills the panel)");
+    messages.say("fit: by the file name the shape of the views differs from the panel's; black "
+                 "bars keep it (--fit cover or stretch fills the panel)");
 }
 
 std::string quiltText(const QuiltLayout& layout, double aspect) {

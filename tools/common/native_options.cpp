@@ -27,19 +27,18 @@ bool isContinuous(const NativeOptions& options) {
 void addNativeOptions(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"continuous"},
-        "The camera of each sub-pixel stands exactly where the lens sends it, not at "
-        "the nearest of the views; with -k the best picture. Not with -g, -m and "
-        "blending.");
-    commandLine.add({"best"}, "The best picture: -k and --continuous.");
+        "Compute each sub-pixel for the exact direction in which its lens sends it, not for the "
+        "nearest view. Not with -g, -m, --view-filter and --sampling.");
+    commandLine.add({"best"}, "Make the best picture: -k and --continuous.");
 }
 
 void checkNativeOptions(const CommandLine& commandLine) {
     const std::string option = continuousOption(commandLine);
     if (option.empty()) return;
     if (commandLine.has("m")) {
-        throw UsageError(option +
-                         " reads the photo where the lens says, but a map (-m) knows "
-                         "whole views only; expected the calibration with -c instead of -m");
+        throw UsageError(
+            option + " needs the exact directions of the lenses, but a map (-m) has whole views "
+                     "only; expected -c instead of -m");
     }
     if (viewOptions(commandLine).method == ViewMethod::Real) {
         throw UsageError(option + " reads single sub-pixels, but method real makes whole views "

@@ -1,0 +1,75 @@
+#include "video/frame_decoder.hpp"
+
+namespace altiro3D {
+
+namespace {
+
+bool isInterlaced(const AVFrame& frame) {
+#if LIBAVUTIL_VERSION_INT >= AV_VERSION_INT(58, 7, 100)
+    return (frame.flags & AV_FRAME_FLAG_INTERLACED) != 0;
+#else
+    return frame.interlaced_frame != 0;
+#endif
+}
+
+} // namespace
+
+FrameDecoder::FrameDecoder(CodecPtr decoder, VideoPackets& packets, FrameTimes times,
+                           VideoReadCounts& counts)
+    : decoder_(std::move(decoder)), packets_(packets), times_(times), counts_(counts) {}
+
+void FrameDecoder::restart() {
+    avcodec_flush_buffers(decoder_.get());
+    corruptPts_.clear();
+    sentEnd_ = false;
+    times_.restart();
+}
+
+bool FrameDecoder::decode(DecodedFrame& decoded) {
+    AVFrame& frame = *decoded.frame;
+    for (;;) {
+        const int result = avcodec_receive_frame(decoder_.get(), &frame);
+        if (result == AVERROR_EOF) return false;
+        if (result == AVERROR(EAGAIN)) {
+            if (!feed()) return false;
+            continue;
+        }
+        if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
+        if (result < 0 || isDamaged(frame)) {
+            ++counts_.corrupt;
+            continue;
+        }
+        interlaced_ = interlaced_ || isInterlaced(frame);
+        decoded.pts = times_.next(frame);
+        return true;
+    }
+}
+
+// Gives the decoder the next packet, or tells it the end; false if it knows that already.
+bool FrameDecoder::feed() {
+    if (sentEnd_) return false;
+    if (!packets_.read()) {
+        sentEnd_ = true;
+        avcodec_send_packet(decoder_.get(), nullptr);
+        return true;
+    }
+    const AVPacket& packet = packets_.packet();
+    if (packet.data == nullptr && packet.size == 0) return true;
+    if (!packets_.isOfPictures()) {
+        packets_.keep();
+        return true;
+    }
+    const bool isCorrupt = (packet.flags & AV_PKT_FLAG_CORRUPT) != 0;
+    if (isCorrupt && packet.pts != AV_NOPTS_VALUE) corruptPts_.insert(packet.pts);
+    const int sent = avcodec_send_packet(decoder_.get(), &packet);
+    if (sent == AVERROR(ENOMEM)) checkMemory(nullptr);
+    if (sent < 0 && sent != AVERROR(EAGAIN)) ++counts_.corrupt;
+    return true;
+}
+
+bool FrameDecoder::isDamaged(const AVFrame& frame) {
+    return (frame.flags & AV_FRAME_FLAG_CORRUPT) != 0 || frame.decode_error_flags != 0 ||
+           corruptPts_.erase(frame.pts) != 0;
+}
+
+} // namespace altiro3D

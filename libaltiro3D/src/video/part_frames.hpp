@@ -1,0 +1,80 @@
+#pragma once
+
+#include "altiro3D/video_types.hpp"
+#include "video/ffmpeg.hpp"
+#include "video/frame_decoder.hpp"
+#include "video/video_input.hpp"
+#include "video/video_packets.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace altiro3D {
+
+/// The frames of the part of a video that is wanted: finds its beginning, skips, ends in time.
+class PartFrames {
+  public:
+    /// A frame of the part.
+    struct Frame {
+        const AVFrame* picture = nullptr;
+        std::int64_t pts = 0;      ///< from the part's beginning, in the stream's unit
+        std::int64_t duration = 0; ///< in the stream's unit; 0 = not known
+    };
+
+    /// @param input what is read; @param options the part
+    /// @param packets, decoder, counts must outlive this
+    PartFrames(const VideoInput& input, const VideoReaderOptions& options, VideoPackets& packets,
+               FrameDecoder& decoder, VideoReadCounts& counts);
+
+    /// The next frame, which is whole until the next call.
+    /// @return false at the end
+    /// @throws Error as VideoReader::next()
+    bool next(Frame& frame);
+    /// Lets go of the memory of the frame that next() gave.
+    void release() { av_frame_unref(ahead_.frame.get()); }
+
+    /// A frame was read, or the first one looked for.
+    bool hasBegun() const { return begun_; }
+    /// Begins by decoding from the start of the file. @return how many frames are before the part
+    std::int64_t countBefore();
+    /// See VideoReader::skipTo().
+    void skipTo(std::int64_t pts);
+    /// Reads on without decoding, up to the pictures of a time. @return false at the end
+    bool pass(std::int64_t until);
+
+  private:
+    void begin(bool maySeek);
+    bool seekToPart();
+    bool decodeUpToPart();
+    void goTo(std::int64_t goal);
+    bool seek(std::int64_t target);
+    bool seekToStart();
+    void restart();
+    void end();
+    double seconds(std::int64_t ticks) const { return static_cast<double>(ticks) * unit_; }
+
+    std::string subject_;
+    std::string codec_;
+    VideoInput::Kind kind_;
+    double unit_; // s
+    VideoPackets& packets_;
+    FrameDecoder& decoder_;
+    VideoReadCounts& counts_;
+
+    // where the part is, in the time of the file
+    std::int64_t startPts_; // of the file
+    std::int64_t fromPts_;
+    std::int64_t toPts_;
+    std::int64_t originPts_; // what counts as 0
+    double from_;            // as it was given, s
+
+    DecodedFrame current_; // the next one to give
+    DecodedFrame ahead_;
+    bool hasCurrent_ = false;
+    bool begun_ = false;
+    bool ended_ = false;
+    bool pastEnd_ = false;          // at the end of the part
+    std::int64_t passedFrames_ = 0; // decoded before the part
+};
+
+} // namespace altiro3D

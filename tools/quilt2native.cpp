@@ -162,7 +162,7 @@ int main(int argc, char** argv) {
     commandLine.addSection("Videos");
     addEncoderOptions(commandLine);
     commandLine.add({"resume"}, "Continue an interrupted run of the same command.");
-    VideoProgress::add(commandLine);
+    VideoProgressLine::add(commandLine);
     commandLine.addAdvanced({"report"},
                             "Write settings, counts and the time of each stage, for programs.",
                             "FILE.json");

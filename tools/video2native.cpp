@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced({"screen"}, "Screen for --show, instead of the display's own.", "NAME");
     commandLine.add({"resume"}, "Continue an interrupted run of the same command.");
     commandLine.add({"y"}, "Replace outputs that exist, and start from the beginning.");
-    VideoProgress::add(commandLine);
+    VideoProgressLine::add(commandLine);
     commandLine.addAdvanced({"report"},
                             "Write settings, counts and the time of each stage, for programs.",
                             "FILE.json");

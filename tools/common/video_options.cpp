@@ -6,7 +6,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 
 namespace altiro3D::tools {
 
@@ -135,12 +134,6 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
     return options;
 }
 
-void takeTimes(const VideoFacts& facts, VideoWriterOptions& options) {
-    options.timeBase = facts.timeBase;
-    options.frameRate = facts.averageRate;
-    options.constantRate = facts.constantRate;
-}
-
 double secondsOption(const std::string& option, const std::string& text) {
     double seconds = 0;
     const char* at = text.data();
@@ -159,20 +152,6 @@ double secondsOption(const std::string& option, const std::string& text) {
                      "\", expected seconds, as 12.5, or [h:]mm:ss");
 }
 
-std::string clockText(double seconds) {
-    char text[48];
-    const auto tenths = std::llround(std::max(seconds, 0.0) * 10);
-    const long long hours = tenths / 36000;
-    const int minutes = static_cast<int>(tenths / 600 % 60);
-    const double rest = static_cast<double>(tenths % 600) / 10;
-    if (hours > 0) {
-        std::snprintf(text, sizeof text, "%lld:%02d:%04.1f", hours, minutes, rest);
-    } else {
-        std::snprintf(text, sizeof text, "%d:%04.1f", minutes, rest);
-    }
-    return text;
-}
-
 bool isPicture(const std::filesystem::path& file, const VideoFacts& facts) {
     const std::string& format = facts.format;
     const std::string ending = "_pipe";
@@ -186,17 +165,6 @@ bool isPicture(const std::filesystem::path& file, const VideoFacts& facts) {
     } catch (const Error&) {
         return true; // a broken one
     }
-}
-
-std::string tellNotes(const VideoReader& reader, Messages& messages) {
-    Notes notes = reader.notes();
-    std::string cutOff;
-    if (reader.counts().truncated) { // the first note says so
-        cutOff = notes.front() + "; the frames before that were converted";
-        notes.erase(notes.begin());
-    }
-    messages.warn(notes);
-    return cutOff;
 }
 
 } // namespace altiro3D::tools

@@ -35,24 +35,15 @@ VideoReaderOptions videoReaderOptions(const CommandLine& commandLine);
 
 /// --codec --crf --preset --compat --no-audio --no-subtitles
 void addEncoderOptions(CommandLine& commandLine);
-/// What the encoder options say; size and times are to be filled in.
+/// What the encoder options say; size and times are those of the video.
 /// @throws UsageError
 VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile);
 
-/// Times as those of a video.
-void takeTimes(const VideoFacts& facts, VideoWriterOptions& options);
-
 /// Seconds as "90", "1:30" or "0:01:30.5". @throws UsageError that names the option
 double secondsOption(const std::string& option, const std::string& text);
-/// "0:05.2" or "1:02:03"
-std::string clockText(double seconds);
 
 /// Whether a file is one picture, which FFmpeg takes for a video of one frame.
 /// @param facts of the file; only where they leave it open it is read
 bool isPicture(const std::filesystem::path& file, const VideoFacts& facts);
-
-/// Warns of what a reader has found.
-/// @return that the video is cut off, for an error; empty if it is not
-std::string tellNotes(const VideoReader& reader, Messages& messages);
 
 } // namespace altiro3D::tools

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_reader.hpp"
 #include "common/display_options.hpp"
-#include "common/video_stages.hpp"
 
 #include <filesystem>
 #include <string>
@@ -35,10 +35,8 @@ VideoPlan planVideo(const CommandLine& commandLine);
 void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
                   const ChosenDisplay& display);
 
-/// Everything that shapes the frames and the file, as text: a run goes on with the same only.
-/// @param source where depth comes from, or null: it is in the frames or there is none
-std::string settingsText(const CommandLine& commandLine, const VideoPlan& plan,
-                         const QuiltLayout& layout, const ChosenDisplay& display,
-                         const ChosenDepth* source);
+/// The options that shape the frames and the file, as a JSON object of texts: a run is resumed with
+/// the same only.
+std::string settingsText(const CommandLine& commandLine);
 
 } // namespace altiro3D::tools

@@ -1,7 +1,6 @@
 #include "common/video_progress.hpp"
 
 #include "common/console.hpp"
-#include "common/video_options.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -22,7 +21,7 @@ double between(Clock::time_point from, Clock::time_point to) {
 
 } // namespace
 
-void VideoProgress::add(CommandLine& commandLine) {
+void VideoProgressLine::add(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"progress"},
         "bar (default: a line on a terminal) or json (one object a line on standard "
@@ -30,44 +29,52 @@ void VideoProgress::add(CommandLine& commandLine) {
         "bar|json");
 }
 
-bool VideoProgress::json(const CommandLine& commandLine) {
+bool VideoProgressLine::json(const CommandLine& commandLine) {
     return commandLine.choice("progress", {"bar", "json"}).value_or(0) == 1;
 }
 
-VideoProgress::VideoProgress(bool json, std::optional<std::int64_t> frames,
-                             std::optional<double> seconds, std::int64_t done, double doneTime)
-    : json_(json), frames_(frames), seconds_(seconds), before_(done), time_(doneTime) {}
+VideoProgressLine::VideoProgressLine(bool json, const VideoProgress& start)
+    : json_(json), now_(start) {}
 
-VideoProgress::~VideoProgress() {
+VideoProgressLine::~VideoProgressLine() {
     clear();
 }
 
-void VideoProgress::frame(double end) {
-    ++done_;
-    time_ = end;
-    if (firstTime_ < 0) firstTime_ = end;
-    const Clock::time_point now = Clock::now();
-    if (shown_ != Clock::time_point{} && between(shown_, now) < kStepSeconds) return;
-    shown_ = now;
+void VideoProgressLine::update(const VideoProgress& now) {
+    const bool isFrame = now.frames > now_.frames;
+    now_ = now;
+    if (now.finishing) {
+        if (json_) {
+            putLine("finishing");
+        } else {
+            showStatus("finishing the file ...");
+        }
+        return;
+    }
+    if (!isFrame) return;
+    if (firstTime_ < 0) firstTime_ = now.end;
+    const Clock::time_point time = Clock::now();
+    if (shown_ != Clock::time_point{} && between(shown_, time) < kStepSeconds) return;
+    shown_ = time;
     show();
 }
 
-void VideoProgress::show() {
+void VideoProgressLine::show() {
     if (!json_ && !hasStatusLine()) return;
     const double spent = between(start_, Clock::now());
     std::optional<double> share; // of all
     std::optional<double> left;  // s
-    if (seconds_ && *seconds_ > 0) {
-        share = std::clamp(time_ / *seconds_, 0.0, 1.0);
-        const double made = time_ - firstTime_;
-        if (made > 0) left = spent * std::max(*seconds_ - time_, 0.0) / made;
+    if (now_.length && *now_.length > 0) {
+        share = std::clamp(now_.end / *now_.length, 0.0, 1.0);
+        const double made = now_.end - firstTime_;
+        if (made > 0) left = spent * std::max(*now_.length - now_.end, 0.0) / made;
     }
     if (json_) {
         nlohmann::ordered_json line = {{"state", "running"},
-                                       {"frames", before_ + done_},
-                                       {"time", time_},
+                                       {"frames", now_.frames},
+                                       {"time", now_.end},
                                        {"framesPerSecond", rate()}};
-        if (frames_) line["framesInAll"] = *frames_;
+        if (now_.framesInAll) line["framesInAll"] = *now_.framesInAll;
         if (share) line["share"] = *share;
         if (left) line["secondsLeft"] = *left;
         writeLine(stdout, line.dump());
@@ -79,43 +86,33 @@ void VideoProgress::show() {
         text += "[" + std::string(static_cast<std::size_t>(full), '#') +
                 std::string(static_cast<std::size_t>(kBarColumns - full), '.') + "] ";
     }
-    text += clockText(time_);
-    if (seconds_) text += " of " + clockText(*seconds_);
+    text += clockText(now_.end);
+    if (now_.length) text += " of " + clockText(*now_.length);
     char numbers[64];
     std::snprintf(numbers, sizeof numbers, ", frame %lld, %.1f fps",
-                  static_cast<long long>(before_ + done_), rate());
+                  static_cast<long long>(now_.frames), rate());
     text += numbers;
     if (left) text += ", " + clockText(*left) + " left";
     showStatus(text);
 }
 
-double VideoProgress::rate() const {
+double VideoProgressLine::rate() const {
     const double spent = between(start_, Clock::now());
-    return spent > 0 ? static_cast<double>(done_) / spent : 0;
+    return spent > 0 ? static_cast<double>(now_.frames - now_.keptFrames) / spent : 0;
 }
 
-void VideoProgress::putLine(const std::string& state) const {
-    const nlohmann::ordered_json line = {{"state", state},
-                                         {"frames", before_ + done_},
-                                         {"time", time_},
-                                         {"framesPerSecond", rate()}};
+void VideoProgressLine::putLine(const std::string& state) const {
+    const nlohmann::ordered_json line = {
+        {"state", state}, {"frames", now_.frames}, {"time", now_.end}, {"framesPerSecond", rate()}};
     writeLine(stdout, line.dump());
 }
 
-void VideoProgress::finishing() {
-    if (json_) {
-        putLine("finishing");
-    } else {
-        showStatus("finishing the file ...");
-    }
-}
-
-void VideoProgress::end(const std::string& state) {
+void VideoProgressLine::end(const std::string& state) {
     clear();
     if (json_) putLine(state);
 }
 
-void VideoProgress::clear() {
+void VideoProgressLine::clear() {
     clearStatus();
 }
 

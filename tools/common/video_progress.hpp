@@ -1,16 +1,15 @@
 #pragma once
 
+#include "altiro3D/video_converter.hpp"
 #include "common/run_tool.hpp"
 
 #include <chrono>
-#include <cstdint>
-#include <optional>
 #include <string>
 
 namespace altiro3D::tools {
 
 /// Shows how far a video is: a line on a terminal, JSON lines for programs, nothing elsewhere.
-class VideoProgress {
+class VideoProgressLine {
   public:
     /// --progress
     static void add(CommandLine& commandLine);
@@ -18,20 +17,14 @@ class VideoProgress {
     static bool json(const CommandLine& commandLine);
 
     /// @param json one JSON object a line on standard output instead of a bar
-    /// @param frames how many there are in all, as far as known
-    /// @param seconds how long the video is, as far as known
-    /// @param done frames that an earlier run has made
-    /// @param doneTime where they end, s of the video
-    VideoProgress(bool json, std::optional<std::int64_t> frames, std::optional<double> seconds,
-                  std::int64_t done, double doneTime);
-    ~VideoProgress();
-    VideoProgress(const VideoProgress&) = delete;
-    VideoProgress& operator=(const VideoProgress&) = delete;
+    /// @param start how far it is before the first frame
+    VideoProgressLine(bool json, const VideoProgress& start);
+    ~VideoProgressLine();
+    VideoProgressLine(const VideoProgressLine&) = delete;
+    VideoProgressLine& operator=(const VideoProgressLine&) = delete;
 
-    /// A frame is done that ends at a time of the video, s.
-    void frame(double end);
-    /// All frames are given to the encoder, which still holds some; the file is being closed.
-    void finishing();
+    /// A frame is made, or the file is being closed.
+    void update(const VideoProgress& now);
     /// All are done: the last JSON line; takes the bar away.
     /// @param state "done", "stopped" or "truncated"
     void end(const std::string& state);
@@ -44,11 +37,7 @@ class VideoProgress {
     void putLine(const std::string& state) const;
 
     bool json_;
-    std::optional<std::int64_t> frames_;
-    std::optional<double> seconds_;
-    std::int64_t before_;
-    std::int64_t done_ = 0;
-    double time_;
+    VideoProgress now_;
     double firstTime_ = -1;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point shown_{};

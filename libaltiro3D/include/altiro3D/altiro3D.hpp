@@ -61,6 +61,8 @@
 #include "altiro3D/sway.hpp"
 #include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"
+#include "altiro3D/video_conversion.hpp"
+#include "altiro3D/video_converter.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_pipeline.hpp"
 #include "altiro3D/video_reader.hpp"

@@ -40,6 +40,12 @@ class ALTIRO3D_EXPORT QuiltShape {
     /// The shape in which a view is shown. @return width : height
     double shownAspect() const { return fit_ == FitMode::Stretch ? panelAspect_ : aspect_; }
 
+    /// The shape of what a view shows. @return width : height
+    double aspect() const { return aspect_; }
+
+    /// How views of another shape are brought to the panel's. @return as given, or as chosen
+    FitMode fit() const { return fit_; }
+
     /// Whether black bars keep the shape of the views without having been asked for.
     /// @return true if they do
     bool fitsUnasked() const { return isFittedUnasked_; }

@@ -91,8 +91,7 @@ bool PartFrames::seekToPart() {
     if (seekToStart()) return false;
     if (found) {
         throw Error(ErrorCode::ReadFailed, subject_,
-                    "cannot be wound to " + numberText(from_) +
-                        " s, expected a file with an index");
+                    "cannot seek to " + numberText(from_) + " s, expected a file with an index");
     }
     return false;
 }

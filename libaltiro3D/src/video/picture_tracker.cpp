@@ -7,6 +7,7 @@
 #include "video/state_bytes.hpp"
 
 #include <cstddef>
+#include <cstring>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -33,6 +34,11 @@ std::uint64_t pictureHash(const cv::Mat& picture) {
     for (const std::uint64_t row : rows)
         total = mixIn(total, row);
     return total;
+}
+
+bool areEqual(const cv::Mat& a, const cv::Mat& b) {
+    return a.size() == b.size() && a.type() == b.type() && a.isContinuous() && b.isContinuous() &&
+           std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
 }
 
 PictureTracker::Step PictureTracker::next(const cv::Mat& picture) {

@@ -39,8 +39,11 @@ class PictureTracker {
     cv::Mat grey_;
 };
 
-/// A hash of 64 bits; different pictures collide with a probability of 2^-64.
-/// @param picture [any size, CV_8UC3]
+/// A number that differs between different pictures of one size and type but for one case in 2^64.
+/// @param picture [any size and type]
 std::uint64_t pictureHash(const cv::Mat& picture);
+
+/// Whether pictures are the same bit for bit; those with gaps between their rows never are.
+bool areEqual(const cv::Mat& a, const cv::Mat& b);
 
 } // namespace altiro3D

@@ -76,7 +76,8 @@ FileHandle lockDirectory(const fs::path& directory) {
     return handle;
 }
 
-// The first setting that differs, as a sentence; empty if none does.
+// The first setting that differs, as a sentence; empty if none does. One that is set in one run
+// only comes first: what follows from it differs as well.
 std::string difference(const Json& before, const Json& now) {
     const auto text = [](const Json& all, const std::string& name) {
         if (!all.contains(name)) return std::string("not set");
@@ -84,11 +85,13 @@ std::string difference(const Json& before, const Json& now) {
         const auto given = all[name].get<std::string>();
         return given.empty() ? std::string("set") : given;
     };
-    for (const Json* all : {&before, &now}) {
-        for (const auto& item : all->items()) {
-            const std::string& name = item.key();
-            if (text(before, name) != text(now, name)) {
-                return name + " was " + text(before, name) + " and is " + text(now, name);
+    for (const bool inBoth : {false, true}) {
+        for (const Json* all : {&before, &now}) {
+            for (const auto& item : all->items()) {
+                const std::string& name = item.key();
+                if ((before.contains(name) && now.contains(name)) != inBoth) continue;
+                if (text(before, name) != text(now, name))
+                    return name + " was " + text(before, name) + " and is " + text(now, name);
             }
         }
     }

@@ -1,27 +1,27 @@
 #pragma once
 
 #include "altiro3D/resumable_video.hpp"
+#include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_pipeline.hpp"
 #include "altiro3D/video_writer.hpp"
-#include "common/video_plan.hpp"
 
 #include <cstdint>
 #include <optional>
 #include <string>
 
-namespace altiro3D::tools {
+namespace altiro3D {
 
-/// Where the frames of a video go: to segments that a later run can go on from, or, if the input
-/// cannot be read once more, straight to the file.
+/// Where the frames of a conversion are written: to segments that a later run can go on from, or,
+/// if the input cannot be read once more, straight to the file.
 class VideoSink {
   public:
-    /// @param plan must outlive this
-    /// @param settings see settingsText()
-    /// @param resume goes on where an earlier run ended
-    /// @param reader whose other streams are copied
+    /// @param conversion its input, part, output and what is done about an unfinished run
+    /// @param options of the encoder, complete
+    /// @param settings see conversionStamp()
+    /// @param reader of the input; its other streams are copied
     /// @throws Error
-    VideoSink(const VideoPlan& plan, const VideoWriterOptions& options, const std::string& settings,
-              bool resume, VideoReader& reader);
+    VideoSink(const VideoConversion& conversion, const VideoWriterOptions& options,
+              const std::string& settings, VideoReader& reader);
 
     /// What an earlier run has left.
     KeptVideo kept() const { return segments_ ? segments_->kept() : KeptVideo(); }
@@ -35,9 +35,13 @@ class VideoSink {
     const Notes& notes() const { return segments_ ? segments_->notes() : plain_->notes(); }
 
   private:
-    const VideoPlan& plan_;
+    std::filesystem::path input_;
+    VideoReaderOptions part_;
     std::optional<VideoWriter> plain_;
     std::optional<ResumableVideoWriter> segments_;
 };
 
-} // namespace altiro3D::tools
+/// Whether the input of a conversion can be read once more.
+bool canReadAgain(const std::filesystem::path& input);
+
+} // namespace altiro3D

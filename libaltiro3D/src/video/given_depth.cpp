@@ -1,4 +1,4 @@
-#include "common/given_depth.hpp"
+#include "video/given_depth.hpp"
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
@@ -6,23 +6,26 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-namespace altiro3D::tools {
+namespace altiro3D {
 
 namespace fs = std::filesystem;
 
 namespace {
 
 constexpr double kMissingSeconds = 0.5; // a depth video that ends a little early is no trouble
+constexpr std::size_t kMostNotes = 10;
 
 } // namespace
 
-GivenDepth::GivenDepth(fs::path source, const VideoReaderOptions& part)
-    : source_(std::move(source)) {
+GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& part)
+    : given_(given) {
+    const std::string name = given_.source.string();
+    if (!given_.read) given_.read = readDepthSamples;
     std::error_code error;
-    if (fs::is_directory(source_, error)) {
-        pictures_ = listPictures(source_);
+    if (fs::is_directory(given_.source, error)) {
+        pictures_ = listPictures(given_.source);
         if (pictures_.empty()) {
-            throw Error(ErrorCode::NotFound, source_.string(),
+            throw Error(ErrorCode::NotFound, name,
                         "holds no pictures, expected one depth picture per frame");
         }
         return;
@@ -30,16 +33,15 @@ GivenDepth::GivenDepth(fs::path source, const VideoReaderOptions& part)
     VideoReaderOptions options;
     options.from = part.from;
     options.to = part.to;
-    video_.emplace(source_, options);
-    const Fraction& timeBase = video_->facts().timeBase;
-    unit_ = timeBase.value();
+    video_.emplace(given_.source, options);
+    unit_ = video_->facts().timeBase.value();
     if (!video_->read(frame_)) {
-        throw Error(ErrorCode::BadFormat, source_.string(),
+        throw Error(ErrorCode::BadFormat, name,
                     "has no depth for this part, expected one picture per frame");
     }
     if (hasColours(frame_.picture)) {
-        notes_.push_back(source_.string() + ": has colours, and depth has none: their grey value "
-                                            "is taken (the video comes first, then its depth)");
+        notes_.push_back(name + ": has colours, and depth has none: their grey value is taken (the "
+                                "video comes first, then its depth)");
     }
     hasAhead_ = video_->read(ahead_);
 }
@@ -60,12 +62,12 @@ void GivenDepth::readPicture(std::int64_t number, cv::Mat& raw) {
     const auto count = static_cast<std::int64_t>(pictures_.size());
     missing_ = std::max(missing_, static_cast<double>(number - count + 1));
     const fs::path& file = pictures_[static_cast<std::size_t>(std::min(number, count - 1))];
-    const QuietStandardError quiet;
     Notes notes;
-    raw = readDepthSamples(file, &notes);
+    raw = given_.read(file, &notes);
     for (const std::string& note : notes) {
         const std::string text = file.string() + ": " + note;
-        if (notes_.size() < 10 && std::find(notes_.begin(), notes_.end(), text) == notes_.end())
+        if (notes_.size() < kMostNotes &&
+            std::find(notes_.begin(), notes_.end(), text) == notes_.end())
             notes_.push_back(text);
     }
 }
@@ -85,19 +87,20 @@ void GivenDepth::readFrame(double time, cv::Mat& raw) {
     cv::cvtColor(frame_.picture, raw, cv::COLOR_BGR2GRAY);
 }
 
-void GivenDepth::tell(Messages& messages) const {
-    messages.warn(notes_);
+Notes GivenDepth::notes() const {
+    Notes notes = notes_;
+    const std::string name = given_.source.string();
     if (video_) {
-        messages.warn(video_->notes());
-        if (missing_ > kMissingSeconds) {
-            messages.warn(source_.string() +
-                          ": ends before the video; its last depth is used for the rest");
-        }
+        for (const std::string& note : video_->notes())
+            notes.push_back(note);
+        if (missing_ > kMissingSeconds)
+            notes.push_back(name + ": ends before the video; its last depth is used for the rest");
     } else if (missing_ > 0) {
-        messages.warn(
-            source_.string() + ": holds " + std::to_string(pictures_.size()) +
+        notes.push_back(
+            name + ": holds " + std::to_string(pictures_.size()) +
             " pictures, fewer than the video has frames; the last one is used for the rest");
     }
+    return notes;
 }
 
-} // namespace altiro3D::tools
+} // namespace altiro3D

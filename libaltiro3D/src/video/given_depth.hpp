@@ -1,30 +1,28 @@
 #pragma once
 
-#include "altiro3D/video_reader.hpp"
-#include "common/run_tool.hpp"
+#include "altiro3D/video_conversion.hpp"
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <vector>
 
-namespace altiro3D::tools {
+namespace altiro3D {
 
 /// Depth of a video that comes with it: another video, or a directory with one picture per frame.
 class GivenDepth {
   public:
-    /// @param source video or directory
+    /// @param given its `source` is a video or a directory
     /// @param part which part of the video is read
     /// @throws Error
-    GivenDepth(std::filesystem::path source, const VideoReaderOptions& part);
+    GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& part);
 
     /// Finds the picture of the part's first frame; to be called before that is read.
     /// @param video that the depth belongs to
     /// @throws Error
     void begin(VideoReader& video);
 
-    /// The raw depth of a frame: of the depth video the picture that is shown at that time, of a
-    /// directory the picture of that number. What ends too early stays.
+    /// The raw depth of a frame.
     ///
     /// @param time when the frame is shown, s from the beginning of the part
     /// @param number of the frame, from 0 in the part
@@ -33,13 +31,13 @@ class GivenDepth {
     void read(double time, std::int64_t number, cv::Mat& raw);
 
     /// What was remarkable, for people.
-    void tell(Messages& messages) const;
+    Notes notes() const;
 
   private:
     void readPicture(std::int64_t number, cv::Mat& raw);
     void readFrame(double time, cv::Mat& raw);
 
-    std::filesystem::path source_;
+    GivenVideoDepth given_;
     std::vector<std::filesystem::path> pictures_;
     std::int64_t firstPicture_ = 0;
     Notes notes_;
@@ -51,4 +49,4 @@ class GivenDepth {
     double missing_ = 0; // s or frames beyond the end
 };
 
-} // namespace altiro3D::tools
+} // namespace altiro3D

@@ -1,0 +1,146 @@
+#include "video/conversion_stamp.hpp"
+
+#include "altiro3D/calibration.hpp"
+#include "altiro3D/version.hpp"
+#include "base/checks.hpp"
+#include "base/json_reader.hpp"
+#include "base/text.hpp"
+#include "video/picture_tracker.hpp"
+#include "video/state_bytes.hpp"
+
+#include <cstdio>
+#include <thread>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string hexText(std::uint64_t value) {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+    return text;
+}
+
+// Tells a file, or a directory of pictures, from a later state of it.
+std::string stateOf(const fs::path& path) {
+    std::error_code error; // opening it reports what is wrong
+    const auto stateOfFile = [&](const fs::path& file) {
+        const std::uintmax_t bytes = fs::file_size(file, error);
+        const auto time = fs::last_write_time(file, error).time_since_epoch().count();
+        return std::to_string(bytes) + " bytes of " + std::to_string(time);
+    };
+    if (!fs::is_directory(path, error)) return stateOfFile(path);
+    const std::vector<fs::path> files = listPictures(path);
+    std::string all;
+    for (const fs::path& file : files) // the name decides which frame it belongs to
+        all += file.filename().string() + '\0' + stateOfFile(file) + '\n';
+    return std::to_string(files.size()) + " files, " + hexText(checksum(all));
+}
+
+std::string contentsOf(const NativeLut& map) {
+    std::uint64_t sum = 0;
+    for (int colour = 0; colour < 3; ++colour)
+        sum = mixIn(sum, pictureHash(map.channel(colour)));
+    return hexText(sum);
+}
+
+// What a network makes of pictures, besides what its file holds.
+Json feedingOf(const DepthNetwork& network) {
+    const NetworkProfile& profile = network.profile();
+    return {{"size", sizeText(network.inputSize())},
+            {"channels", profile.channelOrder},
+            {"scale", profile.scale},
+            {"mean", profile.mean},
+            {"std", profile.std},
+            {"resize", static_cast<int>(profile.resizeKernel)},
+            {"output", static_cast<int>(profile.output)},
+            {"processor", static_cast<int>(network.target())}};
+}
+
+Json numbersOf(const ViewOptions& views) {
+    return {static_cast<int>(views.method),
+            views.strengthPercent,
+            views.focus,
+            views.refinement,
+            static_cast<int>(views.real.inpainting),
+            views.real.inpaintingRadius,
+            views.real.backgroundOnly,
+            views.layered.tearPixels,
+            views.layered.edgeDilationPixels,
+            views.layered.softEdgePixels,
+            static_cast<int>(views.layered.fill)};
+}
+
+Json numbersOf(const NativeOptions& native) {
+    return {static_cast<int>(native.fit), native.keepResolution, static_cast<int>(native.positions),
+            static_cast<int>(native.sampling.views), static_cast<int>(native.sampling.inTile)};
+}
+
+Json numbersOf(const VideoDepthOptions& depth) {
+    return {depth.every, depth.longestGap, depth.mostNew, depth.steadiness};
+}
+
+Json encodingOf(const VideoWriterOptions& options) {
+    Json colours = Json::array();
+    if (options.matrix) colours.push_back(static_cast<int>(*options.matrix));
+    if (options.range) colours.push_back(static_cast<int>(*options.range));
+    return {{"codec", static_cast<int>(options.codec)},
+            {"compatible", options.compatible},
+            {"crf", options.crf},
+            {"preset", options.preset},
+            {"colours", colours},
+            {"copied", {options.audio, options.subtitles, options.chapters, options.metadata}},
+            {"tags", options.tags}};
+}
+
+} // namespace
+
+std::string conversionStamp(const VideoConversion& conversion, const QuiltLayout& layout) {
+    Json stamp = Json::parse(conversion.settings, nullptr, false);
+    check(stamp.is_object(), "settings",
+          "are \"" + conversion.settings + "\", expected a JSON object");
+    const auto text = [](const Json& value) {
+        return value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    };
+    const auto add = [&](const char* name, const Json& value) { stamp[name] = text(value); };
+    stamp["video"] = stateOf(conversion.input);
+    if (conversion.given) {
+        const GivenVideoDepth& given = *conversion.given;
+        if (!given.side) stamp["depth video"] = stateOf(given.source);
+        add("given depth",
+            {given.side ? static_cast<int>(*given.side) : -1, static_cast<int>(given.kind)});
+    } else if (conversion.depth) {
+        const DepthSource& depth = *conversion.depth;
+        stamp["depth"] = depth.description();
+        if (depth.network() != nullptr) {
+            stamp["network"] = stateOf(depth.network()->file());
+            add("network profile", feedingOf(*depth.network()));
+        }
+    }
+    stamp["quilt"] = layout.text();
+    if (conversion.fromQuilt) stamp["shape of the views"] = std::to_string(conversion.viewAspect);
+    if (conversion.map) {
+        stamp["map"] = contentsOf(*conversion.map);
+        stamp["display"] = fingerprintText(conversion.map->calibrationFingerprint());
+    } else if (conversion.display) {
+        stamp["display"] = fingerprintText(fingerprint(conversion.display->calibration));
+        add("order of views", static_cast<int>(conversion.display->invert));
+    }
+    add("product", static_cast<int>(conversion.product));
+    add("part", {conversion.part.from, conversion.part.to, conversion.part.format,
+                 conversion.part.formatOptions});
+    add("views", numbersOf(conversion.native.views));
+    add("ways of rendering", numbersOf(conversion.native));
+    add("steps of depth", numbersOf(conversion.depthOptions));
+    add("encoder", encodingOf(conversion.encoding));
+    const int threads = conversion.encoding.threads; // encoders divide frames by them
+    stamp["threads"] = std::to_string(
+        threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()));
+    stamp["threads of OpenCV"] = std::to_string(cv::getNumThreads()); // networks hang on them
+    stamp["version"] = version();
+    return text(stamp);
+}
+
+} // namespace altiro3D

@@ -1,0 +1,126 @@
+#include "video/frame_depth.hpp"
+
+#include "altiro3D/error.hpp"
+#include "video/picture_tracker.hpp"
+#include "video/state_bytes.hpp"
+
+#include <opencv2/core.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr std::size_t kDigestBytes = sizeof(std::uint64_t);
+
+std::string digest(const cv::Mat& picture) {
+    std::uint64_t sum = pictureHash(picture);
+    for (const int part : {picture.rows, picture.cols, picture.type()})
+        sum = mixIn(sum, static_cast<std::uint64_t>(part));
+    std::string bytes;
+    append(bytes, sum);
+    return bytes;
+}
+
+bool isBeside(DepthSide side) {
+    return side == DepthSide::Left || side == DepthSide::Right;
+}
+
+} // namespace
+
+FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
+    : options_(conversion.depthOptions), unit_(facts.timeBase.value()) {
+    if (conversion.given) {
+        const GivenVideoDepth& given = *conversion.given;
+        side_ = given.side;
+        kind_ = given.kind;
+        options_.every = 1;
+        if (!side_) given_.emplace(given, conversion.part);
+    } else {
+        source_ = conversion.depth ? std::move(conversion.depth) : depthFromCues();
+        kind_ = source_->kind();
+    }
+    start();
+}
+
+void FrameDepth::start() {
+    const auto estimate = [this](const cv::Mat& picture, cv::Mat& raw) {
+        if (source_) {
+            cv::Mat photo;
+            source_->read(picture, photo, raw);
+        } else {
+            raw_.copyTo(raw);
+        }
+    };
+    depth_.emplace(estimate, kind_, options_);
+}
+
+void FrameDepth::begin(VideoReader& video) {
+    if (given_) given_->begin(video);
+}
+
+cv::Size FrameDepth::photoSize(cv::Size frame) const {
+    if (!side_) return frame;
+    return isBeside(*side_) ? cv::Size(frame.width / 2, frame.height)
+                            : cv::Size(frame.width, frame.height / 2);
+}
+
+double FrameDepth::photoAspect(double frameAspect) const {
+    if (!side_) return frameAspect;
+    return isBeside(*side_) ? frameAspect / 2 : frameAspect * 2;
+}
+
+std::string FrameDepth::state() const {
+    return digest(lastPhoto_) + digest(lastRaw_) + depth_->state();
+}
+
+void FrameDepth::setState(const std::string& state) {
+    if (state.size() < 2 * kDigestBytes) {
+        throw Error(ErrorCode::BadFormat, "state", "is damaged, expected what an earlier run kept");
+    }
+    depth_->setState(state.substr(2 * kDigestBytes));
+    kept_ = state.substr(0, 2 * kDigestBytes);
+}
+
+void FrameDepth::work(PipelineFrame& frame) {
+    if (source_) {
+        frame.step = depth_->next(frame.source.picture, frame.depth);
+        return;
+    }
+    if (given_) {
+        given_->read(static_cast<double>(frame.source.pts) * unit_, frame.number, raw_);
+    } else {
+        cv::Mat photo;
+        splitRgbd(frame.source.picture, *side_, photo, raw_);
+        raw_.convertTo(raw_, CV_8U); // a grey value of a frame
+        frame.source.picture = photo;
+    }
+    useGiven(frame);
+}
+
+// Grey values are taken as they are, so that nothing wavers; distances and floats have no range of
+// their own and get one that follows them slowly.
+void FrameDepth::useGiven(PipelineFrame& frame) {
+    bool samePhoto = areEqual(frame.source.picture, lastPhoto_);
+    bool sameDepth = areEqual(raw_, lastRaw_);
+    if (!kept_.empty()) {
+        samePhoto = kept_.compare(0, kDigestBytes, digest(frame.source.picture)) == 0;
+        sameDepth = kept_.compare(kDigestBytes, kDigestBytes, digest(raw_)) == 0;
+        kept_.clear();
+    }
+    lastPhoto_ = frame.source.picture;
+    lastRaw_ = raw_.clone();
+    const bool grey = raw_.depth() == CV_8U || raw_.depth() == CV_16U;
+    if (grey && kind_ != DepthKind::Metric) {
+        frame.step.repeated = samePhoto && sameDepth;
+        const double most = raw_.depth() == CV_8U ? 255 : 65535;
+        const bool farWhite = kind_ == DepthKind::FarWhite;
+        ownMemory(frame.depth);
+        raw_.convertTo(frame.depth, CV_32F, (farWhite ? -1 : 1) / most, farWhite ? 1 : 0);
+        return;
+    }
+    if (samePhoto && !sameDepth) start(); // what moves is not seen in the picture
+    frame.step = depth_->next(frame.source.picture, frame.depth);
+    frame.step.inferred = false;
+}
+
+} // namespace altiro3D

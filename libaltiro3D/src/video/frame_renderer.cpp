@@ -1,0 +1,157 @@
+#include "video/frame_renderer.hpp"
+
+#include "video/picture_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+// Natives and quilts of photos with depth.
+class ViewsRenderer : public FrameRenderer {
+  public:
+    ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, double seenAspect)
+        : options_(conversion.native), target_(target), seenAspect_(seenAspect),
+          workSize_(options_.keepResolution ? target.panelSize : target.layout.tileSize) {
+        if (conversion.product == VideoProduct::Quilt) {
+            quilter_.emplace(target.layout, options_.views);
+        } else if (conversion.map) {
+            maker_.emplace(*conversion.map, options_);
+        } else {
+            maker_.emplace(*conversion.display, target.layout, options_);
+        }
+    }
+
+    cv::Size size() const override { return maker_ ? target_.panelSize : target_.layout.size(); }
+
+    void work(PipelineFrame& frame) override {
+        cv::Mat& result = frame.result.picture;
+        if (frame.step.repeated && !last_.empty()) {
+            result = last_;
+            return;
+        }
+        ownMemory(result);
+        const Scene scene{frame.source.picture, frame.depth};
+        // what counts is the shape that is seen: px of the frame need not be square
+        const double pixelAspect = seenAspect_ * scene.photo.rows / scene.photo.cols;
+        const PhotoFit fit =
+            fitPhoto(scene.photo.size(), target_.aspect() / pixelAspect, workSize_, options_.fit);
+        fitScene(scene, fit, options_.views.focus, fitted_);
+        if (quilter_) {
+            quilter_->render(fitted_.photo, fitted_.depth, result);
+        } else {
+            if (maker_->path() == NativePath::OverQuilt) maker_->makeQuilt(fitted_, quilt_);
+            maker_->makeNative(fitted_, quilt_, result);
+        }
+        last_ = result;
+    }
+
+  private:
+    NativeOptions options_;
+    VideoTarget target_;
+    double seenAspect_;
+    cv::Size workSize_;
+    std::optional<NativeMaker> maker_;
+    std::optional<Depth2Quilt> quilter_; // instead of it
+    Scene fitted_;
+    cv::Mat quilt_;
+    cv::Mat last_;
+};
+
+// Photo and depth side by side.
+class RgbdRenderer : public FrameRenderer {
+  public:
+    RgbdRenderer(double focus, cv::Size photo, double seenAspect)
+        : focus_(focus), // square px, even sides
+          half_(std::max(2, static_cast<int>(std::lround(photo.height * seenAspect / 2)) * 2),
+                std::max(2, photo.height / 2 * 2)) {}
+
+    cv::Size size() const override { return {2 * half_.width, half_.height}; }
+
+    void work(PipelineFrame& frame) override {
+        cv::Mat& result = frame.result.picture;
+        if (frame.step.repeated && !last_.empty()) {
+            result = last_;
+            return;
+        }
+        ownMemory(result);
+        const Scene scene{frame.source.picture, frame.depth};
+        fitScene(scene, fitPhoto(scene.photo.size(), 1, half_, FitMode::Stretch), focus_, fitted_);
+        joinRgbd(fitted_.photo, fitted_.depth, DepthSide::Right, result);
+        last_ = result;
+    }
+
+  private:
+    double focus_;
+    cv::Size half_;
+    Scene fitted_;
+    cv::Mat last_;
+};
+
+// Natives of quilts.
+class QuiltRenderer : public FrameRenderer {
+  public:
+    QuiltRenderer(const VideoConversion& conversion, const VideoTarget& target)
+        : fit_(conversion.viewAspect > 0 ? conversion.native.fit : FitMode::Stretch),
+          viewAspect_(conversion.viewAspect), target_(target),
+          maker_(makerFor(conversion, target)) {}
+
+    cv::Size size() const override { return target_.panelSize; }
+
+    void work(PipelineFrame& frame) override {
+        if (!last_.empty() && areEqual(frame.source.picture, lastQuilt_)) {
+            frame.step.repeated = true;
+            frame.result.picture = last_;
+            return;
+        }
+        cv::Mat quilt =
+            fitQuilt(frame.source.picture, target_.layout, last_.empty() ? &notes_ : nullptr);
+        if (fit_ != FitMode::Stretch)
+            applyFitToViews(quilt, target_.layout, viewAspect_, target_.aspect(), fit_, quilt);
+        ownMemory(frame.result.picture);
+        maker_.render(quilt, frame.result.picture);
+        last_ = frame.result.picture;
+        lastQuilt_ = frame.source.picture;
+    }
+
+    Notes notes() const override { return notes_; }
+
+  private:
+    static Quilt2Native makerFor(const VideoConversion& conversion, const VideoTarget& target) {
+        if (conversion.map) return Quilt2Native(*conversion.map);
+        const Display& display = *conversion.display;
+        const QuiltSampling& sampling = conversion.native.sampling;
+        if (sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest)
+            return {display.calibration, target.layout, sampling, display.invert};
+        return Quilt2Native(NativeLut(display.calibration, target.layout, display.invert));
+    }
+
+    FitMode fit_;
+    double viewAspect_;
+    VideoTarget target_;
+    Quilt2Native maker_;
+    Notes notes_;
+    cv::Mat last_;
+    cv::Mat lastQuilt_;
+};
+
+} // namespace
+
+std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversion,
+                                                 const VideoTarget& target, cv::Size photo,
+                                                 double seenAspect) {
+    if (conversion.product == VideoProduct::Rgbd) {
+        return std::make_unique<RgbdRenderer>(conversion.native.views.focus, photo, seenAspect);
+    }
+    return std::make_unique<ViewsRenderer>(conversion, target, seenAspect);
+}
+
+std::unique_ptr<FrameRenderer> makeQuiltRenderer(const VideoConversion& conversion,
+                                                 const VideoTarget& target) {
+    return std::make_unique<QuiltRenderer>(conversion, target);
+}
+
+} // namespace altiro3D

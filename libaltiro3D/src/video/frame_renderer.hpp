@@ -1,0 +1,49 @@
+#pragma once
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/native_maker.hpp"
+#include "altiro3D/quilt2native.hpp"
+#include "altiro3D/video_conversion.hpp"
+#include "altiro3D/video_pipeline.hpp"
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+
+namespace altiro3D {
+
+/// What the pictures of a conversion are made for.
+struct VideoTarget {
+    QuiltLayout layout; ///< of the quilts
+    cv::Size panelSize; ///< of the display, px
+
+    /// width : height of the panel
+    double aspect() const { return static_cast<double>(panelSize.width) / panelSize.height; }
+};
+
+/// The stage of a conversion that makes the picture to write.
+class FrameRenderer {
+  public:
+    virtual ~FrameRenderer() = default;
+    /// Size of what is written.
+    virtual cv::Size size() const = 0;
+    /// Reads `source` and `depth`, sets the picture of `result`.
+    virtual void work(PipelineFrame& frame) = 0;
+    /// What was remarkable, for people.
+    virtual Notes notes() const { return {}; }
+};
+
+/// Of frames with depth.
+/// @param photo size of the photos
+/// @param seenAspect width : height of what they show
+/// @throws Error
+std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversion,
+                                                 const VideoTarget& target, cv::Size photo,
+                                                 double seenAspect);
+
+/// Of frames that are quilts.
+/// @throws Error
+std::unique_ptr<FrameRenderer> makeQuiltRenderer(const VideoConversion& conversion,
+                                                 const VideoTarget& target);
+
+} // namespace altiro3D

@@ -1,0 +1,309 @@
+#include "altiro3D/video_converter.hpp"
+
+#include "altiro3D/error.hpp"
+#include "base/checks.hpp"
+#include "video/conversion_stamp.hpp"
+#include "video/frame_depth.hpp"
+#include "video/frame_renderer.hpp"
+#include "video/video_sink.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <mutex>
+#include <thread>
+
+namespace altiro3D {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::string nameOf(const std::filesystem::path& input) {
+    return input == "-" ? "standard input" : input.string();
+}
+
+void checkFields(const VideoConversion& conversion) {
+    check(conversion.output.empty() == static_cast<bool>(conversion.show), "output",
+          conversion.show ? "is set beside show, expected one of them"
+                          : "is empty, expected a file or a function show");
+    const bool needsDisplay = conversion.product != VideoProduct::Rgbd;
+    check(!needsDisplay || conversion.display || conversion.map, "display",
+          "is not set, expected one for Natives and quilts");
+    if (conversion.given) {
+        check(conversion.given->source.empty() == conversion.given->side.has_value(), "given",
+              "depth has a source and a side, or neither, expected one of them");
+    }
+    if (!conversion.fromQuilt) return;
+    check(conversion.product == VideoProduct::Native, "product",
+          "is not Native, but frames are quilts");
+    check(!conversion.given && !conversion.depth, "depth", "is set, but frames are quilts");
+    checkNumber(conversion.viewAspect == 0 ||
+                    (conversion.viewAspect >= 0.01 && conversion.viewAspect <= 100),
+                "viewAspect", conversion.viewAspect, "0.01..100, or 0");
+}
+
+// Absent: nothing is made for a display.
+VideoTarget targetOf(const VideoConversion& conversion) {
+    VideoTarget target;
+    if (conversion.map) {
+        target = {conversion.map->quilt(), conversion.map->panelSize()};
+    } else if (conversion.display) {
+        target = {conversion.display->quilt, conversion.display->panelSize()};
+    }
+    if (conversion.layout) target.layout = *conversion.layout;
+    check(!conversion.map || target.layout == conversion.map->quilt(), "layout",
+          "is " + target.layout.text() + ", expected that of the map");
+    return target;
+}
+
+VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFacts& facts,
+                              cv::Size size) {
+    VideoWriterOptions encoding = conversion.encoding;
+    if (conversion.product != VideoProduct::Native) {
+        encoding.compatible =
+            encoding.codec == VideoCodec::H264 || encoding.codec == VideoCodec::Hevc;
+    }
+    encoding.size = size;
+    encoding.timeBase = facts.timeBase;
+    encoding.frameRate = facts.averageRate;
+    encoding.constantRate = facts.constantRate;
+    return encoding;
+}
+
+} // namespace
+
+struct VideoConverter::Impl {
+    explicit Impl(VideoConversion given);
+
+    VideoConversionResult run(const VideoProgressFunction& goOn);
+
+    VideoConversion conversion;
+    std::unique_ptr<VideoReader> reader;
+    std::unique_ptr<FrameRenderer> renderer;
+    std::optional<VideoSink> sink; // absent: the pictures are shown
+    VideoProgress progress;
+
+  private:
+    std::vector<PipelineStage> stages();
+    bool mayGoOn();
+    bool read(PipelineFrame& frame);
+    void waitUntilDue(const VideoFrame& frame);
+    void count(const PipelineFrame& frame);
+    [[noreturn]] void failEmpty() const;
+    void finish(VideoConversionResult& result);
+    double seconds(std::int64_t pts) const { return static_cast<double>(pts) * unit_; }
+
+    double unit_ = 1;                   // of times, s
+    std::unique_ptr<FrameDepth> depth_; // null: frames are quilts
+    std::mutex mutex_;                  // of what follows, and progress
+    VideoProgressFunction goOn_;
+    VideoConversionResult result_;
+    std::atomic<bool> cancelled_{false};
+    std::optional<Clock::time_point> start_; // of the first picture that is shown
+    bool begun_ = false;
+};
+
+VideoConverter::Impl::Impl(VideoConversion given) : conversion(std::move(given)) {
+    checkFields(conversion);
+    const VideoTarget target = targetOf(conversion);
+    reader = conversion.reader ? std::move(conversion.reader)
+                               : std::make_unique<VideoReader>(conversion.input, conversion.part);
+    const VideoFacts& facts = reader->facts();
+    unit_ = facts.timeBase.value();
+    if (!conversion.fromQuilt && !conversion.given && !conversion.depth)
+        conversion.depth = depthFromCues();
+    std::string stamp;
+    if (!conversion.show && canReadAgain(conversion.input))
+        stamp = conversionStamp(conversion, target.layout);
+    if (conversion.fromQuilt) {
+        renderer = makeQuiltRenderer(conversion, target);
+    } else {
+        depth_ = std::make_unique<FrameDepth>(conversion, facts);
+        const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
+        renderer = makePhotoRenderer(conversion, target, depth_->photoSize(facts.size),
+                                     depth_->photoAspect(aspect));
+    }
+    if (!conversion.show)
+        sink.emplace(conversion, encodingOf(conversion, facts, renderer->size()), stamp, *reader);
+
+    if (facts.duration)
+        progress.length = std::min(*facts.duration, conversion.part.to) - conversion.part.from;
+    const bool whole = conversion.part.from <= 0 && !std::isfinite(conversion.part.to);
+    if (whole) progress.framesInAll = facts.frameCount;
+    if (!sink) return;
+    const KeptVideo kept = sink->kept();
+    progress.frames = progress.keptFrames = kept.frames;
+    if (kept.frames > 0) progress.end = seconds(kept.nextPts);
+}
+
+// To be called while the mutex is locked.
+bool VideoConverter::Impl::mayGoOn() {
+    if (!cancelled_ && goOn_ && !goOn_(progress)) cancelled_ = true;
+    return !cancelled_;
+}
+
+bool VideoConverter::Impl::read(PipelineFrame& frame) {
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (!mayGoOn()) return false;
+    }
+    if (!reader->read(frame.source)) return false;
+    frame.number += progress.keptFrames;
+    if (!sink) waitUntilDue(frame.source);
+    return true;
+}
+
+void VideoConverter::Impl::waitUntilDue(const VideoFrame& frame) {
+    const Clock::time_point now = Clock::now();
+    if (!start_) start_ = now;
+    const std::chrono::duration<double> time(seconds(frame.pts));
+    std::this_thread::sleep_until(*start_ + std::chrono::duration_cast<Clock::duration>(time));
+}
+
+void VideoConverter::Impl::count(const PipelineFrame& frame) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++progress.frames;
+    progress.end = seconds(frame.source.pts + frame.source.duration);
+    result_.inferences += frame.step.inferred ? 1 : 0;
+    result_.repeated += frame.step.repeated ? 1 : 0;
+    if (frame.step.cut && frame.number > 0) result_.cuts.push_back(seconds(frame.source.pts));
+    mayGoOn();
+}
+
+std::vector<PipelineStage> VideoConverter::Impl::stages() {
+    std::vector<PipelineStage> all;
+    all.push_back({"decode", [this](PipelineFrame& frame) { return read(frame); }});
+    if (depth_) {
+        all.push_back({"depth", [this](PipelineFrame& frame) {
+                           depth_->work(frame);
+                           if (sink && sink->wantsState(frame.number))
+                               frame.state = depth_->state();
+                           return true;
+                       }});
+    }
+    all.push_back({"render", [this](PipelineFrame& frame) {
+                       renderer->work(frame);
+                       frame.result.pts = frame.source.pts;
+                       frame.result.duration = frame.source.duration;
+                       return true;
+                   }});
+    if (sink) {
+        all.push_back({"encode", [this](PipelineFrame& frame) {
+                           sink->write(frame);
+                           count(frame);
+                           return true;
+                       }});
+    } else {
+        all.push_back({"show", [this](PipelineFrame& frame) {
+                           if (cancelled_) return true;
+                           if (!conversion.show(frame.result.picture)) cancelled_ = true;
+                           count(frame);
+                           return true;
+                       }});
+    }
+    return all;
+}
+
+void VideoConverter::Impl::failEmpty() const {
+    std::string problem = "holds no frames in this part, expected some";
+    const auto& duration = reader->facts().duration;
+    if (duration && conversion.part.from >= *duration)
+        problem += " (it ends at " + clockText(*duration) + ")";
+    throw Error(ErrorCode::BadFormat, nameOf(conversion.input), problem);
+}
+
+// Ends the file and the report.
+void VideoConverter::Impl::finish(VideoConversionResult& result) {
+    result.cancelled = cancelled_;
+    result.frames = progress.frames;
+    result.keptFrames = progress.keptFrames;
+    result.end = progress.end;
+    if (result.frames == 0 && sink && !result.cancelled) failEmpty();
+    if (result.frames > 0 && sink) {
+        progress.finishing = true;
+        if (goOn_) goOn_(progress);
+        const Clock::time_point start = Clock::now();
+        sink->finish(!result.cancelled);
+        result.finishSeconds = std::chrono::duration<double>(Clock::now() - start).count();
+        result.keepsWork = sink->keepsWork();
+    }
+    result.counts = reader->counts();
+    result.notes = reader->notes();
+    const Notes more[] = {renderer->notes(), depth_ ? depth_->notes() : Notes()};
+    for (const Notes& notes : more)
+        result.notes.insert(result.notes.end(), notes.begin(), notes.end());
+}
+
+VideoConversionResult VideoConverter::Impl::run(const VideoProgressFunction& goOn) {
+    check(!begun_, "run", "is called again, expected one call");
+    begun_ = true;
+    goOn_ = goOn;
+    if (depth_) depth_->begin(*reader);
+    if (progress.keptFrames > 0) {
+        const KeptVideo kept = sink->kept();
+        if (depth_ && !kept.state.empty()) depth_->setState(kept.state);
+        reader->skipTo(kept.nextPts);
+    }
+    PipelineOptions options;
+    options.threads = conversion.threads;
+    options.dropLate = reader->facts().isDevice;
+    if (!sink) {
+        options.threads = true;
+        options.dropLate = true;
+        options.queueFrames = 1;
+    }
+    result_.pipeline = runPipeline(stages(), options);
+    VideoConversionResult result = std::move(result_);
+    finish(result);
+    return result;
+}
+
+VideoConverter::VideoConverter(VideoConversion conversion)
+    : impl_(std::make_unique<Impl>(std::move(conversion))) {}
+VideoConverter::~VideoConverter() = default;
+VideoConverter::VideoConverter(VideoConverter&&) noexcept = default;
+VideoConverter& VideoConverter::operator=(VideoConverter&&) noexcept = default;
+
+const VideoFacts& VideoConverter::facts() const {
+    return impl_->reader->facts();
+}
+
+cv::Size VideoConverter::size() const {
+    return impl_->renderer->size();
+}
+
+const VideoProgress& VideoConverter::progress() const {
+    return impl_->progress;
+}
+
+const Notes& VideoConverter::notes() const {
+    static const Notes kNone;
+    return impl_->sink ? impl_->sink->notes() : kNone;
+}
+
+bool VideoConverter::keepsWork() const {
+    return impl_->sink && impl_->sink->keepsWork();
+}
+
+VideoConversionResult VideoConverter::run(const VideoProgressFunction& goOn) {
+    return impl_->run(goOn);
+}
+
+std::string clockText(double seconds) {
+    char text[48];
+    const auto tenths = std::llround(std::max(seconds, 0.0) * 10);
+    const long long hours = tenths / 36000;
+    const int minutes = static_cast<int>(tenths / 600 % 60);
+    const double rest = static_cast<double>(tenths % 600) / 10;
+    if (hours > 0) {
+        std::snprintf(text, sizeof text, "%lld:%02d:%04.1f", hours, minutes, rest);
+    } else {
+        std::snprintf(text, sizeof text, "%d:%04.1f", minutes, rest);
+    }
+    return text;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,351 @@
+#include "altiro3D/video_converter.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/quilt2native.hpp"
+#include "altiro3D/resumable_video.hpp"
+#include "altiro3D/video_writer.hpp"
+#include "support/compare.hpp"
+#include "support/displays.hpp"
+#include "support/files.hpp"
+#include "support/video.hpp"
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kFrames = 30;
+constexpr int kSegmentFrames = 12; // of a clip of 2 frames a second
+
+Display smallDisplay() {
+    Display display = displayOf(stripePanel(150, 98), "small.json");
+    display.quilt.columns = 3;
+    display.quilt.rows = 2;
+    display.quilt.viewCount = 6;
+    display.quilt.tileSize = {50, 32};
+    return display;
+}
+
+ErrorCode codeOf(const std::function<void()>& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        return error.code();
+    }
+    ADD_FAILURE() << "no error";
+    return ErrorCode::InvalidArgument;
+}
+
+void writeClip(const fs::path& file, const std::vector<cv::Mat>& pictures, int rate = 2) {
+    VideoWriterOptions options;
+    options.size = pictures.front().size();
+    options.codec = VideoCodec::Ffv1;
+    options.frameRate = {rate, 1};
+    options.constantRate = true;
+    VideoWriter writer(file, options);
+    std::int64_t number = 0;
+    for (const cv::Mat& picture : pictures) {
+        writer.write({picture, 1000 / rate * number, 1000 / rate});
+        ++number;
+    }
+    writer.finish();
+}
+
+std::vector<cv::Mat> movingPictures(cv::Size size, int count, int first = 0) {
+    std::vector<cv::Mat> pictures;
+    for (int i = 0; i < count; ++i)
+        pictures.push_back(movingPicture(size, first + i));
+    return pictures;
+}
+
+// clip.mkv and depth.mkv that goes with it.
+class VideoConverterTest : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        writeClip(directory / "clip.mkv", movingPictures({64, 48}, kFrames));
+        writeClip(directory / "depth.mkv", movingPictures({32, 24}, kFrames, 100));
+    }
+
+    VideoConversion conversion(const std::string& output) const {
+        VideoConversion all;
+        all.input = directory / "clip.mkv";
+        if (!output.empty()) all.output = directory / output;
+        all.display = smallDisplay();
+        all.given = GivenVideoDepth();
+        all.given->source = directory / "depth.mkv";
+        all.encoding.codec = VideoCodec::Ffv1;
+        return all;
+    }
+
+    std::vector<cv::Mat> pictures(const std::string& name) const {
+        VideoReader reader(directory / name);
+        std::vector<cv::Mat> all;
+        while (const auto frame = reader.next())
+            all.push_back(frame->picture);
+        return all;
+    }
+
+    // The frames and their depth, one by one.
+    std::vector<altiro3D::Scene> scenes() const {
+        std::vector<altiro3D::Scene> all;
+        for (const cv::Mat& photo : pictures("clip.mkv"))
+            all.push_back({photo, {}});
+        std::size_t i = 0;
+        for (const cv::Mat& picture : pictures("depth.mkv")) {
+            cv::Mat grey;
+            cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+            grey.convertTo(all.at(i++).depth, CV_32F, 1 / 255.0);
+        }
+        return all;
+    }
+
+    TemporaryDirectory directory;
+};
+
+TEST_F(VideoConverterTest, FramesAreTheNativesOfThePhotosAndTheirDepth) {
+    NativeOptions options[3];
+    options[0].views.strengthPercent = 40;
+    options[1].keepResolution = true;
+    options[1].positions = ViewPositions::Continuous;
+    options[2].views.method = ViewMethod::Real;
+    options[2].fit = FitMode::Contain;
+    int number = 0;
+    for (const NativeOptions& option : options) {
+        const std::string name = "native" + std::to_string(number++) + ".mkv";
+        VideoConversion made = conversion(name);
+        made.native = option;
+        VideoConverter converter(std::move(made));
+        EXPECT_EQ(converter.size(), cv::Size(150, 98));
+        EXPECT_EQ(converter.facts().size, cv::Size(64, 48));
+        std::vector<VideoProgress> seen;
+        const VideoConversionResult result = converter.run([&](const VideoProgress& progress) {
+            seen.push_back(progress);
+            return true;
+        });
+        EXPECT_EQ(result.frames, kFrames);
+        EXPECT_EQ(result.made(), kFrames);
+        EXPECT_EQ(result.inferences, 0);
+        EXPECT_NEAR(result.end, kFrames / 2.0, 1e-9);
+        EXPECT_FALSE(result.cancelled);
+        EXPECT_FALSE(result.keepsWork);
+        EXPECT_EQ(result.pipeline.stages.size(), 4U);
+        ASSERT_FALSE(seen.empty());
+        EXPECT_EQ(seen.front().frames, 0);
+        EXPECT_TRUE(seen.back().finishing);
+        EXPECT_EQ(seen.back().frames, kFrames);
+        const NativeMaker maker(smallDisplay(), option);
+        const std::vector<cv::Mat> natives = pictures(name);
+        const std::vector<altiro3D::Scene> expected = scenes();
+        ASSERT_EQ(natives.size(), expected.size());
+        for (std::size_t i = 0; i < natives.size(); ++i) {
+            cv::Mat native;
+            maker.makeNative(expected[i], native);
+            ASSERT_TRUE(samePicture(natives[i], native)) << name << " " << i;
+        }
+    }
+}
+
+TEST_F(VideoConverterTest, AMapGivesTheNativesOverTheQuilt) {
+    const Display display = smallDisplay();
+    VideoConversion made = conversion("native.mkv");
+    made.map = NativeLut(display.calibration, display.quilt);
+    made.display.reset();
+    VideoConverter(std::move(made)).run();
+    cv::Mat native;
+    NativeMaker(display).makeNative(scenes().front(), native);
+    EXPECT_TRUE(samePicture(pictures("native.mkv").front(), native));
+}
+
+TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
+    const Display display = smallDisplay();
+    const std::vector<altiro3D::Scene> expected = scenes();
+    VideoConversion quilts = conversion("quilt.mkv");
+    quilts.product = VideoProduct::Quilt;
+    EXPECT_EQ(VideoConverter(std::move(quilts)).run().frames, kFrames);
+    const std::vector<cv::Mat> made = pictures("quilt.mkv");
+    const NativeMaker maker(display);
+    for (const std::size_t i : {std::size_t{0}, made.size() - 1}) {
+        altiro3D::Scene fitted;
+        cv::Mat quilt;
+        fitScene(expected[i], maker.fit({64, 48}), 0.5, fitted);
+        maker.makeQuilt(fitted, quilt);
+        EXPECT_TRUE(samePicture(made[i], quilt));
+    }
+    VideoConversion rgbd = conversion("rgbd.mkv");
+    rgbd.product = VideoProduct::Rgbd;
+    rgbd.display.reset();
+    EXPECT_EQ(VideoConverter(std::move(rgbd)).run().frames, kFrames);
+    const cv::Mat both = pictures("rgbd.mkv").back();
+    ASSERT_EQ(both.size(), cv::Size(128, 48));
+    EXPECT_TRUE(samePicture(both.colRange(0, 64), expected.back().photo));
+
+    // and both are read again: photo and depth are halves, views are tiles
+    VideoConversion again = conversion("again.mkv");
+    again.input = directory / "rgbd.mkv";
+    again.given = GivenVideoDepth();
+    again.given->side = DepthSide::Right;
+    VideoConverter(std::move(again)).run();
+    altiro3D::Scene scene;
+    splitRgbd(both, DepthSide::Right, scene.photo, scene.depth);
+    scene.depth.convertTo(scene.depth, CV_32F, 1 / 255.0);
+    cv::Mat native;
+    maker.makeNative(scene, native);
+    EXPECT_TRUE(samePicture(pictures("again.mkv").back(), native));
+
+    VideoConversion fromQuilt = conversion("fromQuilt.mkv");
+    fromQuilt.input = directory / "quilt.mkv";
+    fromQuilt.fromQuilt = true;
+    fromQuilt.given.reset();
+    VideoConverter(std::move(fromQuilt)).run();
+    Quilt2Native(NativeLut(display.calibration, display.quilt)).render(made.back(), native);
+    EXPECT_TRUE(samePicture(pictures("fromQuilt.mkv").back(), native));
+}
+
+TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
+    VideoConversion made = conversion("native.mkv");
+    made.given.reset();
+    made.depthOptions.every = 1;
+    const VideoConversionResult result = VideoConverter(std::move(made)).run();
+    EXPECT_EQ(result.frames, kFrames);
+    EXPECT_EQ(result.inferences, kFrames);
+    // a scene's first depth is that of its first picture alone
+    altiro3D::Scene scene{pictures("clip.mkv").front(), {}};
+    cv::Mat photo;
+    cv::Mat raw;
+    depthFromCues()->read(scene.photo, photo, raw);
+    normalizeDepth(raw, scene.depth);
+    cv::Mat native;
+    NativeMaker(smallDisplay()).makeNative(scene, native);
+    EXPECT_TRUE(samePicture(pictures("native.mkv").front(), native));
+}
+
+TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanGoOnToTheSameBytes) {
+    for (const DepthKind kind : {DepthKind::NearWhite, DepthKind::Metric}) {
+        fs::remove(directory / "out.mkv");
+        fs::remove(directory / "whole.mkv");
+        const auto of = [&](const char* name, UnfinishedRun unfinished) {
+            VideoConversion made = conversion(name);
+            made.given->kind = kind;
+            made.unfinished = unfinished;
+            return made;
+        };
+        VideoConverter(of("whole.mkv", UnfinishedRun::Refuse)).run();
+        const auto result =
+            VideoConverter(of("out.mkv", UnfinishedRun::Resume)).run([](const VideoProgress& now) {
+                return now.frames < kSegmentFrames + 2;
+            });
+        EXPECT_TRUE(result.cancelled);
+        EXPECT_TRUE(result.keepsWork);
+        EXPECT_GE(result.frames, kSegmentFrames + 2);
+        EXPECT_LT(result.frames, kFrames);
+        EXPECT_EQ(pictures("out.mkv").size(), static_cast<std::size_t>(result.frames));
+
+        EXPECT_EQ(codeOf([&] { VideoConverter again(of("out.mkv", UnfinishedRun::Refuse)); }),
+                  ErrorCode::WriteFailed);
+        VideoConversion other = of("out.mkv", UnfinishedRun::Resume);
+        other.native.views.focus = 0.4;
+        EXPECT_EQ(codeOf([&] { VideoConverter again(std::move(other)); }), ErrorCode::Mismatch);
+
+        VideoConverter resumed(of("out.mkv", UnfinishedRun::Resume));
+        EXPECT_GE(resumed.progress().keptFrames, kSegmentFrames);
+        EXPECT_EQ(resumed.progress().frames, resumed.progress().keptFrames);
+        const VideoConversionResult rest = resumed.run();
+        EXPECT_EQ(rest.frames, kFrames);
+        EXPECT_LT(rest.made(), kFrames);
+        EXPECT_TRUE(slurp(directory / "out.mkv") == slurp(directory / "whole.mkv"));
+        EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(directory / "out.mkv")));
+    }
+}
+
+TEST_F(VideoConverterTest, WhatTheCallerThrowsEndsTheRunAndKeepsWholeSegments) {
+    VideoConverter converter(conversion("out.mkv"));
+    EXPECT_THROW(converter.run([](const VideoProgress& now) -> bool {
+        if (now.frames > kSegmentFrames + 2) throw std::runtime_error("caller");
+        return true;
+    }),
+                 std::runtime_error);
+    EXPECT_TRUE(converter.keepsWork());
+    EXPECT_FALSE(fs::exists(directory / "out.mkv"));
+}
+
+TEST_F(VideoConverterTest, ARunThatIsCancelledAtOnceLeavesNothing) {
+    {
+        VideoConverter converter(conversion("out.mkv"));
+        const auto result = converter.run([](const VideoProgress&) { return false; });
+        EXPECT_TRUE(result.cancelled);
+        EXPECT_EQ(result.frames, 0);
+        EXPECT_THROW(converter.run(), Error);
+    }
+    EXPECT_FALSE(fs::exists(directory / "out.mkv"));
+    EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(directory / "out.mkv")));
+}
+
+TEST_F(VideoConverterTest, PicturesAreShownInTheirOrderUntilTheCallerHasSeenEnough) {
+    writeClip(directory / "clip.mkv", movingPictures({64, 48}, kFrames), 20);
+    writeClip(directory / "depth.mkv", movingPictures({32, 24}, kFrames, 100), 20);
+    const NativeMaker maker(smallDisplay());
+    std::vector<cv::Mat> natives;
+    for (const altiro3D::Scene& scene : scenes()) {
+        natives.emplace_back();
+        maker.makeNative(scene, natives.back());
+    }
+    VideoConversion made = conversion("");
+    std::size_t shown = 0;
+    std::size_t next = 0;
+    made.show = [&](const cv::Mat& picture) {
+        while (next < natives.size() && !samePicture(picture, natives[next]))
+            ++next; // dropped
+        EXPECT_LT(next, natives.size());
+        return ++shown < 3;
+    };
+    const VideoConversionResult result = VideoConverter(std::move(made)).run();
+    EXPECT_EQ(shown, 3U);
+    EXPECT_EQ(result.frames, 3);
+    EXPECT_TRUE(result.cancelled);
+}
+
+TEST_F(VideoConverterTest, PartsWithoutFramesAndFieldsThatDoNotGoTogetherAreErrors) {
+    VideoConversion late = conversion("out.mkv");
+    late.part.from = 100;
+    late.given.reset();
+    VideoConverter converter(std::move(late));
+    EXPECT_EQ(errorOf([&] { converter.run(); }),
+              (directory / "clip.mkv").string() +
+                  ": holds no frames in this part, expected some (it ends at 0:15.0)");
+    const std::pair<std::function<void(VideoConversion&)>, const char*> wrong[] = {
+        {[](VideoConversion& c) { c.output.clear(); }, "output: is empty"},
+        {[](VideoConversion& c) { c.show = [](const cv::Mat&) { return true; }; },
+         "output: is set"},
+        {[](VideoConversion& c) { c.display.reset(); }, "display: is not set"},
+        {[](VideoConversion& c) { c.given->side = DepthSide::Left; }, "given: depth has"},
+        {[](VideoConversion& c) { c.given->source.clear(); }, "given: depth has"},
+        {[](VideoConversion& c) { c.fromQuilt = true; }, "depth: is set"},
+        {[](VideoConversion& c) {
+             c.fromQuilt = true;
+             c.given.reset();
+             c.viewAspect = -1;
+         },
+         "viewAspect: is -1"},
+        {[](VideoConversion& c) { c.settings = "crf 3"; }, "settings: are \"crf 3\""}};
+    for (const auto& [change, message] : wrong) {
+        VideoConversion made = conversion("out.mkv");
+        change(made);
+        EXPECT_EQ(errorOf([&] { VideoConverter another(std::move(made)); }).rfind(message, 0), 0U)
+            << message;
+    }
+    EXPECT_FALSE(fs::exists(directory / "out.mkv"));
+}
+
+TEST(ClockText, ShowsHoursOnlyWhereThereAreSome) {
+    EXPECT_EQ(clockText(-1), "0:00.0");
+    EXPECT_EQ(clockText(5.24), "0:05.2");
+    EXPECT_EQ(clockText(59.96), "1:00.0");
+    EXPECT_EQ(clockText(3723.4), "1:02:03.4");
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,0 +1,216 @@
+#include "common/video_job.hpp"
+
+#include "altiro3D/video_converter.hpp"
+#include "common/native_options.hpp"
+#include "common/picture_options.hpp"
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// The estimators that the options choose from, for the library.
+class EstimatedDepth : public DepthSource {
+  public:
+    explicit EstimatedDepth(ChosenDepth& depth) : depth_(depth) {}
+    std::string description() const override { return depth_.description(); }
+    DepthKind kind() const override { return depth_.kind(); }
+    const DepthNetwork* network() const override { return depth_.network(); }
+    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        depth_.estimate(image, raw);
+        photo = image;
+    }
+
+  private:
+    ChosenDepth& depth_;
+};
+
+std::string factsText(const VideoFacts& facts) {
+    std::string text = sizeText(facts.size);
+    if (facts.averageRate.isKnown()) text += ", " + fixed(facts.averageRate.value(), 2) + " fps";
+    if (facts.duration) text += ", " + clockText(*facts.duration);
+    text += ", " + facts.codec;
+    for (const VideoStreamFacts& stream : facts.streams) {
+        if (stream.kind == StreamKind::Audio) text += ", sound " + stream.codec;
+        if (stream.kind == StreamKind::Subtitle) text += ", subtitles " + stream.codec;
+    }
+    return text;
+}
+
+// A picture opens as a video of one frame; who asks for that says so by --input-...
+void refusePicture(const CommandLine& commandLine, const VideoPlan& plan, const VideoFacts& facts) {
+    std::error_code error;
+    if (!fs::is_regular_file(plan.input, error) || commandLine.has("input-format") ||
+        commandLine.has("input-options") || !isPicture(plan.input, facts)) {
+        return;
+    }
+    throw UsageError(plan.inputName() + ": is a picture, expected a video; " +
+                     (plan.fromQuilt
+                          ? "quilt2native makes a Native picture of it if OUT is named as one"
+                          : "photo2native makes a Native of a photo"));
+}
+
+// Videos carry no mark; ordinary ones have no 4:4:4 at the very size of a panel.
+void warnIfNative(const VideoFacts& facts, const ChosenDisplay& display, Messages& messages) {
+    const bool fullColour = facts.pixelFormat.find("444") != std::string::npos ||
+                            facts.pixelFormat.find("gbr") != std::string::npos;
+    if (facts.size != display.panelSize() || !fullColour) return;
+    messages.warn("the video has the panel's size and 4:4:4 colour, like a Native video; do not "
+                  "convert a Native again");
+}
+
+DisplayUse useOf(VideoProduct product) {
+    switch (product) {
+    case VideoProduct::Native:
+        break;
+    case VideoProduct::Quilt:
+        return DisplayUse::Quilt;
+    case VideoProduct::Rgbd:
+        return DisplayUse::None;
+    }
+    return DisplayUse::Show;
+}
+
+QuiltLayout layoutOf(const CommandLine& commandLine, const VideoJob& job, cv::Size frame,
+                     Messages& messages) {
+    const VideoPlan& plan = job.plan;
+    if (plan.fromQuilt) return chooseQuilt(commandLine, job.display, messages, plan.input, frame);
+    QuiltLayout layout = chooseQuilt(commandLine, job.display, messages);
+    if (plan.product == VideoProduct::Quilt && !commandLine.has("r") && !job.display.map) {
+        cv::Size& tile = layout.tileSize; // 4:2:0 has even sides only
+        tile = {std::max(2, tile.width / 2 * 2), std::max(2, tile.height / 2 * 2)};
+    }
+    return layout;
+}
+
+void openDepth(const CommandLine& commandLine, VideoJob& job, Messages& messages) {
+    ChosenDepth& depth = job.depth.emplace(commandLine, messages, Medium::Video);
+    int& steps = job.depthOptions.every;
+    steps = job.profile.depthEvery;
+    const auto every = commandLine.value("depth-every");
+    if (every) steps = *every == "auto" ? 0 : *commandLine.wholeNumber("depth-every", 1, 1000);
+    if (!depth.fromFiles() && !depth.rgbdSide()) return;
+    if (every) {
+        throw UsageError("--depth-every says how often depth is estimated, but here it is given; "
+                         "leave it out");
+    }
+    steps = 1;
+}
+
+// The way from frames with depth to Natives.
+// @param seenAspect width : height of what a frame shows
+void choosePath(const CommandLine& commandLine, VideoJob& job, double seenAspect,
+                Messages& messages) {
+    NativeOptions& native = job.native;
+    job.path = "quilt";
+    if (job.plan.product == VideoProduct::Rgbd) return;
+    if (const auto side = job.depth->rgbdSide()) {
+        const bool isBeside = *side == DepthSide::Left || *side == DepthSide::Right;
+        seenAspect *= isBeside ? 0.5 : 2;
+    }
+    tellCut(seenAspect, job.display.aspect(), native.fit, messages);
+    if (job.plan.product == VideoProduct::Quilt) return;
+    const NativeMaker maker =
+        makeNativeMaker(commandLine, job.display, job.layout, native, messages, job.profile.keep);
+    job.path = pathName(maker);
+    native.positions = maker.options().positions;
+}
+
+void takeDepth(VideoJob& job, VideoConversion& conversion) {
+    if (!job.depth) return;
+    if (!job.depth->fromFiles() && !job.depth->rgbdSide()) {
+        conversion.depth = std::make_unique<EstimatedDepth>(*job.depth);
+        return;
+    }
+    GivenVideoDepth& given = conversion.given.emplace();
+    if (job.depth->fromFiles()) given.source = job.plan.depth;
+    given.side = job.depth->rgbdSide();
+    given.kind = job.depth->kind();
+    given.read = [](const fs::path& file, Notes* notes) {
+        const QuietStandardError quiet;
+        return readDepthSamples(file, notes);
+    };
+}
+
+VideoWriterOptions encodingOf(const CommandLine& commandLine, const VideoJob& job,
+                              Messages& messages) {
+    VideoWriterOptions encoding = encoderOptions(commandLine, job.profile);
+    if (job.plan.product == VideoProduct::Native && encoding.compatible) {
+        messages.warn("--compat halves the colour resolution (4:2:0): in a Native neighbouring "
+                      "sub-pixels belong to different views, so views are mixed and depth blurs; "
+                      "use it only for players that refuse the usual file");
+    }
+    encoding.threads = cv::getNumThreads();
+    return encoding;
+}
+
+} // namespace
+
+VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Messages& messages) {
+    VideoPlan& plan = job.plan;
+    NativeOptions& native = job.native;
+    job.profile = videoProfile(commandLine);
+    if (plan.show && !commandLine.has("profile")) job.profile = videoProfile("live");
+    native = nativeOptions(commandLine);
+    if (job.profile.keep) native.keepResolution = true;
+    if (plan.product != VideoProduct::Native) native.positions = ViewPositions::Discrete;
+    if (!commandLine.has("method") && !commandLine.has("g"))
+        native.views.method = job.profile.method;
+    if (!plan.fromQuilt) requireKnobsOf(commandLine, native.views.method);
+    checkNativeOptions(commandLine);
+    job.display = findDisplay(commandLine, messages, {}, useOf(plan.product));
+    if (job.display.map) native.sampling = {};
+
+    VideoConversion conversion;
+    plan.part.threads = std::min(cv::getNumThreads(), 16);
+    conversion.reader = std::make_unique<VideoReader>(plan.input, plan.part);
+    const VideoFacts& facts = conversion.reader->facts();
+    refusePicture(commandLine, plan, facts);
+    messages.say(plan.inputName() + ": " + factsText(facts));
+    if (!plan.fromQuilt) warnIfQuilt(plan.input, "--from-quilt", messages);
+    if (plan.product == VideoProduct::Native) warnIfNative(facts, job.display, messages);
+    job.layout = layoutOf(commandLine, job, facts.size, messages);
+    if (plan.product == VideoProduct::Quilt)
+        plan.output = quiltFileName(plan.output, job.layout, job.display.aspect());
+    checkOutputs(commandLine, plan, job.display);
+    if (plan.fromQuilt) {
+        const QuiltShape shape(plan.input, job.layout, job.display, fitOption(commandLine));
+        messages.say("quilt: " + quiltText(job.layout, shape.shownAspect()));
+        tellShape(shape, messages);
+        native.fit = shape.fit();
+        conversion.viewAspect = shape.aspect();
+    } else {
+        if (plan.product == VideoProduct::Native)
+            messages.say("quilt: " + quiltText(job.layout, job.display.aspect()));
+        openDepth(commandLine, job, messages);
+        const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
+        choosePath(commandLine, job, aspect, messages);
+    }
+    job.encoding = encodingOf(commandLine, job, messages);
+
+    conversion.input = plan.input;
+    conversion.part = plan.part;
+    conversion.output = plan.output;
+    conversion.product = plan.product;
+    conversion.display = job.display;
+    conversion.map = job.display.map;
+    conversion.layout = job.layout;
+    conversion.native = native;
+    conversion.fromQuilt = plan.fromQuilt;
+    takeDepth(job, conversion);
+    conversion.depthOptions = job.depthOptions;
+    conversion.encoding = job.encoding;
+    conversion.settings = settingsText(commandLine);
+    if (commandLine.has("resume")) {
+        conversion.unfinished = UnfinishedRun::Resume;
+    } else if (commandLine.has("y")) {
+        conversion.unfinished = UnfinishedRun::Discard;
+    }
+    return conversion;
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "altiro3D/video_converter.hpp"
+#include "common/video_job.hpp"
+
+#include <string>
+
+namespace altiro3D::tools {
+
+/// What a run has come to.
+struct VideoOutcome {
+    VideoConversionResult result;
+    cv::Size size;        ///< of the pictures
+    bool stopped = false; ///< by the user
+    bool failed = false;  ///< and the reason was said
+    std::string cutOff;   ///< that the input is cut off; empty if it is not
+
+    double rate() const;
+    /// "done", "stopped" or "truncated"
+    const char* state() const;
+};
+
+/// Settings, counts and times of a run, for programs.
+std::string videoReport(const CommandLine& commandLine, const VideoJob& job,
+                        const VideoOutcome& outcome, const Messages& messages);
+
+/// Says what -v shows, and how many frames came too fast.
+void tellVideoDetails(const VideoJob& job, const VideoOutcome& outcome, Messages& messages);
+
+} // namespace altiro3D::tools

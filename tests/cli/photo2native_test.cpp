@@ -232,7 +232,7 @@ TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "no.onnx"} + photo), 1, "no.onnx"));
     fs::create_directory(studio / "midas-small"); // a folder of that name is no network
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1,
-                      "its file model-small.onnx is not there"));
+                      "its file model-small.onnx is missing"));
     EXPECT_TRUE(
         fails(studio.run(kTool, Arguments{"-n", "midas"} + photo), 1, "midas-small, midas-large"));
     EXPECT_TRUE(isDone(studio.run(kTool, photo)));
@@ -668,7 +668,7 @@ TEST(Photo2Native, WhatIsMeantIsGuessedAndSaid) {
     // an existing file that is no Native may be an input
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"photo.png", "depth.png"}), 1,
                       "depth.png: exists, and is not marked as a Native (inputs come first, "
-                      "then what is written)"));
+                      "then outputs)"));
     EXPECT_TRUE(warns(
         studio.run(kTool, studio.display() + Arguments{"--strength", "0.1", "photo.png", "o.png"}),
         "--strength is in %"));

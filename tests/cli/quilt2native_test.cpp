@@ -154,7 +154,7 @@ TEST(Quilt2NativeTool, ViewsOfAnotherShapeKeepItUnlessAsked) {
     }
     const Outcome usual = run({});
     EXPECT_TRUE(isDone(usual));
-    EXPECT_NE(usual.out.find("each view 30 x 40 px, shown 3:2\nfit: the file name says"),
+    EXPECT_NE(usual.out.find("each view 30 x 40 px, shown 3:2\nfit: by the file name"),
               std::string::npos)
         << usual.out;
     const cv::Mat bars = readBack(studio / "a.png");

@@ -307,7 +307,7 @@ TEST_F(ViewerWindow, AsksBeforeANativeOrDepthLosesInItsFormat) {
         const auto act = [this, text = text] { entry(text)->trigger(); };
         const QStringList asked = answering(name, QMessageBox::No, act);
         ASSERT_EQ(asked.size(), 2);
-        EXPECT_TRUE(asked[1].contains("PNG keeps")) << asked[1].toStdString();
+        EXPECT_TRUE(asked[1].contains("PNG")) << asked[1].toStdString();
         EXPECT_FALSE(window_->controller().isExporting());
         EXPECT_FALSE(fs::exists(folder_ / name));
         answering(name, QMessageBox::Yes, act);

@@ -31,9 +31,6 @@ constexpr int kLongSide = 320;
 constexpr float kHeightWeight = 1.0f;
 constexpr float kContactWeight = 3.0f;
 constexpr float kColourHeightWeight = 0.9f;
-constexpr float kUnlikeTopWeight = 0.2f;
-constexpr float kFocusWeight = 0.15f;
-constexpr float kSaturationWeight = 0.1f;
 constexpr float kSideWeight = 0.2f;
 
 // Regions are computed at four coarsenesses and their cues averaged. A single coarseness would turn
@@ -110,22 +107,6 @@ Plane product(const Plane& a, const Plane& b) {
     Plane out = a;
     for (std::size_t i = 0; i < out.size(); ++i)
         out[i] *= b[i];
-    return out;
-}
-
-// Squared length of the gradient, central differences.
-Plane gradientEnergy(const Plane& in) {
-    Plane out(in.columns, in.rows);
-    for (int y = 0; y < in.rows; ++y) {
-        const float* above = in.row(std::max(0, y - 1));
-        const float* row = in.row(y);
-        const float* below = in.row(std::min(in.rows - 1, y + 1));
-        for (int x = 0; x < in.columns; ++x) {
-            const float dx = row[std::min(in.columns - 1, x + 1)] - row[std::max(0, x - 1)];
-            const float dy = below[x] - above[x];
-            out.row(y)[x] = 0.25f * (dx * dx + dy * dy);
-        }
-    }
     return out;
 }
 
@@ -367,75 +348,6 @@ Plane colourHeightCue(const Colour& colour) {
     return cue;
 }
 
-// Colour difference from the mean of the top fifth, which mostly shows the background.
-Plane unlikeTopCue(const Colour& colour) {
-    const std::size_t topCount = static_cast<std::size_t>((colour[0].rows + 4) / 5) *
-                                 static_cast<std::size_t>(colour[0].columns);
-    Plane cue(colour[0].columns, colour[0].rows);
-    for (const Plane& plane : colour) {
-        double sum = 0;
-        for (std::size_t i = 0; i < topCount; ++i)
-            sum += static_cast<double>(plane[i]);
-        const auto mean = static_cast<float>(sum / static_cast<double>(topCount));
-        for (std::size_t i = 0; i < cue.size(); ++i)
-            cue[i] += (plane[i] - mean) * (plane[i] - mean);
-    }
-    for (float& value : cue.values)
-        value = std::sqrt(value);
-    return cue;
-}
-
-// Share of the gradients that blurring removes; large where the photo is in focus. Contrast cancels
-// out. A small constant is added to both sides, so sensor noise in uniform areas does not count as
-// focus.
-Plane focusCue(const Plane& luminance) {
-    constexpr float kNoise = 1e-5f;
-    Plane sharp = boxMean(gradientEnergy(luminance), 8);
-    const Plane blurred = boxMean(gradientEnergy(boxMean(luminance, 2)), 8);
-    for (std::size_t i = 0; i < sharp.size(); ++i)
-        sharp[i] = std::max(sharp[i] + kNoise, kNoise) / (std::max(blurred[i], 0.0f) + kNoise);
-    return sharp;
-}
-
-// Air reduces the saturation of distant things.
-Plane saturationCue(const Colour& colour) {
-    Plane cue(colour[0].columns, colour[0].rows);
-    for (std::size_t i = 0; i < cue.size(); ++i) {
-        const auto [low, high] = std::minmax({colour[0][i], colour[1][i], colour[2][i]});
-        cue[i] = (high - low) / (high + 0.1f);
-    }
-    return cue;
-}
-
-// Replaces values by their rank, 0..1 (in 1024 steps between the extremes), so a cue without a
-// meaningful scale can be added to others. A constant becomes 0.5.
-void equalize(Plane& cue) {
-    constexpr std::size_t kSteps = 1024;
-    const auto [low, high] = std::minmax_element(cue.values.begin(), cue.values.end());
-    const float offset = *low;
-    const float range = *high - *low;
-    if (!(range > 1e-6f)) {
-        std::fill(cue.values.begin(), cue.values.end(), 0.5f);
-        return;
-    }
-    const auto stepOf = [&](float value) {
-        return std::min(kSteps - 1, static_cast<std::size_t>((value - offset) / range *
-                                                             static_cast<float>(kSteps)));
-    };
-    std::vector<double> count(kSteps, 0.0);
-    for (const float value : cue.values)
-        count[stepOf(value)] += 1;
-    std::vector<float> rank(kSteps);
-    double below = 0;
-    for (std::size_t step = 0; step < kSteps; ++step) {
-        rank[step] =
-            static_cast<float>((below + 0.5 * count[step]) / static_cast<double>(cue.size()));
-        below += count[step];
-    }
-    for (float& value : cue.values)
-        value = rank[stepOf(value)];
-}
-
 // Guided filter (He, Sun, Tang 2010) with the colours as guide: in each window the depth is a
 // linear function of the colour, so its steps move to the photo's edges and flat parts stay flat.
 Plane followEdges(const Plane& depth, const Colour& guide) {
@@ -496,11 +408,6 @@ Plane followEdges(const Plane& depth, const Colour& guide) {
 
 // The weighted sum of all cues, smoothed; any range.
 Plane combineCues(const cv::Mat& small) {
-    const Colour colour = planesOf(small);
-    Plane luminance(small.cols, small.rows);
-    for (std::size_t i = 0; i < luminance.size(); ++i)
-        luminance[i] = 0.114f * colour[0][i] + 0.587f * colour[1][i] + 0.299f * colour[2][i];
-
     // The median removes fine texture and keeps edges; on 8 bits it is exact.
     cv::Mat calmPicture;
     cv::medianBlur(small, calmPicture, 5);
@@ -509,14 +416,8 @@ Plane combineCues(const cv::Mat& small) {
     const Plane empty(small.cols, small.rows);
     Plane contact = empty;
     Plane colourHeight = empty;
-    Plane unlikeTop = empty;
-    Plane focus = empty;
-    Plane saturation = empty;
     {
         const Plane colourHeightOfPixel = colourHeightCue(calm);
-        const Plane unlikeTopOfPixel = unlikeTopCue(calm);
-        const Plane focusOfPixel = focusCue(luminance);
-        const Plane saturationOfPixel = saturationCue(calm);
         // A slight blur gives uniform surfaces differences below one grey level, so 8-bit steps in
         // shading do not divide them.
         const RegionFinder finder(
@@ -526,15 +427,8 @@ Plane combineCues(const cv::Mat& small) {
             const Regions regions = finder.find(coarseness);
             addContact(regions, kShare, contact);
             addRegionMean(regions, colourHeightOfPixel, kShare, colourHeight);
-            addRegionMean(regions, unlikeTopOfPixel, kShare, unlikeTop);
-            addRegionMean(regions, focusOfPixel, kShare, focus);
-            addRegionMean(regions, saturationOfPixel, kShare, saturation);
         }
     }
-    equalize(unlikeTop);
-    equalize(focus);
-    equalize(saturation);
-
     Plane sum = empty;
     for (int y = 0; y < sum.rows; ++y) {
         const float height = (static_cast<float>(y) + 0.5f) / static_cast<float>(sum.rows);
@@ -545,8 +439,7 @@ Plane combineCues(const cv::Mat& small) {
             const float aside =
                 (2 * static_cast<float>(x) + 1) / static_cast<float>(sum.columns) - 1;
             sum[i] = kHeightWeight * height + kContactWeight * contact[i] +
-                     kColourHeightWeight * colourHeight[i] + kUnlikeTopWeight * unlikeTop[i] +
-                     kFocusWeight * focus[i] + kSaturationWeight * saturation[i] +
+                     kColourHeightWeight * colourHeight[i] +
                      kSideWeight * aside * aside * (1 - height);
         }
     }

@@ -194,7 +194,7 @@ void saveViews(const StereoScene& scene, const fs::path& directory) {
         cv::Mat view;
         Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options(method.options))
             .renderView(scene.photo, scene.depth, 1, view);
-        writePicture(directory / (method.name + ".png"), view);
+        writeImage(directory / (method.name + ".png"), view);
     }
 }
 

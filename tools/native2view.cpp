@@ -89,7 +89,7 @@ Job planJob(const CommandLine& commandLine, const ChosenDisplay& display, const 
             job.files = {output};
     }
     const bool directory = job.files.size() > 1;
-    if (directory && canWritePicture(output)) {
+    if (directory && canWriteImage(output)) {
         throw UsageError(output.string() +
                          ": names one file, expected a directory for the pictures of several "
                          "views (--quilt-out puts all into one picture)");
@@ -153,9 +153,9 @@ int run(const CommandLine& commandLine, Messages& messages) {
         if (job.quilt)
             sized.copyTo(quilt(layout.tile(static_cast<int>(i))));
         else
-            writePicture(job.files[i], sized);
+            writeImage(job.files[i], sized);
     }
-    if (job.quilt) writePicture(job.files.front(), quilt);
+    if (job.quilt) writeImage(job.files.front(), quilt);
     progress.clear();
     times.end("views");
     const bool several = job.files.size() > 1;

@@ -85,7 +85,7 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const Scene& scen
 
 // Writes what is wanted besides the Native; false if nothing is. Takes the scene.
 bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messages& messages) {
-    if (!item.quilt.empty()) writePicture(item.quilt, run.quilt);
+    if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
     if (!item.savedDepth.empty() || !item.rgbd.empty()) {
         cv::Mat wholeDepth;
         fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)},
@@ -93,14 +93,14 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
         scene.depth.release();
         if (!item.savedDepth.empty()) {
             warnAboutDepthFormat(item.savedDepth, messages);
-            writePicture(item.savedDepth, depthTo16Bit(wholeDepth));
+            writeImage(item.savedDepth, depthTo16Bit(wholeDepth));
         }
         if (!item.rgbd.empty()) {
             cv::Mat rgbd;
             joinRgbd(scene.photo, wholeDepth, DepthSide::Right, rgbd);
             scene.photo.release();
             wholeDepth.release();
-            writePicture(item.rgbd, rgbd);
+            writeImage(item.rgbd, rgbd);
         }
     }
     if (!item.views.empty()) {
@@ -108,7 +108,7 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
         const int count = layout.viewCount;
         cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& range) {
             for (int i = range.start; i < range.end; ++i) {
-                writePicture(item.views / viewFileName(i, count), run.quilt(layout.tile(i)));
+                writeImage(item.views / viewFileName(i, count), run.quilt(layout.tile(i)));
             }
         });
     }
@@ -172,8 +172,8 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
         times.end("video");
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");
-    writePicture(item.native, run.native,
-                 PictureMark::Native); // last: where it is, the rest is too
+    writeImage(item.native, run.native,
+               ImageMark::Native); // last: where it is, the rest is too
     times.end("write");
 
     Json report = {{"photo", item.photo.string()},

@@ -30,7 +30,7 @@ struct Job {
 };
 
 bool isVideo(const fs::path& file) {
-    if (canWritePicture(file)) return false; // by its name
+    if (canWriteImage(file)) return false; // by its name
     try {
         const VideoFacts facts = VideoReader(file).facts();
         return !isPicture(file, facts) && facts.format != "gif";

@@ -23,7 +23,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const fs::path& output = commandLine.files()[1];
     const FitMode mode = fitOption(commandLine, FitMode::Cover);
     requirePictureName(output);
-    std::vector<fs::path> files = listPictures(directory);
+    std::vector<fs::path> files = listImages(directory);
     if (files.empty()) {
         throw Error(ErrorCode::NotFound, directory.string(),
                     "holds no pictures, expected one file for each view");
@@ -62,7 +62,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     times.end("look-up table");
     makeNativeFile(renderer, views.quilt, output, messages, times);
     if (quiltOutput) {
-        writePicture(*quiltOutput, views.quilt);
+        writeImage(*quiltOutput, views.quilt);
         times.end("write quilt");
         messages.say(quiltOutput->string() + ": quilt");
     }

@@ -45,9 +45,9 @@ class Tradeoff : public ::testing::Test {
         }
         if (!folder.empty()) fs::create_directory(sandbox_ / folder);
         const std::string prefix = folder.empty() ? "" : folder + "/";
-        writePicture(sandbox_ / (prefix + "L.png"), photo);
-        writePicture(sandbox_ / (prefix + "D.png"), disparity);
-        writePicture(sandbox_ / (prefix + "R.png"), truth);
+        writeImage(sandbox_ / (prefix + "L.png"), photo);
+        writeImage(sandbox_ / (prefix + "D.png"), disparity);
+        writeImage(sandbox_ / (prefix + "R.png"), truth);
     }
     Outcome run(const Arguments& arguments) const { return sandbox_.run(kTool, arguments); }
     Arguments scene() const {
@@ -131,7 +131,7 @@ TEST_F(Tradeoff, WritesWhatIsAskedForAndReplacesItOnlyWithY) {
         EXPECT_TRUE(samePicture(readBack(sandbox_ / ("views/" + method.name + ".png")), view))
             << method.name;
     }
-    EXPECT_EQ(listPictures(sandbox_ / "views").size(), 3U);
+    EXPECT_EQ(listImages(sandbox_ / "views").size(), 3U);
 
     for (const Arguments& output :
          {Arguments{"--report", "t.json"}, Arguments{"--csv", "t.csv"},
@@ -204,7 +204,7 @@ TEST_F(Tradeoff, BrokenTablesAreOneErrorLineThatNamesTheColumn) {
 }
 
 TEST_F(Tradeoff, BrokenScenesAreOneErrorLine) {
-    writePicture(sandbox_ / "small.png", madePhoto(59, 40));
+    writeImage(sandbox_ / "small.png", madePhoto(59, 40));
     spill(sandbox_ / "broken.png", "broken");
     const auto with = [&](const char* option, const char* file) {
         Arguments call = scene();
@@ -242,7 +242,7 @@ TEST_F(Tradeoff, APhotoAloneIsComparedWithTheMostAccurateSetting) {
 
 TEST_F(Tradeoff, TheDepthOfAPhotoMayBeGiven) {
     // a flat depth at the focus leaves every view the photo, whatever the strength
-    writePicture(sandbox_ / "flat.png", cv::Mat(40, 60, CV_8UC1, cv::Scalar::all(9)));
+    writeImage(sandbox_ / "flat.png", cv::Mat(40, 60, CV_8UC1, cv::Scalar::all(9)));
     EXPECT_TRUE(isDone(run({"--strength", "4", "--report", "t.json", "-d", "L.png", "flat.png"})));
     const Json flat = json().at("rows");
     ASSERT_EQ(flat.size(), tradeSettings().size());

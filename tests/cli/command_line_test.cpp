@@ -55,8 +55,8 @@ TEST_P(EveryTool, HelpIsShortAndHelpAllHasTheRestInTheSameGroups) {
     const std::string helpAll = studio_.run(tool(), {"--help-all"}).out;
     const std::vector<std::string> basic = optionLines(help);
     std::vector<std::string> rest = optionLines(helpAll);
-    constexpr std::size_t kMostLines = 32; // options and titles: what is read in one go
-    EXPECT_LE(basic.size(), kMostLines) << help;
+    constexpr std::size_t kMaxLines = 32; // options and titles: what is read in one go
+    EXPECT_LE(basic.size(), kMaxLines) << help;
     auto at = rest.begin();
     for (const std::string& line : basic) { // the same lines, in the same order
         at = std::find(at, rest.end(), line);
@@ -150,9 +150,9 @@ TEST_P(EveryTool, TheExamplesOfTheHelpWork) {
     fs::copy(studio_ / "small.json", studio_ / "visual.json");
     fs::copy(studio_ / "photo.png", studio_ / "holiday.jpg");
     fs::copy(studio_ / "depth.png", studio_ / "holiday-depth.png");
-    writePicture(studio_ / "quilt.png", quilt);
+    writeImage(studio_ / "quilt.png", quilt);
     if (tool() != "photo2native") // which writes it
-        writePicture(studio_ / "holiday_qs8x6a0.75.png", quilt);
+        writeImage(studio_ / "holiday_qs8x6a0.75.png", quilt);
     if (tool() == "video2native") fs::copy(studio_ / "clip.mp4", studio_ / "clip-depth.mp4");
     if (tool() == "native2view") fs::copy(studio_ / "panel.png", studio_ / "native.png");
     for (const Arguments& example : examples) {

@@ -152,9 +152,9 @@ TEST(Data, AQuiltOf4096PixelsFitsAMapOfFiveColumnsWithANote) {
     ASSERT_EQ(quilt.size(), cv::Size(4095, 4095));
     cv::Mat larger;
     cv::copyMakeBorder(quilt, larger, 1, 0, 0, 1, cv::BORDER_CONSTANT, cv::Scalar::all(255));
-    writePicture(studio / "q4096.bmp", larger);
+    writeImage(studio / "q4096.bmp", larger);
     EXPECT_TRUE(warns(studio.run("quilt2native", {"-m", "a.map", "q4096.bmp", "a.png"}), "4096"));
-    writePicture(studio / "q4095.bmp", quilt);
+    writeImage(studio / "q4095.bmp", quilt);
     EXPECT_TRUE(isDone(studio.run("quilt2native", {"-m", "a.map", "q4095.bmp", "b.png"})));
     EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
     EXPECT_TRUE(
@@ -232,8 +232,8 @@ TEST(Data, PairsOfPhotoAndDepthBecomeNatives) {
         const Outcome outcome = studio.run("photo2native", call + Arguments{"out"});
         EXPECT_EQ(outcome.status, 0) << outcome.text();
         expectOwnLines(outcome);
-        EXPECT_EQ(listPictures(studio / "out").size(), static_cast<std::size_t>(one.pictures));
-        for (const fs::path& file : listPictures(studio / "depth")) {
+        EXPECT_EQ(listImages(studio / "out").size(), static_cast<std::size_t>(one.pictures));
+        for (const fs::path& file : listImages(studio / "depth")) {
             const cv::Mat depth = readBack(file);
             double low = 0;
             double high = 0;

@@ -58,7 +58,7 @@ class BatchStudio : public SmallStudio {
             if (i % 3 == 1) {
                 spill(file, "broken");
             } else {
-                writePicture(file, madePhoto(40, 50));
+                writeImage(file, madePhoto(40, 50));
             }
         }
     }
@@ -138,8 +138,8 @@ TEST(Messages, InASharedPipeLinesAreWholeAndInOrder) {
 TEST(Messages, ABatchHasOneLineForEachPhoto) {
     SmallStudio studio;
     fs::create_directory(studio / "in");
-    writePicture(studio / "in/a.png", madePhoto(90, 120));
-    writePicture(studio / "in/wide.png", madePhoto(120, 40));
+    writeImage(studio / "in/a.png", madePhoto(90, 120));
+    writeImage(studio / "in/wide.png", madePhoto(120, 40));
     const Outcome outcome =
         studio.run("photo2native", studio.display() + Arguments{"--save-quilt", "q", "--save-depth",
                                                                 "d", "in", "out"});
@@ -218,7 +218,7 @@ TEST(Messages, NothingIsWarnedOfTwice) {
           "[" + slurp(studio / "one.json") + ", " + slurp(studio / "small.json") + "]");
     cv::Mat rgbd;
     cv::hconcat(madePhoto(90, 120), madePhoto(90, 120), rgbd);
-    writePicture(studio / "rgbd.png", rgbd);
+    writeImage(studio / "rgbd.png", rgbd);
     fs::create_directory(studio / "in");
     for (const char* name : {"in/a.png", "in/b_qs3x2.png"})
         fs::copy(studio / "photo.png", studio / name);

@@ -148,8 +148,8 @@ TEST_F(Methods, TheCameraGivesTheStrength) {
 }
 
 TEST_F(Methods, TheCameraIsCroppedWithThePhoto) {
-    writePicture(studio_ / "photo.png", madePhoto(150, 120)); // 90 of the 150 columns are used
-    writePicture(studio_ / "depth.png", madeDepth(75, 60));
+    writeImage(studio_ / "photo.png", madePhoto(150, 120)); // 90 of the 150 columns are used
+    writeImage(studio_ / "depth.png", madeDepth(75, 60));
     writeCamera();
     const Json picture = report({"-g", "--camera", "camera.json"}).at("pictures").at(0);
     EXPECT_EQ(picture.at("crop").at(2), 90);

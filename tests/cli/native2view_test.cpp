@@ -15,7 +15,7 @@ constexpr const char* kTool = "native2view";
 // A studio with native.png, made of its quilt of 3 columns x 2 rows.
 class ViewStudio : public SmallStudio {
   public:
-    ViewStudio() { writePicture(*this / "native.png", native()); }
+    ViewStudio() { writeImage(*this / "native.png", native()); }
     cv::Mat native() const { return libraryNative(*this, readBack(*this / "quilt.png"), 3, 2); }
     Calibration calibration() const { return readCalibration(*this / "small.json"); }
     Outcome see(const Arguments& arguments) const {

@@ -36,7 +36,7 @@ double brightColumn(const cv::Mat& picture) {
 
 std::vector<std::string> names(const fs::path& directory) {
     std::vector<std::string> result;
-    for (const fs::path& file : listPictures(directory))
+    for (const fs::path& file : listImages(directory))
         result.push_back(file.filename().string());
     return result;
 }
@@ -45,7 +45,7 @@ std::vector<std::string> names(const fs::path& directory) {
 
 TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
     SmallStudio studio;
-    writePicture(studio / "photo.png", madePhoto(150, 110)); // not of the panel's shape
+    writeImage(studio / "photo.png", madePhoto(150, 110)); // not of the panel's shape
     struct Case {
         Arguments arguments;
         LibraryPath path;
@@ -95,8 +95,8 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
 
 TEST(Photo2Native, BothPathsGiveTheSameNative) {
     SmallStudio studio;
-    writePicture(studio / "photo.png", madePhoto(150, 110)); // not of the panel's shape
-    writePicture(studio / "depth.png", madeDepth(75, 55));
+    writeImage(studio / "photo.png", madePhoto(150, 110)); // not of the panel's shape
+    writeImage(studio / "depth.png", madeDepth(75, 55));
     const Arguments table{"-q", "2x3", "-r", "40x30", "small.json"};
     ASSERT_TRUE(isDone(studio.run("altiro3Dnative", Arguments{"-m", "a.map"} + table)));
     ASSERT_TRUE(isDone(
@@ -318,7 +318,7 @@ TEST(Photo2Native, OnePictureRgbdIsAsGoodAsTwoFiles) {
     depth(cv::Rect(20, 30, 40, 50)) = cv::Scalar::all(220);
     cv::Mat grey;
     cv::extractChannel(depth, grey, 0);
-    writePicture(studio / "grey.png", grey);
+    writeImage(studio / "grey.png", grey);
     ASSERT_TRUE(isDone(
         studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "grey.png", "two.png"})));
     const cv::Mat expected = readBack(studio / "two.png");
@@ -331,7 +331,7 @@ TEST(Photo2Native, OnePictureRgbdIsAsGoodAsTwoFiles) {
         } else {
             cv::vconcat(first, second, both);
         }
-        writePicture(studio / "rgbd.png", both);
+        writeImage(studio / "rgbd.png", both);
         EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"-y", "--rgbd", side} + studio.display() +
                                                  Arguments{"rgbd.png", "one.png"})));
         EXPECT_TRUE(samePicture(readBack(studio / "one.png"), expected)) << side;
@@ -341,7 +341,7 @@ TEST(Photo2Native, OnePictureRgbdIsAsGoodAsTwoFiles) {
 TEST(Photo2Native, FlatDepthGivesEqualViewsWhateverTheFocus) {
     SmallStudio studio;
     for (const int value : {0, 40000}) {
-        writePicture(studio / "flat.png", cv::Mat(60, 45, CV_16UC1, cv::Scalar(value)));
+        writeImage(studio / "flat.png", cv::Mat(60, 45, CV_16UC1, cv::Scalar(value)));
         for (const char* focus : {"0", "0.77", "1"}) {
             const Outcome outcome = studio.run(
                 kTool,
@@ -362,8 +362,8 @@ TEST(Photo2Native, NearerThingsMoveLeftFromViewToView) {
     cv::Mat depth(160, 120, CV_8UC1, cv::Scalar(20));
     photo(cv::Rect(50, 60, 20, 40)) = cv::Scalar::all(250);
     depth(cv::Rect(35, 50, 50, 60)) = 230; // wider than the white bar: Fast is exact inside
-    writePicture(studio / "photo.png", photo);
-    writePicture(studio / "depth.png", depth);
+    writeImage(studio / "photo.png", photo);
+    writeImage(studio / "depth.png", depth);
     ASSERT_EQ(studio
                   .run(kTool, {"-c", "small.json", "-q", "2x3", "-r", "160x120", "--save-views",
                                "v", "-d", "photo.png", "depth.png", "a.png"})
@@ -394,7 +394,7 @@ TEST(Photo2Native, NoStrengthGivesEqualViews) {
 TEST(Photo2Native, TellsHowMuchIsCutOffForThePanelsShape) {
     SmallStudio studio; // panel 96 x 128 px, 3 : 4
     const auto said = [&](cv::Size size, const Arguments& more) {
-        writePicture(studio / "photo.png", madePhoto(size.width, size.height));
+        writeImage(studio / "photo.png", madePhoto(size.width, size.height));
         const Outcome outcome = studio.run(kTool, more + studio.goodCall(kTool, "a.png"));
         EXPECT_EQ(outcome.status, 0); // and it warns of the depth's other shape
         return outcome.out;
@@ -461,7 +461,7 @@ TEST(Photo2Native, SavedDepthIsNearWhite) {
     cv::Mat metres(60, 45, CV_16UC1, cv::Scalar(4000));
     metres(cv::Rect(10, 10, 20, 20)) = 1000;
     metres(cv::Rect(0, 50, 45, 10)) = 0; // unknown
-    writePicture(studio / "metres.png", metres);
+    writeImage(studio / "metres.png", metres);
     ASSERT_TRUE(isDone(studio.run(
         kTool, Arguments{"--depth-kind", "metric", "--save-depth", "d.png"} + studio.display() +
                    Arguments{"-d", "photo.png", "metres.png", "a.png"})));
@@ -512,7 +512,7 @@ TEST(Photo2Native, OfABrokenPhotoAndABrokenDepthThePhotoIsNamed) {
                                                 Arguments{"-d", "photo.png", "depth.png", "a.png"}),
                           1, "photo.png"));
     }
-    writePicture(studio / "photo.png", madePhoto(90, 120));
+    writeImage(studio / "photo.png", madePhoto(90, 120));
     for (const char* threads : {"1", "2"}) {
         EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-j", threads} + studio.display() +
                                                 Arguments{"-d", "photo.png", "depth.png", "a.png"}),
@@ -709,7 +709,7 @@ TEST(Photo2Native, AQuiltsNameIsAskedAbout) {
 TEST(Photo2Native, NativesAmongThePhotosOfADirectoryAreLeftOut) {
     SmallStudio studio;
     fs::create_directory(studio / "photos");
-    writePicture(studio / "photos/a.png", madePhoto(40, 50));
+    writeImage(studio / "photos/a.png", madePhoto(40, 50));
     const Arguments again = studio.display() + Arguments{"-y", "photos", "photos"};
     ASSERT_TRUE(isDone(studio.run(kTool, again)));
     const Outcome outcome = studio.run(kTool, again);
@@ -724,7 +724,7 @@ TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
     SmallStudio studio;
     fs::create_directory(studio / "photos");
     for (const char* name : {"photos/a.png", "photos/c.png", "photos/d.png"})
-        writePicture(studio / name, madePhoto(40, 50));
+        writeImage(studio / name, madePhoto(40, 50));
     spill(studio / "photos/b.png", "broken");
     spill(studio / "photos/notes.txt", "not a picture");
     fs::create_directory(studio / "photos/deeper");
@@ -753,7 +753,7 @@ class SkipExisting : public SmallStudio {
     SkipExisting() {
         fs::create_directory(*this / "in");
         for (const char* name : {"in/a.png", "in/b.png", "in/c.png"})
-            writePicture(*this / name, madePhoto(40, 50));
+            writeImage(*this / name, madePhoto(40, 50));
     }
     Outcome make(const Arguments& more) const {
         return run(kTool, more + display() +
@@ -891,7 +891,7 @@ TEST(Photo2Native, SeveralPhotosGoIntoADirectory) {
     SmallStudio studio;
     fs::create_directory(studio / "more");
     fs::copy(studio / "photo.png", studio / "more/photo.png");
-    writePicture(studio / "photo.ppm", madePhoto(40, 50));
+    writeImage(studio / "photo.ppm", madePhoto(40, 50));
     EXPECT_TRUE(
         isDone(studio.run(kTool, studio.display() + Arguments{"photo.png", "photo.ppm", "out"})));
     EXPECT_EQ(names(studio / "out"),
@@ -914,7 +914,7 @@ TEST(Photo2Native, SeveralPhotosGoIntoADirectory) {
 
 TEST(Photo2Native, DepthImagesComeInPairs) {
     SmallStudio studio;
-    writePicture(studio / "photo2.png", madePhoto(60, 80));
+    writeImage(studio / "photo2.png", madePhoto(60, 80));
     fs::copy(studio / "depth.png", studio / "depth2.png");
     EXPECT_TRUE(
         isDone(studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "depth.png",
@@ -938,7 +938,7 @@ TEST(Photo2Native, DepthImagesComeInPairs) {
 
 TEST(Photo2Native, DepthOfAnotherShapeIsStretchedWithAWarning) {
     SmallStudio studio;
-    writePicture(studio / "wide.png", madeDepth(80, 40));
+    writeImage(studio / "wide.png", madeDepth(80, 40));
     EXPECT_TRUE(warns(
         studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "wide.png", "a.png"}),
         "wide.png: its shape differs"));

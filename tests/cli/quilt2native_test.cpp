@@ -62,7 +62,7 @@ TEST(Quilt2NativeTool, AQuiltOfOneColourPerViewShowsEachViewWhereTheLensSendsIt)
     cv::Mat quilt(80, 90, CV_8UC3);
     for (int i = 0; i < 6; ++i)
         quilt(cv::Rect(i % 3 * 30, (1 - i / 3) * 40, 30, 40)) = cv::Scalar::all(10 + 40 * i);
-    writePicture(studio / "views.png", quilt);
+    writeImage(studio / "views.png", quilt);
     ASSERT_TRUE(isDone(studio.run(kTool, {"-c", "small.json", "-q", "2x3", "views.png", "a.png"})));
     const cv::Mat native = readBack(studio / "a.png");
     const LensGeometry geometry = lensGeometry(readCalibration(studio / "small.json"));
@@ -100,7 +100,7 @@ TEST(Quilt2NativeTool, ARestOfPixelsIsCutOffWithANote) {
     SmallStudio studio;
     // as 4096 x 4096 px of 5 columns x 9 rows: tiles of 8 x 5 px in 44 x 50 px
     const cv::Mat quilt = madePhoto(44, 50);
-    writePicture(studio / "rest.png", quilt);
+    writeImage(studio / "rest.png", quilt);
     ASSERT_TRUE(isDone(
         studio.run("altiro3Dnative", {"-m", "a.map", "-q", "9x5", "-r", "5x8", "small.json"})));
     EXPECT_TRUE(warns(studio.run(kTool, {"-m", "a.map", "rest.png", "a.png"}), "44 x 50"));
@@ -112,7 +112,7 @@ TEST(Quilt2NativeTool, ARestOfPixelsIsCutOffWithANote) {
 
 TEST(Quilt2NativeTool, ErrorsAndWarningsNameTheOptionThatHelps) {
     SmallStudio studio;
-    writePicture(studio / "q_qs2x3.png", readBack(studio / "quilt.png"));
+    writeImage(studio / "q_qs2x3.png", readBack(studio / "quilt.png"));
     EXPECT_TRUE(fails(studio.run(kTool, {"-c", "small.json", "-q", "2x3", "q_qs2x3.png", "a.png"}),
                       1, "-q: says 3 columns x 2 rows"));
     EXPECT_TRUE(fails(studio.run("quilt2video", {"-q", "2x3", "q_qs2x3.png", "a.mp4"}), 1,
@@ -143,7 +143,7 @@ TEST(Quilt2NativeTool, ContradictionsAreErrors) {
 
 TEST(Quilt2NativeTool, ViewsOfAnotherShapeKeepItUnlessAsked) {
     SmallStudio studio;
-    writePicture(studio / "q_qs3x2a1.5.png", cv::Mat(80, 90, CV_8UC3, cv::Scalar::all(200)));
+    writeImage(studio / "q_qs3x2a1.5.png", cv::Mat(80, 90, CV_8UC3, cv::Scalar::all(200)));
     const auto run = [&](const Arguments& more) {
         return studio.run(kTool,
                           more + Arguments{"-y", "-c", "small.json", "q_qs3x2a1.5.png", "a.png"});
@@ -187,7 +187,7 @@ TEST(Quilt2NativeTool, ASwayingVideoIsThatOfQuilt2video) {
     const Arguments both{"--view-filter", "linear", "--fit", "cover", "--size", "64x32"};
     expect("quilt.png", both, both);
     // the views have the shape that the Native shows
-    writePicture(studio / "q_qs3x2a1.5.png", madePhoto(90, 80));
+    writeImage(studio / "q_qs3x2a1.5.png", madePhoto(90, 80));
     expect("q_qs3x2a1.5.png", {}, {});
     expect("q_qs3x2a1.5.png", {"--fit", "stretch"}, {"--fit", "stretch", "--aspect", "0.75"});
 }

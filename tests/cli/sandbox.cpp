@@ -232,15 +232,15 @@ cv::Mat readBack(const fs::path& file) {
 
 SmallStudio::SmallStudio() {
     writeCalibration(*this / "small.json");
-    writePicture(*this / "photo.png", madePhoto(90, 120));
-    writePicture(*this / "depth.png", madeDepth(45, 60));
+    writeImage(*this / "photo.png", madePhoto(90, 120));
+    writeImage(*this / "depth.png", madeDepth(45, 60));
     const cv::Mat quilt = madePhoto(90, 80);
-    writePicture(*this / "quilt.png", quilt);
-    writePicture(*this / "panel.png", madePhoto(96, 128));
+    writeImage(*this / "quilt.png", quilt);
+    writeImage(*this / "panel.png", madePhoto(96, 128));
     fs::create_directory(*this / "views");
     for (int i = 0; i < 6; ++i) {
         const cv::Rect tile(i % 3 * 30, (1 - i / 3) * 40, 30, 40);
-        writePicture(*this / ("views/view" + std::to_string(i) + ".png"), quilt(tile));
+        writeImage(*this / ("views/view" + std::to_string(i) + ".png"), quilt(tile));
     }
 }
 

@@ -33,12 +33,12 @@ std::vector<cv::Mat> framesOf(const fs::path& file) {
 class VideoStudio : public SmallStudio {
   public:
     VideoStudio() {
-        writePicture(*this / "photo.png", movingPicture({90, 120}, 3));
+        writeImage(*this / "photo.png", movingPicture({90, 120}, 3));
         cv::Mat quilt(80, 90, CV_8UC3);
         for (int i = 0; i < 6; ++i)
             movingPicture({30, 40}, 9 * i)
                 .copyTo(quilt(cv::Rect(i % 3 * 30, (1 - i / 3) * 40, 30, 40)));
-        writePicture(*this / "quilt.png", quilt);
+        writeImage(*this / "quilt.png", quilt);
     }
 
     Outcome photo(const Arguments& more) const {
@@ -122,7 +122,7 @@ TEST(SwayingVideo, KnowsAllOptionsOfThePhoto) {
     EXPECT_TRUE(isDone(studio.photo({"-y", "--size", "60x64", "--lg", "s.mkv"})));
     expectViews(studio / "s.mkv", studio.views({60, 64}));
     // estimated depth, and a photo with odd sides
-    writePicture(studio / "odd.png", movingPicture({91, 67}, 4));
+    writeImage(studio / "odd.png", movingPicture({91, 67}, 4));
     EXPECT_TRUE(isDone(
         studio.run("photo2native", studio.display() + kShort +
                                        Arguments{"--lg", "odd.mp4", "odd.png", "odd_native.png"})));
@@ -259,7 +259,7 @@ TEST(SwayingVideo, OfAQuiltKnowsItsLayoutAndShape) {
     EXPECT_GT(cv::mean(bars.colRange(48, 80))[0], 20);
     // the display's own layout where nothing else is known
     const cv::Size quilt = defaultQuilt(readCalibration(studio / "small.json")).size();
-    writePicture(studio / "usual.png", cv::Mat(quilt, CV_8UC3, cv::Scalar::all(80)));
+    writeImage(studio / "usual.png", cv::Mat(quilt, CV_8UC3, cv::Scalar::all(80)));
     EXPECT_TRUE(isDone(studio.quilt({"-y", "-c", "small.json", "usual.png", "a.mp4"})));
 }
 

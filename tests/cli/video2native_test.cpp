@@ -479,7 +479,7 @@ TEST(Video2NativeTool, DepthComesInManyWaysToTheSameEnd) {
     for (int i = 1; const auto frame = depths.next(); ++i) {
         cv::Mat grey;
         cv::cvtColor(frame->picture, grey, cv::COLOR_BGR2GRAY);
-        writePicture(studio / ("depths/d" + std::to_string(i) + ".png"), grey);
+        writeImage(studio / ("depths/d" + std::to_string(i) + ".png"), grey);
     }
     EXPECT_EQ(frames({"--depth", "depths", "clip.mp4"}), byOption);
     // the same without loss in other shapes: far = white, and beside the frame
@@ -539,8 +539,8 @@ std::vector<int> picturesUsed(const fs::path& rgbd) {
 void writeNumberedDepths(const fs::path& directory) {
     fs::create_directory(directory);
     for (int k = 0; k < 120; ++k)
-        writePicture(directory / ("d" + std::to_string(k) + ".png"),
-                     cv::Mat(8, 6, CV_8UC1, cv::Scalar(k % kGreys * 3)));
+        writeImage(directory / ("d" + std::to_string(k) + ".png"),
+                   cv::Mat(8, 6, CV_8UC1, cv::Scalar(k % kGreys * 3)));
 }
 
 TEST(Video2NativeTool, PicturesOfDepthBelongToTheFramesByCount) {
@@ -907,7 +907,7 @@ TEST(Video2NativeTool, ARunGoesOnWithTheSameDisplayDepthAndThreadsOnly) {
         fs::copy_file(studio / "depth.png", studio / "depths" / name);
     cv::Mat other = madeDepth(30, 40);
     other.at<std::uint16_t>(0, 0) = 1;
-    writePicture(studio / "depths/2.png", other);
+    writeImage(studio / "depths/2.png", other);
     const Calibration calibration = readCalibration(studio / "small.json");
     const auto writeMap = [&](const char* name, InvertViews invert) {
         NativeLut(calibration, smallLayout(), invert).save(studio / name);

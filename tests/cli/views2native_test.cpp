@@ -16,8 +16,8 @@ constexpr const char* kTool = "views2native";
 void writeGreys(const fs::path& directory, int count, cv::Size size = {30, 40}) {
     fs::create_directory(directory);
     for (int i = 0; i < count; ++i) {
-        writePicture(directory / ("view" + std::to_string(i + 1) + ".png"),
-                     cv::Mat(size, CV_8UC3, cv::Scalar::all(10 + 10 * i)));
+        writeImage(directory / ("view" + std::to_string(i + 1) + ".png"),
+                   cv::Mat(size, CV_8UC3, cv::Scalar::all(10 + 10 * i)));
     }
 }
 
@@ -80,7 +80,7 @@ TEST(Views2Native, OtherCountsAreSpreadOverTheViewsWithAWarning) {
 
 TEST(Views2Native, ViewsOfDifferentSizesAreRefused) {
     SmallStudio studio;
-    writePicture(studio / "views/view3.png", madePhoto(31, 40));
+    writeImage(studio / "views/view3.png", madePhoto(31, 40));
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"views", "a.png"}), 1,
                       "views/view3.png: has 31 x 40 px, expected 30 x 40 px"));
 }

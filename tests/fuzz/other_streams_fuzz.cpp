@@ -11,7 +11,7 @@ using namespace altiro3D;
 
 namespace {
 
-constexpr int kMostFrames = 4;
+constexpr int kMaxFrames = 4;
 constexpr const char* kNames[] = {"a.mkv", "a.mp4", "a.mov", "a.m4v"};
 
 VideoWriterOptions optionsFor(const std::string& name, unsigned without) {
@@ -31,7 +31,7 @@ void writeAtOnce(VideoReader& reader, const std::filesystem::path& target,
                  const VideoWriterOptions& options, Notes& notes) {
     VideoWriter writer(target, options, &reader);
     VideoFrame frame;
-    for (int i = 0; i < kMostFrames && reader.read(frame); ++i)
+    for (int i = 0; i < kMaxFrames && reader.read(frame); ++i)
         writer.write({fuzz::samplePicture(i), frame.pts, frame.duration});
     writer.finish();
     notes = writer.notes();
@@ -43,7 +43,7 @@ void writeSegments(VideoReader& reader, const std::filesystem::path& target,
     ResumableVideoWriter writer(target, options, fuzz::runOptions(false));
     const Fraction unit = options.timeBase;
     const std::int64_t step = std::max(unit.denominator / 5 / unit.numerator, 1);
-    for (int i = 0; i < kMostFrames; ++i)
+    for (int i = 0; i < kMaxFrames; ++i)
         writer.write({fuzz::samplePicture(i), i * step, step}, "");
     writer.finish(&reader);
     notes = writer.notes();

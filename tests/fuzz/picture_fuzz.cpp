@@ -12,7 +12,7 @@ using namespace altiro3D;
 
 namespace {
 
-constexpr double kMostPixels = 1e5; // time is for our code, not for decoders
+constexpr double kMaxPixels = 1e5; // time is for our code, not for decoders
 
 } // namespace
 
@@ -22,8 +22,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static_cast<void>(quiet);
     fuzz::Bytes bytes(data, size);
     const unsigned kind = bytes.byte();
-    const PictureHeader header = readPictureHeader(bytes.rest(), "");
-    if (static_cast<double>(header.columns) * static_cast<double>(header.rows) > kMostPixels &&
+    const ImageHeader header = readImageHeader(bytes.rest(), "");
+    if (static_cast<double>(header.columns) * static_cast<double>(header.rows) > kMaxPixels &&
         header.columns <= 65500 && header.rows <= 65500) {
         return 0;
     }
@@ -51,7 +51,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
             break;
         }
         case 2: {
-            const cv::Mat picture = readPicture(file, &notes);
+            const cv::Mat picture = readImage(file, &notes);
             cv::Mat photo;
             cv::Mat raw;
             splitRgbd(picture, static_cast<DepthSide>(kind / 4 % 4), photo, raw);

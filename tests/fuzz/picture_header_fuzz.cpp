@@ -12,7 +12,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
                                                         ".nef", ".dng", ".tga", ".cr2"};
     fuzz::Bytes bytes(data, size);
     const char* const extension = kExtensions[bytes.byte() % kExtensions.size()];
-    const PictureHeader header = readPictureHeader(bytes.rest(), extension);
+    const ImageHeader header = readImageHeader(bytes.rest(), extension);
     fuzz::require(header.orientation >= 1 && header.orientation <= 8, "orientations are 1..8");
     fuzz::require(header.pictures >= 1, "there is a picture at least");
     fuzz::require(header.usableBytes <= size, "usable bytes are in the file");

@@ -8,7 +8,7 @@
 using namespace altiro3D;
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    constexpr int kMostFrames = 6;
+    constexpr int kMaxFrames = 6;
     static const fuzz::Directory directory;
     fuzz::Bytes bytes(data, size);
     const unsigned flags = bytes.byte();
@@ -24,7 +24,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         if ((flags & 4U) != 0) reader.skipTo(2);
         std::int64_t last = -1;
         VideoFrame frame;
-        for (int i = 0; i < kMostFrames && reader.read(frame); ++i) {
+        for (int i = 0; i < kMaxFrames && reader.read(frame); ++i) {
             fuzz::require(frame.picture.type() == CV_8UC3, "frames are 8-bit BGR");
             fuzz::require(frame.pts > last, "times rise");
             fuzz::require(frame.duration >= 0, "frames last");

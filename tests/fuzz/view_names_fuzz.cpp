@@ -8,11 +8,11 @@
 using namespace altiro3D;
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    constexpr std::size_t kMostNames = 12;
+    constexpr std::size_t kMaxNames = 12;
     fuzz::Bytes bytes(data, size);
     const fuzz::Directory directory;
     std::vector<std::string> names;
-    while (!bytes.rest().empty() && names.size() < kMostNames) {
+    while (!bytes.rest().empty() && names.size() < kMaxNames) {
         names.push_back(bytes.line());
         std::string name = names.back();
         for (char& c : name) {
@@ -31,12 +31,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         }
     }
     fuzz::reads([&] {
-        const std::vector<std::filesystem::path> files = listPictures(directory.path());
+        const std::vector<std::filesystem::path> files = listImages(directory.path());
         for (std::size_t i = 1; i < files.size(); ++i)
             fuzz::require(
                 naturalLess(files[i - 1].filename().string(), files[i].filename().string()),
                 "pictures come in order");
     });
-    fuzz::reads([&] { listPictures(directory.path() / "nothing"); });
+    fuzz::reads([&] { listImages(directory.path() / "nothing"); });
     return 0;
 }

@@ -30,8 +30,8 @@ using namespace viewer;
 class ViewerController : public ::testing::Test {
   protected:
     void SetUp() override {
-        writePicture(folder_ / "photo.png", detailedPhoto({300, 400}));
-        writePicture(folder_ / "photo-depth.png", boxDepth({300, 400}));
+        writeImage(folder_ / "photo.png", detailedPhoto({300, 400}));
+        writeImage(folder_ / "photo-depth.png", boxDepth({300, 400}));
         controller_.setArea({300, 400});
     }
     void openPhoto() {
@@ -248,7 +248,7 @@ TEST_F(ViewerController, ClosingAnotherFileLeavesTheCurrentOneAsItIs) {
 }
 
 TEST_F(ViewerController, ANativeForAnotherPanelIsSaidWhenItIsLookedAt) {
-    writePicture(folder_ / "n.png", detailedPhoto({64, 64}));
+    writeImage(folder_ / "n.png", detailedPhoto({64, 64}));
     controller_.open(Source{folder_ / "n.png", {}, Reading::Native});
     ASSERT_TRUE(waitFor([this] { return !controller_.problem().isEmpty(); }));
     EXPECT_TRUE(controller_.problem().contains("expected the panel's 150 x 200 px"));
@@ -259,7 +259,7 @@ TEST_F(ViewerController, ANativeForAnotherPanelIsSaidWhenItIsLookedAt) {
 
 TEST_F(ViewerController, ViewsOfAQuiltKeepTheShapeThatItsNameTells) {
     const cv::Mat quilt = detailedPhoto({90, 80});
-    writePicture(folder_ / "q_qs3x2a1.5.png", quilt);
+    writeImage(folder_ / "q_qs3x2a1.5.png", quilt);
     controller_.setMode(Mode::Native);
     controller_.open(Source{folder_ / "q_qs3x2a1.5.png", {}, Reading::Automatic});
     ASSERT_TRUE(waitForFrame());
@@ -318,7 +318,7 @@ TEST_F(ViewerController, TheBestNativeIsThatOfTheTool) {
 }
 
 TEST_F(ViewerController, FlatDepthLiesAtTheFocusAsTheToolsHaveIt) {
-    writePicture(folder_ / "photo-depth.png", cv::Mat(400, 300, CV_8UC1, cv::Scalar(90)));
+    writeImage(folder_ / "photo-depth.png", cv::Mat(400, 300, CV_8UC1, cv::Scalar(90)));
     openPhoto();
     for (const auto& [value, text] : {std::pair{0.25, "0.25"}, std::pair{0.75, "0.75"}}) {
         focus(value);
@@ -358,7 +358,7 @@ TEST_F(ViewerController, ViewsDoNotMixWithThoseOfAnotherPicture) {
     openPhoto();
     fs::create_directory(folder_ / "views");
     const cv::Mat mine(3, 4, CV_8UC3, cv::Scalar(1, 2, 3));
-    writePicture(folder_ / "views/view_03.png", mine);
+    writeImage(folder_ / "views/view_03.png", mine);
     const QString problem = exportTo(Product::Views, folder_ / "views");
     EXPECT_TRUE(problem.contains("views: holds view_03.png already")) << problem.toStdString();
     EXPECT_TRUE(samePicture(readPhoto(folder_ / "views/view_03.png"), mine));
@@ -694,7 +694,7 @@ TEST_F(ViewerController, LateFramesOfTheFileBeforeTakeNoMessageAway) {
 }
 
 TEST_F(ViewerController, EndsCleanlyInTheMiddleOfItsWork) {
-    writePicture(folder_ / "large.png", detailedPhoto({2000, 1500}));
+    writeImage(folder_ / "large.png", detailedPhoto({2000, 1500}));
     for (int milliseconds = 0; milliseconds < 100; milliseconds += 20) {
         Controller controller(sampleDisplay());
         controller.setArea({600, 800});
@@ -719,8 +719,8 @@ TEST_F(ViewerController, EndsCleanlyInTheMiddleOfItsWork) {
 // The promise of the viewer: a turn of a knob is seen within 50 ms, on two cores of its own. Held
 // here is the processor time of both, as others may have the machine.
 TEST_F(ViewerController, AKnobOnAPhotoOfAMegapixelTakes100MillisecondsOfProcessorTime) {
-    writePicture(folder_ / "mega.png", detailedPhoto({867, 1156}));
-    writePicture(folder_ / "mega-depth.png", boxDepth({867, 1156}));
+    writeImage(folder_ / "mega.png", detailedPhoto({867, 1156}));
+    writeImage(folder_ / "mega-depth.png", boxDepth({867, 1156}));
     controller_.setArea({867, 1156});
     controller_.open(std::vector<fs::path>{folder_ / "mega.png", folder_ / "mega-depth.png"});
     ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));

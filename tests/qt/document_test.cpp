@@ -41,7 +41,7 @@ TEST(ViewerDocument, ThePngFileOfANativeSaysSoWhateverItsName) {
     const cv::Mat native = detailedPhoto({48, 64});
     const auto documentAt = [&](const char* name, const Display& shownOn) {
         const fs::path file = directory / name;
-        writePicture(file, native, PictureMark::Native);
+        writeImage(file, native, ImageMark::Native);
         return readDocument({file, {}, Reading::Automatic}, shownOn);
     };
     EXPECT_EQ(documentAt("a_qs8x6a0.75_native.png", display).kind, Kind::Native);
@@ -91,7 +91,7 @@ TEST(ViewerDocument, PicturesAreOfferedByTheEndingsThatDirectoriesAreSearchedFor
     const TemporaryDirectory folder;
     for (const std::string& ending : pictureEndings())
         std::ofstream(folder / ("a." + ending)) << "x";
-    EXPECT_EQ(listPictures(folder.path()).size(), pictureEndings().size());
+    EXPECT_EQ(listImages(folder.path()).size(), pictureEndings().size());
 }
 
 TEST(ViewerDocument, TheUserKnowsBetter) {
@@ -114,8 +114,8 @@ TEST(ViewerDocument, ADirectoryOfViewsIsAQuilt) {
     const TemporaryDirectory folder;
     const Display display = sampleDisplay({48, 64});
     for (int i = 0; i < 48; ++i) {
-        writePicture(folder / ("v" + std::to_string(i) + ".png"),
-                     cv::Mat(40, 30, CV_8UC3, cv::Scalar::all(5 * i)));
+        writeImage(folder / ("v" + std::to_string(i) + ".png"),
+                   cv::Mat(40, 30, CV_8UC3, cv::Scalar::all(5 * i)));
     }
     const Document views = readDocument({folder.path(), {}, Reading::Automatic}, display);
     EXPECT_EQ(views.kind, Kind::Quilt);
@@ -124,8 +124,8 @@ TEST(ViewerDocument, ADirectoryOfViewsIsAQuilt) {
 
 TEST(ViewerDocument, SixteenBitsAndGivenDepthAreRead) {
     const TemporaryDirectory folder;
-    writePicture(folder / "p.png", cv::Mat(20, 10, CV_16UC3, cv::Scalar::all(257 * 100)));
-    writePicture(folder / "p-depth.png", cv::Mat(20, 10, CV_16UC1, cv::Scalar(1000)));
+    writeImage(folder / "p.png", cv::Mat(20, 10, CV_16UC3, cv::Scalar::all(257 * 100)));
+    writeImage(folder / "p-depth.png", cv::Mat(20, 10, CV_16UC1, cv::Scalar(1000)));
     const Document document = readDocument(
         {folder / "p.png", folder / "p-depth.png", Reading::Automatic}, sampleDisplay());
     EXPECT_TRUE(samePicture(document.picture, cv::Mat(20, 10, CV_8UC3, cv::Scalar::all(100))));
@@ -135,7 +135,7 @@ TEST(ViewerDocument, SixteenBitsAndGivenDepthAreRead) {
 TEST(ViewerDocument, ADepthImageOfAVideoIsSaidToBeUnused) {
     const TemporaryDirectory folder;
     writeGreys(folder / "v.mkv", {64, 48}, 2);
-    writePicture(folder / "d.png", cv::Mat(48, 64, CV_8UC1, cv::Scalar(9)));
+    writeImage(folder / "d.png", cv::Mat(48, 64, CV_8UC1, cv::Scalar(9)));
     const Document document =
         readDocument({folder / "v.mkv", folder / "d.png", Reading::Automatic}, sampleDisplay());
     ASSERT_EQ(document.notes.size(), 1U);

@@ -225,7 +225,7 @@ TEST(Session, ShowsANativePxByPxUntilEscape) {
     const QSize size = QGuiApplication::primaryScreen()->size();
     cv::Mat native(size.height(), size.width(), CV_8UC3);
     cv::RNG(9).fill(native, cv::RNG::UNIFORM, 0, 256);
-    writePicture(folder / "native.png", native);
+    writeImage(folder / "native.png", native);
     const QString file = QString::fromStdString((folder / "native.png").string());
     QProcess viewer;
     viewer.start(ALTIRO3D_TOOL_ALTIRO3DVIEW, {"--show", file, "--screen", "0"});
@@ -252,7 +252,7 @@ TEST(Session, ShowsANativePxByPxUntilEscape) {
     EXPECT_EQ(viewer.exitCode(), 0);
     EXPECT_EQ(viewer.readAllStandardError().toStdString(), "");
 
-    writePicture(folder / "small.png", native(cv::Rect(0, 0, 64, 64)));
+    writeImage(folder / "small.png", native(cv::Rect(0, 0, 64, 64)));
     viewer.start(
         ALTIRO3D_TOOL_ALTIRO3DVIEW,
         {"--show", QString::fromStdString((folder / "small.png").string()), "--screen", "0"});

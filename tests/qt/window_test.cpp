@@ -37,8 +37,8 @@ class ViewerWindow : public ::testing::Test {
   protected:
     void SetUp() override {
         QSettings().clear();
-        writePicture(folder_ / "photo.png", detailedPhoto({300, 400}));
-        writePicture(folder_ / "photo-depth.png", boxDepth({300, 400}));
+        writeImage(folder_ / "photo.png", detailedPhoto({300, 400}));
+        writeImage(folder_ / "photo-depth.png", boxDepth({300, 400}));
         begin();
     }
     void begin() {
@@ -390,7 +390,7 @@ TEST_F(ViewerWindow, DepthImagesAreForPhotosOnly) {
 TEST_F(ViewerWindow, ALargePhotoDoesNotFreezeIt) {
     cv::Mat large(9000, 12000, CV_8UC3, cv::Scalar(40, 90, 160));
     large(cv::Rect(3000, 2000, 5000, 5000)) = cv::Scalar(200, 120, 10);
-    writePicture(folder_ / "large.jpg", large);
+    writeImage(folder_ / "large.jpg", large);
     large.release();
     drop({"large.jpg"});
     QElapsedTimer timer;

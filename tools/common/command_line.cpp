@@ -13,7 +13,7 @@ namespace altiro3D::tools {
 
 namespace {
 
-constexpr std::size_t kMostTypos = 2;
+constexpr std::size_t kMaxTypos = 2;
 constexpr std::size_t kHelpColumn = 30;
 constexpr std::size_t kHelpWidth = 96;
 constexpr std::ptrdiff_t kFewOptions = 20; // --help shows so many, basic and advanced
@@ -238,7 +238,7 @@ std::string CommandLine::suggestion(int argc, char** argv) const {
             return "; long options have two dashes: --" + name;
         if (dashes != 2 || options_.count(name) > 0) continue;
         std::string nearest;
-        std::size_t typos = std::min(kMostTypos, name.size() / 3) + 1;
+        std::size_t typos = std::min(kMaxTypos, name.size() / 3) + 1;
         for (const HelpEntry& entry : entries_) { // not the hidden ones
             for (const std::string& known : entry.names) {
                 if (known.size() < 2 || editDistance(name, known) >= typos) continue;
@@ -308,7 +308,7 @@ bool CommandLine::has(const std::string& option) const {
            parser_.isSet(fromBytes(option));
 }
 
-std::vector<std::string> CommandLine::remarks() const {
+std::vector<std::string> CommandLine::calibrationWarnings() const {
     std::vector<std::string> all;
     for (const auto& [option, why] : dropped_) {
         if (parser_.isSet(fromBytes(option)))
@@ -377,7 +377,7 @@ std::optional<std::size_t> CommandLine::choice(const std::string& option,
 void CommandLine::failNames(const std::string& expected, std::size_t count) const {
     std::string got = counted(files_.size(), "name");
     for (const auto& [option, taken] : given()) { // an option may have taken a name for its value
-        const bool isPicture = canWritePicture(taken) || canWriteVideo(taken);
+        const bool isPicture = canWriteImage(taken) || canWriteVideo(taken);
         if (files_.size() < count && isPicture)
             got += " (" + dashed(option) + " took " + taken + ")";
     }

@@ -251,10 +251,10 @@ Error inOptions(const Error& error) {
 
 // "16:9", or "1.85:1" for what has no short name
 std::string aspectText(double aspect) {
-    constexpr int kMost = 21;
-    for (int height = 1; height <= kMost; ++height) {
+    constexpr int kMax = 21;
+    for (int height = 1; height <= kMax; ++height) {
         const int width = static_cast<int>(std::lround(aspect * height));
-        if (width < 1 || width > kMost || std::min(width, height) > 10) continue;
+        if (width < 1 || width > kMax || std::min(width, height) > 10) continue;
         if (std::abs(static_cast<double>(width) / height / aspect - 1) < kSameAspect)
             return std::to_string(width) + ":" + std::to_string(height);
     }
@@ -403,7 +403,7 @@ void tellDisplay(const ChosenDisplay& display, DisplayUse use, Messages& message
         return;
     }
     const Calibration& known = display.calibration;
-    if (!display.isMapOnly) messages.warn(remarks(known));
+    if (!display.isMapOnly) messages.warn(calibrationWarnings(known));
     const DisplayModel* const model = findDisplayModel(known);
     messages.say("display: " + (model != nullptr ? model->name : std::string("unknown model")) +
                  (known.serial.empty() ? "" : ", serial " + known.serial) + ", panel " +

@@ -130,7 +130,7 @@ void requirePictureName(const fs::path& file, bool colours) {
     if (colours && (extension == ".pgm" || extension == ".PGM")) {
         throw UsageError(file.string() + ": PGM holds no colours, expected .ppm or .png");
     }
-    if (!canWritePicture(file)) {
+    if (!canWriteImage(file)) {
         throw UsageError(file.string() + ": unknown picture extension, expected .png" +
                          (canWriteVideo(file) ? "; video2native makes videos" : ""));
     }

@@ -42,7 +42,7 @@ fs::path outputName(const std::optional<std::string>& wanted, bool batch, const 
 std::vector<fs::path> listPhotos(const fs::path& directory, Messages& messages) {
     std::vector<fs::path> photos;
     std::vector<fs::path> natives;
-    for (const fs::path& picture : listPictures(directory))
+    for (const fs::path& picture : listImages(directory))
         (isMarkedNative(picture) ? natives : photos).push_back(picture);
     if (natives.size() == 1) {
         messages.warn(natives.front().string() + ": is a Native, not a photo; it is left out");
@@ -78,7 +78,7 @@ std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>&
     std::vector<fs::path> given(names.begin(), names.end() - 1);
     if (pairs && given.size() == 2 && isDirectory(given[0]) && isDirectory(given[1])) {
         std::map<std::string, fs::path> depths;
-        for (const fs::path& depth : listPictures(given[1]))
+        for (const fs::path& depth : listImages(given[1]))
             depths[depth.stem().string()] = depth;
         for (const fs::path& photo : listPhotos(given[0], messages)) {
             const auto found = depths.find(photo.stem().string());
@@ -129,7 +129,7 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
     std::error_code error;
     PhotoPlan plan;
     plan.batch = names.size() > least || isDirectory(last) || isDirectory(names.front());
-    if (plan.batch && !isDirectory(last) && (fs::exists(last, error) || canWritePicture(last))) {
+    if (plan.batch && !isDirectory(last) && (fs::exists(last, error) || canWriteImage(last))) {
         throw UsageError(
             last.string() +
             ": names one file, expected a directory for the outputs of several photos" +
@@ -137,7 +137,7 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
     }
     for (const char* option : {"save-quilt", "save-depth", "save-rgbd", "lg"}) {
         const auto name = commandLine.value(option);
-        if (plan.batch && name && (canWritePicture(*name) || canWriteVideo(*name))) {
+        if (plan.batch && name && (canWriteImage(*name) || canWriteVideo(*name))) {
             throw UsageError("--" + std::string(option) + " " + *name +
                              ": names one file, expected a directory for the outputs of several "
                              "photos");

@@ -264,7 +264,7 @@ void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
     renderer.render(quilt, native);
     times.end("render");
     warnAboutNativeFormat(output, messages);
-    writePicture(output, native, PictureMark::Native);
+    writeImage(output, native, ImageMark::Native);
     times.end("write");
     messages.say(output.string() + ": Native, " + sizeText(native.size()));
 }

@@ -245,7 +245,7 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
             cv::setNumThreads(std::min(*threads, cv::getNumberOfCPUs()));
         }
         messages = Messages(commandLine.name(), commandLine.has("verbose"));
-        messages.warn(commandLine.remarks());
+        messages.warn(commandLine.calibrationWarnings());
         const int status = body(commandLine, messages);
         messages.flushWarnings();
         return finish(messages, status);

@@ -64,7 +64,7 @@ cv::Mat eightBit(const cv::Mat& picture) {
 }
 
 Document documentOfViews(const Source& source, const Display& display) {
-    const std::vector<fs::path> files = listPictures(source.file);
+    const std::vector<fs::path> files = listImages(source.file);
     if (files.empty()) {
         throw Error(ErrorCode::NotFound, source.file.string(),
                     "holds no pictures, expected one file for each view");
@@ -174,7 +174,7 @@ Document readDocument(const Source& source, const Display& display) {
     Document document;
     {
         const tools::QuietStandardError quiet; // decoders talk by themselves
-        document = documentOf(source, readPicture(source.file, &notes), display);
+        document = documentOf(source, readImage(source.file, &notes), display);
         if (!source.depth.empty()) document.rawDepth = readDepthSamples(source.depth, &notes);
     }
     document.notes.insert(document.notes.begin(), notes.begin(), notes.end());

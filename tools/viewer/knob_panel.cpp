@@ -21,7 +21,7 @@ namespace altiro3D::viewer {
 
 namespace {
 
-constexpr double kMostStrength = 40; // of the slider; files and tools allow more
+constexpr double kMaxStrength = 40; // of the slider; files and tools allow more
 
 int nextGesture() {
     static int last = 0;
@@ -166,7 +166,7 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     best_->setToolTip(tr("The Native is read at the panel's resolution, and the camera of each "
                          "sub-pixel stands exactly where the lens sends it (photo2native -k "
                          "--continuous). Not with method Real."));
-    strength_ = new KnobSlider(0, kMostStrength, 1, standard.views.strengthPercent, tr(" %"));
+    strength_ = new KnobSlider(0, kMaxStrength, 1, standard.views.strengthPercent, tr(" %"));
     strength_->setObjectName("strength");
     focus_ = new KnobSlider(0, 1, 2, standard.views.focus, {});
     focus_->setObjectName("focus");

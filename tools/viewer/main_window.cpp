@@ -35,7 +35,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kMostRecent = 10;
+constexpr int kMaxRecent = 10;
 constexpr const char* kRecent = "recent";
 
 struct ModeWords {
@@ -441,7 +441,7 @@ void MainWindow::remember(const fs::path& file) {
     if (!recent.isEmpty() && recent.front() == name) return;
     recent.removeAll(name);
     recent.prepend(name);
-    settings.setValue(kRecent, QStringList(recent.mid(0, kMostRecent)));
+    settings.setValue(kRecent, QStringList(recent.mid(0, kMaxRecent)));
     settings.setValue("folder", QFileInfo(name).absolutePath());
 }
 

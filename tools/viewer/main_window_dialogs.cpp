@@ -121,7 +121,7 @@ void MainWindow::exportDialog(Product product) {
         return;
     }
     if (product != Product::Views && product != Product::SwayVideo &&
-        !canWritePicture(toPath(name))) {
+        !canWriteImage(toPath(name))) {
         warn(this, title,
              tr("%1: no picture format is known by this extension, expected .png").arg(name));
         return;

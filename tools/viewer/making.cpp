@@ -47,7 +47,7 @@ Scene fittedTiles(const Setup& setup) {
 void requireNoViews(const fs::path& directory) {
     std::error_code error;
     if (!fs::is_directory(directory, error)) return;
-    for (const fs::path& picture : listPictures(directory)) {
+    for (const fs::path& picture : listImages(directory)) {
         if (picture.filename().string().rfind("view_", 0) != 0) continue;
         throw Error(ErrorCode::WriteFailed, directory.string(),
                     "holds " + picture.filename().string() +
@@ -69,7 +69,7 @@ void writeViews(const Setup& setup, const fs::path& directory, const Progress& p
         for (int i = 0; i < layout.viewCount; ++i) {
             progress(static_cast<double>(i) / layout.viewCount);
             const fs::path file = directory / tools::viewFileName(i, layout.viewCount);
-            writePicture(file, quilt(layout.tile(i)));
+            writeImage(file, quilt(layout.tile(i)));
             written.push_back(file);
         }
     } catch (...) {
@@ -108,7 +108,7 @@ void writeDepth(const Setup& setup, const fs::path& file) {
     const cv::Mat& photo = setup.document->picture;
     cv::Mat depth;
     fitDepth(setup.depth, {0, 0, double(setup.depth.cols), double(setup.depth.rows)}, photo, depth);
-    writePicture(file, depthTo16Bit(depth));
+    writeImage(file, depthTo16Bit(depth));
 }
 
 } // namespace
@@ -194,13 +194,13 @@ std::string writeProduct(const Setup& setup, Product product, const fs::path& ta
         // a picture that was opened as a Native may be a photo of that size
         const bool made =
             setup.document->kind != Kind::Native || isMarkedNative(setup.document->source.file);
-        writePicture(file, native, made ? PictureMark::Native : PictureMark::None);
+        writeImage(file, native, made ? ImageMark::Native : ImageMark::None);
         break;
     }
     case Product::Quilt: {
         const cv::Mat quilt = makeQuilt(setup, fittedTiles(setup));
         progress(0.5);
-        writePicture(file, quilt);
+        writeImage(file, quilt);
         break;
     }
     case Product::Views:

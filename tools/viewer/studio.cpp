@@ -15,7 +15,7 @@ namespace altiro3D::viewer {
 namespace {
 
 // One view of so many px is made within 50 ms on two cores; larger windows show it enlarged.
-constexpr double kMostPreviewPixels = 7e5;
+constexpr double kMaxPreviewPixels = 7e5;
 
 // What was made last, and what it was made of. Documents and displays never change, so that they
 // are the same if they lie at the same place; the key keeps them alive.
@@ -228,8 +228,8 @@ Frame Studio::render(const Request& request) {
     }
     frame.target = request.mode == Mode::Native ? cv::Size() : inside(request.area, aspect);
     cv::Size size = frame.target;
-    if (size.area() > kMostPreviewPixels) {
-        const double smaller = std::sqrt(kMostPreviewPixels / size.area());
+    if (size.area() > kMaxPreviewPixels) {
+        const double smaller = std::sqrt(kMaxPreviewPixels / size.area());
         size = {static_cast<int>(size.width * smaller), static_cast<int>(size.height * smaller)};
     }
     switch (request.mode) {

@@ -33,10 +33,10 @@ class ALTIRO3D_EXPORT DepthSource {
     /// Reads the file of an image as read() takes it. A source with a file of its own decodes that
     /// meanwhile, and the next read() takes it from there.
     ///
-    /// @param file as for readPicture()
+    /// @param file as for readImage()
     /// @param notes as for readPhoto(), each behind the name of its file
     /// @return the photo [rows x cols, CV_8UC3, BGR], of RGB-D all that is in the file
-    /// @throws Error as readPhoto(), of RGB-D readPicture(), and of a depth image
+    /// @throws Error as readPhoto(), of RGB-D readImage(), and of a depth image
     ///         readDepthSamples()
     virtual cv::Mat readImage(const std::filesystem::path& file, Notes* notes = nullptr);
 

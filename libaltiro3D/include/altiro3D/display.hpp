@@ -41,7 +41,7 @@ ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
 ///
 /// @param calibration the display
 /// @return one sentence each, for people; usually none
-ALTIRO3D_EXPORT std::vector<std::string> remarks(const Calibration& calibration);
+ALTIRO3D_EXPORT std::vector<std::string> calibrationWarnings(const Calibration& calibration);
 
 /// A display that Natives are made for.
 struct Display {

@@ -13,7 +13,7 @@ namespace altiro3D {
 using Notes = std::vector<std::string>;
 
 /// Pictures with more pixels than this are refused by their header, before allocation.
-constexpr double kMaxPicturePixels = 4.0e8;
+constexpr double kMaxImagePixels = 4.0e8;
 
 /// Reads a picture upright (EXIF orientation applied), with its full bit depth.
 ///
@@ -27,21 +27,21 @@ constexpr double kMaxPicturePixels = 4.0e8;
 /// @return [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
 /// @throws Error NotFound, ReadFailed, Unsupported (names the format: GIF, PCX, HEIC, ...),
 ///         TooLarge, BadFormat, OutOfMemory
-ALTIRO3D_EXPORT cv::Mat readPicture(const std::filesystem::path& path, Notes* notes = nullptr);
+ALTIRO3D_EXPORT cv::Mat readImage(const std::filesystem::path& path, Notes* notes = nullptr);
 
-/// Reads a photo: as readPicture(), converted to 8 bits (16-bit values are divided by 257 and
+/// Reads a photo: as readImage(), converted to 8 bits (16-bit values are divided by 257 and
 /// rounded, float values are clamped to 0..1).
 ///
-/// @param path as for readPicture()
-/// @param notes as for readPicture()
+/// @param path as for readImage()
+/// @param notes as for readImage()
 /// @return [rows x cols, CV_8UC3, BGR]
-/// @throws Error as readPicture()
+/// @throws Error as readImage()
 ALTIRO3D_EXPORT cv::Mat readPhoto(const std::filesystem::path& path, Notes* notes = nullptr);
 
 /// Reads the focal length in mm of a 35 mm camera with the same field of view from a photo's EXIF
 /// data. The file is read once more; a pipe can be read only once, so it is left untouched.
 ///
-/// @param path as for readPicture(); other files give 0
+/// @param path as for readImage(); other files give 0
 /// @return mm; 0 if the file does not state it (most do not) or is a pipe
 /// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
 ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
@@ -49,10 +49,10 @@ ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
 /// Reads the raw numbers of a depth image: 8-bit, 16-bit or float, one channel or the grey value of
 /// three. Values are not normalized; normalizeDepth() does that. EXIF orientation is applied.
 ///
-/// @param path as for readPicture(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
-/// @param notes as for readPicture(); also a remark if the picture shows colours
+/// @param path as for readImage(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
+/// @param notes as for readImage(); also a remark if the picture shows colours
 /// @return [rows x cols, CV_32FC1, as in the file]
-/// @throws Error as readPicture()
+/// @throws Error as readImage()
 ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes* notes = nullptr);
 
 /// As readDepthImage(), without conversion to float: files of 8 and 16 bits take a quarter and half
@@ -61,7 +61,7 @@ ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes*
 /// @param path as for readDepthImage()
 /// @param notes as for readDepthImage()
 /// @return [rows x cols, CV_8UC1, CV_16UC1 or CV_32FC1, as in the file]
-/// @throws Error as readPicture()
+/// @throws Error as readImage()
 ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path, Notes* notes = nullptr);
 
 /// Whether a picture shows colours, which a depth image does not. It does if in more than 2 % of
@@ -74,7 +74,7 @@ ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path, Note
 ALTIRO3D_EXPORT bool hasColours(const cv::Mat& picture);
 
 /// Mark in a picture file that prevents its use as something else.
-enum class PictureMark {
+enum class ImageMark {
     None,
     Native ///< A Native: a PNG file gets a text chunk "altiro3D".
 };
@@ -90,8 +90,8 @@ enum class PictureMark {
 /// @param mark written to PNG files only; isMarkedNative() reads it
 /// @throws Error InvalidArgument (empty, wrong type), Unsupported (unknown extension, too many px
 ///         for the format, colours in a .pgm), WriteFailed, OutOfMemory
-ALTIRO3D_EXPORT void writePicture(const std::filesystem::path& path, const cv::Mat& picture,
-                                  PictureMark mark = PictureMark::None);
+ALTIRO3D_EXPORT void writeImage(const std::filesystem::path& path, const cv::Mat& picture,
+                                ImageMark mark = ImageMark::None);
 
 /// Whether a PNG file is marked as a Native, so it is not used as a photo by mistake. False for
 /// Natives in other formats or from other programs, for pipes, and for unreadable files. Throws
@@ -101,10 +101,10 @@ ALTIRO3D_EXPORT void writePicture(const std::filesystem::path& path, const cv::M
 /// @return true if it does
 ALTIRO3D_EXPORT bool isMarkedNative(const std::filesystem::path& path);
 
-/// Whether writePicture() can write the extension of a file name.
+/// Whether writeImage() can write the extension of a file name.
 /// @param path file name; the file is not accessed
 /// @return true if it is
-ALTIRO3D_EXPORT bool canWritePicture(const std::filesystem::path& path);
+ALTIRO3D_EXPORT bool canWriteImage(const std::filesystem::path& path);
 
 /// Lists the pictures in a directory in natural order: `view9.png` before `view10.png`. These are
 /// the files with the extension of a picture, without hidden files. Subdirectories are not
@@ -114,7 +114,7 @@ ALTIRO3D_EXPORT bool canWritePicture(const std::filesystem::path& path);
 /// @return their paths, including the directory
 /// @throws Error NotFound or ReadFailed (no directory, no permission)
 ALTIRO3D_EXPORT std::vector<std::filesystem::path>
-listPictures(const std::filesystem::path& directory);
+listImages(const std::filesystem::path& directory);
 
 /// Natural order of names: runs of digits compare as numbers, letters regardless of case. Names
 /// that differ only in case or leading zeros compare as bytes.

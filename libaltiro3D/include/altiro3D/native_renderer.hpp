@@ -30,10 +30,10 @@ enum class ViewPositions {
 /// any processor.
 class ALTIRO3D_EXPORT NativeRenderer {
   public:
-    static constexpr int kMostViews = 65536; ///< Limit; more views require a quilt.
+    static constexpr int kMaxViews = 65536; ///< Limit; more views require a quilt.
 
     /// @param calibration the display
-    /// @param viewCount N, number of views of the display, 1..kMostViews
+    /// @param viewCount N, number of views of the display, 1..kMaxViews
     /// @param options method, strength, focus and the options of each method
     /// @param positions discrete or continuous
     /// @param invert whether the order of views is reversed

@@ -16,7 +16,7 @@ struct VideoDepthOptions {
     int every = 0;
     int longestGap = 12; ///< With every = 0: pictures from one inference to the next, 1..1000.
     /// With every = 0: share of the picture that may be new since the last inference, 0..1.
-    double mostNew = 0.08;
+    double maxChangedShare = 0.08;
     /// Share of the depth before that is kept per picture where nothing moves, 0..0.99; 0 = off:
     /// each inference stands for itself.
     double steadiness = 0.9;

@@ -35,7 +35,7 @@ class ALTIRO3D_EXPORT VideoReader {
     /// @param options the part to read, threads, format of a device
     /// @throws Error NotFound; ReadFailed (a directory, no permission); BadFormat (empty, no video
     ///         in it, cut off before its index); Unsupported (a codec without a decoder, an unknown
-    ///         `format`); TooLarge (more px than kMaxPicturePixels); InvalidArgument (options);
+    ///         `format`); TooLarge (more px than kMaxImagePixels); InvalidArgument (options);
     ///         OutOfMemory
     explicit VideoReader(const std::filesystem::path& path, const VideoReaderOptions& options = {});
     ~VideoReader();

@@ -110,34 +110,34 @@ std::string otherFormatName(string_view bytes, const std::string& extension) {
     return {};
 }
 
-PictureFormat pictureFormat(string_view bytes) {
-    if (startsWith(bytes, string_view("\x89PNG\r\n\x1a\n", 8))) return PictureFormat::Png;
-    if (startsWith(bytes, string_view("\xff\xd8", 2))) return PictureFormat::Jpeg;
+ImageFormat imageFormat(string_view bytes) {
+    if (startsWith(bytes, string_view("\x89PNG\r\n\x1a\n", 8))) return ImageFormat::Png;
+    if (startsWith(bytes, string_view("\xff\xd8", 2))) return ImageFormat::Jpeg;
     // Canon's CR2 has its own mark inside a TIFF header.
     const bool isCr2 = bytes.size() >= 10 && bytes.substr(8, 2) == "CR";
     if (!isCr2) {
         for (const string_view mark : {string_view("II*\0", 4), string_view("MM\0*", 4),
                                        string_view("II+\0", 4), string_view("MM\0+", 4)}) {
-            if (startsWith(bytes, mark)) return PictureFormat::Tiff;
+            if (startsWith(bytes, mark)) return ImageFormat::Tiff;
         }
     }
     if (startsWith(bytes, "RIFF") && bytes.size() >= 12 && bytes.substr(8, 4) == "WEBP") {
-        return PictureFormat::WebP;
+        return ImageFormat::WebP;
     }
     if (startsWith(bytes, "BM") && bytes.size() >= 18 && !containsOnlyText(bytes)) {
-        return PictureFormat::Bmp;
+        return ImageFormat::Bmp;
     }
     if (bytes.size() >= 3 && bytes[0] == 'P' && std::strchr(" \t\r\n#", bytes[2]) != nullptr) {
-        if (bytes[1] >= '1' && bytes[1] <= '6') return PictureFormat::Pnm;
-        if (bytes[1] == 'f' || bytes[1] == 'F') return PictureFormat::Pfm;
+        if (bytes[1] >= '1' && bytes[1] <= '6') return ImageFormat::Pnm;
+        if (bytes[1] == 'f' || bytes[1] == 'F') return ImageFormat::Pfm;
     }
-    if (startsWith(bytes, string_view("\x76\x2f\x31\x01", 4))) return PictureFormat::Exr;
-    if (startsWith(bytes, "#?RADIANCE") || startsWith(bytes, "#?RGBE")) return PictureFormat::Hdr;
+    if (startsWith(bytes, string_view("\x76\x2f\x31\x01", 4))) return ImageFormat::Exr;
+    if (startsWith(bytes, "#?RADIANCE") || startsWith(bytes, "#?RGBE")) return ImageFormat::Hdr;
     if (startsWith(bytes, string_view("\0\0\0\x0cjP  \r\n\x87\n", 12)) ||
         startsWith(bytes, string_view("\xff\x4f\xff\x51", 4))) {
-        return PictureFormat::Jpeg2000;
+        return ImageFormat::Jpeg2000;
     }
-    return PictureFormat::Unknown;
+    return ImageFormat::Unknown;
 }
 
 } // namespace altiro3D

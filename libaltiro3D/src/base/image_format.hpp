@@ -6,7 +6,7 @@
 namespace altiro3D {
 
 /// The supported picture formats, and one value for all others.
-enum class PictureFormat {
+enum class ImageFormat {
     Unknown,
     Png,
     Jpeg,
@@ -21,7 +21,7 @@ enum class PictureFormat {
 };
 
 /// The format by the first bytes of a file. Any bytes give a result, at worst Unknown.
-PictureFormat pictureFormat(std::string_view bytes);
+ImageFormat imageFormat(std::string_view bytes);
 
 /// The name of a known format that is not supported ("GIF", "HEIC", "MP4 video"), or empty.
 /// @param extension extension of the file name, lower case with its dot; may be empty

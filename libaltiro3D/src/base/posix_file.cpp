@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kMostLinks = 40; // the kernel's limit
+constexpr int kMaxLinks = 40; // the kernel's limit
 
 } // namespace
 
@@ -45,7 +45,7 @@ bool lockFile(const FileHandle& file) {
 
 fs::path followLinks(const fs::path& path, bool (*isEnd)(const fs::path&)) {
     fs::path current = path;
-    for (int i = 0; i < kMostLinks; ++i) {
+    for (int i = 0; i < kMaxLinks; ++i) {
         if (isEnd != nullptr && isEnd(current)) return current;
         std::error_code error;
         if (!fs::is_symlink(fs::symlink_status(current, error))) return current;

@@ -1,7 +1,7 @@
 #include "altiro3D/depth_cues.hpp"
 
 #include "altiro3D/error.hpp"
-#include "image/shrink.hpp"
+#include "image/downscale.hpp"
 
 #include <algorithm>
 #include <array>
@@ -455,7 +455,7 @@ void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth) {
         throw Error(ErrorCode::InvalidArgument, "photo",
                     "is " + cv::typeToString(photo.type()) + ", expected CV_8UC3 (BGR)");
 
-    const cv::Mat small = shrink(photo, kLongSide);
+    const cv::Mat small = downscale(photo, kLongSide);
     cv::Mat mirrored;
     cv::flip(small, mirrored, 1);
     // Where differences are equal, merging regions prefers one direction. The mean of the depths of

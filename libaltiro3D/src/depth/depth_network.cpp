@@ -48,10 +48,10 @@ std::string sizeText(std::int64_t width, std::int64_t height) {
 }
 
 std::string listed(const std::vector<std::int64_t>& shape) {
-    constexpr std::size_t kMostShown = 8;
+    constexpr std::size_t kMaxShown = 8;
     std::string text = "[";
     for (std::size_t i = 0; i < shape.size(); ++i) {
-        if (i == kMostShown) return text + ", ...]";
+        if (i == kMaxShown) return text + ", ...]";
         text += i == 0 ? "" : ", ";
         text += shape[i] == 0 ? "?" : std::to_string(shape[i]);
     }
@@ -83,8 +83,8 @@ void checkInput(const fs::path& file, const OnnxFacts& facts, const NetworkProfi
     const std::string name = file.string();
     if (facts.inputs.size() != 1) {
         std::string names;
-        constexpr std::size_t kMostShown = 3;
-        const std::size_t shown = std::min(facts.inputs.size(), kMostShown);
+        constexpr std::size_t kMaxShown = 3;
+        const std::size_t shown = std::min(facts.inputs.size(), kMaxShown);
         for (std::size_t i = 0; i < shown; ++i)
             names += (i == 0 ? " (" : ", ") + shortened(facts.inputs[i].name);
         if (shown < facts.inputs.size())
@@ -133,8 +133,8 @@ std::string firstWords(const cv::Exception& exception) {
 // the shapes of all layers. It has made Reshape layers of Squeeze and its like.)
 void freeShapeAtEnd(cv::dnn::Net& net, const std::string& outputLayer) {
     int id = net.getLayerId(outputLayer);
-    constexpr int kMostSteps = 16;
-    for (int step = 0; step < kMostSteps && id > 0; ++step) {
+    constexpr int kMaxSteps = 16;
+    for (int step = 0; step < kMaxSteps && id > 0; ++step) {
         const auto layer = net.getLayer(id);
         const auto reshape = layer.dynamicCast<cv::dnn::ReshapeLayer>();
         if (reshape.empty() && layer->type != "Identity") return; // OpenCV ends with one

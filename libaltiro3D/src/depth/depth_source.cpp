@@ -91,7 +91,7 @@ class RgbdSource : public DepthSource {
     std::string description() const override { return "depth half of the image"; }
     DepthKind kind() const override { return kind_; }
     cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
-        return withNotes(readPicture, file, notes);
+        return withNotes(altiro3D::readImage, file, notes);
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         splitRgbd(image, side_, photo, raw);

@@ -30,7 +30,7 @@ std::string show(double value) {
 }
 
 Json parseDocument(const std::string& text, const std::string& source) {
-    if (pictureFormat(text) != PictureFormat::Unknown)
+    if (imageFormat(text) != ImageFormat::Unknown)
         fail(source, "is a picture, expected a display's visual.json");
     return parseJson(text, source, "a display's visual.json");
 }

@@ -107,7 +107,7 @@ QuiltLayout defaultQuilt(const Calibration& calibration) {
     return layout;
 }
 
-std::vector<std::string> remarks(const Calibration& c) {
+std::vector<std::string> calibrationWarnings(const Calibration& c) {
     std::vector<std::string> result;
     const DisplayModel* m = findDisplayModel(c);
     if (m != nullptr && m->panelSize != cv::Size(c.screenW, c.screenH)) {

@@ -124,8 +124,8 @@ std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file) {
         extension.size() > 1 && std::isdigit(static_cast<unsigned char>(extension[1]));
     std::string stem = number ? file.filename().string() : file.stem().string();
     // std::regex uses stack for each byte; file names are not longer.
-    constexpr std::size_t kMostBytes = 255;
-    if (stem.size() > kMostBytes) stem.erase(0, stem.size() - kMostBytes);
+    constexpr std::size_t kMaxBytes = 255;
+    if (stem.size() > kMaxBytes) stem.erase(0, stem.size() - kMaxBytes);
     std::optional<std::smatch> last;
     for (std::sregex_iterator it(stem.begin(), stem.end(), kSuffix), end; it != end; ++it) {
         last = *it;

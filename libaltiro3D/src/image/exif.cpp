@@ -12,7 +12,7 @@ namespace {
 
 using std::string_view;
 
-constexpr std::size_t kMostExifBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxExifBytes = std::size_t{1} << 20;
 
 // A 16-bit number of an EXIF directory; nothing if it is missing.
 std::optional<unsigned> exifShort(const ExifData& data, ExifIfd directory, ExifTag tag) {
@@ -55,7 +55,7 @@ std::string rawProfile(string_view text) {
 
 // Text of a zTXt chunk; empty if it is damaged or too long.
 std::string inflateText(string_view packed) {
-    std::string text(2 * kMostExifBytes + 1024, '\0');
+    std::string text(2 * kMaxExifBytes + 1024, '\0');
     uLongf size = static_cast<uLongf>(text.size());
     const int result = uncompress(reinterpret_cast<Bytef*>(text.data()), &size,
                                   reinterpret_cast<const Bytef*>(packed.data()),
@@ -74,7 +74,7 @@ int validOrientation(unsigned value) {
 ExifFacts readExif(string_view blob) {
     constexpr string_view kPrefix("Exif\0\0", 6);
     ExifFacts facts;
-    if (blob.size() < 8 || blob.size() > kMostExifBytes) return facts;
+    if (blob.size() < 8 || blob.size() > kMaxExifBytes) return facts;
     std::string whole(blob.substr(0, kPrefix.size()) == kPrefix ? string_view() : kPrefix);
     whole += blob;
     const std::unique_ptr<ExifData, decltype(&exif_data_unref)> data(

@@ -14,7 +14,7 @@ namespace {
 
 using std::string_view;
 
-constexpr unsigned kMostPages = 10000;
+constexpr unsigned kMaxPages = 10000;
 
 // Reads numbers with bounds checks; bytes beyond the end read as 0.
 class Reader {
@@ -49,14 +49,14 @@ class Reader {
     bool littleEndian_;
 };
 
-void useExif(const ExifFacts& facts, PictureHeader& header) {
+void useExif(const ExifFacts& facts, ImageHeader& header) {
     header.orientation = facts.orientation;
     header.focalLength35mm = facts.focalLength35mm;
 }
 
 // ---------------------------------------------------------------------------------------- PNG
 
-void readPng(string_view bytes, PictureHeader& header) {
+void readPng(string_view bytes, ImageHeader& header) {
     const Reader reader(bytes, false);
     unsigned colorType = 0;
     bool hasStart = false;
@@ -122,8 +122,7 @@ std::size_t skipEntropyData(string_view bytes, std::size_t at) {
     return bytes.size();
 }
 
-void readJpegFrame(const Reader& reader, std::uint64_t data, unsigned marker,
-                   PictureHeader& header) {
+void readJpegFrame(const Reader& reader, std::uint64_t data, unsigned marker, ImageHeader& header) {
     header.bitsPerSample = static_cast<int>(reader.u8(data));
     header.rows = reader.u16(data + 1);
     header.columns = reader.u16(data + 3);
@@ -135,7 +134,7 @@ void readJpegFrame(const Reader& reader, std::uint64_t data, unsigned marker,
     }
 }
 
-void readJpeg(string_view bytes, PictureHeader& header) {
+void readJpeg(string_view bytes, ImageHeader& header) {
     const Reader reader(bytes, false);
     bool hasExif = false;
     bool hasAdobe = false;
@@ -218,7 +217,7 @@ std::uint64_t tiffValue(const Reader& reader, std::uint64_t entry, const TiffSha
     return reader.number(fits ? inlineAt : reader.number(inlineAt, shape.offsetBytes), size);
 }
 
-void readTiff(string_view bytes, const std::string& extension, PictureHeader& header) {
+void readTiff(string_view bytes, const std::string& extension, ImageHeader& header) {
     const Reader reader(bytes, bytes[0] == 'I');
     TiffShape shape;
     header.isLittleEndian = bytes[0] == 'I';
@@ -232,7 +231,7 @@ void readTiff(string_view bytes, const std::string& extension, PictureHeader& he
     unsigned pages = 0;
     header.alpha = AlphaKind::Unstated;
     header.bitsPerSample = 1;
-    while (directory != 0 && pages < kMostPages && seen.insert(directory).second) {
+    while (directory != 0 && pages < kMaxPages && seen.insert(directory).second) {
         if (!reader.holds(directory, shape.countBytes)) break;
         const std::uint64_t entries = reader.number(directory, shape.countBytes);
         const std::uint64_t first = directory + shape.countBytes;
@@ -287,7 +286,7 @@ void readTiff(string_view bytes, const std::string& extension, PictureHeader& he
     }
     if (extension == ".dng") header.otherFormat = "DNG";
     if (!header.otherFormat.empty()) {
-        header.format = PictureFormat::Unknown;
+        header.format = ImageFormat::Unknown;
         return;
     }
     if (photometric == 5 && header.bitsPerSample != 8) {
@@ -304,7 +303,7 @@ void readTiff(string_view bytes, const std::string& extension, PictureHeader& he
 
 // --------------------------------------------------------------------------------------- WebP
 
-void readWebP(string_view bytes, PictureHeader& header) {
+void readWebP(string_view bytes, ImageHeader& header) {
     const Reader reader(bytes, true);
     bool hasPicture = false;
     unsigned frames = 0;
@@ -345,7 +344,7 @@ void readWebP(string_view bytes, PictureHeader& header) {
 
 // --------------------------------------------------------------------------- the simple formats
 
-void readBmp(string_view bytes, PictureHeader& header) {
+void readBmp(string_view bytes, ImageHeader& header) {
     const Reader reader(bytes, true);
     const std::uint32_t size = reader.u32(14);
     if (size < 16) {
@@ -379,18 +378,18 @@ std::uint64_t netpbmNumber(string_view bytes, std::size_t& at) {
     return value;
 }
 
-void readNetpbm(string_view bytes, PictureHeader& header) {
+void readNetpbm(string_view bytes, ImageHeader& header) {
     std::size_t at = 2;
     header.columns = netpbmNumber(bytes, at);
     header.rows = netpbmNumber(bytes, at);
     const bool isBitmap = bytes[1] == '1' || bytes[1] == '4';
-    if (header.format == PictureFormat::Pnm && !isBitmap) {
+    if (header.format == ImageFormat::Pnm && !isBitmap) {
         const std::uint64_t largest = netpbmNumber(bytes, at);
         header.largestSample = static_cast<unsigned>(std::min<std::uint64_t>(largest, 65535));
     }
 }
 
-void readExr(string_view bytes, PictureHeader& header) {
+void readExr(string_view bytes, ImageHeader& header) {
     const Reader reader(bytes, true);
     header.alpha = AlphaKind::Premultiplied;
     std::size_t at = 8;
@@ -418,7 +417,7 @@ void readExr(string_view bytes, PictureHeader& header) {
     }
 }
 
-void readHdr(string_view bytes, PictureHeader& header) {
+void readHdr(string_view bytes, ImageHeader& header) {
     // Lines up to an empty line, then "-Y rows +X columns".
     std::size_t at = bytes.find("\n\n");
     if (at == string_view::npos) return;
@@ -450,7 +449,7 @@ std::uint64_t codestreamAt(string_view bytes, const Reader& reader) {
     return bytes.size();
 }
 
-void readJpeg2000(string_view bytes, PictureHeader& header) {
+void readJpeg2000(string_view bytes, ImageHeader& header) {
     const Reader reader(bytes, false);
     const std::uint64_t at = codestreamAt(bytes, reader);
     if (reader.u32(at) != 0xff4fff51u) return; // SIZ immediately follows SOC
@@ -463,40 +462,40 @@ void readJpeg2000(string_view bytes, PictureHeader& header) {
 
 } // namespace
 
-PictureHeader readPictureHeader(string_view bytes, const std::string& extension) {
-    PictureHeader header;
-    header.format = pictureFormat(bytes);
+ImageHeader readImageHeader(string_view bytes, const std::string& extension) {
+    ImageHeader header;
+    header.format = imageFormat(bytes);
     switch (header.format) {
-    case PictureFormat::Png:
+    case ImageFormat::Png:
         readPng(bytes, header);
         break;
-    case PictureFormat::Jpeg:
+    case ImageFormat::Jpeg:
         readJpeg(bytes, header);
         if (extension == ".mpo") header.pictures = 2; // at least; the first one is used
         break;
-    case PictureFormat::Tiff:
+    case ImageFormat::Tiff:
         readTiff(bytes, extension, header);
         break;
-    case PictureFormat::WebP:
+    case ImageFormat::WebP:
         readWebP(bytes, header);
         break;
-    case PictureFormat::Bmp:
+    case ImageFormat::Bmp:
         readBmp(bytes, header);
         break;
-    case PictureFormat::Pnm:
-    case PictureFormat::Pfm:
+    case ImageFormat::Pnm:
+    case ImageFormat::Pfm:
         readNetpbm(bytes, header);
         break;
-    case PictureFormat::Exr:
+    case ImageFormat::Exr:
         readExr(bytes, header);
         break;
-    case PictureFormat::Hdr:
+    case ImageFormat::Hdr:
         readHdr(bytes, header);
         break;
-    case PictureFormat::Jpeg2000:
+    case ImageFormat::Jpeg2000:
         readJpeg2000(bytes, header);
         break;
-    case PictureFormat::Unknown:
+    case ImageFormat::Unknown:
         header.isText = containsOnlyText(bytes);
         header.otherFormat =
             startsWith(bytes, "II*") ? "camera raw (cr2)" : otherFormatName(bytes, extension);

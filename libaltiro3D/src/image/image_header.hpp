@@ -25,8 +25,8 @@ struct ColorKey {
 };
 
 /// Properties of a picture file, read without decoding.
-struct PictureHeader {
-    PictureFormat format = PictureFormat::Unknown;
+struct ImageHeader {
+    ImageFormat format = ImageFormat::Unknown;
     std::string otherFormat;         ///< For Unknown: an unsupported format ("GIF"), or empty.
     std::string unreadable;          ///< An unsupported feature ("animated WebP"), or empty.
     bool isText = false;             ///< For Unknown: the file holds text.
@@ -47,7 +47,7 @@ struct PictureHeader {
     std::size_t usableBytes = 0; ///< JPEG: bytes before a last, incomplete segment.
     bool hasWholeScan = false;   ///< JPEG: progressive, and at least its first pass is complete.
     bool isUnmarkedCmyk = false; ///< JPEG: CMYK without Adobe's marker.
-    bool isNative = false;       ///< PNG: marked as a Native by writePicture().
+    bool isNative = false;       ///< PNG: marked as a Native by writeImage().
     unsigned pictures = 1;       ///< Pages or frames in the file; more than 1 is a remark.
 };
 
@@ -61,6 +61,6 @@ constexpr std::string_view kNativeMark("altiro3D\0Native", 15);
 ///
 /// @param bytes the whole file
 /// @param extension extension of the file name, lower case with its dot; may be empty
-PictureHeader readPictureHeader(std::string_view bytes, const std::string& extension);
+ImageHeader readImageHeader(std::string_view bytes, const std::string& extension);
 
 } // namespace altiro3D

@@ -18,7 +18,7 @@ bool isDigit(char c) {
 
 } // namespace
 
-std::vector<fs::path> listPictures(const fs::path& directory) {
+std::vector<fs::path> listImages(const fs::path& directory) {
     constexpr std::array<const char*, 19> kExtensions = {
         ".png", ".jpg", ".jpeg", ".jpe", ".mpo", ".tif", ".tiff", ".webp", ".bmp", ".dib",
         ".pnm", ".ppm", ".pgm",  ".pbm", ".pfm", ".exr", ".hdr",  ".jp2",  ".j2k"};

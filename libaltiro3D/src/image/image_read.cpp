@@ -24,39 +24,39 @@ namespace {
 
 // OpenCV accepts encoded pictures as one row of at most 2^31 - 1 bytes. Two bytes are reserved.
 constexpr std::uintmax_t kMaxFileBytes = 0x7ffffff0u;
-constexpr std::uint64_t kMaxPictureSide = 65500; // the longest side of a JPEG
+constexpr std::uint64_t kMaxImageSide = 65500; // the longest side of a JPEG
 constexpr const char* kReadable =
     "PNG, JPEG, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000; convert it first";
 
-const char* nameOf(PictureFormat format) {
+const char* nameOf(ImageFormat format) {
     switch (format) {
-    case PictureFormat::Png:
+    case ImageFormat::Png:
         return "PNG";
-    case PictureFormat::Jpeg:
+    case ImageFormat::Jpeg:
         return "JPEG";
-    case PictureFormat::Tiff:
+    case ImageFormat::Tiff:
         return "TIFF";
-    case PictureFormat::WebP:
+    case ImageFormat::WebP:
         return "WebP";
-    case PictureFormat::Bmp:
+    case ImageFormat::Bmp:
         return "BMP";
-    case PictureFormat::Pnm:
+    case ImageFormat::Pnm:
         return "PNM";
-    case PictureFormat::Pfm:
+    case ImageFormat::Pfm:
         return "PFM";
-    case PictureFormat::Exr:
+    case ImageFormat::Exr:
         return "EXR";
-    case PictureFormat::Hdr:
+    case ImageFormat::Hdr:
         return "HDR";
-    case PictureFormat::Jpeg2000:
+    case ImageFormat::Jpeg2000:
         return "JPEG 2000";
-    case PictureFormat::Unknown:
+    case ImageFormat::Unknown:
         break;
     }
     return "unknown";
 }
 
-[[noreturn]] void refuseUnknown(const fs::path& path, const PictureHeader& header) {
+[[noreturn]] void refuseUnknown(const fs::path& path, const ImageHeader& header) {
     const std::string& name = header.otherFormat;
     if (name == "HTML") {
         throw Error(ErrorCode::BadFormat, path.string(),
@@ -80,8 +80,8 @@ const char* nameOf(PictureFormat format) {
                     ", expected PNG, JPEG, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000");
 }
 
-void checkHeader(const fs::path& path, const PictureHeader& header) {
-    if (header.format == PictureFormat::Unknown) refuseUnknown(path, header);
+void checkHeader(const fs::path& path, const ImageHeader& header) {
+    if (header.format == ImageFormat::Unknown) refuseUnknown(path, header);
     if (!header.unreadable.empty()) {
         throw Error(ErrorCode::Unsupported, path.string(),
                     header.unreadable + " pictures are not read, expected an ordinary " +
@@ -93,38 +93,37 @@ void checkHeader(const fs::path& path, const PictureHeader& header) {
                         nameOf(header.format) + " file");
     }
     const double pixels = static_cast<double>(header.columns) * static_cast<double>(header.rows);
-    if (header.columns > kMaxPictureSide || header.rows > kMaxPictureSide ||
-        pixels > kMaxPicturePixels) {
+    if (header.columns > kMaxImageSide || header.rows > kMaxImageSide || pixels > kMaxImagePixels) {
         throw Error(ErrorCode::TooLarge, path.string(),
                     "has " + std::to_string(header.columns) + " x " + std::to_string(header.rows) +
                         " px, expected at most " +
-                        std::to_string(static_cast<long long>(kMaxPicturePixels / 1e6)) +
-                        " megapixels and sides of at most " + std::to_string(kMaxPictureSide) +
+                        std::to_string(static_cast<long long>(kMaxImagePixels / 1e6)) +
+                        " megapixels and sides of at most " + std::to_string(kMaxImageSide) +
                         " px");
     }
 }
 
-void addNotes(const PictureHeader& header, const std::string& extension, Notes* notes) {
+void addNotes(const ImageHeader& header, const std::string& extension, Notes* notes) {
     if (notes == nullptr) return;
-    if (header.format == PictureFormat::Jpeg && header.isCutOff) {
+    if (header.format == ImageFormat::Jpeg && header.isCutOff) {
         notes->push_back(header.hasWholeScan ? "the file is cut off: its fine detail is missing"
                                              : "the file is cut off: its lower part is missing");
     }
     if (header.isUnmarkedCmyk) {
         notes->push_back("the file is CMYK without Adobe's mark: its colours may be inverted");
     }
-    if (extension == ".mpo" && header.format == PictureFormat::Jpeg) {
+    if (extension == ".mpo" && header.format == ImageFormat::Jpeg) {
         notes->push_back("the file holds several pictures: the first one is read");
     } else if (header.pictures > 1) {
         notes->push_back("the file holds " + std::to_string(header.pictures) +
-                         (header.format == PictureFormat::Tiff ? " pages" : " frames") +
+                         (header.format == ImageFormat::Tiff ? " pages" : " frames") +
                          ": the first one is read");
     }
 }
 
 // OpenCV rotates TIFF pictures, but not others. Setting the tag to upright leaves all rotation to
 // us.
-void clearTiffOrientation(const PictureHeader& header, std::string& bytes) {
+void clearTiffOrientation(const ImageHeader& header, std::string& bytes) {
     const std::size_t at = header.orientationAt;
     const std::size_t size = header.orientationSize;
     if (at == 0 || at + size > bytes.size()) return;
@@ -132,17 +131,17 @@ void clearTiffOrientation(const PictureHeader& header, std::string& bytes) {
     bytes[header.isLittleEndian ? at : at + size - 1] = 1;
 }
 
-cv::Mat decode(const fs::path& path, const PictureHeader& header, std::string& bytes) {
+cv::Mat decode(const fs::path& path, const ImageHeader& header, std::string& bytes) {
     const std::string expected =
         std::string(", expected a whole ") + nameOf(header.format) + " file";
     // At the end of a cut-off file, libjpeg waits for more bytes unless an end marker follows.
-    if (header.format == PictureFormat::Jpeg && header.isCutOff) {
+    if (header.format == ImageFormat::Jpeg && header.isCutOff) {
         bytes.resize(header.usableBytes);
         bytes += "\xff\xd9";
     }
     // OpenCV requires a character after the last number of a text file.
-    if (header.format == PictureFormat::Pnm && bytes[1] <= '3') bytes += '\n';
-    if (header.format == PictureFormat::Tiff) clearTiffOrientation(header, bytes);
+    if (header.format == ImageFormat::Pnm && bytes[1] <= '3') bytes += '\n';
+    if (header.format == ImageFormat::Tiff) clearTiffOrientation(header, bytes);
     std::string detail;
     cv::Mat picture;
     try {
@@ -155,7 +154,7 @@ cv::Mat decode(const fs::path& path, const PictureHeader& header, std::string& b
         detail = exception.err;
     }
     if (!picture.empty()) return picture;
-    if (header.format == PictureFormat::Exr && detail.find("OPENEXR") != std::string::npos) {
+    if (header.format == ImageFormat::Exr && detail.find("OPENEXR") != std::string::npos) {
         throw Error(ErrorCode::Unsupported, path.string(),
                     "EXR pictures are switched off in this OpenCV, expected the environment "
                     "variable OPENCV_IO_ENABLE_OPENEXR=1");
@@ -211,12 +210,12 @@ cv::Mat compositeOver(const cv::Mat& picture, AlphaKind kind) {
     return result;
 }
 
-cv::Mat withoutAlpha(const cv::Mat& picture, const PictureHeader& header) {
+cv::Mat withoutAlpha(const cv::Mat& picture, const ImageHeader& header) {
     if (picture.channels() != 2 && picture.channels() != 4) return picture;
     AlphaKind kind = header.alpha;
-    if (header.format == PictureFormat::Bmp && kind == AlphaKind::Unstated) {
+    if (header.format == ImageFormat::Bmp && kind == AlphaKind::Unstated) {
         kind = AlphaKind::Premultiplied; // the fourth byte is padding and ignored
-    } else if (header.format == PictureFormat::Tiff && picture.depth() == CV_8U &&
+    } else if (header.format == ImageFormat::Tiff && picture.depth() == CV_8U &&
                kind == AlphaKind::Straight) {
         kind = AlphaKind::Premultiplied; // libtiff has already multiplied
     }
@@ -251,7 +250,7 @@ void blackenColor(cv::Mat& picture, const ColorKey& color, int bits) {
     }
 }
 
-void blackenTransparent(cv::Mat& picture, const PictureHeader& header) {
+void blackenTransparent(cv::Mat& picture, const ImageHeader& header) {
     if (!header.transparentColor || picture.channels() == 2 || picture.channels() > 3) return;
     const int bits = header.bitsPerSample;
     if (picture.depth() == CV_8U && bits <= 8) {
@@ -309,8 +308,8 @@ cv::Mat upright(const cv::Mat& picture, int orientation) {
 }
 
 struct LoadedPicture {
-    cv::Mat picture;      // 1 or 3 channels, any depth, upright
-    PictureHeader header; // of the file
+    cv::Mat picture;    // 1 or 3 channels, any depth, upright
+    ImageHeader header; // of the file
 };
 
 // Runs the work of reading a file and reports exceptions of OpenCV as errors of the file.
@@ -332,8 +331,8 @@ LoadedPicture load(const fs::path& path, Notes* notes) {
         throw Error(ErrorCode::BadFormat, path.string(), "is empty, expected a picture");
     }
     LoadedPicture loaded;
-    loaded.header = readPictureHeader(bytes, extension);
-    const PictureHeader& header = loaded.header;
+    loaded.header = readImageHeader(bytes, extension);
+    const ImageHeader& header = loaded.header;
     checkHeader(path, header);
     cv::Mat picture = decode(path, header, bytes);
     std::string().swap(bytes);
@@ -390,7 +389,7 @@ bool givesBytesOnce(const fs::path& path) {
 
 } // namespace
 
-cv::Mat readPicture(const fs::path& path, Notes* notes) {
+cv::Mat readImage(const fs::path& path, Notes* notes) {
     return reading(path, [&]() -> cv::Mat {
         const LoadedPicture loaded = load(path, notes);
         cv::Mat picture = loaded.picture;
@@ -420,7 +419,7 @@ cv::Mat readPicture(const fs::path& path, Notes* notes) {
 
 cv::Mat readPhoto(const fs::path& path, Notes* notes) {
     return reading(path, [&]() -> cv::Mat {
-        cv::Mat picture = readPicture(path, notes);
+        cv::Mat picture = readImage(path, notes);
         if (picture.depth() == CV_8U) return picture;
         if (picture.depth() == CV_16U) return toEightBits(picture);
         cv::Mat photo(picture.size(), CV_8UC3);
@@ -437,14 +436,14 @@ cv::Mat readPhoto(const fs::path& path, Notes* notes) {
 
 double readFocalLength35mm(const fs::path& path) {
     if (givesBytesOnce(path)) return 0;
-    return readPictureHeader(readFile(path, kMaxFileBytes), lowerExtension(path)).focalLength35mm;
+    return readImageHeader(readFile(path, kMaxFileBytes), lowerExtension(path)).focalLength35mm;
 }
 
 bool hasColours(const cv::Mat& picture) {
     checkType(picture, {CV_8UC3, CV_16UC3, CV_32FC3, CV_64FC3}, "picture",
               "three channels of 8 or 16 bits or of floats");
-    constexpr int kMostRows = 512; // large pictures are sampled
-    const int step = picture.rows / kMostRows + 1;
+    constexpr int kMaxRows = 512; // large pictures are sampled
+    const int step = picture.rows / kMaxRows + 1;
     cv::Mat rows;
     for (int y = 0; y < picture.rows; y += step)
         rows.push_back(picture.row(y));
@@ -465,12 +464,12 @@ bool hasColours(const cv::Mat& picture) {
 
 bool isMarkedNative(const fs::path& path) {
     if (givesBytesOnce(path)) return false;
-    constexpr std::size_t kMostBytes = 4096; // the mark precedes the pixels
-    std::string bytes(kMostBytes, '\0');
+    constexpr std::size_t kMaxBytes = 4096; // the mark precedes the pixels
+    std::string bytes(kMaxBytes, '\0');
     std::ifstream file(path, std::ios::binary);
     file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     bytes.resize(static_cast<std::size_t>(file.gcount()));
-    return readPictureHeader(bytes, lowerExtension(path)).isNative;
+    return readImageHeader(bytes, lowerExtension(path)).isNative;
 }
 
 cv::Mat readDepthSamples(const fs::path& path, Notes* notes) {

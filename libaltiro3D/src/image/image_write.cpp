@@ -54,10 +54,10 @@ const Writer* writerFor(const fs::path& path) {
 
 // The pieces of the file; empty if it cannot be encoded.
 std::vector<std::vector<unsigned char>> encode(const cv::Mat& picture, const Writer& writer,
-                                               PictureMark mark) {
+                                               ImageMark mark) {
     const std::string format = writer.format;
     if (format == "PNG") {
-        return png::encode(picture, mark == PictureMark::Native ? kNativeMark : std::string_view());
+        return png::encode(picture, mark == ImageMark::Native ? kNativeMark : std::string_view());
     }
     cv::Mat suited = picture;
     if (picture.depth() == CV_16U && !writer.holds16Bit) suited = toEightBits(picture);
@@ -75,7 +75,7 @@ std::vector<std::vector<unsigned char>> encode(const cv::Mat& picture, const Wri
 
 } // namespace
 
-void writePicture(const fs::path& path, const cv::Mat& picture, PictureMark mark) {
+void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) {
     const Writer* const writer = writerFor(path);
     if (writer == nullptr) {
         throw Error(ErrorCode::Unsupported, path.string(),
@@ -122,7 +122,7 @@ void writePicture(const fs::path& path, const cv::Mat& picture, PictureMark mark
     writeFile(path, parts);
 }
 
-bool canWritePicture(const fs::path& path) {
+bool canWriteImage(const fs::path& path) {
     return writerFor(path) != nullptr;
 }
 

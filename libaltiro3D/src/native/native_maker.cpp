@@ -41,8 +41,8 @@ void requireDirect(const NativeOptions& options, const std::string& obstacle) {
 std::string NativeMaker::obstacle(const QuiltLayout& layout, const NativeOptions& options) {
     if (blends(options.sampling)) return "views are blended";
     if (options.views.method == ViewMethod::Real) return "method real makes whole views";
-    if (layout.viewCount > NativeRenderer::kMostViews) {
-        return "there are more than " + std::to_string(NativeRenderer::kMostViews) + " views";
+    if (layout.viewCount > NativeRenderer::kMaxViews) {
+        return "there are more than " + std::to_string(NativeRenderer::kMaxViews) + " views";
     }
     return {};
 }

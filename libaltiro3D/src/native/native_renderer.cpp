@@ -57,8 +57,8 @@ NativeRenderer::NativeRenderer(const Calibration& calibration, int viewCount,
                                const ViewOptions& options, ViewPositions positions,
                                InvertViews invert) {
     validate(options);
-    check(viewCount >= 1 && viewCount <= kMostViews, "view count",
-          "is " + std::to_string(viewCount) + ", expected 1.." + std::to_string(kMostViews));
+    check(viewCount >= 1 && viewCount <= kMaxViews, "view count",
+          "is " + std::to_string(viewCount) + ", expected 1.." + std::to_string(kMaxViews));
     check(options.method != ViewMethod::Real, "method",
           "is real, which makes whole views; expected fast or layered, or the way over a quilt");
     impl_ = std::make_shared<const Impl>(

@@ -9,8 +9,8 @@ namespace altiro3D {
 namespace fs = std::filesystem;
 
 bool haveSameShape(double aspect, double other) {
-    constexpr double kMostOff = 0.05; // looks right
-    return std::abs(aspect / other - 1) <= kMostOff;
+    constexpr double kMaxOff = 0.05; // looks right
+    return std::abs(aspect / other - 1) <= kMaxOff;
 }
 
 QuiltShape::QuiltShape(const fs::path& file, const QuiltLayout& layout, const Display& display,

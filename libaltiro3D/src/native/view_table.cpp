@@ -15,7 +15,7 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kMostTiles = 65536;
+constexpr int kMaxTiles = 65536;
 
 int tileCount(const QuiltLayout& quilt) {
     return quilt.columns * quilt.rows;
@@ -112,7 +112,7 @@ void ViewTable::render(const cv::Mat& source, cv::Mat& native) const {
 }
 
 std::optional<ViewTable> viewTable(const LensGeometry& g, const QuiltLayout& quilt) {
-    if (tileCount(quilt) > kMostTiles) return std::nullopt;
+    if (tileCount(quilt) > kMaxTiles) return std::nullopt;
     ViewTable t = emptyTable({g.panelWidth, g.panelHeight}, quilt);
     for (int x = 0; x < g.panelWidth; ++x) {
         const int seen = g.mirrorX ? g.panelWidth - 1 - x : x;
@@ -142,7 +142,7 @@ std::optional<ViewTable> viewTable(const LensGeometry& g, const QuiltLayout& qui
 std::optional<ViewTable> viewTable(const NativeLut& lut) {
     const QuiltLayout& quilt = lut.quilt();
     const cv::Size tile = quilt.tileSize;
-    if (tileCount(quilt) > kMostTiles || tile.width < 2 || tile.height < 2) return std::nullopt;
+    if (tileCount(quilt) > kMaxTiles || tile.width < 2 || tile.height < 2) return std::nullopt;
     ViewTable t = emptyTable(lut.panelSize(), quilt);
     const cv::Mat& red = lut.channel(0);
     for (int x = 0; x < red.cols; ++x) {

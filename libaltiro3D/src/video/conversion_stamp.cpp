@@ -32,7 +32,7 @@ std::string stateOf(const fs::path& path) {
         return std::to_string(bytes) + " bytes of " + std::to_string(time);
     };
     if (!fs::is_directory(path, error)) return stateOfFile(path);
-    const std::vector<fs::path> files = listPictures(path);
+    const std::vector<fs::path> files = listImages(path);
     std::string all;
     for (const fs::path& file : files) // the name decides which frame it belongs to
         all += file.filename().string() + '\0' + stateOfFile(file) + '\n';
@@ -79,7 +79,7 @@ Json numbersOf(const NativeOptions& native) {
 }
 
 Json numbersOf(const VideoDepthOptions& depth) {
-    return {depth.every, depth.longestGap, depth.mostNew, depth.steadiness};
+    return {depth.every, depth.longestGap, depth.maxChangedShare, depth.steadiness};
 }
 
 Json encodingOf(const VideoWriterOptions& options) {

@@ -7,7 +7,7 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kMostInDisorder = 16; // frames; more, or further back, and times have jumped
+constexpr int kMaxInDisorder = 16; // frames; more, or further back, and times have jumped
 constexpr double kFarBackSeconds = 1;
 
 std::int64_t nominalDuration(const VideoFacts& facts, AVRational unit) {
@@ -57,8 +57,8 @@ std::int64_t FrameTimes::risingTime(const AVFrame& frame) {
     const std::int64_t back = last_ - *stated - shift_;
     const bool isPiece = frame.pict_type == AV_PICTURE_TYPE_I && back >= 2 * step;
     const double seconds = static_cast<double>(back) * av_q2d(unit_);
-    const bool isFar = seconds >= kFarBackSeconds && back >= kMostInDisorder * step;
-    if (++inDisorder_ <= kMostInDisorder && !isPiece && !isFar) return std::min(last_ + 1, latest);
+    const bool isFar = seconds >= kFarBackSeconds && back >= kMaxInDisorder * step;
+    if (++inDisorder_ <= kMaxInDisorder && !isPiece && !isFar) return std::min(last_ + 1, latest);
     beginsAgain_ = beginsAgain_ || isPiece || isFar;
     shift_ = next - *stated;
     return next;

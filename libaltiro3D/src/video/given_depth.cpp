@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kMissingSeconds = 0.5; // a depth video that ends a little early is no trouble
-constexpr std::size_t kMostNotes = 10;
+constexpr std::size_t kMaxNotes = 10;
 
 } // namespace
 
@@ -23,7 +23,7 @@ GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& p
     if (!given_.read) given_.read = readDepthSamples;
     std::error_code error;
     if (fs::is_directory(given_.source, error)) {
-        pictures_ = listPictures(given_.source);
+        pictures_ = listImages(given_.source);
         if (pictures_.empty()) {
             throw Error(ErrorCode::NotFound, name,
                         "holds no pictures, expected one depth picture per frame");
@@ -54,11 +54,11 @@ void GivenDepth::read(double time, std::int64_t number, cv::Mat& raw) {
     if (video_) {
         readFrame(time, raw);
     } else {
-        readPicture(firstPicture_ + number, raw);
+        readImage(firstPicture_ + number, raw);
     }
 }
 
-void GivenDepth::readPicture(std::int64_t number, cv::Mat& raw) {
+void GivenDepth::readImage(std::int64_t number, cv::Mat& raw) {
     const auto count = static_cast<std::int64_t>(pictures_.size());
     missing_ = std::max(missing_, static_cast<double>(number - count + 1));
     const fs::path& file = pictures_[static_cast<std::size_t>(std::min(number, count - 1))];
@@ -66,7 +66,7 @@ void GivenDepth::readPicture(std::int64_t number, cv::Mat& raw) {
     raw = given_.read(file, &notes);
     for (const std::string& note : notes) {
         const std::string text = file.string() + ": " + note;
-        if (notes_.size() < kMostNotes &&
+        if (notes_.size() < kMaxNotes &&
             std::find(notes_.begin(), notes_.end(), text) == notes_.end())
             notes_.push_back(text);
     }

@@ -34,7 +34,7 @@ class GivenDepth {
     Notes notes() const;
 
   private:
-    void readPicture(std::int64_t number, cv::Mat& raw);
+    void readImage(std::int64_t number, cv::Mat& raw);
     void readFrame(double time, cv::Mat& raw);
 
     GivenVideoDepth given_;

@@ -55,8 +55,8 @@ cv::Mat misfit(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion)
     return result;
 }
 
-double unlikeness(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion,
-                  const cv::Mat& misfits) {
+double dissimilarity(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion,
+                     const cv::Mat& misfits) {
     constexpr double kNoise = 4;      // grey levels; uniform pictures differ only by noise
     constexpr float kWild = 3;        // px from one cell to the next
     constexpr double kWildShare = .5; // weight of wild motion relative to the misfit

@@ -16,8 +16,8 @@ cv::Mat misfit(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion)
 /// neighbours. Motion between unrelated pictures is wild. Values above kNewScene are a new scene.
 /// @param motion, misfits from findMotion() and misfit()
 /// @return 0 = the same picture
-double unlikeness(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion,
-                  const cv::Mat& misfits);
+double dissimilarity(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion,
+                     const cv::Mat& misfits);
 
 /// Neighbouring pictures of one shot have at most .23, at double speed .34; pictures of different
 /// scenes have .42 or more (docs/lab/video.md).

@@ -173,8 +173,8 @@ class CellSearch {
             offerSome(column, row);
             offer(left_);
             offer(above_);
-            constexpr int kMostSteps = 6;
-            for (int step = 0; step < kMostSteps; ++step) {
+            constexpr int kMaxSteps = 6;
+            for (int step = 0; step < kMaxSteps; ++step) {
                 const Vector centre = best_;
                 for (int dy = -1; dy <= 1; ++dy)
                     for (int dx = -1; dx <= 1; ++dx)

@@ -1,6 +1,6 @@
 #include "video/picture_tracker.hpp"
 
-#include "image/shrink.hpp"
+#include "image/downscale.hpp"
 #include "video/motion_metrics.hpp"
 #include "video/motion_search.hpp"
 #include "video/small_image.hpp"
@@ -51,14 +51,14 @@ PictureTracker::Step PictureTracker::next(const cv::Mat& picture) {
     rows_ = picture.rows;
     cols_ = picture.cols;
 
-    const cv::Mat grey = greyOf(smallPicture(picture));
+    const cv::Mat grey = greyOf(smallImage(picture));
     step.cut = !sameSize;
     step.blank = sameSize && contrastOf(grey) < kBlank;
     if (step.blank) return step;
     if (!step.cut) {
         findMotion(grey_, grey, step.motion);
         const cv::Mat misfits = misfit(grey_, grey, step.motion);
-        step.cut = unlikeness(grey_, grey, step.motion, misfits) > kNewScene;
+        step.cut = dissimilarity(grey_, grey, step.motion, misfits) > kNewScene;
     }
     if (step.cut) step.motion = cv::Mat();
     grey_ = grey;
@@ -75,16 +75,16 @@ void PictureTracker::save(std::string& bytes) const {
 bool PictureTracker::load(std::string_view& bytes) {
     std::uint64_t rows = 0;
     std::uint64_t cols = 0;
-    constexpr std::uint64_t kMost = std::numeric_limits<int>::max();
+    constexpr std::uint64_t kMax = std::numeric_limits<int>::max();
     if (!take(bytes, rows) || !take(bytes, cols) || !take(bytes, hash_) ||
         !take(bytes, CV_8UC1, grey_)) {
         return false;
     }
-    if (rows > kMost || cols > kMost || (rows == 0) != (cols == 0)) return false;
+    if (rows > kMax || cols > kMax || (rows == 0) != (cols == 0)) return false;
     rows_ = static_cast<int>(rows);
     cols_ = static_cast<int>(cols);
     // The grey copy of the next picture has that size and is compared with it px by px.
-    return grey_.size() == shrunkSize({cols_, rows_}, kSmallSide);
+    return grey_.size() == downscaledSize({cols_, rows_}, kSmallSide);
 }
 
 } // namespace altiro3D

@@ -28,12 +28,12 @@ namespace {
 constexpr const char* kFormat = "altiro3D video run";
 constexpr int kVersion = 1;
 constexpr const char* kState = ".state"; // how the names of states end
-constexpr int kMostSegmentFrames = 100000;
-constexpr std::uintmax_t kMostRunBytes = std::uintmax_t{64} << 20;
+constexpr int kMaxSegmentFrames = 100000;
+constexpr std::uintmax_t kMaxRunBytes = std::uintmax_t{64} << 20;
 constexpr JsonLimits kRunLimits{8, 1000, false};                               // ours has 3 levels
 constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 8; // of any time
 constexpr std::int64_t kToTheEnd = std::numeric_limits<std::int64_t>::max(); // later than any time
-constexpr std::uintmax_t kMostStateBytes = std::uintmax_t{1} << 30;
+constexpr std::uintmax_t kMaxStateBytes = std::uintmax_t{1} << 30;
 
 // Frames that were written at a time.
 struct Segment {
@@ -209,9 +209,9 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
                                  const ResumableVideoOptions& givenResumable, VideoReader* source)
     : path(givenPath), directory(partsDirectory(givenPath)), options(givenOptions),
       segmentFrames(givenResumable.segmentFrames) {
-    check(segmentFrames >= 1 && segmentFrames <= kMostSegmentFrames, "segmentFrames",
+    check(segmentFrames >= 1 && segmentFrames <= kMaxSegmentFrames, "segmentFrames",
           "is " + std::to_string(segmentFrames) + ", expected 1.." +
-              std::to_string(kMostSegmentFrames));
+              std::to_string(kMaxSegmentFrames));
     if (source != nullptr && !options.colour) options.colour = source->facts().colour;
     // What cannot be written shall come to light now, not when all frames are made.
     notes = VideoWriter(path, options, source).notes();
@@ -262,7 +262,7 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
     const auto fail = [&](const std::string& problem) {
         throw Error(ErrorCode::BadFormat, file.string(), problem + ", expected an unfinished run");
     };
-    const std::string text = readFile(file, kMostRunBytes);
+    const std::string text = readFile(file, kMaxRunBytes);
     const Json run = parseJson(text, file.string(), "an unfinished run", kRunLimits);
     const auto whole = [&](const Json& value, std::int64_t least, std::int64_t most) {
         if (!value.is_number_integer() || value.get<std::int64_t>() < least ||
@@ -312,7 +312,7 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
             segments_.push_back(std::move(segment));
         }
         listed_ = segments_.size();
-        if (!stateFile.empty()) kept.state = readFile(directory / stateFile, kMostStateBytes);
+        if (!stateFile.empty()) kept.state = readFile(directory / stateFile, kMaxStateBytes);
     } catch (const Json::exception&) {
         fail("is damaged");
     }

@@ -1,6 +1,6 @@
 #include "video/small_image.hpp"
 
-#include "image/shrink.hpp"
+#include "image/downscale.hpp"
 
 #include <algorithm>
 #include <array>
@@ -51,8 +51,8 @@ cv::Mat brightened(const cv::Mat& grey, float gain) {
 
 } // namespace
 
-cv::Mat smallPicture(const cv::Mat& picture) {
-    return shrink(picture, kSmallSide);
+cv::Mat smallImage(const cv::Mat& picture) {
+    return downscale(picture, kSmallSide);
 }
 
 cv::Mat greyOf(const cv::Mat& small) {

@@ -12,7 +12,7 @@ constexpr int kSmallSide = 192;
 /// The picture's area average with at most kSmallSide px per side.
 /// @param picture [rows x cols, CV_8UC3, BGR]
 /// @return [small rows x cols, CV_8UC3, BGR]
-cv::Mat smallPicture(const cv::Mat& picture);
+cv::Mat smallImage(const cv::Mat& picture);
 
 /// Its brightness (BT.601). @param small [any size, CV_8UC3, BGR] @return [CV_8UC1]
 cv::Mat greyOf(const cv::Mat& small);

@@ -72,9 +72,9 @@ bool take(std::string_view& bytes, int type, cv::Mat& picture) {
     if (!take(bytes, rows) || !take(bytes, cols)) return false;
     picture = cv::Mat();
     if (rows == 0 && cols == 0) return true;
-    constexpr std::uint64_t kMost = 1U << 20U;
+    constexpr std::uint64_t kMax = 1U << 20U;
     const std::uint64_t size = rows * cols * static_cast<std::uint64_t>(CV_ELEM_SIZE(type));
-    if (rows == 0 || cols == 0 || rows > kMost || cols > kMost || size > bytes.size()) return false;
+    if (rows == 0 || cols == 0 || rows > kMax || cols > kMax || size > bytes.size()) return false;
     picture.create(static_cast<int>(rows), static_cast<int>(cols), type);
     std::memcpy(picture.data, bytes.data(), size);
     bytes.remove_prefix(size);

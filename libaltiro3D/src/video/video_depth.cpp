@@ -166,7 +166,7 @@ void validate(const VideoDepthOptions& options) {
     };
     checkWhole("every", options.every, 0);
     checkWhole("longestGap", options.longestGap, 1);
-    checkNumber("mostNew", options.mostNew, 1);
+    checkNumber("maxChangedShare", options.maxChangedShare, 1);
     checkNumber("steadiness", options.steadiness, 0.99);
 }
 
@@ -201,7 +201,7 @@ bool VideoDepth::Impl::isDue(const Memory& at, const cv::Mat& misfits) const {
         for (int x = 0; x < misfits.cols; ++x)
             unexplained += 1 - static_cast<double>(trustOf(row[x]));
     }
-    return unexplained > options.mostNew * static_cast<double>(misfits.total());
+    return unexplained > options.maxChangedShare * static_cast<double>(misfits.total());
 }
 
 // Share of the carried depth that stays [small size, CV_32FC1].

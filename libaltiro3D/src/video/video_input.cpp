@@ -269,17 +269,17 @@ void openDecoder(VideoInput& input, int threads) {
                         (name == "unknown" ? "\"" + std::string(tag) + "\"" : name) +
                         ", which this FFmpeg cannot decode");
     }
-    if (static_cast<double>(parameters.width) * parameters.height > kMaxPicturePixels) {
+    if (static_cast<double>(parameters.width) * parameters.height > kMaxImagePixels) {
         throw Error(ErrorCode::TooLarge, input.subject,
                     "has pictures of " + pairText(parameters.width, parameters.height) +
-                        " px, expected at most " + numberText(kMaxPicturePixels, 9) + " px");
+                        " px, expected at most " + numberText(kMaxImagePixels, 9) + " px");
     }
     input.decoder.reset(avcodec_alloc_context3(codec));
     checkMemory(input.decoder.get());
     if (avcodec_parameters_to_context(input.decoder.get(), &parameters) < 0) checkMemory(nullptr);
     input.decoder->thread_count = threads;
     input.decoder->pkt_timebase = input.stream->time_base;
-    input.decoder->max_pixels = static_cast<std::int64_t>(kMaxPicturePixels);
+    input.decoder->max_pixels = static_cast<std::int64_t>(kMaxImagePixels);
     const int result = avcodec_open2(input.decoder.get(), codec, nullptr);
     if (result < 0) {
         throw Error(ErrorCode::Unsupported, input.subject,

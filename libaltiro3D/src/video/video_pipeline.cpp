@@ -16,7 +16,7 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kMostQueueFrames = 64;
+constexpr int kMaxQueueFrames = 64;
 
 using Clock = std::chrono::steady_clock;
 using FramePointer = std::unique_ptr<PipelineFrame>;
@@ -187,9 +187,9 @@ void ownMemory(cv::Mat& picture) {
 PipelineReport runPipeline(const std::vector<PipelineStage>& stages,
                            const PipelineOptions& options) {
     check(!stages.empty(), "stages", "are none, expected at least one");
-    check(options.queueFrames >= 1 && options.queueFrames <= kMostQueueFrames, "queueFrames",
+    check(options.queueFrames >= 1 && options.queueFrames <= kMaxQueueFrames, "queueFrames",
           "is " + std::to_string(options.queueFrames) + ", expected 1.." +
-              std::to_string(kMostQueueFrames));
+              std::to_string(kMaxQueueFrames));
     PipelineReport report;
     for (const PipelineStage& stage : stages)
         report.stages.push_back({stage.name, 0, 0, 0});

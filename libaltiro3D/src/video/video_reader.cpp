@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kMostThreads = 64;
-constexpr int kMostThreadsByItself = 16; // more only take memory
+constexpr int kMaxThreads = 64;
+constexpr int kMaxThreadsByItself = 16; // more only take memory
 
 [[noreturn]] void fail(ErrorCode code, const std::string& subject, const std::string& problem) {
     throw Error(code, subject, problem);
@@ -30,7 +30,7 @@ constexpr int kMostThreadsByItself = 16; // more only take memory
 VideoReaderOptions complete(VideoReaderOptions options) {
     validate(options);
     const auto processors = static_cast<int>(std::thread::hardware_concurrency());
-    if (options.threads == 0) options.threads = std::clamp(processors, 1, kMostThreadsByItself);
+    if (options.threads == 0) options.threads = std::clamp(processors, 1, kMaxThreadsByItself);
     return options;
 }
 
@@ -55,10 +55,10 @@ void validate(const VideoReaderOptions& options) {
              "is " + numberText(options.to) + " s, expected more than from, " +
                  numberText(options.from) + " s");
     }
-    if (options.threads < 0 || options.threads > kMostThreads) {
+    if (options.threads < 0 || options.threads > kMaxThreads) {
         fail(ErrorCode::InvalidArgument, "threads",
              "is " + std::to_string(options.threads) + ", expected 0.." +
-                 std::to_string(kMostThreads));
+                 std::to_string(kMaxThreads));
     }
 }
 

@@ -9,13 +9,13 @@ namespace {
 
 constexpr double kSegmentSeconds = 6; // what a run that dies loses at most; encoders start slowly
 constexpr int kLeastSegmentFrames = 12;
-constexpr int kMostSegmentFrames = 600;
+constexpr int kMaxSegmentFrames = 600;
 constexpr int kUsualSegmentFrames = 180;
 
 int segmentFrames(const Fraction& rate) {
     if (!rate.isKnown()) return kUsualSegmentFrames;
     return static_cast<int>(std::clamp<double>(std::round(rate.value() * kSegmentSeconds),
-                                               kLeastSegmentFrames, kMostSegmentFrames));
+                                               kLeastSegmentFrames, kMaxSegmentFrames));
 }
 
 } // namespace

@@ -25,7 +25,7 @@ namespace {
 
 constexpr int kLeastSide = 16;
 constexpr int kLargestSide = 16384;
-constexpr int kMostThreads = 64;
+constexpr int kMaxThreads = 64;
 constexpr int kLinesOfHighDefinition = 720;
 constexpr int kSlicesOfFfv1 = 16; // fixed, so the bytes do not depend on the threads
 const char* const kPresets[] = {"ultrafast", "superfast", "veryfast", "faster",  "fast",
@@ -101,9 +101,8 @@ void validate(const VideoWriterOptions& options) {
         checkColour(options.colour->primaries, "colour.primaries", AVCOL_PRI_NB - 1);
         checkColour(options.colour->transfer, "colour.transfer", AVCOL_TRC_NB - 1);
     }
-    check(options.threads >= 0 && options.threads <= kMostThreads, "threads",
-          "is " + std::to_string(options.threads) + ", expected 0.." +
-              std::to_string(kMostThreads));
+    check(options.threads >= 0 && options.threads <= kMaxThreads, "threads",
+          "is " + std::to_string(options.threads) + ", expected 0.." + std::to_string(kMaxThreads));
     check(!options.matrix || *options.matrix != ColourMatrix::Rgb || isRgb(pixelFormat(options)),
           "matrix", "is Rgb, expected another one or a codec of red, green and blue");
     check(!options.compatible || options.codec == VideoCodec::H264 ||
@@ -215,7 +214,7 @@ void VideoWriter::Impl::openEncoder() {
     encoder.sample_aspect_ratio = rational(options_.sampleAspect);
     const auto processors = static_cast<int>(std::thread::hardware_concurrency());
     const int threads =
-        options_.threads > 0 ? options_.threads : std::clamp(processors, 1, kMostThreads);
+        options_.threads > 0 ? options_.threads : std::clamp(processors, 1, kMaxThreads);
     encoder.thread_count = threads;
     encoder.flags |= AV_CODEC_FLAG_BITEXACT;
     if ((container_.kind().flags & AVFMT_GLOBALHEADER) != 0) {

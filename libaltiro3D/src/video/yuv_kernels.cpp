@@ -30,7 +30,7 @@ template <int kShift, class T>
 HWY_INLINE void bgrToYuvOn(const std::uint8_t* HWY_RESTRICT bgr, std::size_t count,
                            const YuvWeights& weights, T* HWY_RESTRICT y, T* HWY_RESTRICT u,
                            T* HWY_RESTRICT v) {
-    constexpr int kMost = sizeof(T) == 1 ? 255 : 1023;
+    constexpr int kMax = sizeof(T) == 1 ? 255 : 1023;
     T* const out[3] = {y, u, v};
     std::size_t i = 0;
 #if HWY_TARGET != HWY_SCALAR
@@ -56,7 +56,7 @@ HWY_INLINE void bgrToYuvOn(const std::uint8_t* HWY_RESTRICT bgr, std::size_t cou
                 hn::StoreU(hn::DemoteTo(bytes, value), bytes, out[k] + i);
             } else {
                 const auto inside =
-                    hn::Min(hn::Max(value, hn::Zero(d)), hn::Set(d, std::int16_t{kMost}));
+                    hn::Min(hn::Max(value, hn::Zero(d)), hn::Set(d, std::int16_t{kMax}));
                 hn::StoreU(hn::BitCast(words, inside), words, out[k] + i);
             }
         }
@@ -68,7 +68,7 @@ HWY_INLINE void bgrToYuvOn(const std::uint8_t* HWY_RESTRICT bgr, std::size_t cou
             for (int c = 0; c < 3; ++c)
                 sum +=
                     (bgr[3 * i + static_cast<std::size_t>(c)] * 128 * weights.weight[k][c]) >> 16;
-            out[k][i] = static_cast<T>(std::clamp(sum >> kShift, 0, kMost));
+            out[k][i] = static_cast<T>(std::clamp(sum >> kShift, 0, kMax));
         }
     }
 }

@@ -46,7 +46,7 @@ class Search {
         if (!(coverage > 0)) return false;
         const int part = subColumns(std::min(coverage, 1.0F));
         if (part == 0) return false;
-        const bool full = part >= kSubColumns || pixel_.count + 1 == LayeredPixel::kMost;
+        const bool full = part >= kSubColumns || pixel_.count + 1 == LayeredPixel::kMax;
         pixel_.place[pixel_.count] = place;
         pixel_.coverage[pixel_.count] = full ? kSubColumns : part;
         ++pixel_.count;

@@ -7,10 +7,10 @@ namespace altiro3D {
 /// Contents of a pixel at or behind the end of a surface: covers of parts of the pixel, from front
 /// to back.
 struct LayeredPixel {
-    static constexpr int kMost = 4;
-    std::int32_t place[kMost] = {}; ///< Places as in layeredPlaces().
+    static constexpr int kMax = 4;
+    std::int32_t place[kMax] = {}; ///< Places as in layeredPlaces().
     /// In 1/256 of what the covers before leave visible; the last one covers all.
-    int coverage[kMost] = {};
+    int coverage[kMax] = {};
     int count = 0;
 };
 

@@ -17,7 +17,7 @@ constexpr double kVisibleStep = 0.2;
 // Fewer levels are taken for flat layers. More levels than in 8 bits are taken for continuous
 // depth.
 constexpr std::size_t kFewestLevels = 16;
-constexpr std::size_t kMostLevels = 256;
+constexpr std::size_t kMaxLevels = 256;
 // The largest distance of two levels in a depth of 0..1: 6 bits.
 constexpr double kLargestLevel = 1.0 / 63;
 // Pixels that differ by at most this many levels are on one slope.
@@ -40,7 +40,7 @@ std::vector<float> levelsOf(const cv::Mat& depth) {
             const float value = clamped(row[x]);
             const auto place = std::lower_bound(levels.begin(), levels.end(), value);
             if (place != levels.end() && *place == value) continue;
-            if (levels.size() == kMostLevels) return {};
+            if (levels.size() == kMaxLevels) return {};
             levels.insert(place, value);
         }
     }

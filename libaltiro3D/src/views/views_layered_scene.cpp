@@ -11,9 +11,9 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kLongestRun = 4096;    // px of hidden background at one tear
-constexpr int kMostHiddenWidths = 4; // limit of hidden px in a row, in widths
-constexpr int kSpareColumns = 3;     // for mixed px and for px under soft borders
+constexpr int kLongestRun = 4096;   // px of hidden background at one tear
+constexpr int kMaxHiddenWidths = 4; // limit of hidden px in a row, in widths
+constexpr int kSpareColumns = 3;    // for mixed px and for px under soft borders
 
 // Columns outside the frame that views within the reach can show.
 int outsideCount(double pixels) {
@@ -52,9 +52,9 @@ void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<flo
         hidden += surface.hidden;
     }
     const auto width = static_cast<std::int64_t>(offsets.size());
-    if (hidden > kMostHiddenWidths * width + kLongestRun) { // noisy depth: limit the memory
+    if (hidden > kMaxHiddenWidths * width + kLongestRun) { // noisy depth: limit the memory
         const std::int64_t longest =
-            kMostHiddenWidths * width / static_cast<std::int64_t>(row.surfaces.size());
+            kMaxHiddenWidths * width / static_cast<std::int64_t>(row.surfaces.size());
         for (LayeredSurface& surface : row.surfaces)
             surface.hidden = std::min(surface.hidden, static_cast<int>(longest));
     }

@@ -596,8 +596,7 @@ TEST(DepthMap, RealSideBySidePicturesSplitInTheMiddle) {
     ALTIRO3D_REQUIRE_DATA("rgbd/side_by_side/misc_dp03.jpg");
     cv::Mat photo;
     cv::Mat raw;
-    splitRgbd(readPicture(dataPath("rgbd/side_by_side/misc_dp03.jpg")), DepthSide::Right, photo,
-              raw);
+    splitRgbd(readImage(dataPath("rgbd/side_by_side/misc_dp03.jpg")), DepthSide::Right, photo, raw);
     EXPECT_EQ(photo.size(), cv::Size(2560, 1600));
     DepthNormalization options;
     options.kind = DepthKind::FarWhite;

@@ -30,7 +30,7 @@ TEST(DepthSource, AFileIsNormalizedByItsKind) {
     cv::Mat samples(2, 4, CV_16UC1);
     for (int i = 0; i < 8; ++i)
         samples.at<std::uint16_t>(i / 4, i % 4) = static_cast<std::uint16_t>(1000 * i);
-    writePicture(directory / "depth.png", samples);
+    writeImage(directory / "depth.png", samples);
     const cv::Mat photo = randomPhoto({40, 20});
     for (const DepthKind kind : {DepthKind::NearWhite, DepthKind::FarWhite}) {
         const auto source = depthFromFile(directory / "depth.png", kind);
@@ -54,7 +54,7 @@ TEST(DepthSource, AFileIsNormalizedByItsKind) {
 
 TEST(DepthSource, FlatDepthLiesWhereItIsWanted) {
     const TemporaryDirectory directory;
-    writePicture(directory / "flat.png", cv::Mat(3, 3, CV_8UC1, cv::Scalar(77)));
+    writeImage(directory / "flat.png", cv::Mat(3, 3, CV_8UC1, cv::Scalar(77)));
     altiro3D::Scene scene;
     depthFromFile(directory / "flat.png")->readScene(randomPhoto({9, 9}), 0.25, scene);
     EXPECT_TRUE(samePicture(scene.depth, cv::Mat(3, 3, CV_32FC1, cv::Scalar(0.25))));
@@ -79,13 +79,13 @@ TEST(DepthSource, ReadsFilesAsReadTakesThem) {
     const TemporaryDirectory directory;
     const cv::Mat photo = randomPhoto({30, 20});
     const cv::Mat depth = randomDepth({30, 20});
-    writePicture(directory / "photo.png", photo);
-    writePicture(directory / "depth.png", depthTo16Bit(depth));
+    writeImage(directory / "photo.png", photo);
+    writeImage(directory / "depth.png", depthTo16Bit(depth));
     cv::Mat image;
     joinRgbd(photo, depth, DepthSide::Right, image);
     cv::Mat wide; // 16 bits a channel, which a photo has not
     image.convertTo(wide, CV_16U, 257);
-    writePicture(directory / "rgbd.png", wide);
+    writeImage(directory / "rgbd.png", wide);
 
     const auto given = depthFromFile(directory / "depth.png");
     altiro3D::Scene scene;
@@ -108,8 +108,8 @@ TEST(DepthSource, ReadsFilesAsReadTakesThem) {
 
 TEST(DepthSource, NotesNameTheirFile) {
     const TemporaryDirectory directory;
-    writePicture(directory / "photo.png", randomPhoto({30, 20}));
-    writePicture(directory / "coloured.png", randomPhoto({30, 20}));
+    writeImage(directory / "photo.png", randomPhoto({30, 20}));
+    writeImage(directory / "coloured.png", randomPhoto({30, 20}));
     Notes notes;
     depthFromFile(directory / "coloured.png")->readImage(directory / "photo.png", &notes);
     ASSERT_EQ(notes.size(), 1U);

@@ -81,7 +81,7 @@ TEST(Display, EveryTemplatesQuiltIsItsDefault) {
         const DisplayModel* model = findDisplayModel(c);
         ASSERT_NE(model, nullptr) << c.serial;
         EXPECT_EQ(model->panelSize, cv::Size(c.screenW, c.screenH)) << c.serial;
-        EXPECT_EQ(remarks(c).size(), 0U) << c.serial;
+        EXPECT_EQ(calibrationWarnings(c).size(), 0U) << c.serial;
     }
 }
 
@@ -90,7 +90,7 @@ TEST(Display, OddCalibrationsGetRemarks) {
     c.serial = "LKG-PORT-1";
     c.fringe = 0.1;
     c.flipImageX = 1;
-    const auto found = remarks(c);
+    const auto found = calibrationWarnings(c);
     ASSERT_EQ(found.size(), 3U);
     EXPECT_NE(found[0].find("1536 x 2048"), std::string::npos);
 }

@@ -1,7 +1,7 @@
 #include "altiro3D/image_io.hpp"
 
 #include "altiro3D/error.hpp"
-#include "altiro3D/picture_quality.hpp"
+#include "altiro3D/image_quality.hpp"
 #include "base/memory_errors.hpp"
 #include "image/image_header.hpp"
 #include "support/compare.hpp"
@@ -230,7 +230,7 @@ class ImageIo : public ::testing::Test {
     }
     std::string problemOf(const std::string& name, const std::string& contents) const {
         const fs::path path = file(name, contents);
-        const std::string said = errorOf([&] { readPicture(path); });
+        const std::string said = errorOf([&] { readImage(path); });
         const std::string subject = path.string() + ": ";
         return said.rfind(subject, 0) == 0 ? said.substr(subject.size()) : said;
     }
@@ -266,21 +266,21 @@ TEST_F(ImageIo, LosslessFormatsReadBackWhatWasWritten) {
             for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 1), cv::Size(13, 29)}) {
                 const cv::Mat whole = randomPicture({40, 40}, type, 3);
                 const cv::Mat picture = whole(cv::Rect(cv::Point(5, 3), size));
-                writePicture(directory / name, picture);
+                writeImage(directory / name, picture);
                 cv::Mat expected = picture;
                 if (picture.channels() == 1) cv::cvtColor(picture, expected, cv::COLOR_GRAY2BGR);
-                EXPECT_TRUE(samePicture(readPicture(directory / name), expected)) << name << size;
+                EXPECT_TRUE(samePicture(readImage(directory / name), expected)) << name << size;
             }
         }
     }
     for (const char* name : {"a.webp", "a.bmp", "a.dib", "a.ppm"}) {
         const cv::Mat picture = randomPicture({13, 29}, CV_8UC3, 3);
-        writePicture(directory / name, picture);
-        EXPECT_TRUE(samePicture(readPicture(directory / name), picture)) << name;
+        writeImage(directory / name, picture);
+        EXPECT_TRUE(samePicture(readImage(directory / name), picture)) << name;
     }
     const cv::Mat large = smoothPicture({131, 67}); // JPEG 2000 needs some size and cuts off noise
-    writePicture(directory / "a.jp2", large);
-    EXPECT_TRUE(samePicture(readPicture(directory / "a.jp2"), large));
+    writeImage(directory / "a.jp2", large);
+    EXPECT_TRUE(samePicture(readImage(directory / "a.jp2"), large));
 }
 
 TEST_F(ImageIo, SixteenBitsBecomeEightByDividingBy257) {
@@ -291,7 +291,7 @@ TEST_F(ImageIo, SixteenBitsBecomeEightByDividingBy257) {
         expected.at<cv::Vec3b>(i / 256, i % 256) =
             cv::Vec3b::all(static_cast<uchar>(std::lround(i / 257.0)));
     }
-    writePicture(directory / "ramp.png", ramp);
+    writeImage(directory / "ramp.png", ramp);
     EXPECT_TRUE(samePicture(readPhoto(directory / "ramp.png"), expected));
 }
 
@@ -303,7 +303,7 @@ TEST_F(ImageIo, FloatPicturesKeepTheirValuesAndAreClampedAsPhotos) {
     }
     for (const char* extension : {".pfm", ".exr"}) {
         const fs::path path = file(std::string("f") + extension, encoded(extension, picture));
-        EXPECT_TRUE(samePicture(readPicture(path), picture)) << extension;
+        EXPECT_TRUE(samePicture(readImage(path), picture)) << extension;
         const cv::Mat photo = readPhoto(path);
         EXPECT_EQ(photo.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 0));
         EXPECT_EQ(photo.at<cv::Vec3b>(0, 1), cv::Vec3b(128, 128, 128));
@@ -311,7 +311,7 @@ TEST_F(ImageIo, FloatPicturesKeepTheirValuesAndAreClampedAsPhotos) {
         EXPECT_EQ(photo.at<cv::Vec3b>(0, 3), cv::Vec3b(0, 0, 0));
     }
     const cv::Mat bright(3, 5, CV_32FC3, cv::Scalar(0.25, 0.5, 1));
-    const cv::Mat read = readPicture(file("h.hdr", encoded(".hdr", bright)));
+    const cv::Mat read = readImage(file("h.hdr", encoded(".hdr", bright)));
     EXPECT_TRUE(samePicture(read, bright, 0.01)); // 8-bit mantissas
 }
 
@@ -326,12 +326,12 @@ TEST_F(ImageIo, TransparencyIsShownOverBlack) {
     expected.at<cv::Vec3b>(0, 1) = cv::Vec3b(0, 0, 0);
     expected.at<cv::Vec3b>(0, 2) = cv::Vec3b(100, 50, 25); // 100.4, 50.2, 25.1
     expected.at<cv::Vec3b>(0, 3) = cv::Vec3b(1, 1, 1);
-    EXPECT_TRUE(samePicture(readPicture(file("a.png", encoded(".png", picture))), expected));
-    EXPECT_TRUE(samePicture(readPicture(file("a.webp", encoded(".webp", picture))), expected));
+    EXPECT_TRUE(samePicture(readImage(file("a.png", encoded(".png", picture))), expected));
+    EXPECT_TRUE(samePicture(readImage(file("a.webp", encoded(".webp", picture))), expected));
 
     const cv::Mat deep(1, 1, CV_16UC4, cv::Scalar(51400, 25700, 65535, 32896));
     const cv::Mat deepExpected(1, 1, CV_16UC3, cv::Scalar(25801, 12900, 32896));
-    EXPECT_TRUE(samePicture(readPicture(file("d.png", encoded(".png", deep))), deepExpected));
+    EXPECT_TRUE(samePicture(readImage(file("d.png", encoded(".png", deep))), deepExpected));
 }
 
 TEST_F(ImageIo, ThePngColourThatStandsForTransparentBecomesBlack) {
@@ -352,13 +352,13 @@ TEST_F(ImageIo, ThePngColourThatStandsForTransparentBecomesBlack) {
             expected = picture.clone();
             expected.col(1).setTo(cv::Scalar::all(0));
         }
-        EXPECT_TRUE(samePicture(readPicture(path), expected)) << cv::typeToString(type);
+        EXPECT_TRUE(samePicture(readImage(path), expected)) << cv::typeToString(type);
     }
     // One bit: the key 1 is white, which OpenCV spreads to 255.
     const cv::Mat bits = (cv::Mat_<uchar>(1, 2) << 0, 255);
     const std::string png = encoded(".png", bits, {cv::IMWRITE_PNG_BILEVEL, 1});
     const fs::path path = file("bits.png", withPngChunk(png, pngChunk("tRNS", bigEndian(1, 2))));
-    EXPECT_EQ(cv::norm(readPicture(path), cv::NORM_INF), 0);
+    EXPECT_EQ(cv::norm(readImage(path), cv::NORM_INF), 0);
 }
 
 TEST_F(ImageIo, TheUnusedFourthByteOfABitmapHidesNothing) {
@@ -370,7 +370,7 @@ TEST_F(ImageIo, TheUnusedFourthByteOfABitmapHidesNothing) {
           std::string(24, '\0');
     for (int i = 0; i < 4; ++i)
         bmp += std::string("\x0a\x14\x1e\0", 4);
-    EXPECT_TRUE(samePicture(readPicture(file("a.bmp", bmp)), expected));
+    EXPECT_TRUE(samePicture(readImage(file("a.bmp", bmp)), expected));
 }
 
 TEST_F(ImageIo, OrientationIsAppliedExactlyOnce) {
@@ -386,18 +386,18 @@ TEST_F(ImageIo, OrientationIsAppliedExactlyOnce) {
         const cv::Mat expectedJpeg = turned(fromJpeg, static_cast<int>(orientation));
         for (const bool little : {false, true}) {
             const fs::path jpeg = file("o.jpg", jpegWithExif(picture, orientation, little));
-            EXPECT_TRUE(samePicture(readPicture(jpeg), expectedJpeg)) << orientation;
+            EXPECT_TRUE(samePicture(readImage(jpeg), expectedJpeg)) << orientation;
             EXPECT_TRUE(samePicture(readPhoto(jpeg), expectedJpeg)) << orientation;
             EXPECT_EQ(readDepthImage(jpeg).size(), expectedJpeg.size()) << orientation;
             const fs::path png =
                 file("o.png", withPngChunk(encoded(".png", picture),
                                            pngChunk("eXIf", exifBlock(orientation, little))));
-            EXPECT_TRUE(samePicture(readPicture(png), expected)) << orientation;
+            EXPECT_TRUE(samePicture(readImage(png), expected)) << orientation;
             const fs::path text = file("t.png", pngWithRawProfile(picture, orientation, little));
-            EXPECT_TRUE(samePicture(readPicture(text), expected)) << orientation;
+            EXPECT_TRUE(samePicture(readImage(text), expected)) << orientation;
         }
         const fs::path webp = file("o.webp", webPWithExif(picture, orientation));
-        EXPECT_TRUE(samePicture(readPicture(webp), expected)) << orientation;
+        EXPECT_TRUE(samePicture(readImage(webp), expected)) << orientation;
     }
 }
 
@@ -414,7 +414,7 @@ TEST_F(ImageIo, TiffOrientationIsAppliedExactlyOnce) {
                 file("g.tif", tiff(grey.size(), kind, {grey.datastart, grey.dataend}));
             cv::Mat expected;
             cv::cvtColor(turned(grey, static_cast<int>(orientation)), expected, cv::COLOR_GRAY2BGR);
-            EXPECT_TRUE(samePicture(readPicture(path), expected)) << orientation;
+            EXPECT_TRUE(samePicture(readImage(path), expected)) << orientation;
             kind.bits = 16;
             std::string deep;
             for (unsigned i = 0; i < 6; ++i) {
@@ -434,13 +434,13 @@ TEST_F(ImageIo, DamagedExifIsIgnored) {
         const fs::path path =
             file("o.png", withPngChunk(encoded(".png", picture),
                                        pngChunk("eXIf", exifBlock(orientation, true))));
-        EXPECT_TRUE(samePicture(readPicture(path), picture));
+        EXPECT_TRUE(samePicture(readImage(path), picture));
     }
     const std::string whole = exifBlock(6, false);
     for (std::size_t size = 0; size < whole.size() - 6; ++size) {
         const fs::path path = file("o.png", withPngChunk(encoded(".png", picture),
                                                          pngChunk("eXIf", whole.substr(0, size))));
-        EXPECT_TRUE(samePicture(readPicture(path), picture)) << size;
+        EXPECT_TRUE(samePicture(readImage(path), picture)) << size;
     }
 }
 
@@ -455,27 +455,27 @@ TEST_F(ImageIo, TiffAlphaAndWhiteZeroAndColourTablesComeOutRight) {
     for (int i = 0; i < 4; ++i)
         multiplied += "\x64\x32\x19\x80";
     kind.extraSample = 2;
-    EXPECT_TRUE(samePicture(readPicture(file("s.tif", tiff({2, 2}, kind, straight))), expected));
+    EXPECT_TRUE(samePicture(readImage(file("s.tif", tiff({2, 2}, kind, straight))), expected));
     kind.extraSample = 1;
-    EXPECT_TRUE(samePicture(readPicture(file("m.tif", tiff({2, 2}, kind, multiplied))), expected));
+    EXPECT_TRUE(samePicture(readImage(file("m.tif", tiff({2, 2}, kind, multiplied))), expected));
     kind.extraSample = 0; // unstated: what is brighter than its alpha is not multiplied yet
-    EXPECT_TRUE(samePicture(readPicture(file("u.tif", tiff({2, 2}, kind, straight))), expected));
-    EXPECT_TRUE(samePicture(readPicture(file("v.tif", tiff({2, 2}, kind, multiplied))), expected));
+    EXPECT_TRUE(samePicture(readImage(file("u.tif", tiff({2, 2}, kind, straight))), expected));
+    EXPECT_TRUE(samePicture(readImage(file("v.tif", tiff({2, 2}, kind, multiplied))), expected));
 
     TiffKind grey;
     grey.samples = 1;
     grey.photometric = 0;
-    EXPECT_EQ(readPicture(file("w.tif", tiff({1, 1}, grey, "\x0a"))).at<cv::Vec3b>(0, 0)[0], 245);
+    EXPECT_EQ(readImage(file("w.tif", tiff({1, 1}, grey, "\x0a"))).at<cv::Vec3b>(0, 0)[0], 245);
     grey.bits = 16;
-    EXPECT_EQ(readPicture(file("x.tif", tiff({1, 1}, grey, littleEndian(3000, 2))))
-                  .at<cv::Vec3w>(0, 0)[0],
-              62535);
+    EXPECT_EQ(
+        readImage(file("x.tif", tiff({1, 1}, grey, littleEndian(3000, 2)))).at<cv::Vec3w>(0, 0)[0],
+        62535);
 
     TiffKind ink;
     ink.samples = 4;
     ink.photometric = 5;
     const cv::Mat inks =
-        readPicture(file("c.tif", tiff({1, 1}, ink, std::string("\xc8\x64\x32\0", 4))));
+        readImage(file("c.tif", tiff({1, 1}, ink, std::string("\xc8\x64\x32\0", 4))));
     EXPECT_EQ(inks.at<cv::Vec3b>(0, 0), cv::Vec3b(205, 155, 55));
     ink.bits = 16;
     EXPECT_EQ(problemOf("d.tif", tiff({1, 1}, ink, std::string(8, '\1'))),
@@ -587,7 +587,7 @@ TEST_F(ImageIo, OnlyColoursThatShowAreNotedInDepthImages) {
 
 TEST_F(ImageIo, PnmSamplesAreSpreadForPhotosAndKeptForDepth) {
     const fs::path path = file("m.pgm", "P5\n# made by hand\n2 1\n1023\n" + bigEndian(0x03ff0200));
-    EXPECT_EQ(readPicture(path).at<cv::Vec3w>(0, 0)[0], 65535);
+    EXPECT_EQ(readImage(path).at<cv::Vec3w>(0, 0)[0], 65535);
     EXPECT_EQ(readPhoto(path).at<cv::Vec3b>(0, 1)[0], 128); // 512 / 1023 * 255 = 127.6
     EXPECT_EQ(readDepthImage(path).at<float>(0, 0), 1023);
     EXPECT_EQ(readPhoto(file("t.ppm", "P3 1 1 255 10 20 30")).at<cv::Vec3b>(0, 0),
@@ -619,7 +619,7 @@ TEST_F(ImageIo, HugePicturesAreRefusedFromTheirHeader) {
         EXPECT_EQ(problemOf(name, contents).rfind("has 60000 x 60000 px", 0), 0u) << name;
     }
     try {
-        readPicture(directory / "bomb.png");
+        readImage(directory / "bomb.png");
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(error.code(), ErrorCode::TooLarge);
@@ -649,7 +649,7 @@ TEST_F(ImageIo, NoSecondHeaderHidesTheSizeOfAPicture) {
     std::string readable =
         tiff(rgb.size(), {}, {reinterpret_cast<const char*>(rgb.data), 3 * rgb.total()});
     readable.replace(readable.find(planes), 2, littleEndian(256, 2));
-    EXPECT_TRUE(samePicture(readPicture(file("r.tif", readable)), picture));
+    EXPECT_TRUE(samePicture(readImage(file("r.tif", readable)), picture));
 }
 
 TEST_F(ImageIo, TheSizeOfAJpeg2000IsThatOfItsCodestreamsBox) {
@@ -661,20 +661,20 @@ TEST_F(ImageIo, TheSizeOfAJpeg2000IsThatOfItsCodestreamsBox) {
     const std::size_t box = bytes.find("jp2c") - 4;
     ASSERT_LT(box, bytes.size());
     bytes.insert(box, bigEndian(static_cast<std::uint32_t>(decoy.size() + 8)) + "free" + decoy);
-    EXPECT_EQ(readPictureHeader(bytes, ".jp2").columns, 200u);
-    EXPECT_TRUE(samePicture(readPicture(file("a.jp2", bytes)), picture));
+    EXPECT_EQ(readImageHeader(bytes, ".jp2").columns, 200u);
+    EXPECT_TRUE(samePicture(readImage(file("a.jp2", bytes)), picture));
     const std::string codestream = bytes.substr(bytes.rfind(start));
-    EXPECT_EQ(readPictureHeader(codestream, ".j2k").rows, 100u);
+    EXPECT_EQ(readImageHeader(codestream, ".j2k").rows, 100u);
     // A box with a long size says the same.
     bytes.replace(box, 4, bigEndian(1));
     bytes.insert(box + 8, bigEndian(0) + bigEndian(static_cast<std::uint32_t>(decoy.size() + 16)));
-    EXPECT_EQ(readPictureHeader(bytes, ".jp2").columns, 200u);
+    EXPECT_EQ(readImageHeader(bytes, ".jp2").columns, 200u);
     bytes.replace(bytes.rfind(start) + 8, 8, bigEndian(60000) + bigEndian(60000));
     EXPECT_EQ(problemOf("b.jp2", bytes).rfind("has 60000 x 60000 px", 0), 0u);
     // Boxes that reach beyond the file, or nowhere, lead to no codestream.
     for (const std::uint32_t size : {0u, 7u, 0xffffffffu}) {
         bytes.replace(box, 4, bigEndian(size));
-        EXPECT_EQ(readPictureHeader(bytes, ".jp2").columns, 0u) << size;
+        EXPECT_EQ(readImageHeader(bytes, ".jp2").columns, 0u) << size;
     }
 }
 
@@ -727,31 +727,31 @@ TEST_F(ImageIo, WhatIsNoPictureIsSaidToBeNone) {
                   .rfind("is not a picture that can be read", 0),
               0u);
     EXPECT_EQ(problemOf("a.png", ""), "is empty, expected a picture");
-    EXPECT_EQ(errorOf([&] { readPicture(directory / "none.png"); }),
+    EXPECT_EQ(errorOf([&] { readImage(directory / "none.png"); }),
               (directory / "none.png").string() + ": does not exist, expected a file");
-    EXPECT_EQ(errorOf([&] { readPicture(directory.path()); }),
+    EXPECT_EQ(errorOf([&] { readImage(directory.path()); }),
               directory.path().string() + ": is a directory, expected a file");
 }
 
 TEST_F(ImageIo, ACutOffJpegOpensWithANote) {
     const std::string whole = encoded(".jpg", smoothPicture({160, 120}));
     Notes notes;
-    readPicture(file("whole.jpg", whole), &notes);
+    readImage(file("whole.jpg", whole), &notes);
     EXPECT_TRUE(notes.empty());
     const cv::Mat picture =
-        readPicture(file("cut.jpg", whole.substr(0, whole.size() * 3 / 4)), &notes);
+        readImage(file("cut.jpg", whole.substr(0, whole.size() * 3 / 4)), &notes);
     EXPECT_EQ(picture.size(), cv::Size(160, 120));
     EXPECT_EQ(notes, Notes{"the file is cut off: its lower part is missing"});
-    EXPECT_EQ(cv::norm(picture.rowRange(0, 40),
-                       readPicture(directory / "whole.jpg").rowRange(0, 40), cv::NORM_INF),
+    EXPECT_EQ(cv::norm(picture.rowRange(0, 40), readImage(directory / "whole.jpg").rowRange(0, 40),
+                       cv::NORM_INF),
               0);
     notes.clear();
     const std::string progressive =
         encoded(".jpg", smoothPicture({160, 120}), {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
-    readPicture(file("cut.jpg", progressive.substr(0, progressive.size() * 3 / 4)), &notes);
+    readImage(file("cut.jpg", progressive.substr(0, progressive.size() * 3 / 4)), &notes);
     EXPECT_EQ(notes, Notes{"the file is cut off: its fine detail is missing"});
     for (std::size_t size = progressive.size() / 2; size < progressive.size(); size += 7) {
-        EXPECT_EQ(readPicture(file("cut.jpg", progressive.substr(0, size))).cols, 160) << size;
+        EXPECT_EQ(readImage(file("cut.jpg", progressive.substr(0, size))).cols, 160) << size;
     }
     EXPECT_EQ(problemOf("cut.jpg", whole.substr(0, 100)),
               "its header is damaged or cut off, expected a whole JPEG file");
@@ -759,7 +759,7 @@ TEST_F(ImageIo, ACutOffJpegOpensWithANote) {
 
 TEST_F(ImageIo, BytesBehindTheEndOfAJpegAreNoDamage) {
     Notes notes;
-    readPicture(file("a.jpg", encoded(".jpg", smoothPicture({16, 16})) + "trailer"), &notes);
+    readImage(file("a.jpg", encoded(".jpg", smoothPicture({16, 16})) + "trailer"), &notes);
     EXPECT_TRUE(notes.empty());
 }
 
@@ -776,7 +776,7 @@ TEST_F(ImageIo, OfSeveralPagesTheFirstIsReadWithANote) {
     cv::imwritemulti((directory / "p.tif").string(),
                      std::vector<cv::Mat>{first, randomPicture({9, 9}, CV_8UC3, 2)});
     Notes notes;
-    EXPECT_TRUE(samePicture(readPicture(directory / "p.tif", &notes), first));
+    EXPECT_TRUE(samePicture(readImage(directory / "p.tif", &notes), first));
     EXPECT_EQ(notes, Notes{"the file holds 2 pages: the first one is read"});
 }
 
@@ -831,7 +831,7 @@ TEST_F(ImageIo, TheHeaderReaderTakesAnyBytes) {
                 static_cast<char>(random.uniform(0, 256));
         }
         if (trial % 3 == 0) bytes.resize(static_cast<std::size_t>(random.uniform(0, 200)));
-        const PictureHeader header = readPictureHeader(bytes, ".jpg");
+        const ImageHeader header = readImageHeader(bytes, ".jpg");
         ASSERT_GE(header.orientation, 1);
         ASSERT_LE(header.orientation, 8);
     }
@@ -840,11 +840,11 @@ TEST_F(ImageIo, TheHeaderReaderTakesAnyBytes) {
 TEST_F(ImageIo, AnExrFileWithAPartThatIsLongerThanTheFileHasNoHeader) {
     // OpenEXR would take the 1.5 GB that the part claims
     std::string bytes = encoded(".exr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1)));
-    ASSERT_EQ(readPictureHeader(bytes, ".exr").columns, 2u);
+    ASSERT_EQ(readImageHeader(bytes, ".exr").columns, 2u);
     const std::size_t size = bytes.find('\0', bytes.find("lineOrder") + 10) + 1;
     bytes[size + 3] = 0x60;
-    EXPECT_EQ(readPictureHeader(bytes, ".exr").columns, 0u);
-    EXPECT_EQ(readPictureHeader(bytes.substr(0, 100), ".exr").columns, 0u);
+    EXPECT_EQ(readImageHeader(bytes, ".exr").columns, 0u);
+    EXPECT_EQ(readImageHeader(bytes.substr(0, 100), ".exr").columns, 0u);
 }
 
 TEST(OrOutOfMemory, NamesWhatIsToBlameAndLetsOtherErrorsPass) {
@@ -904,11 +904,11 @@ TEST_F(ImageIo, MemoryThatRunsOutBehindTheDecoderIsAnErrorOfTheFile) {
     };
     const int kOut = static_cast<int>(ErrorCode::OutOfMemory);
     // File and picture have room, three channels (48 MB) or floats (64 MB) have not.
-    EXPECT_EQ(codeOf(50, [&] { readPicture(directory / "grey.pgm"); }), kOut);
+    EXPECT_EQ(codeOf(50, [&] { readImage(directory / "grey.pgm"); }), kOut);
     EXPECT_EQ(codeOf(50, [&] { readDepthImage(directory / "grey.pgm"); }), kOut);
     EXPECT_EQ(codeOf(50, [&] { readDepthSamples(directory / "grey.pgm"); }), 101);
     const cv::Mat picture = randomPicture({4000, 4000}, CV_8UC3, 1);
-    EXPECT_EQ(codeOf(16, [&] { writePicture(directory / "out.png", picture); }), kOut);
+    EXPECT_EQ(codeOf(16, [&] { writeImage(directory / "out.png", picture); }), kOut);
     EXPECT_FALSE(fs::exists(directory / "out.png"));
 }
 
@@ -949,23 +949,23 @@ std::string chunkNames(const std::string& png) {
 } // namespace
 
 TEST_F(ImageIo, PngFilesHoldThePictureAndNothingElse) {
-    writePicture(directory / "a.png", randomPicture({20, 10}, CV_8UC3, 1));
+    writeImage(directory / "a.png", randomPicture({20, 10}, CV_8UC3, 1));
     EXPECT_EQ(chunkNames(slurp(directory / "a.png")), "IHDRIDATIEND");
 }
 
 TEST_F(ImageIo, NativesAreMarkedInPngFiles) {
     const cv::Mat picture = randomPicture({20, 10}, CV_8UC3, 1);
     const fs::path native = directory / "native.png";
-    writePicture(native, picture, PictureMark::Native);
+    writeImage(native, picture, ImageMark::Native);
     const std::string png = slurp(native);
     EXPECT_EQ(chunkNames(png), "IHDRtEXtIDATIEND");
     EXPECT_NE(png.find(std::string("tEXtaltiro3D\0Native", 19)), std::string::npos);
     imageData(png); // checks each sum
-    EXPECT_TRUE(samePicture(readPicture(native), picture));
+    EXPECT_TRUE(samePicture(readImage(native), picture));
     EXPECT_TRUE(isMarkedNative(native));
 
-    writePicture(directory / "plain.png", picture);
-    writePicture(directory / "native.tif", picture, PictureMark::Native);
+    writeImage(directory / "plain.png", picture);
+    writeImage(directory / "native.tif", picture, ImageMark::Native);
     // the words alone are no mark: not after the pixels' end, not with another keyword
     const std::string text = "tEXt" + std::string("altiro3D\0Native", 15);
     file("tail.png", slurp(directory / "plain.png") + text);
@@ -993,7 +993,7 @@ TEST_F(ImageIo, PngFilesOfAnyShapeAreSoundAndReadBack) {
              {randomPicture(size, type, 9), smooth, cv::Mat(size, type, cv::Scalar(0, 200, 77)),
               cv::Mat(smooth.t())}) {
             const fs::path path = directory / "a.png";
-            writePicture(path, picture);
+            writeImage(path, picture);
             const cv::Mat back = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
             EXPECT_TRUE(samePicture(back, picture)) << size << cv::typeToString(type);
             const std::string data = imageData(slurp(path));
@@ -1011,35 +1011,35 @@ TEST_F(ImageIo, PngFilesOfAnyShapeAreSoundAndReadBack) {
 
 TEST_F(ImageIo, PngFilesAreSmallAndTheSameForAnyNumberOfThreads) {
     const cv::Mat flat(1000, 1200, CV_8UC3, cv::Scalar(1, 2, 3));
-    writePicture(directory / "flat.png", flat);
+    writeImage(directory / "flat.png", flat);
     EXPECT_LT(fs::file_size(directory / "flat.png"), flat.total() / 50);
     const cv::Mat smooth = smoothPicture({1200, 1000});
-    writePicture(directory / "smooth.png", smooth);
+    writeImage(directory / "smooth.png", smooth);
     EXPECT_LT(fs::file_size(directory / "smooth.png"), encoded(".png", smooth).size());
     const RestoredThreads restored;
     for (const int count : {1, 2, 5}) {
         cv::setNumThreads(count);
-        writePicture(directory / "again.png", smooth);
+        writeImage(directory / "again.png", smooth);
         EXPECT_EQ(slurp(directory / "again.png"), slurp(directory / "smooth.png")) << count;
     }
 }
 
 TEST_F(ImageIo, JpegIsWrittenAtQuality95) {
     const cv::Mat picture = smoothPicture({40, 30});
-    writePicture(directory / "a.jpg", picture);
+    writeImage(directory / "a.jpg", picture);
     EXPECT_EQ(slurp(directory / "a.jpg"), encoded(".jpg", picture, {cv::IMWRITE_JPEG_QUALITY, 95}));
 }
 
 TEST_F(ImageIo, SixteenBitsAreRoundedForFormatsOfEight) {
     const cv::Mat deep(8, 8, CV_16UC3, cv::Scalar(128, 129, 65535));
-    writePicture(directory / "a.bmp", deep);
-    EXPECT_TRUE(samePicture(readPicture(directory / "a.bmp"),
-                            cv::Mat(8, 8, CV_8UC3, cv::Scalar(0, 1, 255))));
+    writeImage(directory / "a.bmp", deep);
+    EXPECT_TRUE(
+        samePicture(readImage(directory / "a.bmp"), cv::Mat(8, 8, CV_8UC3, cv::Scalar(0, 1, 255))));
 }
 
 TEST_F(ImageIo, WhatCannotBeWrittenIsRefusedWithAReason) {
     const auto problem = [&](const char* name, const cv::Mat& picture) {
-        const std::string said = errorOf([&] { writePicture(directory / name, picture); });
+        const std::string said = errorOf([&] { writeImage(directory / name, picture); });
         const std::string subject = (directory / name).string() + ": ";
         return said.rfind(subject, 0) == 0 ? said.substr(subject.size()) : said;
     };
@@ -1069,19 +1069,18 @@ TEST_F(ImageIo, WhatCannotBeWrittenIsRefusedWithAReason) {
 TEST_F(ImageIo, AFullDiskIsNamed) {
     if (!fs::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
     fs::create_symlink("/dev/full", directory / "full.png");
-    EXPECT_EQ(errorOf([&] {
-                  writePicture(directory / "full.png", cv::Mat(4, 4, CV_8UC1, cv::Scalar()));
-              }),
-              (directory / "full.png").string() + ": cannot be written: No space left on device");
+    EXPECT_EQ(
+        errorOf([&] { writeImage(directory / "full.png", cv::Mat(4, 4, CV_8UC1, cv::Scalar())); }),
+        (directory / "full.png").string() + ": cannot be written: No space left on device");
 }
 
 TEST_F(ImageIo, WhatCanBeWrittenIsToldByTheExtension) {
     for (const char* name : {"a.png", "a.PNG", "d/a.Jpg", "a.jpeg", "a.tif", "a.TIFF", "a.webp",
                              "a.bmp", "a.ppm", "a.pgm", "a.jp2", "a.b.png"}) {
-        EXPECT_TRUE(canWritePicture(name)) << name;
+        EXPECT_TRUE(canWriteImage(name)) << name;
     }
     for (const char* name : {"a", "", ".png", "a.gif", "a.png.tmp", "a.mp4", "png", "a.exr"}) {
-        EXPECT_FALSE(canWritePicture(name)) << name;
+        EXPECT_FALSE(canWriteImage(name)) << name;
     }
 }
 
@@ -1115,18 +1114,18 @@ TEST_F(ImageIo, ADirectorysPicturesAreListedInNaturalOrder) {
     fs::create_directory(directory / "folder.png");
     fs::create_symlink("nowhere.png", directory / "broken.png");
     std::vector<std::string> names;
-    for (const fs::path& path : listPictures(directory.path())) {
+    for (const fs::path& path : listImages(directory.path())) {
         names.push_back(path.filename().string());
     }
     EXPECT_EQ(names, (std::vector<std::string>{"View1.jpg", "view9.PNG", "view10.png"}));
     fs::create_directory_symlink("loop", directory / "loop");
-    EXPECT_EQ(errorOf([&] { listPictures(directory / "loop"); }),
+    EXPECT_EQ(errorOf([&] { listImages(directory / "loop"); }),
               (directory / "loop").string() +
                   ": cannot be listed: Too many levels of symbolic links, expected a directory");
-    EXPECT_EQ(errorOf([&] { listPictures(directory / "none"); }),
+    EXPECT_EQ(errorOf([&] { listImages(directory / "none"); }),
               (directory / "none").string() +
                   ": does not exist, expected a directory with pictures");
-    EXPECT_EQ(errorOf([&] { listPictures(directory / "notes.txt"); }),
+    EXPECT_EQ(errorOf([&] { listImages(directory / "notes.txt"); }),
               (directory / "notes.txt").string() +
                   ": cannot be listed: Not a directory, expected a directory");
 }

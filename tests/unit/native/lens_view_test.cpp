@@ -1,7 +1,7 @@
 #include "altiro3D/lens_view.hpp"
 
 #include "altiro3D/display.hpp"
-#include "altiro3D/picture_quality.hpp"
+#include "altiro3D/image_quality.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "support/compare.hpp"
 #include "support/displays.hpp"

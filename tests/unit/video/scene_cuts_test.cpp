@@ -1,6 +1,6 @@
 #include "altiro3D/scene_cuts.hpp"
 #include "altiro3D/video_reader.hpp"
-#include "image/shrink.hpp"
+#include "image/downscale.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
@@ -56,13 +56,13 @@ cv::Mat greyNoise(cv::Size size, int seed) {
 
 TEST(SmallPicture, IsTheMeanOfEqualBlocks) {
     const cv::Mat photo = randomPhoto(cv::Size(4 * kSmallSide, 8), 3);
-    const cv::Mat small = smallPicture(photo);
+    const cv::Mat small = smallImage(photo);
     ASSERT_EQ(small.size(), cv::Size(kSmallSide, 2));
     cv::Mat expected;
     cv::resize(photo, expected, small.size(), 0, 0, cv::INTER_AREA);
     EXPECT_TRUE(samePicture(small, expected, 1)); // halves are rounded in other ways
     for (const cv::Size size : {cv::Size(1, 1), cv::Size(1, 5000), cv::Size(5000, 1)}) {
-        const cv::Mat thin = smallPicture(randomPhoto(size));
+        const cv::Mat thin = smallImage(randomPhoto(size));
         EXPECT_GE(std::min(thin.cols, thin.rows), 1);
         EXPECT_LE(std::max(thin.cols, thin.rows), kSmallSide);
     }

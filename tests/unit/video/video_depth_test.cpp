@@ -91,8 +91,8 @@ TEST(VideoDepth, OptionsNameFieldValueAndRange) {
               "every: is 1001, expected a whole number 0..1000");
     EXPECT_EQ(errorWith([](VideoDepthOptions& o) { o.longestGap = 0; }),
               "longestGap: is 0, expected a whole number 1..1000");
-    EXPECT_EQ(errorWith([](VideoDepthOptions& o) { o.mostNew = std::nan(""); }),
-              "mostNew: is nan, expected 0..1");
+    EXPECT_EQ(errorWith([](VideoDepthOptions& o) { o.maxChangedShare = std::nan(""); }),
+              "maxChangedShare: is nan, expected 0..1");
     EXPECT_EQ(errorWith([](VideoDepthOptions& o) { o.steadiness = 1; }),
               "steadiness: is 1, expected 0..0.99");
     EXPECT_EQ(errorOf([] { VideoDepth(nullptr, DepthKind::Metric); }),
@@ -100,7 +100,7 @@ TEST(VideoDepth, OptionsNameFieldValueAndRange) {
     const VideoDepth video([](const cv::Mat&, cv::Mat&) {}, DepthKind::Metric, {7, 40, 0.25, 0.5});
     EXPECT_EQ(video.options().every, 7);
     EXPECT_EQ(video.options().longestGap, 40);
-    EXPECT_EQ(video.options().mostNew, 0.25);
+    EXPECT_EQ(video.options().maxChangedShare, 0.25);
     EXPECT_EQ(video.options().steadiness, 0.5);
 }
 

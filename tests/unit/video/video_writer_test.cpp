@@ -576,7 +576,7 @@ TEST(VideoWriter, DamagedSoundIsLeftOutWithANote) {
 }
 
 TEST(VideoWriter, SoundOfTimesThatNoNumberHoldsIsLeftOut) {
-    constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+    constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
     const auto taken = [](std::int64_t pts, std::int64_t duration, std::int64_t origin) {
         OtherStreams others;
         OtherStream& stream = others.streams.emplace_back();
@@ -594,10 +594,10 @@ TEST(VideoWriter, SoundOfTimesThatNoNumberHoldsIsLeftOut) {
         return others.pop(0, std::nullopt, {1, 1000});
     };
     EXPECT_EQ(taken(7000000, 1, 5)->pts, 2000000);
-    EXPECT_EQ(taken(7000000, kMost, 5)->pts, 2000000);
-    EXPECT_EQ(taken(kMost, 1, 0), nullptr);
-    EXPECT_EQ(taken(-kMost, 1, 5), nullptr);
-    EXPECT_EQ(taken(7, 1, kMost / 3), nullptr) << "the origin is none in the stream's unit";
+    EXPECT_EQ(taken(7000000, kMax, 5)->pts, 2000000);
+    EXPECT_EQ(taken(kMax, 1, 0), nullptr);
+    EXPECT_EQ(taken(-kMax, 1, 5), nullptr);
+    EXPECT_EQ(taken(7, 1, kMax / 3), nullptr) << "the origin is none in the stream's unit";
 }
 
 TEST(VideoWriter, ChaptersOfTimesThatNoNumberHoldsAreLeftOut) {

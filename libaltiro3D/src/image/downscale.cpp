@@ -1,4 +1,4 @@
-#include "image/shrink.hpp"
+#include "image/downscale.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace altiro3D {
 
-cv::Size shrunkSize(cv::Size size, int longestSide) {
+cv::Size downscaledSize(cv::Size size, int longestSide) {
     const int longSide = std::max(size.width, size.height);
     if (longSide <= longestSide) return size;
     const auto scaled = [&](int side) {
@@ -22,8 +22,8 @@ cv::Size shrunkSize(cv::Size size, int longestSide) {
 // Reads the photo and writes its area average with at most `longestSide` px per side; memory limits
 // the speed. Integer sums make the result exact. The blocks are placed symmetrically, so a mirrored
 // photo gives the mirrored result.
-cv::Mat shrink(const cv::Mat& photo, int longestSide) {
-    const cv::Size size = shrunkSize(photo.size(), longestSide);
+cv::Mat downscale(const cv::Mat& photo, int longestSide) {
+    const cv::Size size = downscaledSize(photo.size(), longestSide);
     if (size == photo.size()) return photo.clone();
     cv::Mat small(size, CV_8UC3);
     const auto blockBegin = [](int i, int from, int to) {

@@ -12,3 +12,6 @@ if(ALTIRO3D_SANITIZE)
     $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>) # GCC is mistaken about the standard library's code with sanitizers
   target_link_options(altiro3D_warnings INTERFACE -fsanitize=${ALTIRO3D_SANITIZE})
 endif()
+# Tests call functions for what they throw, without a use for the result.
+add_library(altiro3D_test_warnings INTERFACE)
+target_compile_options(altiro3D_test_warnings INTERFACE -Wno-unused-result)

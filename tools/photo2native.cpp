@@ -303,7 +303,7 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
                           {"focus", options.views.focus},
                           {"fit", fitName(options.fit)},
                           {"keepResolution", options.keepResolution},
-                          {"road", pathName(run.maker)},
+                          {"path", pathName(run.maker)},
                           {"continuous", options.positions == ViewPositions::Continuous},
                           {"depth", run.depth.description()},
                           {"depthImages", run.depth.fromFiles()},

@@ -39,7 +39,7 @@ Views chooseViews(const CommandLine& commandLine, const std::optional<Calibratio
     if (!aspect && display) aspect = static_cast<double>(display->screenW) / display->screenH;
     const ResolvedQuilt resolved = resolveLayout(
         request, display ? defaultQuilt(*display) : QuiltLayout(), aspect.value_or(1));
-    if (aspect) messages.warn(resolved.warnings); // else it is not known which reading is right
+    if (aspect) messages.warn(resolved.notes); // else it is not known which reading is right
     const cv::Size tile = resolved.layout.tileSize;
     return {resolved.layout, aspect.value_or(static_cast<double>(tile.width) / tile.height)};
 }

@@ -7,7 +7,7 @@
 // order, 0 = unrelated, -1 = reversed) for a plain vertical gradient, the built-in estimator and
 // FastDepth. What is missing is named and left out.
 
-#include "altiro3D/depth_cues.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"

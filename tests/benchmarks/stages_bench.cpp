@@ -79,9 +79,9 @@ cv::Point quiltPixel(const LensGeometry& g, const QuiltLayout& layout, int x, in
 }
 
 // A display and, made when they are first asked for, the pictures and tables that belong to it.
-class Display {
+class BenchDisplay {
   public:
-    Display(std::string displayName, Calibration displayCalibration, QuiltLayout quiltLayout)
+    BenchDisplay(std::string displayName, Calibration displayCalibration, QuiltLayout quiltLayout)
         : name(std::move(displayName)), calibration(std::move(displayCalibration)),
           layout(quiltLayout) {}
 
@@ -204,15 +204,15 @@ void copyBytes(benchmark::State& state, std::size_t bytes) {
                             static_cast<std::int64_t>(state.iterations()));
 }
 
-void BM_CopyNative(benchmark::State& state, const Display& display) {
+void BM_CopyNative(benchmark::State& state, const BenchDisplay& display) {
     copyBytes(state, display.nativeBytes());
 }
 
-void BM_CopyQuilt(benchmark::State& state, const Display& display) {
+void BM_CopyQuilt(benchmark::State& state, const BenchDisplay& display) {
     copyBytes(state, static_cast<std::size_t>(display.layout.size().area()) * 3);
 }
 
-void BM_CopyLut(benchmark::State& state, const Display& display) {
+void BM_CopyLut(benchmark::State& state, const BenchDisplay& display) {
     copyBytes(state, display.lutBytes());
 }
 
@@ -220,7 +220,7 @@ void BM_CopyLut(benchmark::State& state, const Display& display) {
 // of 64 bytes that hold a sample it needs (memory hands out no less) and one byte of table per
 // sub-pixel (which view), and writes the Native. A memcpy of n bytes reads n and writes n, so n is
 // half of the sum.
-void BM_CopyQuiltToNative(benchmark::State& state, const Display& display) {
+void BM_CopyQuiltToNative(benchmark::State& state, const BenchDisplay& display) {
     const cv::Size quilt = display.layout.size();
     const std::size_t rowBytes = 3 * static_cast<std::size_t>(quilt.width);
     std::vector<char> lines(rowBytes * static_cast<std::size_t>(quilt.height) / 64 + 1);
@@ -241,7 +241,7 @@ void BM_CopyQuiltToNative(benchmark::State& state, const Display& display) {
 
 // ---- the look-up table
 
-void BM_LutBuild(benchmark::State& state, const Display& display) {
+void BM_LutBuild(benchmark::State& state, const BenchDisplay& display) {
     for (int i = 0; i < 2; ++i) { // the second time in memory that the system had at hand
         const NativeLut built(display.calibration, display.layout);
         for (int k = 0; k < 3; ++k)
@@ -254,7 +254,7 @@ void BM_LutBuild(benchmark::State& state, const Display& display) {
     }
 }
 
-void BM_LutLoad(benchmark::State& state, const Display& display) {
+void BM_LutLoad(benchmark::State& state, const BenchDisplay& display) {
     const auto file = std::filesystem::temp_directory_path() /
                       ("altiro3D-bench-" + std::to_string(getpid()) + ".map");
     display.lut().save(file);
@@ -276,13 +276,13 @@ void BM_LutLoad(benchmark::State& state, const Display& display) {
 // Bytes of what a network gives and what it becomes; a memcpy of n bytes reads n and writes n.
 constexpr int kNetworkSide = 256;
 
-void BM_CopyFitDepth(benchmark::State& state, const Display& display) {
+void BM_CopyFitDepth(benchmark::State& state, const BenchDisplay& display) {
     const auto pixels = static_cast<std::size_t>(display.photo().total());
     // reads depth and photo, writes depth
     copyBytes(state, (sizeof(float) * kNetworkSide * kNetworkSide + 7 * pixels) / 2);
 }
 
-void BM_FitDepth(benchmark::State& state, const Display& display) {
+void BM_FitDepth(benchmark::State& state, const BenchDisplay& display) {
     cv::Mat small;
     cv::resize(display.depth(), small, {kNetworkSide, kNetworkSide}, 0, 0, cv::INTER_AREA);
     const cv::Rect2d whole(0, 0, small.cols, small.rows);
@@ -298,7 +298,7 @@ void BM_FitDepth(benchmark::State& state, const Display& display) {
 
 // ---- photo and depth to quilt
 
-void renderQuilts(benchmark::State& state, const Display& display, ViewMethod method) {
+void renderQuilts(benchmark::State& state, const BenchDisplay& display, ViewMethod method) {
     const Depth2Quilt maker(display.layout, methodOf(method));
     cv::Mat result;
     maker.render(display.photo(), display.depth(), result);
@@ -311,19 +311,19 @@ void renderQuilts(benchmark::State& state, const Display& display, ViewMethod me
     }
 }
 
-void BM_QuiltFast(benchmark::State& state, const Display& display) {
+void BM_QuiltFast(benchmark::State& state, const BenchDisplay& display) {
     renderQuilts(state, display, ViewMethod::Fast);
 }
-void BM_QuiltReal(benchmark::State& state, const Display& display) {
+void BM_QuiltReal(benchmark::State& state, const BenchDisplay& display) {
     renderQuilts(state, display, ViewMethod::Real);
 }
-void BM_QuiltLayered(benchmark::State& state, const Display& display) {
+void BM_QuiltLayered(benchmark::State& state, const BenchDisplay& display) {
     renderQuilts(state, display, ViewMethod::Layered);
 }
 
 // ---- quilt to Native
 
-void BM_QuiltToNative(benchmark::State& state, const Display& display) {
+void BM_QuiltToNative(benchmark::State& state, const BenchDisplay& display) {
     const Quilt2Native renderer(display.lut());
     cv::Mat native;
     renderer.render(display.quilt(), native);
@@ -335,7 +335,7 @@ void BM_QuiltToNative(benchmark::State& state, const Display& display) {
 }
 
 // The same table by OpenCV: the quilt's colours apart, each one through its map, and together.
-void BM_CvRemapNearest(benchmark::State& state, const Display& display) {
+void BM_CvRemapNearest(benchmark::State& state, const BenchDisplay& display) {
     std::vector<cv::Mat> maps; // blue, green, red; a map of whole px is one of CV_16SC2
     for (int k = 2; k >= 0; --k) {
         const cv::Mat& table = display.lut().channel(k);
@@ -359,7 +359,7 @@ void BM_CvRemapNearest(benchmark::State& state, const Display& display) {
 }
 
 // Without a table: the phase of every sub-pixel in double, when it is needed.
-void BM_NativeDirectNoLut(benchmark::State& state, const Display& display) {
+void BM_NativeDirectNoLut(benchmark::State& state, const BenchDisplay& display) {
     const LensGeometry g = lensGeometry(display.calibration);
     const QuiltLayout& layout = display.layout;
     const cv::Mat& quilt = display.quilt();
@@ -395,7 +395,7 @@ void BM_NativeDirectNoLut(benchmark::State& state, const Display& display) {
 
 // Some rows of some views by the formula in double. cv::remap places samples in steps of 1/32 px
 // and rounds, which moves a value by at most 1/64 of the step between two px, and 1.
-void checkViews(const Display& display, const cv::Mat& quilt) {
+void checkViews(const BenchDisplay& display, const cv::Mat& quilt) {
     const double focus = ViewOptions().focus;
     const cv::Mat& photo = display.photo();
     for (int view : {0, display.layout.viewCount / 3, display.layout.viewCount - 1}) {
@@ -419,7 +419,7 @@ void checkViews(const Display& display, const cv::Mat& quilt) {
     }
 }
 
-void BM_PaperPipeline(benchmark::State& state, const Display& display) {
+void BM_PaperPipeline(benchmark::State& state, const BenchDisplay& display) {
     PaperPipeline pipeline(display.layout, display.lut());
     pipeline.run(display.photo(), display.depth());
     checkViews(display, pipeline.quilt());
@@ -448,7 +448,7 @@ cv::Mat sample(const char* file, int flags) {
     return picture;
 }
 
-void renderNatives(benchmark::State& state, const Display& display, const DirectPath& path) {
+void renderNatives(benchmark::State& state, const BenchDisplay& display, const DirectPath& path) {
     cv::Mat photo = display.photo();
     cv::Mat depth = display.depth();
     if (path.busy) {
@@ -485,27 +485,27 @@ void renderNatives(benchmark::State& state, const Display& display, const Direct
     }
 }
 
-void BM_NativeFast(benchmark::State& state, const Display& display) {
+void BM_NativeFast(benchmark::State& state, const BenchDisplay& display) {
     renderNatives(state, display, {methodOf(ViewMethod::Fast)});
 }
-void BM_NativeFastRefined(benchmark::State& state, const Display& display) {
+void BM_NativeFastRefined(benchmark::State& state, const BenchDisplay& display) {
     DirectPath path{methodOf(ViewMethod::Fast)};
     path.options.refinement = 2;
     renderNatives(state, display, path);
 }
-void BM_NativeFastContinuous(benchmark::State& state, const Display& display) {
+void BM_NativeFastContinuous(benchmark::State& state, const BenchDisplay& display) {
     renderNatives(state, display, {methodOf(ViewMethod::Fast), ViewPositions::Continuous});
 }
-void BM_NativeLayered(benchmark::State& state, const Display& display) {
+void BM_NativeLayered(benchmark::State& state, const BenchDisplay& display) {
     renderNatives(state, display, {methodOf(ViewMethod::Layered)});
 }
-void BM_NativeLayeredBusy(benchmark::State& state, const Display& display) {
+void BM_NativeLayeredBusy(benchmark::State& state, const BenchDisplay& display) {
     renderNatives(state, display, {methodOf(ViewMethod::Layered), ViewPositions::Discrete, true});
 }
-void BM_NativeLayeredContinuous(benchmark::State& state, const Display& display) {
+void BM_NativeLayeredContinuous(benchmark::State& state, const BenchDisplay& display) {
     renderNatives(state, display, {methodOf(ViewMethod::Layered), ViewPositions::Continuous});
 }
-void BM_NativeLayeredPanelPixels(benchmark::State& state, const Display& display) {
+void BM_NativeLayeredPanelPixels(benchmark::State& state, const BenchDisplay& display) {
     renderNatives(state, display,
                   {methodOf(ViewMethod::Layered), ViewPositions::Continuous, false, true});
 }
@@ -541,7 +541,7 @@ struct Planes {
 constexpr ColourMatrix kMatrix = ColourMatrix::Bt709;
 constexpr ColourRange kRange = ColourRange::Limited;
 
-void BM_NativeToYuv(benchmark::State& state, const Display& display) {
+void BM_NativeToYuv(benchmark::State& state, const BenchDisplay& display) {
     const cv::Mat native = makePhoto(display.panel());
     const YuvWeights weights = yuvWeights(kMatrix, kRange, 8);
     Planes planes(native.size());
@@ -559,7 +559,7 @@ void BM_NativeToYuv(benchmark::State& state, const Display& display) {
     }
 }
 
-void BM_YuvToPicture(benchmark::State& state, const Display& display) {
+void BM_YuvToPicture(benchmark::State& state, const BenchDisplay& display) {
     const cv::Mat native = makePhoto(display.panel());
     Planes planes(native.size());
     planes.fill(native, yuvWeights(kMatrix, kRange, 8));
@@ -573,7 +573,7 @@ void BM_YuvToPicture(benchmark::State& state, const Display& display) {
     }
 }
 
-using Stage = void (*)(benchmark::State&, const Display&);
+using Stage = void (*)(benchmark::State&, const BenchDisplay&);
 
 // The time shown is real time; UseRealTime() would add to the names.
 template <class F>
@@ -583,13 +583,13 @@ void registerAs([[maybe_unused]] const std::string& name, [[maybe_unused]] const
 #endif
 }
 
-void registerYardstick(const std::string& name, Stage stage, const Display& display) {
+void registerYardstick(const std::string& name, Stage stage, const BenchDisplay& display) {
     registerAs(name + "/" + display.name,
                [stage, &display](benchmark::State& state) { stage(state, display); });
 }
 
 // All threads, and one.
-void registerStage(const std::string& name, Stage stage, const Display& display) {
+void registerStage(const std::string& name, Stage stage, const BenchDisplay& display) {
     for (bool one : {false, true}) {
         registerAs(name + "/" + display.name + (one ? "/threads:1" : ""),
                    [stage, &display, one](benchmark::State& state) {
@@ -599,7 +599,7 @@ void registerStage(const std::string& name, Stage stage, const Display& display)
     }
 }
 
-void registerAll(const Display& display) {
+void registerAll(const BenchDisplay& display) {
     registerYardstick("BM_CopyNative", BM_CopyNative, display);
     registerYardstick("BM_CopyQuilt", BM_CopyQuilt, display);
     registerYardstick("BM_CopyLut", BM_CopyLut, display);
@@ -627,7 +627,7 @@ void registerAll(const Display& display) {
 }
 
 // What grows with the number of views, and what does not.
-void registerViewCount(const Display& display) {
+void registerViewCount(const BenchDisplay& display) {
     registerStage("BM_NativeFast", BM_NativeFast, display);
     registerStage("BM_NativeLayered", BM_NativeLayered, display);
     registerStage("BM_PaperPipeline", BM_PaperPipeline, display);
@@ -638,10 +638,11 @@ void registerViewCount(const Display& display) {
 int main(int argc, char** argv) {
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-    const Display portrait("portrait", portraitCalibration(), {8, 6, {420, 560}, 48});
-    const Display large("8k", largeCalibration(), {5, 9, {819, 455}, 45});
-    const Display fewViews("portrait-12-views", portraitCalibration(), {4, 3, {420, 560}, 12});
-    const Display manyViews("portrait-192-views", portraitCalibration(), {16, 12, {420, 560}, 192});
+    const BenchDisplay portrait("portrait", portraitCalibration(), {8, 6, {420, 560}, 48});
+    const BenchDisplay large("8k", largeCalibration(), {5, 9, {819, 455}, 45});
+    const BenchDisplay fewViews("portrait-12-views", portraitCalibration(), {4, 3, {420, 560}, 12});
+    const BenchDisplay manyViews("portrait-192-views", portraitCalibration(),
+                                 {16, 12, {420, 560}, 192});
     registerAll(portrait);
     registerAll(large);
     registerViewCount(fewViews);

@@ -11,7 +11,7 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_depth.hpp"
-#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_io.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 

@@ -49,15 +49,15 @@ struct TemporaryDirectory {
 struct Setting {
     const char* name;
     const char* arguments; // of video2native
-    const char* preset;    // the plain way's
+    EncoderPreset preset;  // the plain way's
     double crf;
 };
 
 const Setting kSettings[] = {
-    {"live", "--profile live", "ultrafast", 20},
-    {"balanced", "", "superfast", 16},
-    {"balanced, --depth-every 8", "--depth-every 8", "superfast", 16},
-    {"balanced, --depth-every 1", "--depth-every 1", "superfast", 16},
+    {"live", "--profile live", EncoderPreset::UltraFast, 20},
+    {"balanced", "", EncoderPreset::SuperFast, 16},
+    {"balanced, --depth-every 8", "--depth-every 8", EncoderPreset::SuperFast, 16},
+    {"balanced, --depth-every 1", "--depth-every 1", EncoderPreset::SuperFast, 16},
 };
 
 // Frames a second of the plain serial way.

@@ -9,7 +9,7 @@
 // the cameras at the sides. The second: time of one view in a quilt of 48, one thread, by the side
 // of method Fast. What is missing is named and left out.
 
-#include "altiro3D/image_quality.hpp"
+#include "altiro3D/trade.hpp"
 #include "support/files.hpp"
 #include "views/view_methods.hpp"
 #include "views/view_renderer.hpp"

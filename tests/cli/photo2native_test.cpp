@@ -105,7 +105,7 @@ TEST(Photo2Native, BothPathsGiveTheSameNative) {
     const auto native = [&](const Arguments& arguments, const char* path) {
         EXPECT_TRUE(isDone(studio.run(kTool, arguments + photo)));
         const Json report = Json::parse(slurp(studio / "r.json"));
-        EXPECT_EQ(report.at("settings").at("road"), path);
+        EXPECT_EQ(report.at("settings").at("path"), path);
         EXPECT_FALSE(report.at("settings").at("continuous").get<bool>());
         const Json& stages = report.at("pictures").at(0).at("milliseconds");
         EXPECT_TRUE(stages.contains("native"));
@@ -174,7 +174,7 @@ TEST(Photo2Native, ContinuousPositionsChangeTheNativeAlone) {
               slurp(studio / "discrete_qs3x2a0.75.png"));
     const Json report = Json::parse(slurp(studio / "r.json"));
     EXPECT_TRUE(report.at("settings").at("continuous").get<bool>());
-    EXPECT_EQ(report.at("settings").at("road"), "direct");
+    EXPECT_EQ(report.at("settings").at("path"), "direct");
     EXPECT_TRUE(report.at("pictures").at(0).at("milliseconds").contains("views")); // the quilt's
     EXPECT_TRUE(samePicture(make({"--continuous", "-j", "1"}), continuous));
     EXPECT_TRUE(samePicture(make({"--continuous", "--view-filter", "nearest"}), continuous));

@@ -16,8 +16,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         [](const cv::Mat& picture, cv::Mat& raw) { cv::extractChannel(picture, raw, 1); },
         DepthKind::NearWhite);
     fuzz::reads([&] {
-        depth.setState(bytes);
-        fuzz::require(depth.state() == bytes, "a state comes back as it was");
+        depth.setState({bytes});
+        fuzz::require(depth.state().bytes == bytes, "a state comes back as it was");
         cv::Mat picture(12, 16, CV_8UC3);
         cv::RNG(1).fill(picture, cv::RNG::UNIFORM, 0, 255); // the same for every input
         cv::Mat map;

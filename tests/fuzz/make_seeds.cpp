@@ -4,7 +4,7 @@
 
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/video_depth.hpp"
-#include "altiro3D/video_writer.hpp"
+#include "altiro3D/video_io.hpp"
 #include "video_samples.hpp"
 
 #include <cstdio>
@@ -263,7 +263,7 @@ void addStates(const fs::path& root) {
     cv::randu(picture, 0, 255);
     cv::Mat map;
     for (int i = 0; i < 3; ++i) {
-        const std::string state = depth.state();
+        const std::string state = depth.state().bytes;
         seeds.add(state.substr(0, state.size() - sizeof(std::uint64_t)));
         depth.next(picture, map);
         picture += cv::Scalar::all(5);

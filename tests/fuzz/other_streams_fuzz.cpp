@@ -1,7 +1,6 @@
 // What writers make of the sound, subtitles, chapters, attachments and tags of a foreign video.
 
-#include "altiro3D/video_reader.hpp"
-#include "altiro3D/video_writer.hpp"
+#include "altiro3D/video_io.hpp"
 #include "fuzz.hpp"
 #include "video_samples.hpp"
 
@@ -16,7 +15,7 @@ constexpr const char* kNames[] = {"a.mkv", "a.mp4", "a.mov", "a.m4v"};
 
 VideoWriterOptions optionsFor(const std::string& name, unsigned without) {
     VideoWriterOptions options = fuzz::videoOptions();
-    options.preset = "ultrafast";
+    options.preset = EncoderPreset::UltraFast;
     if (name == "a.mov") options.codec = VideoCodec::ProRes;
     if (name == "a.mp4" || name == "a.m4v") options.codec = VideoCodec::H264;
     options.audio = (without & 1U) == 0;
@@ -71,8 +70,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         options.timeBase = reader.facts().timeBase;
         Notes notes;
         ((way & 16U) != 0 ? writeSegments : writeAtOnce)(reader, target, options, notes);
-        for (const std::string& note : notes)
-            fuzz::require(note.find('\n') == std::string::npos, "a note is one line");
+        for (const Note& note : notes)
+            fuzz::require(note.text.find('\n') == std::string::npos, "a note is one line");
     });
     if (written && std::filesystem::exists(target)) {
         VideoReaderOptions known; // sound may look like another container to FFmpeg's guess

@@ -1,6 +1,6 @@
 // Videos through FFmpeg's demuxers and decoders: what our reader makes of them.
 
-#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_io.hpp"
 #include "fuzz.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // run.json of an unfinished video; beside it lie a segment of two frames and a state.
 
-#include "altiro3D/resumable_video.hpp"
+#include "altiro3D/video_io.hpp"
 #include "fuzz.hpp"
 #include "video_samples.hpp"
 

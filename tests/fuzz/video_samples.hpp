@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/resumable_video.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include <fstream>
 #include <iterator>
@@ -28,7 +28,7 @@ inline ResumableVideoOptions runOptions(bool resume) {
     ResumableVideoOptions options;
     options.segmentFrames = 2;
     options.resume = resume;
-    options.settings = R"({"method": "layered"})";
+    options.settings = {{"method", "layered"}};
     return options;
 }
 

@@ -49,7 +49,7 @@ TEST(ViewerDocument, ThePngFileOfANativeSaysSoWhateverItsName) {
     const Document other = documentAt("a.png", sampleDisplay({96, 128}));
     EXPECT_EQ(other.kind, Kind::Scene);
     ASSERT_EQ(other.notes.size(), 1U);
-    EXPECT_NE(other.notes[0].find("but not of this display's 96 x 128 px"), std::string::npos);
+    EXPECT_NE(other.notes[0].text.find("but not of this display's 96 x 128 px"), std::string::npos);
 }
 
 TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {
@@ -139,7 +139,7 @@ TEST(ViewerDocument, ADepthImageOfAVideoIsSaidToBeUnused) {
     const Document document =
         readDocument({folder / "v.mkv", folder / "d.png", Reading::Automatic}, sampleDisplay());
     ASSERT_EQ(document.notes.size(), 1U);
-    EXPECT_NE(document.notes[0].find("d.png: is not used"), std::string::npos);
+    EXPECT_NE(document.notes[0].text.find("d.png: is not used"), std::string::npos);
 }
 
 TEST(ViewerDocument, PhotosAndTheirDepthImagesBecomeOne) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include <filesystem>
 #include <gtest/gtest.h>

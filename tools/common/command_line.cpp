@@ -1,7 +1,7 @@
 #include "common/command_line.hpp"
 
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/video_writer.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -308,7 +308,7 @@ bool CommandLine::has(const std::string& option) const {
            parser_.isSet(fromBytes(option));
 }
 
-std::vector<std::string> CommandLine::calibrationWarnings() const {
+std::vector<std::string> CommandLine::warnings() const {
     std::vector<std::string> all;
     for (const auto& [option, why] : dropped_) {
         if (parser_.isSet(fromBytes(option)))

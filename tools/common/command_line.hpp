@@ -53,7 +53,7 @@ class CommandLine {
     /// where the tool already has an option of that name.
     void addOldName(const std::string& option, const std::string& oldName);
     /// An option of earlier versions, for scripts that use it: it has no effect, has() is false,
-    /// and calibrationWarnings() says so. The help does not name it.
+    /// and warnings() says so. The help does not name it.
     /// @param why it left
     void addDropped(const std::string& name, const std::string& why,
                     const std::string& valueName = {});
@@ -74,7 +74,7 @@ class CommandLine {
     /// @param all also the options that few people need
     std::string help(bool all) const;
     /// Warnings about the arguments: options that have no effect any more.
-    std::vector<std::string> calibrationWarnings() const;
+    std::vector<std::string> warnings() const;
     /// The manual page for man(1): the help and the chapters that are in the manual only.
     /// @param version of the package
     std::string manPage(const std::string& version) const;

@@ -1,7 +1,7 @@
 #include "common/display_options.hpp"
 
-#include "altiro3D/data_directories.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -470,9 +470,9 @@ ResolvedQuilt resolveLayout(const QuiltRequest& request, const QuiltLayout& stan
                             double panelAspect) {
     try {
         ResolvedQuilt resolved = resolveQuilt(request, standard, panelAspect);
-        for (std::string& warning : resolved.warnings)
-            warning += request.tileSize ? " (-q takes rows x columns, -r height x width)"
-                                        : " (-q takes rows x columns)";
+        for (Note& note : resolved.notes)
+            note.text += request.tileSize ? " (-q takes rows x columns, -r height x width)"
+                                          : " (-q takes rows x columns)";
         return resolved;
     } catch (const Error& error) {
         throw inOptions(error);
@@ -515,7 +515,7 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& dis
     }
     // of a nameless quilt the map states what it is
     if (!display.map || request.grid || request.tileSize || request.name)
-        messages.warn(resolved.warnings);
+        messages.warn(resolved.notes);
     return layout;
 }
 

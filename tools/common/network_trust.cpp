@@ -1,6 +1,5 @@
 #include "common/network_trust.hpp"
 
-#include "altiro3D/data_directories.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"

@@ -2,7 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/video_writer.hpp"
+#include "altiro3D/video_io.hpp"
 #include "common/command_line.hpp"
 #include "common/run_tool.hpp"
 

@@ -2,7 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/video_writer.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include <algorithm>
 #include <map>

@@ -298,8 +298,8 @@ cv::Mat readPhotoFile(const std::filesystem::path& file, Messages& messages) {
         const QuietStandardError quiet;
         photo = readPhoto(file, &notes);
     }
-    for (const std::string& note : notes)
-        messages.warn(file.string() + ": " + note);
+    for (const Note& note : notes)
+        messages.warn(file.string() + ": " + note.text);
     return photo;
 }
 

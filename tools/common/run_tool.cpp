@@ -93,6 +93,11 @@ void Messages::warn(const std::vector<std::string>& lines) {
         warn(line);
 }
 
+void Messages::warn(const Notes& notes) {
+    for (const Note& note : notes)
+        warn(note.text);
+}
+
 void Messages::flushWarnings() {
     for (const std::string& line : waiting_)
         writeLine(stderr, tool_ + ": warning: " + line);
@@ -245,7 +250,7 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
             cv::setNumThreads(std::min(*threads, cv::getNumberOfCPUs()));
         }
         messages = Messages(commandLine.name(), commandLine.has("verbose"));
-        messages.warn(commandLine.calibrationWarnings());
+        messages.warn(commandLine.warnings());
         const int status = body(commandLine, messages);
         messages.flushWarnings();
         return finish(messages, status);

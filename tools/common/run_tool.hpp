@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/error.hpp"
 #include "common/command_line.hpp"
 
 #include <chrono>
@@ -38,6 +39,7 @@ class Messages {
     /// A warning; shown by flushWarnings(), the same text once only.
     void warn(const std::string& line);
     void warn(const std::vector<std::string>& lines);
+    void warn(const Notes& notes);
     /// A warning that holds for the subject only, which it names.
     void warnOfSubject(const std::string& line) { warn(ofSubject(line)); }
     /// Shows the warnings that wait.

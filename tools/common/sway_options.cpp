@@ -100,8 +100,10 @@ void writeSwayFile(const std::filesystem::path& file, cv::Size size, const SwayO
                    const SwayView& view) {
     Progress progress(static_cast<std::size_t>(framesPerTurn(options)) *
                       static_cast<std::size_t>(options.turns));
-    writeSway(file, size, options, view,
-              [&](int, int) { progress.step(file.filename().string()); });
+    writeSway(file, size, options, view, [&](const VideoProgress&) {
+        progress.step(file.filename().string());
+        return true;
+    });
     progress.clear();
 }
 

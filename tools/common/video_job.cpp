@@ -1,6 +1,6 @@
 #include "common/video_job.hpp"
 
-#include "altiro3D/video_converter.hpp"
+#include "altiro3D/video_conversion.hpp"
 #include "common/native_options.hpp"
 #include "common/picture_options.hpp"
 
@@ -204,7 +204,7 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     takeDepth(job, conversion);
     conversion.depthOptions = job.depthOptions;
     conversion.encoding = job.encoding;
-    conversion.settings = settingsText(commandLine);
+    conversion.settings = settingsOf(commandLine);
     if (commandLine.has("resume")) {
         conversion.unfinished = UnfinishedRun::Resume;
     } else if (commandLine.has("y")) {

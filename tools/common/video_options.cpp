@@ -13,15 +13,20 @@ namespace {
 
 // Measured: docs/tradeoff.md, docs/performance.md.
 const std::array<VideoProfile, 3> kProfiles = {{
-    {"live", ViewMethod::Fast, false, 0, "ultrafast", 20},
-    {"balanced", ViewMethod::Layered, false, 0, "superfast", 16},
-    {"best", ViewMethod::Layered, true, 1, "medium", 12},
+    {"live", ViewMethod::Fast, false, 0, EncoderPreset::UltraFast, 20},
+    {"balanced", ViewMethod::Layered, false, 0, EncoderPreset::SuperFast, 16},
+    {"best", ViewMethod::Layered, true, 1, EncoderPreset::Medium, 12},
 }};
 
-constexpr std::array<const char*, 9> kPresets = {
+constexpr std::array<const char*, 9> kPresets = { // in the order of EncoderPreset
+
     "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow"};
 
 } // namespace
+
+std::string presetName(EncoderPreset preset) {
+    return kPresets[static_cast<std::size_t>(preset)];
+}
 
 void addProfileOption(CommandLine& commandLine) {
     commandLine.add(
@@ -127,7 +132,7 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
     options.preset = profile.preset;
     if (commandLine.has("preset")) {
         const std::vector<std::string> presets(kPresets.begin(), kPresets.end());
-        options.preset = presets[*commandLine.choice("preset", presets)];
+        options.preset = static_cast<EncoderPreset>(*commandLine.choice("preset", presets));
     }
     options.audio = !commandLine.has("no-audio");
     options.subtitles = !commandLine.has("no-subtitles");

@@ -1,8 +1,7 @@
 #pragma once
 
 #include "altiro3D/depth2quilt.hpp"
-#include "altiro3D/video_reader.hpp"
-#include "altiro3D/video_writer.hpp"
+#include "altiro3D/video_io.hpp"
 #include "common/run_tool.hpp"
 
 #include <opencv2/core/types.hpp>
@@ -17,7 +16,7 @@ struct VideoProfile {
     ViewMethod method = ViewMethod::Layered;
     bool keep = false;  ///< views at the panel's resolution, cameras anywhere
     int depthEvery = 0; ///< see VideoDepthOptions
-    std::string preset; ///< of the encoder
+    EncoderPreset preset = EncoderPreset::SuperFast;
     double crf = 16;
 };
 
@@ -32,6 +31,9 @@ VideoProfile videoProfile(const std::string& name);
 void addVideoInputOptions(CommandLine& commandLine);
 /// @throws UsageError
 VideoReaderOptions videoReaderOptions(const CommandLine& commandLine);
+
+/// As --preset names it.
+std::string presetName(EncoderPreset preset);
 
 /// --codec --crf --preset --compat --no-audio --no-subtitles
 void addEncoderOptions(CommandLine& commandLine);

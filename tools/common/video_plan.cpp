@@ -1,6 +1,6 @@
 #include "common/video_plan.hpp"
 
-#include "altiro3D/resumable_video.hpp"
+#include "altiro3D/video_io.hpp"
 #include "common/outputs.hpp"
 #include "common/video_options.hpp"
 
@@ -82,8 +82,8 @@ void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
     outputs.check();
 }
 
-std::string settingsText(const CommandLine& commandLine) {
-    Json settings = Json::object();
+RunSettings settingsOf(const CommandLine& commandLine) {
+    RunSettings settings;
     for (const auto& [option, value] : commandLine.given()) {
         // What the last ones choose is compared, and not their names.
         constexpr std::array<const char*, 9> kOthers = {"y", "v", "resume", "progress", "report",
@@ -91,7 +91,7 @@ std::string settingsText(const CommandLine& commandLine) {
         if (std::find(kOthers.begin(), kOthers.end(), option) != kOthers.end()) continue;
         settings["-" + std::string(option.size() > 1 ? "-" : "") + option] = value;
     }
-    return settings.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return settings;
 }
 
 } // namespace altiro3D::tools

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "altiro3D/video_conversion.hpp"
-#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_io.hpp"
 #include "common/display_options.hpp"
 
 #include <filesystem>
@@ -37,6 +37,6 @@ void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
 
 /// The options that shape the frames and the file, as a JSON object of texts: a run is resumed with
 /// the same only.
-std::string settingsText(const CommandLine& commandLine);
+RunSettings settingsOf(const CommandLine& commandLine);
 
 } // namespace altiro3D::tools

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/video_converter.hpp"
+#include "altiro3D/video_conversion.hpp"
 #include "common/run_tool.hpp"
 
 #include <chrono>

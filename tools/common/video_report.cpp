@@ -29,16 +29,17 @@ Json stagesJson(const PipelineReport& report) {
 }
 
 Json settingsJson(const CommandLine& commandLine, const VideoJob& job) {
-    Json settings = {{"profile", job.profile.name},
-                     {"display", job.display.source},
-                     {"quilt", job.layout.text()},
-                     {"encoder", {{"preset", job.encoding.preset}, {"crf", job.encoding.crf}}}};
+    Json settings = {
+        {"profile", job.profile.name},
+        {"display", job.display.source},
+        {"quilt", job.layout.text()},
+        {"encoder", {{"preset", presetName(job.encoding.preset)}, {"crf", job.encoding.crf}}}};
     if (job.depth) {
         const NativeOptions& native = job.native;
         settings["method"] = methodName(native.views.method);
         settings["strengthPercent"] = native.views.strengthPercent;
         settings["focus"] = native.views.focus;
-        settings["road"] = job.path;
+        settings["path"] = job.path;
         settings["continuous"] = native.positions == ViewPositions::Continuous;
         settings["depth"] = job.depth->description();
         settings["depthEvery"] = job.depthOptions.every; // 0: as pictures need it

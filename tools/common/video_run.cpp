@@ -2,8 +2,8 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
-#include "altiro3D/resumable_video.hpp"
-#include "altiro3D/video_converter.hpp"
+#include "altiro3D/video_conversion.hpp"
+#include "altiro3D/video_io.hpp"
 #include "common/display_player.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
@@ -57,8 +57,8 @@ VideoConverter openConverter(const VideoPlan& plan, VideoConversion conversion) 
 void tellRemarks(const CommandLine& commandLine, const VideoJob& job, VideoOutcome& outcome,
                  Messages& messages) {
     Notes notes = outcome.result.notes;
-    if (outcome.result.counts.truncated) { // the first note says so
-        outcome.cutOff = notes.front() + "; what is there was converted";
+    if (outcome.result.counts.truncated && notes.front().code == NoteCode::CutOff) {
+        outcome.cutOff = notes.front().text + "; what is there was converted";
         notes.erase(notes.begin());
     }
     messages.warn(notes);
@@ -74,8 +74,7 @@ VideoOutcome convert(const CommandLine& commandLine, const VideoJob& job,
     const VideoPlan& plan = job.plan;
     VideoConverter converter = openConverter(plan, std::move(conversion));
     messages.warn(converter.notes());
-    const std::string& preset = job.encoding.preset;
-    if (preset != "ultrafast" && preset != "superfast") {
+    if (job.encoding.preset > EncoderPreset::SuperFast) {
         // x264's slower presets read memory they have not set: all of it is 0 from here on, or a
         // run that is resumed would not give the bytes of one that was not interrupted.
         mallopt(M_PERTURB, 0xff);

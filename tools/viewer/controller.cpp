@@ -447,12 +447,10 @@ bool Controller::startExport(Product product, const fs::path& target) {
         QString problem;
         try {
             file = QString::fromStdString(writeProduct(setup, product, target, [this](double done) {
-                if (cancelling_) throw Cancelled();
                 QMetaObject::invokeMethod(
                     this, [this, done] { emit exportProgress(done); }, Qt::QueuedConnection);
+                return !cancelling_;
             }));
-        } catch (const Cancelled&) {
-            // not a problem
         } catch (const std::exception& error) {
             problem = textOf(error);
         }

@@ -77,7 +77,8 @@ Document documentOfViews(const Source& source, const Display& display) {
     document.picture = tools::quiltOfViews(source.file, files, document.layout, display.aspect(),
                                            FitMode::Cover, messages, [](const fs::path&) {})
                            .quilt;
-    document.notes = messages.warnings();
+    for (const std::string& warning : messages.warnings())
+        document.notes.push_back({NoteCode::Doubtful, warning});
     return document;
 }
 
@@ -136,17 +137,19 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
         const ResolvedQuilt resolved = resolveQuilt(request, display.quilt, display.aspect());
         document.kind = Kind::Quilt;
         document.layout = resolved.layout;
-        document.notes = resolved.warnings;
+        document.notes = resolved.notes;
         document.picture = fitQuilt(document.picture, document.layout, &document.notes);
         if (QuiltShape(source.file, document.layout, display).fitsUnasked())
-            document.notes.emplace_back(
-                "the file name states another shape than the panel's: black "
-                "bars keep it on the display");
+            document.notes.push_back({NoteCode::AsItIs,
+                                      "the file name states another shape than the panel's: black "
+                                      "bars keep it on the display"});
     } else if (reading == Reading::Native) {
         document.kind = Kind::Native;
     } else if (picture.size() != display.panelSize() && isMarkedNative(source.file)) {
-        document.notes.push_back("the file says that it is a Native, but not of this display's " +
-                                 tools::sizeText(display.panelSize()) + "; it is taken as a photo");
+        document.notes.push_back(
+            {NoteCode::Doubtful, "the file says that it is a Native, but not of this display's " +
+                                     tools::sizeText(display.panelSize()) +
+                                     "; it is taken as a photo"});
     }
     return document;
 }
@@ -164,9 +167,11 @@ Document readDocument(const Source& source, const Display& display) {
         Document document = documentOf(source, first->picture, display);
         document.video = true;
         if (!source.depth.empty()) {
-            document.notes.push_back(source.depth.string() +
-                                     ": is not used, as depth images are for photos; video2native "
-                                     "takes the depth of videos");
+            document.notes.push_back(
+                {NoteCode::LeftOut,
+                 source.depth.string() +
+                     ": is not used, as depth images are for photos; video2native "
+                     "takes the depth of videos"});
         }
         return document;
     }

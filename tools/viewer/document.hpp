@@ -40,12 +40,12 @@ enum class Kind {
 struct Document {
     Source source;
     Kind kind = Kind::Scene;
-    cv::Mat picture;                ///< [CV_8UC3, BGR]: photo, quilt or Native.
-    cv::Mat rawDepth;               ///< The photo's depth, as in its file; empty if there is none.
-    cv::Mat depth;                  ///< Of a video's photo: its depth map; else empty.
-    QuiltLayout layout;             ///< Of a quilt.
-    bool video = false;             ///< A picture of a video; others follow.
-    std::vector<std::string> notes; ///< Remarks about the files.
+    cv::Mat picture;    ///< [CV_8UC3, BGR]: photo, quilt or Native.
+    cv::Mat rawDepth;   ///< The photo's depth, as in its file; empty if there is none.
+    cv::Mat depth;      ///< Of a video's photo: its depth map; else empty.
+    QuiltLayout layout; ///< Of a quilt.
+    bool video = false; ///< A picture of a video; others follow.
+    Notes notes;        ///< Remarks about the files.
 
     /// "Photo, 900 x 1200 px, with depth"
     std::string facts() const;

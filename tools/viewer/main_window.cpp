@@ -365,8 +365,12 @@ void MainWindow::showDocument() {
         showStatus();
     }
     const bool current = document && controller_.problem().isEmpty();
-    if (current && document != told_ && !document->notes.empty())
-        say(linesOf(document->notes), 10000);
+    if (current && document != told_ && !document->notes.empty()) {
+        std::vector<std::string> lines;
+        for (const Note& note : document->notes)
+            lines.push_back(note.text);
+        say(linesOf(lines), 10000);
+    }
     told_ = document;
     if (current) remember(document->source.file);
     knobs_->show(document.get(),

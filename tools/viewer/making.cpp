@@ -55,7 +55,7 @@ void requireNoViews(const fs::path& directory) {
     }
 }
 
-void writeViews(const Setup& setup, const fs::path& directory, const Progress& progress) {
+bool writeViews(const Setup& setup, const fs::path& directory, const Progress& progress) {
     requireNoViews(directory);
     const QuiltLayout layout = quiltLayout(setup);
     const cv::Mat quilt = makeQuilt(setup, fittedTiles(setup));
@@ -65,43 +65,50 @@ void writeViews(const Setup& setup, const fs::path& directory, const Progress& p
     outputs.addDirectory(directory);
     outputs.makeDirectories();
     std::vector<fs::path> written;
+    const auto removeAll = [&] {
+        for (const fs::path& file : written)
+            fs::remove(file, error);
+        if (isNew) fs::remove(directory, error);
+    };
     try {
         for (int i = 0; i < layout.viewCount; ++i) {
-            progress(static_cast<double>(i) / layout.viewCount);
+            if (!progress(static_cast<double>(i) / layout.viewCount)) {
+                removeAll();
+                return false;
+            }
             const fs::path file = directory / tools::viewFileName(i, layout.viewCount);
             writeImage(file, quilt(layout.tile(i)));
             written.push_back(file);
         }
     } catch (...) {
-        for (const fs::path& file : written)
-            fs::remove(file, error);
-        if (isNew) fs::remove(directory, error);
+        removeAll();
         throw;
     }
+    return true;
 }
 
 // As photo2native and quilt2video make it: a photo in its own shape.
-void writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& progress) {
-    const auto tell = [&progress](int frame, int frames) {
-        progress(static_cast<double>(frame) / frames);
+bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& progress) {
+    const auto tell = [&progress](const VideoProgress& video) {
+        return progress(static_cast<double>(video.frames) /
+                        static_cast<double>(*video.framesInAll));
     };
     if (setup.document->kind == Kind::Scene) {
         const cv::Mat& photo = setup.document->picture;
         const PhotoFit fit = photoSwayFit(photo.size(), setup.knobs.fit);
         Scene scene;
         fitScene({photo, setup.depth}, fit, setup.knobs.views.focus, scene);
-        writeSway(file, fit.size, {}, photoViews(scene.photo, scene.depth, setup.knobs.views),
-                  tell);
-        return;
+        return writeSway(file, fit.size, {},
+                         photoViews(scene.photo, scene.depth, setup.knobs.views), tell);
     }
     const QuiltLayout layout = quiltLayout(setup);
     const auto name = parseQuiltName(setup.document->source.file);
     const double aspect =
         name ? name->aspect.value_or(setup.display->aspect()) : setup.display->aspect();
     const cv::Size size = swaySize(layout.tileSize, aspect);
-    writeSway(file, size, {},
-              quiltViews(makeQuilt(setup, {}), layout, swayFit(layout.tileSize, aspect, size)),
-              tell);
+    return writeSway(
+        file, size, {},
+        quiltViews(makeQuilt(setup, {}), layout, swayFit(layout.tileSize, aspect, size)), tell);
 }
 
 void writeDepth(const Setup& setup, const fs::path& file) {
@@ -185,12 +192,12 @@ std::vector<std::string> lossesOf(Product product, const fs::path& file) {
 
 std::string writeProduct(const Setup& setup, Product product, const fs::path& target,
                          const Progress& progress) {
-    progress(0);
+    if (!progress(0)) return {};
     const fs::path file = productFile(setup, product, target);
     switch (product) {
     case Product::Native: {
         const cv::Mat native = makeNative(setup, fitted(setup, nativeFitSize(setup)));
-        progress(0.5);
+        if (!progress(0.5)) return {};
         // a picture that was opened as a Native may be a photo of that size
         const bool made =
             setup.document->kind != Kind::Native || isMarkedNative(setup.document->source.file);
@@ -199,18 +206,18 @@ std::string writeProduct(const Setup& setup, Product product, const fs::path& ta
     }
     case Product::Quilt: {
         const cv::Mat quilt = makeQuilt(setup, fittedTiles(setup));
-        progress(0.5);
+        if (!progress(0.5)) return {};
         writeImage(file, quilt);
         break;
     }
     case Product::Views:
-        writeViews(setup, file, progress);
+        if (!writeViews(setup, file, progress)) return {};
         break;
     case Product::Depth:
         writeDepth(setup, file);
         break;
     case Product::SwayVideo:
-        writeSwayVideo(setup, file, progress);
+        if (!writeSwayVideo(setup, file, progress)) return {};
         break;
     }
     return file.string();

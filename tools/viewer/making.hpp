@@ -6,18 +6,11 @@
 
 #include <functional>
 #include <memory>
-#include <stdexcept>
 
 namespace altiro3D::viewer {
 
-/// The user has cancelled some work.
-class Cancelled : public std::runtime_error {
-  public:
-    Cancelled() : std::runtime_error("cancelled") {}
-};
-
-/// Is told how much is done, 0..1, and throws Cancelled to end the work.
-using Progress = std::function<void(double)>;
+/// Takes how much is done, 0..1, and says whether to go on.
+using Progress = std::function<bool(double)>;
 
 /// A document with all that its pictures are made of and by.
 struct Setup {
@@ -63,8 +56,8 @@ std::vector<std::string> lossesOf(Product product, const std::filesystem::path& 
 
 /// Makes one and writes it.
 /// @param target a file, which is replaced if it exists; of views a directory without views
-/// @return what was written, for people
-/// @throws Error, Cancelled; nothing half-written is left
+/// @return what was written, for people; empty if the work was cancelled
+/// @throws Error; nothing half-written is left
 std::string writeProduct(const Setup& setup, Product product, const std::filesystem::path& target,
                          const Progress& progress);
 

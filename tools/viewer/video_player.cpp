@@ -1,6 +1,6 @@
 #include "viewer/video_player.hpp"
 
-#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_io.hpp"
 #include "common/run_tool.hpp"
 
 #include <algorithm>

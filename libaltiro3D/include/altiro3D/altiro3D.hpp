@@ -18,9 +18,10 @@
 /// - Depth maps are `CV_32FC1`, relative inverse depth, 0..1, 1 = nearest.
 /// - View position runs from -1 (leftmost camera) to +1 (rightmost); view 0 is the leftmost and the
 ///   bottom-left tile of a quilt.
-/// - The result is the last parameter. It is reused if its size and type fit and allocated
+/// - A computed image is the last parameter. It is reused if its size and type fit and allocated
 ///   otherwise. Where it must not share memory with an input, disjoint regions of one canvas are
-///   accepted.
+///   accepted. Everything else is returned, also an image that is read from a file or is a part of
+///   another one.
 /// - A wrong argument or file is reported as altiro3D::Error; nothing is printed.
 /// - A failed allocation is reported as Error OutOfMemory while reading or writing a file, loading
 ///   or running a network, and allocating a quilt or a look-up table. Elsewhere the exceptions of
@@ -36,9 +37,7 @@
 
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/camera.hpp"
-#include "altiro3D/data_directories.hpp"
 #include "altiro3D/depth2quilt.hpp"
-#include "altiro3D/depth_cues.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/depth_source.hpp"
@@ -46,26 +45,17 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/image_quality.hpp"
 #include "altiro3D/lens_view.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/native_maker.hpp"
 #include "altiro3D/native_renderer.hpp"
-#include "altiro3D/network2quilt.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
-#include "altiro3D/quilt_shape.hpp"
-#include "altiro3D/resumable_video.hpp"
-#include "altiro3D/scene_cuts.hpp"
 #include "altiro3D/sway.hpp"
 #include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"
 #include "altiro3D/video_conversion.hpp"
-#include "altiro3D/video_converter.hpp"
 #include "altiro3D/video_depth.hpp"
-#include "altiro3D/video_pipeline.hpp"
-#include "altiro3D/video_reader.hpp"
-#include "altiro3D/video_types.hpp"
-#include "altiro3D/video_writer.hpp"
+#include "altiro3D/video_io.hpp"
 #include "altiro3D/view_options.hpp"

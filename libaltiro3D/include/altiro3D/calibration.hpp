@@ -58,29 +58,31 @@ ALTIRO3D_EXPORT void validate(const Calibration& calibration,
 /// @return the calibration; it is valid
 /// @throws Error NotFound, ReadFailed, TooLarge, BadFormat (file, field, value, what is expected),
 ///         OutOfMemory
-ALTIRO3D_EXPORT Calibration readCalibration(const std::filesystem::path& file);
+[[nodiscard]] ALTIRO3D_EXPORT Calibration readCalibration(const std::filesystem::path& file);
 
 /// Reads all calibrations in a file. Services that list several devices write such files.
 ///
 /// @param file as for readCalibration()
 /// @return one or more, in the file's order; all are valid
 /// @throws Error as readCalibration()
-ALTIRO3D_EXPORT std::vector<Calibration> readCalibrations(const std::filesystem::path& file);
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<Calibration>
+readCalibrations(const std::filesystem::path& file);
 
 /// As readCalibration(), from text.
 /// @param text the file's contents
 /// @param source the file's name, for errors
 /// @return the calibration; it is valid
 /// @throws Error BadFormat (source, field, value, what is expected)
-ALTIRO3D_EXPORT Calibration parseCalibration(const std::string& text, const std::string& source);
+[[nodiscard]] ALTIRO3D_EXPORT Calibration parseCalibration(const std::string& text,
+                                                           const std::string& source);
 
 /// As readCalibrations(), from text.
 /// @param text the file's contents
 /// @param source the file's name, for errors
 /// @return one or more, in the text's order; all are valid
 /// @throws Error BadFormat (source, field, value, what is expected)
-ALTIRO3D_EXPORT std::vector<Calibration> parseCalibrations(const std::string& text,
-                                                           const std::string& source);
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<Calibration> parseCalibrations(const std::string& text,
+                                                                         const std::string& source);
 
 /// Hashes all fields that enter the sub-pixel mapping; the serial number is not one of them.
 /// Calibrations with the same fingerprint give the same picture. The converse does not always hold:
@@ -88,12 +90,12 @@ ALTIRO3D_EXPORT std::vector<Calibration> parseCalibrations(const std::string& te
 ///
 /// @param calibration the calibration; need not be valid
 /// @return 64-bit FNV-1a hash
-ALTIRO3D_EXPORT std::uint64_t fingerprint(const Calibration& calibration);
+[[nodiscard]] ALTIRO3D_EXPORT std::uint64_t fingerprint(const Calibration& calibration);
 
 /// Formats a fingerprint as text.
 /// @param fingerprint from fingerprint()
 /// @return 16 hexadecimal digits in lower case
-ALTIRO3D_EXPORT std::string fingerprintText(std::uint64_t fingerprint);
+[[nodiscard]] ALTIRO3D_EXPORT std::string fingerprintText(std::uint64_t fingerprint);
 
 /// Whether the order of views under a lens is reversed.
 enum class InvertViews {
@@ -125,7 +127,7 @@ struct ALTIRO3D_EXPORT LensGeometry {
     /// @param x column, 0..panelWidth-1
     /// @param y row from the top, 0..panelHeight-1
     /// @return index into `cells`; 0 without cells
-    int cellIndex(int x, int y) const;
+    [[nodiscard]] int cellIndex(int x, int y) const;
 
     /// Position of a sub-pixel under its lens: docs/mathematics.md, (1.4) to (1.9). This is the
     /// readable reference; NativeLut is the fast way.
@@ -133,14 +135,14 @@ struct ALTIRO3D_EXPORT LensGeometry {
     /// @param y row from the top, 0..panelHeight-1
     /// @param channel 0 red, 1 green, 2 blue
     /// @return z, 0..1: 0 = where view 0 begins, 1 = end of the last view
-    double phase(int x, int y, int channel) const;
+    [[nodiscard]] double phase(int x, int y, int channel) const;
 
     /// View that a phase belongs to: min(floor(phase * views), views - 1), docs/mathematics.md,
     /// (1.10). Arguments are not checked.
     /// @param phase z, 0..1, from phase()
     /// @param views N, number of views, 1 or more
     /// @return 0..views-1
-    static int viewOfPhase(double phase, int views);
+    [[nodiscard]] static int viewOfPhase(double phase, int views);
 };
 
 /// Derives the lens geometry: docs/mathematics.md, (1.1) to (1.3) and (1.11).
@@ -149,7 +151,7 @@ struct ALTIRO3D_EXPORT LensGeometry {
 /// @param invert whether the order of views is reversed
 /// @return the geometry
 /// @throws Error BadFormat if the calibration is not valid
-ALTIRO3D_EXPORT LensGeometry lensGeometry(const Calibration& calibration,
-                                          InvertViews invert = InvertViews::Auto);
+[[nodiscard]] ALTIRO3D_EXPORT LensGeometry lensGeometry(const Calibration& calibration,
+                                                        InvertViews invert = InvertViews::Auto);
 
 } // namespace altiro3D

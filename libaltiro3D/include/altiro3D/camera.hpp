@@ -58,7 +58,7 @@ ALTIRO3D_EXPORT void validate(const Camera& camera);
 /// @return the camera; it is valid
 /// @throws Error NotFound, ReadFailed, TooLarge, OutOfMemory, or BadFormat that names the file, the
 ///         field, its value and what was expected
-ALTIRO3D_EXPORT Camera readCamera(const std::filesystem::path& path);
+[[nodiscard]] ALTIRO3D_EXPORT Camera readCamera(const std::filesystem::path& path);
 
 /// As readCamera(), from text.
 ///
@@ -66,7 +66,8 @@ ALTIRO3D_EXPORT Camera readCamera(const std::filesystem::path& path);
 /// @param source the file's name, for errors
 /// @return the camera; it is valid
 /// @throws Error BadFormat that names source, field, value and what was expected
-ALTIRO3D_EXPORT Camera parseCamera(const std::string& json, const std::string& source);
+[[nodiscard]] ALTIRO3D_EXPORT Camera parseCamera(const std::string& json,
+                                                 const std::string& source);
 
 /// Focal length in px from the horizontal field of view: W / (2 tan(fov / 2)).
 ///
@@ -74,7 +75,7 @@ ALTIRO3D_EXPORT Camera parseCamera(const std::string& json, const std::string& s
 /// @param fovDegrees fov, 0.1..179 degrees
 /// @return focal length in px
 /// @throws Error InvalidArgument (out of these ranges)
-ALTIRO3D_EXPORT double focalLengthFromFieldOfView(int columns, double fovDegrees);
+[[nodiscard]] ALTIRO3D_EXPORT double focalLengthFromFieldOfView(int columns, double fovDegrees);
 
 /// Focal length in px from the focal length of a 35 mm camera with the same field of view (EXIF
 /// FocalLengthIn35mmFilm): f35 / 36 mm of the picture's longer side.
@@ -84,14 +85,14 @@ ALTIRO3D_EXPORT double focalLengthFromFieldOfView(int columns, double fovDegrees
 /// @param focalLength35mm 1..10000 mm
 /// @return focal length in px
 /// @throws Error InvalidArgument (out of these ranges)
-ALTIRO3D_EXPORT double focalLengthFrom35mm(cv::Size size, double focalLength35mm);
+[[nodiscard]] ALTIRO3D_EXPORT double focalLengthFrom35mm(cv::Size size, double focalLength35mm);
 
 /// Intrinsics with square pixels and the principal point in the middle. Arguments are not checked.
 ///
 /// @param size size of the picture in px
 /// @param focalLength focal length in px, becomes fx and fy
 /// @return K with cx = (columns - 1) / 2 and cy = (rows - 1) / 2
-ALTIRO3D_EXPORT CameraIntrinsics centredIntrinsics(cv::Size size, double focalLength);
+[[nodiscard]] ALTIRO3D_EXPORT CameraIntrinsics centredIntrinsics(cv::Size size, double focalLength);
 
 /// Intrinsics after cropping and resizing the picture. Pixel corners map to pixel corners, so the
 /// half px between corner and centre is scaled as well.
@@ -101,8 +102,8 @@ ALTIRO3D_EXPORT CameraIntrinsics centredIntrinsics(cv::Size size, double focalLe
 /// @param size size of the result in px, at least 1 x 1
 /// @return intrinsics in px of the result
 /// @throws Error InvalidArgument (an empty part or size)
-ALTIRO3D_EXPORT CameraIntrinsics fitted(const CameraIntrinsics& intrinsics, const cv::Rect2d& part,
-                                        cv::Size size);
+[[nodiscard]] ALTIRO3D_EXPORT CameraIntrinsics fitted(const CameraIntrinsics& intrinsics,
+                                                      const cv::Rect2d& part, cv::Size size);
 
 /// Distance from relative inverse depth: 1/Z = d (1/zNear - 1/zFar) + 1/zFar; infinite at d = 0 if
 /// zFar is infinite (docs/mathematics.md, (3.4)).
@@ -111,7 +112,7 @@ ALTIRO3D_EXPORT CameraIntrinsics fitted(const CameraIntrinsics& intrinsics, cons
 /// @param zNear distance at depth 1, > 0; not checked
 /// @param zFar distance at depth 0, more than zNear, may be +inf; not checked
 /// @return Z in the unit of zNear
-ALTIRO3D_EXPORT double metricDistance(double depth, double zNear, double zFar);
+[[nodiscard]] ALTIRO3D_EXPORT double metricDistance(double depth, double zNear, double zFar);
 
 /// @overload
 /// @param depth [rows x cols, CV_32FC1, 0..1, 1 = nearest]
@@ -129,7 +130,7 @@ ALTIRO3D_EXPORT void metricDistance(const cv::Mat& depth, double zNear, double z
 /// @param zNear distance at depth 1, > 0; not checked
 /// @param zFar distance at depth 0, more than zNear, may be +inf; not checked
 /// @return d, clamped to 0..1; 0 for NaN and for Z <= 0, which is not in front of the camera
-ALTIRO3D_EXPORT double relativeDepth(double distance, double zNear, double zFar);
+[[nodiscard]] ALTIRO3D_EXPORT double relativeDepth(double distance, double zNear, double zFar);
 
 /// Parallax S between the outermost views for a depth difference of 1: 2 fx baseline (1/zNear -
 /// 1/zFar), docs/mathematics.md, (3.5). It replaces strength % of the width.
@@ -137,7 +138,7 @@ ALTIRO3D_EXPORT double relativeDepth(double distance, double zNear, double zFar)
 /// @param camera the camera; its intrinsics in px of the picture that S is for
 /// @return S in px
 /// @throws Error InvalidArgument (camera)
-ALTIRO3D_EXPORT double parallaxOf(const Camera& camera);
+[[nodiscard]] ALTIRO3D_EXPORT double parallaxOf(const Camera& camera);
 
 /// The baseline that gives a parallax: the inverse of parallaxOf(), docs/mathematics.md, (3.5).
 ///
@@ -145,7 +146,7 @@ ALTIRO3D_EXPORT double parallaxOf(const Camera& camera);
 /// @param parallaxPixels S, 0..1e9 px
 /// @return baseline in the unit of zNear
 /// @throws Error InvalidArgument (camera, parallax)
-ALTIRO3D_EXPORT double baselineFor(const Camera& camera, double parallaxPixels);
+[[nodiscard]] ALTIRO3D_EXPORT double baselineFor(const Camera& camera, double parallaxPixels);
 
 /// Position and orientation of a camera: a point X in the coordinates of the photo's camera is R X
 /// + T in those of this one. A camera at C has T = -R C; one that is moved to the right by b and
@@ -175,7 +176,8 @@ struct ViewCamera {
 /// @param position p, camera position, -1 leftmost .. +1 rightmost; any finite number
 /// @return K_v and [R|T] with R the identity and T = (-p baseline, 0, 0)
 /// @throws Error InvalidArgument (camera, focus, position)
-ALTIRO3D_EXPORT ViewCamera viewCamera(const Camera& camera, double focus, double position);
+[[nodiscard]] ALTIRO3D_EXPORT ViewCamera viewCamera(const Camera& camera, double focus,
+                                                    double position);
 
 /// Renders a photo as another camera sees it (method Real, any pose). Each pixel is back-projected
 /// with its distance, transformed, projected and spread over the pixels that it falls between; the

@@ -93,6 +93,6 @@ ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthS
 /// @param depth [rows x cols, CV_32FC1, 0..1]; clamped, NaN counts as 0
 /// @return [rows x cols, CV_16UC1]
 /// @throws Error InvalidArgument (empty or wrong type)
-ALTIRO3D_EXPORT cv::Mat depthTo16Bit(const cv::Mat& depth);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat depthTo16Bit(const cv::Mat& depth);
 
 } // namespace altiro3D

@@ -20,24 +20,27 @@ enum class NetworkOutput {
     MetricDepth   ///< Distance, larger = farther (FastDepth).
 };
 
+/// Order of the colours in the network's input.
+enum class ChannelOrder { Rgb, Bgr };
+
 /// How a photo is resampled to the network's input.
 enum class ResizeKernel { Nearest, Linear, Cubic, Area };
 
 /// Everything that exact inference with one network needs; one entry of `models/catalog.json`, or
 /// a file of the same keys given by the user. `pixel -> (pixel * scale - mean) / std` per channel.
 struct NetworkProfile {
-    std::string name;                 ///< Short name ("midas-small").
-    std::string file;                 ///< File name of the ONNX file, without directories.
-    std::string url;                  ///< Where to download it; may be empty.
-    std::uint64_t bytes = 0;          ///< Exact file size; 0 = unknown.
-    std::string sha256;               ///< SHA-256 of the file in lower-case hex; empty = unknown.
-    std::string licence;              ///< Licence of the weights.
-    bool large = false;               ///< True for the large profile (`-l`).
-    int inputWidth = 0;               ///< Input width in px, 1..4096.
-    int inputHeight = 0;              ///< Input height in px, 1..4096.
-    int multipleOf = 32;              ///< Input sides must be multiples of this, 1..4096.
-    std::string channelOrder = "RGB"; ///< "RGB" or "BGR".
-    double scale = 1.0 / 255.0;       ///< Factor on 8-bit values.
+    std::string name;        ///< Short name ("midas-small").
+    std::string file;        ///< File name of the ONNX file, without directories.
+    std::string url;         ///< Where to download it; may be empty.
+    std::uint64_t bytes = 0; ///< Exact file size; 0 = unknown.
+    std::string sha256;      ///< SHA-256 of the file in lower-case hex; empty = unknown.
+    std::string licence;     ///< Licence of the weights.
+    bool large = false;      ///< True for the large profile (`-l`).
+    int inputWidth = 0;      ///< Input width in px, 1..4096.
+    int inputHeight = 0;     ///< Input height in px, 1..4096.
+    int multipleOf = 32;     ///< Input sides must be multiples of this, 1..4096.
+    ChannelOrder channelOrder = ChannelOrder::Rgb;   ///< Order of the input's planes.
+    double scale = 1.0 / 255.0;                      ///< Factor on 8-bit values.
     std::array<double, 3> mean{0, 0, 0};             ///< Subtracted after scale, in channelOrder.
     std::array<double, 3> std{1, 1, 1};              ///< Divisor after mean, in channelOrder, != 0.
     ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< On float values, after scale.
@@ -53,20 +56,21 @@ ALTIRO3D_EXPORT void validate(const NetworkProfile& profile);
 /// @param file the file, at most 1 MiB
 /// @return the profile, valid; `file` may be empty
 /// @throws Error NotFound, ReadFailed, TooLarge, BadFormat (file, field, expected), OutOfMemory
-ALTIRO3D_EXPORT NetworkProfile readNetworkProfile(const std::filesystem::path& file);
+[[nodiscard]] ALTIRO3D_EXPORT NetworkProfile readNetworkProfile(const std::filesystem::path& file);
 
 /// Reads the list of known networks (`{"networks": [...]}`), at most 1000.
 /// @param file the file, at most 1 MiB
 /// @return the profiles in the file's order, valid, no two of one `name` or `file`
 /// @throws Error as readNetworkProfile()
-ALTIRO3D_EXPORT std::vector<NetworkProfile> readModelCatalog(const std::filesystem::path& file);
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<NetworkProfile>
+readModelCatalog(const std::filesystem::path& file);
 
 /// The catalogue entry of a network file.
 /// @param catalog from readModelCatalog(); the result points into it
 /// @param modelFile the ONNX file; its directories do not count
 /// @return the entry whose `file` equals the path's file name, or null
-ALTIRO3D_EXPORT const NetworkProfile* findProfile(const std::vector<NetworkProfile>& catalog,
-                                                  const std::filesystem::path& modelFile);
+[[nodiscard]] ALTIRO3D_EXPORT const NetworkProfile*
+findProfile(const std::vector<NetworkProfile>& catalog, const std::filesystem::path& modelFile);
 
 /// The processor a network runs on.
 enum class InferenceTarget { Cpu, Cuda };
@@ -74,12 +78,12 @@ enum class InferenceTarget { Cpu, Cuda };
 /// Chooses the processor.
 /// @param backends OpenCV's (back-end, target) numbers, from availableBackends()
 /// @return CUDA if it is among them, else the CPU
-ALTIRO3D_EXPORT InferenceTarget
+[[nodiscard]] ALTIRO3D_EXPORT InferenceTarget
 chooseInferenceTarget(const std::vector<std::pair<int, int>>& backends);
 
 /// What this OpenCV build can run networks on.
 /// @return (back-end, target), OpenCV's numbers (cv::dnn::Backend, cv::dnn::Target)
-ALTIRO3D_EXPORT std::vector<std::pair<int, int>> availableBackends();
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<std::pair<int, int>> availableBackends();
 
 /// A depth network, loaded and ready. Move-only; one thread at a time per object.
 ///
@@ -110,13 +114,13 @@ class ALTIRO3D_EXPORT DepthNetwork {
     DepthNetwork& operator=(DepthNetwork&&) noexcept; ///< Moves. @return *this
 
     /// The profile in use. @return as given to the constructor
-    const NetworkProfile& profile() const;
+    [[nodiscard]] const NetworkProfile& profile() const;
     /// The size that photos are brought to. @return width x height in px
-    cv::Size inputSize() const;
+    [[nodiscard]] cv::Size inputSize() const;
     /// The file it was loaded from. @return as given to the constructor
-    const std::filesystem::path& file() const;
+    [[nodiscard]] const std::filesystem::path& file() const;
     /// The processor it runs on. @return as given to the constructor
-    InferenceTarget target() const;
+    [[nodiscard]] InferenceTarget target() const;
 
     /// The network's own numbers for a photo. Of several outputs the last one counts.
     ///
@@ -165,14 +169,14 @@ ALTIRO3D_EXPORT void probeNetwork(const std::filesystem::path& file, const Netwo
 /// among them: pictures from elsewhere must not bring their own network.
 ///
 /// @return the directories, first choice first
-ALTIRO3D_EXPORT std::vector<std::filesystem::path> modelSearchPath();
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<std::filesystem::path> modelSearchPath();
 
 /// Looks for a file that is no directory.
 /// @param name file name, as "midas.onnx"; not absolute
 /// @param searchPath directories, as modelSearchPath() gives them
 /// @return the file in the first directory that holds it; empty if none does, or `name` is empty or
 ///         absolute
-ALTIRO3D_EXPORT std::filesystem::path
+[[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 findModelFile(const std::string& name, const std::vector<std::filesystem::path>& searchPath);
 
 } // namespace altiro3D

@@ -13,6 +13,19 @@
 
 namespace altiro3D {
 
+/// Estimates depth from one photo without any network or download.
+///
+/// The function combines monocular cues of the picture and smooths the result along the photo's
+/// edges; docs/depth.md lists the cues and their accuracy. It is the built-in default if no depth
+/// network is found. It is always defined and gives the same result for any number of threads. A
+/// trained network is much more accurate.
+///
+/// @param photo [rows x cols, CV_8UC3, BGR], any size from 1 x 1
+/// @param depth [smaller or equal size of the same shape, at most 320 px a side, CV_32FC1, 0..1, 1
+///        = nearest]; fitDepth() brings it to the photo's size
+/// @throws Error InvalidArgument (empty or wrong type)
+ALTIRO3D_EXPORT void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth);
+
 /// Where the depth of photos and frames comes from. One thread at a time per object.
 class ALTIRO3D_EXPORT DepthSource {
   public:
@@ -22,13 +35,13 @@ class ALTIRO3D_EXPORT DepthSource {
     DepthSource& operator=(const DepthSource&) = delete;
 
     /// Names the source for people and reports. @return "network midas-small (FILE)"
-    virtual std::string description() const = 0;
+    [[nodiscard]] virtual std::string description() const = 0;
 
     /// Meaning of the raw numbers. @return as read() gives them
-    virtual DepthKind kind() const = 0;
+    [[nodiscard]] virtual DepthKind kind() const = 0;
 
     /// The network that makes the depth. @return null if it comes from elsewhere
-    virtual const DepthNetwork* network() const;
+    [[nodiscard]] virtual const DepthNetwork* network() const;
 
     /// Reads the file of an image as read() takes it. A source with a file of its own decodes that
     /// meanwhile, and the next read() takes it from there.
@@ -38,7 +51,8 @@ class ALTIRO3D_EXPORT DepthSource {
     /// @return the photo [rows x cols, CV_8UC3, BGR], of RGB-D all that is in the file
     /// @throws Error as readPhoto(), of RGB-D readImage(), and of a depth image
     ///         readDepthSamples()
-    virtual cv::Mat readImage(const std::filesystem::path& file, Notes* notes = nullptr);
+    [[nodiscard]] virtual cv::Mat readImage(const std::filesystem::path& file,
+                                            Notes* notes = nullptr);
 
     /// Reads photo and raw depth of an image.
     ///
@@ -59,25 +73,25 @@ class ALTIRO3D_EXPORT DepthSource {
 
 /// The estimator that needs no network: estimateDepthFromCues().
 /// @return the source; its raw numbers are a depth map, which readScene() takes as it is
-ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromCues();
+[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromCues();
 
 /// A depth network: DepthNetwork::infer().
 /// @param network a loaded network
 /// @return the source
-ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
+[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
 
 /// A depth image in a file of its own: readDepthSamples().
 /// @param file the depth image
 /// @param kind meaning of its numbers
 /// @return the source; it reads the file anew for each image
-ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromFile(std::filesystem::path file,
-                                                           DepthKind kind = DepthKind::NearWhite);
+[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
+depthFromFile(std::filesystem::path file, DepthKind kind = DepthKind::NearWhite);
 
 /// The depth half of a one-picture RGB-D: splitRgbd().
 /// @param side where the depth is
 /// @param kind meaning of its numbers
 /// @return the source
-ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromRgbd(DepthSide side,
-                                                           DepthKind kind = DepthKind::NearWhite);
+[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
+depthFromRgbd(DepthSide side, DepthKind kind = DepthKind::NearWhite);
 
 } // namespace altiro3D

@@ -21,19 +21,19 @@ struct DisplayModel {
 };
 
 /// All known models. @return in the order in which serial prefixes are tried; never destroyed
-ALTIRO3D_EXPORT const std::vector<DisplayModel>& displayModels();
+[[nodiscard]] ALTIRO3D_EXPORT const std::vector<DisplayModel>& displayModels();
 
 /// Finds the model of a display by its serial number, else by its panel.
 /// @param calibration the display
 /// @return one of displayModels(), or null if the model is unknown
-ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
+[[nodiscard]] ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
 
 /// The default quilt for a display: that of its model. For an unknown panel: 48 views of the
 /// panel's shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt of about 4096 px.
 ///
 /// @param calibration the display; must be valid
 /// @return the layout
-ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
+[[nodiscard]] ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
 
 /// Remarks about a calibration that is valid but unusual: the serial number and the panel belong to
 /// different models, fringe correction is set but not applied, a flag is set that no known unit
@@ -41,7 +41,7 @@ ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
 ///
 /// @param calibration the display
 /// @return one sentence each, for people; usually none
-ALTIRO3D_EXPORT std::vector<std::string> calibrationWarnings(const Calibration& calibration);
+[[nodiscard]] ALTIRO3D_EXPORT Notes calibrationWarnings(const Calibration& calibration);
 
 /// A display that Natives are made for.
 struct Display {
@@ -51,16 +51,19 @@ struct Display {
     std::string source;                     ///< Where the calibration comes from, for people.
 
     /// Size of the panel. @return columns x rows in px
-    cv::Size panelSize() const { return {calibration.screenW, calibration.screenH}; }
+    [[nodiscard]] cv::Size panelSize() const { return {calibration.screenW, calibration.screenH}; }
     /// Shape of the panel. @return width : height
-    double aspect() const { return static_cast<double>(calibration.screenW) / calibration.screenH; }
+    [[nodiscard]] double aspect() const {
+        return static_cast<double>(calibration.screenW) / calibration.screenH;
+    }
 };
 
 /// The display of a calibration, with the default quilt of its model.
 /// @param calibration the display, valid
 /// @param source where the calibration comes from, for people
 /// @return the display
-ALTIRO3D_EXPORT Display displayOf(Calibration calibration, const std::string& source = {});
+[[nodiscard]] ALTIRO3D_EXPORT Display displayOf(Calibration calibration,
+                                                const std::string& source = {});
 
 /// Reads a display from its calibration.
 ///
@@ -68,8 +71,8 @@ ALTIRO3D_EXPORT Display displayOf(Calibration calibration, const std::string& so
 /// @param serial which display, where the file holds several; empty: the first
 /// @return the display, with the default quilt of its model
 /// @throws Error as readCalibrations(); NotFound (no display of that serial number)
-ALTIRO3D_EXPORT Display readDisplay(const std::filesystem::path& calibrationFile,
-                                    const std::string& serial = {});
+[[nodiscard]] ALTIRO3D_EXPORT Display readDisplay(const std::filesystem::path& calibrationFile,
+                                                  const std::string& serial = {});
 
 /// A calibration found on a display's own volume.
 struct MountedCalibration {
@@ -82,7 +85,7 @@ struct MountedCalibration {
 ///
 /// @param fileSystemRoot "/" except in tests
 /// @return sorted by path; unreadable directories are skipped
-ALTIRO3D_EXPORT std::vector<MountedCalibration>
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<MountedCalibration>
 findMountedCalibrations(const std::filesystem::path& fileSystemRoot = "/");
 
 } // namespace altiro3D

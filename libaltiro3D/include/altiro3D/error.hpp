@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace altiro3D {
 
@@ -32,10 +33,29 @@ class ALTIRO3D_EXPORT Error : public std::runtime_error {
     Error(ErrorCode code, const std::string& subject, const std::string& problem);
 
     /// Kind of failure. @return as given to the constructor
-    ErrorCode code() const noexcept { return code_; }
+    [[nodiscard]] ErrorCode code() const noexcept { return code_; }
 
   private:
     ErrorCode code_;
 };
+
+/// Kind of a remark, for programs; the sentence is for people.
+enum class NoteCode {
+    CutOff,    ///< The file ends too early; what is there is used.
+    LeftOut,   ///< A part is not used: further pictures, unused columns, a stream.
+    Converted, ///< A part is changed to a kind that the output can hold.
+    Repaired,  ///< Damaged parts are left out or replaced.
+    AsItIs,    ///< A property is not corrected: interlaced pictures, HDR, fringe.
+    Doubtful   ///< A value is unlikely, or the file does not say how to read it.
+};
+
+/// A remark on something that is odd but does not prevent the work.
+struct Note {
+    NoteCode code = NoteCode::Doubtful; ///< Its kind.
+    std::string text;                   ///< One line without a full stop.
+};
+
+/// Remarks, in the order in which they arose.
+using Notes = std::vector<Note>;
 
 } // namespace altiro3D

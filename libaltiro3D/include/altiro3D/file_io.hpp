@@ -22,7 +22,8 @@ struct Bytes {
 /// @param maxBytes limit: a longer file is refused before it is read, a pipe when it delivers more
 /// @return the contents
 /// @throws Error NotFound, ReadFailed (a directory, no permission), TooLarge or OutOfMemory
-ALTIRO3D_EXPORT std::string readFile(const std::filesystem::path& path, std::uintmax_t maxBytes);
+[[nodiscard]] ALTIRO3D_EXPORT std::string readFile(const std::filesystem::path& path,
+                                                   std::uintmax_t maxBytes);
 
 /// Writes a file atomically: the name holds either its old contents or all of the new ones.
 ///
@@ -41,5 +42,17 @@ ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::vec
 /// @param text the contents
 /// @throws Error WriteFailed
 ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::string& text);
+
+/// Directories that are searched for the files of the library (`models/`, `calibration/`). In this
+/// order:
+/// - `share/altiro3D` of the installation that contains this library or program, also after the
+///   installation was moved as a whole;
+/// - the source tree, if the build enables it;
+/// - `share/altiro3D` of the prefix that the build was configured for.
+///
+/// Directories that do not exist are left out.
+///
+/// @return the directories in search order
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<std::filesystem::path> dataDirectories();
 
 } // namespace altiro3D

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/error.hpp"
 #include "altiro3D/export.hpp"
 
 #include <filesystem>
@@ -8,9 +9,6 @@
 #include <vector>
 
 namespace altiro3D {
-
-/// Remarks of a reader about a file that is still usable ("the file is cut off ...").
-using Notes = std::vector<std::string>;
 
 /// Pictures with more pixels than this are refused by their header, before allocation.
 constexpr double kMaxImagePixels = 4.0e8;
@@ -27,7 +25,8 @@ constexpr double kMaxImagePixels = 4.0e8;
 /// @return [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
 /// @throws Error NotFound, ReadFailed, Unsupported (names the format: GIF, PCX, HEIC, ...),
 ///         TooLarge, BadFormat, OutOfMemory
-ALTIRO3D_EXPORT cv::Mat readImage(const std::filesystem::path& path, Notes* notes = nullptr);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readImage(const std::filesystem::path& path,
+                                                Notes* notes = nullptr);
 
 /// Reads a photo: as readImage(), converted to 8 bits (16-bit values are divided by 257 and
 /// rounded, float values are clamped to 0..1).
@@ -36,7 +35,8 @@ ALTIRO3D_EXPORT cv::Mat readImage(const std::filesystem::path& path, Notes* note
 /// @param notes as for readImage()
 /// @return [rows x cols, CV_8UC3, BGR]
 /// @throws Error as readImage()
-ALTIRO3D_EXPORT cv::Mat readPhoto(const std::filesystem::path& path, Notes* notes = nullptr);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readPhoto(const std::filesystem::path& path,
+                                                Notes* notes = nullptr);
 
 /// Reads the focal length in mm of a 35 mm camera with the same field of view from a photo's EXIF
 /// data. The file is read once more; a pipe can be read only once, so it is left untouched.
@@ -44,7 +44,7 @@ ALTIRO3D_EXPORT cv::Mat readPhoto(const std::filesystem::path& path, Notes* note
 /// @param path as for readImage(); other files give 0
 /// @return mm; 0 if the file does not state it (most do not) or is a pipe
 /// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
-ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
+[[nodiscard]] ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
 
 /// Reads the raw numbers of a depth image: 8-bit, 16-bit or float, one channel or the grey value of
 /// three. Values are not normalized; normalizeDepth() does that. EXIF orientation is applied.
@@ -53,7 +53,8 @@ ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
 /// @param notes as for readImage(); also a remark if the picture shows colours
 /// @return [rows x cols, CV_32FC1, as in the file]
 /// @throws Error as readImage()
-ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes* notes = nullptr);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path,
+                                                     Notes* notes = nullptr);
 
 /// As readDepthImage(), without conversion to float: files of 8 and 16 bits take a quarter and half
 /// of the memory. normalizeDepth() is faster on them and gives the same result.
@@ -62,7 +63,8 @@ ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path, Notes*
 /// @param notes as for readDepthImage()
 /// @return [rows x cols, CV_8UC1, CV_16UC1 or CV_32FC1, as in the file]
 /// @throws Error as readImage()
-ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path, Notes* notes = nullptr);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path,
+                                                       Notes* notes = nullptr);
 
 /// Whether a picture shows colours, which a depth image does not. It does if in more than 2 % of
 /// its px the channels differ by more than a sixteenth of white; for floats, a sixteenth of the
@@ -71,7 +73,7 @@ ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path, Note
 /// @param picture [rows x cols, CV_8UC3, CV_16UC3, CV_32FC3 or CV_64FC3]
 /// @return true if it does
 /// @throws Error InvalidArgument (empty or wrong type)
-ALTIRO3D_EXPORT bool hasColours(const cv::Mat& picture);
+[[nodiscard]] ALTIRO3D_EXPORT bool hasColours(const cv::Mat& picture);
 
 /// Mark in a picture file that prevents its use as something else.
 enum class ImageMark {
@@ -99,12 +101,12 @@ ALTIRO3D_EXPORT void writeImage(const std::filesystem::path& path, const cv::Mat
 ///
 /// @param path the file
 /// @return true if it does
-ALTIRO3D_EXPORT bool isMarkedNative(const std::filesystem::path& path);
+[[nodiscard]] ALTIRO3D_EXPORT bool isMarkedNative(const std::filesystem::path& path);
 
 /// Whether writeImage() can write the extension of a file name.
 /// @param path file name; the file is not accessed
 /// @return true if it is
-ALTIRO3D_EXPORT bool canWriteImage(const std::filesystem::path& path);
+[[nodiscard]] ALTIRO3D_EXPORT bool canWriteImage(const std::filesystem::path& path);
 
 /// Lists the pictures in a directory in natural order: `view9.png` before `view10.png`. These are
 /// the files with the extension of a picture, without hidden files. Subdirectories are not
@@ -113,7 +115,7 @@ ALTIRO3D_EXPORT bool canWriteImage(const std::filesystem::path& path);
 /// @param directory the directory
 /// @return their paths, including the directory
 /// @throws Error NotFound or ReadFailed (no directory, no permission)
-ALTIRO3D_EXPORT std::vector<std::filesystem::path>
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<std::filesystem::path>
 listImages(const std::filesystem::path& directory);
 
 /// Natural order of names: runs of digits compare as numbers, letters regardless of case. Names
@@ -122,6 +124,6 @@ listImages(const std::filesystem::path& directory);
 /// @param a one name
 /// @param b another one
 /// @return true if `a` comes before `b`
-ALTIRO3D_EXPORT bool naturalLess(const std::string& a, const std::string& b);
+[[nodiscard]] ALTIRO3D_EXPORT bool naturalLess(const std::string& a, const std::string& b);
 
 } // namespace altiro3D

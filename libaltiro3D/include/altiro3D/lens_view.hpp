@@ -21,7 +21,7 @@ struct LensEye {
 ///
 /// @param calibration the display; not checked
 /// @return C in degrees
-ALTIRO3D_EXPORT double viewConeDegrees(const Calibration& calibration);
+[[nodiscard]] ALTIRO3D_EXPORT double viewConeDegrees(const Calibration& calibration);
 
 /// The eye at an angle from the panel's normal: z = 1/2 + angle / cone, docs/mathematics.md, (2.4).
 ///
@@ -30,7 +30,8 @@ ALTIRO3D_EXPORT double viewConeDegrees(const Calibration& calibration);
 ///        cone the views repeat, as they do on a display
 /// @return the eye, with a spot of one sub-pixel
 /// @throws Error InvalidArgument (angle not finite)
-ALTIRO3D_EXPORT LensEye eyeAtAngle(const Calibration& calibration, double angleDegrees);
+[[nodiscard]] ALTIRO3D_EXPORT LensEye eyeAtAngle(const Calibration& calibration,
+                                                 double angleDegrees);
 
 /// The eye that sees exactly the sub-pixels of one view: z = (view + 0.5) / N, docs/mathematics.md,
 /// (2.4).
@@ -39,7 +40,7 @@ ALTIRO3D_EXPORT LensEye eyeAtAngle(const Calibration& calibration, double angleD
 /// @param viewCount N, 1..4096
 /// @return the eye, with a spot of 1/N
 /// @throws Error InvalidArgument (out of these ranges)
-ALTIRO3D_EXPORT LensEye eyeAtView(int view, int viewCount);
+[[nodiscard]] ALTIRO3D_EXPORT LensEye eyeAtView(int view, int viewCount);
 
 /// Simulates what an eye sees of a Native through the display's lenses (docs/mathematics.md, 2a;
 /// (2.5) bounds the loss).

@@ -36,7 +36,7 @@ class ALTIRO3D_EXPORT NativeLut {
     /// @return the table
     /// @throws Error NotFound, ReadFailed (no permission, not a regular file), BadFormat (not a
     ///         `.map`, truncated, corrupt, oversize), OutOfMemory
-    static NativeLut load(const std::filesystem::path& file);
+    [[nodiscard]] static NativeLut load(const std::filesystem::path& file);
 
     /// Writes a `.map` file; it appears complete or not at all. The file holds at most the first 47
     /// bytes of the serial number.
@@ -45,21 +45,21 @@ class ALTIRO3D_EXPORT NativeLut {
     void save(const std::filesystem::path& file) const;
 
     /// Size of the panel. @return columns x rows in px
-    cv::Size panelSize() const;
+    [[nodiscard]] cv::Size panelSize() const;
     /// The layout of the quilt that the coordinates refer to. @return the layout
-    const QuiltLayout& quilt() const;
+    [[nodiscard]] const QuiltLayout& quilt() const;
     /// Identifies the calibration that the table was built from. @return its fingerprint()
-    std::uint64_t calibrationFingerprint() const;
+    [[nodiscard]] std::uint64_t calibrationFingerprint() const;
     /// Serial number of the display. @return may be empty
-    const std::string& serial() const;
+    [[nodiscard]] const std::string& serial() const;
     /// Whether the order of views is reversed. @return true if it is
-    bool inverted() const;
+    [[nodiscard]] bool inverted() const;
 
     /// The table of one colour.
     /// @param channel 0 red, 1 green, 2 blue
     /// @return [panel rows x panel cols, CV_16UC2, (X, Y) in px of the quilt, Y grows downward]
     /// @throws Error InvalidArgument (channel)
-    const cv::Mat& channel(int channel) const;
+    [[nodiscard]] const cv::Mat& channel(int channel) const;
 
   private:
     explicit NativeLut(std::shared_ptr<const NativeLutTables> tables);

@@ -56,31 +56,32 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// @param layout layout of the quilts
     /// @param options method, sampling
     /// @return empty if it can be made directly
-    static std::string obstacle(const QuiltLayout& layout, const NativeOptions& options);
+    [[nodiscard]] static std::string obstacle(const QuiltLayout& layout,
+                                              const NativeOptions& options);
 
     /// The same maker with other views: another strength or focus for one photo.
     /// @param views method and knobs; the method must need a quilt or not, as the one before
     /// @return the maker; look-up tables are shared
     /// @throws Error InvalidArgument (views)
-    NativeMaker withViews(const ViewOptions& views) const;
+    [[nodiscard]] NativeMaker withViews(const ViewOptions& views) const;
 
     /// The way that is taken. @return direct or over a quilt
-    NativePath path() const;
+    [[nodiscard]] NativePath path() const;
     /// The options in use. @return as given to the constructor
-    const NativeOptions& options() const;
+    [[nodiscard]] const NativeOptions& options() const;
     /// Layout of the quilts. @return the layout
-    const QuiltLayout& layout() const;
+    [[nodiscard]] const QuiltLayout& layout() const;
     /// Size of the Native. @return columns x rows in px
-    cv::Size panelSize() const;
+    [[nodiscard]] cv::Size panelSize() const;
     /// Size that photos are fitted to. @return that of a tile, or the panel's
-    cv::Size workSize() const;
+    [[nodiscard]] cv::Size workSize() const;
 
     /// The fit of a photo.
     /// @param photo its size in px
     /// @param aspect width : height of what the viewer sees; 0: the panel's
     /// @return the fit, for fitScene()
     /// @throws Error as fitPhoto()
-    PhotoFit fit(cv::Size photo, double aspect = 0) const;
+    [[nodiscard]] PhotoFit fit(cv::Size photo, double aspect = 0) const;
 
     /// Makes the quilt of a fitted photo.
     /// @param fitted of workSize()

@@ -43,11 +43,11 @@ class ALTIRO3D_EXPORT NativeRenderer {
                    InvertViews invert = InvertViews::Auto);
 
     /// Size of the Native. @return columns x rows in px
-    cv::Size panelSize() const;
+    [[nodiscard]] cv::Size panelSize() const;
     /// Number of views. @return as given to the constructor
-    int viewCount() const;
+    [[nodiscard]] int viewCount() const;
     /// The options in use. @return as given to the constructor
-    const ViewOptions& options() const;
+    [[nodiscard]] const ViewOptions& options() const;
 
     /// Renders one Native. Sub-pixels read the photo's px under the centre of their panel px.
     ///

@@ -31,8 +31,8 @@ struct PhotoFit {
 /// @param mode crop, bars or distortion
 /// @return the fit
 /// @throws Error InvalidArgument (out of these ranges)
-ALTIRO3D_EXPORT PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result,
-                                  FitMode mode = FitMode::Cover);
+[[nodiscard]] ALTIRO3D_EXPORT PhotoFit fitPhoto(cv::Size picture, double panelAspect,
+                                                cv::Size result, FitMode mode = FitMode::Cover);
 
 /// Resamples a picture by a fit: area average to shrink, cubic to enlarge.
 ///

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/calibration.hpp"
+#include "altiro3D/error.hpp"
 #include "altiro3D/export.hpp"
 
 #include <filesystem>
@@ -26,12 +27,14 @@ struct ALTIRO3D_EXPORT QuiltLayout {
     int viewCount = 48; ///< Views in use, 1..columns * rows; unused tiles are at the top right.
 
     /// Size of the quilt. @return width x height in px; the layout must be valid
-    cv::Size size() const { return {columns * tileSize.width, rows * tileSize.height}; }
+    [[nodiscard]] cv::Size size() const {
+        return {columns * tileSize.width, rows * tileSize.height};
+    }
 
     /// The tile of a view: docs/mathematics.md, (2.1) to (2.3). Arguments are not checked.
     /// @param view 0 (leftmost camera) .. viewCount-1; higher numbers are the unused tiles
     /// @return its rectangle in px of the quilt, y grows downward
-    cv::Rect tile(int view) const {
+    [[nodiscard]] cv::Rect tile(int view) const {
         return {(view % columns) * tileSize.width, (rows - 1 - view / columns) * tileSize.height,
                 tileSize.width, tileSize.height};
     }
@@ -39,7 +42,7 @@ struct ALTIRO3D_EXPORT QuiltLayout {
     /// The layout as text for people.
     /// @return "8 columns x 6 rows, each view 420 x 560 px"; also the view count if tiles are
     ///         unused
-    std::string text() const;
+    [[nodiscard]] std::string text() const;
 };
 
 /// Equal layouts.
@@ -51,7 +54,7 @@ ALTIRO3D_EXPORT bool operator==(const QuiltLayout& a, const QuiltLayout& b);
 /// @param a one layout
 /// @param b another one
 /// @return true unless all fields are equal
-inline bool operator!=(const QuiltLayout& a, const QuiltLayout& b) {
+[[nodiscard]] inline bool operator!=(const QuiltLayout& a, const QuiltLayout& b) {
     return !(a == b);
 }
 
@@ -67,7 +70,7 @@ ALTIRO3D_EXPORT void validate(const QuiltLayout& layout);
 /// @param view 0 (leftmost camera) .. viewCount-1
 /// @param viewCount N, number of views
 /// @return from -1 (leftmost) to +1 (rightmost); 0 for a single view
-ALTIRO3D_EXPORT double viewPosition(int view, int viewCount);
+[[nodiscard]] ALTIRO3D_EXPORT double viewPosition(int view, int viewCount);
 
 /// Columns and rows of a quilt.
 struct QuiltGrid {
@@ -79,13 +82,13 @@ struct QuiltGrid {
 /// @param text two whole numbers, 1..1024, with an x or X between them and nothing else
 /// @return columns and rows
 /// @throws Error InvalidArgument (anything else)
-ALTIRO3D_EXPORT QuiltGrid parseQuiltGrid(const std::string& text);
+[[nodiscard]] ALTIRO3D_EXPORT QuiltGrid parseQuiltGrid(const std::string& text);
 
 /// Parses `HxW`, height x width of one view as in `-r 560x420`.
 /// @param text two whole numbers, 1..99999, with an x or X between them and nothing else
 /// @return the size in px
 /// @throws Error InvalidArgument (anything else)
-ALTIRO3D_EXPORT cv::Size parseTileSize(const std::string& text);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Size parseTileSize(const std::string& text);
 
 /// Quilt data in a file name: the last `_qs<columns>x<rows>a<aspect>` in it.
 struct QuiltName {
@@ -97,7 +100,8 @@ struct QuiltName {
 /// @param file the name; directories are ignored and the file is not accessed
 /// @return nothing if the name has no such suffix
 /// @throws Error InvalidArgument if the suffix is out of range (0 columns, aspect 99)
-ALTIRO3D_EXPORT std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file);
+[[nodiscard]] ALTIRO3D_EXPORT std::optional<QuiltName>
+parseQuiltName(const std::filesystem::path& file);
 
 /// The file name for a quilt: `photo.png` becomes `photo_qs8x6a0.75.png`. A name that already has
 /// this suffix is not changed. An aspect outside the range of parseQuiltName() is left out.
@@ -107,8 +111,8 @@ ALTIRO3D_EXPORT std::optional<QuiltName> parseQuiltName(const std::filesystem::p
 /// @return the name
 /// @throws Error Mismatch (the name has another suffix; aspects match within 5 %); InvalidArgument
 ///         (columns, rows, a suffix that parseQuiltName() refuses)
-ALTIRO3D_EXPORT std::filesystem::path quiltFileName(const std::filesystem::path& file,
-                                                    const QuiltLayout& layout, double aspect);
+[[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
+quiltFileName(const std::filesystem::path& file, const QuiltLayout& layout, double aspect);
 
 /// What the user specified about a quilt; each part is optional.
 struct QuiltRequest {
@@ -118,10 +122,10 @@ struct QuiltRequest {
     std::optional<cv::Size> quiltSize; ///< Size of the quilt picture, if it exists.
 };
 
-/// A layout and warnings about it.
+/// A layout and remarks about it.
 struct ResolvedQuilt {
-    QuiltLayout layout;                ///< The layout.
-    std::vector<std::string> warnings; ///< For example that the swapped order fits better.
+    QuiltLayout layout; ///< The layout.
+    Notes notes;        ///< For example that the swapped order fits better.
 };
 
 /// Determines the layout for a request.
@@ -136,9 +140,10 @@ struct ResolvedQuilt {
 /// @param request what is known
 /// @param standard the display's default layout; must be valid
 /// @param panelAspect width : height of the panel, > 0; used for the warning only
-/// @return the layout, which is valid, and the warnings
+/// @return the layout, which is valid, and remarks
 /// @throws Error Mismatch (`-q` and the name, `-r` and the picture), InvalidArgument, TooLarge
-ALTIRO3D_EXPORT ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& standard,
-                                           double panelAspect);
+[[nodiscard]] ALTIRO3D_EXPORT ResolvedQuilt resolveQuilt(const QuiltRequest& request,
+                                                         const QuiltLayout& standard,
+                                                         double panelAspect);
 
 } // namespace altiro3D

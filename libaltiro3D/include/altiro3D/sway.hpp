@@ -5,7 +5,7 @@
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
-#include "altiro3D/video_types.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include <filesystem>
 #include <functional>
@@ -32,7 +32,7 @@ ALTIRO3D_EXPORT void validate(const SwayOptions& options);
 /// @param options time of a turn and frame rate
 /// @return n of docs/mathematics.md, (3.6)
 /// @throws Error InvalidArgument (options)
-ALTIRO3D_EXPORT int framesPerTurn(const SwayOptions& options);
+[[nodiscard]] ALTIRO3D_EXPORT int framesPerTurn(const SwayOptions& options);
 
 /// Camera position of a frame: p = sin(2 pi k / n), docs/mathematics.md, (3.6). The motion starts
 /// in the middle, where it is fastest, and slows down at both ends. The way back uses the same
@@ -43,7 +43,7 @@ ALTIRO3D_EXPORT int framesPerTurn(const SwayOptions& options);
 /// @param framesPerTurn n, a multiple of 4, at least 4
 /// @return -1..+1; 0 at frame 0, +1 after a quarter of the turn, -1 after three
 /// @throws Error InvalidArgument (out of these ranges)
-ALTIRO3D_EXPORT double swayPosition(int frame, int framesPerTurn);
+[[nodiscard]] ALTIRO3D_EXPORT double swayPosition(int frame, int framesPerTurn);
 
 /// A video size that any player supports: the picture's own, with the longer side limited to 1920
 /// px, the shorter side limited to 1080 px, even sides of at least 16 px, and an aspect of at most
@@ -54,7 +54,7 @@ ALTIRO3D_EXPORT double swayPosition(int frame, int framesPerTurn);
 ///        make them square, one side is enlarged and none is shrunk.
 /// @return size in px
 /// @throws Error InvalidArgument (an empty picture, aspect)
-ALTIRO3D_EXPORT cv::Size swaySize(cv::Size picture, double aspect);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Size swaySize(cv::Size picture, double aspect);
 
 /// As fitPhoto(), for a picture whose pixels need not be square; those of the result are. A picture
 /// that is larger by one px, because an odd side became even, is cropped and not resampled.
@@ -65,8 +65,8 @@ ALTIRO3D_EXPORT cv::Size swaySize(cv::Size picture, double aspect);
 /// @param mode crop, bars or distortion
 /// @return the fit, for applyFit()
 /// @throws Error InvalidArgument (an empty picture or result, an aspect out of its range)
-ALTIRO3D_EXPORT PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result,
-                                 FitMode mode = FitMode::Cover);
+[[nodiscard]] ALTIRO3D_EXPORT PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result,
+                                               FitMode mode = FitMode::Cover);
 
 /// The fit of a whole photo, in its own shape, to the video of swaySize(). A shape beyond 1 : 100
 /// is squeezed to it.
@@ -76,8 +76,8 @@ ALTIRO3D_EXPORT PhotoFit swayFit(cv::Size picture, double aspect, cv::Size resul
 /// @param size size of the video in px; empty: swaySize()
 /// @return the fit, for fitScene(); its size is that of the video
 /// @throws Error InvalidArgument (an empty photo)
-ALTIRO3D_EXPORT PhotoFit photoSwayFit(cv::Size photo, FitMode mode = FitMode::Cover,
-                                      cv::Size size = {});
+[[nodiscard]] ALTIRO3D_EXPORT PhotoFit photoSwayFit(cv::Size photo, FitMode mode = FitMode::Cover,
+                                                    cv::Size size = {});
 
 /// Renders the picture at a camera position. It is called from one thread.
 ///
@@ -96,8 +96,8 @@ using SwayView = std::function<void(double position, cv::Mat& picture)>;
 /// @return renders pictures of the photo's size
 /// @throws Error InvalidArgument (types, options), Mismatch (photo and depth differ in size),
 ///         TooLarge, OutOfMemory
-ALTIRO3D_EXPORT SwayView photoViews(const cv::Mat& photo, const cv::Mat& depth,
-                                    const ViewOptions& options = {});
+[[nodiscard]] ALTIRO3D_EXPORT SwayView photoViews(const cv::Mat& photo, const cv::Mat& depth,
+                                                  const ViewOptions& options = {});
 
 /// The views of a quilt.
 ///
@@ -109,8 +109,9 @@ ALTIRO3D_EXPORT SwayView photoViews(const cv::Mat& photo, const cv::Mat& depth,
 /// @return renders pictures of fit.size; throws as applyFit() if the fit does not match the tiles
 /// @throws Error InvalidArgument (type, layout), TooLarge (layout), Mismatch (the quilt does not
 ///         have the layout's size)
-ALTIRO3D_EXPORT SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& layout,
-                                    const PhotoFit& fit, ViewFilter between = ViewFilter::Nearest);
+[[nodiscard]] ALTIRO3D_EXPORT SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& layout,
+                                                  const PhotoFit& fit,
+                                                  ViewFilter between = ViewFilter::Nearest);
 
 /// Writes the video as H.264 4:2:0 at a constant rate, which any player supports. The file appears
 /// complete or not at all.
@@ -119,11 +120,12 @@ ALTIRO3D_EXPORT SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& lay
 /// @param size size of the pictures that `view` renders, px, even sides, 16..16384
 /// @param options speed, turns and frame rate
 /// @param view renders the pictures
-/// @param progress if given, called before each frame with its number and the total number
+/// @param goOn called before each frame; false cancels, and no file appears. May be empty.
+/// @return false if the work was cancelled
 /// @throws Error InvalidArgument (options, size, a picture of another size), Unsupported (the
 ///         extension, no encoder in this FFmpeg), WriteFailed; exceptions of `view` pass through
-ALTIRO3D_EXPORT void writeSway(const std::filesystem::path& path, cv::Size size,
+ALTIRO3D_EXPORT bool writeSway(const std::filesystem::path& path, cv::Size size,
                                const SwayOptions& options, const SwayView& view,
-                               const std::function<void(int frame, int frames)>& progress = {});
+                               const VideoProgressFunction& goOn = {});
 
 } // namespace altiro3D

@@ -9,6 +9,26 @@
 
 namespace altiro3D {
 
+/// Peak signal-to-noise ratio of two pictures: 10 log10(255² / mean squared difference), over all
+/// channels.
+///
+/// @param picture [rows x cols, 8-bit, any number of channels]
+/// @param truth [as picture]
+/// @return dB; +infinity if they are equal
+/// @throws Error InvalidArgument (empty, not 8-bit), Mismatch (size or type differ)
+[[nodiscard]] ALTIRO3D_EXPORT double psnr(const cv::Mat& picture, const cv::Mat& truth);
+
+/// Structural similarity of two pictures: Wang et al. 2004 with an 11 x 11 Gaussian window (sigma
+/// 1.5), K1 = 0.01, K2 = 0.03, range 255, reflected borders. The result is the mean over all pixels
+/// and channels.
+///
+/// @param picture [rows x cols, 8-bit, 1..4 channels]
+/// @param truth [as picture]
+/// @return -1..1, 1 = equal
+/// @throws Error InvalidArgument (empty, not 8-bit, more than 4 channels), Mismatch (size or type
+///         differ)
+[[nodiscard]] ALTIRO3D_EXPORT double ssim(const cv::Mat& picture, const cv::Mat& truth);
+
 /// Options of a view method, with a name for tables.
 struct NamedViewOptions {
     std::string name;    ///< For example "fast" or "layered".
@@ -20,13 +40,15 @@ struct NamedViewOptions {
 ///
 /// @param base strength and focus of all settings
 /// @return the settings; their names are unique
-ALTIRO3D_EXPORT std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base = {});
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<NamedViewOptions>
+tradeSettings(const ViewOptions& base = {});
 
 /// Each method with its default options, cheapest first, named after the method.
 ///
 /// @param base strength, focus and method options of all settings
 /// @return "fast", "layered", "real"
-ALTIRO3D_EXPORT std::vector<NamedViewOptions> defaultSettings(const ViewOptions& base = {});
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<NamedViewOptions>
+defaultSettings(const ViewOptions& base = {});
 
 /// Time to render views.
 struct ViewCost {
@@ -46,8 +68,9 @@ struct ViewCost {
 /// @return the times
 /// @throws Error InvalidArgument (views, repetitions, options), TooLarge (the quilt of all views),
 ///         and as Depth2Quilt::render()
-ALTIRO3D_EXPORT ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth,
-                                      const ViewOptions& options, int views, int repetitions);
+[[nodiscard]] ALTIRO3D_EXPORT ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth,
+                                                    const ViewOptions& options, int views,
+                                                    int repetitions);
 
 /// Accuracy of a view.
 struct ViewAccuracy {
@@ -65,7 +88,8 @@ struct ViewAccuracy {
 ///        they are included if nothing else would be left
 /// @return psnr() and ssim()
 /// @throws Error Mismatch (sizes or types differ), InvalidArgument (empty, not 8-bit, band)
-ALTIRO3D_EXPORT ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth, int band);
+[[nodiscard]] ALTIRO3D_EXPORT ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth,
+                                                        int band);
 
 /// A measured stereo scene: a photo, its true disparity, and the photo of a second camera.
 struct ALTIRO3D_EXPORT StereoScene {
@@ -80,9 +104,9 @@ struct ALTIRO3D_EXPORT StereoScene {
     /// largestDisparity, docs/mathematics.md, (3.2).
     /// @param knobs all other options
     /// @return the options
-    ViewOptions options(const ViewOptions& knobs) const;
+    [[nodiscard]] ViewOptions options(const ViewOptions& knobs) const;
     /// Width of the bands that "inside" excludes. @return ceil(largest disparity) + 2 px
-    int band() const;
+    [[nodiscard]] int band() const;
 };
 
 /// Builds a scene from its pictures.
@@ -95,8 +119,9 @@ struct ALTIRO3D_EXPORT StereoScene {
 /// @param truth [as photo], the photo of the second camera
 /// @return the scene; photo and truth share memory with the arguments
 /// @throws Error Mismatch (sizes differ), InvalidArgument (empty, wrong type, scale)
-ALTIRO3D_EXPORT StereoScene makeStereoScene(const std::string& name, const cv::Mat& photo,
-                                            const cv::Mat& rawDisparity, double scale,
-                                            const cv::Mat& truth);
+[[nodiscard]] ALTIRO3D_EXPORT StereoScene makeStereoScene(const std::string& name,
+                                                          const cv::Mat& photo,
+                                                          const cv::Mat& rawDisparity, double scale,
+                                                          const cv::Mat& truth);
 
 } // namespace altiro3D

@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/export.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include <functional>
 #include <memory>
@@ -9,6 +10,35 @@
 #include <string>
 
 namespace altiro3D {
+
+/// Detects the frames of a video that begin a new scene. It uses only the pictures and does not
+/// look ahead.
+///
+/// A picture begins a scene if it cannot be composed by moving parts of the previous picture
+/// (docs/mathematics.md, 5.3). Motion, global changes of brightness, fades and pictures without
+/// contrast (a flash, black) are not cuts. After a picture without contrast, the comparison uses
+/// the last picture with contrast. A dissolve is not a cut, because it is gradual.
+///
+/// Move-only; one thread at a time per object.
+class ALTIRO3D_EXPORT SceneCuts {
+  public:
+    SceneCuts();
+    ~SceneCuts();
+    SceneCuts(SceneCuts&&) noexcept;            ///< Moves.
+    SceneCuts& operator=(SceneCuts&&) noexcept; ///< Moves. @return *this
+
+    /// Whether the next picture begins a scene. The first picture and one of another size always
+    /// do.
+    ///
+    /// @param picture [rows x cols, CV_8UC3, BGR]
+    /// @return true if it does
+    /// @throws Error InvalidArgument (empty, wrong type)
+    [[nodiscard]] bool next(const cv::Mat& picture);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
 
 /// How often the depth of a video is estimated and how steady it is kept.
 struct VideoDepthOptions {
@@ -64,7 +94,7 @@ class ALTIRO3D_EXPORT VideoDepth {
     VideoDepth& operator=(VideoDepth&&) noexcept; ///< Moves. @return *this
 
     /// The options in use. @return as given to the constructor
-    const VideoDepthOptions& options() const;
+    [[nodiscard]] const VideoDepthOptions& options() const;
 
     /// The depth of the next picture.
     ///
@@ -79,13 +109,13 @@ class ALTIRO3D_EXPORT VideoDepth {
 
     /// All that is needed to go on later, for setState() of an object with the same options on a
     /// machine of the same kind: the depth is then the same bit for bit. Some 1 MB for 256 x 256.
-    /// @return bytes, no text
-    std::string state() const;
+    /// @return the state
+    [[nodiscard]] SavedState state() const;
 
     /// Goes on from a state().
-    /// @param bytes from state()
+    /// @param state from state()
     /// @throws Error BadFormat (damaged, not from state()); the object is then as before
-    void setState(const std::string& bytes);
+    void setState(const SavedState& state);
 
   private:
     struct Impl;

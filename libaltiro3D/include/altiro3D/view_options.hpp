@@ -94,8 +94,9 @@ constexpr double kParallaxBudgetPixels = 5;
 /// @param panelSize size of the panel in px
 /// @param depthRange smallest and largest depth in the picture, each 0..1
 /// @return the parallax, 0 or more; 0 for fewer than two views
-ALTIRO3D_EXPORT AdjacentParallax adjacentParallax(const ViewOptions& options,
-                                                  const QuiltLayout& quilt, cv::Size panelSize,
-                                                  cv::Vec2d depthRange = {0, 1});
+[[nodiscard]] ALTIRO3D_EXPORT AdjacentParallax adjacentParallax(const ViewOptions& options,
+                                                                const QuiltLayout& quilt,
+                                                                cv::Size panelSize,
+                                                                cv::Vec2d depthRange = {0, 1});
 
 } // namespace altiro3D

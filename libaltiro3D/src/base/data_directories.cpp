@@ -1,4 +1,4 @@
-#include "altiro3D/data_directories.hpp"
+#include "altiro3D/file_io.hpp"
 
 #include "base/data_prefix.hpp"
 

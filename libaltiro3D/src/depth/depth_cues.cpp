@@ -1,4 +1,4 @@
-#include "altiro3D/depth_cues.hpp"
+#include "altiro3D/depth_source.hpp"
 
 #include "altiro3D/error.hpp"
 #include "image/downscale.hpp"

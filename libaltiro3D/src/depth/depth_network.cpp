@@ -274,7 +274,7 @@ void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
     const int shape[] = {1, 3, size.height, size.width};
     blob.create(4, shape, CV_32F);
     std::array<cv::Mat, 3> planes;
-    const bool swap = profile.channelOrder == "RGB";
+    const bool swap = profile.channelOrder == ChannelOrder::Rgb;
     for (int i = 0; i < 3; ++i) {
         cv::Mat& plane = planes[static_cast<std::size_t>(swap ? 2 - i : i)];
         plane = cv::Mat(size, CV_32FC1, blob.ptr<float>(0, i));

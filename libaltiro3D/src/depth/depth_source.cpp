@@ -1,6 +1,5 @@
 #include "altiro3D/depth_source.hpp"
 
-#include "altiro3D/depth_cues.hpp"
 #include "altiro3D/image_io.hpp"
 
 #include <future>
@@ -16,8 +15,8 @@ cv::Mat withNotes(Read read, const std::filesystem::path& file, Notes* notes) {
     Notes own;
     cv::Mat picture = read(file, &own);
     if (notes != nullptr) {
-        for (const std::string& note : own)
-            notes->push_back(file.string() + ": " + note);
+        for (const Note& note : own)
+            notes->push_back({note.code, file.string() + ": " + note.text});
     }
     return picture;
 }

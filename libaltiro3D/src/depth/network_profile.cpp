@@ -1,4 +1,3 @@
-#include "altiro3D/data_directories.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
@@ -92,10 +91,6 @@ std::optional<Problem> findProblem(const NetworkProfile& profile) {
     }
     if (auto found = findSideProblem("inputHeight", profile.inputHeight, profile.multipleOf)) {
         return found;
-    }
-    if (profile.channelOrder != "RGB" && profile.channelOrder != "BGR") {
-        return Problem{"channelOrder",
-                       "is " + inQuotes(profile.channelOrder) + R"(, expected "RGB" or "BGR")"};
     }
     if (!std::isfinite(profile.scale) || profile.scale == 0) {
         return Problem{"scale", "is " + shown(profile.scale) + ", expected a number other than 0"};
@@ -230,7 +225,9 @@ NetworkProfile readProfile(const std::string& file, const std::string& prefix, c
     reader.read("inputWidth", profile.inputWidth, true);
     reader.read("inputHeight", profile.inputHeight, true);
     reader.read("multipleOf", profile.multipleOf);
-    reader.read("channelOrder", profile.channelOrder);
+    reader.read<ChannelOrder>("channelOrder",
+                              {{"RGB", ChannelOrder::Rgb}, {"BGR", ChannelOrder::Bgr}},
+                              profile.channelOrder);
     reader.read("scale", profile.scale);
     reader.read("mean", profile.mean);
     reader.read("std", profile.std);

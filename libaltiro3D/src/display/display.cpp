@@ -107,19 +107,23 @@ QuiltLayout defaultQuilt(const Calibration& calibration) {
     return layout;
 }
 
-std::vector<std::string> calibrationWarnings(const Calibration& c) {
-    std::vector<std::string> result;
+Notes calibrationWarnings(const Calibration& c) {
+    Notes result;
     const DisplayModel* m = findDisplayModel(c);
     if (m != nullptr && m->panelSize != cv::Size(c.screenW, c.screenH)) {
-        result.push_back("serial number " + c.serial + " is that of a " + m->name + " with " +
-                         std::to_string(m->panelSize.width) + " x " +
-                         std::to_string(m->panelSize.height) + " px, but the panel has " +
-                         std::to_string(c.screenW) + " x " + std::to_string(c.screenH) + " px");
+        result.push_back(
+            {NoteCode::Doubtful, "serial number " + c.serial + " is that of a " + m->name +
+                                     " with " + std::to_string(m->panelSize.width) + " x " +
+                                     std::to_string(m->panelSize.height) +
+                                     " px, but the panel has " + std::to_string(c.screenW) + " x " +
+                                     std::to_string(c.screenH) + " px"});
     }
-    if (c.fringe != 0) result.push_back("fringe is not 0; this correction is not applied");
+    if (c.fringe != 0)
+        result.push_back({NoteCode::AsItIs, "fringe is not 0; this correction is not applied"});
     if (c.flipImageX >= 0.5 || c.flipImageY >= 0.5) {
         result.push_back(
-            "the flip flags are set, as in no display known so far: check the picture");
+            {NoteCode::Doubtful,
+             "the flip flags are set, as in no display known so far: check the picture"});
     }
     return result;
 }

@@ -209,9 +209,10 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
     validate(layout);
     if (!request.grid && !request.name && !request.tileSize &&
         request.quiltSize.value_or(standard.size()) != standard.size()) {
-        resolved.warnings.push_back(
-            "the file's name does not state the layout, and its size, " + sizeText(canvas) +
-            " px, is not that of the display's quilts; it is read as " + layout.text());
+        resolved.notes.push_back(
+            {NoteCode::Doubtful,
+             "the file's name does not state the layout, and its size, " + sizeText(canvas) +
+                 " px, is not that of the display's quilts; it is read as " + layout.text()});
     }
 
     // People use both orders. The warning points out that the other one fits better.
@@ -226,10 +227,11 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
             swapped.columns = swappedGrid.columns;
             swapped.rows = swappedGrid.rows;
             swapped.tileSize = swappedTile;
-            resolved.warnings.push_back(
-                "the layout is read as " + layout.text() +
-                ", whose views do not have the panel's shape; the swapped reading, " +
-                swapped.text() + ", would have it");
+            resolved.notes.push_back(
+                {NoteCode::Doubtful,
+                 "the layout is read as " + layout.text() +
+                     ", whose views do not have the panel's shape; the swapped reading, " +
+                     swapped.text() + ", would have it"});
         }
     }
     return resolved;

@@ -106,18 +106,22 @@ void checkHeader(const fs::path& path, const ImageHeader& header) {
 void addNotes(const ImageHeader& header, const std::string& extension, Notes* notes) {
     if (notes == nullptr) return;
     if (header.format == ImageFormat::Jpeg && header.isCutOff) {
-        notes->push_back(header.hasWholeScan ? "the file is cut off: its fine detail is missing"
-                                             : "the file is cut off: its lower part is missing");
+        notes->push_back({NoteCode::CutOff,
+                          header.hasWholeScan ? "the file is cut off: its fine detail is missing"
+                                              : "the file is cut off: its lower part is missing"});
     }
     if (header.isUnmarkedCmyk) {
-        notes->push_back("the file is CMYK without Adobe's mark: its colours may be inverted");
+        notes->push_back({NoteCode::Doubtful,
+                          "the file is CMYK without Adobe's mark: its colours may be inverted"});
     }
     if (extension == ".mpo" && header.format == ImageFormat::Jpeg) {
-        notes->push_back("the file holds several pictures: the first one is read");
+        notes->push_back(
+            {NoteCode::LeftOut, "the file holds several pictures: the first one is read"});
     } else if (header.pictures > 1) {
-        notes->push_back("the file holds " + std::to_string(header.pictures) +
-                         (header.format == ImageFormat::Tiff ? " pages" : " frames") +
-                         ": the first one is read");
+        notes->push_back(
+            {NoteCode::LeftOut, "the file holds " + std::to_string(header.pictures) +
+                                    (header.format == ImageFormat::Tiff ? " pages" : " frames") +
+                                    ": the first one is read"});
     }
 }
 
@@ -365,8 +369,9 @@ bool isGrey(const cv::Mat& bgr) {
 template <typename T>
 cv::Mat greyOf(const cv::Mat& bgr, Notes* notes) {
     if (notes != nullptr && hasColours(bgr)) {
-        notes->emplace_back("has colours, and depth has none: their grey value is taken (the photo "
-                            "comes first, then its depth)");
+        notes->push_back({NoteCode::Doubtful,
+                          "has colours, and depth has none: their grey value is taken (the photo "
+                          "comes first, then its depth)"});
     }
     cv::Mat grey;
     if (std::is_integral_v<T> && isGrey<T>(bgr)) {

@@ -78,10 +78,11 @@ cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout, Notes* notes) 
                         " px for " + layout.text());
     }
     if (notes != nullptr) {
-        notes->push_back("the quilt has " + sizeText(quilt.size()) + " px; its unused " +
-                         std::to_string(quilt.cols - wanted.width) + " columns at the right and " +
-                         std::to_string(quilt.rows - wanted.height) +
-                         " rows at the top are left out");
+        notes->push_back(
+            {NoteCode::LeftOut,
+             "the quilt has " + sizeText(quilt.size()) + " px; its unused " +
+                 std::to_string(quilt.cols - wanted.width) + " columns at the right and " +
+                 std::to_string(quilt.rows - wanted.height) + " rows at the top are left out"});
     }
     return quilt(cv::Rect(0, quilt.rows - wanted.height, wanted.width, wanted.height));
 }

@@ -1,5 +1,3 @@
-#include "altiro3D/quilt_shape.hpp"
-
 #include "altiro3D/quilt2native.hpp"
 
 #include <cmath>

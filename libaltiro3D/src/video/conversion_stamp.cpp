@@ -50,7 +50,7 @@ std::string contentsOf(const NativeLut& map) {
 Json feedingOf(const DepthNetwork& network) {
     const NetworkProfile& profile = network.profile();
     return {{"size", sizeText(network.inputSize())},
-            {"channels", profile.channelOrder},
+            {"channels", static_cast<int>(profile.channelOrder)},
             {"scale", profile.scale},
             {"mean", profile.mean},
             {"std", profile.std},
@@ -89,7 +89,7 @@ Json encodingOf(const VideoWriterOptions& options) {
     return {{"codec", static_cast<int>(options.codec)},
             {"compatible", options.compatible},
             {"crf", options.crf},
-            {"preset", options.preset},
+            {"preset", static_cast<int>(options.preset)},
             {"colours", colours},
             {"copied", {options.audio, options.subtitles, options.chapters, options.metadata}},
             {"tags", options.tags}};
@@ -97,10 +97,8 @@ Json encodingOf(const VideoWriterOptions& options) {
 
 } // namespace
 
-std::string conversionStamp(const VideoConversion& conversion, const QuiltLayout& layout) {
-    Json stamp = Json::parse(conversion.settings, nullptr, false);
-    check(stamp.is_object(), "settings",
-          "are \"" + conversion.settings + "\", expected a JSON object");
+RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout& layout) {
+    RunSettings stamp = conversion.settings;
     const auto text = [](const Json& value) {
         return value.dump(-1, ' ', false, Json::error_handler_t::replace);
     };
@@ -140,7 +138,7 @@ std::string conversionStamp(const VideoConversion& conversion, const QuiltLayout
         threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()));
     stamp["threads of OpenCV"] = std::to_string(cv::getNumThreads()); // networks hang on them
     stamp["version"] = version();
-    return text(stamp);
+    return stamp;
 }
 
 } // namespace altiro3D

@@ -3,8 +3,6 @@
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/video_conversion.hpp"
 
-#include <string>
-
 namespace altiro3D {
 
 /// Everything that shapes the frames and the file of a conversion, for
@@ -13,8 +11,7 @@ namespace altiro3D {
 ///
 /// @param conversion complete, with its depth source
 /// @param layout of the quilts
-/// @return a JSON object of texts
-/// @throws Error InvalidArgument (settings that are no JSON object)
-std::string conversionStamp(const VideoConversion& conversion, const QuiltLayout& layout);
+/// @return the settings
+RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout& layout);
 
 } // namespace altiro3D

@@ -69,16 +69,16 @@ double FrameDepth::photoAspect(double frameAspect) const {
     return isBeside(*side_) ? frameAspect / 2 : frameAspect * 2;
 }
 
-std::string FrameDepth::state() const {
-    return digest(lastPhoto_) + digest(lastRaw_) + depth_->state();
+SavedState FrameDepth::state() const {
+    return {digest(lastPhoto_) + digest(lastRaw_) + depth_->state().bytes};
 }
 
-void FrameDepth::setState(const std::string& state) {
-    if (state.size() < 2 * kDigestBytes) {
+void FrameDepth::setState(const SavedState& state) {
+    if (state.bytes.size() < 2 * kDigestBytes) {
         throw Error(ErrorCode::BadFormat, "state", "is damaged, expected what an earlier run kept");
     }
-    depth_->setState(state.substr(2 * kDigestBytes));
-    kept_ = state.substr(0, 2 * kDigestBytes);
+    depth_->setState({state.bytes.substr(2 * kDigestBytes)});
+    kept_ = state.bytes.substr(0, 2 * kDigestBytes);
 }
 
 void FrameDepth::work(PipelineFrame& frame) {

@@ -3,7 +3,6 @@
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_depth.hpp"
-#include "altiro3D/video_pipeline.hpp"
 #include "video/given_depth.hpp"
 
 #include <memory>
@@ -29,9 +28,9 @@ class FrameDepth {
     void work(PipelineFrame& frame);
 
     /// What the next frame's depth hangs on, for a run that goes on from here.
-    std::string state() const;
+    SavedState state() const;
     /// @throws Error BadFormat
-    void setState(const std::string& state);
+    void setState(const SavedState& state);
     /// Size of the photos in frames of a size, and shape of what they show.
     cv::Size photoSize(cv::Size frame) const;
     double photoAspect(double frameAspect) const;

@@ -4,7 +4,6 @@
 #include "altiro3D/native_maker.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/video_conversion.hpp"
-#include "altiro3D/video_pipeline.hpp"
 
 #include <memory>
 #include <opencv2/core/mat.hpp>

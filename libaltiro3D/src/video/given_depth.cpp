@@ -40,8 +40,10 @@ GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& p
                     "has no depth for this part, expected one picture per frame");
     }
     if (hasColours(frame_.picture)) {
-        notes_.push_back(name + ": has colours, and depth has none: their grey value is taken (the "
-                                "video comes first, then its depth)");
+        notes_.push_back({NoteCode::Doubtful,
+                          name +
+                              ": has colours, and depth has none: their grey value is taken (the "
+                              "video comes first, then its depth)"});
     }
     hasAhead_ = video_->read(ahead_);
 }
@@ -64,11 +66,11 @@ void GivenDepth::readImage(std::int64_t number, cv::Mat& raw) {
     const fs::path& file = pictures_[static_cast<std::size_t>(std::min(number, count - 1))];
     Notes notes;
     raw = given_.read(file, &notes);
-    for (const std::string& note : notes) {
-        const std::string text = file.string() + ": " + note;
-        if (notes_.size() < kMaxNotes &&
-            std::find(notes_.begin(), notes_.end(), text) == notes_.end())
-            notes_.push_back(text);
+    for (const Note& note : notes) {
+        const std::string text = file.string() + ": " + note.text;
+        const bool isKnown = std::any_of(notes_.begin(), notes_.end(),
+                                         [&](const Note& known) { return known.text == text; });
+        if (notes_.size() < kMaxNotes && !isKnown) notes_.push_back({note.code, text});
     }
 }
 
@@ -91,14 +93,17 @@ Notes GivenDepth::notes() const {
     Notes notes = notes_;
     const std::string name = given_.source.string();
     if (video_) {
-        for (const std::string& note : video_->notes())
+        for (const Note& note : video_->notes())
             notes.push_back(note);
         if (missing_ > kMissingSeconds)
-            notes.push_back(name + ": ends before the video; its last depth is used for the rest");
+            notes.push_back(
+                {NoteCode::CutOff,
+                 name + ": ends before the video; its last depth is used for the rest"});
     } else if (missing_ > 0) {
         notes.push_back(
-            name + ": holds " + std::to_string(pictures_.size()) +
-            " pictures, fewer than the video has frames; the last one is used for the rest");
+            {NoteCode::CutOff,
+             name + ": holds " + std::to_string(pictures_.size()) +
+                 " pictures, fewer than the video has frames; the last one is used for the rest"});
     }
     return notes;
 }

@@ -1,4 +1,4 @@
-#include "altiro3D/resumable_video.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
@@ -173,7 +173,7 @@ struct ResumableVideoWriter::Impl {
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
 
-    void write(const VideoFrame& frame, const std::string& state);
+    void write(const VideoFrame& frame, const SavedState& state);
     bool keepsWork() const { return listed_ > 0; }
     // @param pass reads the source's other streams up to a time in the options' time base; false at
     //        its end
@@ -190,7 +190,7 @@ struct ResumableVideoWriter::Impl {
   private:
     void readRun(const Json& settings);
     void writeRun();
-    void closeSegment(const std::string& state, bool listed);
+    void closeSegment(const SavedState& state, bool listed);
     void join(VideoContainer& container, const std::shared_ptr<OtherStreams>& others,
               const std::function<bool(std::int64_t)>& pass);
 
@@ -215,9 +215,9 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
     if (source != nullptr && !options.colour) options.colour = source->facts().colour;
     // What cannot be written shall come to light now, not when all frames are made.
     notes = VideoWriter(path, options, source).notes();
-    settings_ = Json::parse(givenResumable.settings, nullptr, false);
-    check(settings_.is_object(), "settings",
-          "are \"" + givenResumable.settings + "\", expected a JSON object");
+    // As run.json holds them: bytes that are not UTF-8 are replaced.
+    settings_ = Json::parse(
+        Json(givenResumable.settings).dump(-1, ' ', false, Json::error_handler_t::replace));
     const bool there = isUnfinished(path);
     if (there && !givenResumable.resume) {
         throw Error(ErrorCode::WriteFailed, path.string(),
@@ -312,7 +312,7 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
             segments_.push_back(std::move(segment));
         }
         listed_ = segments_.size();
-        if (!stateFile.empty()) kept.state = readFile(directory / stateFile, kMaxStateBytes);
+        if (!stateFile.empty()) kept.state.bytes = readFile(directory / stateFile, kMaxStateBytes);
     } catch (const Json::exception&) {
         fail("is damaged");
     }
@@ -340,7 +340,7 @@ void ResumableVideoWriter::Impl::writeRun() {
     listed_ = segments_.size();
 }
 
-void ResumableVideoWriter::Impl::write(const VideoFrame& frame, const std::string& state) {
+void ResumableVideoWriter::Impl::write(const VideoFrame& frame, const SavedState& state) {
     check(!finished_, "write", "comes after finish()");
     if (!writer_) {
         const std::int64_t earliest = segments_.empty() ? 0 : segments_.back().end;
@@ -361,15 +361,15 @@ void ResumableVideoWriter::Impl::write(const VideoFrame& frame, const std::strin
     if (++current_.frames == segmentFrames) closeSegment(state, true);
 }
 
-void ResumableVideoWriter::Impl::closeSegment(const std::string& state, bool listed) {
+void ResumableVideoWriter::Impl::closeSegment(const SavedState& state, bool listed) {
     writer_->finish();
     writer_.reset();
     const fs::path file = directory / current_.file;
     current_.bytes = sizeOf(file);
     reordered_ = std::max(reordered_, reorderedPlaces(timesShown(file)));
-    if (listed && !state.empty()) {
+    if (listed && !state.bytes.empty()) {
         current_.stateFile = numbered(segments_.size() + 1, kState);
-        writeFile(directory / current_.stateFile, state);
+        writeFile(directory / current_.stateFile, state.bytes);
     }
     segments_.push_back(current_);
     if (!listed) return;
@@ -511,7 +511,7 @@ bool ResumableVideoWriter::endsSegment(std::int64_t frameNumber) const {
     return (frameNumber + 1) % impl_->segmentFrames == 0;
 }
 
-void ResumableVideoWriter::write(const VideoFrame& frame, const std::string& state) {
+void ResumableVideoWriter::write(const VideoFrame& frame, const SavedState& state) {
     impl_->write(frame, state);
 }
 

@@ -1,4 +1,4 @@
-#include "altiro3D/scene_cuts.hpp"
+#include "altiro3D/video_depth.hpp"
 
 #include "base/checks.hpp"
 #include "video/picture_tracker.hpp"

@@ -71,7 +71,8 @@ StreamCopier::StreamCopier(std::shared_ptr<OtherStreams> source, AVFormatContext
         const OtherStream& stream = source_->streams[i];
         const AVCodecID codec = stream.parameters->codec_id;
         const auto leaveOut = [&] {
-            notes.push_back(source_->subject + ": " + describe(stream) + " is left out");
+            notes.push_back(
+                {NoteCode::LeftOut, source_->subject + ": " + describe(stream) + " is left out"});
         };
         const auto refuse = [&](const std::string& advice) {
             throw Error(ErrorCode::Unsupported, path,
@@ -95,8 +96,8 @@ StreamCopier::StreamCopier(std::shared_ptr<OtherStreams> source, AVFormatContext
             if (canHold(*stream.parameters)) {
                 addCopy(i);
             } else if (isText(codec) && addConversion(i, text)) {
-                notes.push_back(source_->subject + ": " + describe(stream) + " become " +
-                                avcodec_get_name(text));
+                notes.push_back({NoteCode::Converted, source_->subject + ": " + describe(stream) +
+                                                          " become " + avcodec_get_name(text)});
             } else {
                 refuse(mkv ? "no subtitles" : "a name that ends in .mkv, or no subtitles");
             }

@@ -1,7 +1,7 @@
 #include "altiro3D/sway.hpp"
 
 #include "altiro3D/error.hpp"
-#include "altiro3D/video_writer.hpp"
+#include "altiro3D/video_io.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
 #include "views/view_methods.hpp"
@@ -177,8 +177,8 @@ SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& layout, const Photo
     };
 }
 
-void writeSway(const std::filesystem::path& path, cv::Size size, const SwayOptions& options,
-               const SwayView& view, const std::function<void(int, int)>& progress) {
+bool writeSway(const std::filesystem::path& path, cv::Size size, const SwayOptions& options,
+               const SwayView& view, const VideoProgressFunction& goOn) {
     const int turn = framesPerTurn(options);
     VideoWriterOptions video;
     video.size = size;
@@ -189,15 +189,21 @@ void writeSway(const std::filesystem::path& path, cv::Size size, const SwayOptio
     video.constantRate = true;
     VideoWriter writer(path, video);
     const int frames = turn * options.turns;
+    VideoProgress progress;
+    progress.framesInAll = frames;
+    progress.length = frames / options.frameRate.value();
     VideoFrame frame;
     frame.duration = 1;
     for (int i = 0; i < frames; ++i) {
-        if (progress) progress(i, frames);
+        progress.frames = i;
+        progress.end = i / options.frameRate.value();
+        if (goOn && !goOn(progress)) return false;
         view(swayPosition(i, turn), frame.picture);
         frame.pts = i;
         writer.write(frame);
     }
     writer.finish();
+    return true;
 }
 
 } // namespace altiro3D

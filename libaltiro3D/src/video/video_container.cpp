@@ -146,9 +146,10 @@ void VideoContainer::finish(std::int64_t end, Notes& notes) {
     file_->finish();
     failed_ = false;
     if (refused_ > 0) {
-        notes.push_back(path_.string() + ": " + std::to_string(refused_) +
-                        (refused_ == 1 ? " damaged packet" : " damaged packets") +
-                        " of the source's sound or subtitles could not be kept");
+        notes.push_back(
+            {NoteCode::Repaired, path_.string() + ": " + std::to_string(refused_) +
+                                     (refused_ == 1 ? " damaged packet" : " damaged packets") +
+                                     " of the source's sound or subtitles could not be kept"});
     }
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/video_types.hpp"
+#include "altiro3D/video_io.hpp"
 #include "video/ffmpeg.hpp"
 #include "video/other_streams.hpp"
 #include "video/part_file.hpp"

@@ -1,4 +1,4 @@
-#include "altiro3D/video_converter.hpp"
+#include "altiro3D/video_conversion.hpp"
 
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
@@ -115,7 +115,7 @@ VideoConverter::Impl::Impl(VideoConversion given) : conversion(std::move(given))
     unit_ = facts.timeBase.value();
     if (!conversion.fromQuilt && !conversion.given && !conversion.depth)
         conversion.depth = depthFromCues();
-    std::string stamp;
+    RunSettings stamp;
     if (!conversion.show && canReadAgain(conversion.input))
         stamp = conversionStamp(conversion, target.layout);
     if (conversion.fromQuilt) {
@@ -244,7 +244,7 @@ VideoConversionResult VideoConverter::Impl::run(const VideoProgressFunction& goO
     if (depth_) depth_->begin(*reader);
     if (progress.keptFrames > 0) {
         const KeptVideo kept = sink->kept();
-        if (depth_ && !kept.state.empty()) depth_->setState(kept.state);
+        if (depth_ && !kept.state.bytes.empty()) depth_->setState(kept.state);
         reader->skipTo(kept.nextPts);
     }
     PipelineOptions options;

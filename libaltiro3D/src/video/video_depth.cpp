@@ -337,7 +337,7 @@ VideoDepthStep VideoDepth::next(const cv::Mat& picture, cv::Mat& depth) {
     return step;
 }
 
-std::string VideoDepth::state() const {
+SavedState VideoDepth::state() const {
     const Impl::Memory& memory = impl_->memory;
     std::string bytes;
     append(bytes, kMagic);
@@ -348,15 +348,15 @@ std::string VideoDepth::state() const {
     append(bytes, memory.gap);
     append(bytes, memory.depth);
     append(bytes, checksum(bytes));
-    return bytes;
+    return {std::move(bytes)};
 }
 
-void VideoDepth::setState(const std::string& bytes) {
+void VideoDepth::setState(const SavedState& state) {
     const auto fail = [] {
         throw Error(ErrorCode::BadFormat, "state",
                     "is damaged or of something else, expected what state() of a VideoDepth gave");
     };
-    std::string_view rest = bytes;
+    std::string_view rest = state.bytes;
     constexpr std::size_t kSum = sizeof(std::uint64_t);
     if (rest.size() < 2 * kSum) fail();
     std::string_view end = rest.substr(rest.size() - kSum);

@@ -1,4 +1,4 @@
-#include "altiro3D/video_pipeline.hpp"
+#include "altiro3D/video_conversion.hpp"
 
 #include "base/checks.hpp"
 #include "base/mat_memory.hpp"
@@ -38,7 +38,7 @@ class FramePool {
 
     void give(FramePointer frame) {
         frame->step = {};
-        frame->state.clear();
+        frame->state.bytes.clear();
         const std::lock_guard<std::mutex> lock(mutex_);
         frames_.push_back(std::move(frame));
     }
@@ -119,7 +119,7 @@ void runInTurn(const std::vector<PipelineStage>& stages, PipelineReport& report)
     for (std::int64_t number = 0;; ++number) {
         frame.number = number;
         frame.step = {};
-        frame.state.clear();
+        frame.state.bytes.clear();
         for (std::size_t i = 0; i < stages.size(); ++i) {
             if (!work(stages[i], frame, report.stages[i])) return;
         }

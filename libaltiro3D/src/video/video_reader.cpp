@@ -1,4 +1,4 @@
-#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
@@ -163,26 +163,32 @@ bool VideoReader::pass(std::int64_t until) {
 Notes VideoReader::notes() const {
     const Impl& impl = *impl_;
     Notes notes;
-    const auto note = [&](const std::string& text) { notes.push_back(impl.subject + ": " + text); };
-    if (const auto truncation = impl.packets.truncation()) note(*truncation);
+    const auto note = [&](NoteCode code, const std::string& text) {
+        notes.push_back({code, impl.subject + ": " + text});
+    };
+    if (const auto truncation = impl.packets.truncation()) note(NoteCode::CutOff, *truncation);
     if (impl.counts.corrupt > 0) {
-        note(std::to_string(impl.counts.corrupt) + (impl.counts.corrupt == 1
-                                                        ? " damaged frame was left out"
-                                                        : " damaged frames were left out"));
+        note(NoteCode::Repaired, std::to_string(impl.counts.corrupt) +
+                                     (impl.counts.corrupt == 1 ? " damaged frame was left out"
+                                                               : " damaged frames were left out"));
     }
     if (impl.counts.repairedTimes > 0) {
-        note("the times of " + std::to_string(impl.counts.repairedTimes) +
-             " frames were missing or ran backwards and were replaced");
+        note(NoteCode::Repaired, "the times of " + std::to_string(impl.counts.repairedTimes) +
+                                     " frames were missing or ran backwards and were replaced");
     }
     if (impl.decoder.times().beginsAgain()) {
-        note("times begin again in it, as where files were put together; sound is out of step from "
+        note(NoteCode::Doubtful,
+             "times begin again in it, as where files were put together; sound is out of step from "
              "there on (ffmpeg -f concat puts files together properly)");
     }
-    if (impl.decoder.hasInterlaced()) note("holds interlaced pictures, which are used as they are");
-    if (impl.resized) note("changes the size of its pictures; all are brought to the first one's");
+    if (impl.decoder.hasInterlaced())
+        note(NoteCode::AsItIs, "holds interlaced pictures, which are used as they are");
+    if (impl.resized)
+        note(NoteCode::Converted,
+             "changes the size of its pictures; all are brought to the first one's");
     const int transfer = impl.facts.colour.transfer;
     if (transfer == AVCOL_TRC_SMPTE2084 || transfer == AVCOL_TRC_ARIB_STD_B67) {
-        note("is HDR video, which is not tone-mapped");
+        note(NoteCode::AsItIs, "is HDR video, which is not tone-mapped");
     }
     return notes;
 }

@@ -26,7 +26,7 @@ bool canReadAgain(const std::filesystem::path& input) {
 }
 
 VideoSink::VideoSink(const VideoConversion& conversion, const VideoWriterOptions& options,
-                     const std::string& settings, VideoReader& reader)
+                     const RunSettings& settings, VideoReader& reader)
     : input_(conversion.input), part_(conversion.part) {
     if (!canReadAgain(input_)) {
         plain_.emplace(conversion.output, options, &reader);

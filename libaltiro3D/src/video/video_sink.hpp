@@ -1,9 +1,7 @@
 #pragma once
 
-#include "altiro3D/resumable_video.hpp"
 #include "altiro3D/video_conversion.hpp"
-#include "altiro3D/video_pipeline.hpp"
-#include "altiro3D/video_writer.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -21,7 +19,7 @@ class VideoSink {
     /// @param reader of the input; its other streams are copied
     /// @throws Error
     VideoSink(const VideoConversion& conversion, const VideoWriterOptions& options,
-              const std::string& settings, VideoReader& reader);
+              const RunSettings& settings, VideoReader& reader);
 
     /// What an earlier run has left.
     KeptVideo kept() const { return segments_ ? segments_->kept() : KeptVideo(); }

@@ -1,4 +1,4 @@
-#include "altiro3D/video_writer.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
@@ -28,8 +28,8 @@ constexpr int kLargestSide = 16384;
 constexpr int kMaxThreads = 64;
 constexpr int kLinesOfHighDefinition = 720;
 constexpr int kSlicesOfFfv1 = 16; // fixed, so the bytes do not depend on the threads
-const char* const kPresets[] = {"ultrafast", "superfast", "veryfast", "faster",  "fast",
-                                "medium",    "slow",      "slower",   "veryslow"};
+const char* const kPresets[] = {  // in the order of EncoderPreset
+    "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow"};
 
 const char* encoderName(VideoCodec codec) {
     switch (codec) {
@@ -88,8 +88,9 @@ void validate(const VideoWriterOptions& options) {
               std::to_string(kLargestSide) + " px a side");
     check(options.crf >= 0 && options.crf <= 51, "crf",
           "is " + numberText(options.crf) + ", expected 0..51");
-    check(std::find(std::begin(kPresets), std::end(kPresets), options.preset) != std::end(kPresets),
-          "preset", "is \"" + options.preset + "\", expected ultrafast .. veryslow");
+    check(options.preset >= EncoderPreset::UltraFast && options.preset <= EncoderPreset::VerySlow,
+          "preset",
+          "is " + std::to_string(static_cast<int>(options.preset)) + ", expected an EncoderPreset");
     checkPositive(options.timeBase, "timeBase", false);
     checkPositive(options.frameRate, "frameRate", !options.constantRate);
     checkPositive(options.sampleAspect, "sampleAspect", false);
@@ -224,7 +225,7 @@ void VideoWriter::Impl::openEncoder() {
     const auto [matrix, range] = setColours();
     Dictionary settings;
     if (hasQuality(options_.codec)) {
-        settings.set("preset", options_.preset);
+        settings.set("preset", kPresets[static_cast<std::size_t>(options_.preset)]);
         settings.set("crf", numberText(options_.crf));
     }
     if (options_.codec == VideoCodec::Hevc) {

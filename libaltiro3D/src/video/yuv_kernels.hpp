@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/video_types.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include <cstddef>
 #include <cstdint>

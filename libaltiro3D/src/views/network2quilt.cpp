@@ -1,4 +1,4 @@
-#include "altiro3D/network2quilt.hpp"
+#include "altiro3D/depth2quilt.hpp"
 
 namespace altiro3D {
 
@@ -6,7 +6,8 @@ Network2Quilt::Network2Quilt(DepthNetwork network, const QuiltLayout& layout,
                              const ViewOptions& options, double panelAspect, FitMode fit)
     : network_(std::move(network)), depth2quilt_(layout, options), panelAspect_(panelAspect),
       fit_(fit) {
-    fitPhoto(layout.tileSize, panelAspect, layout.tileSize, fit); // checks the aspect early
+    // Checks the aspect early.
+    static_cast<void>(fitPhoto(layout.tileSize, panelAspect, layout.tileSize, fit));
 }
 
 void Network2Quilt::render(const cv::Mat& photo, cv::Mat& quilt) {

@@ -1,6 +1,5 @@
 #include "altiro3D/trade.hpp"
 
-#include "altiro3D/image_quality.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
 #include "views/view_methods.hpp"

@@ -1,7 +1,7 @@
-#include "altiro3D/data_directories.hpp"
+#include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
-#include "altiro3D/network2quilt.hpp"
+#include "altiro3D/file_io.hpp"
 #include "base/data_prefix.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
@@ -227,8 +227,6 @@ TEST(NetworkProfile, ValidationNamesFieldValueAndRange) {
               "inputWidth: is 250, expected a multiple of 32");
     EXPECT_EQ(errorWith([](NetworkProfile& p) { p.multipleOf = 0; }),
               "multipleOf: is 0, expected a whole number 1..4096");
-    EXPECT_EQ(errorWith([](NetworkProfile& p) { p.channelOrder = "RBG"; }),
-              "channelOrder: is \"RBG\", expected \"RGB\" or \"BGR\"");
     EXPECT_EQ(errorWith([](NetworkProfile& p) { p.scale = 0; }),
               "scale: is 0, expected a number other than 0");
     EXPECT_EQ(errorWith([](NetworkProfile& p) { p.mean[1] = std::nan(""); }),
@@ -248,7 +246,7 @@ TEST_F(ModelCatalog, OfTheSourceTreeHoldsTheKnownNetworks) {
     EXPECT_FALSE(small.large);
     EXPECT_EQ(small.inputWidth, 256);
     EXPECT_EQ(small.inputHeight, 256);
-    EXPECT_EQ(small.channelOrder, "RGB");
+    EXPECT_EQ(small.channelOrder, ChannelOrder::Rgb);
     EXPECT_EQ(small.scale, 1.0 / 255.0);
     EXPECT_EQ(small.mean, (std::array<double, 3>{0, 0, 0})) << "it is inside the graph";
     EXPECT_EQ(small.std, (std::array<double, 3>{1, 1, 1}));
@@ -285,7 +283,7 @@ TEST_F(ModelCatalog, ReadsEveryFieldAndLeavesUnknownKeysAlone) {
     EXPECT_EQ(profile.inputWidth, 28);
     EXPECT_EQ(profile.inputHeight, 14);
     EXPECT_EQ(profile.multipleOf, 14);
-    EXPECT_EQ(profile.channelOrder, "BGR");
+    EXPECT_EQ(profile.channelOrder, ChannelOrder::Bgr);
     EXPECT_EQ(profile.scale, 2);
     EXPECT_EQ(profile.mean, (std::array<double, 3>{1, 2.5, -3}));
     EXPECT_EQ(profile.std, (std::array<double, 3>{4, 5, 6}));
@@ -488,7 +486,7 @@ TEST(InferenceTarget, IsCudaOnlyWhereTheListHasIt) {
 TEST_F(DepthNetworkFile, EachChannelArrivesInTheProfilesOrderScaleMeanAndStd) {
     const cv::Size size(8, 6);
     const cv::Mat photo = colourfulPhoto(size); // the input's size: nothing is resampled
-    for (const std::string order : {"RGB", "BGR"}) {
+    for (const ChannelOrder order : {ChannelOrder::Rgb, ChannelOrder::Bgr}) {
         for (int channel = 0; channel < 3; ++channel) {
             std::vector<float> weights(3, 0.0F);
             weights[static_cast<std::size_t>(channel)] = 1.0F;
@@ -504,14 +502,15 @@ TEST_F(DepthNetworkFile, EachChannelArrivesInTheProfilesOrderScaleMeanAndStd) {
             const auto c = static_cast<std::size_t>(channel);
             for (int y = 0; y < size.height; ++y) {
                 for (int x = 0; x < size.width; ++x) {
-                    const int inPhoto = order == "RGB" ? 2 - channel : channel; // BGR
+                    const int inPhoto = order == ChannelOrder::Rgb ? 2 - channel : channel; // BGR
                     const double value = photo.at<cv::Vec3b>(y, x)[inPhoto];
                     expected.at<float>(y, x) =
                         static_cast<float>((value / 128 - profile.mean[c]) / profile.std[c]);
                 }
             }
             // All numbers of this case are exact in binary.
-            EXPECT_TRUE(samePicture(raw, expected)) << order << " channel " << channel;
+            EXPECT_TRUE(samePicture(raw, expected))
+                << static_cast<int>(order) << " channel " << channel;
         }
     }
 }

@@ -1,6 +1,5 @@
 #include "altiro3D/depth_source.hpp"
 
-#include "altiro3D/depth_cues.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "support/compare.hpp"
@@ -113,7 +112,8 @@ TEST(DepthSource, NotesNameTheirFile) {
     Notes notes;
     depthFromFile(directory / "coloured.png")->readImage(directory / "photo.png", &notes);
     ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].rfind((directory / "coloured.png").string() + ": ", 0), 0U) << notes[0];
+    EXPECT_EQ(notes[0].text.rfind((directory / "coloured.png").string() + ": ", 0), 0U)
+        << notes[0].text;
 }
 
 } // namespace

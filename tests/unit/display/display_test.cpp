@@ -92,7 +92,7 @@ TEST(Display, OddCalibrationsGetRemarks) {
     c.flipImageX = 1;
     const auto found = calibrationWarnings(c);
     ASSERT_EQ(found.size(), 3U);
-    EXPECT_NE(found[0].find("1536 x 2048"), std::string::npos);
+    EXPECT_NE(found[0].text.find("1536 x 2048"), std::string::npos);
 }
 
 TEST(Display, MountedVolumesAreFoundWhereSystemsMountThem) {

@@ -127,28 +127,28 @@ TEST(QuiltName, IsWrittenOnceAndNeverAgainstTheName) {
 
 TEST(ResolveQuilt, TakesTheDisplaysOwnLayoutWhenNothingIsSaid) {
     EXPECT_EQ(resolve(nullptr, nullptr).layout, QuiltLayout());
-    EXPECT_TRUE(resolve(nullptr, nullptr).warnings.empty());
+    EXPECT_TRUE(resolve(nullptr, nullptr).notes.empty());
 }
 
 TEST(ResolveQuilt, PublishedExamplesMeanWhatTheirFigureShows) {
     const ResolvedQuilt portrait = resolve("6x8", "560x420");
     EXPECT_EQ(portrait.layout.text(), "8 columns x 6 rows, each view 420 x 560 px");
-    EXPECT_TRUE(portrait.warnings.empty());
+    EXPECT_TRUE(portrait.notes.empty());
     const ResolvedQuilt wide = resolve("9x5", "455x819", 16.0 / 9);
     EXPECT_EQ(wide.layout.text(), "5 columns x 9 rows, each view 819 x 455 px");
-    EXPECT_TRUE(wide.warnings.empty());
+    EXPECT_TRUE(wide.notes.empty());
 }
 
 TEST(ResolveQuilt, WarnsWithBothReadingsWhereTheSwappedOneFitsThePanel) {
     const ResolvedQuilt swapped = resolve("8x6", "420x560");
-    ASSERT_EQ(swapped.warnings.size(), 1U);
-    EXPECT_NE(swapped.warnings[0].find("6 columns x 8 rows, each view 560 x 420 px"),
+    ASSERT_EQ(swapped.notes.size(), 1U);
+    EXPECT_NE(swapped.notes[0].text.find("6 columns x 8 rows, each view 560 x 420 px"),
               std::string::npos);
-    EXPECT_NE(swapped.warnings[0].find("8 columns x 6 rows, each view 420 x 560 px"),
+    EXPECT_NE(swapped.notes[0].text.find("8 columns x 6 rows, each view 420 x 560 px"),
               std::string::npos);
-    EXPECT_EQ(resolve("8x6", nullptr).warnings.size(), 1U); // 560 x 420 views on an upright panel
+    EXPECT_EQ(resolve("8x6", nullptr).notes.size(), 1U); // 560 x 420 views on an upright panel
     // neither reading fits: that may be meant so
-    EXPECT_TRUE(resolve("9x5", "455x819").warnings.empty());
+    EXPECT_TRUE(resolve("9x5", "455x819").notes.empty());
 }
 
 TEST(ResolveQuilt, TheLargestViewHasMorePixelsThanAnIntHolds) {
@@ -180,11 +180,11 @@ TEST(ResolveQuilt, WhatIsAssumedOfANamelessPictureIsSaid) {
     const auto warnings = [](cv::Size size, const QuiltRequest& stated = {}) {
         QuiltRequest request = stated;
         request.quiltSize = size;
-        return resolveQuilt(request, QuiltLayout(), 0.75).warnings;
+        return resolveQuilt(request, QuiltLayout(), 0.75).notes;
     };
     EXPECT_TRUE(warnings(QuiltLayout().size()).empty()); // the display's own
     ASSERT_EQ(warnings({4095, 4095}).size(), 1U);        // 5 columns x 9 rows, but who knows
-    EXPECT_NE(warnings({4095, 4095})[0].find("it is read as 8 columns x 6 rows"),
+    EXPECT_NE(warnings({4095, 4095})[0].text.find("it is read as 8 columns x 6 rows"),
               std::string::npos);
     QuiltRequest stated;
     stated.name = parseQuiltName("a_qs8x6a0.75.png");

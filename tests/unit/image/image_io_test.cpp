@@ -1,7 +1,7 @@
 #include "altiro3D/image_io.hpp"
 
 #include "altiro3D/error.hpp"
-#include "altiro3D/image_quality.hpp"
+#include "altiro3D/trade.hpp"
 #include "base/memory_errors.hpp"
 #include "image/image_header.hpp"
 #include "support/compare.hpp"
@@ -544,7 +544,7 @@ TEST_F(ImageIo, ColouredDepthImagesGiveTheirGreyValue) {
     Notes notes;
     const cv::Mat depth = readDepthImage(file("c.png", encoded(".png", picture)), &notes);
     ASSERT_EQ(notes.size(), 1U);
-    EXPECT_NE(notes[0].find("has colours, and depth has none"), std::string::npos);
+    EXPECT_NE(notes[0].text.find("has colours, and depth has none"), std::string::npos);
     EXPECT_EQ(depth.at<float>(0, 0), 77);
     EXPECT_FLOAT_EQ(depth.at<float>(0, 1), 0.114f * 10 + 0.587f * 100 + 0.299f * 200);
 }
@@ -741,7 +741,9 @@ TEST_F(ImageIo, ACutOffJpegOpensWithANote) {
     const cv::Mat picture =
         readImage(file("cut.jpg", whole.substr(0, whole.size() * 3 / 4)), &notes);
     EXPECT_EQ(picture.size(), cv::Size(160, 120));
-    EXPECT_EQ(notes, Notes{"the file is cut off: its lower part is missing"});
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].code, NoteCode::CutOff);
+    EXPECT_EQ(notes[0].text, "the file is cut off: its lower part is missing");
     EXPECT_EQ(cv::norm(picture.rowRange(0, 40), readImage(directory / "whole.jpg").rowRange(0, 40),
                        cv::NORM_INF),
               0);
@@ -749,7 +751,9 @@ TEST_F(ImageIo, ACutOffJpegOpensWithANote) {
     const std::string progressive =
         encoded(".jpg", smoothPicture({160, 120}), {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
     readImage(file("cut.jpg", progressive.substr(0, progressive.size() * 3 / 4)), &notes);
-    EXPECT_EQ(notes, Notes{"the file is cut off: its fine detail is missing"});
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].code, NoteCode::CutOff);
+    EXPECT_EQ(notes[0].text, "the file is cut off: its fine detail is missing");
     for (std::size_t size = progressive.size() / 2; size < progressive.size(); size += 7) {
         EXPECT_EQ(readImage(file("cut.jpg", progressive.substr(0, size))).cols, 160) << size;
     }
@@ -777,7 +781,9 @@ TEST_F(ImageIo, OfSeveralPagesTheFirstIsReadWithANote) {
                      std::vector<cv::Mat>{first, randomPicture({9, 9}, CV_8UC3, 2)});
     Notes notes;
     EXPECT_TRUE(samePicture(readImage(directory / "p.tif", &notes), first));
-    EXPECT_EQ(notes, Notes{"the file holds 2 pages: the first one is read"});
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
+    EXPECT_EQ(notes[0].text, "the file holds 2 pages: the first one is read");
 }
 
 TEST_F(ImageIo, AnyDamageGivesAPictureOrAnError) {

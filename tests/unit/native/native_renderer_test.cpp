@@ -1,9 +1,9 @@
 #include "altiro3D/native_renderer.hpp"
 
 #include "altiro3D/error.hpp"
-#include "altiro3D/image_quality.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"

@@ -175,10 +175,11 @@ TEST(Quilt2Native, UnusedColumnsAtTheRightAndRowsAtTheTopAreLeftOut) {
     const QuiltLayout layout{5, 9, {8, 4}, 45};
     cv::Mat large(38, 43, CV_8UC3, cv::Scalar::all(255)); // 40 x 36 and 3 columns, 2 rows more
     constantTiles(layout).copyTo(large(cv::Rect(0, 2, 40, 36)));
-    std::vector<std::string> notes;
+    Notes notes;
     EXPECT_TRUE(samePicture(fitQuilt(large, layout, &notes), constantTiles(layout)));
     ASSERT_EQ(notes.size(), 1U);
-    EXPECT_NE(notes[0].find("3 columns at the right and 2 rows at the top"), std::string::npos);
+    EXPECT_NE(notes[0].text.find("3 columns at the right and 2 rows at the top"),
+              std::string::npos);
     cv::Mat native;
     cv::Mat expected;
     const Quilt2Native renderer{NativeLut(panel(), layout)};

@@ -1,4 +1,4 @@
-#include "altiro3D/quilt_shape.hpp"
+#include "altiro3D/quilt2native.hpp"
 
 #include "altiro3D/error.hpp"
 #include "support/compare.hpp"

@@ -1,5 +1,5 @@
-#include "altiro3D/scene_cuts.hpp"
-#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_depth.hpp"
+#include "altiro3D/video_io.hpp"
 #include "image/downscale.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"

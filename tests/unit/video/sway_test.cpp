@@ -3,7 +3,7 @@
 #include "altiro3D/error.hpp"
 
 #include "altiro3D/depth2quilt.hpp"
-#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_io.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"
@@ -312,9 +312,10 @@ TEST(WriteSway, FramesComeBackAsTheViewsOfThePath) {
     options.turns = 2;
     options.frameRate = {30000, 1001};
     std::vector<int> told;
-    writeSway(file, size, options, view, [&](int frame, int frames) {
-        EXPECT_EQ(frames, 48);
-        told.push_back(frame);
+    writeSway(file, size, options, view, [&](const VideoProgress& progress) {
+        EXPECT_EQ(progress.framesInAll, 48);
+        told.push_back(static_cast<int>(progress.frames));
+        return true;
     });
     EXPECT_EQ(told.size(), 48U);
     VideoReader reader(file);
@@ -332,6 +333,21 @@ TEST(WriteSway, FramesComeBackAsTheViewsOfThePath) {
         EXPECT_GT(cv::PSNR(frame.picture, expected), 30) << i; // 4:2:0 and x264 cost the rest
         EXPECT_EQ(frame.pts * 30000, frames[1].pts * 30000 * i);
     }
+}
+
+TEST(WriteSway, CancellingLeavesNothing) {
+    const TemporaryDirectory directory;
+    const SwayView view = [](double, cv::Mat& picture) {
+        picture.create(48, 64, CV_8UC3);
+        picture.setTo(cv::Scalar::all(9));
+    };
+    const auto untilFrame = [](int last) {
+        return [last](const VideoProgress& progress) { return progress.frames < last; };
+    };
+    EXPECT_FALSE(writeSway(directory / "a.mp4", {64, 48}, {}, view, untilFrame(5)));
+    EXPECT_TRUE(fs::is_empty(directory.path()));
+    EXPECT_TRUE(writeSway(directory / "a.mp4", {64, 48}, {}, view, untilFrame(1000)));
+    EXPECT_TRUE(fs::exists(directory / "a.mp4"));
 }
 
 TEST(WriteSway, AFailureLeavesNothing) {

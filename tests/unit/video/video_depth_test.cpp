@@ -1,7 +1,7 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/video_depth.hpp"
-#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_io.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"
@@ -194,7 +194,7 @@ TEST(VideoDepth, BlankPicturesKeepTheDepthAndAreNotInferred) {
             const VideoDepthStep step = video.next(clip[i], depth);
             resumed.next(clip[i], again);
             EXPECT_TRUE(samePicture(again, depth)) << i;
-            EXPECT_EQ(resumed.state(), video.state()) << i;
+            EXPECT_EQ(resumed.state().bytes, video.state().bytes) << i;
             EXPECT_EQ(step.inferred, i == 0) << i;
             EXPECT_EQ(step.cut, i == 0) << i;
             if (isBlank(i)) {
@@ -316,7 +316,7 @@ TEST(VideoDepth, GoesOnFromAStateBitForBit) {
             depthsOf(first, {clip.begin(), clip.begin() + static_cast<std::ptrdiff_t>(stop)});
             VideoDepth second(NoisyBrightness(), DepthKind::NearWhite, everyOf(every));
             second.setState(first.state());
-            EXPECT_EQ(second.state(), first.state());
+            EXPECT_EQ(second.state().bytes, first.state().bytes);
             for (std::size_t i = stop; i < clip.size(); ++i) {
                 cv::Mat depth;
                 second.next(clip[i], depth);
@@ -330,19 +330,19 @@ TEST(VideoDepth, RefusesForeignAndDamagedStates) {
     const std::vector<cv::Mat> clip = cameraMove(4);
     VideoDepth video(NoisyBrightness(), DepthKind::NearWhite);
     depthsOf(video, clip);
-    const std::string good = video.state();
+    const std::string good = video.state().bytes;
     const std::string sentence =
         "state: is damaged or of something else, expected what state() of a VideoDepth gave";
     for (const std::size_t size :
          {std::size_t{0}, std::size_t{1}, std::size_t{16}, good.size() / 2, good.size() - 1}) {
-        EXPECT_EQ(errorOf([&] { video.setState(good.substr(0, size)); }), sentence);
+        EXPECT_EQ(errorOf([&] { video.setState({good.substr(0, size)}); }), sentence);
     }
-    EXPECT_EQ(errorOf([&] { video.setState(std::string(5000, 'x')); }), sentence);
-    EXPECT_EQ(errorOf([&] { video.setState(good + 'x'); }), sentence);
+    EXPECT_EQ(errorOf([&] { video.setState({std::string(5000, 'x')}); }), sentence);
+    EXPECT_EQ(errorOf([&] { video.setState({good + 'x'}); }), sentence);
     for (std::size_t i = 0; i < good.size(); i += 997) {
         std::string bad = good;
         bad[i] = static_cast<char>(bad[i] ^ 4);
-        EXPECT_EQ(errorOf([&] { video.setState(bad); }), sentence) << i;
+        EXPECT_EQ(errorOf([&] { video.setState({bad}); }), sentence) << i;
     }
     // Right sums, but a picture of another shape than its small copy: it is compared px by px.
     constexpr std::size_t kWord = sizeof(std::uint64_t);
@@ -359,12 +359,12 @@ TEST(VideoDepth, RefusesForeignAndDamagedStates) {
          {std::pair{320, 180}, {180, 181}, {1, 320}, {0, 320}, {180, 0}, {0, 0}}) {
         EXPECT_EQ(errorOf([&, r = rows, c = cols] {
                       video.setState(
-                          forged(static_cast<std::uint64_t>(r), static_cast<std::uint64_t>(c)));
+                          {forged(static_cast<std::uint64_t>(r), static_cast<std::uint64_t>(c))});
                   }),
                   sentence)
             << rows << " x " << cols;
     }
-    EXPECT_EQ(video.state(), good) << "a state that is refused changes nothing";
+    EXPECT_EQ(video.state().bytes, good) << "a state that is refused changes nothing";
 }
 
 TEST(VideoDepth, IsTheSameForAnyNumberOfThreads) {
@@ -393,10 +393,10 @@ TEST(VideoDepth, AnEstimatorThatThrowsLeavesEverythingAsItWas) {
         DepthKind::NearWhite, everyOf(1));
     cv::Mat depth;
     video.next(clip[0], depth);
-    const std::string state = video.state();
+    const std::string state = video.state().bytes;
     fails = true;
     EXPECT_THROW(video.next(clip[1], depth), std::runtime_error);
-    EXPECT_EQ(video.state(), state);
+    EXPECT_EQ(video.state().bytes, state);
     fails = false;
     EXPECT_TRUE(video.next(clip[1], depth).inferred);
 }

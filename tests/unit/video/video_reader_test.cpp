@@ -1,4 +1,4 @@
-#include "altiro3D/video_reader.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include "altiro3D/error.hpp"
 #include "support/files.hpp"
@@ -720,8 +720,8 @@ TEST(VideoReader, FilesPutTogetherGoOn) {
     }
     EXPECT_EQ(reader.counts().repairedTimes, 4);
     const Notes notes = reader.notes();
-    EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const std::string& note) {
-        return note.find("times begin again") != std::string::npos;
+    EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const Note& note) {
+        return note.text.find("times begin again") != std::string::npos;
     }));
     // and each place again without what was before
     for (std::size_t place = 5; place < frames.size(); place += 30) {
@@ -751,8 +751,9 @@ TEST(VideoReader, ACutOffFileDeliversWhatIsThere) {
         EXPECT_LT(frames.size(), 80u) << name;
         EXPECT_TRUE(reader.counts().truncated) << name;
         ASSERT_FALSE(reader.notes().empty()) << name;
-        EXPECT_NE(reader.notes()[0].find("is cut off: it ends after"), std::string::npos);
-        EXPECT_NE(reader.notes()[0].find("s of 4 s"), std::string::npos) << reader.notes()[0];
+        EXPECT_NE(reader.notes()[0].text.find("is cut off: it ends after"), std::string::npos);
+        EXPECT_NE(reader.notes()[0].text.find("s of 4 s"), std::string::npos)
+            << reader.notes()[0].text;
         for (std::size_t i = 0; i < frames.size(); ++i) {
             EXPECT_EQ(frames[i].pts, all[i].pts) << name;
             EXPECT_EQ(cv::norm(frames[i].picture, all[i].picture, cv::NORM_INF), 0) << name;

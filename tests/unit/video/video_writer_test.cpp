@@ -1,4 +1,4 @@
-#include "altiro3D/video_writer.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include "altiro3D/error.hpp"
 #include "support/files.hpp"
@@ -35,7 +35,7 @@ const cv::Size kSize(64, 48);
 VideoWriterOptions smallOptions() {
     VideoWriterOptions options;
     options.size = kSize;
-    options.preset = "ultrafast";
+    options.preset = EncoderPreset::UltraFast;
     options.timeBase = {1, 25};
     options.frameRate = {25, 1};
     options.constantRate = true;
@@ -146,7 +146,7 @@ VideoWriterOptions optionsFor(const VideoReader& reader) {
     options.timeBase = reader.facts().timeBase;
     options.frameRate = reader.facts().averageRate;
     options.constantRate = reader.facts().constantRate;
-    options.preset = "ultrafast";
+    options.preset = EncoderPreset::UltraFast;
     options.threads = 1;
     return options;
 }
@@ -323,7 +323,7 @@ TEST(VideoWriter, TimesOfAnyBaseAreExactInMp4AndTo1msInMkv) {
             options.timeBase = timeBase;
             options.frameRate = {};
             options.constantRate = false;
-            options.preset = "veryfast"; // with B-frames
+            options.preset = EncoderPreset::VeryFast; // with B-frames
             const fs::path file = directory / (std::string("times") + extension);
             VideoWriter writer(file, options);
             for (std::size_t i = 0; i < times.size(); ++i) {
@@ -379,7 +379,7 @@ TEST(VideoWriter, Mp4GetsTextSubtitlesAsMovText) {
     const fs::path copy = directory / "copy.mp4";
     const Notes notes = copyFilm(film, copy);
     ASSERT_EQ(notes.size(), 1u);
-    EXPECT_EQ(notes[0], film.string() + ": subtitles subrip (deu) become mov_text");
+    EXPECT_EQ(notes[0].text, film.string() + ": subtitles subrip (deu) become mov_text");
     EXPECT_EQ(lines(ffprobe(copy, "stream=codec_name", "-select_streams s"))[0], "mov_text");
     EXPECT_EQ(lines(ffprobe(copy, "stream_tags=language", "-select_streams s"))[0], "deu");
     EXPECT_EQ(ffmpeg("-i " + arg(copy) + " -map 0:s -f srt -"),
@@ -571,8 +571,8 @@ TEST(VideoWriter, DamagedSoundIsLeftOutWithANote) {
     EXPECT_GT(packetTimes(copy, "a:0").size(), whole * 6 / 10);
     EXPECT_LT(packetTimes(copy, "a:0").size(), whole);
     EXPECT_FALSE(notes.empty());
-    for (const std::string& note : notes)
-        EXPECT_NE(note.find("could not be kept"), std::string::npos) << note;
+    for (const Note& note : notes)
+        EXPECT_NE(note.text.find("could not be kept"), std::string::npos) << note.text;
 }
 
 TEST(VideoWriter, SoundOfTimesThatNoNumberHoldsIsLeftOut) {
@@ -706,7 +706,7 @@ TEST(VideoWriter, AttachmentsGoIntoMatroskaOnly) {
               (std::vector<std::string>{"video", "attachment"}));
     const Notes notes = copyFilm(film, directory / "copy.mp4");
     ASSERT_EQ(notes.size(), 1u);
-    EXPECT_EQ(notes[0], film.string() + ": attachment is left out");
+    EXPECT_EQ(notes[0].text, film.string() + ": attachment is left out");
 }
 
 TEST(VideoWriter, RealClipsKeepTheirSoundAndTimes) {
@@ -918,8 +918,8 @@ TEST(VideoWriter, OptionsAreChecked) {
               }),
               "size: is 8 x 48 px, expected 16..16384 px a side");
     EXPECT_EQ(problem([](auto& o) { o.crf = 52; }), "crf: is 52, expected 0..51");
-    EXPECT_EQ(problem([](auto& o) { o.preset = "quick"; }),
-              "preset: is \"quick\", expected ultrafast .. veryslow");
+    EXPECT_EQ(problem([](auto& o) { o.preset = static_cast<EncoderPreset>(9); }),
+              "preset: is 9, expected an EncoderPreset");
     EXPECT_EQ(problem([](auto& o) {
                   o.timeBase = {0, 1};
               }),

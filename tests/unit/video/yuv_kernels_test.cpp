@@ -1,6 +1,6 @@
 #include "video/yuv_kernels.hpp"
 
-#include "altiro3D/video_types.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include <algorithm>
 #include <array>

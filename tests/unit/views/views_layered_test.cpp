@@ -1,6 +1,6 @@
 #include "views/view_methods.hpp"
 
-#include "altiro3D/image_quality.hpp"
+#include "altiro3D/trade.hpp"
 #include "base/pixel_rows.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"

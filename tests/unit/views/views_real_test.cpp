@@ -2,7 +2,7 @@
 #include "views/views_real_holes.hpp"
 
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/image_quality.hpp"
+#include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"

@@ -28,7 +28,7 @@ struct ScreenFacts {
 /// Reads the properties of one screen of the application.
 /// @param screen one of QGuiApplication::screens()
 /// @return its properties
-ALTIRO3D_EXPORT ScreenFacts factsOf(const QScreen& screen);
+[[nodiscard]] ALTIRO3D_EXPORT ScreenFacts factsOf(const QScreen& screen);
 
 /// How a screen was paired with a calibration volume.
 enum class PairedBy {
@@ -57,7 +57,8 @@ struct FoundDisplay {
 /// @param screen from factsOf()
 /// @param panel size of the panel in px
 /// @return one sentence each, with what to do; empty if there is no problem
-ALTIRO3D_EXPORT std::vector<std::string> problemsOf(const ScreenFacts& screen, cv::Size panel);
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<std::string> problemsOf(const ScreenFacts& screen,
+                                                                  cv::Size panel);
 
 /// Finds the light-field displays among screens and mounted volumes and pairs the two.
 ///
@@ -70,7 +71,7 @@ ALTIRO3D_EXPORT std::vector<std::string> problemsOf(const ScreenFacts& screen, c
 /// @param volumes from findVolumes(); invalid files become problems
 /// @return first the displays with screens in the order of `screens`, then the others in the order
 ///         of `volumes`
-ALTIRO3D_EXPORT std::vector<FoundDisplay>
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<FoundDisplay>
 findDisplays(const std::vector<ScreenFacts>& screens,
              const std::vector<MountedCalibration>& volumes);
 
@@ -78,7 +79,7 @@ findDisplays(const std::vector<ScreenFacts>& screens,
 ///
 /// @param fileSystemRoot "/" except in tests
 /// @return those of findMountedCalibrations(), then the others
-ALTIRO3D_EXPORT std::vector<MountedCalibration>
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<MountedCalibration>
 findVolumes(const std::filesystem::path& fileSystemRoot = "/");
 
 /// Chooses the display for a Native of this size and calibration: the one whose calibration has the
@@ -89,7 +90,7 @@ findVolumes(const std::filesystem::path& fileSystemRoot = "/");
 /// @param calibration calibration of the Native, if known
 /// @param native size of the Native in px
 /// @return index into `displays`; nothing if no display has a screen or the choice is ambiguous
-ALTIRO3D_EXPORT std::optional<std::size_t>
+[[nodiscard]] ALTIRO3D_EXPORT std::optional<std::size_t>
 chooseDisplay(const std::vector<FoundDisplay>& displays, const std::vector<ScreenFacts>& screens,
               const std::optional<Calibration>& calibration, cv::Size native);
 

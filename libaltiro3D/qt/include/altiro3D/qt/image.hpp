@@ -19,12 +19,12 @@ namespace altiro3D::qt {
 /// @return Format_BGR888 or Format_Grayscale8, with device pixel ratio 1; null if `picture` is
 ///         empty
 /// @throws Error InvalidArgument (type)
-ALTIRO3D_EXPORT QImage toImage(const cv::Mat& picture);
+[[nodiscard]] ALTIRO3D_EXPORT QImage toImage(const cv::Mat& picture);
 
 /// Copies an image to a picture; transparent areas become black.
 ///
 /// @param image image of any format; its device pixel ratio is ignored
 /// @return [rows x cols, CV_8UC3, BGR]; empty if `image` is null
-ALTIRO3D_EXPORT cv::Mat toPicture(const QImage& image);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat toPicture(const QImage& image);
 
 } // namespace altiro3D::qt

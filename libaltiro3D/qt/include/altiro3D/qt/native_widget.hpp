@@ -25,13 +25,13 @@ class ALTIRO3D_EXPORT NativeWidget : public QWidget {
     /// @throws Error InvalidArgument (type)
     void setNative(const cv::Mat& native);
     /// The picture shown. @return an image that shares its memory; null if there is none
-    const QImage& image() const { return image_; }
+    [[nodiscard]] const QImage& image() const { return image_; }
 
     /// The widget's size. @return width x height in px of the screen
-    QSize deviceSize() const;
+    [[nodiscard]] QSize deviceSize() const;
     /// Whether the picture fills the widget exactly, as required to show a Native correctly.
     /// @return true if it does
-    bool isExact() const { return image_.size() == deviceSize(); }
+    [[nodiscard]] bool isExact() const { return image_.size() == deviceSize(); }
 
     /// Shows the widget full screen on one screen, without frame and mouse pointer. Escape, F11 and
     /// a double click call leave().

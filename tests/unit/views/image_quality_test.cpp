@@ -1,4 +1,4 @@
-#include "altiro3D/image_quality.hpp"
+#include "altiro3D/trade.hpp"
 
 #include "support/compare.hpp"
 #include "support/files.hpp"

@@ -1,4 +1,4 @@
-#include "altiro3D/image_quality.hpp"
+#include "altiro3D/trade.hpp"
 
 #include "altiro3D/error.hpp"
 #include "base/text.hpp"

@@ -546,10 +546,10 @@ TEST_F(ViewerController, ANetworkMakesTheDepthOfPhotosAndVideos) {
     ALTIRO3D_REQUIRE_DATA("models/fastdepth/fastdepth_224_op10.onnx");
     const fs::path file = dataPath("models/fastdepth/fastdepth_224_op10.onnx");
     const Networks networks(file.parent_path());
-    const ReadyNetwork* known = nullptr;
-    const std::vector<ReadyNetwork> ready = readyNetworks();
-    for (const ReadyNetwork& network : ready)
-        if (network.name == "fastdepth") known = &network;
+    const InstalledNetwork* known = nullptr;
+    const std::vector<InstalledNetwork> ready = installedNetworks();
+    for (const InstalledNetwork& network : ready)
+        if (network.profile.name == "fastdepth") known = &network;
     ASSERT_NE(known, nullptr);
     const cv::Mat photo = detailedPhoto({300, 400});
     cv::Mat expected;

@@ -17,13 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* kCatalogName = "catalog.json";
 constexpr const char* kCues = "cues"; // -n: no network
-
-std::vector<NetworkProfile> catalogOf(const std::vector<fs::path>& searchPath) {
-    const fs::path file = findModelFile(kCatalogName, searchPath);
-    return file.empty() ? std::vector<NetworkProfile>() : readModelCatalog(file);
-}
 
 const NetworkProfile* named(const std::vector<NetworkProfile>& catalog, const std::string& name) {
     for (const NetworkProfile& profile : catalog) {
@@ -90,7 +84,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
             standardNetwork() + " if its file is found, else cues).",
         "NETWORK", [] {
             std::vector<std::string> names{kCues};
-            for (const NetworkProfile& profile : catalogOf(modelSearchPath()))
+            for (const NetworkProfile& profile : modelCatalog())
                 names.push_back(profile.name);
             return names;
         });
@@ -180,7 +174,7 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
         return;
     }
     const std::vector<fs::path> searchPath = modelSearchPath();
-    const std::vector<NetworkProfile> catalog = catalogOf(searchPath);
+    const std::vector<NetworkProfile> catalog = modelCatalog(searchPath);
     const bool large = commandLine.has("l");
     std::optional<NetworkProfile> profile;
     if (const auto file = commandLine.value("net-profile")) {

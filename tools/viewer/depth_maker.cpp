@@ -14,9 +14,11 @@ namespace altiro3D::viewer {
 
 namespace {
 
-const ReadyNetwork* findIn(const std::vector<ReadyNetwork>& networks, const std::string& name) {
-    const auto found = std::find_if(networks.begin(), networks.end(),
-                                    [&name](const ReadyNetwork& n) { return n.name == name; });
+const InstalledNetwork* findIn(const std::vector<InstalledNetwork>& networks,
+                               const std::string& name) {
+    const auto found =
+        std::find_if(networks.begin(), networks.end(),
+                     [&name](const InstalledNetwork& n) { return n.profile.name == name; });
     return found != networks.end() ? &*found : nullptr;
 }
 
@@ -41,13 +43,13 @@ void requireHarmless(const std::string& name) {
 
 DepthMaker::DepthMaker() {
     try {
-        networks_ = readyNetworks();
+        networks_ = installedNetworks();
     } catch (const Error&) {
         // a broken catalogue: the list of networks, which is asked for elsewhere, says so
     }
 }
 
-const ReadyNetwork* DepthMaker::find(const std::string& name) const {
+const InstalledNetwork* DepthMaker::find(const std::string& name) const {
     return findIn(networks_, name);
 }
 
@@ -59,7 +61,7 @@ std::string DepthMaker::choose(const std::string& wish, bool given) const {
 }
 
 void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSource&)>& use) {
-    const ReadyNetwork* const network = find(chosen);
+    const InstalledNetwork* const network = find(chosen);
     if (network == nullptr) {
         use(*depthFromCues());
         return;
@@ -79,11 +81,11 @@ void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSo
 int tryNetwork(const std::string& name) {
     tools::Messages messages("altiro3Dview", false);
     try {
-        const std::vector<ReadyNetwork> networks = readyNetworks();
-        const ReadyNetwork* const network = findIn(networks, name);
+        const std::vector<InstalledNetwork> networks = installedNetworks();
+        const InstalledNetwork* const network = findIn(networks, name);
         if (network == nullptr) throw Error(ErrorCode::NotFound, name, "is not there");
         std::vector<NetworkProfile> catalog;
-        for (const ReadyNetwork& ready : networks)
+        for (const InstalledNetwork& ready : networks)
             catalog.push_back(ready.profile);
         tools::requireHarmless(network->file, network->profile, catalog, {}, messages);
     } catch (const std::exception& error) {

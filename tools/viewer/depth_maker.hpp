@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/depth_network.hpp"
 #include "altiro3D/depth_source.hpp"
 #include "viewer/knobs.hpp"
 
@@ -31,9 +32,9 @@ class DepthMaker {
     void use(const std::string& chosen, const std::function<void(DepthSource&)>& use);
 
   private:
-    const ReadyNetwork* find(const std::string& name) const;
+    const InstalledNetwork* find(const std::string& name) const;
 
-    std::vector<ReadyNetwork> networks_;
+    std::vector<InstalledNetwork> networks_;
     std::mutex mutex_; // of what follows
     std::set<std::string> harmless_;
     std::unique_ptr<DepthSource> network_;

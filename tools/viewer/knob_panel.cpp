@@ -1,5 +1,6 @@
 #include "viewer/knob_panel.hpp"
 
+#include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 
 #include <QCheckBox>
@@ -146,9 +147,9 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     depth_->addItem(tr("Best available"), kBestDepth);
     depth_->addItem(tr("From its file"), kGivenDepth);
     try {
-        for (const ReadyNetwork& network : readyNetworks())
-            depth_->addItem(QString::fromStdString(network.name),
-                            QString::fromStdString(network.name));
+        for (const InstalledNetwork& network : installedNetworks())
+            depth_->addItem(QString::fromStdString(network.profile.name),
+                            QString::fromStdString(network.profile.name));
     } catch (const Error& error) {
         depth_->setToolTip(Qt::convertFromPlainText(QString::fromUtf8(error.what())));
     }

@@ -31,16 +31,4 @@ QuiltLayout layoutOf(const Knobs& knobs, const Display& display) {
     return layout;
 }
 
-std::vector<ReadyNetwork> readyNetworks() {
-    const std::vector<std::filesystem::path> searchPath = modelSearchPath();
-    const std::filesystem::path catalog = findModelFile("catalog.json", searchPath);
-    std::vector<ReadyNetwork> ready;
-    if (catalog.empty()) return ready;
-    for (const NetworkProfile& profile : readModelCatalog(catalog)) {
-        const std::filesystem::path file = findModelFile(profile.file, searchPath);
-        if (!file.empty()) ready.push_back({profile.name, file, profile});
-    }
-    return ready;
-}
-
 } // namespace altiro3D::viewer

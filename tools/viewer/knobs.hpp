@@ -1,7 +1,6 @@
 #pragma once
 
 #include "altiro3D/depth2quilt.hpp"
-#include "altiro3D/depth_network.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "common/display_options.hpp"
 
@@ -41,15 +40,5 @@ inline bool makesBestNative(const Knobs& knobs) {
 
 /// The quilt that the knobs mean for a display: its own with other columns and rows in it.
 QuiltLayout layoutOf(const Knobs& knobs, const Display& display);
-
-/// A depth network whose file is there.
-struct ReadyNetwork {
-    std::string name;
-    std::filesystem::path file;
-    NetworkProfile profile;
-};
-
-/// The networks of the catalogue that have been downloaded.
-std::vector<ReadyNetwork> readyNetworks();
 
 } // namespace altiro3D::viewer

@@ -23,6 +23,12 @@ enum class NetworkOutput {
 /// Order of the colours in the network's input.
 enum class ChannelOrder { Rgb, Bgr };
 
+/// Shape of a network's input.
+enum class InputShape {
+    Fixed, ///< inputWidth x inputHeight for every photo, which is stretched to it.
+    Photo  ///< The photo's own shape, its longer side that of inputWidth and inputHeight.
+};
+
 /// How a photo is resampled to the network's input.
 enum class ResizeKernel { Nearest, Linear, Cubic, Area };
 
@@ -39,6 +45,7 @@ struct NetworkProfile {
     int inputWidth = 0;      ///< Input width in px, 1..4096.
     int inputHeight = 0;     ///< Input height in px, 1..4096.
     int multipleOf = 32;     ///< Input sides must be multiples of this, 1..4096.
+    InputShape inputShape = InputShape::Fixed;       ///< Whether the input has the photo\'s shape.
     ChannelOrder channelOrder = ChannelOrder::Rgb;   ///< Order of the input's planes.
     double scale = 1.0 / 255.0;                      ///< Factor on 8-bit values.
     std::array<double, 3> mean{0, 0, 0};             ///< Subtracted after scale, in channelOrder.
@@ -115,8 +122,15 @@ class ALTIRO3D_EXPORT DepthNetwork {
 
     /// The profile in use. @return as given to the constructor
     [[nodiscard]] const NetworkProfile& profile() const;
-    /// The size that photos are brought to. @return width x height in px
+    /// The size that photos are brought to, with InputShape::Photo that of a photo of the profile's
+    /// shape. @return width x height in px
     [[nodiscard]] cv::Size inputSize() const;
+    /// The size that a photo is brought to.
+    /// @param photo its size in px
+    /// @return inputSize(); with InputShape::Photo its longer side along the photo's, and the other
+    ///         side the multiple of `multipleOf` that is nearest to the photo's shape
+    /// @throws Error InvalidArgument (an empty photo)
+    [[nodiscard]] cv::Size inputSize(cv::Size photo) const;
     /// The file it was loaded from. @return as given to the constructor
     [[nodiscard]] const std::filesystem::path& file() const;
     /// The processor it runs on. @return as given to the constructor
@@ -178,5 +192,25 @@ ALTIRO3D_EXPORT void probeNetwork(const std::filesystem::path& file, const Netwo
 ///         absolute
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 findModelFile(const std::string& name, const std::vector<std::filesystem::path>& searchPath);
+
+/// A network that is ready for use.
+struct InstalledNetwork {
+    NetworkProfile profile;     ///< How to feed it.
+    std::filesystem::path file; ///< The ONNX file.
+};
+
+/// The known networks: the first `catalog.json` of a search path.
+/// @param searchPath directories, as modelSearchPath() gives them
+/// @return the profiles, the preferred ones first; empty if there is no catalogue
+/// @throws Error as readModelCatalog()
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<NetworkProfile>
+modelCatalog(const std::vector<std::filesystem::path>& searchPath = modelSearchPath());
+
+/// The networks of the catalogue whose files are there.
+/// @param searchPath directories, as modelSearchPath() gives them
+/// @return the networks, the preferred ones first
+/// @throws Error as readModelCatalog()
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<InstalledNetwork>
+installedNetworks(const std::vector<std::filesystem::path>& searchPath = modelSearchPath());
 
 } // namespace altiro3D

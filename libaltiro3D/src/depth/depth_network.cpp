@@ -168,14 +168,20 @@ struct DepthNetwork::Impl {
     fs::path file;
     NetworkProfile profile;
     InferenceTarget target = InferenceTarget::Cpu;
-    cv::Size size; // of the input
+    cv::Size size; // of the input, for the last photo
     cv::dnn::Net net;
     std::string outputLayer;
     cv::Mat narrowed; // [photo's rows x input's cols, CV_32FC3, BGR, 8-bit values times scale]
     cv::Mat resized;  // [input's size, CV_32FC3, BGR, as narrowed]
     cv::Mat blob;     // [1 x 3 x size, CV_32F, planes in channelOrder]
 
-    bool isOtherSize() const { return size != cv::Size(profile.inputWidth, profile.inputHeight); }
+    cv::Size nominal; // without a photo
+
+    bool followsPhoto() const { return profile.inputShape == InputShape::Photo; }
+    bool isOtherSize() const {
+        return nominal != cv::Size(profile.inputWidth, profile.inputHeight);
+    }
+    cv::Size sizeFor(cv::Size photo) const;
     void load();
     void readGraph(const std::string& contents);
     void infer(const cv::Mat& photo, cv::Mat& raw);
@@ -228,7 +234,7 @@ void DepthNetwork::Impl::readGraph(const std::string& contents) {
         // Of several outputs the last one: decoders end with their finest.
         const std::vector<cv::String> outputs = net.getUnconnectedOutLayersNames();
         if (!outputs.empty()) outputLayer = outputs.back();
-        if (isOtherSize()) freeShapeAtEnd(net, outputLayer);
+        if (isOtherSize() || followsPhoto()) freeShapeAtEnd(net, outputLayer);
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const cv::Exception& exception) {
@@ -237,6 +243,17 @@ void DepthNetwork::Impl::readGraph(const std::string& contents) {
     } catch (const std::exception& exception) {
         fail(std::string(exception.what()).substr(0, 200));
     }
+}
+
+cv::Size DepthNetwork::Impl::sizeFor(cv::Size photo) const {
+    if (!followsPhoto()) return nominal;
+    const int longer = std::max(nominal.width, nominal.height);
+    const bool wide = photo.width >= photo.height;
+    const double shape = wide ? static_cast<double>(photo.height) / photo.width
+                              : static_cast<double>(photo.width) / photo.height;
+    const int steps = static_cast<int>(std::lround(longer * shape / profile.multipleOf));
+    const int shorter = std::max(steps, 1) * profile.multipleOf;
+    return wide ? cv::Size(longer, shorter) : cv::Size(shorter, longer);
 }
 
 // Scale, then resample the float values without keeping the aspect: `resized`.
@@ -292,6 +309,7 @@ void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
 void DepthNetwork::Impl::infer(const cv::Mat& photo, cv::Mat& raw) {
     const std::string name = file.string();
     cv::Mat output;
+    size = sizeFor(photo.size());
     try {
         fillBlob(photo);
         net.setInput(blob);
@@ -328,7 +346,7 @@ DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, Inferen
     check(fits(inputSize.width) && fits(inputSize.height), "inputSize",
           "is " + sizeText(inputSize.width, inputSize.height) + ", expected sides of 1..4096 px, " +
               "multiples of " + std::to_string(profile.multipleOf));
-    impl_->size = inputSize;
+    impl_->nominal = inputSize;
     impl_->file = file;
     impl_->profile = std::move(profile);
     impl_->target = target;
@@ -353,7 +371,13 @@ const NetworkProfile& DepthNetwork::profile() const {
 }
 
 cv::Size DepthNetwork::inputSize() const {
-    return impl_->size;
+    return impl_->nominal;
+}
+
+cv::Size DepthNetwork::inputSize(cv::Size photo) const {
+    check(photo.width > 0 && photo.height > 0, "photo",
+          "is " + sizeText(photo.width, photo.height) + ", expected at least 1 x 1");
+    return impl_->sizeFor(photo);
 }
 
 const fs::path& DepthNetwork::file() const {

@@ -228,6 +228,9 @@ NetworkProfile readProfile(const std::string& file, const std::string& prefix, c
     reader.read<ChannelOrder>("channelOrder",
                               {{"RGB", ChannelOrder::Rgb}, {"BGR", ChannelOrder::Bgr}},
                               profile.channelOrder);
+    reader.read<InputShape>("inputShape",
+                            {{"fixed", InputShape::Fixed}, {"photo", InputShape::Photo}},
+                            profile.inputShape);
     reader.read("scale", profile.scale);
     reader.read("mean", profile.mean);
     reader.read("std", profile.std);
@@ -365,6 +368,20 @@ fs::path findModelFile(const std::string& name, const std::vector<fs::path>& sea
         if (fs::exists(file, error) && !fs::is_directory(file, error)) return file;
     }
     return {};
+}
+
+std::vector<NetworkProfile> modelCatalog(const std::vector<fs::path>& searchPath) {
+    const fs::path file = findModelFile("catalog.json", searchPath);
+    return file.empty() ? std::vector<NetworkProfile>() : readModelCatalog(file);
+}
+
+std::vector<InstalledNetwork> installedNetworks(const std::vector<fs::path>& searchPath) {
+    std::vector<InstalledNetwork> installed;
+    for (NetworkProfile& profile : modelCatalog(searchPath)) {
+        fs::path file = findModelFile(profile.file, searchPath);
+        if (!file.empty()) installed.push_back({std::move(profile), std::move(file)});
+    }
+    return installed;
 }
 
 } // namespace altiro3D

@@ -674,6 +674,61 @@ TEST_F(DepthNetworkFile, TakesAnotherSizeWhereItIsAskedTo) {
     }
 }
 
+TEST_F(DepthNetworkFile, TheInputMayFollowThePhotosShape) {
+    const fs::path file = write(mixModel({0, 0, 1}, cv::Size(8, 6)));
+    NetworkProfile profile = profileOf(8, 6);
+    profile.scale = 1;
+    profile.multipleOf = 2;
+    profile.inputShape = InputShape::Photo;
+    DepthNetwork network(file, profile);
+    EXPECT_EQ(network.inputSize(), cv::Size(8, 6));
+    const std::pair<cv::Size, cv::Size> cases[] = {
+        {{8, 6}, {8, 6}},    {{80, 60}, {8, 6}},  {{60, 80}, {6, 8}},
+        {{50, 50}, {8, 8}},  {{160, 90}, {8, 4}}, // 4.5: the nearest multiple of 2
+        {{1, 4000}, {2, 8}},                      // never less than one multiple
+        {{4000, 1}, {8, 2}}, {{1, 1}, {8, 8}}};
+    for (const auto& [photoSize, inputSize] : cases) {
+        EXPECT_EQ(network.inputSize(photoSize), inputSize) << photoSize;
+        cv::Mat raw;
+        network.infer(colourfulPhoto(photoSize), raw);
+        EXPECT_EQ(raw.size(), inputSize) << photoSize;
+    }
+    EXPECT_EQ(errorOf([&] {
+                  network.inputSize({0, 3});
+              }),
+              "photo: is 0 x 3 px, expected at least 1 x 1");
+
+    // Half as large, in the shape of the photo: each value is that of the px under it.
+    const cv::Mat photo = colourfulPhoto({4, 8});
+    DepthNetwork tall(file, profile, InferenceTarget::Cpu, {8, 8});
+    cv::Mat raw;
+    tall.infer(photo, raw);
+    cv::Mat blue;
+    cv::extractChannel(photo, blue, 0);
+    blue.convertTo(blue, CV_32F);
+    EXPECT_TRUE(samePicture(raw, blue));
+}
+
+TEST_F(DepthNetworkFile, InstalledNetworksAreThoseOfTheCatalogueWhoseFilesAreThere) {
+    const std::vector<fs::path> path{directory_.path()};
+    EXPECT_TRUE(modelCatalog(path).empty());
+    EXPECT_TRUE(installedNetworks(path).empty());
+    spill(directory_ / "catalog.json", R"({"networks": [
+        {"name": "a", "file": "a.onnx", "inputWidth": 64, "inputHeight": 32},
+        {"name": "b", "file": "b.onnx", "inputWidth": 64, "inputHeight": 64,
+         "inputShape": "photo"},
+        {"name": "c", "file": "c.onnx", "inputWidth": 64, "inputHeight": 64}]})");
+    spill(directory_ / "b.onnx", "");
+    const std::vector<NetworkProfile> catalog = modelCatalog(path);
+    ASSERT_EQ(catalog.size(), 3U);
+    EXPECT_EQ(catalog[0].inputShape, InputShape::Fixed);
+    EXPECT_EQ(catalog[1].inputShape, InputShape::Photo);
+    const std::vector<InstalledNetwork> installed = installedNetworks(path);
+    ASSERT_EQ(installed.size(), 1U);
+    EXPECT_EQ(installed[0].profile.name, "b");
+    EXPECT_EQ(installed[0].file, directory_ / "b.onnx");
+}
+
 // --- Errors --------------------------------------------------------------------------------------
 
 TEST_F(DepthNetworkFile, AnotherSizeIsRefusedWhereItCannotBe) {

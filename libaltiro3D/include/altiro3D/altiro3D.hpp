@@ -13,20 +13,34 @@
 ///     Scene ─► PhotoFit ─┬─► NativeRenderer ────────────────────────────────────┬─► Native
 ///                        └─► Depth2Quilt ─► quilt ─► Quilt2Native (NativeLut) ──┘
 ///
+/// Words:
+/// - View: the scene as seen from one camera position.
+/// - Quilt: all views in one picture, side by side in columns and rows. A tile is the place of one
+///   view in it.
+/// - Native: the picture for the panel of one display. The lens above a sub-pixel sends its light
+///   into one direction; the sub-pixel has the colour of the view that is seen from there. A Native
+///   must never be scaled.
+/// - Calibration: how the lenses of one unit lie over its panel; the display's `visual.json`.
+/// - Map: a look-up table (NativeLut, `.map` file) made from a calibration and a quilt layout.
+/// - RGB-D: a picture that holds a photo and its depth side by side.
+/// - Strength: parallax between the outermost views in % of the picture's width. Focus: the depth
+///   that appears on the panel's surface.
+///
 /// Rules for all image functions; each function documents only its exceptions:
 /// - Pictures are `cv::Mat`, 8-bit BGR, row 0 on top; sub-matrices with a step are accepted.
 /// - Depth maps are `CV_32FC1`, relative inverse depth, 0..1, 1 = nearest.
-/// - View position runs from -1 (leftmost camera) to +1 (rightmost); view 0 is the leftmost and the
-///   bottom-left tile of a quilt.
-/// - A computed image is the last parameter. It is reused if its size and type fit and allocated
-///   otherwise. Where it must not share memory with an input, disjoint regions of one canvas are
-///   accepted. Everything else is returned, also an image that is read from a file or is a part of
-///   another one.
+/// - View position runs from -1 (leftmost camera) to +1 (rightmost). View 0 is the leftmost view
+///   and the bottom-left tile of a quilt.
+/// - A computed image is the last parameter. It is reused if its size and type fit, else allocated.
+///   If it must not share memory with an input, disjoint regions of one matrix are still allowed.
+///   All other results are returned, also images that are read from a file or are a part of another
+///   image.
 /// - A wrong argument or file is reported as altiro3D::Error; nothing is printed.
+/// - Remarks (Notes) report what is odd but is no failure. A parameter `notes` may be null; remarks
+///   are appended to it.
 /// - A failed allocation is reported as Error OutOfMemory while reading or writing a file, loading
-///   or running a network, and allocating a quilt or a look-up table. Elsewhere the exceptions of
-///   the language and of OpenCV pass through: std::bad_alloc, or cv::Exception with the code
-///   StsNoMem.
+///   or running a network, and allocating a quilt or a look-up table. Elsewhere std::bad_alloc, or
+///   cv::Exception with the code StsNoMem, passes through.
 /// - Results are bit-for-bit the same for any number of threads (`cv::setNumThreads()`).
 ///
 /// Numbers in parentheses refer to the formulas in docs/mathematics.md.

@@ -15,18 +15,25 @@ namespace altiro3D {
 
 /// Estimates depth from one photo without any network or download.
 ///
-/// The function combines monocular cues of the picture and smooths the result along the photo's
-/// edges; docs/depth.md lists the cues and their accuracy. It is the built-in default if no depth
-/// network is found. It is always defined and gives the same result for any number of threads. A
-/// trained network is much more accurate.
+/// The function combines monocular cues and smooths the result along the photo's edges;
+/// docs/depth.md lists the cues and their accuracy. The tools use it if they find no depth network.
+/// It gives a depth map for every photo, and the same one for any number of threads. A trained
+/// network is much more accurate.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR], any size from 1 x 1
-/// @param depth [smaller or equal size of the same shape, at most 320 px a side, CV_32FC1, 0..1, 1
-///        = nearest]; fitDepth() brings it to the photo's size
+/// @param depth [size of the photo, scaled down to at most 320 px per side, CV_32FC1, 0..1,
+///        1 = nearest]; fitDepth() or fitScene() resamples it to the photo
 /// @throws Error InvalidArgument (empty or wrong type)
 ALTIRO3D_EXPORT void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth);
 
-/// Where the depth of photos and frames comes from. One thread at a time per object.
+/// A source of depth for photos and video frames: an estimator, a network, a file, or the depth
+/// half of an RGB-D image. For one photo, call readImage(), then readScene():
+///
+///     const auto source = depthFromCues();
+///     Scene scene;
+///     source->readScene(source->readImage("photo.jpg"), 0.5, scene);
+///
+/// One thread at a time per object.
 class ALTIRO3D_EXPORT DepthSource {
   public:
     DepthSource() = default;
@@ -34,61 +41,68 @@ class ALTIRO3D_EXPORT DepthSource {
     DepthSource(const DepthSource&) = delete;
     DepthSource& operator=(const DepthSource&) = delete;
 
-    /// Names the source for people and reports. @return "network midas-small (FILE)"
+    /// Names the source for people and reports. @return for example "network midas-small (FILE)"
     [[nodiscard]] virtual std::string description() const = 0;
 
-    /// Meaning of the raw numbers. @return as read() gives them
+    /// Meaning of the raw depth numbers that read() gives. @return the kind
     [[nodiscard]] virtual DepthKind kind() const = 0;
 
-    /// The network that makes the depth. @return null if it comes from elsewhere
+    /// The network that estimates the depth. @return null for other sources
     [[nodiscard]] virtual const DepthNetwork* network() const;
 
-    /// Reads the file of an image as read() takes it. A source with a file of its own decodes that
-    /// meanwhile, and the next read() takes it from there.
+    /// Reads an image file for read() or readScene(). depthFromFile() also reads its depth image
+    /// here, in a second thread, and keeps it for the next read().
     ///
-    /// @param file as for readImage()
-    /// @param notes as for readPhoto(), each behind the name of its file
-    /// @return the photo [rows x cols, CV_8UC3, BGR], of RGB-D all that is in the file
-    /// @throws Error as readPhoto(), of RGB-D readImage(), and of a depth image
-    ///         readDepthSamples()
+    /// @param file as for altiro3D::readImage()
+    /// @param notes if given, receives the remarks of readPhoto(), each with the name of the file
+    ///        in front
+    /// @return the photo [rows x cols, CV_8UC3, BGR]; for depthFromRgbd() the whole image with both
+    ///         halves [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
+    /// @throws Error as readPhoto(); for depthFromRgbd() as altiro3D::readImage(); for
+    ///         depthFromFile() also as readDepthSamples()
     [[nodiscard]] virtual cv::Mat readImage(const std::filesystem::path& file,
                                             Notes* notes = nullptr);
 
-    /// Reads photo and raw depth of an image.
+    /// Splits an image into photo and raw depth, or finds the raw depth of a photo.
     ///
-    /// @param image [rows x cols, CV_8UC3, BGR; of RGB-D also CV_16UC3]
-    /// @param photo the image itself; of RGB-D its photo [CV_8UC3, BGR]; may be `image`
-    /// @param raw raw depth numbers of the photo [any size, one channel], see kind()
-    /// @throws Error as the functions that each source is made of
+    /// @param image [rows x cols, CV_8UC3, BGR]; for depthFromRgbd() also CV_16UC3
+    /// @param photo the image itself (shares its memory); for depthFromRgbd() its photo half
+    ///        [CV_8UC3, BGR]; may be `image`
+    /// @param raw raw depth numbers of the photo [any size, one channel]; kind() tells their
+    ///        meaning
+    /// @throws Error as the function that each source calls, see depthFromCues() and below
     virtual void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) = 0;
 
-    /// Reads photo and depth map of an image: read() and normalizeDepth().
+    /// read(), then normalizeDepth(): gives a photo and its depth map.
     ///
     /// @param image as for read(); may be `scene.photo`
-    /// @param flatDepth the depth where there is no range, 0..1
-    /// @param scene photo and its depth map
+    /// @param flatDepth depth of the whole photo if its raw depth has no range (all values equal or
+    ///        unknown), 0..1. Use ViewOptions::focus: all views then show the photo unchanged.
+    ///        depthFromCues() ignores it.
+    /// @param scene the photo, and its depth map of any size
     /// @throws Error as read() and normalizeDepth()
     virtual void readScene(const cv::Mat& image, double flatDepth, Scene& scene);
 };
 
-/// The estimator that needs no network: estimateDepthFromCues().
-/// @return the source; its raw numbers are a depth map, which readScene() takes as it is
+/// Depth from estimateDepthFromCues(), which needs no network.
+/// @return the source; its raw numbers are a depth map already, and readScene() does not normalize
+///         them
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromCues();
 
-/// A depth network: DepthNetwork::infer().
+/// Depth from a network: DepthNetwork::infer().
 /// @param network a loaded network
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
 
-/// A depth image in a file of its own: readDepthSamples().
+/// Depth from a separate depth image: readDepthSamples().
 /// @param file the depth image
 /// @param kind meaning of its numbers
-/// @return the source; it reads the file anew for each image
+/// @return the source; it reads the file again for each photo
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 depthFromFile(std::filesystem::path file, DepthKind kind = DepthKind::NearWhite);
 
-/// The depth half of a one-picture RGB-D: splitRgbd().
-/// @param side where the depth is
+/// Depth from an RGB-D image, which holds photo and depth side by side: splitRgbd().
+/// @param side position of the depth half
 /// @param kind meaning of its numbers
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>

@@ -14,90 +14,105 @@
 
 namespace altiro3D {
 
-/// How Natives are made of photos with depth.
+/// How a photo with depth becomes a Native.
 struct NativeOptions {
-    ViewOptions views;            ///< Method and knobs.
-    FitMode fit = FitMode::Cover; ///< How photos of another shape are brought to the panel's.
-    bool keepResolution = false;  ///< The photo is read at the panel's resolution, not a tile's.
-    ViewPositions positions = ViewPositions::Discrete; ///< Where cameras stand.
-    QuiltSampling sampling; ///< How a quilt is sampled; other than nearest needs a quilt.
+    ViewOptions views;            ///< Method, strength, focus and the options of each method.
+    FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel if their shapes differ.
+    /// The photo is fitted to the size of the panel instead of the size of a view. The direct path
+    /// then shows more detail; a quilt averages it away.
+    bool keepResolution = false;
+    /// Camera positions of the sub-pixels. Continuous positions require the direct path.
+    ViewPositions positions = ViewPositions::Discrete;
+    /// How a quilt is sampled. Linear sampling requires the path over a quilt.
+    QuiltSampling sampling;
 };
 
-/// The way from a photo to its Native.
+/// The path from a photo to its Native.
 enum class NativePath {
-    Direct,   ///< Each sub-pixel is read from the photo (NativeRenderer).
-    OverQuilt ///< All views are made first (Depth2Quilt, Quilt2Native).
+    Direct,   ///< Reads each sub-pixel from the photo (NativeRenderer).
+    OverQuilt ///< Makes all views first (Depth2Quilt), then interlaces them (Quilt2Native).
 };
 
-/// Makes Natives of photos with depth for one display: directly where the options allow it, else
-/// over a quilt. Both ways give the same bytes for equal options.
+/// Makes Natives of photos with depth for one display. It takes the direct path if the options
+/// allow it, else the path over a quilt. With discrete positions, nearest sampling and without
+/// keepResolution, both paths give the same bytes.
 ///
-/// Cheap to copy. Immutable; its functions may run on any number of threads at once and give the
-/// same bytes for any number of threads.
+/// makeNative(scene, native) does all steps. To also get the quilt, do the steps one by one:
+///
+///     fitScene(scene, maker.fit(scene.photo.size()), maker.options().views.focus, fitted);
+///     maker.makeQuilt(fitted, quilt);          // not needed if path() is Direct
+///     maker.makeNative(fitted, quilt, native);
+///
+/// Cheap to copy. Immutable and thread-safe. Results are the same bytes for any number of threads.
 class ALTIRO3D_EXPORT NativeMaker {
   public:
-    /// @param display the display; its default quilt says how many views there are
-    /// @param options method, knobs, fit
-    /// @throws Error BadFormat (calibration), InvalidArgument (options; continuous positions where
-    ///         a quilt is needed, see obstacle()), TooLarge (quilt), OutOfMemory
+    /// @param display the display; its default layout sets the number and the size of the views
+    /// @param options see NativeOptions
+    /// @throws Error BadFormat (calibration), InvalidArgument (options; continuous positions
+    ///         although a quilt is needed, see obstacle()), TooLarge (quilt), OutOfMemory
     explicit NativeMaker(const Display& display, const NativeOptions& options = {});
     /// @param display the display
-    /// @param layout layout of its quilts
-    /// @param options method, knobs, fit
+    /// @param layout number and size of the views, instead of the display's default layout
+    /// @param options see NativeOptions
     /// @throws Error as above
     NativeMaker(const Display& display, const QuiltLayout& layout, const NativeOptions& options);
-    /// Over quilts, through a look-up table that is there already.
-    /// @param map the table of display and layout
-    /// @param options method, knobs, fit; sampling must be nearest, positions discrete
+    /// Uses an existing look-up table. The path is always OverQuilt.
+    /// @param map the table; it determines display and layout
+    /// @param options sampling must be nearest, positions must be discrete
     /// @throws Error InvalidArgument (options), OutOfMemory
     NativeMaker(NativeLut map, const NativeOptions& options);
 
-    /// Why a Native needs a quilt, for people.
+    /// Why the direct path is not possible.
     /// @param layout layout of the quilts
-    /// @param options method, sampling
-    /// @return empty if it can be made directly
+    /// @param options method and sampling count
+    /// @return a clause for people, such as "views are blended"; empty if the direct path is
+    ///         possible
     [[nodiscard]] static std::string obstacle(const QuiltLayout& layout,
                                               const NativeOptions& options);
 
-    /// The same maker with other views: another strength or focus for one photo.
-    /// @param views method and knobs; the method must need a quilt or not, as the one before
-    /// @return the maker; look-up tables are shared
-    /// @throws Error InvalidArgument (views)
+    /// A maker with other view options, for example another strength or focus for one photo. It
+    /// keeps path() and shares the look-up table.
+    /// @param views see ViewOptions
+    /// @return the new maker
+    /// @throws Error InvalidArgument (views; method Real if path() is Direct)
     [[nodiscard]] NativeMaker withViews(const ViewOptions& views) const;
 
-    /// The way that is taken. @return direct or over a quilt
+    /// The path in use. @return Direct or OverQuilt
     [[nodiscard]] NativePath path() const;
-    /// The options in use. @return as given to the constructor
+    /// The options in use. @return as given to the constructor or to withViews()
     [[nodiscard]] const NativeOptions& options() const;
     /// Layout of the quilts. @return the layout
     [[nodiscard]] const QuiltLayout& layout() const;
     /// Size of the Native. @return columns x rows in px
     [[nodiscard]] cv::Size panelSize() const;
-    /// Size that photos are fitted to. @return that of a tile, or the panel's
+    /// Size to which photos are fitted. @return the size of a view, or with keepResolution that of
+    ///         the panel; columns x rows in px
     [[nodiscard]] cv::Size workSize() const;
 
-    /// The fit of a photo.
-    /// @param photo its size in px
-    /// @param aspect width : height of what the viewer sees; 0: the panel's
+    /// Computes how a photo is fitted to workSize().
+    /// @param photo size of the photo in px
+    /// @param aspect width : height, in px of the photo, of what fills the panel; 0: the shape of
+    ///        the panel, right for photos with square px
     /// @return the fit, for fitScene()
     /// @throws Error as fitPhoto()
     [[nodiscard]] PhotoFit fit(cv::Size photo, double aspect = 0) const;
 
-    /// Makes the quilt of a fitted photo.
-    /// @param fitted of workSize()
+    /// Makes the quilt of a fitted photo, whatever path() is.
+    /// @param fitted photo and depth map of workSize(), from fitScene()
     /// @param quilt [layout().size(), CV_8UC3, BGR]; reused if it fits
     /// @throws Error as Depth2Quilt::render()
     void makeQuilt(const Scene& fitted, cv::Mat& quilt) const;
 
     /// Makes the Native of a fitted photo.
-    /// @param fitted of workSize(); read by the direct way
-    /// @param quilt from makeQuilt(); read by the way over the quilt, else it may be empty
+    /// @param fitted photo and depth map of workSize(); used if path() is Direct, else ignored
+    /// @param quilt from makeQuilt(); used if path() is OverQuilt, else ignored and may be empty
     /// @param native [panelSize(), CV_8UC3, BGR]; reused if it fits
     /// @throws Error as NativeRenderer::render() and Quilt2Native::render()
     void makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const;
 
     /// Fits a photo and makes its Native.
-    /// @param scene photo of any size and its depth map of any size
+    /// @param scene a photo of any size and its depth map of any size; see
+    ///        DepthSource::readScene()
     /// @param native [panelSize(), CV_8UC3, BGR]; reused if it fits
     /// @throws Error as fitPhoto(), fitScene(), makeQuilt() and makeNative()
     void makeNative(const Scene& scene, cv::Mat& native) const;

@@ -15,7 +15,8 @@
 
 namespace altiro3D {
 
-/// How a sub-pixel samples the views.
+/// How a sub-pixel samples the views. Its lens phase, 0..1, is its position under its lens
+/// (LensGeometry::phase()); view i of N has the interval [i, i + 1) / N.
 enum class ViewFilter {
     Nearest, ///< The view whose interval contains the lens phase. Sharp; the default.
     Linear   ///< The two views nearest to the phase, blended. Soft transitions, slight ghosting.
@@ -23,7 +24,7 @@ enum class ViewFilter {
 
 /// How a sub-pixel samples the pixels inside a view.
 enum class TileSampling {
-    Nearest, ///< The pixel under it, as in a `.map`; the default.
+    Nearest, ///< The nearest pixel, as in a `.map`; the default.
     Linear   ///< The four pixels around it, blended; never across the border of the view.
 };
 
@@ -33,19 +34,21 @@ struct QuiltSampling {
     TileSampling inTile = TileSampling::Nearest; ///< Inside a view.
 };
 
-/// Crops a picture to the part that a layout describes. If the size is not divisible, unused
-/// columns at the right and unused rows at the top are removed (4096 px hold 5 tiles of 819 px).
+/// Removes the unused border of a quilt. There is one if the quilt's size is not a multiple of its
+/// columns and rows: 4096 px hold 5 tiles of 819 px and one px more. The unused columns are at the
+/// right, the unused rows at the top.
 ///
 /// @param quilt [rows x cols, any type]
-/// @param layout the layout it should have
-/// @param notes if given, receives a remark if something is removed
-/// @return [layout size]; shares memory with `quilt`
-/// @throws Error Mismatch that names both sizes; InvalidArgument or TooLarge (layout)
+/// @param layout the layout that the quilt should have
+/// @param notes if given, receives a remark if a border is removed
+/// @return [layout.size(), type of `quilt`]; shares memory with `quilt`
+/// @throws Error Mismatch (the quilt does not have this layout; names both sizes);
+///         InvalidArgument or TooLarge (layout)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout,
                                                Notes* notes = nullptr);
 
-/// Renders Natives from quilts: each sub-pixel takes its own colour from its own view
-/// (docs/mathematics.md, 1 and 2).
+/// Renders Natives from quilts: each sub-pixel takes its colour from the view that its lens phase
+/// selects (docs/mathematics.md, 1 and 2).
 ///
 /// Immutable; render() is thread-safe. Results are the same bytes for any number of threads.
 class ALTIRO3D_EXPORT Quilt2Native {
@@ -56,13 +59,13 @@ class ALTIRO3D_EXPORT Quilt2Native {
     /// @throws Error OutOfMemory
     explicit Quilt2Native(NativeLut lut);
 
-    /// Renders from the calibration. Blended sampling requires this, because a table cannot hold
-    /// it.
+    /// Renders from the calibration. Linear sampling requires this constructor, because a look-up
+    /// table holds a single px per sub-pixel.
     ///
     /// @param calibration the display
     /// @param quilt layout of the quilts
-    /// @param sampling nearest or blended, between views and inside them
-    /// @param invert whether the order of views is reversed
+    /// @param sampling nearest or linear, between views and inside them
+    /// @param invert whether the order of views is reversed; usually Display::invert
     /// @throws Error BadFormat (calibration), InvalidArgument or TooLarge (layout), OutOfMemory
     Quilt2Native(const Calibration& calibration, const QuiltLayout& quilt, QuiltSampling sampling,
                  InvertViews invert = InvertViews::Auto);
@@ -74,8 +77,8 @@ class ALTIRO3D_EXPORT Quilt2Native {
 
     /// Renders one Native.
     ///
-    /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; sub-matrices are accepted, and the
-    ///        unused borders that fitQuilt() describes
+    /// @param quilt [quilt().size(), CV_8UC3, BGR], or larger by the unused border that fitQuilt()
+    ///        removes
     /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits; must not share
     ///        memory with the quilt
     /// @throws Error InvalidArgument (type, shared memory), Mismatch (size)
@@ -86,44 +89,51 @@ class ALTIRO3D_EXPORT Quilt2Native {
     std::shared_ptr<const Impl> impl_;
 };
 
-/// Whether pictures of two shapes can stand for each other: they differ by 5 % at most.
-/// @param aspect width : height, more than 0
-/// @param other width : height, more than 0
-/// @return true if they can
+/// Whether two shapes count as equal: their aspects differ by at most 5 %.
+/// @param aspect width : height, > 0; not checked
+/// @param other width : height, > 0; not checked
+/// @return true if they count as equal
 [[nodiscard]] ALTIRO3D_EXPORT bool haveSameShape(double aspect, double other);
 
-/// How the views of a quilt file become the panel's shape.
+/// How the views of a quilt file are fitted to the panel if their shapes differ.
+///
+/// The shape of the views is the aspect in the file's name (`_qs8x6a0.75`), else that of their px.
+/// Immutable and thread-safe.
 class ALTIRO3D_EXPORT QuiltShape {
   public:
-    /// @param file its name may tell which shape the views are meant for (parseQuiltName())
-    /// @param layout of the quilt
-    /// @param display whose panel the views are for
-    /// @param fit nothing: with black bars where the name tells another shape than the panel's, as
-    ///        the displays' own players show it, else stretched
+    /// @param file the quilt file; only its name is used
+    /// @param layout layout of the quilt
+    /// @param display the display on which the quilt is shown
+    /// @param fit how the views are fitted. If not given: Contain (black bars) if the name states
+    ///        an aspect that differs from the panel's (haveSameShape()), as the display maker's
+    ///        players do; else Stretch.
     /// @throws Error as parseQuiltName()
     QuiltShape(const std::filesystem::path& file, const QuiltLayout& layout, const Display& display,
                std::optional<FitMode> fit = std::nullopt);
 
-    /// The quilt without unused px, its views of the panel's shape.
-    /// @param picture [of layout.size() or with unused px, CV_8UC3, BGR]
-    /// @param notes if given, a remark is added when something is cut off
-    /// @return [layout.size(), CV_8UC3, BGR]; may share memory with `picture`
+    /// Removes the unused border and fits the views to the panel.
+    /// @param picture the quilt [layout size or larger by the unused border, see fitQuilt(),
+    ///        CV_8UC3, BGR]
+    /// @param notes if given, receives a remark if a border is removed
+    /// @return the quilt for Quilt2Native [layout size, CV_8UC3, BGR]; may share memory with
+    ///         `picture`
     /// @throws Error as fitQuilt() and applyFitToViews()
     [[nodiscard]] cv::Mat apply(const cv::Mat& picture, Notes* notes = nullptr) const;
 
-    /// The shape in which a view is shown. @return width : height
+    /// The shape in which a view appears on the panel. @return width : height; differs from
+    ///         aspect() only if the views are stretched
     [[nodiscard]] double shownAspect() const {
         return fit_ == FitMode::Stretch ? panelAspect_ : aspect_;
     }
 
-    /// The shape of what a view shows. @return width : height
+    /// The shape for which the views were made. @return width : height
     [[nodiscard]] double aspect() const { return aspect_; }
 
-    /// How views of another shape are brought to the panel's. @return as given, or as chosen
+    /// How the views are fitted. @return as given to the constructor, else as chosen by it
     [[nodiscard]] FitMode fit() const { return fit_; }
 
-    /// Whether black bars keep the shape of the views without having been asked for.
-    /// @return true if they do
+    /// Whether the constructor chose black bars itself. Tools tell the user then.
+    /// @return true if `fit` was not given and the fit is Contain
     [[nodiscard]] bool fitsUnasked() const { return isFittedUnasked_; }
 
   private:

@@ -18,26 +18,28 @@
 
 namespace altiro3D {
 
-/// A ratio of whole numbers, such as 24000/1001; 0/1 = unknown.
+/// A ratio of integers, such as 24000/1001; 0/1 = unknown.
 struct Fraction {
-    int numerator = 0;   ///< The numerator.
+    int numerator = 0;   ///< The numerator, >= 0.
     int denominator = 1; ///< The denominator, > 0.
 
-    /// The ratio as a number. @return numerator / denominator
+    /// The ratio as a floating-point number. @return numerator / denominator
     [[nodiscard]] double value() const { return static_cast<double>(numerator) / denominator; }
-    /// Whether it is known. @return true if it is more than 0
+    /// Whether the ratio is known. @return true if it is more than 0
     [[nodiscard]] bool isKnown() const { return numerator > 0 && denominator > 0; }
 };
 
-/// One picture of a video and its time. Times are whole numbers of the frames' time base
-/// (VideoFacts::timeBase, VideoWriterOptions::timeBase), so they are exact.
+/// One picture of a video and its time. Times are integers that count units of a time base, so they
+/// are exact: time in s = pts * timeBase.value(). The time base is VideoFacts::timeBase for frames
+/// from a reader and VideoWriterOptions::timeBase for frames to a writer.
 struct VideoFrame {
-    cv::Mat picture;           ///< [rows x cols, CV_8UC3, BGR], upright
-    std::int64_t pts = 0;      ///< Time of display, in time bases from the start.
-    std::int64_t duration = 0; ///< Duration of display, in time bases; 0 = unknown.
+    cv::Mat picture;      ///< [rows x cols, CV_8UC3, BGR], upright
+    std::int64_t pts = 0; ///< Time of display, in units of the time base, 0 or more. VideoReader
+                          ///< counts it from the start of the file or of the part.
+    std::int64_t duration = 0; ///< Duration of display, in units of the time base; 0 = unknown.
 };
 
-/// Matrix that converts red, green and blue to brightness and colour.
+/// Matrix that converts red, green and blue to luma and chroma.
 enum class ColourMatrix {
     Rgb,   ///< Stored as red, green and blue.
     Bt601, ///< ITU-R BT.601: standard definition.
@@ -45,7 +47,7 @@ enum class ColourMatrix {
     Bt2020 ///< ITU-R BT.2020 with non-constant luminance: ultra-high definition.
 };
 
-/// Values of black and white.
+/// Stored values of black and white.
 enum class ColourRange {
     Limited, ///< 16 and 235 (of 255), as in television.
     Full     ///< 0 and 255.
@@ -65,14 +67,19 @@ using VideoTags = std::vector<std::pair<std::string, std::string>>;
 
 /// Options to open a video.
 struct VideoReaderOptions {
-    double from = 0; ///< First time to deliver, s, 0 or more, less than 1e9.
-    double to = std::numeric_limits<double>::infinity(); ///< Time to stop before, s, > from.
+    /// Start of the part to deliver, s from the start of the file, 0 or more, less than 1e9. The
+    /// first frame delivered is the first one whose time is `from` or later.
+    double from = 0;
+    /// End of the part, s from the start of the file, > from; infinity: the end of the file. Frames
+    /// whose time is `to` or later are not delivered.
+    double to = std::numeric_limits<double>::infinity();
     int threads = 0;         ///< Decoder threads, 0..64; 0 = one per processor, at most 16.
     std::string format;      ///< FFmpeg's name of the format or device ("v4l2"); empty = detected.
-    VideoTags formatOptions; ///< FFmpeg's options of the format ("video_size", "1280x720").
+    VideoTags formatOptions; ///< FFmpeg's options of the format ({{"video_size", "1280x720"}}).
 };
 
-/// Checks the options except `format` and `formatOptions`, which VideoReader checks.
+/// Checks the options except `format` and `formatOptions`; the VideoReader constructor checks
+/// these.
 /// @param options the options to check
 /// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const VideoReaderOptions& options);
@@ -86,7 +93,7 @@ struct VideoStreamFacts {
     StreamKind kind = StreamKind::Video; ///< Kind of the stream.
     std::string codec;                   ///< FFmpeg's name of the codec ("aac"), or "unknown".
     std::string language;                ///< Three letters ("eng") or empty.
-    std::string title;                   ///< Its name, or empty.
+    std::string title;                   ///< Its title, or empty.
     int channels = 0;                    ///< Audio channels.
     int sampleRate = 0;                  ///< Audio samples per second.
     bool isCover = false;                ///< A cover picture, not a video.
@@ -96,31 +103,32 @@ struct VideoStreamFacts {
 struct VideoChapter {
     double start = 0;  ///< s from the start of the file.
     double end = 0;    ///< s from the start of the file.
-    std::string title; ///< Its name, or empty.
+    std::string title; ///< Its title, or empty.
 };
 
-/// Properties of a video file. All times count from the start of the file, even if the file's own
-/// time stamps start at another value.
+/// Properties of a video file, of the whole file even if only a part of it is read. All times count
+/// from the start of the file, even if the file's own time stamps start at another value.
 struct VideoFacts {
     std::string format;      ///< FFmpeg's name of the container ("matroska,webm").
     std::string codec;       ///< FFmpeg's name of the video codec ("h264").
     std::string pixelFormat; ///< FFmpeg's name of the pixel format ("yuv420p").
     bool isDevice = false;   ///< A capture device: frames not read in time are lost.
-    int streamIndex = 0;     ///< Index of the stream that is delivered.
-    cv::Size size;           ///< Of the frames as delivered: upright.
+    int streamIndex = 0;     ///< Index of the video stream that is delivered.
+    cv::Size size;           ///< Size in px of the frames as delivered, upright.
     int rotationDegrees = 0; ///< Clockwise rotation that is applied to the stored pictures, 0..270.
     bool mirrored = false;   ///< The stored pictures are mirrored left-right after the rotation.
     Fraction sampleAspect{1, 1};            ///< Width : height of a px of the upright picture.
     Fraction averageRate;                   ///< Average frames per second.
     Fraction nominalRate;                   ///< Lowest rate that can represent all time stamps.
-    bool constantRate = false;              ///< The two rates agree.
+    bool constantRate = false;              ///< The two rates agree within 0.1 %.
     Fraction timeBase{1, 1};                ///< Unit of the frames' times, s.
-    std::optional<double> duration;         ///< Of the file, s.
-    std::optional<std::int64_t> frameCount; ///< Frames in the whole file: stated or estimated.
+    std::optional<double> duration;         ///< Of the whole file, s; nothing if unknown.
+    std::optional<std::int64_t> frameCount; ///< Frames in the whole file, as stated in it or
+                                            ///< estimated from its duration; nothing if unknown.
     VideoColour colour;                     ///< How colours are stored.
     std::vector<VideoStreamFacts> streams;  ///< All streams, the delivered one included.
     std::vector<VideoChapter> chapters;     ///< In the file's order.
-    VideoTags tags;                         ///< Of the file.
+    VideoTags tags;                         ///< Tags of the file.
 };
 
 /// Counts of what was read so far.
@@ -128,29 +136,32 @@ struct VideoReadCounts {
     std::int64_t frames = 0;        ///< Frames delivered.
     std::int64_t corrupt = 0;       ///< Packets and frames skipped because they are damaged.
     std::int64_t repairedTimes = 0; ///< Frames whose time was missing or not increasing.
-    bool truncated = false;         ///< The file is cut off.
+    bool truncated = false;         ///< The file ends too early.
 };
 
-/// Names and values of settings; a run is resumed with the same ones only.
+/// Names and values of the settings of a run. A run can be resumed only with equal settings.
 using RunSettings = std::map<std::string, std::string>;
 
-/// What a later run needs to go on; the bytes mean something to the function that takes them back
-/// only.
+/// The state that a later run needs to resume. Its bytes have no meaning except for the class that
+/// made them.
 struct SavedState {
-    std::string bytes; ///< Empty: there is none.
+    std::string bytes; ///< The state; empty: none.
 };
 
-/// How far a video is.
+/// Progress of a conversion. To show a percentage, use `end` and `length` where `framesInAll` is
+/// unknown.
 struct VideoProgress {
-    std::int64_t frames = 0;     ///< Frames that are made, those of an earlier run included.
-    std::int64_t keptFrames = 0; ///< Of these, frames of an earlier run.
-    double end = 0;              ///< Where they end, s from the beginning of the part.
-    std::optional<std::int64_t> framesInAll; ///< Frames to be made, as far as known.
-    std::optional<double> length;            ///< Length of the part, s, as far as known.
-    bool finishing = false; ///< All frames are with the encoder; the file is being closed.
+    std::int64_t frames = 0;     ///< Frames made so far, including those of an earlier run.
+    std::int64_t keptFrames = 0; ///< Frames of an earlier run, which are not made again.
+    double end = 0;              ///< End of the last frame made, s from the start of the part.
+    /// Expected total of `frames`, may be estimated; nothing if unknown or if only a part of the
+    /// file is converted.
+    std::optional<std::int64_t> framesInAll;
+    std::optional<double> length; ///< Expected final value of `end`, s; nothing if unknown.
+    bool finishing = false;       ///< All frames are made; the file is being closed.
 };
 
-/// Takes the progress and says whether to go on.
+/// Receives the progress. Returns true to continue, false to cancel.
 using VideoProgressFunction = std::function<bool(const VideoProgress& progress)>;
 
 /// Encoding of the frames. In a Native, neighbouring sub-pixels belong to different views, so all
@@ -183,19 +194,23 @@ struct VideoWriterOptions {
     /// 4:2:0 for players that support nothing else (H264 and Hevc); even sides only. It blends the
     /// views of a Native.
     bool compatible = false;
-    double crf = 16; ///< Quality of H264, H264Rgb, Hevc, 0..51; lower is better.
+    double crf = 16; ///< Constant rate factor of H264, H264Rgb, Hevc, 0..51; lower is better.
     EncoderPreset preset = EncoderPreset::SuperFast; ///< Of H264, H264Rgb and Hevc.
     Fraction timeBase{1, 1000};                      ///< Unit of the frames' times, s.
     Fraction frameRate;          ///< Frames per second, may be approximate; 0/1 = unknown.
-    bool constantRate = false;   ///< frameRate holds for every frame.
+    bool constantRate = false;   ///< frameRate is known and holds for every frame.
     Fraction sampleAspect{1, 1}; ///< Width : height of a px.
-    /// Colour matrix. By default, from 720 lines on BT.709, or BT.2020 if the source has it; below
-    /// 720 lines the source's, or BT.601. RGB codecs have no matrix.
+    /// Colour matrix. Default: BT.2020 if the source has it; otherwise BT.709 if `size` has 720
+    /// lines or more, else the source's matrix, or BT.601 without one. RGB codecs have no matrix.
     std::optional<ColourMatrix> matrix;
-    std::optional<ColourRange> range;  ///< Default: limited. RGB codecs are always full.
-    std::optional<VideoColour> colour; ///< Of the source; default: from its reader, if given.
-    int threads = 0;   ///< Encoder threads, 0..64; 0 = one per processor. The bytes depend on it.
-    bool audio = true; ///< Copy the source's sound.
+    std::optional<ColourRange> range; ///< Default: limited. RGB codecs are always full.
+    /// Colour encoding of the source, for the default of `matrix` and for the tags of the file.
+    /// Default: that of the source's reader, if one is given.
+    std::optional<VideoColour> colour;
+    /// Encoder threads, 0..64; 0 = one per processor. The bytes of H264, H264Rgb and Hevc depend on
+    /// it.
+    int threads = 0;
+    bool audio = true;     ///< Copy the source's sound.
     bool subtitles = true; ///< Copy or convert the source's subtitles.
     bool chapters = true;  ///< Copy the source's chapters.
     bool metadata = true;  ///< Copy the source's tags.
@@ -207,83 +222,86 @@ struct VideoWriterOptions {
 /// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const VideoWriterOptions& options);
 
-/// Whether VideoWriter can write the extension of a file name: .mkv, .mp4, .m4v or .mov.
+/// Whether VideoWriter supports the extension of a file name: .mkv, .mp4, .m4v or .mov.
 /// @param path file name; the file is not accessed
-/// @return true if it is
+/// @return true if it does
 [[nodiscard]] ALTIRO3D_EXPORT bool canWriteVideo(const std::filesystem::path& path);
 
 class OtherStreams;
 
 /// Reads the frames of a video through FFmpeg's libraries.
 ///
-/// Frames come upright (the rotation that the file asks for is applied), as 8-bit BGR, with the
-/// matrix and range that the stream states; where it states none BT.601 holds up to 576 lines and
-/// BT.709 above. Values of more than 8 bits are rounded; HDR is not tone-mapped; interlaced
-/// pictures stay as they are; `notes()` says so. Of several video streams the largest one counts.
+/// Frames are delivered upright (the rotation stated in the file is applied) and as 8-bit BGR,
+/// converted with the matrix and range that the stream states. If it states none, BT.601 is assumed
+/// up to 576 lines and BT.709 above. Values of more than 8 bits are rounded. HDR is not tone-mapped
+/// and interlaced pictures are not changed; notes() reports both. If a file has several video
+/// streams, the largest one is read.
 ///
-/// Times count from the start of the file, or from `VideoReaderOptions::from`, so the first frame's
-/// pts is 0 or more. A damaged frame is left out and counted, the one before stays longer. A file
-/// that is cut off delivers what is there.
+/// Times count from the start of the file, or from `VideoReaderOptions::from`; the pts of the first
+/// frame is 0 or more. A damaged frame is skipped and counted, and the frame before it is shown
+/// longer. If a file is cut off, the frames that it holds are delivered.
 ///
-/// FFmpeg's own messages to stderr are turned off for the process, unless it has set
-/// `av_log_set_level()` itself. One thread at a time per object.
+/// The class turns FFmpeg's messages on stderr off for the whole process, unless the process has
+/// called `av_log_set_level()`. One thread at a time per object.
 class ALTIRO3D_EXPORT VideoReader {
   public:
     /// Opens a video.
     ///
-    /// @param path a file that FFmpeg can read, `-` for the standard input, or a capture device:
-    ///        without a stated format any character device (`/dev/video0`), also by a link
+    /// @param path a file that FFmpeg can read, `-` for the standard input, or a capture device. If
+    ///        `options.format` is empty, any character device (`/dev/video0`) or link to one counts
+    ///        as a capture device.
     /// @param options the part to read, threads, format of a device
     /// @throws Error NotFound; ReadFailed (a directory, no permission); BadFormat (empty, no video
-    ///         in it, cut off before its index); Unsupported (a codec without a decoder, an unknown
-    ///         `format`); TooLarge (more px than kMaxImagePixels); InvalidArgument (options);
-    ///         OutOfMemory
+    ///         stream, cut off before its index); Unsupported (a codec without a decoder, an
+    ///         unknown `format`); TooLarge (more px than kMaxImagePixels); InvalidArgument
+    ///         (options); OutOfMemory
     explicit VideoReader(const std::filesystem::path& path, const VideoReaderOptions& options = {});
     ~VideoReader();
     VideoReader(VideoReader&&) noexcept;            ///< Moves.
     VideoReader& operator=(VideoReader&&) noexcept; ///< Moves. @return *this
 
-    /// What the file says about itself. @return the facts, the same all the time
+    /// Properties of the file. @return the facts; they do not change while frames are read
     [[nodiscard]] const VideoFacts& facts() const;
 
-    /// The next frame, in memory of its own.
+    /// Reads the next frame into new memory.
     ///
     /// @return the frame, its times in facts().timeBase; nothing at the end
-    /// @throws Error ReadFailed, BadFormat (not one frame could be decoded), Unsupported (a pixel
-    ///         format that cannot be read), OutOfMemory
+    /// @throws Error ReadFailed, BadFormat (no frame could be decoded), Unsupported (a pixel format
+    ///         that cannot be read), OutOfMemory
     [[nodiscard]] std::optional<VideoFrame> next();
 
-    /// next() into a frame whose memory is used again if it fits and nobody else holds it.
+    /// Reads the next frame into an existing one. The memory of its picture is reused if the size
+    /// fits and no other cv::Mat shares it.
     ///
-    /// @param frame becomes the next one: picture [facts().size, CV_8UC3, BGR], times in
+    /// @param frame receives the picture [facts().size, CV_8UC3, BGR] and its times in
     ///        facts().timeBase
-    /// @return false at the end; the frame is then as before
+    /// @return false at the end; the frame is then unchanged
     /// @throws Error as next()
     [[nodiscard]] bool read(VideoFrame& frame);
 
-    /// How many frames of the video `VideoReaderOptions::from` leaves out. They are counted, as a
-    /// rate need not be constant: by the packets of a file, which is quick, or, where packets do
-    /// not tell, by decoding from the start. To be called before the first frame is read.
+    /// Counts the frames that `VideoReaderOptions::from` skips. Call it before the first frame is
+    /// read. It counts the packets of the file, which is fast; where that is not reliable, it
+    /// decodes the video from the start.
     ///
-    /// @return the first frame's number in the whole video, from 0
+    /// @return number of the first delivered frame in the whole video, from 0
     /// @throws Error InvalidArgument (a frame has been read), and as next()
     [[nodiscard]] std::int64_t framesBefore();
 
-    /// Leaves out frames, so that the next one is the one of a time, as a run that is resumed needs
-    /// it. Fast where the file can be wound, and counts() then begin anew; times stay as they are.
-    /// A writer that was given this reader gets the other streams from there on only.
+    /// Skips frames, for a run that is resumed. If the file allows seeking, this is fast, and
+    /// counts() restart at 0. Times of frames do not change. A writer that has this reader as its
+    /// source receives sound and the other streams only from the new position on.
     ///
-    /// @param pts of the next frame in facts().timeBase, as next() gave it in an earlier run;
-    ///        without such a frame the first later one comes
+    /// @param pts time of the next frame to deliver, in facts().timeBase, as next() gave it in an
+    ///        earlier run; if no frame has this time, the first later one is delivered
     /// @throws Error as next()
     void skipTo(std::int64_t pts);
 
-    /// What happened so far. @return counts from the beginning, or from where skipTo() has wound to
+    /// Counts of what was read so far. @return counts since the start, or since skipTo() if it has
+    ///         sought
     [[nodiscard]] const VideoReadCounts& counts() const;
 
     /// Remarks about the file and what happened so far.
-    /// @return one sentence each, for people; the first one tells of the cut where
-    ///         `counts().truncated`
+    /// @return the remarks; if `counts().truncated`, the first one has the code CutOff
     [[nodiscard]] Notes notes() const;
 
   private:
@@ -299,26 +317,27 @@ class ALTIRO3D_EXPORT VideoReader {
 /// Writes frames as a video with FFmpeg's libraries, including sound, subtitles, chapters and tags
 /// of the source video.
 ///
-/// All sound tracks are copied packet by packet. Text subtitles are converted to the container's
-/// format (mov_text in .mp4 and .mov); other subtitles are copied. Fonts are copied into .mkv.
-/// Further video streams, cover pictures and data streams are left out, see notes(). The source's
-/// rotation is not written, because its reader has applied it.
+/// All sound tracks are copied without encoding them again. Text subtitles are converted to the
+/// container's format (mov_text in .mp4 and .mov); other subtitles are copied. Fonts are copied
+/// into .mkv. Further video streams, cover pictures and data streams are left out, see notes(). The
+/// source's rotation is not written, because its reader has applied it.
 ///
 /// Times are exact in .mp4 and .mov and rounded to 1 ms in .mkv. The file is written as
-/// `<name>.part` beside the target and renamed in finish(); without finish() it is removed. An
-/// existing file is replaced, links are followed. The same frames give the same bytes, for H264,
-/// H264Rgb and Hevc with a fixed number of threads, for the others with any number.
+/// `NAME.part` beside the target and renamed in finish(); without finish() it is removed. An
+/// existing file is replaced without a question; symbolic links are followed. The same frames give
+/// the same bytes: for H264, H264Rgb and Hevc with a fixed number of encoder threads, for the other
+/// codecs with any number.
 ///
 /// One thread at a time per object. The source's reader may run in another thread.
 class ALTIRO3D_EXPORT VideoWriter {
   public:
     /// Opens the encoder and the file.
     ///
-    /// @param path .mkv, .mp4, .m4v or .mov
+    /// @param path file name with the extension .mkv, .mp4, .m4v or .mov
     /// @param options size, codec, times
-    /// @param source reader that supplies the other streams; may be null. They are copied while its
-    ///        frames are read, so it must not have delivered a frame yet. It may be destroyed
-    ///        before the writer.
+    /// @param source reader of the video that supplies sound and the other streams; may be null.
+    ///        They are copied while its frames are read, so it must not have delivered a frame yet.
+    ///        It may be destroyed before the writer.
     /// @throws Error InvalidArgument (options, a source that has delivered a frame); Unsupported
     ///         (names what this container or this FFmpeg does not support, with advice);
     ///         WriteFailed
@@ -331,20 +350,20 @@ class ALTIRO3D_EXPORT VideoWriter {
 
     /// Encodes a frame.
     ///
-    /// @param frame picture [options' size, CV_8UC3, BGR]; times in the options' time base; pts 0
-    ///        or more and greater than that of the frame before
+    /// @param frame picture [VideoWriterOptions::size, CV_8UC3, BGR]; times in units of
+    ///        VideoWriterOptions::timeBase; pts 0 or more and greater than that of the frame before
     /// @throws Error InvalidArgument (picture, time, after finish()): the frame is not written;
     ///         WriteFailed (full disk, ...): the file is lost
     void write(const VideoFrame& frame);
 
     /// Writes the remaining data and renames the file to its target. If the source was read to its
-    /// end, its other streams are kept whole, else the part that belongs to the frames written.
+    /// end, its other streams are kept to their end; otherwise they end with the last frame.
     ///
     /// @throws Error InvalidArgument (no frame was written, a second call); WriteFailed: the file
     ///         is lost
     void finish();
 
-    /// Remarks on what was left out or changed. @return one sentence each, for people
+    /// Remarks on what was left out or converted. @return the remarks; finish() may add some
     [[nodiscard]] const Notes& notes() const;
 
   private:
@@ -352,93 +371,98 @@ class ALTIRO3D_EXPORT VideoWriter {
     std::unique_ptr<Impl> impl_;
 };
 
-/// How a video is written so that a run that dies can go on.
+/// Options of a video that is written so that an interrupted run can be resumed.
 struct ResumableVideoOptions {
-    int segmentFrames = 60; ///< Frames that are kept at a time, 1..100000: what a dying run loses.
-    bool resume = false;    ///< Go on where an earlier run ended, if there is one.
-    RunSettings settings;   ///< Everything that shapes the frames.
+    /// Frames per segment, 1..100000. An interrupted run loses the frames of its last, incomplete
+    /// segment.
+    int segmentFrames = 60;
+    bool resume = false;  ///< Resume an earlier run, if there is one; otherwise begin a new run.
+    RunSettings settings; ///< All settings that influence the frames; they must be equal to resume.
 };
 
-/// What an earlier run has left.
+/// Frames and state that an earlier run has left.
 struct KeptVideo {
-    std::int64_t frames = 0;  ///< Frames that are written already.
-    std::int64_t nextPts = 0; ///< Time of the next one, in the options' time base.
-    SavedState state;         ///< What the caller gave with the last of them.
+    std::int64_t frames = 0;  ///< Frames in complete segments.
+    std::int64_t nextPts = 0; ///< End of the last one, in units of VideoWriterOptions::timeBase.
+    SavedState state;         ///< State that the caller passed with the last one.
 };
 
-/// Writes a video in segments that outlive the process, and joins them in the end without encoding
-/// again. A run that is resumed gives the same bytes as one that was not interrupted.
+/// Writes a video in segments that stay on the disk if the process is interrupted. finish() joins
+/// them without encoding again. A resumed run gives the same bytes as one without interruption.
 ///
-/// Beside `NAME` a directory `NAME.parts` holds the segments (each of them plays) and `run.json`,
-/// which lists them; it goes when the file is complete. The other streams of the source are copied
-/// when the segments are joined.
+/// The directory `NAME.parts` beside the target `NAME` holds the segments (each is a playable
+/// video) and `run.json`, which lists them. It is removed when the file is complete. Sound and the
+/// other streams of the source are copied when the segments are joined. An existing target is
+/// replaced.
 ///
 /// One thread at a time per object, one process at a time per name.
 class ALTIRO3D_EXPORT ResumableVideoWriter {
   public:
     /// Begins or resumes a run.
     ///
-    /// @param path .mkv, .mp4, .m4v or .mov
+    /// @param path file name with the extension .mkv, .mp4, .m4v or .mov
     /// @param options as for VideoWriter
     /// @param resumable see ResumableVideoOptions
-    /// @param source the video that the frames are made from, opened for this call only: what the
-    ///        file cannot hold of it is said before any work is done; may be null
-    /// @throws Error as VideoWriter; InvalidArgument (segmentFrames); WriteFailed (`NAME.parts` is
-    /// there and `resume` is not set, or another
-    ///         process is at it); Mismatch (other settings, by name); BadFormat (what is in
-    ///         `NAME.parts`)
+    /// @param source reader of the source video, used in this call only; it must not have delivered
+    ///        a frame. It is checked now, so that an unsuitable source fails before any work is
+    ///        done. May be null. finish() needs another reader.
+    /// @throws Error as VideoWriter; InvalidArgument (segmentFrames); WriteFailed (an unfinished
+    ///         run exists and `resume` is not set, or another process uses `NAME.parts`); Mismatch
+    ///         (names the setting that differs); BadFormat (damaged contents of `NAME.parts`)
     ResumableVideoWriter(const std::filesystem::path& path, const VideoWriterOptions& options,
                          const ResumableVideoOptions& resumable, VideoReader* source = nullptr);
-    /// Keeps all whole segments; without any, nothing stays.
+    /// Keeps all complete segments, unless the video is complete. Without any, `NAME.parts` is
+    /// removed.
     ~ResumableVideoWriter();
     ResumableVideoWriter(ResumableVideoWriter&&) noexcept;            ///< Moves.
     ResumableVideoWriter& operator=(ResumableVideoWriter&&) noexcept; ///< Moves. @return *this
 
-    /// Where a video's segments are.
-    /// @param path of the video
+    /// The directory of a video's segments.
+    /// @param path file name of the video
     /// @return `path` + ".parts"
     [[nodiscard]] static std::filesystem::path partsDirectory(const std::filesystem::path& path);
 
-    /// Whether an earlier run has left something to go on from.
-    /// @param path of the video
-    /// @return true if there is a `run.json` in `NAME.parts`
+    /// Whether there is an unfinished run. Also true while an object writes this video.
+    /// @param path file name of the video
+    /// @return true if `NAME.parts` holds a `run.json`
     [[nodiscard]] static bool isUnfinished(const std::filesystem::path& path);
 
-    /// Removes what an earlier run has left; without an unfinished run nothing is done.
-    /// @param path of the video
-    /// @throws Error WriteFailed (another process is at it, no permission)
+    /// Removes an unfinished run, if there is one.
+    /// @param path file name of the video
+    /// @throws Error WriteFailed (another process uses it, no permission)
     static void discard(const std::filesystem::path& path);
 
-    /// What was there at the beginning. @return 0 frames if the run is new
+    /// What an earlier run has left. @return 0 frames if the run is new
     [[nodiscard]] const KeptVideo& kept() const;
-    /// Whether there is something that a later run can go on from.
-    /// @return true if a segment is whole and the video is not complete
+    /// Whether a later run can resume.
+    /// @return true if a segment is complete and the video is not
     [[nodiscard]] bool keepsWork() const;
-    /// Whether a segment ends with a frame; write() keeps a state with such frames only.
+    /// Whether a frame is the last one of its segment. write() ignores the state of other frames.
     /// @param frameNumber number of the frame, from 0, over all runs
-    /// @return true if it does
+    /// @return true if it is the last one
     [[nodiscard]] bool endsSegment(std::int64_t frameNumber) const;
 
     /// Encodes a frame.
     ///
-    /// @param frame as for VideoWriter; the first one's pts is kept().nextPts or more
-    /// @param state what is needed to make the next frame, if this one ends a segment
-    /// @throws Error InvalidArgument (picture, time, after finish()), WriteFailed; whole segments
-    ///         stay
+    /// @param frame as for VideoWriter::write(); the pts of the first frame is kept().nextPts or
+    ///        more
+    /// @param state state that a later run needs to make the next frame; see endsSegment()
+    /// @throws Error InvalidArgument (picture, time, after finish()), WriteFailed; complete
+    ///         segments stay
     void write(const VideoFrame& frame, const SavedState& state = {});
 
-    /// Joins all segments and gives the file its name.
+    /// Joins all frames written so far and gives the file its name.
     ///
-    /// @param source the video that the frames were made from, opened anew for this call; may be
-    ///        null
-    /// @param complete false: more frames could follow; then the segments stay, so that a later run
-    ///        can go on
+    /// @param source a new reader of the source video, which supplies sound and the other streams;
+    ///        may be null
+    /// @param complete true: the video is complete and the segments are removed; false: complete
+    ///        segments stay, so that a later run can resume
     /// @throws Error InvalidArgument (no frame was written, a second call, a source that has
-    ///         begun), BadFormat (a damaged segment), Unsupported, WriteFailed, and what reading
-    ///         the source throws
+    ///         delivered a frame), BadFormat (a damaged segment), Unsupported, WriteFailed, and
+    ///         exceptions of reading the source
     void finish(VideoReader* source, bool complete = true);
 
-    /// What was left out or changed. @return one sentence each, for people
+    /// Remarks on what was left out or converted. @return the remarks; finish() may add some
     [[nodiscard]] const Notes& notes() const;
 
   private:

@@ -21,15 +21,16 @@
 
 namespace altiro3D {
 
-/// A frame in a pipeline. Frames and their memory are reused. A stage that keeps a reference to a
-/// picture forces later writers to allocate new memory, see ownMemory().
+/// A frame in a pipeline. Frames and their memory are reused. If a stage keeps a reference to a
+/// picture, stages that write this picture must allocate new memory, see ownMemory().
 struct PipelineFrame {
-    std::int64_t number = 0; ///< From 0, in the order of display.
+    std::int64_t number = 0; ///< Number of the frame, from 0, in the order of display.
     VideoFrame source;       ///< The frame as read.
-    cv::Mat depth;           ///< [any size, CV_32FC1, 0..1, 1 = nearest]
+    cv::Mat depth;           ///< Depth of `source` [any size, CV_32FC1, 0..1, 1 = nearest]
     VideoDepthStep step;     ///< How the depth was made.
     VideoFrame result;       ///< The frame to write.
-    SavedState state;        ///< What a later run needs to resume after this frame; usually empty.
+    SavedState state;        ///< State that a later run needs to resume after this frame; usually
+                             ///< empty.
 };
 
 /// One processing step, applied to every frame.
@@ -43,7 +44,7 @@ struct PipelineStage {
 /// Options of a pipeline.
 struct PipelineOptions {
     int queueFrames = 3; ///< Frames that may wait between two stages, 1..64.
-    bool threads = true; ///< One thread per stage; false: all stages in one thread, for comparison.
+    bool threads = true; ///< true: one thread per stage; false: all stages in one thread.
     /// For live input: the first stage never waits. If queueFrames frames already wait behind it,
     /// the oldest one is dropped. With queueFrames = 1 the second stage always gets the newest
     /// frame.
@@ -74,8 +75,8 @@ ALTIRO3D_EXPORT void ownMemory(cv::Mat& picture);
 /// Runs frames through stages, each in its own thread, with short queues between them. Memory does
 /// not grow with the length of the video, and results do not depend on the speed of the stages.
 ///
-/// Returns when the last frame has passed the last stage. If a stage throws, all stages stop and
-/// the exception is rethrown here.
+/// The last stage runs in the calling thread. The function returns when the last frame has passed
+/// the last stage. If a stage throws, all stages stop and the exception is rethrown here.
 ///
 /// @param stages one or more, in processing order
 /// @param options queue length, threads and live input
@@ -84,138 +85,176 @@ ALTIRO3D_EXPORT void ownMemory(cv::Mat& picture);
 ALTIRO3D_EXPORT PipelineReport runPipeline(const std::vector<PipelineStage>& stages,
                                            const PipelineOptions& options = {});
 
-/// What a video becomes.
+/// Kind of video that a conversion makes.
 enum class VideoProduct {
-    Native, ///< A Native video for the display.
+    Native, ///< A Native video for one display.
     Quilt,  ///< A video of quilts for other players, 4:2:0 where the codec allows it.
     Rgbd    ///< Frame and depth side by side for other players, 4:2:0 where the codec allows it.
 };
 
-/// What is done about an earlier run of the same output that has not ended.
+/// What to do if the output has an unfinished earlier run (ResumableVideoWriter::isUnfinished()).
 enum class UnfinishedRun {
-    Refuse, ///< It is an error.
-    Resume, ///< The run goes on where it ended; without one a new run begins.
-    Discard ///< It is removed, and a new run begins.
+    Refuse, ///< The constructor of VideoConverter throws Error WriteFailed.
+    Resume, ///< Continue the earlier run; without one, begin a new run.
+    Discard ///< Remove the earlier run and begin a new one.
 };
 
-/// Depth that comes with a video. At most one of `source` and `side` is set.
+/// Existing depth of a video. Exactly one of `source` and `side` must be set.
 struct GivenVideoDepth {
-    /// A video, or a directory with one depth picture per frame in the order of their names.
+    /// A depth video, or a directory with one depth image per frame, sorted by name as listImages()
+    /// does.
     std::filesystem::path source;
-    std::optional<DepthSide> side;         ///< Each frame is an RGB-D picture: where its depth is.
+    /// Each frame is an RGB-D image; this is the position of its depth half.
+    std::optional<DepthSide> side;
     DepthKind kind = DepthKind::NearWhite; ///< Meaning of the numbers.
-    /// Reads a picture of the directory as readDepthSamples() does, which is used if it is empty.
+    /// Reads a depth image of the directory; same contract as readDepthSamples(), which is the
+    /// default.
     std::function<cv::Mat(const std::filesystem::path& file, Notes* notes)> read;
 };
 
-/// How a video is converted. Input, output and display are enough.
+/// How a video is converted. To make a Native video, set `input`, `output` and `display`; the other
+/// fields have defaults.
 struct VideoConversion {
     std::filesystem::path input; ///< As for VideoReader.
-    VideoReaderOptions part;     ///< The part of the input that is converted, as for VideoReader.
-    /// The input if it is open already, without a frame read from it; may be null. A device and
-    /// the standard input can be opened only once.
+    VideoReaderOptions part;     ///< The part of the input to convert, as for VideoReader.
+    /// A reader of `input` with the options `part`, if it is open already; no frame may have been
+    /// read from it. Null: the converter opens the input. Needed if the caller has opened a device
+    /// or the standard input, because they can be opened only once.
     std::unique_ptr<VideoReader> reader;
-    std::filesystem::path output; ///< .mkv, .mp4, .m4v or .mov; empty: `show` takes the pictures.
-    /// Takes each picture [size() of the converter, CV_8UC3, BGR] when it is due, in the thread of
-    /// run(). Frames that are late are left out. False ends the run.
+    /// File name with the extension .mkv, .mp4, .m4v or .mov; an existing file is replaced. Exactly
+    /// one of `output` and `show` must be set.
+    std::filesystem::path output;
+    /// Receives each picture [VideoConverter::size(), CV_8UC3, BGR] at its time, in the thread that
+    /// called run(). Frames that are late are dropped. Returns false to cancel the run.
     std::function<bool(const cv::Mat& picture)> show;
 
-    VideoProduct product = VideoProduct::Native; ///< What the video becomes.
-    /// What Natives and quilts are made for. Not needed for Rgbd and beside `map`.
+    VideoProduct product = VideoProduct::Native; ///< Kind of video to make.
+    /// The display for which Natives and quilts are made. Not needed for Rgbd, or if `map` is set.
     std::optional<Display> display;
-    std::optional<NativeLut> map; ///< Look-up table through which Natives are made.
-    /// Layout of the quilts; nothing: that of `map`, else the display's.
+    /// Look-up table for the Natives. If set, Natives are made over quilts, and `native` must have
+    /// discrete positions and nearest sampling.
+    std::optional<NativeLut> map;
+    /// Layout of the quilts. Default: that of `map`, else that of `display`. Must equal that of
+    /// `map` if both are set.
     std::optional<QuiltLayout> layout;
-    NativeOptions native; ///< Method, knobs and fit. Frames that are quilts need the fit only.
+    /// How views are rendered and fitted. Only `fit` and `sampling` are used if `fromQuilt` is set,
+    /// and only `views.focus` for Rgbd.
+    NativeOptions native;
 
-    bool fromQuilt = false; ///< Frames are quilts; product is Native.
-    /// Of frames that are quilts: width : height of what a view shows, 0.01..100; 0: the panel's.
+    /// The frames of the input are quilts. `product` must be Native; `depth` and `given` must not
+    /// be set.
+    bool fromQuilt = false;
+    /// If `fromQuilt` is set: width : height of the scene that a view shows, 0.01..100; 0: the
+    /// views are stretched to the panel, and `native.fit` is ignored.
     double viewAspect = 0;
 
-    /// Estimates the depth; null: depthFromCues(). Not used with `given` depth and for quilts.
+    /// Source of the depth; null: depthFromCues(). Ignored if `given` is set.
     std::unique_ptr<DepthSource> depth;
-    VideoDepthOptions depthOptions;       ///< How often depth is estimated and how steady it is.
-    std::optional<GivenVideoDepth> given; ///< Depth that need not be estimated.
+    /// How often depth is estimated and how steady it is. `every` is ignored if `given` is set.
+    VideoDepthOptions depthOptions;
+    std::optional<GivenVideoDepth> given; ///< Existing depth, used instead of an estimate.
 
-    VideoWriterOptions encoding; ///< Size, times and `compatible` of quilts and RGB-D are set here.
-    UnfinishedRun unfinished = UnfinishedRun::Refuse; ///< Of an output whose input is a file.
-    /// The caller's own settings: they are compared when a run is resumed, before those of this
-    /// structure, and named in the error.
+    /// Options of the output. The converter sets `size`, `timeBase`, `frameRate` and
+    /// `constantRate`, and for quilts and RGB-D also `compatible`.
+    VideoWriterOptions encoding;
+    /// What to do with an unfinished earlier run. Ignored unless `input` is a regular file.
+    UnfinishedRun unfinished = UnfinishedRun::Refuse;
+    /// Further settings of the caller, such as command-line options. A run can be resumed only if
+    /// they are equal, and the error names the one that differs.
     RunSettings settings;
-    bool threads = true; ///< See PipelineOptions::threads.
+    bool threads = true; ///< See PipelineOptions::threads. Ignored if `show` is set.
 };
 
-/// What a conversion has made.
+/// Result of a conversion.
 struct VideoConversionResult {
-    std::int64_t frames = 0;     ///< Frames that were made, those of an earlier run included.
-    std::int64_t keptFrames = 0; ///< Of these, frames of an earlier run.
-    double end = 0;              ///< Where they end, s from the beginning of the part.
+    std::int64_t frames = 0;     ///< Frames made, including those of an earlier run.
+    std::int64_t keptFrames = 0; ///< Frames of an earlier run, which were not made again.
+    double end = 0;              ///< End of the last frame made, s from the start of the part.
     std::int64_t inferences = 0; ///< Frames of this run for which depth was estimated.
-    std::int64_t repeated = 0;   ///< Frames of this run that equal the one before.
-    std::vector<double> cuts;    ///< Scene cuts of this run, s from the beginning of the part.
-    bool cancelled = false;      ///< The progress function or `show` has ended the run.
-    bool keepsWork = false;      ///< A later run can go on.
-    PipelineReport pipeline;     ///< Times of the stages "decode", "depth", "render", "encode".
-    double finishSeconds = 0;    ///< After the pipeline: the last encoded frames, the whole file.
-    VideoReadCounts counts;      ///< What the reader of the input met.
-    Notes notes; ///< About the input; the first one is CutOff where `counts.truncated`.
+    std::int64_t repeated = 0;   ///< Frames of this run that equal the frame before.
+    std::vector<double> cuts;    ///< Scene cuts in this run, s from the start of the part.
+    bool cancelled = false;      ///< The progress function or `show` has cancelled the run.
+    bool keepsWork = false;      ///< A later run can resume, see VideoConverter::keepsWork().
+    /// Times of the stages "decode", "depth" (not if frames are quilts), "render", and "encode" or
+    /// "show".
+    PipelineReport pipeline;
+    double finishSeconds = 0; ///< Time to close the file after the last frame, s.
+    VideoReadCounts counts;   ///< Counts of the input's reader.
+    /// Remarks about the input and its depth; if `counts.truncated`, the first one has the code
+    /// CutOff. VideoConverter::notes() has those about the output.
+    Notes notes;
 
-    /// Frames of this run. @return frames that were made and not kept
+    /// Frames made in this run. @return frames - keptFrames
     [[nodiscard]] std::int64_t made() const { return frames - keptFrames; }
-    /// Time of this run. @return pipeline and finish, s
+    /// Wall time of this run. @return pipeline.seconds + finishSeconds, s
     [[nodiscard]] double seconds() const { return pipeline.seconds + finishSeconds; }
 };
 
-/// Converts a video: decodes, finds depth, renders and encodes, each in a thread of its own.
+/// Converts a video in four stages with one thread each: decode, estimate depth, render, encode.
 ///
-/// A file is written in segments beside the output (ResumableVideoWriter), so that a run that was
-/// interrupted can be resumed with the same inputs and settings. A run that was resumed gives the
-/// bytes of one that was not. Other inputs are written at once (VideoWriter). Sound, subtitles,
-/// chapters and tags come along. From a device, frames that come too fast are left out.
+/// Sound, subtitles, chapters and tags are copied. If the input is a regular file, the output is
+/// written in segments of about 6 s (12..600 frames) by ResumableVideoWriter. An interrupted or
+/// cancelled run can then be resumed with the same inputs and settings, after its last complete
+/// segment. A resumed run gives the same bytes as one without interruption. From a device or a
+/// pipe, the output is written by VideoWriter and cannot be resumed. If a device delivers frames
+/// faster than they are converted, some are dropped.
 ///
-/// Given depth of 8 and 16 bits is used as it is: 0 is 0, the largest value is 1. Distances and
-/// floating-point numbers have no range of their own; VideoDepth gives them one that follows
-/// slowly. Of a depth video the picture counts that is shown at the time of the frame, of a
-/// directory the picture of the frame's number in the whole video. Its last one stays if it ends
-/// too early.
+/// Given depth of 8 or 16 bits is not normalized: value 0 becomes 0, the largest value of the type
+/// becomes 1 (FarWhite: reversed). Distances and floating-point numbers have no fixed range;
+/// VideoDepth normalizes them with a range that changes slowly. A frame gets the picture of a depth
+/// video that is shown at the same time, or the depth image of a directory that has the same number
+/// in the whole video. If the depth ends early, its last picture is used for the rest.
+///
+///     VideoConversion conversion;
+///     conversion.input = "clip.mp4";
+///     conversion.output = "native.mp4";
+///     conversion.display = readDisplay("visual.json");
+///     VideoConverter converter(std::move(conversion));
+///     const VideoConversionResult result = converter.run();
 ///
 /// One thread at a time per object; run() returns when its threads have ended.
 class ALTIRO3D_EXPORT VideoConverter {
   public:
-    /// Checks all that can be checked, opens inputs and output.
+    /// Checks the options and opens input and output.
     ///
-    /// @param conversion what is converted, and how
-    /// @throws Error as VideoReader, VideoWriter, ResumableVideoWriter (Mismatch: a run with other
-    ///         settings is to be resumed), NativeMaker, VideoDepth; InvalidArgument (fields that do
-    ///         not go together); NotFound, BadFormat (no depth in the given source)
+    /// @param conversion what to convert, and how
+    /// @throws Error as VideoReader, VideoWriter, ResumableVideoWriter (WriteFailed: an unfinished
+    ///         run, see UnfinishedRun; Mismatch: its settings differ), NativeMaker, VideoDepth;
+    ///         InvalidArgument (contradictory fields); NotFound, BadFormat (no depth in
+    ///         GivenVideoDepth::source)
     explicit VideoConverter(VideoConversion conversion);
-    /// Removes an unfinished file; whole segments stay.
+    /// Removes an unfinished file. Complete segments stay.
     ~VideoConverter();
     VideoConverter(VideoConverter&&) noexcept;            ///< Moves.
     VideoConverter& operator=(VideoConverter&&) noexcept; ///< Moves. @return *this
 
-    /// What the input says about itself. @return the facts, the same all the time
+    /// Properties of the input, of the whole file. @return the facts; they do not change
     [[nodiscard]] const VideoFacts& facts() const;
     /// Size of the pictures that are made. @return columns x rows in px
     [[nodiscard]] cv::Size size() const;
-    /// How far it is. @return before run(): what an earlier run has left
+    /// The progress. Do not call it during run(), whose `goOn` receives it.
+    /// @return before run(): the frames of an earlier run, or 0, and the expected length
     [[nodiscard]] const VideoProgress& progress() const;
-    /// What the output cannot hold of the input. @return one sentence each, for people
+    /// Remarks on streams of the input that the output leaves out or converts.
+    /// @return the remarks, complete after run()
     [[nodiscard]] const Notes& notes() const;
-    /// Whether a later run can go on, also after an exception.
-    /// @return true if a segment is whole and the output is not complete
+    /// Whether a later run can resume, also after an exception of run().
+    /// @return true if a segment is complete and the output is not; so false for a run that was
+    ///         cancelled before its first complete segment
     [[nodiscard]] bool keepsWork() const;
 
-    /// Converts the video. A run that is cancelled ends the file properly after the frames that are
-    /// on their way, and what is there can be resumed. If not one frame is made, no file is.
+    /// Converts the video. A cancelled run still converts the frames that have been read already
+    /// (about a dozen) and closes the file: it can be played up to there. A later run can resume if
+    /// keepsWork(). If no frame was made, no file is written.
     ///
-    /// @param goOn called before each frame is read and after each is made, from several threads
-    ///        but never two at a time, and once when the file is closed (then its value does not
-    ///        count). False cancels the run. May be empty.
-    /// @return what was made
+    /// @param goOn receives the progress before each frame is read and after each frame is made,
+    ///        from several threads but never from two at a time. It is called once more before the
+    ///        file is closed (VideoProgress::finishing); this return value is ignored. May be
+    ///        empty.
+    /// @return counts, times and remarks
     /// @throws Error InvalidArgument (a second call); BadFormat (no frames in the part, broken
-    ///         depth), WriteFailed, and what reading, depth and rendering throw, and what the
-    ///         functions of the caller throw. Whole segments stay, see keepsWork().
+    ///         depth), WriteFailed; also exceptions of reading, depth and rendering, and of the
+    ///         caller's functions. Complete segments stay, see keepsWork().
     VideoConversionResult run(const VideoProgressFunction& goOn = {});
 
   private:
@@ -223,9 +262,9 @@ class ALTIRO3D_EXPORT VideoConverter {
     std::unique_ptr<Impl> impl_;
 };
 
-/// A time of a video for people.
-/// @param seconds s, shown as 0 if less
-/// @return "0:05.2" or "1:02:03.4"
+/// Formats a time of a video for people.
+/// @param seconds time in s; negative values count as 0
+/// @return minutes and seconds "0:05.2", from one hour on with hours "1:02:03.4"
 [[nodiscard]] ALTIRO3D_EXPORT std::string clockText(double seconds);
 
 } // namespace altiro3D

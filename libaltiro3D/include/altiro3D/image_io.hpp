@@ -21,7 +21,8 @@ constexpr double kMaxImagePixels = 4.0e8;
 ///
 /// @param path PNG, JPEG (also MPO: its first picture), TIFF, WebP, BMP, PNM/PFM, EXR, HDR or
 ///        JPEG 2000
-/// @param notes if given, receives remarks (a cut-off JPEG, several pages, ...)
+/// @param notes if given, receives remarks (a cut-off JPEG, several pages, ...), without the name
+///        of the file
 /// @return [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
 /// @throws Error NotFound, ReadFailed, Unsupported (names the format: GIF, PCX, HEIC, ...),
 ///         TooLarge, BadFormat, OutOfMemory

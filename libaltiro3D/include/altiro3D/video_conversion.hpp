@@ -245,7 +245,8 @@ class ALTIRO3D_EXPORT VideoConverter {
 
     /// Converts the video. A cancelled run still converts the frames that have been read already
     /// (about a dozen) and closes the file: it can be played up to there. A later run can resume if
-    /// keepsWork(). If no frame was made, no file is written.
+    /// keepsWork(). If no frame was made, no file is written. With `show`, a cancelled run shows no
+    /// further picture.
     ///
     /// @param goOn receives the progress before each frame is read and after each frame is made,
     ///        from several threads but never from two at a time. It is called once more before the

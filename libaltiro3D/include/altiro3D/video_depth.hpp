@@ -11,8 +11,8 @@
 
 namespace altiro3D {
 
-/// Detects the frames of a video that begin a new scene. It uses only the pictures and does not
-/// look ahead.
+/// Detects the frames of a video that begin a new scene. It uses the pictures only, in their order,
+/// and does not look ahead.
 ///
 /// A picture begins a scene if it cannot be composed by moving parts of the previous picture
 /// (docs/mathematics.md, 5.3). Motion, global changes of brightness, fades and pictures without
@@ -42,13 +42,17 @@ class ALTIRO3D_EXPORT SceneCuts {
 
 /// How often the depth of a video is estimated and how steady it is kept.
 struct VideoDepthOptions {
-    /// The network runs on every n-th picture, 1..1000; 0 = as the pictures require.
+    /// The estimator runs on every n-th picture, 1..1000; 0 = when the pictures require it, as
+    /// longestGap and maxChangedShare say.
     int every = 0;
-    int longestGap = 12; ///< With every = 0: pictures from one inference to the next, 1..1000.
-    /// With every = 0: share of the picture that may be new since the last inference, 0..1.
+    /// With every = 0: largest number of pictures from one inference to the next, 1..1000.
+    int longestGap = 12;
+    /// With every = 0: a new inference is made if more than this share of the picture is new since
+    /// the last one, that is, not explained by motion, 0..1.
     double maxChangedShare = 0.08;
-    /// Share of the depth before that is kept per picture where nothing moves, 0..0.99; 0 = off:
-    /// each inference stands for itself.
+    /// How steady the depth is where nothing moves, 0..0.99: if the last inference was n pictures
+    /// ago, the previous depth keeps the weight steadiness^n against the new one (5.4). 0: each
+    /// inference replaces the previous depth.
     double steadiness = 0.9;
 };
 
@@ -61,27 +65,28 @@ ALTIRO3D_EXPORT void validate(const VideoDepthOptions& options);
 struct VideoDepthStep {
     bool cut = false;      ///< First picture, one of another size, or the first of a new scene.
     bool inferred = false; ///< The estimator ran.
-    bool repeated = false; ///< The picture equals the one before bit for bit; so does the depth.
+    bool repeated = false; ///< Picture and depth equal the previous ones bit for bit.
 };
 
-/// The depth of a video, picture by picture and without looking ahead: steady, and with as few
-/// inferences as wanted (docs/mathematics.md, 5).
+/// Makes the depth of a video steady, with few inferences (docs/mathematics.md, 5). It works
+/// picture by picture and does not look ahead. An inference is one run of the estimator.
 ///
-/// The estimator runs on the first picture of a scene and then on every n-th, or when the picture
-/// has changed enough. In between the last depth moves with the picture. What a new inference says
-/// is mixed with the depth carried there: little of it where the picture stood still, all of it
-/// where it is new; the range of depth, the percentiles 0.5 and 99.5 of each inference, follows
-/// slowly. A scene's first depth is that of its first picture alone: normalizeDepth() of it.
+/// The estimator runs on the first picture of a scene, and then on every n-th picture or when the
+/// picture has changed enough. In between, the last depth is moved along with the picture. A new
+/// inference is blended with this moved depth: it has a small weight where the picture has not
+/// moved and full weight where the picture is new. The range of depth (percentiles 0.5 and 99.5 of
+/// each inference) changes slowly within a scene. The first depth of a scene is normalizeDepth() of
+/// its first inference.
 ///
-/// Pictures that equal the one before are not looked at and not counted. Decisions and depth come
-/// from the pictures' values only, never from the clock; given the same numbers from the estimator
-/// they are the same bits for any number of threads.
+/// Pictures that equal the previous one, and pictures without contrast (black, a flash), keep its
+/// depth and are not counted. Decisions and depth depend on the pictures only, not on time. For
+/// equal numbers from the estimator, the result is the same bit for bit for any number of threads.
 ///
 /// Move-only; one thread at a time per object.
 class ALTIRO3D_EXPORT VideoDepth {
   public:
-    /// Gives a picture's raw depth numbers, as DepthNetwork::infer() does.
-    /// picture: [rows x cols, CV_8UC3, BGR]; raw: any size and type that normalizeDepth() takes.
+    /// Estimates the raw depth numbers of a picture, as DepthNetwork::infer() does.
+    /// picture: [rows x cols, CV_8UC3, BGR]; raw: any size, any type that normalizeDepth() accepts.
     using Estimator = std::function<void(const cv::Mat& picture, cv::Mat& raw)>;
 
     /// @param estimator called by next(), in its thread
@@ -96,25 +101,24 @@ class ALTIRO3D_EXPORT VideoDepth {
     /// The options in use. @return as given to the constructor
     [[nodiscard]] const VideoDepthOptions& options() const;
 
-    /// The depth of the next picture.
-    ///
-    /// If it throws, also if the estimator does, it is as if it had not been called.
+    /// Makes the depth of the next picture. Strong exception guarantee, also when the estimator
+    /// throws.
     ///
     /// @param picture [rows x cols, CV_8UC3, BGR]
-    /// @param depth in memory of its own each time [estimator's size, CV_32FC1, 0..1, 1 = nearest]
-    /// @return what was done
+    /// @param depth [size of the raw depth, CV_32FC1, 0..1, 1 = nearest]; always in new memory
+    /// @return how the depth was made
     /// @throws Error InvalidArgument (picture or raw numbers empty or of a wrong type), and what
     ///         the estimator throws
     VideoDepthStep next(const cv::Mat& picture, cv::Mat& depth);
 
-    /// All that is needed to go on later, for setState() of an object with the same options on a
-    /// machine of the same kind: the depth is then the same bit for bit. Some 1 MB for 256 x 256.
-    /// @return the state
+    /// The state, to resume later with setState() of an object with the same options. On a machine
+    /// of the same kind the depth is then the same bit for bit.
+    /// @return the state; about 1 MB for a raw depth of 256 x 256
     [[nodiscard]] SavedState state() const;
 
-    /// Goes on from a state().
+    /// Resumes from a state.
     /// @param state from state()
-    /// @throws Error BadFormat (damaged, not from state()); the object is then as before
+    /// @throws Error BadFormat (damaged, not from state()); the object is then unchanged
     void setState(const SavedState& state);
 
   private:

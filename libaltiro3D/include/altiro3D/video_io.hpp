@@ -301,7 +301,8 @@ class ALTIRO3D_EXPORT VideoReader {
     [[nodiscard]] const VideoReadCounts& counts() const;
 
     /// Remarks about the file and what happened so far.
-    /// @return the remarks; if `counts().truncated`, the first one has the code CutOff
+    /// @return the remarks, each with the name of the file in front; if `counts().truncated`, the
+    ///         first one has the code CutOff
     [[nodiscard]] Notes notes() const;
 
   private:

@@ -5,6 +5,7 @@ import numpy as np
 
 import photos
 import shapes
+from library import Library
 from render import Renderer
 
 HELD_OUT_SHARE = 7  # one of so many photos and models is for validation only
@@ -69,6 +70,7 @@ class Assets:
                 continue
             pano = photos.Panorama(src / f"gkjohnson+3d-demo-data/hdri/{name}_1k.hdr", name)
             pano.id = r.panorama(pano.rgb)
+            pano.rgb = None
             self.lights.append(pano)
             if "floor" in facts:
                 self.places.append(pano)
@@ -105,3 +107,11 @@ class Assets:
         self.ground = [t for k in GROUND for t in upload.get(k, [])]
         self.whole = [r.texture(cv2.resize(w, (512, 512), interpolation=cv2.INTER_AREA)) for w in mine(whole, lambda k, w: k)]
         self.patterns = [r.texture(p) for p in patterns(rng, 120)]
+        self.library = Library(r, cache, held_out)
+
+    def any_stuff(self, rng):
+        return self.stuff[int(rng.integers(len(self.stuff)))]
+
+    def any_texture(self, rng):
+        choice = (self.stuff, self.stuff, self.patterns, self.whole)[int(rng.integers(4))]
+        return choice[int(rng.integers(len(choice)))]

@@ -105,7 +105,7 @@ class Stage:
         if rng.random() < 0.5:
             colour = colour * 0.35 + colour.mean() * 0.65
         if kind is None:
-            kind = rng.choice(["stuff", "photo", "pattern", "plain"], p=[0.42, 0.18, 0.22, 0.18])
+            kind = rng.choice(["stuff", "photo", "pattern", "plain"], p=[0.45, 0.18, 0.15, 0.22])
         scale = log_uniform(rng, 0.4, 3) if scale is None else scale
         if kind == "plain" or (dull and rng.random() < 0.4):
             detail = pick(rng, a.stuff)
@@ -354,5 +354,454 @@ def close_scene(rng, assets):
     return panorama_scene(rng, assets, "close")
 
 
-FAMILIES = {"panorama": panorama_scene, "close": close_scene}
-MIX = {"panorama": 3, "close": 1}
+
+def put(stage, kind, position, turn=None, scale=1.0, wild=0.25, tag=""):
+    """A random model of a kind. Returns it, or None."""
+    rng = stage.rng
+    model = stage.assets.library.get(rng, kind)
+    if model is None:
+        return None
+    turn = rng.uniform(0, 2 * np.pi) if turn is None else turn
+    s = scale * rng.uniform(0.9, 1.1)
+    natural = kind in ("tree", "bush", "rock", "animal", "person")
+    looks = model.materials(rng, stage.assets, wild * 0.5 if natural else wild, 0.06 if natural else 0.35)
+    stage.scene.add(model.id, place(position, turn, s), looks, tag or kind)
+    return model
+
+
+def lamps(stage, low, high, count, power):
+    """Lamps in a box of space."""
+    rng = stage.rng
+    for _ in range(count):
+        colour = np.array([1.0, rng.uniform(0.75, 1.0), rng.uniform(0.5, 1.0)]) * power * log_uniform(rng, 0.4, 1.6)
+        stage.scene.lamps.append([*rng.uniform(low, high), rng.uniform(0.03, 0.4), *colour])
+
+
+def small_thing(stage, position, limit=0.35):
+    """Something that stands on a table."""
+    rng = stage.rng
+    roll = rng.random()
+    if roll < 0.45:
+        model = put(stage, "small", position)
+        if model is not None:
+            return
+    if roll < 0.6 and stage.assets.small:
+        c = pick(rng, stage.assets.small)
+        low, high, _ = photos.SIZES[c.category]
+        stage.billboard(c, position, min(rng.uniform(low, high), limit))
+        return
+    if roll < 0.7:  # books
+        z = position[2]
+        for _ in range(rng.integers(1, 5)):
+            size = rng.uniform([0.1, 0.14, 0.01], [0.2, 0.28, 0.05])
+            stage.scene.add_mesh(shapes.box(size, (0, 1, 1)), place([position[0], position[1], z], rng.uniform(0, 6.28)),
+                                 [stage.surface("plain"), stage.surface("photo", 1.0, UV)], "book")
+            z += size[2]
+        return
+    add_block(stage, position, log_uniform(rng, 0.04, limit) * rng.uniform(0.5, 1.2, 3))
+
+
+def dress_table(stage, model, position, turn, count):
+    """Small things on top of a table that stands at `position`."""
+    rng = stage.rng
+    for _ in range(count):
+        x, y = rng.uniform(-0.4, 0.4, 2) * model.size[:2]
+        c, s = np.cos(turn), np.sin(turn)
+        small_thing(stage, [position[0] + c * x - s * y, position[1] + s * x + c * y, position[2] + model.size[2]])
+
+
+def room_scene(rng, assets):
+    """A room with furniture along its walls and in the middle, seen from inside."""
+    stage = Stage(rng, assets)
+    w, d = rng.uniform(2.6, 9, 2)
+    h = rng.uniform(2.2, 3.4)
+    stage.light(pick(rng, assets.lights), rng.uniform(0, 2 * np.pi))
+    v = stage.view
+    v.ambientReach = rng.uniform(0.5, 1.6)
+    v.lightScale = rng.uniform(0.15, 0.7)
+    # A camera that stands near a wall or corner and looks across.
+    q = rng.uniform(0, 2 * np.pi)
+    r = rng.uniform(0.55, 0.93)
+    at = np.array([np.clip(np.cos(q) * 1.3, -1, 1) * w / 2 * r, np.clip(np.sin(q) * 1.3, -1, 1) * d / 2 * r])
+    goal = rng.uniform(-0.3, 0.3, 2) * [w, d]
+    yaw = np.arctan2(*(goal - at)[::-1])
+    stage.camera([*at, rng.uniform(0.7, min(h - 0.3, 2.0))], yaw, np.radians(np.clip(rng.normal(-9, 10), -45, 15)),
+                 angle=np.radians(rng.triangular(38, 68, 95)))
+    lamps(stage, [-w / 2 + 0.4, -d / 2 + 0.4, h * 0.6], [w / 2 - 0.4, d / 2 - 0.4, h - 0.15], rng.integers(1, 4), 3.0)
+    wall = stage.surface("plain" if rng.random() < 0.55 else None, 1.0 / rng.uniform(0.8, 4), UV)
+    looks = [wall, stage.surface(None, log_uniform(rng, 0.3, 1.2)), stage.surface("plain", 0.5)]
+    # Walls as four boards; one may have a window to the panorama outside.
+    corners = np.array([[-w, -d], [w, -d], [w, d], [-w, d]]) / 2
+    window = rng.integers(8)
+    for k in range(4):
+        a, b = corners[k], corners[(k + 1) % 4]
+        length = np.linalg.norm(b - a)
+        turn = np.arctan2(b[1] - a[1], b[0] - a[0])
+        one = wall if rng.random() < 0.8 else stage.surface(None, 0.4, UV)
+        def board(x0, x1, z0, z1):
+            mesh = shapes.quad((x0, 0, z1), (x1, 0, z1), (x0, 0, z0), (x1, 0, z0), 0, (x1 - x0, z1 - z0))
+            stage.scene.add_mesh(mesh, place([*a, 0], turn), [one], "wall")
+        if window == k:
+            x0 = rng.uniform(0.1, 0.5) * length
+            x1 = min(x0 + rng.uniform(0.7, 2.5), length - 0.1)
+            z0, z1 = rng.uniform(0.0, 1.1), rng.uniform(1.7, h - 0.1)
+            board(0, x0, 0, h), board(x1, length, 0, h), board(x0, x1, 0, z0), board(x0, x1, z1, h)
+            frame = [shapes.box((0.05, 0.06, z1 - z0)) for _ in range(3)]
+            for m, x in zip(frame, (x0, (x0 + x1) / 2, x1)):
+                m["positions"] = m["positions"] + np.array([x, 0, z0], np.float32)
+            stage.scene.add_mesh(shapes.join(*frame), place([*a, 0], turn), [stage.surface("plain")] * 3, "frame")
+        else:
+            board(0, length, 0, h)
+        inward = np.array([-np.sin(turn), np.cos(turn)])
+        along = (b - a) / length
+        for _ in range(rng.integers(0, 4)):  # pictures
+            pw, ph = rng.uniform(0.25, 1.3), rng.uniform(0.25, 1.0)
+            p = a + along * rng.uniform(0.1, 0.9) * length + inward * 0.02
+            add_board(stage, [*p, rng.uniform(1.0, max(h - ph - 0.1, 1.1))], pw, ph, turn)
+        x = rng.uniform(0, 0.6)
+        while x < length - 0.8 and rng.random() < 0.85:  # furniture along the wall
+            kind = pick(rng, ["cabinet", "tall", "couch", "low", "table", "plant", "lamp", "cabinet", "curtain"])
+            model = assets.library.get(rng, kind)
+            if model is None or model.size[:2].max() > 2.8:
+                continue
+            half = model.size[0] / 2
+            p = a + along * (x + half) + inward * (model.size[1] / 2 + 0.03)
+            t = turn + (np.pi if rng.random() < 0.5 else 0)
+            stage.scene.add(model.id, place([*p, 0], t), model.materials(rng, assets), kind)
+            if kind in ("cabinet", "table", "low"):
+                dress_table(stage, model, [*p, 0], t, int(rng.integers(0, 4)))
+            x += model.size[0] + rng.uniform(0.0, 1.2)
+    floor = shapes.quad((-w / 2, d / 2, 0), (w / 2, d / 2, 0), (-w / 2, -d / 2, 0), (w / 2, -d / 2, 0))
+    stage.scene.add_mesh(floor, place(), [looks[1]], "floor")
+    lid = shapes.quad((-w / 2, d / 2, h), (w / 2, d / 2, h), (-w / 2, -d / 2, h), (w / 2, -d / 2, h))
+    stage.scene.add_mesh(lid, place(), [looks[2]], "lid")
+    for _ in range(rng.choice([0, 1, 2, 4])):  # the middle
+        p = [*(rng.uniform(-0.3, 0.3, 2) * [w, d]), 0]
+        kind = pick(rng, ["table", "couch", "chair", "low", "plant", "chair"])
+        t = rng.uniform(0, 2 * np.pi)
+        model = put(stage, kind, p, t)
+        if model is not None and kind == "table":
+            dress_table(stage, model, p, t, int(rng.integers(0, 7)))
+            for _ in range(rng.integers(0, 5)):
+                q = rng.uniform(0, 2 * np.pi)
+                r = model.size[:2].max() / 2 + rng.uniform(0.1, 0.4)
+                put(stage, "chair", [p[0] + r * np.cos(q), p[1] + r * np.sin(q), 0], q + np.pi / 2)
+    if rng.random() < 0.3:
+        put(stage, "hanging", [*(rng.uniform(-0.3, 0.3, 2) * [w, d]), h - 0.7])
+    if rng.random() < 0.35:
+        add_cutouts(stage, int(rng.integers(1, 4)), 1.2, max(w, d) * 0.6)
+    if rng.random() < 0.06:
+        add_thin(stage, distance=rng.uniform(0.5, 1.5))
+    colour, inverse, _ = stage.finish()
+    return clear_camera(colour, inverse, 0.15)
+
+
+def clear_camera(colour, inverse, nearest):
+    """Refuses frames that something right before the camera fills."""
+    if (inverse > 1 / nearest).mean() > 0.12:
+        raise ValueError("something stands before the camera")
+    return colour, np.minimum(inverse, 1 / (0.5 * nearest))
+
+
+def tabletop_scene(rng, assets):
+    """A cluttered table before a backdrop, from close by."""
+    stage = Stage(rng, assets)
+    stage.light(pick(rng, assets.lights), rng.uniform(0, 2 * np.pi), sun=None if rng.random() < 0.6 else log_uniform(rng, 0.3, 2))
+    v = stage.view
+    v.ambientReach = rng.uniform(0.2, 1.0)
+    v.lightScale = rng.uniform(0.3, 1)
+    lamps(stage, [-1, -1.5, 0.7], [1, 0.5, 2], int(rng.integers(0, 3)), 1.2)
+    w, d = rng.uniform(0.6, 2.2), rng.uniform(0.5, 1.6)
+    away = rng.uniform(0.55, 1.5) + d / 2
+    pitch = -np.radians(rng.triangular(2, 18, 55))
+    goal = np.array([rng.normal(0, 0.12) * w, rng.normal(0, 0.15) * d, rng.uniform(0.02, 0.3)])
+    yaw = np.pi / 2 + rng.normal(0, 0.3)
+    back = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
+    stage.camera(goal - back * away, yaw, pitch, angle=np.radians(rng.triangular(25, 45, 75)))
+    top = stage.surface(None, log_uniform(rng, 0.5, 2.5))
+    stage.scene.add_mesh(shapes.box((w * 3, d, 0.05)), place([0, 0, -0.05]), [top], "table")
+    if rng.random() < 0.75:  # what stands behind: walls, boards, a curtain
+        for k in range(rng.integers(1, 4)):
+            back = d / 2 + rng.uniform(0.0, 0.7) * (1 + k)
+            look = stage.surface(None, log_uniform(rng, 0.4, 2), SOLID if rng.random() < 0.5 else UV)
+            x = 0 if k == 0 else rng.uniform(-1, 1)
+            width = 8 if k == 0 else rng.uniform(0.4, 1.5)
+            height = 4 if k == 0 else rng.uniform(0.3, 1.5)
+            turn = rng.normal(0, 0.25) if k else rng.normal(0, 0.12)
+            stage.scene.add_mesh(shapes.box((width, 0.03, height)), place([x, back, -0.6 if k == 0 else 0], turn), [look], "back")
+            if rng.random() < 0.5:
+                add_board(stage, [rng.uniform(-0.6, 0.6), back - 0.03, rng.uniform(0.1, 0.6)], rng.uniform(0.2, 0.7), rng.uniform(0.2, 0.7), turn)
+        if rng.random() < 0.3:  # a side wall
+            side = pick(rng, [-1, 1])
+            stage.scene.add_mesh(shapes.box((0.03, 4, 3)), place([side * w * rng.uniform(0.5, 0.9), 0, -0.5], rng.normal(0, 0.2)),
+                                 [stage.surface(None, 0.6)], "side")
+    n = int(rng.choice([4, 8, 14, 22, 32]))
+    for _ in range(n):
+        x, y = rng.uniform(-0.55, 0.55) * w, rng.uniform(-0.48, 0.48) * d
+        z = 0.0
+        if rng.random() < 0.2:
+            base = rng.uniform([0.1, 0.1, 0.05], [0.4, 0.3, 0.3])
+            stage.scene.add_mesh(shapes.box(base, (0, 1, 2)), place([x, y, 0], rng.uniform(0, 6.28)),
+                                 [stage.surface(paint=UV, scale=1.0) for _ in range(3)], "block")
+            z = base[2]
+        small_thing(stage, [x, y, z], rng.uniform(0.15, 0.5))
+    if rng.random() < 0.3:
+        put(stage, "plant", [rng.uniform(-0.4, 0.4) * w, rng.uniform(0, 0.4) * d, 0], scale=0.5)
+    if rng.random() < 0.35:  # boards that lean, cones, sticks
+        for _ in range(rng.integers(1, 5)):
+            p = [rng.uniform(-0.5, 0.5) * w, rng.uniform(-0.3, 0.5) * d, 0]
+            if rng.random() < 0.5:
+                add_board(stage, p, rng.uniform(0.15, 0.6), rng.uniform(0.15, 0.6), rng.normal(0, 0.5), tilt=-rng.uniform(0, 0.5))
+            else:
+                look = stage.surface(paint=UV, scale=1)
+                stage.scene.add_mesh(shapes.lathe([(rng.uniform(0.04, 0.12), 0), (0.002, rng.uniform(0.2, 0.5))]), place(p), [look], "cone")
+    if rng.random() < 0.25:
+        sticks = [shapes.tube([rng.uniform([-w / 2, -d / 2, 0], [w / 2, d / 2, 0.1]), rng.uniform([-w / 2, -d / 2, 0.2], [w / 2, d / 2, 0.8])],
+                              rng.uniform(0.003, 0.012), 6) for _ in range(rng.integers(1, 12))]
+        stage.scene.add_mesh(shapes.join(*sticks), place(), [stage.surface()], "thin")
+    if rng.random() < 0.08:
+        add_branch(stage, goal - back * away * 0.4, away * 0.4, stage.surface("plain"))
+    colour, inverse, which = stage.finish()
+    inverse = np.where(which < 0, backdrop_inverse(rng, inverse), inverse)
+    return clear_camera(colour, inverse, 0.12)
+
+
+def backdrop_inverse(rng, inverse):
+    """A place without geometry lies far behind everything that has some."""
+    seen = inverse[inverse > 0]
+    return np.float32(0.0 if seen.size == 0 else min(seen.min() * rng.uniform(0.2, 0.6), 0.2))
+
+
+def noise_field(rng, n, octaves, rough):
+    """Smooth random heights, -1 to 1 roughly."""
+    z = np.zeros((n, n))
+    for k in range(octaves):
+        m = 2 ** (k + 1) + 1
+        z += cv2.resize(rng.normal(0, 1, (m, m)), (n, n), interpolation=cv2.INTER_CUBIC) * rough ** k
+    return z / np.abs(z).max()
+
+
+def height_at(z, size, x, y):
+    n = z.shape[0]
+    fx, fy = np.clip((np.array([x, y]) / size + 0.5) * (n - 1), 0, n - 1.001)
+    i, j = int(fx), int(fy)
+    a, b = fx - i, fy - j
+    return z[j, i] * (1 - a) * (1 - b) + z[j, i + 1] * a * (1 - b) + z[j + 1, i] * (1 - a) * b + z[j + 1, i + 1] * a * b
+
+
+def outdoor_light(stage):
+    """Sun and sky outside; returns nothing. The horizon of the sky is at the camera's height."""
+    rng = stage.rng
+    sky = pick(rng, stage.assets.skies)
+    stage.light(sky, rng.uniform(0, 2 * np.pi), sun=0.0 if rng.random() < 0.3 else log_uniform(rng, 0.5, 4))
+    v = stage.view
+    v.ambientReach = rng.uniform(1, 5)
+    v.lightScale = rng.uniform(0.5, 1.1)
+    v.exposure = rng.uniform(0.6, 1.8)
+    if rng.random() < 0.3:
+        v.fog = log_uniform(rng, 0.001, 0.03)
+        v.fogColour[:] = list(np.array([0.75, 0.8, 0.88]) * rng.uniform(0.3, 0.9))
+
+
+def landscape_scene(rng, assets):
+    """Hills, trees, rocks, animals, people and the sky."""
+    stage = Stage(rng, assets)
+    outdoor_light(stage)
+    size = log_uniform(rng, 60, 600)
+    z = noise_field(rng, 129, int(rng.integers(3, 7)), rng.uniform(0.35, 0.6)) * size * rng.uniform(0.0, 0.09)
+    z -= height_at(z, size, 0, 0)
+    far = noise_field(rng, 65, 5, 0.55)
+    ground = pick(rng, assets.ground)
+    look = material(np.ones(3) * rng.uniform(0.7, 1.3), ground, scale=log_uniform(rng, 0.08, 0.6), paint=SOLID,
+                    detail=assets.any_stuff(rng), detail_scale=log_uniform(rng, 0.01, 0.06), detail_strength=rng.uniform(0.1, 0.6))
+    stage.scene.add_mesh(shapes.height_field(z, size), place(), [look], "ground")
+    if rng.random() < 0.6:  # mountains behind
+        y, x = np.mgrid[0:65, 0:65] / 32.0 - 1
+        ring = np.clip((np.hypot(x, y) - 0.35) * 2, 0, 1)
+        hills = (np.abs(far) * ring * size * rng.uniform(0.15, 0.8)) - size * 0.03
+        green = material(np.array([0.3, 0.36, 0.3]) * rng.uniform(0.5, 2, 3), assets.any_stuff(rng), scale=4 / size, paint=SOLID)
+        stage.scene.add_mesh(shapes.height_field(hills, size * 4), place(), [green], "hills")
+    else:
+        stage.scene.add_mesh(shapes.height_field(np.full((9, 9), z.min() - 0.5), size * 20), place(), [look], "plain")
+    height = rng.choice([rng.uniform(0.25, 1.0), rng.uniform(1.2, 2.0), rng.uniform(2, 15)], p=[0.25, 0.6, 0.15])
+    stage.camera([0, 0, height], rng.uniform(0, 2 * np.pi), np.radians(np.clip(rng.normal(-4 - height, 8), -40, 18)))
+    def spot(near, far_):
+        p = stage.spot(near, far_, margin=0.15)
+        p[2] = height_at(z, size, p[0], p[1]) - 0.03
+        return p
+    kinds = pick(rng, [["tree"], ["tree", "bush", "rock"], ["bush", "rock"], ["rock"], ["tree", "tree", "bush"]])
+    limit = min(size / 2.2, 220)
+    for _ in range(int(rng.choice([0, 6, 20, 60, 140], p=[0.1, 0.2, 0.3, 0.25, 0.15]))):
+        kind = pick(rng, kinds)
+        put(stage, kind, spot(5 if kind == "tree" else 2.5, limit), scale=rng.uniform(0.7, 1.5), wild=0.3)
+    for _ in range(rng.choice([0, 2, 5])):
+        put(stage, pick(rng, ["animal", "animal", "person"]), spot(2.5, 40), wild=0.3)
+    if rng.random() < 0.4:
+        put(stage, pick(rng, ["house", "tower", "house"]), spot(25, limit), wild=0.3)
+    if rng.random() < 0.5:
+        for _ in range(rng.integers(1, 5)):
+            c = pick(rng, assets.standing)
+            low, high, _ = photos.SIZES[c.category]
+            s = rng.uniform(low, high)
+            stage.billboard(c, spot(max(2, s * stage.view.focal / 500), 35), s)
+    if rng.random() < 0.25:
+        add_close_up(stage)
+    if rng.random() < 0.3:
+        add_thin(stage, pick(rng, ["grass", "grass", "branch", "fence", "pole"]), ground=0.0)
+    colour, inverse, _ = stage.finish()
+    return clear_camera(colour, inverse, 0.3)
+
+
+def street_scene(rng, assets):
+    """A street between houses, with cars, people, trees and poles."""
+    stage = Stage(rng, assets)
+    outdoor_light(stage)
+    half, walk = rng.uniform(2.5, 7), rng.uniform(1, 4)
+    length = 180
+    stage.scene.add_mesh(shapes.box((1200, 1200, 0.1)), place([0, 0, -0.25]),
+                         [material(np.ones(3), pick(rng, assets.ground), scale=0.3, paint=SOLID)], "plain")
+    road = material(np.ones(3) * rng.uniform(0.4, 1), pick(rng, assets.ground), scale=log_uniform(rng, 0.15, 0.5), paint=SOLID)
+    stage.scene.add_mesh(shapes.box((length, 2 * half, 0.15)), place([length / 2 - 30, 0, -0.15]), [road], "road")
+    side = stage.surface("stuff", log_uniform(rng, 0.2, 1))
+    for s in (-1, 1):
+        stage.scene.add_mesh(shapes.box((length, walk, 0.15)), place([length / 2 - 30, s * (half + walk / 2), -0.02]), [side], "walk")
+    if rng.random() < 0.5:
+        for x in np.arange(-20, 120, 6):
+            stage.scene.add_mesh(shapes.box((2.5, 0.12, 0.01)), place([x, 0, 0.0]), [material(np.ones(3) * 0.8)], "line")
+    gap = rng.uniform(0, 5)
+    for s in (-1, 1):
+        if rng.random() < 0.12:
+            continue
+        x = rng.uniform(-12, 0)
+        while x < 110:
+            if rng.random() < 0.55:
+                model = assets.library.get(rng, "house")
+            else:
+                model = None
+            if model is not None and model.size[:2].max() < 32:
+                turn = rng.integers(4) * np.pi / 2
+                along, deep = model.size[:2] if int(round(turn / (np.pi / 2))) % 2 == 0 else model.size[1::-1]
+                p = [x + along / 2, s * (half + walk + deep / 2 + rng.uniform(0, 1.5)), 0]
+                stage.scene.add(model.id, place(p, turn), model.materials(rng, assets, 0.3), "house")
+            else:  # a plain block with a facade of a photo or a pattern
+                along, deep, high = rng.uniform(5, 18), rng.uniform(6, 12), rng.uniform(3, 22)
+                facade = stage.surface(pick(rng, ["photo", "pattern", "stuff"]), 1.0 / rng.uniform(2, 6), SOLID)
+                stage.scene.add_mesh(shapes.box((along, deep, high)), place([x + along / 2, s * (half + walk + deep / 2), 0]), [facade] * 3, "house")
+            x += along + rng.uniform(0, gap)
+    yaw = rng.normal(0, 0.35) if rng.random() < 0.7 else rng.choice([-1, 1]) * rng.uniform(0.8, 1.6)
+    pos = [rng.uniform(-3, 5), rng.uniform(-0.9, 0.9) * (half + walk), rng.choice([rng.uniform(1.2, 1.9), rng.uniform(0.4, 1.2), rng.uniform(2, 7)], p=[0.65, 0.2, 0.15])]
+    stage.camera(pos, yaw, np.radians(np.clip(rng.normal(-3, 7), -25, 20)))
+    for _ in range(rng.choice([0, 2, 5, 9])):  # parked and driving cars
+        s = rng.choice([-1, 1])
+        x = rng.uniform(6, 80)
+        if rng.random() < 0.4:
+            cars = [c for c in assets.standing if c.category in ("car", "bus", "truck", "motorcycle", "train")]
+            if cars:
+                c = pick(rng, cars)
+                low, high, _ = photos.SIZES[c.category]
+                stage.billboard(c, [x, s * rng.uniform(0.3, 0.9) * half, 0], rng.uniform(low, high))
+        else:
+            put(stage, "car", [x, s * rng.uniform(0.4, 0.85) * half, 0], rng.integers(2) * np.pi + np.pi / 2 + rng.normal(0, 0.05), wild=0.1)
+    for kind, count, y in (("post", rng.integers(0, 6), half + 0.4), ("tree", rng.integers(0, 8), half + walk * 0.7),
+                           ("street", rng.integers(0, 4), half + walk * 0.5), ("person", rng.integers(0, 3), half + walk * 0.5)):
+        for _ in range(count):
+            put(stage, kind, [rng.uniform(4, 70), rng.choice([-1, 1]) * y, 0.13], wild=0.2)
+    people = [c for c in assets.standing if c.category in ("person", "dog", "bicycle", "motorcycle")]
+    for _ in range(rng.choice([0, 1, 3, 7])):
+        c = pick(rng, people)
+        low, high, _ = photos.SIZES[c.category]
+        p = [pos[0] + log_uniform(rng, 3, 40), rng.uniform(-1, 1) * (half + walk), 0.0]
+        if abs(p[1]) > half:
+            p[2] = 0.13
+        stage.billboard(c, p, rng.uniform(low, high))
+    if rng.random() < 0.2:
+        add_close_up(stage)
+    if rng.random() < 0.2:
+        add_thin(stage, pick(rng, ["pole", "fence", "wheel", "branch"]))
+    if rng.random() < 0.25:  # cables
+        wires = []
+        for _ in range(rng.integers(1, 5)):
+            y, h0 = rng.uniform(-1, 1, 2) * (half + walk), rng.uniform(4, 9)
+            t = np.linspace(0, 1, 20)[:, None]
+            wires.append(shapes.tube(np.hstack([t * 100 - 5, y[0] + (y[1] - y[0]) * t, h0 - 3 * t * (1 - t)]), 0.02, 4))
+        stage.scene.add_mesh(shapes.join(*wires), place(), [material(np.ones(3) * 0.03)], "wire")
+    colour, inverse, _ = stage.finish()
+    return clear_camera(colour, inverse, 0.3)
+
+
+def woods_scene(rng, assets):
+    """Between trees, bushes and branches."""
+    stage = Stage(rng, assets)
+    outdoor_light(stage)
+    z = noise_field(rng, 97, 5, 0.5) * rng.uniform(0.1, 3)
+    size = 70.0
+    z -= height_at(z, size, 0, 0)
+    look = material(np.ones(3) * rng.uniform(0.5, 1.1), pick(rng, assets.ground), scale=log_uniform(rng, 0.15, 0.6), paint=SOLID)
+    stage.scene.add_mesh(shapes.height_field(z, size), place(), [look], "ground")
+    stage.scene.add_mesh(shapes.height_field(np.full((5, 5), z.min() - 0.5), 1500), place(), [look], "plain")
+    stage.camera([0, 0, rng.uniform(0.5, 1.9)], rng.uniform(0, 2 * np.pi), np.radians(np.clip(rng.normal(0, 9), -30, 30)))
+    bark = [stage.surface("stuff", log_uniform(rng, 0.5, 3)) for _ in range(3)]
+    for _ in range(rng.integers(15, 90)):
+        p = stage.spot(2.2, 33, margin=0.2)
+        p[2] = height_at(z, size, p[0], p[1]) - 0.05
+        if rng.random() < 0.45:
+            put(stage, "tree", p, scale=rng.uniform(0.8, 1.6), wild=0.4)
+        elif rng.random() < 0.6:  # a trunk
+            h = rng.uniform(4, 14)
+            line = np.cumsum(np.vstack([[0, 0, 0], np.column_stack([rng.normal(0, 0.06 * h / 8, (8, 2)), np.full(8, h / 8)])]), 0)
+            stage.scene.add_mesh(shapes.tube(line, np.linspace(1, 0.5, 9) * log_uniform(rng, 0.03, 0.25), 9), place(p), [pick(rng, bark)], "trunk")
+        else:
+            put(stage, pick(rng, ["bush", "rock", "bush"]), p, wild=0.3)
+    for _ in range(rng.integers(0, 5)):
+        add_branch(stage, stage.position + stage.axes[2] * rng.uniform(1.5, 6), rng.uniform(1, 4), pick(rng, bark))
+    if rng.random() < 0.5:
+        add_thin(stage, "grass", ground=0.0)
+    for _ in range(rng.choice([0, 1, 2])):
+        c = pick(rng, assets.standing)
+        low, high, _ = photos.SIZES[c.category]
+        s = rng.uniform(low, high)
+        p = stage.spot(max(2, s * stage.view.focal / 500), 15)
+        p[2] = height_at(z, size, p[0], p[1])
+        stage.billboard(c, p, s)
+    if rng.random() < 0.15:
+        add_close_up(stage)
+    colour, inverse, _ = stage.finish()
+    return clear_camera(colour, inverse, 0.3)
+
+
+def world_scene(rng, assets):
+    """A furnished world: a house, a bookstore, a hospital or a warehouse."""
+    stage = Stage(rng, assets)
+    world = pick(rng, assets.worlds)
+    stage.light(pick(rng, assets.lights), rng.uniform(0, 2 * np.pi))
+    v = stage.view
+    v.ambientReach = rng.uniform(0.6, 2)
+    v.lightScale = rng.uniform(0.3, 1.0)
+    shuffle = rng.random() < 0.5
+    for model, matrix, fixed in world.placements:
+        m = matrix.copy()
+        if shuffle and not fixed:
+            if rng.random() < 0.25:
+                continue
+            m[:2, 3] += rng.normal(0, 0.25, 2)
+            a = rng.normal(0, 0.4)
+            turn = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+            m[:3, :3] = turn @ m[:3, :3]
+        stage.scene.add(model.id, m, model.materials(rng, assets, 0.1), "fixed" if fixed else "thing")
+    at, yaw = world.camera(rng)
+    stage.camera(at, yaw, np.radians(np.clip(rng.normal(-9, 9), -45, 12)), angle=np.radians(rng.triangular(40, 68, 95)))
+    d = np.array([np.cos(yaw), np.sin(yaw)])
+    for _ in range(rng.integers(1, 4)):
+        p = [*(at[:2] + d * rng.uniform(0, 4) + rng.normal(0, 1.2, 2)), rng.uniform(2.0, 2.5)]
+        stage.scene.lamps.append([*p, rng.uniform(0.05, 0.4), *(np.array([1, rng.uniform(0.8, 1), rng.uniform(0.6, 1)]) * rng.uniform(1, 5))])
+    if rng.random() < 0.3:
+        add_cutouts(stage, int(rng.integers(1, 3)), 1.2, 4, ground=world.floor)
+    colour, inverse, which = stage.finish()
+    if (which < 0).mean() > 0.5:
+        raise ValueError("the camera stands outside")
+    return clear_camera(colour, inverse, 0.3)
+
+
+FAMILIES = {"panorama": panorama_scene, "close": close_scene, "room": room_scene, "tabletop": tabletop_scene,
+            "landscape": landscape_scene, "street": street_scene, "woods": woods_scene}
+MIX = {"panorama": 3, "close": 2, "room": 3, "tabletop": 3, "landscape": 2, "street": 2, "woods": 1}

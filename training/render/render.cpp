@@ -167,7 +167,7 @@ struct Instance {
 
 struct World {
     RTCDevice device = rtcNewDevice("threads=1,set_affinity=0");
-    std::map<int, std::unique_ptr<Texture>> textures;
+    std::vector<std::unique_ptr<Texture>> textures; // by number; empty where dropped
     std::map<int, std::unique_ptr<Panorama>> panoramas;
     std::map<int, std::unique_ptr<Model>> models;
     int nextId = 0;
@@ -179,6 +179,12 @@ World& world() {
     static World w;
     return w;
 }
+
+/// The light on a point, to be taken over by its neighbour.
+struct Shade {
+    unsigned instance = RTC_INVALID_GEOMETRY_ID;
+    Vec normal, direct, highlight;
+};
 
 const Material& materialOf(const Instance& instance, unsigned triangle) {
     return world().materials[instance.firstMaterial +
@@ -202,8 +208,11 @@ void passTransparent(const RTCFilterFunctionNArguments* a) {
     if ((static_cast<int>(material.flags) & 1) == 0 || material.texture < 0) return;
     float uv[2];
     uvAt(*instance.model, triangle, RTCHitN_u(a->hit, a->N, 0), RTCHitN_v(a->hit, a->N, 0), uv);
-    const auto found = world().textures.find(static_cast<int>(material.texture));
-    if (found->second->at(uv[0] * material.scale, uv[1] * material.scale, 0).alpha < 0.5F) a->valid[0] = 0;
+    const Texture::Level& l = world().textures[static_cast<std::size_t>(material.texture)]->levels[0];
+    const float u = uv[0] * material.scale, v = uv[1] * material.scale;
+    const auto x = static_cast<std::size_t>((u - std::floor(u)) * static_cast<float>(l.width - 1) + 0.5F);
+    const auto y = static_cast<std::size_t>((v - std::floor(v)) * static_cast<float>(l.height - 1) + 0.5F);
+    if (l.rgba[(y * static_cast<std::size_t>(l.width) + x) * 4 + 3] < 128) a->valid[0] = 0;
 }
 
 RTCRayHit makeRay(Vec from, Vec direction, float far) {
@@ -280,9 +289,8 @@ struct View {
 };
 
 int addTexture(const std::uint8_t* rgba, int width, int height) {
-    const int id = world().nextId++;
-    world().textures[id] = std::make_unique<Texture>(rgba, width, height);
-    return id;
+    world().textures.push_back(std::make_unique<Texture>(rgba, width, height));
+    return static_cast<int>(world().textures.size()) - 1;
 }
 
 int addPanorama(const float* rgb, int width, int height) {
@@ -294,7 +302,7 @@ int addPanorama(const float* rgb, int width, int height) {
     return id;
 }
 
-void dropTexture(int id) { world().textures.erase(id); }
+void dropTexture(int id) { world().textures[static_cast<std::size_t>(id)].reset(); }
 
 int addModel(const float* positions, const float* normals, const float* uv, int vertices,
              const std::int32_t* triangles, const std::int32_t* materials, int count, int transparent) {
@@ -354,7 +362,6 @@ void render(const View* view, const float* instances, int count, const float* ma
     w.materials.assign(m, m + materialCount);
     w.instances.clear();
     RTCScene scene = rtcNewScene(w.device);
-    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_LOW);
     for (int k = 0; k < count; ++k) {
         const float* in = instances + static_cast<std::size_t>(k) * 14;
         Instance instance{w.models.at(static_cast<int>(in[0])).get(), static_cast<std::size_t>(in[1]), {}, 1};
@@ -395,6 +402,7 @@ void render(const View* view, const float* instances, int count, const float* ma
         average = average + soft.at({r * std::cos(angle), r * std::sin(angle), z}, view->turn) * (1.0F / 16);
     }
 
+    const float sunLuma = sunColour.x + sunColour.y + sunColour.z;
     const auto occluded = [&](Vec from, Vec direction, float reach) {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
@@ -407,6 +415,7 @@ void render(const View* view, const float* instances, int count, const float* ma
         for (int x = 0; x < width; ++x) {
             const auto here = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
             int shaded = 0;
+            Shade last; // every other sample takes the light of the one before, on the same surface
             for (int s = 0; s < samples; ++s) {
                 const float px = static_cast<float>(x) + (static_cast<float>(s % side) + random.next()) / static_cast<float>(side);
                 const float py = static_cast<float>(y) + (static_cast<float>(s / side) + random.next()) / static_cast<float>(side);
@@ -458,7 +467,7 @@ void render(const View* view, const float* instances, int count, const float* ma
                 Vec base{material.rgb[0], material.rgb[1], material.rgb[2]};
                 const auto paint = static_cast<Paint>(static_cast<int>(material.paint));
                 if (material.texture >= 0) {
-                    const Texture& texture = *w.textures.at(static_cast<int>(material.texture));
+                    const Texture& texture = *w.textures[static_cast<std::size_t>(material.texture)];
                     if (paint == Paint::Solid) base = base * solid(texture, material.scale).rgb;
                     else if (paint != Paint::Panorama) {
                         float uv[2];
@@ -472,55 +481,48 @@ void render(const View* view, const float* instances, int count, const float* ma
                 if (paint == Paint::Panorama)
                     base = base * background.at(unit(point - projector), view->turn) * view->exposure;
                 if (material.detail >= 0) {
-                    const Vec c = solid(*w.textures.at(static_cast<int>(material.detail)), material.detailScale).rgb;
+                    const Vec c = solid(*w.textures[static_cast<std::size_t>(material.detail)], material.detailScale).rgb;
                     const float grey = std::pow((c.x + c.y + c.z) / 3 / 0.2F + 0.02F, material.detailStrength);
                     base = base * std::clamp(grey, 0.2F, 3.0F);
                 }
 
                 const Vec start = point + face * (2e-4F + t * 1e-4F);
                 Vec lit;
-                float sunShare = 1;
                 if (paint == Paint::UnlitUv || (flags & 4) != 0) {
                     lit = base;
                     base = {};
+                } else if (s % 2 == 1 && last.instance == ray.hit.instID[0] && dot(n, last.normal) > 0.95F) {
+                    lit = base * last.direct + last.highlight;
                 } else {
+                    last = {ray.hit.instID[0], n, {}, {}};
                     const Vec jitter = cosineDirection(sun, random.next() * view->sunSize * view->sunSize, random.next());
                     const float facing = dot(n, jitter);
-                    const float sunLuma = sunColour.x + sunColour.y + sunColour.z;
-                    const float open = sunLuma > 0 && facing > 0 && !occluded(start, jitter, far) ? 1.0F : 0.0F;
-                    if (paint == Paint::Panorama) { // it has its light; what stands on it takes some away
-                        sunShare = sunLuma > 0 && facing > 0 && open == 0 ? 0.0F : 1.0F;
-                    } else if (open > 0) {
-                        lit = base * sunColour * facing;
-                        const Vec half = unit(jitter - d);
-                        lit = lit + sunColour * (material.gloss * std::pow(std::max(0.0F, dot(n, half)), material.sharpness));
-                    }
-                    for (int k = 0; k < lampCount && paint != Paint::Panorama; ++k) {
+                    const bool toSun = sunLuma > 0 && facing > 0;
+                    const bool open = toSun && !occluded(start, jitter, far);
+                    const bool photo = paint == Paint::Panorama; // it has its light; what stands on it takes some away
+                    const auto add = [&](Vec power, Vec to) {
+                        last.direct = last.direct + power * dot(n, to);
+                        if (material.gloss > 0)
+                            last.highlight = last.highlight + power * (material.gloss * std::pow(std::max(0.0F, dot(n, unit(to - d))), material.sharpness));
+                    };
+                    if (open && !photo) add(sunColour, jitter);
+                    for (int k = 0; k < lampCount && !photo; ++k) {
                         const float* l = lamps + static_cast<std::size_t>(k) * 7;
                         const Vec spread{random.next() - 0.5F, random.next() - 0.5F, random.next() - 0.5F};
-                        const Vec to = vec(l) + spread * (2 * l[3]) - point;
-                        const float distance = length(to), cosine = dot(n, to) / distance;
-                        if (cosine <= 0 || occluded(start, to * (1 / distance), distance * 0.98F)) continue;
-                        const Vec power = vec(l + 4) * (1 / (distance * distance + 0.05F));
-                        lit = lit + base * power * cosine;
-                        const Vec half = unit(to * (1 / distance) - d);
-                        lit = lit + power * (material.gloss * std::pow(std::max(0.0F, dot(n, half)), material.sharpness));
+                        const Vec way = vec(l) + spread * (2 * l[3]) - point;
+                        const float distance = length(way);
+                        const Vec to = way * (1 / distance);
+                        if (dot(n, to) <= 0 || occluded(start, to, distance * 0.98F)) continue;
+                        add(vec(l + 4) * (1 / (distance * distance + 0.05F)), to);
                     }
-                    Vec around;
-                    for (int k = 0; k < 2; ++k) {
-                        const Vec to = cosineDirection(n, (static_cast<float>(k) + random.next()) / 2, random.next());
-                        if (occluded(start, to, view->ambientReach)) {
-                            if (paint == Paint::Panorama) around = around + Vec{0.125F, 0.125F, 0.125F};
-                            else around = around + average * 0.15F;
-                        } else if (paint == Paint::Panorama)
-                            around = around + Vec{0.5F, 0.5F, 0.5F};
-                        else
-                            around = around + soft.at(to, view->turn) * (0.5F);
-                    }
-                    if (paint == Paint::Panorama) around = around * (0.45F + 0.55F * sunShare);
-                    else around = around * view->lightScale;
+                    const float strata = (static_cast<float>(s) + random.next()) / static_cast<float>(samples);
+                    const Vec to = cosineDirection(n, strata, random.next());
+                    const bool hidden = occluded(start, to, view->ambientReach);
+                    const Vec around = photo ? Vec{1, 1, 1} * ((hidden ? 0.25F : 1.0F) * (toSun && !open ? 0.45F : 1.0F))
+                                             : (hidden ? average * 0.3F : soft.at(to, view->turn)) * view->lightScale;
                     ambient[here] = ambient[here] + around;
                     ++shaded;
+                    lit = base * last.direct + last.highlight;
                 }
                 const float clear = view->fog > 0 ? std::exp(-view->fog * t) : 1.0F;
                 direct[here] = direct[here] + lit * clear + fogColour * (1 - clear);

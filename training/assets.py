@@ -7,6 +7,7 @@ import photos
 import shapes
 from library import Library
 from render import Renderer
+from worlds import read_worlds
 
 HELD_OUT_SHARE = 7  # one of so many photos and models is for validation only
 GROUND = ("grass-merged", "dirt-merged", "road", "pavement-merged", "sand", "playingfield", "floor-wood", "gravel", "snow",
@@ -108,6 +109,7 @@ class Assets:
         self.whole = [r.texture(cv2.resize(w, (512, 512), interpolation=cv2.INTER_AREA)) for w in mine(whole, lambda k, w: k)]
         self.patterns = [r.texture(p) for p in patterns(rng, 120)]
         self.library = Library(r, cache, held_out)
+        self.worlds = [] if held_out else read_worlds(self.library)
 
     def any_stuff(self, rng):
         return self.stuff[int(rng.integers(len(self.stuff)))]

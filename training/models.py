@@ -7,6 +7,7 @@ import base64
 import io
 import json
 import pathlib
+import re
 import struct
 import warnings
 import xml.etree.ElementTree as ElementTree
@@ -171,7 +172,8 @@ def read_collada(path):
     path = pathlib.Path(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        mesh = collada.Collada(str(path), ignore=[collada.DaeError])
+        text = re.sub(rb"<!--.*?-->", b"", path.read_bytes().strip(), flags=re.S)  # the reader stumbles over comments
+        mesh = collada.Collada(io.BytesIO(text), ignore=[collada.DaeError])
     up = Z_UP if mesh.assetInfo.upaxis == "Y_UP" else np.eye(4)
     if mesh.assetInfo.upaxis == "X_UP":
         up = np.array([[0, -1, 0, 0], [0, 0, -1.0, 0], [1, 0, 0, 0], [0, 0, 0, 1]])

@@ -81,8 +81,6 @@ class Renderer:
     def drop_model(self, model):
         self.lib.dropModel(model)
 
-    def drop_texture(self, texture):
-        self.lib.dropTexture(texture)
 
 
 class Scene:
@@ -90,7 +88,7 @@ class Scene:
 
     def __init__(self, renderer):
         self.renderer, self.instances, self.materials, self.lamps = renderer, [], [], []
-        self.own_models, self.own_textures, self.tags = [], [], []
+        self.own_models, self.tags = [], []
 
     def add(self, model, matrix, materials, tag=""):
         row = np.empty(14, FLOATS)
@@ -106,12 +104,8 @@ class Scene:
         self.own_models.append(model)
         self.add(model, matrix, materials, tag)
 
-    def own_texture(self, rgba):
-        texture = self.renderer.texture(rgba)
-        self.own_textures.append(texture)
-        return texture
-
-    def render(self, view, soft):
+    def render(self, view, soft, last=True):
+        """Colour, inverse depth and instance of each pixel. last: what only this scene has is freed."""
         pixels = (view.height, view.width)
         colour = np.zeros(pixels + (3,), FLOATS)
         inverse, which = np.zeros(pixels, FLOATS), np.zeros(pixels, INTS)
@@ -122,10 +116,9 @@ class Scene:
         self.renderer.lib.render(ctypes.byref(view), pointer(instances), len(self.instances), pointer(materials),
                                  len(self.materials), pointer(lamps), len(lamps), pointer(soft), soft.shape[1],
                                  soft.shape[0], pointer(colour), pointer(inverse), pointer(which))
-        for m in self.own_models:
-            self.renderer.drop_model(m)
-        for t in self.own_textures:
-            self.renderer.drop_texture(t)
+        if last:
+            for m in self.own_models:
+                self.renderer.drop_model(m)
         return colour, inverse, which
 
 

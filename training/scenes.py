@@ -7,7 +7,8 @@ import photos
 import shapes
 from render import (NO_SHADOW, PANORAMA, SKY, SOLID, TRANSPARENT, UNLIT, UV, Scene, View, camera_axes, material, place)
 
-FORMATS = [(384, 384), (384, 288), (288, 384), (384, 256), (256, 384), (384, 216), (216, 384)]
+LONGER = 288  # px; training crops 160 to 256
+FORMATS = [(1, 1), (1, 3 / 4), (3 / 4, 1), (1, 2 / 3), (2 / 3, 1), (1, 9 / 16), (9 / 16, 1)]
 FORMAT_SHARES = [0.15, 0.27, 0.15, 0.15, 0.08, 0.14, 0.06]
 
 
@@ -25,7 +26,7 @@ class Stage:
     def __init__(self, rng, assets):
         self.rng, self.assets, self.scene = rng, assets, Scene(assets.renderer)
         v = self.view = View()
-        v.width, v.height = FORMATS[rng.choice(len(FORMATS), p=FORMAT_SHARES)]
+        v.width, v.height = (round(LONGER * side) for side in FORMATS[rng.choice(len(FORMATS), p=FORMAT_SHARES)])
         v.samples, v.seed = 2, int(rng.integers(1 << 31))
         v.centre[:] = [v.width / 2, v.height / 2]
         v.exposure, v.lightScale, v.ambientReach, v.sunSize = 1, 1, 1e6, 0.03
@@ -38,7 +39,7 @@ class Stage:
         roll = rng.normal(0, np.radians(2.5)) if roll is None else roll
         if angle is None:
             angle = np.radians(rng.triangular(22, 60, 92))
-        v.focal = 384 / 2 / np.tan(angle / 2)
+        v.focal = LONGER / 2 / np.tan(angle / 2)
         self.position, self.yaw = np.array(position, float), yaw
         self.axes = camera_axes(yaw, pitch, roll)
         v.position[:] = list(position)
@@ -114,6 +115,15 @@ class Stage:
         texture = {"stuff": a.stuff, "photo": a.whole, "pattern": a.patterns}[kind]
         tint = np.ones(3) * rng.uniform(0.7, 1.2) if rng.random() < 0.6 else colour * 1.6
         return material(np.minimum(tint, 1.6), pick(rng, texture), scale=scale, paint=paint, gloss=gloss, sharpness=sharp)
+
+    def probe(self):
+        """A coarse look: inverse depth and what is seen, to refuse a bad view cheaply."""
+        small = View.from_buffer_copy(self.view)
+        small.width, small.height, small.samples = self.view.width // 12, self.view.height // 12, 1
+        small.focal = self.view.focal / 12
+        small.centre[:] = [small.width / 2, small.height / 2]
+        _, inverse, which = self.scene.render(small, self.panorama.soft, last=False)
+        return inverse, which
 
     def finish(self):
         colour, inverse, which = self.scene.render(self.view, self.panorama.soft)
@@ -643,7 +653,7 @@ def landscape_scene(rng, assets):
             c = pick(rng, assets.standing)
             low, high, _ = photos.SIZES[c.category]
             s = rng.uniform(low, high)
-            stage.billboard(c, spot(max(2, s * stage.view.focal / 500), 35), s)
+            stage.billboard(c, spot(max(2, s * stage.view.focal / (1.3 * LONGER)), 35), s)
     if rng.random() < 0.25:
         add_close_up(stage)
     if rng.random() < 0.3:
@@ -760,7 +770,7 @@ def woods_scene(rng, assets):
         c = pick(rng, assets.standing)
         low, high, _ = photos.SIZES[c.category]
         s = rng.uniform(low, high)
-        p = stage.spot(max(2, s * stage.view.focal / 500), 15)
+        p = stage.spot(max(2, s * stage.view.focal / (1.3 * LONGER)), 15)
         p[2] = height_at(z, size, p[0], p[1])
         stage.billboard(c, p, s)
     if rng.random() < 0.15:
@@ -770,9 +780,10 @@ def woods_scene(rng, assets):
 
 
 def world_scene(rng, assets):
-    """A furnished world: a house, a bookstore, a hospital or a warehouse."""
+    """A furnished world: a house, a bookstore or a warehouse."""
     stage = Stage(rng, assets)
-    world = pick(rng, assets.worlds)
+    shares = np.array([w.share for w in assets.worlds], float)
+    world = assets.worlds[rng.choice(len(shares), p=shares / shares.sum())]
     stage.light(pick(rng, assets.lights), rng.uniform(0, 2 * np.pi))
     v = stage.view
     v.ambientReach = rng.uniform(0.6, 2)
@@ -788,20 +799,28 @@ def world_scene(rng, assets):
             turn = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
             m[:3, :3] = turn @ m[:3, :3]
         stage.scene.add(model.id, m, model.materials(rng, assets, 0.1), "fixed" if fixed else "thing")
-    at, yaw = world.camera(rng)
-    stage.camera(at, yaw, np.radians(np.clip(rng.normal(-9, 9), -45, 12)), angle=np.radians(rng.triangular(40, 68, 95)))
+    (x0, x1), (y0, y1), top = world.x, world.y, world.ceiling
+    lid = shapes.quad((x0 - 1, y1 + 1, top), (x1 + 1, y1 + 1, top), (x0 - 1, y0 - 1, top), (x1 + 1, y0 - 1, top))
+    stage.scene.add_mesh(lid, place(), [stage.surface("plain", 0.5)], "lid")
+    for _ in range(12):
+        at, yaw = world.camera(rng)
+        stage.camera(at, yaw, np.radians(np.clip(rng.normal(-9, 9), -45, 12)), angle=np.radians(rng.triangular(40, 68, 95)))
+        inverse, which = stage.probe()
+        seen = inverse[which >= 0]
+        if (which < 0).mean() < 0.25 and (inverse > 2).mean() < 0.08 and np.percentile(seen, 90) > 2 * np.percentile(seen, 10):
+            break
+    else:
+        raise ValueError("no view found")
     d = np.array([np.cos(yaw), np.sin(yaw)])
     for _ in range(rng.integers(1, 4)):
         p = [*(at[:2] + d * rng.uniform(0, 4) + rng.normal(0, 1.2, 2)), rng.uniform(2.0, 2.5)]
-        stage.scene.lamps.append([*p, rng.uniform(0.05, 0.4), *(np.array([1, rng.uniform(0.8, 1), rng.uniform(0.6, 1)]) * rng.uniform(1, 5))])
+        stage.scene.lamps.append([*p, rng.uniform(0.03, 0.15), *(np.array([1, rng.uniform(0.8, 1), rng.uniform(0.6, 1)]) * rng.uniform(1, 5))])
     if rng.random() < 0.3:
-        add_cutouts(stage, int(rng.integers(1, 3)), 1.2, 4, ground=world.floor)
-    colour, inverse, which = stage.finish()
-    if (which < 0).mean() > 0.5:
-        raise ValueError("the camera stands outside")
+        add_cutouts(stage, int(rng.integers(1, 3)), 1.2, 4)
+    colour, inverse, _ = stage.finish()
     return clear_camera(colour, inverse, 0.3)
 
 
 FAMILIES = {"panorama": panorama_scene, "close": close_scene, "room": room_scene, "tabletop": tabletop_scene,
-            "landscape": landscape_scene, "street": street_scene, "woods": woods_scene}
-MIX = {"panorama": 3, "close": 2, "room": 3, "tabletop": 3, "landscape": 2, "street": 2, "woods": 1}
+            "landscape": landscape_scene, "street": street_scene, "woods": woods_scene, "world": world_scene}
+MIX = {"panorama": 2, "close": 3, "room": 3, "tabletop": 4, "landscape": 2, "street": 2, "woods": 1, "world": 3}

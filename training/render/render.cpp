@@ -167,7 +167,7 @@ struct Instance {
 
 struct World {
     RTCDevice device = rtcNewDevice("threads=1,set_affinity=0");
-    std::vector<std::unique_ptr<Texture>> textures; // by number; empty where dropped
+    std::vector<std::unique_ptr<Texture>> textures; // by number
     std::map<int, std::unique_ptr<Panorama>> panoramas;
     std::map<int, std::unique_ptr<Model>> models;
     int nextId = 0;
@@ -302,8 +302,6 @@ int addPanorama(const float* rgb, int width, int height) {
     return id;
 }
 
-void dropTexture(int id) { world().textures[static_cast<std::size_t>(id)].reset(); }
-
 int addModel(const float* positions, const float* normals, const float* uv, int vertices,
              const std::int32_t* triangles, const std::int32_t* materials, int count, int transparent) {
     auto model = std::make_unique<Model>();
@@ -415,7 +413,7 @@ void render(const View* view, const float* instances, int count, const float* ma
         for (int x = 0; x < width; ++x) {
             const auto here = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
             int shaded = 0;
-            Shade last; // every other sample takes the light of the one before, on the same surface
+            Shade last; // three of four samples take the light of the one before, on the same surface
             for (int s = 0; s < samples; ++s) {
                 const float px = static_cast<float>(x) + (static_cast<float>(s % side) + random.next()) / static_cast<float>(side);
                 const float py = static_cast<float>(y) + (static_cast<float>(s / side) + random.next()) / static_cast<float>(side);
@@ -491,7 +489,7 @@ void render(const View* view, const float* instances, int count, const float* ma
                 if (paint == Paint::UnlitUv || (flags & 4) != 0) {
                     lit = base;
                     base = {};
-                } else if (s % 2 == 1 && last.instance == ray.hit.instID[0] && dot(n, last.normal) > 0.95F) {
+                } else if (s % 4 != 0 && last.instance == ray.hit.instID[0] && dot(n, last.normal) > 0.95F) {
                     lit = base * last.direct + last.highlight;
                 } else {
                     last = {ray.hit.instID[0], n, {}, {}};

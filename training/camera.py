@@ -32,10 +32,13 @@ def defocus(colour, inverse, focus, strength):
     return out / np.maximum(cover, 1e-3)[..., None]
 
 
-def develop(rng, colour, inverse):
+def develop(rng, colour, inverse, near_focus=False):
     """The photo, 8-bit RGB, of a camera with random habits."""
     colour = np.maximum(np.nan_to_num(colour), 0)
-    if rng.random() < 0.45:
+    if near_focus and rng.random() < 0.65:  # a subject before a blurred background
+        focus = np.quantile(inverse, rng.uniform(0.75, 0.97))
+        colour = defocus(colour, inverse, focus, rng.uniform(2, 9) / max(focus, 1e-9))
+    elif rng.random() < 0.4:
         centre = inverse[inverse.shape[0] // 4:-inverse.shape[0] // 4, inverse.shape[1] // 4:-inverse.shape[1] // 4]
         focus = np.quantile(centre, rng.uniform(0.3, 1)) if rng.random() < 0.8 else rng.choice(inverse.ravel())
         spread = np.abs(inverse - focus).max() + 1e-9

@@ -33,7 +33,7 @@ def write(out, name, picture, inverse):
 
 def frame(rng, assets, family):
     colour, inverse = scenes.FAMILIES[family](rng, assets)
-    return camera.develop(rng, colour, inverse), inverse
+    return camera.develop(rng, colour, inverse, family in scenes.NEAR_FOCUS), inverse
 
 
 def main():

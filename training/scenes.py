@@ -216,6 +216,54 @@ def branch_mesh(rng, length, leaves=True):
     return shapes.join(*meshes)
 
 
+def flower_mesh(rng, height):
+    """A flower: stem and leaves are part 0, petals part 1, the middle part 2."""
+    top = np.array([*rng.normal(0, 0.12 * height, 2), height])
+    t = np.linspace(0, 1, 7)[:, None]
+    meshes = [shapes.tube(t * [0, 0, height] + t ** 2 * [*top[:2], 0], height * 0.012, 5)]
+    size = height * rng.uniform(0.12, 0.35)
+    facing = rng.normal(0, 0.5, 3) + [0, 0, 0.7]
+    facing = facing / np.linalg.norm(facing)
+    a = np.cross(facing, [1.0, 0.2, 0.1])
+    a = a / np.linalg.norm(a)
+    b = np.cross(facing, a)
+    count, cup = int(rng.integers(5, 22)), rng.uniform(-0.2, 0.9)
+    for k in range(count):
+        q = 2 * np.pi * k / count + rng.normal(0, 0.08)
+        out, side = a * np.cos(q) + b * np.sin(q), b * np.cos(q) - a * np.sin(q)
+        wide = size * rng.uniform(0.9, 1.6) * np.pi / count
+        lift = facing * cup * size * (0.5 + 0.5 * (k % 2))
+        tip = top + out * size + lift
+        half = top + out * size * 0.6 + lift * 0.45
+        meshes.append(shapes.quad(top, half + side * wide, half - side * wide, tip, 1))
+    middle = shapes.ball(size * 0.2, 12)
+    middle["positions"] = middle["positions"] + (top - [0, 0, size * 0.2]).astype(np.float32)
+    meshes.append(dict(middle, parts=np.full(len(middle["triangles"]), 2)))
+    for _ in range(rng.integers(0, 6)):
+        p = np.array([*(top[:2] * 0.3), height * rng.uniform(0.1, 0.7)])
+        d = rng.normal(0, 1, 3) * [1, 1, 0.4]
+        d = d / np.linalg.norm(d) * height * rng.uniform(0.15, 0.4)
+        side = np.cross(d, [0, 0, 1.0]) * rng.uniform(0.1, 0.25)
+        meshes.append(shapes.quad(p, p + d * 0.5 + side, p + d * 0.5 - side, p + d, 0))
+    return shapes.join(*meshes)
+
+
+def add_flowers(stage, count, near, far):
+    """Flowers of one kind or many, at heights where the camera sees them."""
+    rng = stage.rng
+    colours = rng.random((3, 3)) ** 0.7
+    green = np.array([rng.uniform(0.05, 0.25), rng.uniform(0.15, 0.4), rng.uniform(0.02, 0.1)])
+    for _ in range(count):
+        r = log_uniform(rng, near, far)
+        ray = stage.ray(rng.uniform(0, stage.view.width), rng.uniform(0.1, 1.0) * stage.view.height)
+        head = stage.position + ray * r
+        height = max(r * rng.uniform(0.3, 0.9), 0.05)
+        looks = [material(green * rng.uniform(0.7, 1.4), detail=stage.assets.any_stuff(rng), detail_scale=3 / height, detail_strength=0.3),
+                 material(pick(rng, colours), detail=stage.assets.any_stuff(rng), detail_scale=3 / height, detail_strength=rng.uniform(0, 0.4)),
+                 material([rng.uniform(0.3, 0.9), rng.uniform(0.2, 0.6), 0.05])]
+        stage.scene.add_mesh(flower_mesh(rng, height), place(head - [0, 0, height], rng.uniform(0, 6.28)), looks, "flower")
+
+
 def add_branch(stage, point, distance, look):
     rng = stage.rng
     for _ in range(rng.integers(1, 4)):
@@ -223,7 +271,8 @@ def add_branch(stage, point, distance, look):
         side = stage.axes[0] * rng.uniform(-0.6, 0.6) * distance + stage.axes[1] * rng.uniform(-0.5, 0.3) * distance
         green = np.array([rng.uniform(0.08, 0.4), rng.uniform(0.15, 0.45), rng.uniform(0.03, 0.12)])
         stage.scene.add_mesh(mesh, place(point + side),
-                             [material(np.array([0.18, 0.12, 0.07]) * rng.uniform(0.4, 1.5)), material(green, gloss=0.05)], "thin")
+                             [material(np.array([0.18, 0.12, 0.07]) * rng.uniform(0.4, 1.5)),
+                              material(green, gloss=0.05, detail=stage.assets.any_stuff(rng), detail_scale=6 / distance, detail_strength=0.4)], "thin")
 
 
 def add_block(stage, position, size, turn=None):
@@ -325,10 +374,19 @@ def panorama_scene(rng, assets, kind=None):
         lid = dict(floor, positions=floor["positions"] + [0, 0, top])
         stage.scene.add_mesh(lid, place(), [material(paint=PANORAMA, flags=NO_SHADOW)], "lid")
     far = float(np.clip(np.median(reach) * 0.8, 3, 40))
+    if kind == "macro":
+        roll = rng.random()
+        if roll < 0.5:
+            add_flowers(stage, int(rng.choice([1, 3, 8, 20])), 0.2, 1.2)
+        elif roll < 0.75:
+            add_branch(stage, stage.position + stage.axes[2] * rng.uniform(0.4, 1.2), rng.uniform(0.4, 1.0), stage.surface("stuff"))
+        else:
+            p = stage.position + stage.axes[2] * rng.uniform(0.4, 1.0) + stage.axes[1] * rng.uniform(0.05, 0.3)
+            small_thing(stage, p, 0.4)
     if close:
         for _ in range(rng.choice([1, 1, 2])):
             add_close_up(stage)
-    count = int(rng.choice([0, 1, 2, 3, 5, 9], p=[0.08, 0.24, 0.26, 0.2, 0.14, 0.08]))
+    count = int(rng.choice([0, 0, 1, 3])) if kind == "macro" else int(rng.choice([0, 1, 2, 3, 5, 9], p=[0.08, 0.24, 0.26, 0.2, 0.14, 0.08]))
     add_cutouts(stage, count, 1.5, far)
     for _ in range(rng.choice([0, 1, 3], p=[0.6, 0.3, 0.1])):
         add_block(stage, stage.spot(1.5, far * 0.6), rng.uniform(0.25, 1.4, 3))
@@ -420,6 +478,13 @@ def dress_table(stage, model, position, turn, count):
         small_thing(stage, [position[0] + c * x - s * y, position[1] + s * x + c * y, position[2] + model.size[2]])
 
 
+def room_pitch(rng):
+    """Tilt of a camera in a room: mostly slightly down, at times anything."""
+    if rng.random() < 0.2:
+        return np.radians(rng.uniform(-65, 40))
+    return np.radians(np.clip(rng.normal(-9, 10), -45, 15))
+
+
 def room_scene(rng, assets):
     """A room with furniture along its walls and in the middle, seen from inside."""
     stage = Stage(rng, assets)
@@ -435,8 +500,8 @@ def room_scene(rng, assets):
     at = np.array([np.clip(np.cos(q) * 1.3, -1, 1) * w / 2 * r, np.clip(np.sin(q) * 1.3, -1, 1) * d / 2 * r])
     goal = rng.uniform(-0.3, 0.3, 2) * [w, d]
     yaw = np.arctan2(*(goal - at)[::-1])
-    stage.camera([*at, rng.uniform(0.7, min(h - 0.3, 2.0))], yaw, np.radians(np.clip(rng.normal(-9, 10), -45, 15)),
-                 angle=np.radians(rng.triangular(38, 68, 95)))
+    stage.camera([*at, rng.uniform(0.7, min(h - 0.3, 2.0))], yaw, room_pitch(rng),
+                 angle=np.radians(rng.triangular(38, 68, 95)), roll=rng.normal(0, 0.2) if rng.random() < 0.15 else None)
     lamps(stage, [-w / 2 + 0.4, -d / 2 + 0.4, h * 0.6], [w / 2 - 0.4, d / 2 - 0.4, h - 0.15], rng.integers(1, 4), 3.0)
     wall = stage.surface("plain" if rng.random() < 0.55 else None, 1.0 / rng.uniform(0.8, 4), UV)
     looks = [wall, stage.surface(None, log_uniform(rng, 0.3, 1.2)), stage.surface("plain", 0.5)]
@@ -804,7 +869,7 @@ def world_scene(rng, assets):
     stage.scene.add_mesh(lid, place(), [stage.surface("plain", 0.5)], "lid")
     for _ in range(12):
         at, yaw = world.camera(rng)
-        stage.camera(at, yaw, np.radians(np.clip(rng.normal(-9, 9), -45, 12)), angle=np.radians(rng.triangular(40, 68, 95)))
+        stage.camera(at, yaw, room_pitch(rng), angle=np.radians(rng.triangular(40, 68, 95)))
         inverse, which = stage.probe()
         seen = inverse[which >= 0]
         if (which < 0).mean() < 0.25 and (inverse > 2).mean() < 0.08 and np.percentile(seen, 90) > 2 * np.percentile(seen, 10):
@@ -821,6 +886,11 @@ def world_scene(rng, assets):
     return clear_camera(colour, inverse, 0.3)
 
 
-FAMILIES = {"panorama": panorama_scene, "close": close_scene, "room": room_scene, "tabletop": tabletop_scene,
+def macro_scene(rng, assets):
+    return panorama_scene(rng, assets, "macro")
+
+
+NEAR_FOCUS = ("close", "macro")  # often with a blurred background
+FAMILIES = {"macro": macro_scene, "panorama": panorama_scene, "close": close_scene, "room": room_scene, "tabletop": tabletop_scene,
             "landscape": landscape_scene, "street": street_scene, "woods": woods_scene, "world": world_scene}
-MIX = {"panorama": 2, "close": 3, "room": 3, "tabletop": 4, "landscape": 2, "street": 2, "woods": 1, "world": 3}
+MIX = {"macro": 2, "panorama": 2, "close": 3, "room": 3, "tabletop": 4, "landscape": 2, "street": 2, "woods": 1, "world": 3}

@@ -125,7 +125,9 @@ SIZES = {
     "hot dog": (0.06, 0.1, "table"), "cell phone": (0.12, 0.16, "table"), "backpack": (0.4, 0.55, "both"),
     "handbag": (0.25, 0.4, "both"), "sports ball": (0.1, 0.25, "both"),
 }
-WHOLE_ASPECT = {"person": 1.9}  # height / width of a whole one at least; a person that is wider sits or is cut
+
+# Licences of the photos that are used, as COCO numbers them (ATTRIBUTIONS.md); 4, 5, 7 and 8 allow commercial use and changes
+LICENCES = {1, 2, 3, 4, 5, 6, 7, 8}
 
 
 class Cutout:
@@ -140,9 +142,13 @@ def read_coco(folder, split):
     folder = pathlib.Path(folder)
     facts = json.loads((folder / f"panoptic_segmentation/annotations/panoptic_{split}2017.json").read_text())
     names = {c["id"]: (c["name"], c["isthing"]) for c in facts["categories"]}
-    cutouts, stuff = [], {}
+    cutouts, stuff, whole = [], {}, []
+    licences = {i["id"]: i["license"] for i in facts["images"]}
     for a in facts["annotations"]:
+        if licences[a["image_id"]] not in LICENCES:
+            continue
         photo = cv2.imread(str(folder / f"images/{split}2017/{a['image_id']:012d}.jpg"))[..., ::-1]
+        whole.append(photo)
         ids = cv2.imread(str(folder / f"panoptic_segmentation/annotations/panoptic_{split}2017/{a['file_name']}"))
         ids = ids[..., 2].astype(int) + 256 * ids[..., 1].astype(int) + 65536 * ids[..., 0].astype(int)
         for s in a["segments_info"]:
@@ -166,7 +172,6 @@ def read_coco(folder, split):
                 if found and found[2] >= 72:
                     x, y, size = found
                     stuff.setdefault(name, []).append(photo[y:y + size, x:x + size])
-    whole = [cv2.imread(str(p))[..., ::-1] for p in sorted((folder / f"images/{split}2017").glob("*.jpg"))]
     return cutouts, stuff, whole
 
 

@@ -114,7 +114,7 @@ class Model:
                                  np.concatenate(part), self.transparent)
         self.parts = []
         for p in keep:
-            texture = renderer.texture(p["picture"]) if p["picture"] is not None else -1
+            texture = renderer.shared_texture(p["picture"]) if p["picture"] is not None else -1
             self.parts.append((np.asarray(p["rgb"], float), texture, p["transparent"]))
 
     def materials(self, rng, assets, wild=0.25, recolour=0.35):
@@ -174,12 +174,11 @@ class Library:
             return None
         name, low, high = entries[int(rng.integers(len(entries)))]
         pose = int(rng.integers(4)) if kind in ("animal", "person") else 0
-        size = int(rng.integers(4))
-        key = (name, pose, size if low else 0)
+        key = (name, pose)
         if key not in self.loaded:
             try:
                 parts = self.parts(name, pose)
-                height = low + (high - low) * (size + 0.5) / 4 if low else 0
+                height = (low + high) / 2
                 model = Model(self.renderer, parts, height) if parts else None
                 if model and kind == "small":  # small things: the largest side counts
                     if model.size.max() > 1.6 * high:

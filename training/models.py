@@ -4,6 +4,7 @@ A part is a dictionary: positions, triangles, uv, normals, rgb, picture (path, a
 """
 
 import base64
+import hashlib
 import io
 import json
 import pathlib
@@ -17,10 +18,19 @@ import numpy as np
 
 KINDS = {5120: np.int8, 5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+DECODED = {}  # pictures by the hash of their file; many models share one
 Z_UP = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 
 
 def decode(data):
+    """An 8-bit picture, RGB or RGBA, at most 512 px; the same object for the same file."""
+    key = hashlib.sha1(data).digest()
+    if key not in DECODED:
+        DECODED[key] = decode_anew(data)
+    return DECODED[key]
+
+
+def decode_anew(data):
     picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if picture is None:
         return None
@@ -31,8 +41,8 @@ def decode(data):
     code = cv2.COLOR_BGRA2RGBA if picture.shape[2] == 4 else cv2.COLOR_BGR2RGB
     picture = cv2.cvtColor(picture, code)
     side = max(picture.shape[:2])
-    if side > 1024:
-        picture = cv2.resize(picture, None, fx=1024 / side, fy=1024 / side, interpolation=cv2.INTER_AREA)
+    if side > 512:
+        picture = cv2.resize(picture, None, fx=512 / side, fy=512 / side, interpolation=cv2.INTER_AREA)
     return picture
 
 

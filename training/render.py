@@ -57,12 +57,19 @@ def vertex_normals(positions, triangles):
 class Renderer:
     def __init__(self, cache):
         self.lib = ctypes.CDLL(str(build(cache)))
+        self.shared = {}
 
     def texture(self, rgba):
         if rgba.shape[2] == 3:
             rgba = np.dstack([rgba, np.full(rgba.shape[:2], 255, np.uint8)])
         rgba = np.ascontiguousarray(rgba, np.uint8)
         return self.lib.addTexture(pointer(rgba), rgba.shape[1], rgba.shape[0])
+
+    def shared_texture(self, picture):
+        """The texture of a picture that lives as long as the program."""
+        if id(picture) not in self.shared:
+            self.shared[id(picture)] = (self.texture(picture), picture)
+        return self.shared[id(picture)][0]
 
     def panorama(self, rgb):
         rgb = np.ascontiguousarray(rgb, FLOATS)

@@ -430,7 +430,7 @@ def put(stage, kind, position, turn=None, scale=1.0, wild=0.25, tag=""):
     if model is None:
         return None
     turn = rng.uniform(0, 2 * np.pi) if turn is None else turn
-    s = scale * rng.uniform(0.9, 1.1)
+    s = scale * rng.uniform(0.75, 1.3)
     natural = kind in ("tree", "bush", "rock", "animal", "person")
     looks = model.materials(rng, stage.assets, wild * 0.5 if natural else wild, 0.06 if natural else 0.35)
     stage.scene.add(model.id, place(position, turn, s), looks, tag or kind)

@@ -594,7 +594,9 @@ def tabletop_scene(rng, assets):
     back = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
     stage.camera(goal - back * away, yaw, pitch, angle=np.radians(rng.triangular(25, 45, 75)))
     top = stage.surface(None, log_uniform(rng, 0.5, 2.5))
-    stage.scene.add_mesh(shapes.box((w * 3, d, 0.05)), place([0, 0, -0.05]), [top], "table")
+    front = rng.uniform(0.8, 2.5) if rng.random() < 0.8 else 0.0  # mostly the table reaches below the frame
+    stage.scene.add_mesh(shapes.box((w * 3, d + front, 0.05)), place([0, -front / 2, -0.05]), [top], "table")
+    rise = rng.uniform(0.2, 0.9) if rng.random() < 0.35 else 0.0  # things stand higher towards the back
     if rng.random() < 0.75:  # what stands behind: walls, boards, a curtain
         for k in range(rng.integers(1, 4)):
             back = d / 2 + rng.uniform(0.0, 0.7) * (1 + k)
@@ -614,8 +616,9 @@ def tabletop_scene(rng, assets):
     for _ in range(n):
         x, y = rng.uniform(-0.55, 0.55) * w, rng.uniform(-0.48, 0.48) * d
         z = 0.0
-        if rng.random() < 0.2:
+        if rng.random() < (0.8 if rise else 0.2):
             base = rng.uniform([0.1, 0.1, 0.05], [0.4, 0.3, 0.3])
+            base[2] += rise * (y / d + 0.5) * d
             stage.scene.add_mesh(shapes.box(base, (0, 1, 2)), place([x, y, 0], rng.uniform(0, 6.28)),
                                  [stage.surface(paint=UV, scale=1.0) for _ in range(3)], "block")
             z = base[2]
@@ -678,6 +681,21 @@ def outdoor_light(stage):
         v.fogColour[:] = list(np.array([0.75, 0.8, 0.88]) * rng.uniform(0.3, 0.9))
 
 
+def add_tower(stage, position):
+    """A tower, lighthouse, chimney, column or high-rise against the sky."""
+    rng = stage.rng
+    high = log_uniform(rng, 6, 45)
+    wide = high * rng.uniform(0.06, 0.25)
+    body = stage.surface(pick(rng, ["plain", "stuff", "pattern"]), 1.0 / rng.uniform(2, 6), SOLID)
+    if rng.random() < 0.4:
+        stage.scene.add_mesh(shapes.box((wide, wide * rng.uniform(0.6, 1.5), high)), place(position, rng.uniform(0, 6.28)), [body] * 3, "tower")
+        return
+    waist, head = rng.uniform(0.5, 1.0), rng.uniform(0.4, 1.1)
+    profile = [(wide / 2, 0), (wide / 2 * waist, high * 0.8), (wide / 2 * head, high * 0.82), (wide / 2 * head, high * 0.92),
+               (wide / 2 * head * rng.uniform(0.2, 1), high * 0.93), (0.01, high)]
+    stage.scene.add_mesh(shapes.lathe(profile), place(position), [body], "tower")
+
+
 def landscape_scene(rng, assets):
     """Hills, trees, rocks, animals, people and the sky."""
     stage = Stage(rng, assets)
@@ -713,6 +731,9 @@ def landscape_scene(rng, assets):
         put(stage, pick(rng, ["animal", "animal", "person"]), spot(2.5, 40), wild=0.3)
     if rng.random() < 0.4:
         put(stage, pick(rng, ["house", "tower", "house"]), spot(25, limit), wild=0.3)
+    if rng.random() < 0.3:
+        for _ in range(rng.integers(1, 4)):
+            add_tower(stage, spot(12, limit))
     if rng.random() < 0.5:
         for _ in range(rng.integers(1, 5)):
             c = pick(rng, assets.standing)
@@ -763,7 +784,7 @@ def street_scene(rng, assets):
                 facade = stage.surface(pick(rng, ["photo", "pattern", "stuff"]), 1.0 / rng.uniform(2, 6), SOLID)
                 stage.scene.add_mesh(shapes.box((along, deep, high)), place([x + along / 2, s * (half + walk + deep / 2), 0]), [facade] * 3, "house")
             x += along + rng.uniform(0, gap)
-    yaw = rng.normal(0, 0.35) if rng.random() < 0.7 else rng.choice([-1, 1]) * rng.uniform(0.8, 1.6)
+    yaw = rng.normal(0, 0.35) if rng.random() < 0.5 else rng.choice([-1, 1]) * rng.uniform(0.3, 1.5)
     pos = [rng.uniform(-3, 5), rng.uniform(-0.9, 0.9) * (half + walk), rng.choice([rng.uniform(1.2, 1.9), rng.uniform(0.4, 1.2), rng.uniform(2, 7)], p=[0.65, 0.2, 0.15])]
     stage.camera(pos, yaw, np.radians(np.clip(rng.normal(-3, 7), -25, 20)))
     for _ in range(rng.choice([0, 2, 5, 9])):  # parked and driving cars
@@ -893,4 +914,4 @@ def macro_scene(rng, assets):
 NEAR_FOCUS = ("close", "macro")  # often with a blurred background
 FAMILIES = {"macro": macro_scene, "panorama": panorama_scene, "close": close_scene, "room": room_scene, "tabletop": tabletop_scene,
             "landscape": landscape_scene, "street": street_scene, "woods": woods_scene, "world": world_scene}
-MIX = {"macro": 2, "panorama": 2, "close": 3, "room": 3, "tabletop": 4, "landscape": 2, "street": 2, "woods": 1, "world": 3}
+MIX = {"panorama": 1, "close": 1.5, "macro": 1, "room": 2, "tabletop": 8, "landscape": 2, "street": 4, "woods": 1.5, "world": 3}

@@ -107,6 +107,14 @@ class Assets:
         self.stuff = [t for v in upload.values() for t in v]
         self.ground = [t for k in GROUND for t in upload.get(k, [])]
         self.whole = [r.texture(cv2.resize(w, (512, 512), interpolation=cv2.INTER_AREA)) for w in mine(whole, lambda k, w: k)]
+        for pano in self.lights:  # photos and surfaces from the panoramas
+            for k in range(10):
+                view = pano.picture(rng.uniform(0, 6.28), rng.normal(-0.05, 0.2), rng.uniform(0.7, 1.7), 256)
+                self.whole.append(r.texture(cv2.resize(view, (512, 512), interpolation=cv2.INTER_CUBIC)))
+                part = pano.picture(rng.uniform(0, 6.28), rng.uniform(-1.2, 0.9), rng.uniform(0.2, 0.6), 160)
+                self.stuff.append(r.texture(photos.mirrored_tile(part)))
+            if "floor" in pano.facts:
+                self.ground += [r.texture(photos.mirrored_tile(pano.picture(rng.uniform(0, 6.28), -np.pi / 2, a, 256))) for a in (0.8, 1.4)]
         self.patterns = [r.texture(p) for p in patterns(rng, 120)]
         self.library = Library(r, cache, held_out)
         self.worlds = [] if held_out else read_worlds(self.library)

@@ -99,8 +99,10 @@ class Gltf:
         start = view.get("byteOffset", 0)
         return decode(self.buffers[view.get("buffer", 0)][start:start + view["byteLength"]])
 
-    def matrices(self, animation, moment):
-        """The matrix of each node in the world, in the pose of an animation (None: at rest)."""
+    def matrices(self, animation, moment, turns=None):
+        """The matrix of each node in the world, in the pose of an animation (None: at rest).
+
+        turns: rotations about the node's own place, 3 x 3, by the names of nodes."""
         nodes = self.json["nodes"]
         poses = [{k: np.array(n[k], float) for k in ("translation", "rotation", "scale") if k in n} for n in nodes]
         if animation is not None:
@@ -127,14 +129,17 @@ class Gltf:
 
         def walk(index, parent):
             world[index] = parent @ local[index]
+            turn = (turns or {}).get(nodes[index].get("name"))
+            if turn is not None:
+                world[index][:3, :3] = turn @ world[index][:3, :3]
             for child in nodes[index].get("children", []):
                 walk(child, world[index])
         for root in self.json["scenes"][self.json.get("scene", 0)]["nodes"]:
             walk(root, np.eye(4))
         return world
 
-    def parts(self, animation=None, moment=0.0):
-        world = self.matrices(animation, moment)
+    def parts(self, animation=None, moment=0.0, turns=None):
+        world = self.matrices(animation, moment, turns)
         out = []
         for index, node in enumerate(self.json["nodes"]):
             if "mesh" not in node or world[index] is None:
@@ -168,12 +173,32 @@ class Gltf:
         return out
 
 
+def turn_about(axis, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return {"x": np.array([[1, 0, 0], [0, c, -s], [0, s, c]]), "z": np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])}[axis]
+
+
+def natural_pose(rng):
+    """Arms down, a step, a bend: for bodies that stand with their arms stretched out (y up)."""
+    step = rng.normal(0, 0.35)
+    out = {"Chest": turn_about("x", rng.normal(0, 0.08)), "Neck": turn_about("x", rng.normal(0, 0.15))}
+    for side, sign in (("L", 1), ("R", -1)):
+        down = rng.uniform(1.0, 1.5) if rng.random() < 0.85 else rng.uniform(-0.9, 0.9)
+        out[f"UpperArm.{side}"] = turn_about("x", rng.normal(0, 0.3) - sign * step) @ turn_about("z", -sign * down)
+        out[f"LowerArm.{side}"] = turn_about("x", -abs(rng.normal(0, 0.7)))
+        out[f"UpperLeg.{side}"] = turn_about("x", sign * step)
+        out[f"LowerLeg.{side}"] = turn_about("x", abs(rng.normal(0, 0.25)))
+    return out
+
+
 def read_gltf(path, poses=0, rng=None):
     """The parts of a file, once or in some poses of its animations."""
     g = Gltf(path)
     animations = [a for a in g.json.get("animations", []) if not any(w in a.get("name", "").lower() for w in ("death", "die", "lie"))]
-    if not poses or not g.json.get("skins") or not animations:
+    if not poses or not g.json.get("skins"):
         return [g.parts()]
+    if not animations:
+        return [g.parts(turns=natural_pose(rng)) for _ in range(poses)]
     return [g.parts(animations[int(rng.integers(len(animations)))], rng.random()) for _ in range(poses)]
 
 

@@ -74,6 +74,7 @@ class Panorama:
         self.rgb = cv2.resize(np.log(rgb + 1e-3), (2048, 1024), interpolation=cv2.INTER_CUBIC)
         self.rgb = np.exp(self.rgb) - 1e-3
         self.rgb = np.maximum(self.rgb, 0).astype(np.float32)
+        self.ldr = (np.clip(rgb / (np.percentile(rgb.mean(2)[128:400], 85) + 1e-6), 0, 1) ** (1 / 2.2) * 255).astype(np.uint8)
         self.sky = cv2.resize(sky.astype(np.float32), (2048, 1024), interpolation=cv2.INTER_LINEAR) > 0.5
 
     def sky_of(self, rgb):
@@ -92,6 +93,17 @@ class Panorama:
         sky = cv2.morphologyEx(mask[1:-1, 1:-1], cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8)) > 0
         sky[258:] = False
         return sky
+
+    def picture(self, azimuth, elevation, angle, size):
+        """An ordinary photo, 8-bit RGB, of a camera at the centre; angles in radians."""
+        a = np.tan(angle / 2)
+        y, x = np.mgrid[1:-1:size * 1j, -1:1:size * 1j] * a
+        ce, se = np.cos(elevation), np.sin(elevation)
+        d = np.stack([ce - y * se, x, se + y * ce], -1)  # forward, right, up
+        turn = np.arctan2(d[..., 1], d[..., 0]) + azimuth
+        up = np.arcsin(d[..., 2] / np.linalg.norm(d, axis=-1))
+        u, v = turn / (2 * np.pi) % 1 * 1024 - 0.5, (0.5 - up / np.pi) * 512 - 0.5
+        return cv2.remap(self.ldr, u.astype(np.float32), v.astype(np.float32), cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
 
     def floor_polygon(self, height):
         """Corners of the floor for a camera `height` metres above it, counter-clockwise from above."""
@@ -126,8 +138,8 @@ SIZES = {
     "handbag": (0.25, 0.4, "both"), "sports ball": (0.1, 0.25, "both"),
 }
 
-# Licences of the photos that are used, as COCO numbers them (ATTRIBUTIONS.md); 4, 5, 7 and 8 allow commercial use and changes
-LICENCES = {1, 2, 3, 4, 5, 6, 7, 8}
+# Licences of the photos that are used, as COCO numbers them: those that allow commercial use and changes (ATTRIBUTIONS.md)
+LICENCES = {4, 5, 7, 8}
 
 
 class Cutout:

@@ -308,6 +308,9 @@ def add_cutouts(stage, count, near, far, ground=0.0, where="ground"):
     choice = stage.assets.standing if where == "ground" else stage.assets.small
     same = pick(rng, choice) if rng.random() < 0.2 else None  # a herd, a crowd
     for _ in range(count):
+        if where == "ground" and rng.random() < 0.35:  # a model instead
+            put(stage, pick(rng, ["person", "person", "animal", "chair", "low", "street"]), stage.spot(max(near, 2), max(far, 3), ground))
+            continue
         c = pick(rng, choice)
         if same is not None:
             alike = [x for x in choice if x.category == same.category]
@@ -321,6 +324,17 @@ def add_cutouts(stage, count, near, far, ground=0.0, where="ground"):
 def add_close_up(stage, distance=None):
     """A person, animal or thing close to the camera, cut by the lower edge of the frame."""
     rng, v = stage.rng, stage.view
+    if rng.random() < 0.3:  # a model
+        model = stage.assets.library.get(rng, pick(rng, ["person", "person", "animal"]))
+        if model is None:
+            return
+        r = rng.uniform(0.7, 2.2)
+        ray = stage.ray(rng.uniform(0.15, 0.85) * v.width, v.height * rng.uniform(0.05, 0.35))
+        head = stage.position + ray * r / (ray @ stage.axes[2])
+        p = [*head[:2], head[2] - model.size[2]]
+        turn = stage.toward_camera(p) + rng.normal(0, 0.8)
+        stage.scene.add(model.id, place(p, turn), model.materials(rng, stage.assets, 0.1, 0.1), "close")
+        return
     c = pick(rng, stage.assets.busts if rng.random() < 0.75 else stage.assets.standing)
     low, high, _ = photos.SIZES[c.category]
     size = rng.uniform(0.55, 0.9) if c.category == "person" else rng.uniform(low, high) * 0.7
@@ -430,7 +444,7 @@ def put(stage, kind, position, turn=None, scale=1.0, wild=0.25, tag=""):
     if model is None:
         return None
     turn = rng.uniform(0, 2 * np.pi) if turn is None else turn
-    s = scale * rng.uniform(0.75, 1.3)
+    s = scale * (rng.uniform(0.88, 1.08) if kind in ("person", "animal", "car") else rng.uniform(0.75, 1.3))
     natural = kind in ("tree", "bush", "rock", "animal", "person")
     looks = model.materials(rng, stage.assets, wild * 0.5 if natural else wild, 0.06 if natural else 0.35)
     stage.scene.add(model.id, place(position, turn, s), looks, tag or kind)

@@ -175,6 +175,9 @@ def read_coco(folder, split):
                 if area < 2500 or area < 0.8 * mask.sum() or min(w, h) < 30 or area < 0.25 * w * h:
                     continue
                 one = (labels[y:y + h, x:x + w] == keep).astype(np.uint8) * 255
+                if name == "person":  # what a person wears or holds is a thing of its own
+                    outlines, _ = cv2.findContours(one, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+                    cv2.drawContours(one, outlines, -1, 255, cv2.FILLED)
                 one = cv2.GaussianBlur(cv2.erode(one, np.ones((3, 3), np.uint8)), (0, 0), 0.8)
                 rgba = np.dstack([photo[y:y + h, x:x + w], one])
                 cut = (x <= 1, x + w >= photo.shape[1] - 1, y <= 1, y + h >= photo.shape[0] - 1)

@@ -301,7 +301,7 @@ struct View {
     float axes[9]; // right, down, forward
     float focal;   // px
     float centre[2];
-    std::int32_t width, height, samples; // samples: per pixel, a square
+    std::int32_t width, height, samples; // samples per pixel: 1, 2 or 4
     std::int32_t background;             // panorama behind everything and as light
     float turn;                          // of the panorama, radians
     float exposure;                      // factor on the panorama
@@ -419,8 +419,8 @@ void render(const View* view, const float* instances, int count, const float* ma
     const Vec eye = vec(view->position), right = vec(view->axes), down = vec(view->axes + 3),
               forward = vec(view->axes + 6), sun = vec(view->sun), sunColour = vec(view->sunColour),
               projector = vec(view->projector), fogColour = vec(view->fogColour);
-    const int width = view->width, height = view->height, side = view->samples,
-              samples = side * side;
+    const int width = view->width, height = view->height, samples = view->samples;
+    const float side = std::sqrt(static_cast<float>(samples));
     const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     std::vector<Vec> direct(pixels), albedo(pixels), ambient(pixels), normals(pixels);
     std::vector<float> nearest(static_cast<std::size_t>(samples));
@@ -454,12 +454,13 @@ void render(const View* view, const float* instances, int count, const float* ma
             Shade
                 last; // three of four samples take the light of the one before, on the same surface
             for (int s = 0; s < samples; ++s) {
+                // Two samples lie on a diagonal, four on a grid; each anywhere in its part.
+                const int column = s % 2, row = samples == 2 ? (s ^ ((x + y) & 1)) : s / 2;
+                const float parts = samples == 1 ? 1 : 2;
                 const float px =
-                    static_cast<float>(x) +
-                    (static_cast<float>(s % side) + random.next()) / static_cast<float>(side);
+                    static_cast<float>(x) + (static_cast<float>(column) + random.next()) / parts;
                 const float py =
-                    static_cast<float>(y) +
-                    (static_cast<float>(s / side) + random.next()) / static_cast<float>(side);
+                    static_cast<float>(y) + (static_cast<float>(row) + random.next()) / parts;
                 const Vec d = unit(right * ((px - view->centre[0]) / view->focal) +
                                    down * ((py - view->centre[1]) / view->focal) + forward);
                 RTCIntersectContext context;
@@ -501,9 +502,8 @@ void render(const View* view, const float* instances, int count, const float* ma
                 if (dot(n, d) > -0.02F) n = unit(n - d * (dot(n, d) + 0.02F));
                 const Vec local = corner(model.positions, 0) * b0 +
                                   corner(model.positions, 1) * b1 + corner(model.positions, 2) * b2;
-                const float footprint = t / view->focal /
-                                        std::sqrt(std::max(0.05F, -dot(d, face))) /
-                                        static_cast<float>(side) * 1.4F;
+                const float footprint =
+                    t / view->focal / std::sqrt(std::max(0.05F, -dot(d, face))) / side * 1.4F;
 
                 const auto solid = [&](const Texture& texture,
                                        float perMetre) { // from the three sides

@@ -5,14 +5,16 @@ import numpy as np
 
 
 def defocus(colour, inverse, focus, strength):
-    """Blurs what is out of focus: the circle of confusion is `strength` px per unit of inverse depth difference."""
+    """Blurs what is out of focus, by `strength` px per unit of inverse depth from the focus."""
     blur = np.clip(strength * np.abs(inverse - focus), 0, 14)
     if blur.max() < 0.6:
         return colour
     edges = np.quantile(inverse, np.linspace(0, 1, 8))
     out = np.zeros_like(colour)
     cover = np.zeros(inverse.shape, np.float32)
-    for low, high in zip(edges[:-1], edges[1:]):  # far to near: nearer layers go over what lies behind
+    for low, high in zip(
+        edges[:-1], edges[1:]
+    ):  # far to near: nearer layers go over what lies behind
         inside = (inverse >= low) & ((inverse < high) | (high == edges[-1]))
         if not inside.any():
             continue
@@ -21,9 +23,13 @@ def defocus(colour, inverse, focus, strength):
         if radius > 0.4:
             size = 2 * int(np.ceil(radius)) + 1
             at = np.arange(size) - size // 2
-            kernel = np.clip(radius + 0.5 - np.hypot(at[:, None], at[None]), 0, 1).astype(np.float32)
+            kernel = np.clip(radius + 0.5 - np.hypot(at[:, None], at[None]), 0, 1).astype(
+                np.float32
+            )
             kernel /= kernel.sum()
-            layer = cv2.filter2D(colour * mask[..., None], -1, kernel, borderType=cv2.BORDER_REPLICATE)
+            layer = cv2.filter2D(
+                colour * mask[..., None], -1, kernel, borderType=cv2.BORDER_REPLICATE
+            )
             mask = cv2.filter2D(mask, -1, kernel, borderType=cv2.BORDER_REPLICATE)
         else:
             layer = colour * mask[..., None]
@@ -39,8 +45,15 @@ def develop(rng, colour, inverse, near_focus=False):
         focus = np.quantile(inverse, rng.uniform(0.75, 0.97))
         colour = defocus(colour, inverse, focus, rng.uniform(2, 9) / max(focus, 1e-9))
     elif rng.random() < 0.4:
-        centre = inverse[inverse.shape[0] // 4:-inverse.shape[0] // 4, inverse.shape[1] // 4:-inverse.shape[1] // 4]
-        focus = np.quantile(centre, rng.uniform(0.3, 1)) if rng.random() < 0.8 else rng.choice(inverse.ravel())
+        centre = inverse[
+            inverse.shape[0] // 4 : -inverse.shape[0] // 4,
+            inverse.shape[1] // 4 : -inverse.shape[1] // 4,
+        ]
+        focus = (
+            np.quantile(centre, rng.uniform(0.3, 1))
+            if rng.random() < 0.8
+            else rng.choice(inverse.ravel())
+        )
         spread = np.abs(inverse - focus).max() + 1e-9
         colour = defocus(colour, inverse, focus, rng.uniform(1, 9) ** rng.uniform(0.3, 1) / spread)
     if rng.random() < 0.06:  # the camera moved
@@ -51,7 +64,9 @@ def develop(rng, colour, inverse, near_focus=False):
     luma = colour.mean(2)
     middle = np.exp(np.log(luma + 1e-3).mean())
     bright = np.percentile(luma, 95)
-    gain = np.exp(rng.normal(0, 0.3)) * min(0.19 / max(middle, 1e-3), rng.uniform(0.8, 2.2) / max(bright, 1e-3))
+    gain = np.exp(rng.normal(0, 0.3)) * min(
+        0.19 / max(middle, 1e-3), rng.uniform(0.8, 2.2) / max(bright, 1e-3)
+    )
     tint = np.exp(rng.normal(0, 0.09, 3))
     colour = colour * gain * (tint / tint.mean()).astype(np.float32)
     h, w = luma.shape
@@ -80,6 +95,8 @@ def develop(rng, colour, inverse, near_focus=False):
         soft = cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.7, 1.5))
         picture = cv2.addWeighted(picture, 1.6, soft, -0.6, 0)
     if rng.random() < 0.7:
-        _, jpeg = cv2.imencode(".jpg", picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(55, 96))])
+        _, jpeg = cv2.imencode(
+            ".jpg", picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(55, 96))]
+        )
         picture = cv2.imdecode(jpeg, cv2.IMREAD_COLOR)[..., ::-1]
     return picture

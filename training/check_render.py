@@ -27,19 +27,23 @@ def main():
         scene.add_mesh(shapes.ball(0.2, 256), place(middle - [0, 0, 0.2]), [material()])
         _, inverse, which = scene.render(view, np.ones((32, 64, 3)))
 
-        # The closed form, for rays through the centres of pixels; the renderer's lie anywhere in the pixel.
+        # The closed form, for centres of pixels; the renderer's rays lie anywhere in the pixel.
         y, x = np.mgrid[0:64, 0:96] + 0.5
         rays = ((x - 48) / 70)[..., None] * axes[0] + ((y - 32) / 70)[..., None] * axes[1] + axes[2]
         plane = np.maximum(-rays[..., 2] / eye[2], 0)
-        a, b, c = (rays ** 2).sum(-1), rays @ (eye - middle), 1.2 ** 2 - 0.2 ** 2
+        a, b, c = (rays**2).sum(-1), rays @ (eye - middle), 1.2**2 - 0.2**2
         inside = b * b - a * c
-        ball = np.where(inside > 0, 1 / np.maximum((-b - np.sqrt(np.maximum(inside, 0))) / a, 1e-9), 0)
+        ball = np.where(
+            inside > 0, 1 / np.maximum((-b - np.sqrt(np.maximum(inside, 0))) / a, 1e-9), 0
+        )
         truth = np.maximum(plane, ball)
         steps = np.maximum(np.abs(np.gradient(truth, axis=0)), np.abs(np.gradient(truth, axis=1)))
         smooth = steps < 0.01
         worst = (np.abs(inverse - truth) - 1.5 * steps)[smooth].max()
         assert worst < 2e-3, f"inverse depth is off by {worst}"
-        assert (which[32, 48] == 1) and abs(inverse[32, 48] - 1.0) < 5e-3, "the ball is not where it should be"
+        assert (which[32, 48] == 1) and abs(
+            inverse[32, 48] - 1.0
+        ) < 5e-3, "the ball is not where it should be"
         assert smooth.mean() > 0.7
     print("depth of plane and ball: right")
 

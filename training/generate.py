@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes frames with exact depth for training: generate.py --sources DIR --out DIR --seed N --frames N"""
+"""Makes frames with exact depth for training."""
 
 import argparse
 import os
@@ -17,14 +17,18 @@ from assets import Assets
 
 
 def write(out, name, picture, inverse):
-    """Writes a pair; the depth last and by rename, so that a pair is complete when its depth is there."""
+    """Writes a pair; the depth last and by rename: a pair is complete when its depth is there."""
     top = inverse.max()
     if not np.isfinite(top) or top <= 0:
         return False
     depth = np.round(inverse / top * 65535).astype(np.uint16)
     if np.ptp(depth) < 3000 or picture.std() < 6:  # nothing to learn from
         return False
-    cv2.imwrite(str(out / f"{name}.jpg"), np.ascontiguousarray(picture[..., ::-1]), [cv2.IMWRITE_JPEG_QUALITY, 95])
+    cv2.imwrite(
+        str(out / f"{name}.jpg"),
+        np.ascontiguousarray(picture[..., ::-1]),
+        [cv2.IMWRITE_JPEG_QUALITY, 95],
+    )
     part = out / f".{name}.part.png"
     cv2.imwrite(str(part), depth, [cv2.IMWRITE_PNG_COMPRESSION, 3])
     part.rename(out / f"{name}.d.png")
@@ -38,13 +42,19 @@ def frame(rng, assets, family):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sources", required=True, help="folder with the bare git mirrors OWNER+NAME/repo")
-    parser.add_argument("--cache", default="build/frames-cache", help="folder for extracted files and the renderer")
+    parser.add_argument(
+        "--sources", required=True, help="folder with the bare git mirrors OWNER+NAME/repo"
+    )
+    parser.add_argument(
+        "--cache", default="build/frames-cache", help="folder for extracted files and the renderer"
+    )
     parser.add_argument("--out", required=True, help="folder for the frames")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0, help="number of the first frame")
     parser.add_argument("--frames", type=int, default=100)
-    parser.add_argument("--step", type=int, default=1, help="every how many frames: for several processes")
+    parser.add_argument(
+        "--step", type=int, default=1, help="every how many frames: for several processes"
+    )
     parser.add_argument("--families", default="", help="name=weight,...; all of them by default")
     parser.add_argument("--held-out", action="store_true", help="use what is kept for validation")
     a = parser.parse_args()
@@ -55,7 +65,9 @@ def main():
     assets = Assets(pathlib.Path(a.cache), a.held_out)
     mix = dict(scenes.MIX)
     if a.families:
-        mix = {k: float(w or 1) for k, _, w in (item.partition("=") for item in a.families.split(","))}
+        mix = {
+            k: float(w or 1) for k, _, w in (item.partition("=") for item in a.families.split(","))
+        }
     names = sorted(mix)
     weights = np.array([mix[n] for n in names])
     start, made = time.time(), 0

@@ -5,7 +5,20 @@ import numpy as np
 
 import photos
 import shapes
-from render import (NO_SHADOW, PANORAMA, SKY, SOLID, TRANSPARENT, UNLIT, UV, Scene, View, camera_axes, material, place)
+from render import (
+    NO_SHADOW,
+    PANORAMA,
+    SKY,
+    SOLID,
+    TRANSPARENT,
+    UNLIT,
+    UV,
+    Scene,
+    View,
+    camera_axes,
+    material,
+    place,
+)
 
 LONGER = 288  # px; training crops 160 to 256
 FORMATS = [(1, 1), (1, 3 / 4), (3 / 4, 1), (1, 2 / 3), (2 / 3, 1), (1, 9 / 16), (9 / 16, 1)]
@@ -26,7 +39,9 @@ class Stage:
     def __init__(self, rng, assets):
         self.rng, self.assets, self.scene = rng, assets, Scene(assets.renderer)
         v = self.view = View()
-        v.width, v.height = (round(LONGER * side) for side in FORMATS[rng.choice(len(FORMATS), p=FORMAT_SHARES)])
+        v.width, v.height = (
+            round(LONGER * side) for side in FORMATS[rng.choice(len(FORMATS), p=FORMAT_SHARES)]
+        )
         v.samples, v.seed = 2, int(rng.integers(1 << 31))
         v.centre[:] = [v.width / 2, v.height / 2]
         v.exposure, v.lightScale, v.ambientReach, v.sunSize = 1, 1, 1e6, 0.03
@@ -71,7 +86,11 @@ class Stage:
 
     def ray(self, x, y):
         v = self.view
-        d = self.axes[0] * (x - v.centre[0]) / v.focal + self.axes[1] * (y - v.centre[1]) / v.focal + self.axes[2]
+        d = (
+            self.axes[0] * (x - v.centre[0]) / v.focal
+            + self.axes[1] * (y - v.centre[1]) / v.focal
+            + self.axes[2]
+        )
         return d / np.linalg.norm(d)
 
     def spot(self, near, far, ground=0.0, margin=0.0):
@@ -91,11 +110,17 @@ class Stage:
         """A cut-out that stands at `position`, turned to the camera."""
         rng = self.rng
         if gain is None:
-            gain = (0.2 / (cutout.brightness + 0.02)) ** rng.uniform(0, 0.6) * log_uniform(rng, 0.7, 1.5)
+            gain = (0.2 / (cutout.brightness + 0.02)) ** rng.uniform(0, 0.6) * log_uniform(
+                rng, 0.7, 1.5
+            )
         flip = -1 if rng.random() < 0.5 else 1
         tint = gain * np.exp(rng.normal(0, 0.06, 3))
-        self.scene.add(cutout.model, place(position, self.toward_camera(position), (height * flip, height, height), lean),
-                       [material(tint, cutout.texture, paint=UNLIT, flags=TRANSPARENT)], "cutout")
+        self.scene.add(
+            cutout.model,
+            place(position, self.toward_camera(position), (height * flip, height, height), lean),
+            [material(tint, cutout.texture, paint=UNLIT, flags=TRANSPARENT)],
+            "cutout",
+        )
 
     def surface(self, kind=None, scale=None, paint=SOLID, dull=False):
         """A random material: a photo of a surface, a whole photo, a pattern or plain colour."""
@@ -110,11 +135,25 @@ class Stage:
         scale = log_uniform(rng, 0.4, 3) if scale is None else scale
         if kind == "plain" or (dull and rng.random() < 0.4):
             detail = pick(rng, a.stuff)
-            return material(colour * 0.8, paint=paint, gloss=gloss, sharpness=sharp, detail=detail, detail_scale=scale * 2,
-                            detail_strength=rng.uniform(0, 0.25))
+            return material(
+                colour * 0.8,
+                paint=paint,
+                gloss=gloss,
+                sharpness=sharp,
+                detail=detail,
+                detail_scale=scale * 2,
+                detail_strength=rng.uniform(0, 0.25),
+            )
         texture = {"stuff": a.stuff, "photo": a.whole, "pattern": a.patterns}[kind]
         tint = np.ones(3) * rng.uniform(0.7, 1.2) if rng.random() < 0.6 else colour * 1.6
-        return material(np.minimum(tint, 1.6), pick(rng, texture), scale=scale, paint=paint, gloss=gloss, sharpness=sharp)
+        return material(
+            np.minimum(tint, 1.6),
+            pick(rng, texture),
+            scale=scale,
+            paint=paint,
+            gloss=gloss,
+            sharpness=sharp,
+        )
 
     def probe(self):
         """A coarse look: inverse depth and what is seen, to refuse a bad view cheaply."""
@@ -150,14 +189,21 @@ def add_thin(stage, kind=None, distance=None, ground=0.0):
         height, length = stage.position[2] * rng.uniform(0.4, 1.25), distance * 3
         thick = rng.uniform(0.006, 0.03)
         step = log_uniform(rng, 0.06, 0.3)
-        bars = [shapes.tube([(x, 0, 0), (x, 0, height)], thick, 5) for x in np.arange(-length / 2, length / 2, step)]
+        bars = [
+            shapes.tube([(x, 0, 0), (x, 0, height)], thick, 5)
+            for x in np.arange(-length / 2, length / 2, step)
+        ]
         levels = [0.12 * height, 0.95 * height] if kind == "fence" else np.arange(0.1, height, step)
-        bars += [shapes.tube([(-length / 2, 0, z), (length / 2, 0, z)], thick * 1.3, 5) for z in levels]
+        bars += [
+            shapes.tube([(-length / 2, 0, z), (length / 2, 0, z)], thick * 1.3, 5) for z in levels
+        ]
         stage.scene.add_mesh(shapes.join(*bars), place([*centre[:2], ground], turn), [look], "thin")
     elif kind == "pole":
         for _ in range(rng.integers(1, 4)):
             p = stage.spot(distance, distance * 4, ground)
-            mesh = shapes.tube([(0, 0, 0), (0, 0, rng.uniform(1, 7))], log_uniform(rng, 0.015, 0.1), 10)
+            mesh = shapes.tube(
+                [(0, 0, 0), (0, 0, rng.uniform(1, 7))], log_uniform(rng, 0.015, 0.1), 10
+            )
             stage.scene.add_mesh(mesh, place(p, 0, 1, rng.normal(0, 0.03)), [look], "thin")
     elif kind == "wheel":
         r = rng.uniform(0.2, 0.4)
@@ -166,20 +212,35 @@ def add_thin(stage, kind=None, distance=None, ground=0.0):
         for t in np.linspace(0, 2 * np.pi, rng.integers(8, 24), endpoint=False):
             parts.append(shapes.tube([(0, 0, r), (np.cos(t) * r, 0, np.sin(t) * r + r)], 0.004, 4))
         for _ in range(rng.integers(1, 3)):
-            stage.scene.add_mesh(shapes.join(*parts), place(stage.spot(distance, distance * 2, ground), rng.uniform(0, 6)),
-                                 [look], "thin")
+            stage.scene.add_mesh(
+                shapes.join(*parts),
+                place(stage.spot(distance, distance * 2, ground), rng.uniform(0, 6)),
+                [look],
+                "thin",
+            )
     elif kind == "grass":
         blades = []
         for _ in range(rng.integers(20, 120)):
             p = stage.spot(distance * 0.5, distance * 1.5, ground)
-            bend, height = rng.normal(0, 0.1, 2), rng.uniform(0.15, 0.6) * min(1.0, stage.position[2])
+            bend, height = rng.normal(0, 0.1, 2), rng.uniform(0.15, 0.6) * min(
+                1.0, stage.position[2]
+            )
             t = np.linspace(0, 1, 5)[:, None]
-            line = p + t * [0, 0, height] + t ** 2 * [*bend, 0]
+            line = p + t * [0, 0, height] + t**2 * [*bend, 0]
             blades.append(shapes.tube(line, 0.006 * (1.05 - t[:, 0]), 3))
-        stage.scene.add_mesh(shapes.join(*blades), place(),
-                             [material(np.array([0.12, 0.3, 0.06]) * rng.uniform(0.5, 1.6, 3), gloss=0.03)], "thin")
+        stage.scene.add_mesh(
+            shapes.join(*blades),
+            place(),
+            [material(np.array([0.12, 0.3, 0.06]) * rng.uniform(0.5, 1.6, 3), gloss=0.03)],
+            "thin",
+        )
     else:
-        add_branch(stage, centre + [0, 0, stage.position[2] + rng.uniform(-0.3, 0.5) * distance], distance, look)
+        add_branch(
+            stage,
+            centre + [0, 0, stage.position[2] + rng.uniform(-0.3, 0.5) * distance],
+            distance,
+            look,
+        )
 
 
 def branch_mesh(rng, length, leaves=True):
@@ -206,7 +267,13 @@ def branch_mesh(rng, length, leaves=True):
             grow(line[k], e / np.linalg.norm(e), l * rng.uniform(0.5, 0.8), r * 0.55, depth - 1)
 
     d = rng.normal(0, 1, 3) * [1, 1, 0.4]
-    grow(np.zeros(3), d / np.linalg.norm(d), length, length * rng.uniform(0.01, 0.03), int(rng.integers(2, 4)))
+    grow(
+        np.zeros(3),
+        d / np.linalg.norm(d),
+        length,
+        length * rng.uniform(0.01, 0.03),
+        int(rng.integers(2, 4)),
+    )
     meshes = wood
     if leaf:
         size = length * rng.uniform(0.04, 0.12)
@@ -214,7 +281,13 @@ def branch_mesh(rng, length, leaves=True):
             a = a / np.linalg.norm(a)
             b = np.cross(a, b)
             b = b / max(np.linalg.norm(b), 1e-9)
-            m = shapes.quad(q, q + a * size * 0.5 + b * size * 0.25, q + a * size * 0.5 - b * size * 0.25, q + a * size, 1)
+            m = shapes.quad(
+                q,
+                q + a * size * 0.5 + b * size * 0.25,
+                q + a * size * 0.5 - b * size * 0.25,
+                q + a * size,
+                1,
+            )
             meshes.append(m)
     return shapes.join(*meshes)
 
@@ -223,7 +296,7 @@ def flower_mesh(rng, height):
     """A flower: stem and leaves are part 0, petals part 1, the middle part 2."""
     top = np.array([*rng.normal(0, 0.12 * height, 2), height])
     t = np.linspace(0, 1, 7)[:, None]
-    meshes = [shapes.tube(t * [0, 0, height] + t ** 2 * [*top[:2], 0], height * 0.012, 5)]
+    meshes = [shapes.tube(t * [0, 0, height] + t**2 * [*top[:2], 0], height * 0.012, 5)]
     size = height * rng.uniform(0.12, 0.35)
     facing = rng.normal(0, 0.5, 3) + [0, 0, 0.7]
     facing = facing / np.linalg.norm(facing)
@@ -261,21 +334,53 @@ def add_flowers(stage, count, near, far):
         ray = stage.ray(rng.uniform(0, stage.view.width), rng.uniform(0.1, 1.0) * stage.view.height)
         head = stage.position + ray * r
         height = max(r * rng.uniform(0.3, 0.9), 0.05)
-        looks = [material(green * rng.uniform(0.7, 1.4), detail=stage.assets.any_stuff(rng), detail_scale=3 / height, detail_strength=0.3),
-                 material(pick(rng, colours), detail=stage.assets.any_stuff(rng), detail_scale=3 / height, detail_strength=rng.uniform(0, 0.4)),
-                 material([rng.uniform(0.3, 0.9), rng.uniform(0.2, 0.6), 0.05])]
-        stage.scene.add_mesh(flower_mesh(rng, height), place(head - [0, 0, height], rng.uniform(0, 6.28)), looks, "flower")
+        looks = [
+            material(
+                green * rng.uniform(0.7, 1.4),
+                detail=stage.assets.any_stuff(rng),
+                detail_scale=3 / height,
+                detail_strength=0.3,
+            ),
+            material(
+                pick(rng, colours),
+                detail=stage.assets.any_stuff(rng),
+                detail_scale=3 / height,
+                detail_strength=rng.uniform(0, 0.4),
+            ),
+            material([rng.uniform(0.3, 0.9), rng.uniform(0.2, 0.6), 0.05]),
+        ]
+        stage.scene.add_mesh(
+            flower_mesh(rng, height),
+            place(head - [0, 0, height], rng.uniform(0, 6.28)),
+            looks,
+            "flower",
+        )
 
 
 def add_branch(stage, point, distance, look):
     rng = stage.rng
     for _ in range(rng.integers(1, 4)):
         mesh = branch_mesh(rng, distance * rng.uniform(0.3, 0.9), rng.random() < 0.8)
-        side = stage.axes[0] * rng.uniform(-0.6, 0.6) * distance + stage.axes[1] * rng.uniform(-0.5, 0.3) * distance
+        side = (
+            stage.axes[0] * rng.uniform(-0.6, 0.6) * distance
+            + stage.axes[1] * rng.uniform(-0.5, 0.3) * distance
+        )
         green = np.array([rng.uniform(0.08, 0.4), rng.uniform(0.15, 0.45), rng.uniform(0.03, 0.12)])
-        stage.scene.add_mesh(mesh, place(point + side),
-                             [material(np.array([0.18, 0.12, 0.07]) * rng.uniform(0.4, 1.5)),
-                              material(green, gloss=0.05, detail=stage.assets.any_stuff(rng), detail_scale=6 / distance, detail_strength=0.4)], "thin")
+        stage.scene.add_mesh(
+            mesh,
+            place(point + side),
+            [
+                material(np.array([0.18, 0.12, 0.07]) * rng.uniform(0.4, 1.5)),
+                material(
+                    green,
+                    gloss=0.05,
+                    detail=stage.assets.any_stuff(rng),
+                    detail_scale=6 / distance,
+                    detail_strength=0.4,
+                ),
+            ],
+            "thin",
+        )
 
 
 def add_block(stage, position, size, turn=None):
@@ -291,18 +396,26 @@ def add_block(stage, position, size, turn=None):
     elif kind == "ball":
         mesh = shapes.ball(min(size) / 2)
     elif kind == "tube":
-        mesh = shapes.lathe([(0.001, 0), (size[0] / 2, 0), (size[0] / 2, size[2]), (0.001, size[2])])
+        mesh = shapes.lathe(
+            [(0.001, 0), (size[0] / 2, 0), (size[0] / 2, size[2]), (0.001, size[2])]
+        )
     else:
         z = np.linspace(0, 1, 12)
         r = np.interp(z, np.linspace(0, 1, 5), rng.uniform(0.25, 1, 5)) * min(size[:2]) / 2
-        mesh = shapes.lathe(np.concatenate([[(0.001, 0)], np.stack([r, z * size[2]], 1), [(0.001, size[2])]]))
+        mesh = shapes.lathe(
+            np.concatenate([[(0.001, 0)], np.stack([r, z * size[2]], 1), [(0.001, size[2])]])
+        )
     stage.scene.add_mesh(mesh, place(position, turn), looks, "block")
 
 
 def add_board(stage, position, width, height, turn, look=None, tilt=0.0):
     """A thin upright board with a photo: a poster, a picture, a sign."""
-    look = look or material(np.ones(3) * stage.rng.uniform(0.6, 1.1), pick(stage.rng, stage.assets.whole))
-    stage.scene.add_mesh(shapes.box((width, 0.03, height)), place(position, turn, 1, tilt), [look], "board")
+    look = look or material(
+        np.ones(3) * stage.rng.uniform(0.6, 1.1), pick(stage.rng, stage.assets.whole)
+    )
+    stage.scene.add_mesh(
+        shapes.box((width, 0.03, height)), place(position, turn, 1, tilt), [look], "board"
+    )
 
 
 def add_cutouts(stage, count, near, far, ground=0.0, where="ground"):
@@ -312,7 +425,11 @@ def add_cutouts(stage, count, near, far, ground=0.0, where="ground"):
     same = pick(rng, choice) if rng.random() < 0.2 else None  # a herd, a crowd
     for _ in range(count):
         if where == "ground" and rng.random() < 0.35:  # a model instead
-            put(stage, pick(rng, ["person", "person", "animal", "chair", "low", "street"]), stage.spot(max(near, 2), max(far, 3), ground))
+            put(
+                stage,
+                pick(rng, ["person", "person", "animal", "chair", "low", "street"]),
+                stage.spot(max(near, 2), max(far, 3), ground),
+            )
             continue
         c = pick(rng, choice)
         if same is not None:
@@ -336,7 +453,9 @@ def add_close_up(stage, distance=None):
         head = stage.position + ray * r / (ray @ stage.axes[2])
         p = [*head[:2], head[2] - model.size[2]]
         turn = stage.toward_camera(p) + rng.normal(0, 0.8)
-        stage.scene.add(model.id, place(p, turn), model.materials(rng, stage.assets, 0.1, 0.1), "close")
+        stage.scene.add(
+            model.id, place(p, turn), model.materials(rng, stage.assets, 0.1, 0.1), "close"
+        )
         return
     c = pick(rng, stage.assets.busts if rng.random() < 0.75 else stage.assets.standing)
     low, high, _ = photos.SIZES[c.category]
@@ -356,7 +475,7 @@ def add_close_up(stage, distance=None):
 
 
 def panorama_scene(rng, assets, kind=None):
-    """A photo of a place: the floor is a plane, the backdrop stands where its foot is. Things stand on it."""
+    """A photo of a place with things: its floor is a plane, its backdrop stands on its foot."""
     stage = Stage(rng, assets)
     pano = pick(rng, assets.places)
     h0 = rng.uniform(1.2, 1.8)
@@ -377,16 +496,34 @@ def panorama_scene(rng, assets, kind=None):
     stage.view.projector[:] = [0, 0, h0]
     gain = stage.view.exposure = rng.uniform(0.6, 1.6)
     stage.view.lightScale = gain
-    detail = dict(detail=pick(rng, assets.ground), detail_scale=log_uniform(rng, 0.3, 2), detail_strength=rng.uniform(0, 0.6))
+    detail = dict(
+        detail=pick(rng, assets.ground),
+        detail_scale=log_uniform(rng, 0.3, 2),
+        detail_strength=rng.uniform(0, 0.6),
+    )
     n = len(polygon)
-    floor = {"positions": np.vstack([[[0, 0, 0]], np.column_stack([polygon, np.zeros(n)])]).astype(np.float32),
-             "triangles": np.array([[0, 1 + k, 1 + (k + 1) % n] for k in range(n)]),
-             "normals": np.tile([0, 0, 1.0], (n + 1, 1)), "uv": None}
+    floor = {
+        "positions": np.vstack([[[0, 0, 0]], np.column_stack([polygon, np.zeros(n)])]).astype(
+            np.float32
+        ),
+        "triangles": np.array([[0, 1 + k, 1 + (k + 1) % n] for k in range(n)]),
+        "normals": np.tile([0, 0, 1.0], (n + 1, 1)),
+        "uv": None,
+    }
     stage.scene.add_mesh(floor, place(), [material(paint=PANORAMA, **detail)], "floor")
     top = h0 * (1 + pano.facts["up"]) if indoor else reach.max() * 3
-    walls = [shapes.quad([*polygon[k], top], [*polygon[(k + 1) % n], top], [*polygon[k], 0], [*polygon[(k + 1) % n], 0])
-             for k in range(n)]
-    stage.scene.add_mesh(shapes.join(*walls), place(), [material(paint=PANORAMA, flags=NO_SHADOW)], "wall")
+    walls = [
+        shapes.quad(
+            [*polygon[k], top],
+            [*polygon[(k + 1) % n], top],
+            [*polygon[k], 0],
+            [*polygon[(k + 1) % n], 0],
+        )
+        for k in range(n)
+    ]
+    stage.scene.add_mesh(
+        shapes.join(*walls), place(), [material(paint=PANORAMA, flags=NO_SHADOW)], "wall"
+    )
     if indoor:
         lid = dict(floor, positions=floor["positions"] + [0, 0, top])
         stage.scene.add_mesh(lid, place(), [material(paint=PANORAMA, flags=NO_SHADOW)], "lid")
@@ -396,21 +533,36 @@ def panorama_scene(rng, assets, kind=None):
         if roll < 0.5:
             add_flowers(stage, int(rng.choice([1, 3, 8, 20])), 0.2, 1.2)
         elif roll < 0.75:
-            add_branch(stage, stage.position + stage.axes[2] * rng.uniform(0.4, 1.2), rng.uniform(0.4, 1.0), stage.surface("stuff"))
+            add_branch(
+                stage,
+                stage.position + stage.axes[2] * rng.uniform(0.4, 1.2),
+                rng.uniform(0.4, 1.0),
+                stage.surface("stuff"),
+            )
         else:
-            p = stage.position + stage.axes[2] * rng.uniform(0.4, 1.0) + stage.axes[1] * rng.uniform(0.05, 0.3)
+            p = (
+                stage.position
+                + stage.axes[2] * rng.uniform(0.4, 1.0)
+                + stage.axes[1] * rng.uniform(0.05, 0.3)
+            )
             small_thing(stage, p, 0.4)
     if close:
         for _ in range(rng.choice([1, 1, 2])):
             add_close_up(stage)
-    count = int(rng.choice([0, 0, 1, 3])) if kind == "macro" else int(rng.choice([0, 1, 2, 3, 5, 9], p=[0.08, 0.24, 0.26, 0.2, 0.14, 0.08]))
+    count = (
+        int(rng.choice([0, 0, 1, 3]))
+        if kind == "macro"
+        else int(rng.choice([0, 1, 2, 3, 5, 9], p=[0.08, 0.24, 0.26, 0.2, 0.14, 0.08]))
+    )
     add_cutouts(stage, count, 1.5, far)
     for _ in range(rng.choice([0, 1, 3], p=[0.6, 0.3, 0.1])):
         add_block(stage, stage.spot(1.5, far * 0.6), rng.uniform(0.25, 1.4, 3))
     if rng.random() < 0.12:
         p = stage.spot(2, far * 0.6)
         w = rng.uniform(0.6, 2)
-        add_board(stage, p, w, w * rng.uniform(0.6, 1.5), stage.toward_camera(p) + rng.normal(0, 0.6))
+        add_board(
+            stage, p, w, w * rng.uniform(0.6, 1.5), stage.toward_camera(p) + rng.normal(0, 0.6)
+        )
     if rng.random() < 0.15:
         add_thin(stage)
     colour, inverse, which = stage.finish()
@@ -423,21 +575,25 @@ def sky_from_panorama(stage, pano, h0, inverse, which):
     if not pano.sky.any():
         return
     v = stage.view
-    y, x = np.mgrid[0:v.height, 0:v.width] + 0.5
-    d = (((x - v.centre[0]) / v.focal)[..., None] * stage.axes[0] + ((y - v.centre[1]) / v.focal)[..., None] * stage.axes[1]
-         + stage.axes[2])
+    y, x = np.mgrid[0 : v.height, 0 : v.width] + 0.5
+    d = (
+        ((x - v.centre[0]) / v.focal)[..., None] * stage.axes[0]
+        + ((y - v.centre[1]) / v.focal)[..., None] * stage.axes[1]
+        + stage.axes[2]
+    )
     p = stage.position + d / np.maximum(inverse, 1e-6)[..., None] - [0, 0, h0]
     p = p / np.linalg.norm(p, axis=-1, keepdims=True)
     u = (np.arctan2(-p[..., 1], p[..., 0]) / (2 * np.pi)) % 1
     t = np.arccos(np.clip(p[..., 2], -1, 1)) / np.pi
-    sky = pano.sky[np.minimum((t * 1024).astype(int), 1023), np.minimum((u * 2048).astype(int), 2047)]
+    sky = pano.sky[
+        np.minimum((t * 1024).astype(int), 1023), np.minimum((u * 2048).astype(int), 2047)
+    ]
     backdrop = np.array([tag == "wall" for tag in stage.scene.tags] + [True])
     inverse[sky & backdrop[which]] = 0
 
 
 def close_scene(rng, assets):
     return panorama_scene(rng, assets, "close")
-
 
 
 def put(stage, kind, position, turn=None, scale=1.0, wild=0.25, tag=""):
@@ -447,9 +603,13 @@ def put(stage, kind, position, turn=None, scale=1.0, wild=0.25, tag=""):
     if model is None:
         return None
     turn = rng.uniform(0, 2 * np.pi) if turn is None else turn
-    s = scale * (rng.uniform(0.88, 1.08) if kind in ("person", "animal", "car") else rng.uniform(0.75, 1.3))
+    s = scale * (
+        rng.uniform(0.88, 1.08) if kind in ("person", "animal", "car") else rng.uniform(0.75, 1.3)
+    )
     natural = kind in ("tree", "bush", "rock", "animal", "person")
-    looks = model.materials(rng, stage.assets, wild * 0.5 if natural else wild, 0.06 if natural else 0.35)
+    looks = model.materials(
+        rng, stage.assets, wild * 0.5 if natural else wild, 0.06 if natural else 0.35
+    )
     stage.scene.add(model.id, place(position, turn, s), looks, tag or kind)
     return model
 
@@ -458,7 +618,11 @@ def lamps(stage, low, high, count, power):
     """Lamps in a box of space."""
     rng = stage.rng
     for _ in range(count):
-        colour = np.array([1.0, rng.uniform(0.75, 1.0), rng.uniform(0.5, 1.0)]) * power * log_uniform(rng, 0.4, 1.6)
+        colour = (
+            np.array([1.0, rng.uniform(0.75, 1.0), rng.uniform(0.5, 1.0)])
+            * power
+            * log_uniform(rng, 0.4, 1.6)
+        )
         stage.scene.lamps.append([*rng.uniform(low, high), rng.uniform(0.03, 0.4), *colour])
 
 
@@ -479,8 +643,12 @@ def small_thing(stage, position, limit=0.35):
         z = position[2]
         for _ in range(rng.integers(1, 5)):
             size = rng.uniform([0.1, 0.14, 0.01], [0.2, 0.28, 0.05])
-            stage.scene.add_mesh(shapes.box(size, (0, 1, 1)), place([position[0], position[1], z], rng.uniform(0, 6.28)),
-                                 [stage.surface("plain"), stage.surface("photo", 1.0, UV)], "book")
+            stage.scene.add_mesh(
+                shapes.box(size, (0, 1, 1)),
+                place([position[0], position[1], z], rng.uniform(0, 6.28)),
+                [stage.surface("plain"), stage.surface("photo", 1.0, UV)],
+                "book",
+            )
             z += size[2]
         return
     add_block(stage, position, log_uniform(rng, 0.04, limit) * rng.uniform(0.5, 1.2, 3))
@@ -492,7 +660,10 @@ def dress_table(stage, model, position, turn, count):
     for _ in range(count):
         x, y = rng.uniform(-0.4, 0.4, 2) * model.size[:2]
         c, s = np.cos(turn), np.sin(turn)
-        small_thing(stage, [position[0] + c * x - s * y, position[1] + s * x + c * y, position[2] + model.size[2]])
+        small_thing(
+            stage,
+            [position[0] + c * x - s * y, position[1] + s * x + c * y, position[2] + model.size[2]],
+        )
 
 
 def room_pitch(rng):
@@ -514,12 +685,25 @@ def room_scene(rng, assets):
     # A camera that stands near a wall or corner and looks across.
     q = rng.uniform(0, 2 * np.pi)
     r = rng.uniform(0.55, 0.93)
-    at = np.array([np.clip(np.cos(q) * 1.3, -1, 1) * w / 2 * r, np.clip(np.sin(q) * 1.3, -1, 1) * d / 2 * r])
+    at = np.array(
+        [np.clip(np.cos(q) * 1.3, -1, 1) * w / 2 * r, np.clip(np.sin(q) * 1.3, -1, 1) * d / 2 * r]
+    )
     goal = rng.uniform(-0.3, 0.3, 2) * [w, d]
     yaw = np.arctan2(*(goal - at)[::-1])
-    stage.camera([*at, rng.uniform(0.7, min(h - 0.3, 2.0))], yaw, room_pitch(rng),
-                 angle=np.radians(rng.triangular(38, 68, 95)), roll=rng.normal(0, 0.2) if rng.random() < 0.15 else None)
-    lamps(stage, [-w / 2 + 0.4, -d / 2 + 0.4, h * 0.6], [w / 2 - 0.4, d / 2 - 0.4, h - 0.15], rng.integers(1, 4), 3.0)
+    stage.camera(
+        [*at, rng.uniform(0.7, min(h - 0.3, 2.0))],
+        yaw,
+        room_pitch(rng),
+        angle=np.radians(rng.triangular(38, 68, 95)),
+        roll=rng.normal(0, 0.2) if rng.random() < 0.15 else None,
+    )
+    lamps(
+        stage,
+        [-w / 2 + 0.4, -d / 2 + 0.4, h * 0.6],
+        [w / 2 - 0.4, d / 2 - 0.4, h - 0.15],
+        rng.integers(1, 4),
+        3.0,
+    )
     wall = stage.surface("plain" if rng.random() < 0.55 else None, 1.0 / rng.uniform(0.8, 4), UV)
     looks = [wall, stage.surface(None, log_uniform(rng, 0.3, 1.2)), stage.surface("plain", 0.5)]
     # Walls as four boards; one may have a window to the panorama outside.
@@ -530,9 +714,13 @@ def room_scene(rng, assets):
         length = np.linalg.norm(b - a)
         turn = np.arctan2(b[1] - a[1], b[0] - a[0])
         one = wall if rng.random() < 0.8 else stage.surface(None, 0.4, UV)
+
         def board(x0, x1, z0, z1):
-            mesh = shapes.quad((x0, 0, z1), (x1, 0, z1), (x0, 0, z0), (x1, 0, z0), 0, (x1 - x0, z1 - z0))
+            mesh = shapes.quad(
+                (x0, 0, z1), (x1, 0, z1), (x0, 0, z0), (x1, 0, z0), 0, (x1 - x0, z1 - z0)
+            )
             stage.scene.add_mesh(mesh, place([*a, 0], turn), [one], "wall")
+
         if window == k:
             x0 = rng.uniform(0.1, 0.5) * length
             x1 = min(x0 + rng.uniform(0.7, 2.5), length - 0.1)
@@ -541,7 +729,9 @@ def room_scene(rng, assets):
             frame = [shapes.box((0.05, 0.06, z1 - z0)) for _ in range(3)]
             for m, x in zip(frame, (x0, (x0 + x1) / 2, x1)):
                 m["positions"] = m["positions"] + np.array([x, 0, z0], np.float32)
-            stage.scene.add_mesh(shapes.join(*frame), place([*a, 0], turn), [stage.surface("plain")] * 3, "frame")
+            stage.scene.add_mesh(
+                shapes.join(*frame), place([*a, 0], turn), [stage.surface("plain")] * 3, "frame"
+            )
         else:
             board(0, length, 0, h)
         inward = np.array([-np.sin(turn), np.cos(turn)])
@@ -552,7 +742,10 @@ def room_scene(rng, assets):
             add_board(stage, [*p, rng.uniform(1.0, max(h - ph - 0.1, 1.1))], pw, ph, turn)
         x = rng.uniform(0, 0.6)
         while x < length - 0.8 and rng.random() < 0.85:  # furniture along the wall
-            kind = pick(rng, ["cabinet", "tall", "couch", "low", "table", "plant", "lamp", "cabinet", "curtain"])
+            kind = pick(
+                rng,
+                ["cabinet", "tall", "couch", "low", "table", "plant", "lamp", "cabinet", "curtain"],
+            )
             model = assets.library.get(rng, kind)
             if model is None or model.size[:2].max() > 2.8:
                 continue
@@ -563,9 +756,13 @@ def room_scene(rng, assets):
             if kind in ("cabinet", "table", "low"):
                 dress_table(stage, model, [*p, 0], t, int(rng.integers(0, 4)))
             x += model.size[0] + rng.uniform(0.0, 1.2)
-    floor = shapes.quad((-w / 2, d / 2, 0), (w / 2, d / 2, 0), (-w / 2, -d / 2, 0), (w / 2, -d / 2, 0))
+    floor = shapes.quad(
+        (-w / 2, d / 2, 0), (w / 2, d / 2, 0), (-w / 2, -d / 2, 0), (w / 2, -d / 2, 0)
+    )
     stage.scene.add_mesh(floor, place(), [looks[1]], "floor")
-    lid = shapes.quad((-w / 2, d / 2, h), (w / 2, d / 2, h), (-w / 2, -d / 2, h), (w / 2, -d / 2, h))
+    lid = shapes.quad(
+        (-w / 2, d / 2, h), (w / 2, d / 2, h), (-w / 2, -d / 2, h), (w / 2, -d / 2, h)
+    )
     stage.scene.add_mesh(lid, place(), [looks[2]], "lid")
     for _ in range(rng.choice([0, 1, 2, 4])):  # the middle
         p = [*(rng.uniform(-0.3, 0.3, 2) * [w, d]), 0]
@@ -598,7 +795,11 @@ def clear_camera(colour, inverse, nearest):
 def tabletop_scene(rng, assets):
     """A cluttered table before a backdrop, from close by."""
     stage = Stage(rng, assets)
-    stage.light(pick(rng, assets.lights), rng.uniform(0, 2 * np.pi), sun=None if rng.random() < 0.6 else log_uniform(rng, 0.3, 2))
+    stage.light(
+        pick(rng, assets.lights),
+        rng.uniform(0, 2 * np.pi),
+        sun=None if rng.random() < 0.6 else log_uniform(rng, 0.3, 2),
+    )
     v = stage.view
     v.ambientReach = rng.uniform(0.2, 1.0)
     v.lightScale = rng.uniform(0.3, 1)
@@ -611,24 +812,47 @@ def tabletop_scene(rng, assets):
     back = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
     stage.camera(goal - back * away, yaw, pitch, angle=np.radians(rng.triangular(25, 45, 75)))
     top = stage.surface(None, log_uniform(rng, 0.5, 2.5))
-    front = rng.uniform(0.8, 2.5) if rng.random() < 0.8 else 0.0  # mostly the table reaches below the frame
-    stage.scene.add_mesh(shapes.box((w * 3, d + front, 0.05)), place([0, -front / 2, -0.05]), [top], "table")
-    rise = rng.uniform(0.2, 0.9) if rng.random() < 0.35 else 0.0  # things stand higher towards the back
+    front = (
+        rng.uniform(0.8, 2.5) if rng.random() < 0.8 else 0.0
+    )  # mostly the table reaches below the frame
+    stage.scene.add_mesh(
+        shapes.box((w * 3, d + front, 0.05)), place([0, -front / 2, -0.05]), [top], "table"
+    )
+    rise = (
+        rng.uniform(0.2, 0.9) if rng.random() < 0.35 else 0.0
+    )  # things stand higher towards the back
     if rng.random() < 0.75:  # what stands behind: walls, boards, a curtain
         for k in range(rng.integers(1, 4)):
             back = d / 2 + rng.uniform(0.0, 0.7) * (1 + k)
-            look = stage.surface(None, log_uniform(rng, 0.4, 2), SOLID if rng.random() < 0.5 else UV)
+            look = stage.surface(
+                None, log_uniform(rng, 0.4, 2), SOLID if rng.random() < 0.5 else UV
+            )
             x = 0 if k == 0 else rng.uniform(-1, 1)
             width = 8 if k == 0 else rng.uniform(0.4, 1.5)
             height = 4 if k == 0 else rng.uniform(0.3, 1.5)
             turn = rng.normal(0, 0.25) if k else rng.normal(0, 0.12)
-            stage.scene.add_mesh(shapes.box((width, 0.03, height)), place([x, back, -0.6 if k == 0 else 0], turn), [look], "back")
+            stage.scene.add_mesh(
+                shapes.box((width, 0.03, height)),
+                place([x, back, -0.6 if k == 0 else 0], turn),
+                [look],
+                "back",
+            )
             if rng.random() < 0.5:
-                add_board(stage, [rng.uniform(-0.6, 0.6), back - 0.03, rng.uniform(0.1, 0.6)], rng.uniform(0.2, 0.7), rng.uniform(0.2, 0.7), turn)
+                add_board(
+                    stage,
+                    [rng.uniform(-0.6, 0.6), back - 0.03, rng.uniform(0.1, 0.6)],
+                    rng.uniform(0.2, 0.7),
+                    rng.uniform(0.2, 0.7),
+                    turn,
+                )
         if rng.random() < 0.3:  # a side wall
             side = pick(rng, [-1, 1])
-            stage.scene.add_mesh(shapes.box((0.03, 4, 3)), place([side * w * rng.uniform(0.5, 0.9), 0, -0.5], rng.normal(0, 0.2)),
-                                 [stage.surface(None, 0.6)], "side")
+            stage.scene.add_mesh(
+                shapes.box((0.03, 4, 3)),
+                place([side * w * rng.uniform(0.5, 0.9), 0, -0.5], rng.normal(0, 0.2)),
+                [stage.surface(None, 0.6)],
+                "side",
+            )
     n = int(rng.choice([4, 8, 14, 22, 32]))
     for _ in range(n):
         x, y = rng.uniform(-0.55, 0.55) * w, rng.uniform(-0.48, 0.48) * d
@@ -636,8 +860,12 @@ def tabletop_scene(rng, assets):
         if rng.random() < (0.8 if rise else 0.2):
             base = rng.uniform([0.1, 0.1, 0.05], [0.4, 0.3, 0.3])
             base[2] += rise * (y / d + 0.5) * d
-            stage.scene.add_mesh(shapes.box(base, (0, 1, 2)), place([x, y, 0], rng.uniform(0, 6.28)),
-                                 [stage.surface(paint=UV, scale=1.0) for _ in range(3)], "block")
+            stage.scene.add_mesh(
+                shapes.box(base, (0, 1, 2)),
+                place([x, y, 0], rng.uniform(0, 6.28)),
+                [stage.surface(paint=UV, scale=1.0) for _ in range(3)],
+                "block",
+            )
             z = base[2]
         small_thing(stage, [x, y, z], rng.uniform(0.15, 0.5))
     if rng.random() < 0.3:
@@ -646,13 +874,34 @@ def tabletop_scene(rng, assets):
         for _ in range(rng.integers(1, 5)):
             p = [rng.uniform(-0.5, 0.5) * w, rng.uniform(-0.3, 0.5) * d, 0]
             if rng.random() < 0.5:
-                add_board(stage, p, rng.uniform(0.15, 0.6), rng.uniform(0.15, 0.6), rng.normal(0, 0.5), tilt=-rng.uniform(0, 0.5))
+                add_board(
+                    stage,
+                    p,
+                    rng.uniform(0.15, 0.6),
+                    rng.uniform(0.15, 0.6),
+                    rng.normal(0, 0.5),
+                    tilt=-rng.uniform(0, 0.5),
+                )
             else:
                 look = stage.surface(paint=UV, scale=1)
-                stage.scene.add_mesh(shapes.lathe([(rng.uniform(0.04, 0.12), 0), (0.002, rng.uniform(0.2, 0.5))]), place(p), [look], "cone")
+                stage.scene.add_mesh(
+                    shapes.lathe([(rng.uniform(0.04, 0.12), 0), (0.002, rng.uniform(0.2, 0.5))]),
+                    place(p),
+                    [look],
+                    "cone",
+                )
     if rng.random() < 0.25:
-        sticks = [shapes.tube([rng.uniform([-w / 2, -d / 2, 0], [w / 2, d / 2, 0.1]), rng.uniform([-w / 2, -d / 2, 0.2], [w / 2, d / 2, 0.8])],
-                              rng.uniform(0.003, 0.012), 6) for _ in range(rng.integers(1, 12))]
+        sticks = [
+            shapes.tube(
+                [
+                    rng.uniform([-w / 2, -d / 2, 0], [w / 2, d / 2, 0.1]),
+                    rng.uniform([-w / 2, -d / 2, 0.2], [w / 2, d / 2, 0.8]),
+                ],
+                rng.uniform(0.003, 0.012),
+                6,
+            )
+            for _ in range(rng.integers(1, 12))
+        ]
         stage.scene.add_mesh(shapes.join(*sticks), place(), [stage.surface()], "thin")
     if rng.random() < 0.08:
         add_branch(stage, goal - back * away * 0.4, away * 0.4, stage.surface("plain"))
@@ -672,7 +921,9 @@ def noise_field(rng, n, octaves, rough):
     z = np.zeros((n, n))
     for k in range(octaves):
         m = 2 ** (k + 1) + 1
-        z += cv2.resize(rng.normal(0, 1, (m, m)), (n, n), interpolation=cv2.INTER_CUBIC) * rough ** k
+        z += (
+            cv2.resize(rng.normal(0, 1, (m, m)), (n, n), interpolation=cv2.INTER_CUBIC) * rough**k
+        )
     return z / np.abs(z).max()
 
 
@@ -681,14 +932,21 @@ def height_at(z, size, x, y):
     fx, fy = np.clip((np.array([x, y]) / size + 0.5) * (n - 1), 0, n - 1.001)
     i, j = int(fx), int(fy)
     a, b = fx - i, fy - j
-    return z[j, i] * (1 - a) * (1 - b) + z[j, i + 1] * a * (1 - b) + z[j + 1, i] * (1 - a) * b + z[j + 1, i + 1] * a * b
+    return (
+        z[j, i] * (1 - a) * (1 - b)
+        + z[j, i + 1] * a * (1 - b)
+        + z[j + 1, i] * (1 - a) * b
+        + z[j + 1, i + 1] * a * b
+    )
 
 
 def outdoor_light(stage):
     """Sun and sky outside; returns nothing. The horizon of the sky is at the camera's height."""
     rng = stage.rng
     sky = pick(rng, stage.assets.skies)
-    stage.light(sky, rng.uniform(0, 2 * np.pi), sun=0.0 if rng.random() < 0.3 else log_uniform(rng, 0.5, 4))
+    stage.light(
+        sky, rng.uniform(0, 2 * np.pi), sun=0.0 if rng.random() < 0.3 else log_uniform(rng, 0.5, 4)
+    )
     v = stage.view
     v.ambientReach = rng.uniform(1, 5)
     v.lightScale = rng.uniform(0.5, 1.1)
@@ -705,11 +963,22 @@ def add_tower(stage, position):
     wide = high * rng.uniform(0.06, 0.25)
     body = stage.surface(pick(rng, ["plain", "stuff", "pattern"]), 1.0 / rng.uniform(2, 6), SOLID)
     if rng.random() < 0.4:
-        stage.scene.add_mesh(shapes.box((wide, wide * rng.uniform(0.6, 1.5), high)), place(position, rng.uniform(0, 6.28)), [body] * 3, "tower")
+        stage.scene.add_mesh(
+            shapes.box((wide, wide * rng.uniform(0.6, 1.5), high)),
+            place(position, rng.uniform(0, 6.28)),
+            [body] * 3,
+            "tower",
+        )
         return
     waist, head = rng.uniform(0.5, 1.0), rng.uniform(0.4, 1.1)
-    profile = [(wide / 2, 0), (wide / 2 * waist, high * 0.8), (wide / 2 * head, high * 0.82), (wide / 2 * head, high * 0.92),
-               (wide / 2 * head * rng.uniform(0.2, 1), high * 0.93), (0.01, high)]
+    profile = [
+        (wide / 2, 0),
+        (wide / 2 * waist, high * 0.8),
+        (wide / 2 * head, high * 0.82),
+        (wide / 2 * head, high * 0.92),
+        (wide / 2 * head * rng.uniform(0.2, 1), high * 0.93),
+        (0.01, high),
+    ]
     stage.scene.add_mesh(shapes.lathe(profile), place(position), [body], "tower")
 
 
@@ -718,32 +987,67 @@ def landscape_scene(rng, assets):
     stage = Stage(rng, assets)
     outdoor_light(stage)
     size = log_uniform(rng, 60, 600)
-    z = noise_field(rng, 129, int(rng.integers(3, 7)), rng.uniform(0.35, 0.6)) * size * rng.uniform(0.0, 0.09)
+    z = (
+        noise_field(rng, 129, int(rng.integers(3, 7)), rng.uniform(0.35, 0.6))
+        * size
+        * rng.uniform(0.0, 0.09)
+    )
     z -= height_at(z, size, 0, 0)
     far = noise_field(rng, 65, 5, 0.55)
     ground = pick(rng, assets.ground)
-    look = material(np.ones(3) * rng.uniform(0.7, 1.3), ground, scale=log_uniform(rng, 0.08, 0.6), paint=SOLID,
-                    detail=assets.any_stuff(rng), detail_scale=log_uniform(rng, 0.01, 0.06), detail_strength=rng.uniform(0.1, 0.6))
+    look = material(
+        np.ones(3) * rng.uniform(0.7, 1.3),
+        ground,
+        scale=log_uniform(rng, 0.08, 0.6),
+        paint=SOLID,
+        detail=assets.any_stuff(rng),
+        detail_scale=log_uniform(rng, 0.01, 0.06),
+        detail_strength=rng.uniform(0.1, 0.6),
+    )
     stage.scene.add_mesh(shapes.height_field(z, size), place(), [look], "ground")
     if rng.random() < 0.6:  # mountains behind
         y, x = np.mgrid[0:65, 0:65] / 32.0 - 1
         ring = np.clip((np.hypot(x, y) - 0.35) * 2, 0, 1)
         hills = (np.abs(far) * ring * size * rng.uniform(0.15, 0.8)) - size * 0.03
-        green = material(np.array([0.3, 0.36, 0.3]) * rng.uniform(0.5, 2, 3), assets.any_stuff(rng), scale=4 / size, paint=SOLID)
+        green = material(
+            np.array([0.3, 0.36, 0.3]) * rng.uniform(0.5, 2, 3),
+            assets.any_stuff(rng),
+            scale=4 / size,
+            paint=SOLID,
+        )
         stage.scene.add_mesh(shapes.height_field(hills, size * 4), place(), [green], "hills")
     else:
-        stage.scene.add_mesh(shapes.height_field(np.full((9, 9), z.min() - 0.5), size * 20), place(), [look], "plain")
-    height = rng.choice([rng.uniform(0.25, 1.0), rng.uniform(1.2, 2.0), rng.uniform(2, 15)], p=[0.25, 0.6, 0.15])
-    stage.camera([0, 0, height], rng.uniform(0, 2 * np.pi), np.radians(np.clip(rng.normal(-4 - height, 8), -40, 18)))
+        stage.scene.add_mesh(
+            shapes.height_field(np.full((9, 9), z.min() - 0.5), size * 20), place(), [look], "plain"
+        )
+    height = rng.choice(
+        [rng.uniform(0.25, 1.0), rng.uniform(1.2, 2.0), rng.uniform(2, 15)], p=[0.25, 0.6, 0.15]
+    )
+    stage.camera(
+        [0, 0, height],
+        rng.uniform(0, 2 * np.pi),
+        np.radians(np.clip(rng.normal(-4 - height, 8), -40, 18)),
+    )
+
     def spot(near, far_):
         p = stage.spot(near, far_, margin=0.15)
         p[2] = height_at(z, size, p[0], p[1]) - 0.03
         return p
-    kinds = pick(rng, [["tree"], ["tree", "bush", "rock"], ["bush", "rock"], ["rock"], ["tree", "tree", "bush"]])
+
+    kinds = pick(
+        rng,
+        [["tree"], ["tree", "bush", "rock"], ["bush", "rock"], ["rock"], ["tree", "tree", "bush"]],
+    )
     limit = min(size / 2.2, 220)
     for _ in range(int(rng.choice([0, 6, 20, 60, 140], p=[0.1, 0.2, 0.3, 0.25, 0.15]))):
         kind = pick(rng, kinds)
-        put(stage, kind, spot(5 if kind == "tree" else 2.5, limit), scale=rng.uniform(0.7, 1.5), wild=0.3)
+        put(
+            stage,
+            kind,
+            spot(5 if kind == "tree" else 2.5, limit),
+            scale=rng.uniform(0.7, 1.5),
+            wild=0.3,
+        )
     for _ in range(rng.choice([0, 2, 5])):
         put(stage, pick(rng, ["animal", "animal", "person"]), spot(2.5, 40), wild=0.3)
     if rng.random() < 0.4:
@@ -771,16 +1075,37 @@ def street_scene(rng, assets):
     outdoor_light(stage)
     half, walk = rng.uniform(2.5, 7), rng.uniform(1, 4)
     length = 180
-    stage.scene.add_mesh(shapes.box((1200, 1200, 0.1)), place([0, 0, -0.25]),
-                         [material(np.ones(3), pick(rng, assets.ground), scale=0.3, paint=SOLID)], "plain")
-    road = material(np.ones(3) * rng.uniform(0.4, 1), pick(rng, assets.ground), scale=log_uniform(rng, 0.15, 0.5), paint=SOLID)
-    stage.scene.add_mesh(shapes.box((length, 2 * half, 0.15)), place([length / 2 - 30, 0, -0.15]), [road], "road")
+    stage.scene.add_mesh(
+        shapes.box((1200, 1200, 0.1)),
+        place([0, 0, -0.25]),
+        [material(np.ones(3), pick(rng, assets.ground), scale=0.3, paint=SOLID)],
+        "plain",
+    )
+    road = material(
+        np.ones(3) * rng.uniform(0.4, 1),
+        pick(rng, assets.ground),
+        scale=log_uniform(rng, 0.15, 0.5),
+        paint=SOLID,
+    )
+    stage.scene.add_mesh(
+        shapes.box((length, 2 * half, 0.15)), place([length / 2 - 30, 0, -0.15]), [road], "road"
+    )
     side = stage.surface("stuff", log_uniform(rng, 0.2, 1))
     for s in (-1, 1):
-        stage.scene.add_mesh(shapes.box((length, walk, 0.15)), place([length / 2 - 30, s * (half + walk / 2), -0.02]), [side], "walk")
+        stage.scene.add_mesh(
+            shapes.box((length, walk, 0.15)),
+            place([length / 2 - 30, s * (half + walk / 2), -0.02]),
+            [side],
+            "walk",
+        )
     if rng.random() < 0.5:
         for x in np.arange(-20, 120, 6):
-            stage.scene.add_mesh(shapes.box((2.5, 0.12, 0.01)), place([x, 0, 0.0]), [material(np.ones(3) * 0.8)], "line")
+            stage.scene.add_mesh(
+                shapes.box((2.5, 0.12, 0.01)),
+                place([x, 0, 0.0]),
+                [material(np.ones(3) * 0.8)],
+                "line",
+            )
     gap = rng.uniform(0, 5)
     for s in (-1, 1):
         if rng.random() < 0.12:
@@ -793,33 +1118,66 @@ def street_scene(rng, assets):
                 model = None
             if model is not None and model.size[:2].max() < 32:
                 turn = rng.integers(4) * np.pi / 2
-                along, deep = model.size[:2] if int(round(turn / (np.pi / 2))) % 2 == 0 else model.size[1::-1]
+                along, deep = (
+                    model.size[:2] if int(round(turn / (np.pi / 2))) % 2 == 0 else model.size[1::-1]
+                )
                 p = [x + along / 2, s * (half + walk + deep / 2 + rng.uniform(0, 1.5)), 0]
-                stage.scene.add(model.id, place(p, turn), model.materials(rng, assets, 0.3), "house")
+                stage.scene.add(
+                    model.id, place(p, turn), model.materials(rng, assets, 0.3), "house"
+                )
             else:  # a plain block with a facade of a photo or a pattern
                 along, deep, high = rng.uniform(5, 18), rng.uniform(6, 12), rng.uniform(3, 22)
-                facade = stage.surface(pick(rng, ["photo", "pattern", "stuff"]), 1.0 / rng.uniform(2, 6), SOLID)
-                stage.scene.add_mesh(shapes.box((along, deep, high)), place([x + along / 2, s * (half + walk + deep / 2), 0]), [facade] * 3, "house")
+                facade = stage.surface(
+                    pick(rng, ["photo", "pattern", "stuff"]), 1.0 / rng.uniform(2, 6), SOLID
+                )
+                stage.scene.add_mesh(
+                    shapes.box((along, deep, high)),
+                    place([x + along / 2, s * (half + walk + deep / 2), 0]),
+                    [facade] * 3,
+                    "house",
+                )
             x += along + rng.uniform(0, gap)
     yaw = rng.normal(0, 0.35) if rng.random() < 0.5 else rng.choice([-1, 1]) * rng.uniform(0.3, 1.5)
-    pos = [rng.uniform(-3, 5), rng.uniform(-0.9, 0.9) * (half + walk), rng.choice([rng.uniform(1.2, 1.9), rng.uniform(0.4, 1.2), rng.uniform(2, 7)], p=[0.65, 0.2, 0.15])]
+    pos = [
+        rng.uniform(-3, 5),
+        rng.uniform(-0.9, 0.9) * (half + walk),
+        rng.choice(
+            [rng.uniform(1.2, 1.9), rng.uniform(0.4, 1.2), rng.uniform(2, 7)], p=[0.65, 0.2, 0.15]
+        ),
+    ]
     stage.camera(pos, yaw, np.radians(np.clip(rng.normal(-3, 7), -25, 20)))
     for _ in range(rng.choice([0, 2, 5, 9])):  # parked and driving cars
         s = rng.choice([-1, 1])
         x = rng.uniform(6, 80)
         if rng.random() < 0.4:
-            cars = [c for c in assets.standing if c.category in ("car", "bus", "truck", "motorcycle", "train")]
+            cars = [
+                c
+                for c in assets.standing
+                if c.category in ("car", "bus", "truck", "motorcycle", "train")
+            ]
             if cars:
                 c = pick(rng, cars)
                 low, high, _ = photos.SIZES[c.category]
                 stage.billboard(c, [x, s * rng.uniform(0.3, 0.9) * half, 0], rng.uniform(low, high))
         else:
-            put(stage, "car", [x, s * rng.uniform(0.4, 0.85) * half, 0], rng.integers(2) * np.pi + np.pi / 2 + rng.normal(0, 0.05), wild=0.1)
-    for kind, count, y in (("post", rng.integers(0, 6), half + 0.4), ("tree", rng.integers(0, 8), half + walk * 0.7),
-                           ("street", rng.integers(0, 4), half + walk * 0.5), ("person", rng.integers(0, 3), half + walk * 0.5)):
+            put(
+                stage,
+                "car",
+                [x, s * rng.uniform(0.4, 0.85) * half, 0],
+                rng.integers(2) * np.pi + np.pi / 2 + rng.normal(0, 0.05),
+                wild=0.1,
+            )
+    for kind, count, y in (
+        ("post", rng.integers(0, 6), half + 0.4),
+        ("tree", rng.integers(0, 8), half + walk * 0.7),
+        ("street", rng.integers(0, 4), half + walk * 0.5),
+        ("person", rng.integers(0, 3), half + walk * 0.5),
+    ):
         for _ in range(count):
             put(stage, kind, [rng.uniform(4, 70), rng.choice([-1, 1]) * y, 0.13], wild=0.2)
-    people = [c for c in assets.standing if c.category in ("person", "dog", "bicycle", "motorcycle")]
+    people = [
+        c for c in assets.standing if c.category in ("person", "dog", "bicycle", "motorcycle")
+    ]
     for _ in range(rng.choice([0, 1, 3, 7])):
         c = pick(rng, people)
         low, high, _ = photos.SIZES[c.category]
@@ -836,7 +1194,13 @@ def street_scene(rng, assets):
         for _ in range(rng.integers(1, 5)):
             y, h0 = rng.uniform(-1, 1, 2) * (half + walk), rng.uniform(4, 9)
             t = np.linspace(0, 1, 20)[:, None]
-            wires.append(shapes.tube(np.hstack([t * 100 - 5, y[0] + (y[1] - y[0]) * t, h0 - 3 * t * (1 - t)]), 0.02, 4))
+            wires.append(
+                shapes.tube(
+                    np.hstack([t * 100 - 5, y[0] + (y[1] - y[0]) * t, h0 - 3 * t * (1 - t)]),
+                    0.02,
+                    4,
+                )
+            )
         stage.scene.add_mesh(shapes.join(*wires), place(), [material(np.ones(3) * 0.03)], "wire")
     colour, inverse, _ = stage.finish()
     return clear_camera(colour, inverse, 0.3)
@@ -849,10 +1213,21 @@ def woods_scene(rng, assets):
     z = noise_field(rng, 97, 5, 0.5) * rng.uniform(0.1, 3)
     size = 70.0
     z -= height_at(z, size, 0, 0)
-    look = material(np.ones(3) * rng.uniform(0.5, 1.1), pick(rng, assets.ground), scale=log_uniform(rng, 0.15, 0.6), paint=SOLID)
+    look = material(
+        np.ones(3) * rng.uniform(0.5, 1.1),
+        pick(rng, assets.ground),
+        scale=log_uniform(rng, 0.15, 0.6),
+        paint=SOLID,
+    )
     stage.scene.add_mesh(shapes.height_field(z, size), place(), [look], "ground")
-    stage.scene.add_mesh(shapes.height_field(np.full((5, 5), z.min() - 0.5), 1500), place(), [look], "plain")
-    stage.camera([0, 0, rng.uniform(0.5, 1.9)], rng.uniform(0, 2 * np.pi), np.radians(np.clip(rng.normal(0, 9), -30, 30)))
+    stage.scene.add_mesh(
+        shapes.height_field(np.full((5, 5), z.min() - 0.5), 1500), place(), [look], "plain"
+    )
+    stage.camera(
+        [0, 0, rng.uniform(0.5, 1.9)],
+        rng.uniform(0, 2 * np.pi),
+        np.radians(np.clip(rng.normal(0, 9), -30, 30)),
+    )
     bark = [stage.surface("stuff", log_uniform(rng, 0.5, 3)) for _ in range(3)]
     for _ in range(rng.integers(15, 90)):
         p = stage.spot(2.2, 33, margin=0.2)
@@ -861,12 +1236,30 @@ def woods_scene(rng, assets):
             put(stage, "tree", p, scale=rng.uniform(0.8, 1.6), wild=0.4)
         elif rng.random() < 0.6:  # a trunk
             h = rng.uniform(4, 14)
-            line = np.cumsum(np.vstack([[0, 0, 0], np.column_stack([rng.normal(0, 0.06 * h / 8, (8, 2)), np.full(8, h / 8)])]), 0)
-            stage.scene.add_mesh(shapes.tube(line, np.linspace(1, 0.5, 9) * log_uniform(rng, 0.03, 0.25), 9), place(p), [pick(rng, bark)], "trunk")
+            line = np.cumsum(
+                np.vstack(
+                    [
+                        [0, 0, 0],
+                        np.column_stack([rng.normal(0, 0.06 * h / 8, (8, 2)), np.full(8, h / 8)]),
+                    ]
+                ),
+                0,
+            )
+            stage.scene.add_mesh(
+                shapes.tube(line, np.linspace(1, 0.5, 9) * log_uniform(rng, 0.03, 0.25), 9),
+                place(p),
+                [pick(rng, bark)],
+                "trunk",
+            )
         else:
             put(stage, pick(rng, ["bush", "rock", "bush"]), p, wild=0.3)
     for _ in range(rng.integers(0, 5)):
-        add_branch(stage, stage.position + stage.axes[2] * rng.uniform(1.5, 6), rng.uniform(1, 4), pick(rng, bark))
+        add_branch(
+            stage,
+            stage.position + stage.axes[2] * rng.uniform(1.5, 6),
+            rng.uniform(1, 4),
+            pick(rng, bark),
+        )
     if rng.random() < 0.5:
         add_thin(stage, "grass", ground=0.0)
     for _ in range(rng.choice([0, 1, 2])):
@@ -901,23 +1294,37 @@ def world_scene(rng, assets):
             a = rng.normal(0, 0.4)
             turn = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
             m[:3, :3] = turn @ m[:3, :3]
-        stage.scene.add(model.id, m, model.materials(rng, assets, 0.1), "fixed" if fixed else "thing")
+        stage.scene.add(
+            model.id, m, model.materials(rng, assets, 0.1), "fixed" if fixed else "thing"
+        )
     (x0, x1), (y0, y1), top = world.x, world.y, world.ceiling
-    lid = shapes.quad((x0 - 1, y1 + 1, top), (x1 + 1, y1 + 1, top), (x0 - 1, y0 - 1, top), (x1 + 1, y0 - 1, top))
+    lid = shapes.quad(
+        (x0 - 1, y1 + 1, top), (x1 + 1, y1 + 1, top), (x0 - 1, y0 - 1, top), (x1 + 1, y0 - 1, top)
+    )
     stage.scene.add_mesh(lid, place(), [stage.surface("plain", 0.5)], "lid")
     for _ in range(12):
         at, yaw = world.camera(rng)
         stage.camera(at, yaw, room_pitch(rng), angle=np.radians(rng.triangular(40, 68, 95)))
         inverse, which = stage.probe()
         seen = inverse[which >= 0]
-        if (which < 0).mean() < 0.25 and (inverse > 2).mean() < 0.08 and np.percentile(seen, 90) > 2 * np.percentile(seen, 10):
+        if (
+            (which < 0).mean() < 0.25
+            and (inverse > 2).mean() < 0.08
+            and np.percentile(seen, 90) > 2 * np.percentile(seen, 10)
+        ):
             break
     else:
         raise ValueError("no view found")
     d = np.array([np.cos(yaw), np.sin(yaw)])
     for _ in range(rng.integers(1, 4)):
         p = [*(at[:2] + d * rng.uniform(0, 4) + rng.normal(0, 1.2, 2)), rng.uniform(2.0, 2.5)]
-        stage.scene.lamps.append([*p, rng.uniform(0.03, 0.15), *(np.array([1, rng.uniform(0.8, 1), rng.uniform(0.6, 1)]) * rng.uniform(1, 5))])
+        stage.scene.lamps.append(
+            [
+                *p,
+                rng.uniform(0.03, 0.15),
+                *(np.array([1, rng.uniform(0.8, 1), rng.uniform(0.6, 1)]) * rng.uniform(1, 5)),
+            ]
+        )
     if rng.random() < 0.3:
         add_cutouts(stage, int(rng.integers(1, 3)), 1.2, 4)
     colour, inverse, _ = stage.finish()
@@ -929,6 +1336,25 @@ def macro_scene(rng, assets):
 
 
 NEAR_FOCUS = ("close", "macro")  # often with a blurred background
-FAMILIES = {"macro": macro_scene, "panorama": panorama_scene, "close": close_scene, "room": room_scene, "tabletop": tabletop_scene,
-            "landscape": landscape_scene, "street": street_scene, "woods": woods_scene, "world": world_scene}
-MIX = {"panorama": 1, "close": 1.5, "macro": 1, "room": 2, "tabletop": 8, "landscape": 2, "street": 4, "woods": 1.5, "world": 3}
+FAMILIES = {
+    "macro": macro_scene,
+    "panorama": panorama_scene,
+    "close": close_scene,
+    "room": room_scene,
+    "tabletop": tabletop_scene,
+    "landscape": landscape_scene,
+    "street": street_scene,
+    "woods": woods_scene,
+    "world": world_scene,
+}
+MIX = {
+    "panorama": 1,
+    "close": 1.5,
+    "macro": 1,
+    "room": 2,
+    "tabletop": 8,
+    "landscape": 2,
+    "street": 4,
+    "woods": 1.5,
+    "world": 3,
+}

@@ -29,19 +29,26 @@ def quad(a, b, c, d, part=0, repeat=(1, 1)):
     n = np.cross(p[1] - p[0], p[2] - p[0])
     n = n / max(np.linalg.norm(n), 1e-12)
     uv = np.array([[0, 0], [1, 0], [0, 1], [1, 1]], np.float32) * repeat
-    return {"positions": p, "triangles": np.array([[0, 1, 2], [1, 3, 2]]), "uv": uv,
-            "normals": np.tile(n, (4, 1)).astype(np.float32), "parts": np.full(2, part, np.int32)}
+    return {
+        "positions": p,
+        "triangles": np.array([[0, 1, 2], [1, 3, 2]]),
+        "uv": uv,
+        "normals": np.tile(n, (4, 1)).astype(np.float32),
+        "parts": np.full(2, part, np.int32),
+    }
 
 
 def box(size=(1, 1, 1), parts=(0, 0, 0)):
     """Stands on z = 0, centred; parts: material of the four sides, the top and the bottom."""
     x, y, z = size[0] / 2, size[1] / 2, size[2]
-    return join(quad((-x, -y, z), (x, -y, z), (-x, -y, 0), (x, -y, 0), parts[0]),
-                quad((x, y, z), (-x, y, z), (x, y, 0), (-x, y, 0), parts[0]),
-                quad((x, -y, z), (x, y, z), (x, -y, 0), (x, y, 0), parts[0]),
-                quad((-x, y, z), (-x, -y, z), (-x, y, 0), (-x, -y, 0), parts[0]),
-                quad((-x, y, z), (x, y, z), (-x, -y, z), (x, -y, z), parts[1]),
-                quad((x, y, 0), (-x, y, 0), (x, -y, 0), (-x, -y, 0), parts[2]))
+    return join(
+        quad((-x, -y, z), (x, -y, z), (-x, -y, 0), (x, -y, 0), parts[0]),
+        quad((x, y, z), (-x, y, z), (x, y, 0), (-x, y, 0), parts[0]),
+        quad((x, -y, z), (x, y, z), (x, -y, 0), (x, y, 0), parts[0]),
+        quad((-x, y, z), (-x, -y, z), (-x, y, 0), (-x, -y, 0), parts[0]),
+        quad((-x, y, z), (x, y, z), (-x, -y, z), (x, -y, z), parts[1]),
+        quad((x, y, 0), (-x, y, 0), (x, -y, 0), (-x, -y, 0), parts[2]),
+    )
 
 
 def tube(points, radii, sides=8, part=0):
@@ -60,28 +67,48 @@ def tube(points, radii, sides=8, part=0):
     length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     uv = np.stack(np.meshgrid(angle / (2 * np.pi), length), -1)
     triangles = grid(sides, len(points) - 1)
-    return {"positions": p.reshape(-1, 3).astype(np.float32), "triangles": triangles,
-            "uv": uv.reshape(-1, 2).astype(np.float32), "normals": ring.reshape(-1, 3).astype(np.float32),
-            "parts": np.full(len(triangles), part, np.int32)}
+    return {
+        "positions": p.reshape(-1, 3).astype(np.float32),
+        "triangles": triangles,
+        "uv": uv.reshape(-1, 2).astype(np.float32),
+        "normals": ring.reshape(-1, 3).astype(np.float32),
+        "parts": np.full(len(triangles), part, np.int32),
+    }
 
 
 def lathe(profile, sides=32, part=0):
     """Turns a profile of (radius, z) about the z axis: bottles, vases, bowls, balls, lamps."""
     profile = np.asarray(profile, np.float64)
     angle = np.linspace(0, 2 * np.pi, sides + 1)
-    p = np.stack([profile[:, :1] * np.cos(angle), profile[:, :1] * np.sin(angle),
-                  np.broadcast_to(profile[:, 1:], (len(profile), sides + 1))], -1)
+    p = np.stack(
+        [
+            profile[:, :1] * np.cos(angle),
+            profile[:, :1] * np.sin(angle),
+            np.broadcast_to(profile[:, 1:], (len(profile), sides + 1)),
+        ],
+        -1,
+    )
     slope = np.gradient(profile, axis=0)
     n2 = np.stack([slope[:, 1], -slope[:, 0]], 1)
     n2 /= np.maximum(np.linalg.norm(n2, axis=1, keepdims=True), 1e-12)
-    n = np.stack([n2[:, :1] * np.cos(angle), n2[:, :1] * np.sin(angle),
-                  np.broadcast_to(n2[:, 1:], (len(profile), sides + 1))], -1)
+    n = np.stack(
+        [
+            n2[:, :1] * np.cos(angle),
+            n2[:, :1] * np.sin(angle),
+            np.broadcast_to(n2[:, 1:], (len(profile), sides + 1)),
+        ],
+        -1,
+    )
     v = np.linspace(1, 0, len(profile))
     uv = np.stack(np.meshgrid(angle / (2 * np.pi), v), -1)
     triangles = grid(sides, len(profile) - 1)
-    return {"positions": p.reshape(-1, 3).astype(np.float32), "triangles": triangles,
-            "uv": uv.reshape(-1, 2).astype(np.float32), "normals": n.reshape(-1, 3).astype(np.float32),
-            "parts": np.full(len(triangles), part, np.int32)}
+    return {
+        "positions": p.reshape(-1, 3).astype(np.float32),
+        "triangles": triangles,
+        "uv": uv.reshape(-1, 2).astype(np.float32),
+        "normals": n.reshape(-1, 3).astype(np.float32),
+        "parts": np.full(len(triangles), part, np.int32),
+    }
 
 
 def ball(radius=1.0, sides=32):
@@ -97,5 +124,10 @@ def height_field(z, size):
     gy, gx = np.gradient(z, size / (n - 1))
     normal = np.stack([-gx, -gy, np.ones_like(z)], -1).reshape(-1, 3)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    return {"positions": p, "triangles": grid(n - 1, n - 1), "uv": p[:, :2].copy(),
-            "normals": normal.astype(np.float32), "parts": None}
+    return {
+        "positions": p,
+        "triangles": grid(n - 1, n - 1),
+        "uv": p[:, :2].copy(),
+        "normals": normal.astype(np.float32),
+        "parts": None,
+    }

@@ -8,14 +8,35 @@ SOURCES = {
     "gkjohnson/3d-demo-data": ("a79b5400ba8ed5bdeffebc10ce5adeecda7c3ebc", ["hdri"]),
     "lightly-ai/coco128_yolo": ("6d6f7a059ea63efffdbe48aca2d52c04d4c510e9", [""]),
     "trebeljahr/quaternius-showcase": ("eab2e43a7e688dad1cc6be764c1c4ba593e1961c", ["public/glb"]),
-    "aws-robotics/aws-robomaker-bookstore-world": ("ed542eb41809d5c5f1c67f32d4ba24e0e90886b3", [""]),
+    "aws-robotics/aws-robomaker-bookstore-world": (
+        "ed542eb41809d5c5f1c67f32d4ba24e0e90886b3",
+        [""],
+    ),
     "aws-robotics/aws-robomaker-hospital-world": ("39969a9d250135835cf13b480865647d1a87b6f4", [""]),
-    "aws-robotics/aws-robomaker-small-house-world": ("dd44be6205b2e6577bf641300dacc1699cb2ca81", [""]),
-    "aws-robotics/aws-robomaker-small-warehouse-world": ("3c23a698bf0b4e366ddf8b084af507c519bd3483", [""]),
-    "KayKit-Game-Assets/KayKit-Furniture-Bits-1.0": ("96d5930a8dbdb363409bbc2d3341718b00e17c9c", [""]),
-    "KayKit-Game-Assets/KayKit-Restaurant-Bits-1.0": ("153c8a7535b48237854cb54ff6890679f8c574d1", [""]),
-    "KayKit-Game-Assets/KayKit-City-Builder-Bits-1.0": ("63976910ca04d16f0fc531b9c614244be8128713", [""]),
-    "KayKit-Game-Assets/KayKit-Character-Pack-Adventures-1.0": ("672074b73ba276876a19e8816ecdc5241817ab47", [""]),
+    "aws-robotics/aws-robomaker-small-house-world": (
+        "dd44be6205b2e6577bf641300dacc1699cb2ca81",
+        [""],
+    ),
+    "aws-robotics/aws-robomaker-small-warehouse-world": (
+        "3c23a698bf0b4e366ddf8b084af507c519bd3483",
+        [""],
+    ),
+    "KayKit-Game-Assets/KayKit-Furniture-Bits-1.0": (
+        "96d5930a8dbdb363409bbc2d3341718b00e17c9c",
+        [""],
+    ),
+    "KayKit-Game-Assets/KayKit-Restaurant-Bits-1.0": (
+        "153c8a7535b48237854cb54ff6890679f8c574d1",
+        [""],
+    ),
+    "KayKit-Game-Assets/KayKit-City-Builder-Bits-1.0": (
+        "63976910ca04d16f0fc531b9c614244be8128713",
+        [""],
+    ),
+    "KayKit-Game-Assets/KayKit-Character-Pack-Adventures-1.0": (
+        "672074b73ba276876a19e8816ecdc5241817ab47",
+        [""],
+    ),
     "osrf/gazebo_models": ("8163eb4b5e7e21985c6591d1c0bfb56468c0093f", [""]),
     "makehumancommunity/makehuman-assets": ("8cf9645b975a98eea056b140df11a1d278da0d10", ["base"]),
 }
@@ -25,7 +46,9 @@ def extract(mirrors, into):
     """Writes the files of all sources below `into`. A blob that a mirror lacks is left out."""
     for name, (commit, folders) in SOURCES.items():
         git = ["git", f"--git-dir={mirrors}/{name.replace('/', '+')}/repo"]
-        listing = subprocess.run(git + ["ls-tree", "-r", "-z", commit], check=True, capture_output=True).stdout
+        listing = subprocess.run(
+            git + ["ls-tree", "-r", "-z", commit], check=True, capture_output=True
+        ).stdout
         files = []
         for entry in listing.decode().split("\0")[:-1]:
             meta, path = entry.split("\t", 1)
@@ -36,8 +59,12 @@ def extract(mirrors, into):
         done = target / ".complete"
         if done.exists() and done.read_text() == commit:
             continue
-        cat = subprocess.Popen(git + ["cat-file", "--batch"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                               stderr=subprocess.DEVNULL)
+        cat = subprocess.Popen(
+            git + ["cat-file", "--batch"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
         missing = 0
         for blob, path in files:
             cat.stdin.write(f"{blob}\n".encode())

@@ -1348,13 +1348,13 @@ FAMILIES = {
     "world": world_scene,
 }
 MIX = {
-    "panorama": 1,
-    "close": 1.5,
-    "macro": 1,
+    "panorama": 2.5,
+    "close": 3,
+    "macro": 2,
     "room": 2,
-    "tabletop": 8,
-    "landscape": 2,
-    "street": 4,
-    "woods": 1.5,
     "world": 3,
+    "tabletop": 4,
+    "landscape": 2.5,
+    "street": 3,
+    "woods": 1.5,
 }

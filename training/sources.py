@@ -2,6 +2,7 @@
 
 import pathlib
 import subprocess
+import sys
 
 # repository: (commit, folders or files used)
 SOURCES = {
@@ -38,7 +39,6 @@ SOURCES = {
         [""],
     ),
     "osrf/gazebo_models": ("8163eb4b5e7e21985c6591d1c0bfb56468c0093f", [""]),
-    "makehumancommunity/makehuman-assets": ("8cf9645b975a98eea056b140df11a1d278da0d10", ["base"]),
 }
 
 
@@ -46,6 +46,8 @@ def extract(mirrors, into):
     """Writes the files of all sources below `into`. A blob that a mirror lacks is left out."""
     for name, (commit, folders) in SOURCES.items():
         git = ["git", f"--git-dir={mirrors}/{name.replace('/', '+')}/repo"]
+        if subprocess.run(git + ["cat-file", "-e", commit], capture_output=True).returncode:
+            sys.exit(f"{mirrors}: lacks {name} at {commit}, expected a bare mirror OWNER+NAME/repo")
         listing = subprocess.run(
             git + ["ls-tree", "-r", "-z", commit], check=True, capture_output=True
         ).stdout

@@ -1,13 +1,18 @@
 // altiro3D_depth_accuracy: how well estimated depth orders the pixels of photos whose depth is
-// known.
+// known, and how many depth edges it meets.
 //
-// Usage: altiro3D_depth_accuracy [folder of the test data]
+// Usage: altiro3D_depth_accuracy [--network FILE.onnx]... [--frames FOLDER]... [folder of the
+// test data]
 //
 // Prints a Markdown table of Spearman's rank correlation with the true inverse depth (1 = the same
-// order, 0 = unrelated, -1 = reversed) for a plain vertical gradient, the built-in estimator and
-// FastDepth. What is missing is named and left out.
+// order, 0 = unrelated, -1 = reversed) for a plain vertical gradient, the built-in estimator,
+// FastDepth, each network, and each network averaged with the built-in estimator. A second table
+// has the share of the true depth edges that are met. A folder of frames holds pairs NNNNNN.png or
+// .jpg and NNNNNN.d.png, 16-bit inverse depth. What is missing is named and left out.
 
 #include "altiro3D/depth_source.hpp"
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
@@ -19,7 +24,10 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
+#include <map>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/dnn.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -27,6 +35,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -34,6 +43,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Scene {
+    std::string set;
     std::string name;
     cv::Mat photo;        // [rows x cols, CV_8UC3, BGR]
     cv::Mat inverseDepth; // [rows x cols, CV_32FC1, larger = nearer]
@@ -42,9 +52,10 @@ struct Scene {
 
 // Reads photo and truth; says what is missing. `metric`: the numbers are distances, not
 // disparities.
-bool addScene(const std::string& name, const fs::path& photoFile, const fs::path& truthFile,
-              bool metric, std::vector<Scene>& scenes) {
+bool addScene(const std::string& set, const std::string& name, const fs::path& photoFile,
+              const fs::path& truthFile, bool metric, std::vector<Scene>& scenes) {
     Scene scene;
+    scene.set = set;
     scene.name = name;
     scene.photo = cv::imread(photoFile.string(), cv::IMREAD_COLOR);
     const cv::Mat raw = cv::imread(truthFile.string(), cv::IMREAD_UNCHANGED);
@@ -87,7 +98,7 @@ void addMiddlebury(const fs::path& folder, std::vector<Scene>& scenes) {
             field.push_back(text);
         if (field.size() < 5) continue;
         const fs::path scene = folder / field[0];
-        addScene(field[0], scene / field[2], scene / field[4], false, scenes);
+        addScene("Middlebury", field[0], scene / field[2], scene / field[4], false, scenes);
     }
 }
 
@@ -95,16 +106,36 @@ void addRgbd(const fs::path& folder, std::vector<Scene>& scenes) {
     for (int i = 1; i <= 5; ++i) {
         const fs::path set = folder / "ch5_rgbd";
         const std::string number = std::to_string(i);
-        if (!addScene("Kinect room " + number, set / "color" / (number + ".png"),
+        if (!addScene("Kinect room", "Kinect room " + number, set / "color" / (number + ".png"),
                       set / "depth" / (number + ".pgm"), true, scenes))
             break;
     }
     for (int i = 1; i <= 5; ++i) {
         const fs::path set = folder / "ch12_dense_rgbd";
         const std::string number = std::to_string(i);
-        if (!addScene("rendered room " + number, set / "color" / (number + ".png"),
+        if (!addScene("rendered room", "rendered room " + number, set / "color" / (number + ".png"),
                       set / "depth" / (number + ".png"), true, scenes))
             break;
+    }
+}
+
+// Pairs of a generator of training data. 0 is infinity there, which is known as well.
+void addFrames(const fs::path& folder, std::vector<Scene>& scenes) {
+    constexpr std::size_t kMost = 100;
+    std::vector<fs::path> truths;
+    if (fs::is_directory(folder))
+        for (const auto& entry : fs::directory_iterator(folder))
+            if (entry.path().extension() == ".png" && entry.path().stem().extension() == ".d")
+                truths.push_back(entry.path());
+    if (truths.empty()) std::cout << "missing: frames in " << folder.string() << "\n\n";
+    std::sort(truths.begin(), truths.end());
+    const std::size_t step = std::max<std::size_t>(1, truths.size() / kMost);
+    for (std::size_t i = 0; i < truths.size() && i / step < kMost; i += step) {
+        const std::string number = truths[i].stem().stem().string();
+        fs::path photo = folder / (number + ".jpg");
+        if (!fs::exists(photo)) photo = folder / (number + ".png");
+        if (addScene(folder.filename().string(), number, photo, truths[i], false, scenes))
+            scenes.back().known.setTo(255);
     }
 }
 
@@ -141,6 +172,201 @@ std::string cell(std::optional<double> value) {
     return text;
 }
 
+// --- Networks ------------------------------------------------------------------------------------
+
+// A network at the photo's own shape: the longer side is the profile's.
+class Network {
+  public:
+    explicit Network(fs::path file) : file_(std::move(file)) {
+        const auto catalog =
+            altiro3D::readModelCatalog(altiro3D::test::sourcePath("models/catalog.json"));
+        if (const auto* known = altiro3D::findProfile(catalog, file_)) {
+            profile_ = *known;
+        } else { // as training/ makes them
+            profile_.name = "own";
+            profile_.inputWidth = profile_.inputHeight = 256;
+            profile_.mean = profile_.std = {0.5, 0.5, 0.5};
+            profile_.resizeKernel = altiro3D::ResizeKernel::Area;
+        }
+    }
+    std::string name() const { return file_.stem().string(); }
+    cv::Mat operator()(const cv::Mat& photo) {
+        const int longSide = std::max(photo.cols, photo.rows);
+        const auto side = [&](int px) {
+            const double scaled = static_cast<double>(px) * profile_.inputWidth / longSide;
+            return std::max(1, cvRound(scaled / profile_.multipleOf)) * profile_.multipleOf;
+        };
+        const cv::Size size(side(photo.cols), side(photo.rows));
+        auto& network = bySize_[{size.width, size.height}];
+        if (!network) {
+            network = std::make_unique<altiro3D::DepthNetwork>(
+                file_, profile_, altiro3D::InferenceTarget::Cpu, size);
+        }
+        cv::Mat depth;
+        network->estimate(photo, depth);
+        return depth;
+    }
+
+  private:
+    fs::path file_;
+    altiro3D::NetworkProfile profile_;
+    std::map<std::pair<int, int>, std::unique_ptr<altiro3D::DepthNetwork>> bySize_;
+};
+
+// --- Edges ---------------------------------------------------------------------------------------
+
+// Largest step to the right and lower neighbour.
+cv::Mat steps(const cv::Mat& depth) {
+    cv::Mat result(depth.size(), CV_32FC1, cv::Scalar(0));
+    for (int y = 0; y < depth.rows; ++y) {
+        for (int x = 0; x < depth.cols; ++x) {
+            const float here = depth.at<float>(y, x);
+            float& step = result.at<float>(y, x);
+            if (x + 1 < depth.cols) step = std::abs(depth.at<float>(y, x + 1) - here);
+            if (y + 1 < depth.rows) {
+                step = std::max(step, std::abs(depth.at<float>(y + 1, x) - here));
+            }
+        }
+    }
+    return result;
+}
+
+// The share of true depth edges (steps above 4 % of the range between neighbours, at 256 px) within
+// 2 px of one of the strongest steps of the estimate, of which as many are taken as there are true
+// edges.
+std::optional<double> edgesMet(const cv::Mat& depth, const Scene& scene) {
+    constexpr int kSide = 256;
+    constexpr int kFewest = 50;
+    const double factor = static_cast<double>(kSide) / std::max(scene.photo.cols, scene.photo.rows);
+    const cv::Size size(cvRound(scene.photo.cols * factor), cvRound(scene.photo.rows * factor));
+    cv::Mat truth;
+    cv::Mat known;
+    cv::Mat estimate;
+    cv::resize(scene.inverseDepth, truth, size, 0, 0, cv::INTER_NEAREST);
+    cv::resize(scene.known, known, size, 0, 0, cv::INTER_NEAREST);
+    cv::resize(depth, estimate, size, 0, 0, cv::INTER_AREA);
+    cv::erode(known, known, cv::Mat::ones(3, 3, CV_8U));
+    double least = 0;
+    double most = 0;
+    cv::minMaxLoc(truth, &least, &most, nullptr, nullptr, known);
+    const cv::Mat edges = (steps(truth) > 0.04 * (most - least)) & known;
+    const int count = cv::countNonZero(edges);
+    if (count < kFewest) return {};
+    cv::Mat strength = steps(estimate);
+    strength.setTo(-1, ~known);
+    std::vector<float> sorted(strength.begin<float>(), strength.end<float>());
+    std::nth_element(sorted.begin(), sorted.begin() + count - 1, sorted.end(), std::greater<>());
+    cv::Mat found = strength >= sorted[static_cast<std::size_t>(count - 1)];
+    cv::dilate(found, found, cv::Mat::ones(5, 5, CV_8U));
+    return static_cast<double>(cv::countNonZero(found & edges)) / count;
+}
+
+// --- Tables --------------------------------------------------------------------------------------
+
+using Method = std::pair<std::string, std::function<cv::Mat(const cv::Mat&)>>;
+
+// Both 0..1, then their mean.
+cv::Mat mean(const cv::Mat& a, const cv::Mat& b) {
+    cv::Mat sum;
+    cv::resize(a, sum, b.size(), 0, 0, cv::INTER_LINEAR);
+    return (sum + b) / 2;
+}
+
+std::vector<Method> methodsOf(const fs::path& data, const std::vector<std::string>& networks) {
+    std::vector<Method> methods;
+    methods.emplace_back("vertical gradient",
+                         [](const cv::Mat& photo) { return verticalGradient(photo.size()); });
+    methods.emplace_back("built-in", builtIn);
+    const fs::path model = data / "models" / "fastdepth" / "fastdepth_224_op10.onnx";
+    try {
+        const auto network =
+            std::make_shared<cv::dnn::Net>(cv::dnn::readNetFromONNX(model.string()));
+        methods.emplace_back(
+            "FastDepth", [network](const cv::Mat& photo) { return fastDepth(*network, photo); });
+    } catch (const cv::Exception&) {
+        std::cout << "missing or unreadable: " << model.string() << "\n\n";
+    }
+    for (const std::string& file : networks) {
+        const auto network = std::make_shared<Network>(file);
+        methods.emplace_back(network->name(),
+                             [network](const cv::Mat& photo) { return (*network)(photo); });
+        methods.emplace_back(network->name() + " + built-in", [network](const cv::Mat& photo) {
+            return mean((*network)(photo), builtIn(photo));
+        });
+    }
+    return methods;
+}
+
+void printHead(const std::string& first, const std::vector<Method>& methods) {
+    std::cout << "\n| " << first << " |";
+    for (const Method& method : methods)
+        std::cout << ' ' << method.first << " |";
+    std::cout << "\n|---|";
+    for (std::size_t i = 0; i < methods.size(); ++i)
+        std::cout << "---:|";
+    std::cout << '\n';
+}
+
+struct Mean {
+    double sum = 0;
+    int count = 0;
+    void add(std::optional<double> value) {
+        sum += value.value_or(0);
+        count += value ? 1 : 0;
+    }
+    std::optional<double> value() const {
+        return count == 0 ? std::optional<double>() : sum / count;
+    }
+};
+
+void printRow(const std::string& name, const std::vector<Mean>& means) {
+    std::cout << "| " << name << " |";
+    for (const Mean& mean : means)
+        std::cout << ' ' << cell(mean.value()) << " |";
+    std::cout << '\n';
+}
+
+void printTables(const std::vector<Scene>& scenes, const std::vector<Method>& methods) {
+    constexpr std::size_t kMostNamed = 30; // larger sets are shown by their means
+    std::map<std::string, std::size_t> sizes;
+    for (const Scene& scene : scenes)
+        ++sizes[scene.set];
+    std::map<std::string, std::vector<Mean>> order;
+    std::map<std::string, std::vector<Mean>> edges;
+    std::vector<Mean> all(methods.size());
+    int better = 0;
+    printHead("scene", methods);
+    for (const Scene& scene : scenes) {
+        std::vector<Mean>& setOrder = order[scene.set];
+        std::vector<Mean>& setEdges = edges[scene.set];
+        setOrder.resize(methods.size());
+        setEdges.resize(methods.size());
+        std::vector<Mean> row(methods.size());
+        for (std::size_t i = 0; i < methods.size(); ++i) {
+            cv::Mat depth = methods[i].second(scene.photo);
+            setEdges[i].add(edgesMet(depth, scene));
+            if (depth.size() != scene.photo.size())
+                cv::resize(depth, depth, scene.photo.size(), 0, 0, cv::INTER_LINEAR);
+            const double correlation =
+                altiro3D::test::rankCorrelation(depth, scene.inverseDepth, scene.known);
+            row[i].add(correlation);
+            setOrder[i].add(correlation);
+            all[i].add(correlation);
+        }
+        if (row[1].sum > row[0].sum) ++better;
+        if (sizes[scene.set] <= kMostNamed) printRow(scene.name, row);
+    }
+    printRow("**mean**", all);
+    std::cout << "\nThe built-in estimator beats the gradient on " << better << " of "
+              << scenes.size() << " scenes.\n";
+    printHead("set", methods);
+    for (const auto& [set, means] : order)
+        printRow(set + " (" + std::to_string(sizes[set]) + ")", means);
+    printHead("edges met", methods);
+    for (const auto& [set, means] : edges)
+        printRow(set, means);
+}
+
 // Milliseconds of one call, the median of several.
 double timeBuiltIn(const cv::Mat& photo) {
     std::vector<double> milliseconds;
@@ -156,76 +382,73 @@ double timeBuiltIn(const cv::Mat& photo) {
     return milliseconds[milliseconds.size() / 2];
 }
 
-void printTable(const std::vector<Scene>& scenes, std::optional<cv::dnn::Net> network) {
-    std::cout << "| scene | vertical gradient | built-in | FastDepth |\n|---|---:|---:|---:|\n";
-    double gradientSum = 0;
-    double builtInSum = 0;
-    double networkSum = 0;
-    int better = 0;
-    for (const Scene& scene : scenes) {
-        const auto correlation = [&](const cv::Mat& depth) {
-            return altiro3D::test::rankCorrelation(depth, scene.inverseDepth, scene.known);
-        };
-        const double ofGradient = correlation(verticalGradient(scene.photo.size()));
-        const double ofBuiltIn = correlation(builtIn(scene.photo));
-        std::optional<double> ofNetwork;
-        if (network) ofNetwork = correlation(fastDepth(*network, scene.photo));
-        gradientSum += ofGradient;
-        builtInSum += ofBuiltIn;
-        networkSum += ofNetwork.value_or(0);
-        if (ofBuiltIn > ofGradient) ++better;
-        std::cout << "| " << scene.name << " | " << cell(ofGradient) << " | " << cell(ofBuiltIn)
-                  << " | " << cell(ofNetwork) << " |\n";
-    }
-    const auto count = static_cast<double>(scenes.size());
-    std::optional<double> networkMean;
-    if (network) networkMean = networkSum / count;
-    std::cout << "| **mean** | " << cell(gradientSum / count) << " | " << cell(builtInSum / count)
-              << " | " << cell(networkMean) << " |\n\n"
-              << "The built-in estimator beats the gradient on " << better << " of "
-              << scenes.size() << " scenes.\n";
-
+void printTimes(const cv::Mat& photo) {
     cv::Mat large;
-    cv::resize(scenes.front().photo, large, cv::Size(4000, 3000), 0, 0, cv::INTER_CUBIC);
-    std::printf("Built-in, a photo of 4000 x 3000: %.0f ms; %d x %d: %.0f ms; %d threads.\n",
-                timeBuiltIn(large), scenes.front().photo.cols, scenes.front().photo.rows,
-                timeBuiltIn(scenes.front().photo), cv::getNumThreads());
+    cv::resize(photo, large, cv::Size(4000, 3000), 0, 0, cv::INTER_CUBIC);
+    std::printf("\nBuilt-in, a photo of 4000 x 3000: %.0f ms; %d x %d: %.0f ms; %d threads.\n",
+                timeBuiltIn(large), photo.cols, photo.rows, timeBuiltIn(photo),
+                cv::getNumThreads());
 }
 
-int run(const fs::path& data) {
-    if (data.empty()) {
+struct Arguments {
+    fs::path data = altiro3D::test::dataPath("");
+    std::vector<std::string> networks;
+    std::vector<std::string> frames;
+};
+
+std::optional<Arguments> readArguments(int argc, char** argv) {
+    Arguments arguments;
+    bool named = false;
+    for (int i = 1; i < argc; ++i) {
+        const std::string text = argv[i];
+        if (text == "--network" || text == "--frames") {
+            if (++i == argc) return {};
+            (text == "--network" ? arguments.networks : arguments.frames).emplace_back(argv[i]);
+        } else if (named || text.substr(0, 2) == "--") {
+            return {};
+        } else {
+            arguments.data = text;
+            named = true;
+        }
+    }
+    return arguments;
+}
+
+int run(const Arguments& arguments) {
+    const fs::path& data = arguments.data;
+    if (data.empty() && arguments.frames.empty()) {
         std::cout << "No test data: set ALTIRO3D_TEST_DATA to its folder or name it as the "
                      "argument.\n";
         return 0;
     }
     std::vector<Scene> scenes;
-    addMiddlebury(data / "middlebury", scenes);
-    addRgbd(data / "rgbd" / "slambook2", scenes);
+    if (!data.empty()) {
+        addMiddlebury(data / "middlebury", scenes);
+        addRgbd(data / "rgbd" / "slambook2", scenes);
+    }
+    for (const std::string& folder : arguments.frames)
+        addFrames(folder, scenes);
     if (scenes.empty()) {
         std::cout << "No scene to measure in " << data.string() << "\n";
         return 0;
     }
-    std::optional<cv::dnn::Net> network;
-    const fs::path model = data / "models" / "fastdepth" / "fastdepth_224_op10.onnx";
-    try {
-        network = cv::dnn::readNetFromONNX(model.string());
-    } catch (const cv::Exception&) {
-        std::cout << "missing or unreadable: " << model.string() << "\n\n";
-    }
-    printTable(scenes, network);
+    printTables(scenes, methodsOf(data, arguments.networks));
+    printTimes(scenes.front().photo);
     return 0;
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc > 2) {
-        std::cerr << "altiro3D_depth_accuracy: error: expected at most one argument, the folder of "
-                     "the test data\n";
+    const std::optional<Arguments> arguments = readArguments(argc, argv);
+    if (!arguments) {
+        std::cerr
+            << "altiro3D_depth_accuracy: error: wrong usage, expected [--network FILE.onnx]... "
+               "[--frames FOLDER]... [folder of the test data]\n";
         return 2;
     }
     try {
-        return run(argc == 2 ? fs::path(argv[1]) : altiro3D::test::dataPath(""));
+        return run(*arguments);
     } catch (const std::exception& error) {
         std::cerr << "altiro3D_depth_accuracy: error: " << error.what() << '\n';
         return 1;

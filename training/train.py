@@ -1,0 +1,141 @@
+"""Trains the depth network. Usage: train.py --help
+
+The learning rate is constant after a warm-up and falls to 0 over the last --decay batches. A run
+stops at --batches and continues from its checkpoint, with other numbers where they are given.
+"""
+import argparse
+import os
+import random
+import sys
+import time
+
+import numpy as np
+import torch
+
+from evaluate import real_scenes, spearman_of, val_scenes
+from frames import Batches
+from loss import depth_loss
+from network import DepthNet, load_encoder
+
+KEEP = 0.998  # of the averaged weights, per batch
+
+
+def schedule(step, batches, decay):
+    return min(1, (step + 1) / 100, max(0, batches - step) / max(1, decay))
+
+
+def set_frozen(net, frozen):
+    """Keeps the first convolution and the first `frozen` blocks of the encoder as they are."""
+    for i, block in enumerate(net.encoder.blocks):
+        block.requires_grad_(i >= frozen)
+    net.encoder.first.requires_grad_(frozen == 0)
+
+
+def balance(net, pictures):
+    """Brings the laterals' outputs to unit deviation: the encoder's are 5 to 50."""
+    with torch.no_grad():
+        for lateral, feature in zip(net.lateral, net.encoder(pictures)):
+            lateral.weight /= feature.std() * lateral.weight.norm(dim=1).mean()
+
+
+def save(file, **state):
+    torch.save(state, file + ".part")
+    os.replace(file + ".part", file)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--frames", default="frames", help="folder of the sets")
+    parser.add_argument("--sets", nargs="+", default=["train-*"])
+    parser.add_argument("--encoder", help="mobilenet_v2_1.0_224_quant.tflite, for a new run")
+    parser.add_argument("--out", required=True, help="folder of checkpoint and log")
+    parser.add_argument("--batches", type=int, default=5000)
+    parser.add_argument("--decay", type=int, default=1500)
+    parser.add_argument("--batch", type=int, default=16)
+    parser.add_argument("--rate", type=float, default=1e-3, help="of the decoder")
+    parser.add_argument("--encoder-rate", type=float, default=1e-4)
+    parser.add_argument("--frozen", type=int, default=7, help="blocks of the encoder, 0..17")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", type=int, default=0, help="train on the first frames only")
+    parser.add_argument("--evaluate", type=int, default=300, help="batches between evaluations")
+    parser.add_argument("--data", help="folder of the real test data, to validate with")
+    parser.add_argument("--threads", type=int, default=2)
+    args = parser.parse_args()
+
+    torch.set_num_threads(args.threads)
+    torch.manual_seed(args.seed)
+    np.random.seed(args.seed)
+    random.seed(args.seed)
+    os.makedirs(args.out, exist_ok=True)
+    checkpoint = os.path.join(args.out, "checkpoint.pt")
+    log = open(os.path.join(args.out, "log.csv"), "a", buffering=1)
+
+    net, mean = DepthNet(), DepthNet()
+    decoder = [p for n, p in net.named_parameters() if not n.startswith("encoder.")]
+    optimizer = torch.optim.AdamW([{"params": decoder}, {"params": net.encoder.parameters()}],
+                                  weight_decay=1e-4)
+    step = seen = 0
+    state = None
+    if os.path.exists(checkpoint):
+        state = torch.load(checkpoint, map_location="cpu")
+        net.load_state_dict(state["net"])
+        mean.load_state_dict(state["mean"])
+        optimizer.load_state_dict(state["optimizer"])
+        step, seen = state["step"], state["seen"]
+    elif args.encoder:
+        load_encoder(net.encoder, args.encoder)
+    else:
+        sys.exit(f"train.py: {checkpoint}: is missing, expected --encoder for a new run")
+    set_frozen(net, args.frozen)
+    net = net.to(memory_format=torch.channels_last)
+    mean = mean.to(memory_format=torch.channels_last)
+
+    data = Batches(args.frames, args.sets, args.batch, args.seed, step, args.only)
+    loader = torch.utils.data.DataLoader(data, batch_size=None, num_workers=1, prefetch_factor=8)
+    begin = last = time.time()
+    sums, count = np.zeros(3), 0
+    for pictures, truth in loader:
+        pictures = pictures.contiguous(memory_format=torch.channels_last)
+        if step == 0 and state is None:
+            balance(net, pictures)
+            mean.load_state_dict(net.state_dict())
+        share = schedule(step, args.batches, args.decay)
+        optimizer.param_groups[0]["lr"] = args.rate * share
+        optimizer.param_groups[1]["lr"] = args.encoder_rate * share
+        loss, error, order = depth_loss(net(pictures), truth)
+        optimizer.zero_grad(set_to_none=True)
+        loss.backward()
+        torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
+        optimizer.step()
+        step, seen = step + 1, seen + len(pictures)
+        keep = min(KEEP, (step + 1) / (step + 10))
+        with torch.no_grad():
+            for own, other in zip(mean.parameters(), net.parameters()):
+                own.lerp_(other, 1 - keep)
+        sums += [loss.item(), error.item(), order.item()]
+        count += 1
+        done = step >= args.batches
+        if step % 50 == 0 or done:
+            now = time.time()
+            print(f"{step} seen {seen} loss %.4f error %.4f order %.4f" % tuple(sums / count),
+                  f"rate {share:.2f} {count * args.batch / (now - last):.1f} frames/s", flush=True)
+            log.write(f"{step},{seen},train," + ",".join(f"{v:.4f}" for v in sums / count) + "\n")
+            sums, count, last = sums * 0, 0, now
+        if step % 100 == 0 or done:
+            save(checkpoint, net=net.state_dict(), mean=mean.state_dict(),
+                 optimizer=optimizer.state_dict(), step=step, seen=seen, args=vars(args))
+        if step % args.evaluate == 0 or done:
+            mean.eval()
+            parts = [f"{name} {spearman_of(mean, scenes):.3f}"
+                     for name, scenes in {**val_scenes(args.frames, 40),
+                                          **real_scenes(args.data, validation=True)}.items()]
+            print(step, " ".join(parts), flush=True)
+            log.write(f"{step},{seen},val," + ",".join(parts).replace(" ", ",") + "\n")
+            last = time.time()
+        if done:
+            break
+    print(f"{(time.time() - begin) / 3600:.2f} hours")
+
+
+if __name__ == "__main__":
+    main()

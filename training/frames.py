@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 import torch
 
-# height, width of batches: multiples of 32, about the area of 224 x 224
-SHAPES = [(224, 224), (192, 256), (256, 192), (192, 288), (288, 192), (160, 288), (288, 160),
-          (256, 256), (192, 192), (160, 192), (192, 160), (256, 320), (320, 256)]
-LIKELY = np.array([3, 4, 3, 3, 2, 2, 2, 2, 2, 1, 1, 0.5, 0.5])
+# height, width of batches: multiples of 32, mostly about the area of 200 x 200
+SHAPES = [(192, 192), (160, 224), (224, 160), (160, 256), (256, 160), (192, 256), (256, 192),
+          (224, 224), (160, 192), (192, 160), (256, 256), (256, 320), (320, 256)]
+LIKELY = np.array([3, 3, 2, 3, 2, 4, 3, 2, 1, 1, 1, 0.3, 0.3])
 
 
 def list_frames(folders):
@@ -42,7 +42,7 @@ def read_frame(frame):
 
 
 def crop(random, picture, depth, shape):
-    """A random part, brought to `shape`. Keeps the aspect up to a factor of 1.15."""
+    """A random part, the picture in `shape`, the depth half as large. Keeps the aspect to 15 %."""
     rows, cols = depth.shape
     aspect = shape[1] / shape[0] * np.exp(random.uniform(-0.14, 0.14))
     height = min(rows, cols / aspect)
@@ -53,7 +53,8 @@ def crop(random, picture, depth, shape):
     area, linear = cv2.INTER_AREA, cv2.INTER_LINEAR
     how = area if w >= shape[1] else (cv2.INTER_CUBIC if random.random() < 0.5 else linear)
     picture = cv2.resize(picture[y:y + h, x:x + w], size, interpolation=how)
-    depth = cv2.resize(depth[y:y + h, x:x + w], size, interpolation=area if w >= shape[1] else linear)
+    half = (shape[1] // 2, shape[0] // 2)
+    depth = cv2.resize(depth[y:y + h, x:x + w], half, interpolation=area if w >= half[0] else linear)
     if random.random() < 0.5:
         picture, depth = picture[:, ::-1], depth[:, ::-1]
     return np.ascontiguousarray(picture), np.ascontiguousarray(depth)
@@ -91,7 +92,7 @@ def augment(random, picture):
         v, u = np.mgrid[-1:1:rows * 1j, -1:1:cols * 1j].astype(np.float32)
         x = x * (1 - random.uniform(0, 0.5) * (u * u + v * v)[..., None] / 2)
     if random.random() < 0.4:  # noise
-        x = x + random.normal(0, random.uniform(0.005, 0.05), x.shape).astype(np.float32)
+        x = x + np.float32(random.uniform(0.005, 0.05)) * random.standard_normal(x.shape, np.float32)
     if random.random() < 0.1:  # sharpened
         x = x + random.uniform(0.3, 1) * (x - cv2.GaussianBlur(x, (0, 0), 1))
     picture = (np.clip(x, 0, 1) * 255 + 0.5).astype(np.uint8)
@@ -109,29 +110,31 @@ def to_input(picture):
 
 
 class Batches(torch.utils.data.IterableDataset):
-    """Endless batches (pictures, inverse depths). Lists the folders again every 100 batches."""
+    """Endless batches (pictures, inverse depths of half the size). Lists the folders again every 100 batches."""
 
     def __init__(self, root, sets, batch, seed, first=0, only=0):
         self.root, self.sets, self.batch, self.seed = root, sets, batch, seed
         self.first, self.only = first, only
 
     def folders(self):
-        return [f for s in self.sets for f in glob.glob(os.path.join(self.root, s))]
+        return sorted(f for s in self.sets for f in glob.glob(os.path.join(self.root, s)))
 
     def __iter__(self):
         cv2.setNumThreads(1)
         torch.set_num_threads(1)
-        index, frames = self.first, []
+        index, sets = self.first, []
         while True:
-            if index % 100 == 0 or not frames:
-                frames = list_frames(self.folders())
+            if index % 100 == 0 or not sets:
+                sets = [f for f in (list_frames([s]) for s in self.folders()) if f]
                 if self.only:
-                    frames = frames[:self.only]
+                    sets = [sets[0][:self.only]]
+                weights = np.sqrt([len(s) for s in sets])  # small sets are seen more often
             random = np.random.default_rng((self.seed, index))
             shape = SHAPES[random.choice(len(SHAPES), p=LIKELY / LIKELY.sum())]
             pictures, depths = [], []
             while len(pictures) < self.batch:
                 try:
+                    frames = sets[random.choice(len(sets), p=weights / weights.sum())]
                     frame = read_frame(frames[random.integers(len(frames))])
                 except ValueError:
                     continue

@@ -4,10 +4,11 @@ import torch.nn.functional as F
 
 
 def normalized(x):
-    """Per picture: minus median, divided by mean absolute deviation. [n, 1, h, w]"""
+    """Per picture: (x - median) / mean absolute deviation; with both numbers. [n, 1, h, w]"""
     flat = x.flatten(1)
-    centred = flat - flat.median(1, keepdim=True).values
-    return (centred / centred.abs().mean(1, keepdim=True).clamp(min=0.02)).view_as(x)
+    median = flat.median(1, keepdim=True).values
+    deviation = (flat - median).abs().mean(1, keepdim=True)
+    return ((flat - median) / deviation.clamp(min=0.02)).view_as(x), median, deviation
 
 
 def ranks(x):
@@ -23,7 +24,7 @@ def correlation(a, b):
     return (a * b).sum(1) / (a.norm(dim=1) * b.norm(dim=1) + 1e-6)
 
 
-def gradients(difference, scales=4):
+def gradients(difference, scales=3):
     total = 0
     for scale in range(scales):
         d = difference[:, :, ::2 ** scale, ::2 ** scale]
@@ -32,14 +33,35 @@ def gradients(difference, scales=4):
     return total
 
 
-def depth_loss(prediction, truth):
+def patches(x, side):
+    """[n * patches, side * side], without their means."""
+    n, _, h, w = x.shape
+    x = x[:, :, :h // side * side, :w // side * side]
+    x = x.reshape(n, h // side, side, w // side, side).transpose(2, 3).reshape(-1, side * side)
+    return x - x.mean(1, keepdim=True)
+
+
+def local_order(prediction, target, side):
+    """Correlation inside patches: rewards edges where the large layout is still wrong."""
+    own, true = patches(prediction, side), patches(target, side)
+    weight = (true.norm(dim=1) / side).clamp(max=0.5)  # nothing to learn from plain patches
+    cosine = (own * true).sum(1) / (own.norm(dim=1) * true.norm(dim=1) + 1e-2)
+    return ((1 - cosine) * weight).sum() / (weight.sum() + 1e-6)
+
+
+def depth_loss(prediction, truth, weight=0.5):
     """`truth` is linear inverse depth 0..1; the prediction learns its square root."""
-    target = normalized(truth.sqrt())
-    own = normalized(prediction)
+    target = normalized(truth.sqrt())[0]
+    own, median, deviation = normalized(prediction)
+    # Without this the scale of the coarsest level grows, and the finer ones can add nothing to it.
+    size = (deviation - 1).square().mean() + median.square().mean()
     difference = own - target
     # a very near thing has a large deviation: it counts, but not more than all the rest
     error = F.smooth_l1_loss(own, target, beta=0.1, reduction="none")
     error = torch.where(error < 2, error, 2 + 0.1 * (error - 2)).mean()
-    small = truth[:, :, 2::4, 2::4] + 1e-6 * torch.rand_like(truth[:, :, 2::4, 2::4])
-    order = 1 - correlation(prediction[:, :, 2::4, 2::4].flatten(1), ranks(small)).mean()
-    return error + 0.5 * gradients(difference.clamp(-4, 4)) + 0.5 * order, error, order
+    small = truth[:, :, 1::2, 1::2]
+    small = small + 1e-6 * torch.rand_like(small)  # equal values in random order
+    order = 1 - correlation(prediction[:, :, 1::2, 1::2].flatten(1), ranks(small)).mean()
+    local = local_order(own, target, 16) + local_order(own, target, 48)
+    edges = gradients(difference.clamp(-4, 4))
+    return error + 0.1 * size + weight * edges + 0.5 * order + 0.25 * local, error, order

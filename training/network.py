@@ -98,13 +98,17 @@ class DepthNet(nn.Module):
             nn.Conv2d(widths[i + 1], widths[i], 1) for i in range(4))
         self.head = nn.Conv2d(widths[0], 1, 1)
 
-    def forward(self, x):
+    def half(self, x):
+        """Depth at half the size, which is all that is learned."""
         features = self.encoder(x)
         y = self.refine[4](self.lateral[4](features[4]))
         for level in (3, 2, 1, 0):
             y = F.relu(up(self.narrow[level](y)) + self.lateral[level](features[level]))
             y = self.refine[level](y)
-        return up(self.head(y))
+        return self.head(y)
+
+    def forward(self, x):
+        return up(self.half(x))
 
 
 class _Table:

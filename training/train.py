@@ -15,7 +15,7 @@ import torch
 from evaluate import real_scenes, spearman_of, val_scenes
 from frames import Batches
 from loss import depth_loss
-from network import DepthNet, load_encoder
+from network import DepthNet, load_encoder, up
 
 KEEP = 0.998  # of the averaged weights, per batch
 
@@ -32,10 +32,22 @@ def set_frozen(net, frozen):
 
 
 def balance(net, pictures):
-    """Brings the laterals' outputs to unit deviation: the encoder's are 5 to 50."""
+    """Gives all that is added in the decoder, and its output, the same deviation to begin with."""
+    def scale(layer, x, deviation):
+        y = layer(x)
+        mean = y.mean((0, 2, 3))
+        factor = deviation / (y - y.mean((2, 3), keepdim=True)).std()
+        layer.weight *= factor
+        layer.bias.add_(-mean).mul_(factor)
+        return layer(x)
+
     with torch.no_grad():
-        for lateral, feature in zip(net.lateral, net.encoder(pictures)):
-            lateral.weight /= feature.std() * lateral.weight.norm(dim=1).mean()
+        features = net.encoder(pictures)
+        y = net.refine[4](scale(net.lateral[4], features[4], 1))
+        for level in (3, 2, 1, 0):
+            above = up(scale(net.narrow[level], y, 0.7))
+            y = net.refine[level](torch.relu(above + scale(net.lateral[level], features[level], 0.7)))
+        scale(net.head, y, 1)
 
 
 def save(file, **state):
@@ -50,10 +62,11 @@ def main():
     parser.add_argument("--encoder", help="mobilenet_v2_1.0_224_quant.tflite, for a new run")
     parser.add_argument("--out", required=True, help="folder of checkpoint and log")
     parser.add_argument("--batches", type=int, default=5000)
-    parser.add_argument("--decay", type=int, default=1500)
-    parser.add_argument("--batch", type=int, default=16)
+    parser.add_argument("--decay", type=int, default=4000)
+    parser.add_argument("--batch", type=int, default=8)
     parser.add_argument("--rate", type=float, default=1e-3, help="of the decoder")
     parser.add_argument("--encoder-rate", type=float, default=1e-4)
+    parser.add_argument("--edges", type=float, default=0.1, help="weight of the gradients' loss")
     parser.add_argument("--frozen", type=int, default=7, help="blocks of the encoder, 0..17")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", type=int, default=0, help="train on the first frames only")
@@ -71,9 +84,11 @@ def main():
     log = open(os.path.join(args.out, "log.csv"), "a", buffering=1)
 
     net, mean = DepthNet(), DepthNet()
-    decoder = [p for n, p in net.named_parameters() if not n.startswith("encoder.")]
-    optimizer = torch.optim.AdamW([{"params": decoder}, {"params": net.encoder.parameters()}],
-                                  weight_decay=1e-4)
+    # the encoder's features have deviations of about 6, so steps of what they meet are smaller
+    shares = {"encoder": args.encoder_rate / args.rate, "lateral": 0.2}
+    optimizer = torch.optim.AdamW(
+        [{"params": part.parameters(), "share": shares.get(name, 1)}
+         for name, part in net.named_children()], weight_decay=1e-4)
     step = seen = 0
     state = None
     if os.path.exists(checkpoint):
@@ -100,9 +115,9 @@ def main():
             balance(net, pictures)
             mean.load_state_dict(net.state_dict())
         share = schedule(step, args.batches, args.decay)
-        optimizer.param_groups[0]["lr"] = args.rate * share
-        optimizer.param_groups[1]["lr"] = args.encoder_rate * share
-        loss, error, order = depth_loss(net(pictures), truth)
+        for group in optimizer.param_groups:
+            group["lr"] = args.rate * share * group["share"]
+        loss, error, order = depth_loss(net.half(pictures), truth, args.edges)
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
         torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)

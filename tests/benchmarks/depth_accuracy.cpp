@@ -10,9 +10,9 @@
 // has the share of the true depth edges that are met. A folder of frames holds pairs NNNNNN.png or
 // .jpg and NNNNNN.d.png, 16-bit inverse depth. What is missing is named and left out.
 
-#include "altiro3D/depth_source.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"

@@ -6,6 +6,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/onnx.hpp"
+#include "support/random_pictures.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -237,7 +238,7 @@ TEST(NetworkProfile, ValidationNamesFieldValueAndRange) {
 
 TEST_F(ModelCatalog, OfTheSourceTreeHoldsTheKnownNetworks) {
     const auto catalog = readModelCatalog(sourcePath("models/catalog.json"));
-    ASSERT_EQ(catalog.size(), 3U);
+    ASSERT_EQ(catalog.size(), 4U);
 
     const NetworkProfile& small = catalog[0];
     EXPECT_EQ(small.name, "midas-small");
@@ -258,8 +259,11 @@ TEST_F(ModelCatalog, OfTheSourceTreeHoldsTheKnownNetworks) {
     EXPECT_EQ(catalog[1].inputWidth, 384);
     EXPECT_EQ(catalog[1].sha256, "");
 
-    EXPECT_EQ(catalog[2].name, "fastdepth");
-    EXPECT_EQ(catalog[2].output, NetworkOutput::MetricDepth);
+    EXPECT_EQ(catalog[2].name, "altiro3d");
+    EXPECT_EQ(catalog[2].inputShape, InputShape::Photo);
+
+    EXPECT_EQ(catalog[3].name, "fastdepth");
+    EXPECT_EQ(catalog[3].output, NetworkOutput::MetricDepth);
 
     EXPECT_EQ(findProfile(catalog, "/somewhere/model-small.onnx"), &catalog[0]);
     EXPECT_EQ(findProfile(catalog, "/somewhere/other.onnx"), nullptr);
@@ -707,6 +711,25 @@ TEST_F(DepthNetworkFile, TheInputMayFollowThePhotosShape) {
     cv::extractChannel(photo, blue, 0);
     blue.convertTo(blue, CV_32F);
     EXPECT_TRUE(samePicture(raw, blue));
+}
+
+TEST(DepthNetwork, TheNetworkOfTheProjectTakesPhotosOfAnyShape) {
+    const std::vector<InstalledNetwork> installed = installedNetworks();
+    const auto own = std::find_if(installed.begin(), installed.end(), [](const auto& network) {
+        return network.profile.name == "altiro3d";
+    });
+    ASSERT_NE(own, installed.end());
+    EXPECT_EQ(fs::file_size(own->file), own->profile.bytes);
+    DepthNetwork network(own->file, own->profile);
+    for (const cv::Size size :
+         {cv::Size(640, 480), cv::Size(480, 640), cv::Size(1, 1), cv::Size(1, 4000)}) {
+        cv::Mat depth;
+        network.estimate(randomPhoto(size), depth);
+        EXPECT_EQ(depth.size(), network.inputSize(size)) << size;
+        EXPECT_TRUE(cv::checkRange(depth, true, nullptr, 0, 1.0001)) << size;
+        network.estimate(cv::Mat(size, CV_8UC3, cv::Scalar::all(255)), depth); // one colour
+        EXPECT_TRUE(cv::checkRange(depth, true, nullptr, 0, 1.0001)) << size;
+    }
 }
 
 TEST_F(DepthNetworkFile, InstalledNetworksAreThoseOfTheCatalogueWhoseFilesAreThere) {

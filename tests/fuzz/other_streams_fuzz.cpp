@@ -43,7 +43,7 @@ void writeSegments(VideoReader& reader, const std::filesystem::path& target,
     const Fraction unit = options.timeBase;
     const std::int64_t step = std::max(unit.denominator / 5 / unit.numerator, 1);
     for (int i = 0; i < kMaxFrames; ++i)
-        writer.write({fuzz::samplePicture(i), i * step, step}, "");
+        writer.write({fuzz::samplePicture(i), i * step, step});
     writer.finish(&reader);
     notes = writer.notes();
 }

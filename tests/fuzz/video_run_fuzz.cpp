@@ -18,7 +18,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         ResumableVideoWriter writer(video, fuzz::videoOptions(), fuzz::runOptions(true));
         const KeptVideo& kept = writer.kept();
         fuzz::require(kept.frames >= 0 && kept.nextPts >= 0, "what is kept is not less than none");
-        writer.write({fuzz::samplePicture(1), kept.nextPts, 1}, "");
+        writer.write({fuzz::samplePicture(1), kept.nextPts, 1});
         writer.finish(nullptr, false);
     });
     return 0;

@@ -49,7 +49,7 @@ inline Leftovers beginRun(const std::filesystem::path& video) {
     {
         ResumableVideoWriter writer(video, videoOptions(), runOptions(false));
         for (int i = 0; i < 3; ++i)
-            writer.write({samplePicture(i), i, 1}, "the state");
+            writer.write({samplePicture(i), i, 1}, {"the state"});
     }
     const std::filesystem::path parts = ResumableVideoWriter::partsDirectory(video);
     return {contentsOf(parts / "run.json"), contentsOf(parts / "000001.mkv")};

@@ -976,7 +976,7 @@ TEST(Video2NativeTool, ARunGoesOnWithTheSameNetworkAndItsFeedingOnly) {
         for (const char* const more :
              {R"(, "channelOrder": "BGR")", R"(, "scale": 0.5)", R"(, "mean": [0, 0.1, 0])",
               R"(, "std": [1, 1, 2])", R"(, "resizeKernel": "nearest")",
-              R"(, "output": "metricDepth")"}) {
+              R"(, "output": "metricDepth")", R"(, "inputShape": "photo")"}) {
             if (isOwn) {
                 run.refusesOther("mine.json", profile(more), "network profile was ");
             } else {

@@ -50,6 +50,7 @@ std::string contentsOf(const NativeLut& map) {
 Json feedingOf(const DepthNetwork& network) {
     const NetworkProfile& profile = network.profile();
     return {{"size", sizeText(network.inputSize())},
+            {"shape", {static_cast<int>(profile.inputShape), profile.multipleOf}},
             {"channels", static_cast<int>(profile.channelOrder)},
             {"scale", profile.scale},
             {"mean", profile.mean},

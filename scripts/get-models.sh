@@ -168,13 +168,18 @@ check() { # file
     fi
 }
 
+part=''   # what is being written
+pinned=''
+trap 'rm -f -- ${part:+"$part"} ${pinned:+"$pinned"}' EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
 pin() { # notes the hash of a file that has none yet
-    local temporary
-    temporary=$(mktemp -- "$directory/.pinned.XXXXXX")
-    if [[ -f $pins ]]; then cat -- "$pins" >"$temporary"; fi
-    echo "$actual  $file" >>"$temporary"
-    chmod 644 -- "$temporary"
-    mv -f -- "$temporary" "$pins"
+    pinned=$(mktemp -- "$directory/.pinned.XXXXXX")
+    if [[ -f $pins ]]; then cat -- "$pins" >"$pinned"; fi
+    echo "$actual  $file" >>"$pinned"
+    chmod 644 -- "$pinned"
+    mv -f -- "$pinned" "$pins"
     echo "Nobody publishes a SHA-256 of $file; pinned what came:"
     echo "  $actual (noted in $pins)"
 }
@@ -200,10 +205,6 @@ fi
 mkdir -p -- "$directory" || fail "cannot make $directory"
 # GNU mktemp makes it readable to its owner alone; it stays hidden until it is checked.
 part=$(mktemp -- "$directory/.$file.XXXXXX" 2>/dev/null) || fail "cannot write into $directory"
-trap 'rm -f -- "$part"' EXIT
-trap 'exit 130' INT
-trap 'exit 143' TERM
-
 size="size unknown"
 [[ $bytes == - ]] || size="$(((bytes + 500000) / 1000000)) MB"
 echo "Downloading $file, $size, from $url"

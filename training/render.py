@@ -49,7 +49,7 @@ def build(into):
                 "g++",
                 "-std=c++17",
                 "-O3",
-                "-march=native",
+                "-ffp-contract=off",  # the same frames on every processor
                 "-fno-math-errno",
                 "-fno-trapping-math",
                 "-fPIC",

@@ -51,6 +51,17 @@ def box(size=(1, 1, 1), parts=(0, 0, 0)):
     )
 
 
+def mesh(positions, triangles, uv, normals, part):
+    """A surface of one part; the arrays may have any shape whose last axis is the vector."""
+    return {
+        "positions": positions.reshape(-1, 3).astype(np.float32),
+        "triangles": triangles,
+        "uv": uv.reshape(-1, 2).astype(np.float32),
+        "normals": normals.reshape(-1, 3).astype(np.float32),
+        "parts": np.full(len(triangles), part, np.int32),
+    }
+
+
 def tube(points, radii, sides=8, part=0):
     """A tube along points, for branches, poles, wheels and cables."""
     points = np.asarray(points, np.float64)
@@ -67,13 +78,7 @@ def tube(points, radii, sides=8, part=0):
     length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     uv = np.stack(np.meshgrid(angle / (2 * np.pi), length), -1)
     triangles = grid(sides, len(points) - 1)
-    return {
-        "positions": p.reshape(-1, 3).astype(np.float32),
-        "triangles": triangles,
-        "uv": uv.reshape(-1, 2).astype(np.float32),
-        "normals": ring.reshape(-1, 3).astype(np.float32),
-        "parts": np.full(len(triangles), part, np.int32),
-    }
+    return mesh(p, triangles, uv, ring, part)
 
 
 def lathe(profile, sides=32, part=0):
@@ -102,13 +107,7 @@ def lathe(profile, sides=32, part=0):
     v = np.linspace(1, 0, len(profile))
     uv = np.stack(np.meshgrid(angle / (2 * np.pi), v), -1)
     triangles = grid(sides, len(profile) - 1)
-    return {
-        "positions": p.reshape(-1, 3).astype(np.float32),
-        "triangles": triangles,
-        "uv": uv.reshape(-1, 2).astype(np.float32),
-        "normals": n.reshape(-1, 3).astype(np.float32),
-        "parts": np.full(len(triangles), part, np.int32),
-    }
+    return mesh(p, triangles, uv, n, part)
 
 
 def ball(radius=1.0, sides=32):

@@ -19,6 +19,15 @@ namespace {
 
 constexpr const char* kCues = "cues"; // -n: no network
 
+// Where to get a network that suits most photos.
+constexpr const char* kDownload = "midas-small";
+
+const NetworkProfile* firstLarge(const std::vector<NetworkProfile>& catalog) {
+    for (const NetworkProfile& profile : catalog)
+        if (profile.large) return &profile;
+    return nullptr;
+}
+
 const NetworkProfile* named(const std::vector<NetworkProfile>& catalog, const std::string& name) {
     for (const NetworkProfile& profile : catalog) {
         if (profile.name == name) return &profile;
@@ -70,18 +79,14 @@ std::string processorName(InferenceTarget target) {
 
 } // namespace
 
-std::string standardNetwork(bool large) {
-    return large ? "midas-large" : "midas-small";
-}
-
 void addDepthOptions(CommandLine& commandLine, Medium medium) {
     const bool video = medium == Medium::Video;
     commandLine.addSection("Depth");
     commandLine.add(
         {"n", "network"},
         "Depth network: an ONNX file, or the name of one in the catalogue; or cues, the "
-        "built-in estimator (default: " +
-            standardNetwork() + " if its file is found, else cues).",
+        "built-in estimator. Default: the first of midas-small and altiro3d whose file is "
+        "found, else cues.",
         "NETWORK", [] {
             std::vector<std::string> names{kCues};
             for (const NetworkProfile& profile : modelCatalog())
@@ -207,7 +212,7 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
                                  " is a large network, but the catalogue knows it as " +
                                  known->name + "; expected no -l");
             }
-            if (known == nullptr && large) known = named(catalog, standardNetwork(true));
+            if (known == nullptr && large) known = firstLarge(catalog);
             if (known == nullptr) {
                 throw Error(ErrorCode::NotFound, *wanted,
                             "is not in the catalogue of networks, expected --net-profile FILE.json "
@@ -215,19 +220,17 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
             }
             profile = *known;
         }
-    } else {
-        const NetworkProfile* entry = named(catalog, standardNetwork(large));
-        if (entry != nullptr) {
-            networkFile = findModelFile(entry->file, searchPath);
-            profile = *entry;
-        }
-        if (networkFile.empty() && large) {
-            throw Error(ErrorCode::NotFound, "-l",
-                        "the large network" +
-                            (entry != nullptr ? " (" + entry->file + ")" : std::string()) +
-                            " was not found, expected it in the model search path (" +
-                            downloadCommand(standardNetwork(true)) + ") or given with -n");
-        }
+    } else if (const auto standard = standardNetwork(large, searchPath)) {
+        networkFile = standard->file;
+        profile = standard->profile;
+    } else if (large) {
+        const NetworkProfile* const known = firstLarge(catalog);
+        const std::string file = known != nullptr ? " (" + known->file + ")" : "";
+        throw Error(ErrorCode::NotFound, "-l",
+                    "the large network" + file +
+                        " was not found, expected it in the model search path (" +
+                        downloadCommand(known != nullptr ? known->name : "midas-large") +
+                        ") or given with -n");
     }
     const auto wantedSize = commandLine.wholeNumber("network-size", 16, 4096);
     if (networkFile.empty() && wantedSize) {
@@ -238,7 +241,7 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
         source_ = depthFromCues();
         description_ = source_->description();
         messages.say("depth: built-in estimator; for better depth get a network (" +
-                     downloadCommand(standardNetwork(false)) + ") or give a depth image (-d)");
+                     downloadCommand(kDownload) + ") or give a depth image (-d)");
         return;
     }
     const InferenceTarget target = chooseInferenceTarget(availableBackends());
@@ -251,7 +254,11 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
     requireHarmless(networkFile, *profile, catalog, size, messages);
     source_ = depthFromNetwork(DepthNetwork(networkFile, *profile, target, size));
     description_ = source_->description();
-    messages.say("depth: " + description_ + ", " + sizeText(network()->inputSize()));
+    const cv::Size input = network()->inputSize();
+    messages.say("depth: " + description_ + ", " +
+                 (network()->profile().inputShape == InputShape::Photo
+                      ? std::to_string(std::max(input.width, input.height)) + " px wide or high"
+                      : sizeText(input)));
     messages.detail("depth network runs on " + processorName(target));
 }
 

@@ -16,10 +16,6 @@ enum class Medium { Photo, Video };
 /// -n -l --net-profile --network-size -d --rgbd --depth-kind; with videos --depth, too
 void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 
-/// Name in the catalogue of the network that is used where none is named, if its file is there.
-/// @param large the large one, of -l
-std::string standardNetwork(bool large = false);
-
 /// Where the depth of photos comes from, by the options.
 class ChosenDepth {
   public:

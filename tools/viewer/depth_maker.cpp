@@ -56,8 +56,10 @@ const InstalledNetwork* DepthMaker::find(const std::string& name) const {
 std::string DepthMaker::choose(const std::string& wish, bool given) const {
     if (wish == kBuiltInDepth || find(wish) != nullptr) return wish;
     if (given) return kGivenDepth;
-    const std::string standard = tools::standardNetwork();
-    return find(standard) != nullptr ? standard : kBuiltInDepth;
+    const auto standard =
+        std::find_if(networks_.begin(), networks_.end(),
+                     [](const InstalledNetwork& network) { return !network.profile.large; });
+    return standard != networks_.end() ? standard->profile.name : kBuiltInDepth;
 }
 
 void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSource&)>& use) {

@@ -9,8 +9,7 @@
 
 namespace altiro3D::viewer {
 
-/// Depth as the picture has it, else by tools::standardNetwork() if its file is there, else by the
-/// estimator that is built in.
+/// Depth as the picture has it, else by standardNetwork(), else by the estimator that is built in.
 constexpr const char* kBestDepth = "best";
 /// Depth as the picture has it.
 constexpr const char* kGivenDepth = "given";

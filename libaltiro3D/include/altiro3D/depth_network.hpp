@@ -8,6 +8,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,13 +46,16 @@ struct NetworkProfile {
     int inputWidth = 0;      ///< Input width in px, 1..4096.
     int inputHeight = 0;     ///< Input height in px, 1..4096.
     int multipleOf = 32;     ///< Input sides must be multiples of this, 1..4096.
-    InputShape inputShape = InputShape::Fixed;       ///< Whether the input has the photo\'s shape.
+    InputShape inputShape = InputShape::Fixed;       ///< Whether the input has the photo's shape.
     ChannelOrder channelOrder = ChannelOrder::Rgb;   ///< Order of the input's planes.
     double scale = 1.0 / 255.0;                      ///< Factor on 8-bit values.
     std::array<double, 3> mean{0, 0, 0};             ///< Subtracted after scale, in channelOrder.
     std::array<double, 3> std{1, 1, 1};              ///< Divisor after mean, in channelOrder, != 0.
     ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< On float values, after scale.
     NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
+    /// Share of the built-in estimator in the depth that depthFromNetwork() gives, 0 up to (not
+    /// including) 1. DepthNetwork itself ignores it.
+    double cuesShare = 0;
 };
 
 /// Checks a profile.
@@ -212,5 +216,14 @@ modelCatalog(const std::vector<std::filesystem::path>& searchPath = modelSearchP
 /// @throws Error as readModelCatalog()
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<InstalledNetwork>
 installedNetworks(const std::vector<std::filesystem::path>& searchPath = modelSearchPath());
+
+/// The network to use if nobody names one: the first of installedNetworks() that is large, or not.
+/// @param large which one is wanted, see NetworkProfile::large
+/// @param searchPath directories, as modelSearchPath() gives them
+/// @return the network; nothing if no such network is installed
+/// @throws Error as readModelCatalog()
+[[nodiscard]] ALTIRO3D_EXPORT std::optional<InstalledNetwork>
+standardNetwork(bool large = false,
+                const std::vector<std::filesystem::path>& searchPath = modelSearchPath());
 
 } // namespace altiro3D

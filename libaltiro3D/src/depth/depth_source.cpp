@@ -3,7 +3,9 @@
 #include "altiro3D/image_io.hpp"
 
 #include <future>
+#include <optional>
 #include <opencv2/core/utility.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
 
@@ -38,19 +40,37 @@ class NetworkSource : public DepthSource {
   public:
     explicit NetworkSource(DepthNetwork network) : network_(std::move(network)) {}
     std::string description() const override {
-        return "network " + network_.profile().name + " (" + network_.file().string() + ")";
+        return "network " + network_.profile().name +
+               (mixes() ? " with the built-in estimator (" : " (") + network_.file().string() + ")";
     }
     DepthKind kind() const override {
+        if (mixes()) return DepthKind::NearWhite;
         return network_.profile().output == NetworkOutput::MetricDepth ? DepthKind::Metric
                                                                        : DepthKind::NearWhite;
     }
     const DepthNetwork* network() const override { return &network_; }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        network_.infer(image, raw);
+        if (mixes()) {
+            mix(image, raw);
+        } else {
+            network_.infer(image, raw);
+        }
         photo = image;
     }
 
   private:
+    bool mixes() const { return network_.profile().cuesShare > 0; }
+    // In the size of the cues, whose edges are those of the photo.
+    void mix(const cv::Mat& image, cv::Mat& raw) {
+        cv::Mat depth;
+        network_.estimate(image, depth);
+        cv::Mat cues;
+        estimateDepthFromCues(image, cues);
+        cv::resize(depth, depth, cues.size(), 0, 0, cv::INTER_LINEAR);
+        const double share = network_.profile().cuesShare;
+        cv::addWeighted(depth, 1 - share, cues, share, 0, raw, CV_32F);
+    }
+
     DepthNetwork network_;
 };
 
@@ -128,6 +148,12 @@ std::unique_ptr<DepthSource> depthFromCues() {
 
 std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network) {
     return std::make_unique<NetworkSource>(std::move(network));
+}
+
+std::unique_ptr<DepthSource> depthFromPhoto() {
+    const std::optional<InstalledNetwork> network = standardNetwork();
+    return network ? depthFromNetwork(DepthNetwork(network->file, network->profile))
+                   : depthFromCues();
 }
 
 std::unique_ptr<DepthSource> depthFromFile(std::filesystem::path file, DepthKind kind) {

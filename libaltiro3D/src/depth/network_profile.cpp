@@ -105,6 +105,10 @@ std::optional<Problem> findProblem(const NetworkProfile& profile) {
                            "is " + shown(profile.std[i]) + ", expected a number other than 0"};
         }
     }
+    if (!(profile.cuesShare >= 0 && profile.cuesShare < 1)) {
+        return Problem{"cuesShare", "is " + shown(profile.cuesShare) +
+                                        ", expected a number from 0 up to, not including, 1"};
+    }
     return std::nullopt;
 }
 
@@ -244,6 +248,7 @@ NetworkProfile readProfile(const std::string& file, const std::string& prefix, c
                                {{"inverseDepth", NetworkOutput::InverseDepth},
                                 {"metricDepth", NetworkOutput::MetricDepth}},
                                profile.output);
+    reader.read("cuesShare", profile.cuesShare);
     if (const auto problem = findProblem(profile)) reader.fail(problem->field, problem->text);
     return profile;
 }
@@ -382,6 +387,13 @@ std::vector<InstalledNetwork> installedNetworks(const std::vector<fs::path>& sea
         if (!file.empty()) installed.push_back({std::move(profile), std::move(file)});
     }
     return installed;
+}
+
+std::optional<InstalledNetwork> standardNetwork(bool large,
+                                                const std::vector<fs::path>& searchPath) {
+    for (InstalledNetwork& network : installedNetworks(searchPath))
+        if (network.profile.large == large) return std::move(network);
+    return std::nullopt;
 }
 
 } // namespace altiro3D

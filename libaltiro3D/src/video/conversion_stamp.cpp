@@ -57,6 +57,7 @@ Json feedingOf(const DepthNetwork& network) {
             {"std", profile.std},
             {"resize", static_cast<int>(profile.resizeKernel)},
             {"output", static_cast<int>(profile.output)},
+            {"cues", profile.cuesShare},
             {"processor", static_cast<int>(network.target())}};
 }
 

@@ -261,6 +261,7 @@ TEST_F(ModelCatalog, OfTheSourceTreeHoldsTheKnownNetworks) {
 
     EXPECT_EQ(catalog[2].name, "altiro3d");
     EXPECT_EQ(catalog[2].inputShape, InputShape::Photo);
+    EXPECT_EQ(catalog[2].cuesShare, 0.5);
 
     EXPECT_EQ(catalog[3].name, "fastdepth");
     EXPECT_EQ(catalog[3].output, NetworkOutput::MetricDepth);
@@ -276,7 +277,7 @@ TEST_F(ModelCatalog, ReadsEveryFieldAndLeavesUnknownKeysAlone) {
         "sha256": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
         "licence": "L", "large": true, "inputWidth": 28, "inputHeight": 14, "multipleOf": 14,
         "channelOrder": "BGR", "scale": 2, "mean": [1, 2.5, -3], "std": [4, 5, 6],
-        "resizeKernel": "area", "output": "metricDepth", "note": {"any": ["thing", null]}})"));
+        "resizeKernel": "area", "output": "metricDepth", "cuesShare": 0.25, "note": {"any": ["thing", null]}})"));
     EXPECT_EQ(profile.name, "n");
     EXPECT_EQ(profile.file, "f.onnx");
     EXPECT_EQ(profile.url, "https://example.org/f.onnx");
@@ -293,6 +294,7 @@ TEST_F(ModelCatalog, ReadsEveryFieldAndLeavesUnknownKeysAlone) {
     EXPECT_EQ(profile.std, (std::array<double, 3>{4, 5, 6}));
     EXPECT_EQ(profile.resizeKernel, ResizeKernel::Area);
     EXPECT_EQ(profile.output, NetworkOutput::MetricDepth);
+    EXPECT_EQ(profile.cuesShare, 0.25);
 }
 
 TEST_F(ModelCatalog, ErrorsNamePlaceAndExpectation) {
@@ -750,6 +752,24 @@ TEST_F(DepthNetworkFile, InstalledNetworksAreThoseOfTheCatalogueWhoseFilesAreThe
     ASSERT_EQ(installed.size(), 1U);
     EXPECT_EQ(installed[0].profile.name, "b");
     EXPECT_EQ(installed[0].file, directory_ / "b.onnx");
+}
+
+TEST_F(DepthNetworkFile, TheStandardNetworkIsTheFirstOneThatIsInstalled) {
+    const std::vector<fs::path> path{directory_.path()};
+    EXPECT_FALSE(standardNetwork(false, path).has_value());
+    spill(directory_ / "catalog.json", R"({"networks": [
+        {"name": "big", "file": "l.onnx", "inputWidth": 64, "inputHeight": 64, "large": true},
+        {"name": "a", "file": "a.onnx", "inputWidth": 64, "inputHeight": 64},
+        {"name": "b", "file": "b.onnx", "inputWidth": 64, "inputHeight": 64}]})");
+    EXPECT_FALSE(standardNetwork(false, path).has_value());
+    spill(directory_ / "l.onnx", "");
+    EXPECT_FALSE(standardNetwork(false, path).has_value());
+    spill(directory_ / "b.onnx", "");
+    EXPECT_EQ(standardNetwork(false, path)->profile.name, "b");
+    spill(directory_ / "a.onnx", "");
+    EXPECT_EQ(standardNetwork(false, path)->profile.name, "a");
+    EXPECT_EQ(standardNetwork(false, path)->file, directory_ / "a.onnx");
+    EXPECT_EQ(standardNetwork(true, path)->profile.name, "big");
 }
 
 // --- Errors --------------------------------------------------------------------------------------

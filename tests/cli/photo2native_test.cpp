@@ -249,10 +249,9 @@ TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
     depthFromNetwork(DepthNetwork(own[0].file, own[0].profile))
         ->readScene(readPhoto(studio / "photo.png"), path.views.focus, scene);
     // the network's sums depend on the number of threads in the last digits
-    EXPECT_TRUE(samePicture(readBack(studio / "a.png"),
-                            libraryNative(readCalibration(studio / "small.json"), scene.photo,
-                                          scene.depth, path),
-                            2));
+    EXPECT_TRUE(samePicture(
+        readBack(studio / "a.png"),
+        libraryNative(readCalibration(studio / "small.json"), scene.photo, scene.depth, path), 2));
 }
 
 TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {

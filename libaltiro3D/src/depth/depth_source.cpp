@@ -3,9 +3,9 @@
 #include "altiro3D/image_io.hpp"
 
 #include <future>
-#include <optional>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 namespace altiro3D {
 

@@ -32,9 +32,6 @@ void addVideoInputOptions(CommandLine& commandLine);
 /// @throws UsageError
 VideoReaderOptions videoReaderOptions(const CommandLine& commandLine);
 
-/// As --preset names it.
-std::string presetName(EncoderPreset preset);
-
 /// --codec --crf --preset --compat --no-audio --no-subtitles
 void addEncoderOptions(CommandLine& commandLine);
 /// What the encoder options say; size and times are those of the video.

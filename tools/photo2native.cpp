@@ -250,6 +250,7 @@ Json networkJson(const CommandLine& commandLine, const ChosenDepth& source) {
             {"profile", given(commandLine, "net-profile")},
             {"inputWidth", source.network()->inputSize().width},
             {"inputHeight", source.network()->inputSize().height},
+            {"engine", engineName(source.network()->engine())},
             {"large", commandLine.has("l")}};
 }
 

@@ -73,11 +73,27 @@ cv::Size scaledInput(const NetworkProfile& profile, double longerSide) {
     return {side(profile.inputWidth), side(profile.inputHeight)};
 }
 
+InferenceEngine engineOption(const CommandLine& commandLine) {
+    const auto choice = commandLine.choice("engine", {"opencv", "onnxruntime"});
+    if (!choice) return InferenceEngine::Best;
+    if (*choice == 0) return InferenceEngine::OpenCv;
+    if (!hasOnnxRuntime()) {
+        throw Error(ErrorCode::Unsupported, "--engine",
+                    "ONNX Runtime is not built in, expected opencv, or a build on a system that "
+                    "has libonnxruntime-dev (Debian 13)");
+    }
+    return InferenceEngine::OnnxRuntime;
+}
+
 std::string processorName(InferenceTarget target) {
     return target == InferenceTarget::Cuda ? "CUDA" : "the CPU";
 }
 
 } // namespace
+
+std::string engineName(InferenceEngine engine) {
+    return engine == InferenceEngine::OnnxRuntime ? "ONNX Runtime" : "OpenCV";
+}
 
 void addDepthOptions(CommandLine& commandLine, Medium medium) {
     const bool video = medium == Medium::Video;
@@ -104,6 +120,13 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                             "Longer side of the network's input in px (default: its own, 256 for "
                             "midas-small). Smaller is quicker and less accurate.",
                             "PX");
+    commandLine.addAdvanced(
+        {"engine"},
+        std::string("Program that runs the network: opencv or onnxruntime, which "
+                    "is several times faster") +
+            (hasOnnxRuntime() ? " (default: onnxruntime where it can be used)."
+                              : " but is not built in here."),
+        "opencv|onnxruntime");
     if (video) {
         commandLine.add({"depth"},
                         "Depth is given: a video, or a directory with one picture per frame.",
@@ -149,7 +172,7 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
     kind_ = kindOption(commandLine);
     commandLine.exclude(filesOption, "rgbd");
     commandLine.exclude("l", "net-profile"); // the profile says itself what the network is
-    for (const char* networkOption : {"n", "l", "net-profile", "network-size"}) {
+    for (const char* networkOption : {"n", "l", "net-profile", "network-size", "engine"}) {
         commandLine.exclude(filesOption, networkOption);
         commandLine.exclude("rgbd", networkOption);
     }
@@ -167,7 +190,7 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
 
 void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.value("n") == kCues) {
-        for (const char* option : {"l", "net-profile", "network-size"}) {
+        for (const char* option : {"l", "net-profile", "network-size", "engine"}) {
             if (commandLine.has(option)) {
                 throw UsageError("-n cues uses no network, expected no " +
                                  std::string(option[1] == '\0' ? "-" : "--") + option);
@@ -251,15 +274,20 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
                          " for " + profile->name);
     }
     const cv::Size size = wantedSize ? scaledInput(*profile, *wantedSize) : cv::Size();
-    requireHarmless(networkFile, *profile, catalog, size, messages);
-    source_ = depthFromNetwork(DepthNetwork(networkFile, *profile, target, size));
+    const InferenceEngine engine = engineOption(commandLine);
+    requireHarmless(networkFile, *profile, catalog, size, engine, messages);
+    {
+        const QuietStandardError quiet; // some builds of ONNX Runtime print when they start
+        source_ = depthFromNetwork(DepthNetwork(networkFile, *profile, target, size, engine));
+    }
     description_ = source_->description();
     const cv::Size input = network()->inputSize();
     messages.say("depth: " + description_ + ", " +
                  (network()->profile().inputShape == InputShape::Photo
                       ? std::to_string(std::max(input.width, input.height)) + " px wide or high"
                       : sizeText(input)));
-    messages.detail("depth network runs on " + processorName(target));
+    messages.detail("depth network runs on " + processorName(target) + " by " +
+                    engineName(network()->engine()));
 }
 
 Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,

@@ -16,6 +16,9 @@ enum class Medium { Photo, Video };
 /// -n -l --net-profile --network-size -d --rgbd --depth-kind; with videos --depth, too
 void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 
+/// An engine's name for people. @return "OpenCV" or "ONNX Runtime"
+std::string engineName(InferenceEngine engine);
+
 /// Where the depth of photos comes from, by the options.
 class ChosenDepth {
   public:

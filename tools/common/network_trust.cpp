@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kStepBytes = std::size_t{1} << 20;
+constexpr double kTrialSeconds = 120;
 
 std::string hexadecimal(const QCryptographicHash& hash) {
     return hash.result().toHex().toStdString();
@@ -36,7 +37,8 @@ std::string sha256(const fs::path& file) {
 }
 
 // Changes with the file and with what it is tried with. Empty if there is no such file.
-std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size size) {
+std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size size,
+                  InferenceEngine engine) {
     struct stat state {};
     if (::stat(file.c_str(), &state) != 0 || !S_ISREG(state.st_mode)) return {};
     std::string key = std::string(version()) + " " CV_VERSION;
@@ -47,7 +49,8 @@ std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size 
           static_cast<long long>(state.st_ctim.tv_sec),
           static_cast<long long>(state.st_ctim.tv_nsec), static_cast<long long>(profile.inputWidth),
           static_cast<long long>(profile.inputHeight), static_cast<long long>(size.width),
-          static_cast<long long>(size.height)}) {
+          static_cast<long long>(size.height), static_cast<long long>(engine),
+          static_cast<long long>(hasOnnxRuntime())}) {
         key += ' ' + std::to_string(number);
     }
     QCryptographicHash hash(QCryptographicHash::Sha256);
@@ -91,8 +94,8 @@ void keep(const fs::path& entry, const Findings& findings) {
 
 void requireHarmless(const fs::path& file, const NetworkProfile& profile,
                      const std::vector<NetworkProfile>& catalog, cv::Size inputSize,
-                     Messages& messages) {
-    const std::string key = keyOf(file, profile, inputSize);
+                     InferenceEngine engine, Messages& messages) {
+    const std::string key = keyOf(file, profile, inputSize, engine);
     if (key.empty()) return; // nothing to run
     const fs::path directory = cacheDirectory();
     const fs::path entry = directory.empty() ? fs::path() : directory / ("network-" + key + ".txt");
@@ -112,7 +115,7 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
         });
     if (!known && !findings.survived) {
         messages.detail(file.string() + ": is not in the catalogue; tried in a process of its own");
-        probeNetwork(file, profile, inputSize);
+        probeNetwork(file, profile, inputSize, kTrialSeconds, engine);
         findings.survived = true;
         keep(entry, findings);
     } else if (isNew) {

@@ -18,11 +18,11 @@ namespace altiro3D::tools {
 /// is, so it costs time once.
 ///
 /// @param file the ONNX file @param profile how it is fed
-/// @param catalog the known networks @param inputSize as for DepthNetwork
+/// @param catalog the known networks @param inputSize, engine as for DepthNetwork
 /// @throws Error NetworkFailed
 void requireHarmless(const std::filesystem::path& file, const NetworkProfile& profile,
                      const std::vector<NetworkProfile>& catalog, cv::Size inputSize,
-                     Messages& messages);
+                     InferenceEngine engine, Messages& messages);
 
 /// The command that downloads a network of the catalogue, as it is called on this machine.
 std::string downloadCommand(const std::string& name);

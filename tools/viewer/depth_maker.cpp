@@ -74,7 +74,11 @@ void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSo
         loaded_.clear();
         if (harmless_.count(chosen) == 0) requireHarmless(chosen);
         harmless_.insert(chosen);
-        network_ = depthFromNetwork(DepthNetwork(network->file, network->profile));
+        {
+            const tools::QuietStandardError
+                quiet; // some builds of ONNX Runtime print when they start
+            network_ = depthFromNetwork(DepthNetwork(network->file, network->profile));
+        }
         loaded_ = chosen;
     }
     use(*network_);
@@ -89,7 +93,8 @@ int tryNetwork(const std::string& name) {
         std::vector<NetworkProfile> catalog;
         for (const InstalledNetwork& ready : networks)
             catalog.push_back(ready.profile);
-        tools::requireHarmless(network->file, network->profile, catalog, {}, messages);
+        tools::requireHarmless(network->file, network->profile, catalog, {}, InferenceEngine::Best,
+                               messages);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "%s\n", tools::sentenceOf(error).c_str());
         return tools::kExitFailed;

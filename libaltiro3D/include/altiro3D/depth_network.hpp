@@ -33,6 +33,16 @@ enum class InputShape {
 /// How a photo is resampled to the network's input.
 enum class ResizeKernel { Nearest, Linear, Cubic, Area };
 
+/// The program that runs the graph of a network.
+enum class InferenceEngine {
+    Best,       ///< What the profile says, else OnnxRuntime where it can be used, else OpenCv.
+    OpenCv,     ///< OpenCV's DNN module.
+    OnnxRuntime ///< ONNX Runtime, several times faster, on the CPU only; see hasOnnxRuntime().
+};
+
+/// Whether this library was built with ONNX Runtime. @return true if it was
+[[nodiscard]] ALTIRO3D_EXPORT bool hasOnnxRuntime();
+
 /// Everything that exact inference with one network needs; one entry of `models/catalog.json`, or
 /// a file of the same keys given by the user. `pixel -> (pixel * scale - mean) / std` per channel.
 struct NetworkProfile {
@@ -53,6 +63,7 @@ struct NetworkProfile {
     std::array<double, 3> std{1, 1, 1};              ///< Divisor after mean, in channelOrder, != 0.
     ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< On float values, after scale.
     NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
+    InferenceEngine engine = InferenceEngine::Best;     ///< The only engine that can run it.
     /// Share of the built-in estimator in the depth that depthFromNetwork() gives, 0 up to (not
     /// including) 1. DepthNetwork itself ignores it.
     double cuesShare = 0;
@@ -100,7 +111,9 @@ chooseInferenceTarget(const std::vector<std::pair<int, int>>& backends);
 ///
 /// OpenCV's log level and error callback belong to the process and stay as they are. OpenCV logs
 /// details of a graph that it cannot load or run, by default on stderr; the sentence of the Error
-/// is complete without them. cv::utils::logging::setLogLevel() turns the log off.
+/// is complete without them. cv::utils::logging::setLogLevel() turns the log off. ONNX Runtime 1.21
+/// of Debian 13 writes about a thousand harmless lines on stderr when a process loads its first
+/// network.
 class ALTIRO3D_EXPORT DepthNetwork {
   public:
     /// Loads an ONNX file.
@@ -108,6 +121,8 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// @param file the ONNX file
     /// @param profile how to feed it
     /// @param target processor to run on
+    /// @param engine program that runs the graph. ONNX Runtime cannot run a file that is fixed to
+    ///        one size at another; InferenceEngine::Best then takes OpenCV.
     /// @param inputSize size to bring photos to, sides of 1..4096 px, multiples of the profile's
     ///        `multipleOf`; empty: the profile's. Most networks take others than they were trained
     ///        for: less is quicker and sees less. The file may be fixed to the profile's size; what
@@ -116,10 +131,11 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// @throws Error NotFound; BadFormat (no ONNX file, external weights missing, a graph OpenCV
     ///         cannot load); Mismatch (the file is fixed to another size than the profile's);
     ///         NetworkFailed (cannot run at `inputSize`); Unsupported (weights in another file, no
-    ///         CUDA here); InvalidArgument (profile, inputSize); ReadFailed, TooLarge (2 GiB),
-    ///         OutOfMemory
+    ///         CUDA or ONNX Runtime here); InvalidArgument (profile, inputSize); ReadFailed,
+    ///         TooLarge (2 GiB), OutOfMemory
     DepthNetwork(const std::filesystem::path& file, NetworkProfile profile,
-                 InferenceTarget target = InferenceTarget::Cpu, cv::Size inputSize = {});
+                 InferenceTarget target = InferenceTarget::Cpu, cv::Size inputSize = {},
+                 InferenceEngine engine = InferenceEngine::Best);
     ~DepthNetwork();
     DepthNetwork(DepthNetwork&&) noexcept;            ///< Moves.
     DepthNetwork& operator=(DepthNetwork&&) noexcept; ///< Moves. @return *this
@@ -139,6 +155,8 @@ class ALTIRO3D_EXPORT DepthNetwork {
     [[nodiscard]] const std::filesystem::path& file() const;
     /// The processor it runs on. @return as given to the constructor
     [[nodiscard]] InferenceTarget target() const;
+    /// The program that runs its graph. @return OpenCv or OnnxRuntime
+    [[nodiscard]] InferenceEngine engine() const;
 
     /// The network's own numbers for a photo. Of several outputs the last one counts.
     ///
@@ -176,10 +194,12 @@ class ALTIRO3D_EXPORT DepthNetwork {
 /// @param profile how to feed it
 /// @param inputSize as for DepthNetwork
 /// @param seconds time for the child, 0.1..3600; it uses one thread of the CPU
+/// @param engine as for DepthNetwork
 /// @throws Error NetworkFailed (it crashes OpenCV, or takes longer); InvalidArgument (seconds);
 ///         ReadFailed (there can be no child)
 ALTIRO3D_EXPORT void probeNetwork(const std::filesystem::path& file, const NetworkProfile& profile,
-                                  cv::Size inputSize = {}, double seconds = 120);
+                                  cv::Size inputSize = {}, double seconds = 120,
+                                  InferenceEngine engine = InferenceEngine::Best);
 
 /// Where network files and the catalogue are looked for, in this order: `$ALTIRO3D_MODELS` (a list
 /// separated by ':'), `$XDG_DATA_HOME` or `~/.local/share` + `/altiro3D/models`, `models/` of each
@@ -218,6 +238,7 @@ modelCatalog(const std::vector<std::filesystem::path>& searchPath = modelSearchP
 installedNetworks(const std::vector<std::filesystem::path>& searchPath = modelSearchPath());
 
 /// The network to use if nobody names one: the first of installedNetworks() that is large, or not.
+/// Networks that need ONNX Runtime count only if it is there.
 /// @param large which one is wanted, see NetworkProfile::large
 /// @param searchPath directories, as modelSearchPath() gives them
 /// @return the network; nothing if no such network is installed

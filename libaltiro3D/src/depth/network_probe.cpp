@@ -32,7 +32,7 @@ constexpr char kSurvived = 'y';
 // Runs in the child and never returns, because destructors of the parent's objects must not run
 // here.
 [[noreturn]] void tryNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size size,
-                             int result) {
+                             InferenceEngine engine, int result) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL); // without the parent there is no time limit
     const rlimit none{0, 0};
     ::setrlimit(RLIMIT_CORE, &none);
@@ -45,7 +45,7 @@ constexpr char kSurvived = 'y';
     }
     try {
         cv::setNumThreads(1); // fork() does not copy the parent's threads
-        DepthNetwork network(file, profile, InferenceTarget::Cpu, size);
+        DepthNetwork network(file, profile, InferenceTarget::Cpu, size, engine);
         cv::Mat raw;
         network.infer(cv::Mat(network.inputSize(), CV_8UC3, cv::Scalar::all(128)), raw);
     } catch (const std::exception&) { // the parent gets the same error and reports it
@@ -74,9 +74,12 @@ bool waitFor(int descriptor, double seconds) {
 } // namespace
 
 void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size inputSize,
-                  double seconds) {
+                  double seconds, InferenceEngine engine) {
     check(seconds >= 0.1 && seconds <= 3600, "seconds",
           "is " + numberText(seconds) + ", expected 0.1..3600");
+    const InferenceEngine wanted = engine != InferenceEngine::Best ? engine : profile.engine;
+    const bool byOpenCv = wanted == InferenceEngine::OpenCv || !hasOnnxRuntime();
+    const std::string program = byOpenCv ? "OpenCV " CV_VERSION : "ONNX Runtime";
     int ends[2] = {-1, -1};
     const auto refuse = [&] {
         throw Error(ErrorCode::ReadFailed, file.string(),
@@ -88,7 +91,7 @@ void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size 
     FileHandle childEnd(ends[1]);
     const pid_t child = ::fork();
     if (child < 0) refuse();
-    if (child == 0) tryNetwork(file, profile, inputSize, childEnd.get());
+    if (child == 0) tryNetwork(file, profile, inputSize, engine, childEnd.get());
     childEnd.close();
     const bool inTime = waitFor(answers.get(), seconds);
     char answer = 0;
@@ -103,13 +106,13 @@ void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size 
     if (!inTime) {
         throw Error(ErrorCode::NetworkFailed, file.string(),
                     "does not come to an end in " + numberText(seconds) +
-                        " s, expected a depth network that OpenCV " CV_VERSION " can run");
+                        " s, expected a depth network that " + program + " can run");
     }
     if (answer == kSurvived) return;
     const std::string signal =
         WIFSIGNALED(status) ? std::string(" (") + strsignal(WTERMSIG(status)) + ")" : "";
     throw Error(ErrorCode::NetworkFailed, file.string(),
-                "crashes OpenCV " CV_VERSION " when it is loaded or run" + signal +
+                "crashes " + program + " when it is loaded or run" + signal +
                     ", expected a depth network that it can run");
 }
 

@@ -249,6 +249,11 @@ NetworkProfile readProfile(const std::string& file, const std::string& prefix, c
                                 {"metricDepth", NetworkOutput::MetricDepth}},
                                profile.output);
     reader.read("cuesShare", profile.cuesShare);
+    reader.read<InferenceEngine>("engine",
+                                 {{"best", InferenceEngine::Best},
+                                  {"opencv", InferenceEngine::OpenCv},
+                                  {"onnxruntime", InferenceEngine::OnnxRuntime}},
+                                 profile.engine);
     if (const auto problem = findProblem(profile)) reader.fail(problem->field, problem->text);
     return profile;
 }
@@ -391,8 +396,11 @@ std::vector<InstalledNetwork> installedNetworks(const std::vector<fs::path>& sea
 
 std::optional<InstalledNetwork> standardNetwork(bool large,
                                                 const std::vector<fs::path>& searchPath) {
-    for (InstalledNetwork& network : installedNetworks(searchPath))
-        if (network.profile.large == large) return std::move(network);
+    for (InstalledNetwork& network : installedNetworks(searchPath)) {
+        const bool runs =
+            network.profile.engine != InferenceEngine::OnnxRuntime || hasOnnxRuntime();
+        if (network.profile.large == large && runs) return std::move(network);
+    }
     return std::nullopt;
 }
 

@@ -13,7 +13,7 @@
 
 namespace altiro3D::viewer {
 
-/// A key of the window, or several, and what it does.
+/// One or more keys of the window and their effect.
 struct KeyWords {
     const char* keys;
     const char* text;
@@ -32,17 +32,17 @@ constexpr KeyWords kKeys[] = {
     {"Ctrl+W, Ctrl+Q", "Close the file, quit."},
 };
 
-/// File names are bytes.
+/// The path for a file name; file names are bytes.
 inline std::filesystem::path toPath(const QString& name) {
     return QFile::encodeName(name).toStdString();
 }
 
-/// The name for people.
+/// The file name for people.
 inline QString toName(const std::filesystem::path& path) {
     return QFile::decodeName(path.string().c_str());
 }
 
-/// A line for each sentence.
+/// The sentences, one per line.
 inline QString linesOf(const std::vector<std::string>& sentences) {
     QStringList lines;
     for (const std::string& sentence : sentences)
@@ -50,14 +50,14 @@ inline QString linesOf(const std::vector<std::string>& sentences) {
     return lines.join('\n');
 }
 
-/// Says what has gone wrong, and waits until it is read.
+/// Shows a warning and waits until the user closes it.
 inline void warn(QWidget* parent, const QString& title, const QString& text) {
     QMessageBox box(QMessageBox::Warning, title, text, QMessageBox::Ok, parent);
     box.setTextFormat(Qt::PlainText);
     box.exec();
 }
 
-/// A product by the name in menus.
+/// The name of a product in menus.
 inline QString nameOf(Product product) {
     switch (product) {
     case Product::Native:

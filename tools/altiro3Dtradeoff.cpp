@@ -1,4 +1,4 @@
-// altiro3Dtradeoff: what each way to make views costs and gives.
+// altiro3Dtradeoff: time and accuracy of each way to make views.
 
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/trade.hpp"
@@ -364,8 +364,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
 
 int main(int argc, char** argv) {
     CommandLine commandLine("altiro3Dtradeoff",
-                            "Measures what each way to make views costs on this machine and how "
-                            "accurate it is: time per view, PSNR, SSIM and memory.");
+                            "Measures how fast and how accurate each way to make views is on this "
+                            "machine: time per view, PSNR, SSIM and memory.");
     commandLine.addUsage("[options] PHOTO");
     commandLine.addUsage("[options] -d PHOTO DEPTH");
     commandLine.addUsage("--photo L.png --disparity D.png --disparity-scale S --truth R.png");
@@ -376,10 +376,10 @@ int main(int argc, char** argv) {
                     "Its disparity: larger is nearer, content moves to the left; 0 is unknown.",
                     "D.png");
     commandLine.add({"disparity-scale"}, "Values per px of disparity (default 1).", "S");
-    commandLine.add({"truth"}, "What the right camera saw.", "R.png");
+    commandLine.add({"truth"}, "Photo of the right camera.", "R.png");
     commandLine.add({"scenes"},
                     "Many scenes: a table with the columns scene, left, right, disp_left and "
-                    "disp_scale; each scene's files in a folder of its name.",
+                    "disp_scale; each scene's files are in a folder with its name.",
                     "FILE.csv");
     commandLine.addSection("Output");
     commandLine.add({"report"}, "Write all numbers, for programs.", "FILE.json");

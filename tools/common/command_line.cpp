@@ -25,7 +25,7 @@ const std::pair<const char*, const char*> kWords[] = {
      "direction; it must not be scaled"},
     {"view", "the scene from one camera position; view 0 is the leftmost"},
     {"quilt", "a collage of all views, view 0 at the bottom left"},
-    {"depth", "a grey picture that says how near each pixel is; near is white"},
+    {"depth", "a grey picture that shows how near each pixel is; near is white"},
     {"RGB-D", "a photo and its depth side by side in one picture"},
     {"parallax", "how far a thing moves between two views"},
     {"calibration",

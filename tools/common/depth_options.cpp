@@ -94,7 +94,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
             return names;
         });
     commandLine.addAdvanced({"l", "large"},
-                            "Use the large MiDaS network; with -n: FILE is a large network.");
+                            "Use the large MiDaS network; with -n: the file is a large network.");
     commandLine.addAdvanced(
         {"net-profile"},
         "Input and output of a network that is not in the catalogue (JSON, the keys of "

@@ -223,7 +223,7 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
 
     commandLine.addSection("General");
     commandLine.addAdvanced({"j"}, "Use N threads (default: all processors).", "N");
-    commandLine.add({"v", "verbose"}, "Say what is done and how long each stage takes.");
+    commandLine.add({"v", "verbose"}, "Print what is done and how long each stage takes.");
     commandLine.add({"h", "help"}, "Show this help.");
     commandLine.add({"version"}, "Show the version.");
     if (commandLine.hasMore()) {

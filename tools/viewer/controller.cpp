@@ -205,7 +205,7 @@ void Controller::turn(const Knobs& knobs, const QString& what, int gesture) {
 }
 
 void Controller::resetKnobs() {
-    turn(Knobs(), tr("reset of all knobs"));
+    turn(Knobs(), tr("reset of all settings"));
 }
 
 void Controller::restoreKnobs(const Knobs& knobs) {

@@ -80,7 +80,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     setAcceptDrops(true);
     setCentralWidget(picture_);
     buildFiles();
-    auto* knobDock = new QDockWidget(tr("Knobs"));
+    auto* knobDock = new QDockWidget(tr("Settings"));
     knobDock->setObjectName("knobDock");
     auto* scroll = new QScrollArea;
     scroll->setWidget(knobs_);
@@ -165,7 +165,7 @@ void MainWindow::buildActions() {
     edit.addAction(undo);
     edit.addAction(redo);
     edit.addSeparator();
-    action(edit, tr("Reset &all knobs"), QKeySequence(tr("Ctrl+R")),
+    action(edit, tr("Reset &all settings"), QKeySequence(tr("Ctrl+R")),
            [this] { controller_.resetKnobs(); });
 
     QMenu& view = *menuBar()->addMenu(tr("&View"));
@@ -180,15 +180,15 @@ void MainWindow::buildActions() {
         modes_->addAction(mode);
     }
     view.addSeparator();
-    swing_ = action(view, tr("S&wing by itself"), QKeySequence(Qt::Key_Space),
+    swing_ = action(view, tr("S&wing automatically"), QKeySequence(Qt::Key_Space),
                     [this] { controller_.setSwinging(swing_->isChecked()); });
     swing_->setCheckable(true);
     swing_->setIconText(tr("Swing"));
-    swing_->setToolTip(tr("The camera swings by itself (Space)"));
+    swing_->setToolTip(tr("The camera swings automatically (Space)"));
     follow_ = action(view, tr("&Follow the mouse"), QKeySequence(Qt::Key_M), [] {});
     follow_->setCheckable(true);
     follow_->setIconText(tr("Follow mouse"));
-    follow_->setToolTip(tr("The camera stands where the mouse is (M)"));
+    follow_->setToolTip(tr("The camera follows the mouse (M)"));
     QAction* play = action(view, tr("&Play the video"), QKeySequence(Qt::Key_P), [] {});
     play->setCheckable(true);
     play->setChecked(controller_.isPlaying());

@@ -21,14 +21,14 @@ struct KeyWords {
 constexpr KeyWords kKeys[] = {
     {"1, 2, 3, 4, 5",
      "Look at one view (Sway), Depth, Quilt, Native, or through the lenses (Lens)."},
-    {"Space", "The camera swings by itself, or stops."},
-    {"M", "The camera follows the mouse, or stops."},
+    {"Space", "Start or stop the swing of the camera."},
+    {"M", "Let the camera follow the mouse, or stop that."},
     {"P", "Play or stop the video."},
     {"F11", "Show the Native on the light-field display."},
-    {"Escape", "End that; F11 and a double click do the same."},
+    {"Escape", "Leave the display; F11 and a double click do the same."},
     {"Ctrl+O, Ctrl+Shift+O, Ctrl+D", "Open a file, a folder of views, the depth of this photo."},
     {"Ctrl+S, Ctrl+Shift+S", "Export the Native, the quilt."},
-    {"Ctrl+Z, Ctrl+Shift+Z, Ctrl+R", "Undo, redo, reset all knobs."},
+    {"Ctrl+Z, Ctrl+Shift+Z, Ctrl+R", "Undo, redo, reset all settings."},
     {"Ctrl+W, Ctrl+Q", "Close the file, quit."},
 };
 

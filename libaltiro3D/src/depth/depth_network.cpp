@@ -21,11 +21,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uintmax_t kMaxModelBytes = 0x7fffffff; // a protobuf message ends there
+constexpr std::uintmax_t kMaxModelBytes = 0x7fffffff; // limit of a protobuf message
 constexpr const char* kNoMemory =
     "does not fit into memory, expected a smaller network or more memory to be free";
 
-// What a file that is no ONNX file looks like, or nullptr.
+// Names the format of a file that is not ONNX; nullptr if it is not recognized.
 const char* familiarKind(std::string_view contents) {
     if (startsWith(contents, "version https://git-lfs"))
         return "a Git LFS pointer, not the file itself";
@@ -114,13 +114,13 @@ void checkInput(const fs::path& file, const OnnxFacts& facts, const NetworkProfi
 
 // --- OpenCV ----------------------------------------------------------------------------------
 
-// OpenCV's own words about an error, without line breaks and not longer than a line.
+// OpenCV's message for an error on one line, shortened.
 std::string firstWords(const cv::Exception& exception) {
     constexpr std::size_t kMaxShown = 200;
     std::string text;
     for (const char c : exception.err.empty() ? exception.msg : exception.err) {
         const bool space = static_cast<unsigned char>(c) <= 0x20;
-        if (text.empty() && (space || c == '>')) continue; // its mark of a text of several lines
+        if (text.empty() && (space || c == '>')) continue; // OpenCV begins each line with '>'
         if (!space) text += c;
         if (space && text.back() != ' ') text += ' ';
         if (text.size() > kMaxShown) return text + "...";
@@ -128,18 +128,18 @@ std::string firstWords(const cv::Exception& exception) {
     return text.substr(0, text.find_last_not_of(' ') + 1);
 }
 
-// Makes the layers at the end that only bring the numbers into another shape, a fixed one in files
-// that are made for one size, hand them on as they are. (They cannot be left out: OpenCV works out
-// the shapes of all layers. It has made Reshape layers of Squeeze and its like.)
+// Disables the layers at the end of the graph that only change the shape of the output. Files made
+// for one size have a fixed shape there. The layers cannot be removed, because OpenCV computes the
+// shapes of all layers. OpenCV's importer turns Squeeze and similar layers into Reshape layers.
 void freeShapeAtEnd(cv::dnn::Net& net, const std::string& outputLayer) {
     int id = net.getLayerId(outputLayer);
     constexpr int kMaxSteps = 16;
     for (int step = 0; step < kMaxSteps && id > 0; ++step) {
         const auto layer = net.getLayer(id);
         const auto reshape = layer.dynamicCast<cv::dnn::ReshapeLayer>();
-        if (reshape.empty() && layer->type != "Identity") return; // OpenCV ends with one
+        if (reshape.empty() && layer->type != "Identity") return; // OpenCV appends an Identity
         if (!reshape.empty()) {
-            reshape->newShapeDesc = {0, 0, 0, 0}; // each side as it comes
+            reshape->newShapeDesc = {0, 0, 0, 0}; // 0: keeps this side
             reshape->newShapeRange = cv::Range::all();
         }
         const auto inputs = net.getLayerInputs(id);
@@ -168,14 +168,14 @@ struct DepthNetwork::Impl {
     fs::path file;
     NetworkProfile profile;
     InferenceTarget target = InferenceTarget::Cpu;
-    cv::Size size; // of the input, for the last photo
+    cv::Size size; // size of the input for the last photo
     cv::dnn::Net net;
     std::string outputLayer;
     cv::Mat narrowed; // [photo's rows x input's cols, CV_32FC3, BGR, 8-bit values times scale]
     cv::Mat resized;  // [input's size, CV_32FC3, BGR, as narrowed]
     cv::Mat blob;     // [1 x 3 x size, CV_32F, planes in channelOrder]
 
-    cv::Size nominal; // without a photo
+    cv::Size nominal; // size of the input as chosen in the constructor
 
     bool followsPhoto() const { return profile.inputShape == InputShape::Photo; }
     bool isOtherSize() const {
@@ -231,7 +231,7 @@ void DepthNetwork::Impl::readGraph(const std::string& contents) {
             net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
             net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
         }
-        // Of several outputs the last one: decoders end with their finest.
+        // Of several outputs the last one, because decoders put their finest output last.
         const std::vector<cv::String> outputs = net.getUnconnectedOutLayersNames();
         if (!outputs.empty()) outputLayer = outputs.back();
         if (isOtherSize() || followsPhoto()) freeShapeAtEnd(net, outputLayer);
@@ -256,14 +256,15 @@ cv::Size DepthNetwork::Impl::sizeFor(cv::Size photo) const {
     return wide ? cv::Size(longer, shorter) : cv::Size(shorter, longer);
 }
 
-// Scale, then resample the float values without keeping the aspect: `resized`.
+// Scales the values, then resamples them as float without keeping the aspect. Result: `resized`.
 //
-// The kernels are separable, and OpenCV's are exactly 1 where an axis keeps its size, so rows first
-// and columns then give cv::resize's numbers; the whole photo is never float at once (12 bytes/px).
+// The kernels are separable, and OpenCV's weight is exactly 1 along an axis that keeps its size.
+// Resampling the rows first and then the columns therefore gives the same numbers as cv::resize,
+// and the whole photo is never held as float (12 bytes per px).
 void DepthNetwork::Impl::resample(const cv::Mat& photo) {
     const int kernel = interpolation(profile.resizeKernel);
     if (photo.cols <= size.width || photo.rows <= size.height) {
-        // OpenCV's area kernel is another one if either axis grows: not separable, and small.
+        // If either axis grows, OpenCV uses another area kernel, which is not separable.
         cv::Mat scaled;
         photo.convertTo(scaled, CV_32F, profile.scale);
         cv::resize(scaled, resized, size, 0, 0, kernel);
@@ -284,8 +285,8 @@ void DepthNetwork::Impl::resample(const cv::Mat& photo) {
     cv::resize(narrowed, resized, size, 0, 0, kernel);
 }
 
-// Scale, resample, then mean and std: the order in which the networks' own tools do it (cubic
-// resampling of floats may leave 0..1, and shall).
+// Scales, resamples, then applies mean and std, in the same order as the networks' own tools. Cubic
+// resampling of floats may exceed 0..1, as it does there.
 void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
     resample(photo);
     const int shape[] = {1, 3, size.height, size.width};
@@ -356,7 +357,7 @@ DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, Inferen
                     "cannot run on CUDA, which this OpenCV does not offer, expected the CPU");
     }
     impl_->load();
-    if (impl_->isOtherSize()) { // whether it can is known only by trying
+    if (impl_->isOtherSize()) { // only a trial shows whether the graph runs at this size
         cv::Mat raw;
         infer(cv::Mat(inputSize, CV_8UC3, cv::Scalar::all(128)), raw);
     }

@@ -1,4 +1,4 @@
-// probeNetwork(): tries a network in a child process, where a crash does no harm.
+// probeNetwork(): tests a network in a child process, so that a crash does not end this one.
 
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"

@@ -97,8 +97,8 @@ void FrameDepth::work(PipelineFrame& frame) {
     useGiven(frame);
 }
 
-// Grey values are taken as they are, so that nothing wavers; distances and floats have no range of
-// their own and get one that follows them slowly.
+// Grey values are used unchanged, so that the depth does not waver. Distances and floats have no
+// fixed range; they get one that follows them slowly.
 void FrameDepth::useGiven(PipelineFrame& frame) {
     bool samePhoto = areEqual(frame.source.picture, lastPhoto_);
     bool sameDepth = areEqual(raw_, lastRaw_);
@@ -118,7 +118,7 @@ void FrameDepth::useGiven(PipelineFrame& frame) {
         raw_.convertTo(frame.depth, CV_32F, (farWhite ? -1 : 1) / most, farWhite ? 1 : 0);
         return;
     }
-    if (samePhoto && !sameDepth) start(); // what moves is not seen in the picture
+    if (samePhoto && !sameDepth) start(); // the picture does not show what moves
     frame.step = depth_->next(frame.source.picture, frame.depth);
     frame.step.inferred = false;
 }

@@ -45,7 +45,7 @@ void checkFields(const VideoConversion& conversion) {
                 "viewAspect", conversion.viewAspect, "0.01..100, or 0");
 }
 
-// Absent: nothing is made for a display.
+// Empty if no picture is made for a display.
 VideoTarget targetOf(const VideoConversion& conversion) {
     VideoTarget target;
     if (conversion.map) {
@@ -83,7 +83,7 @@ struct VideoConverter::Impl {
     VideoConversion conversion;
     std::unique_ptr<VideoReader> reader;
     std::unique_ptr<FrameRenderer> renderer;
-    std::optional<VideoSink> sink; // absent: the pictures are shown
+    std::optional<VideoSink> sink; // nothing if the pictures are shown
     VideoProgress progress;
 
   private:
@@ -139,7 +139,7 @@ VideoConverter::Impl::Impl(VideoConversion given) : conversion(std::move(given))
     if (kept.frames > 0) progress.end = seconds(kept.nextPts);
 }
 
-// To be called while the mutex is locked.
+// The caller holds the mutex.
 bool VideoConverter::Impl::mayGoOn() {
     if (!cancelled_ && goOn_ && !goOn_(progress)) cancelled_ = true;
     return !cancelled_;

@@ -222,7 +222,7 @@ TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
     EXPECT_TRUE(samePicture(pictures("native.mkv").front(), native));
 }
 
-TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanGoOnToTheSameBytes) {
+TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanContinueToTheSameBytes) {
     for (const DepthKind kind : {DepthKind::NearWhite, DepthKind::Metric}) {
         fs::remove(directory / "out.mkv");
         fs::remove(directory / "whole.mkv");

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// An estimator that knows nothing but brightness, with noise of its own in each call.
+// An estimator that uses only brightness, with different noise in each call.
 class NoisyBrightness {
   public:
     explicit NoisyBrightness(double noise = 0, cv::Size size = {64, 48})
@@ -306,7 +306,7 @@ TEST(VideoDepth, AutoInfersMoreOftenWhereThePictureChanges) {
     EXPECT_GE(inferences(quick), 2 * 3);
 }
 
-TEST(VideoDepth, GoesOnFromAStateBitForBit) {
+TEST(VideoDepth, ContinuesFromAStateBitForBit) {
     const std::vector<cv::Mat> clip = cameraMove(16);
     for (const int every : {0, 1, 3}) {
         VideoDepth whole(NoisyBrightness(), DepthKind::NearWhite, everyOf(every));
@@ -401,7 +401,7 @@ TEST(VideoDepth, AnEstimatorThatThrowsLeavesEverythingAsItWas) {
     EXPECT_TRUE(video.next(clip[1], depth).inferred);
 }
 
-TEST(VideoDepth, IsTotalForWhatPicturesAndNumbersThereAre) {
+TEST(VideoDepth, AcceptsAnyPicturesAndNumbers) {
     // raw numbers of any kind
     const float infinity = std::numeric_limits<float>::infinity();
     const float nan = std::numeric_limits<float>::quiet_NaN();

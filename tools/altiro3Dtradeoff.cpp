@@ -97,7 +97,8 @@ double numberOf(const std::string& text, const std::string& file, const std::str
 StereoScene readScene(const std::string& name, const fs::path& photo, const fs::path& disparity,
                       double scale, const fs::path& truth) {
     const QuietStandardError quiet;
-    const cv::Mat left = readPhoto(photo); // in this order: the first that is broken is named
+    const cv::Mat left =
+        readPhoto(photo); // in this order, because the error names the first damaged file
     const cv::Mat raw = readDepthImage(disparity);
     return makeStereoScene(name, left, raw, scale, readPhoto(truth));
 }
@@ -140,7 +141,7 @@ std::vector<StereoScene> readScenes(const fs::path& file) {
     return scenes;
 }
 
-// Without a truth the most accurate setting stands for it.
+// Without a true view, the most accurate setting is the reference.
 StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
     const std::vector<fs::path>& files = commandLine.files();
     ChosenDepth source(commandLine, messages);
@@ -188,7 +189,7 @@ std::vector<Row> measurePhoto(const CommandLine& commandLine, Messages& messages
     return rows;
 }
 
-// The views with default knobs, for the eye.
+// The views with default options, for visual comparison.
 void saveViews(const StereoScene& scene, const fs::path& directory) {
     for (const NamedViewOptions& method : defaultSettings()) {
         cv::Mat view;
@@ -283,7 +284,7 @@ std::string plotOf(const std::vector<Row>& rows) {
     return tradePlotSvg(points, scene);
 }
 
-// Refuses options that would change nothing.
+// Refuses options without an effect.
 void checkOptions(const CommandLine& commandLine, bool truth) {
     const std::set<std::string> forTruth = {
         "photo", "disparity", "disparity-scale", "truth", "scenes", "report", "csv",

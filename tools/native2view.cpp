@@ -1,4 +1,4 @@
-// native2view: what an eye sees of a Native through the display's lenses.
+// native2view: the picture that an eye sees of a Native through the display's lenses.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
@@ -49,10 +49,10 @@ std::vector<int> chosenViews(const std::string& text, int views) {
     return chosen;
 }
 
-// What is to be made: one picture, a directory of them, or a quilt of all.
+// The output: one picture, a directory of pictures, or a quilt of all views.
 struct Job {
     std::vector<LensEye> eyes;
-    std::vector<fs::path> files; // one for each eye; of a quilt one alone
+    std::vector<fs::path> files; // one for each eye; a quilt is one file
     bool quilt = false;
     std::optional<cv::Size> size; // of each view, else the panel's
 };

@@ -1,4 +1,4 @@
-// quilt2video: a quilt becomes a video in which the camera swings through its views.
+// quilt2video: turns a quilt into a video in which the camera swings through its views.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A quilt's layout and the width : height that its views are shown with.
+// A quilt's layout and the width : height of its views as they are shown.
 struct Views {
     QuiltLayout layout;
     double aspect = 1;

@@ -1,4 +1,4 @@
-// video2native: videos become Native videos.
+// video2native: turns videos into Native videos.
 
 #include "common/depth_options.hpp"
 #include "common/display_options.hpp"

@@ -1,4 +1,4 @@
-// views2native: a directory of sorted views becomes a Native.
+// views2native: turns a directory of sorted views into a Native.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"

@@ -16,9 +16,9 @@ namespace {
 constexpr std::size_t kMaxTypos = 2;
 constexpr std::size_t kHelpColumn = 30;
 constexpr std::size_t kHelpWidth = 96;
-constexpr std::ptrdiff_t kFewOptions = 20; // --help shows so many, basic and advanced
+constexpr std::ptrdiff_t kFewOptions = 20; // up to this number, --help shows all options
 
-// The words that the help of a tool explains if it uses them.
+// The terms that the help of a tool explains if it uses them.
 const std::pair<const char*, const char*> kWords[] = {
     {"Native",
      "the picture for the panel: each sub-pixel shows the view that its lens sends to one "
@@ -51,7 +51,7 @@ bool hasWord(const std::string& text, const std::string& word) {
     return false;
 }
 
-// One byte is one character, there and back, so that any file name survives.
+// Each byte becomes one character and back, so that any file name is preserved.
 QString fromBytes(const std::string& bytes) {
     return QString::fromLatin1(bytes.data(), static_cast<int>(bytes.size()));
 }
@@ -60,7 +60,7 @@ std::string toBytes(const QString& text) {
     return text.toLatin1().toStdString();
 }
 
-// How many letters must be changed, added or left out to make one word of the other (Levenshtein).
+// The number of letters to change, add or remove to turn one word into the other (Levenshtein).
 std::size_t editDistance(const std::string& a, const std::string& b) {
     std::vector<std::size_t> row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});

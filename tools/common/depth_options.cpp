@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kCues = "cues"; // -n: no network
 
-// Where to get a network that suits most photos.
+// The network that suits most photos and how to get it.
 constexpr const char* kDownload = "midas-small";
 
 const NetworkProfile* firstLarge(const std::vector<NetworkProfile>& catalog) {
@@ -42,8 +42,8 @@ std::string namesOf(const std::vector<NetworkProfile>& catalog) {
     return names;
 }
 
-// near-white | far-white | metric[:SCALE]. The scale names the unit; relative depth does not need
-// it.
+// near-white | far-white | metric[:SCALE]. SCALE states the unit, which relative depth does not
+// need.
 DepthKind kindOption(const CommandLine& commandLine) {
     const auto text = commandLine.value("depth-kind");
     if (!text || *text == "near-white") return DepthKind::NearWhite;
@@ -148,7 +148,7 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
     }
     kind_ = kindOption(commandLine);
     commandLine.exclude(filesOption, "rgbd");
-    commandLine.exclude("l", "net-profile"); // the profile says itself what the network is
+    commandLine.exclude("l", "net-profile"); // the profile itself describes the network
     for (const char* networkOption : {"n", "l", "net-profile", "network-size"}) {
         commandLine.exclude(filesOption, networkOption);
         commandLine.exclude("rgbd", networkOption);

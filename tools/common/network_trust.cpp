@@ -35,7 +35,7 @@ std::string sha256(const fs::path& file) {
     return stream.eof() ? hexadecimal(hash) : std::string();
 }
 
-// Changes with the file and with what it is tried with. Empty if there is no such file.
+// A key that changes with the file and with the sizes used for the test. Empty without such a file.
 std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size size) {
     struct stat state {};
     if (::stat(file.c_str(), &state) != 0 || !S_ISREG(state.st_mode)) return {};
@@ -55,13 +55,13 @@ std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size 
     return hexadecimal(hash).substr(0, 16);
 }
 
-// What is known about a file.
+// Cached facts about a file.
 struct Findings {
     std::string sha256;
-    bool survived = false; // it was tried
+    bool survived = false; // it has passed the test
 };
 
-// Without an entry, or with one that is damaged, nothing is known.
+// A missing or damaged entry gives empty findings.
 Findings findingsIn(const fs::path& entry) {
     constexpr std::size_t kDigits = 64;
     Findings findings;

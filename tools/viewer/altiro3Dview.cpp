@@ -23,7 +23,7 @@ using namespace altiro3D::viewer;
 
 namespace {
 
-// Qt ends the process without a word of ours where it cannot reach the desktop.
+// Qt ends the process with its own message if it cannot connect to the desktop.
 void onQtMessage(QtMsgType type, const QMessageLogContext& /*context*/, const QString& text) {
     if (type == QtFatalMsg) {
         std::fprintf(stderr, "altiro3Dview: error: no desktop: %s\n",
@@ -33,7 +33,7 @@ void onQtMessage(QtMsgType type, const QMessageLogContext& /*context*/, const QS
     if (type == QtCriticalMsg) std::fprintf(stderr, "%s\n", text.toUtf8().constData());
 }
 
-// Options that would be passed over in silence.
+// Refuses options that would otherwise be ignored.
 void requireUsage(const CommandLine& commandLine) {
     commandLine.exclude("show", "list-displays");
     for (const char* other : {"show", "list-displays"}) {
@@ -68,7 +68,7 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     QApplication::setApplicationName("altiro3Dview");
     QApplication::setDesktopFileName("altiro3Dview");
     MainWindow window(display, messages.warnings());
-    messages.dropWarnings(); // the window says them
+    messages.dropWarnings(); // the window shows them
     window.show();
     const std::vector<std::filesystem::path>& files = commandLine.files();
     if (commandLine.has("d")) {

@@ -55,12 +55,12 @@ const ModeWords kModes[] = {
     {Mode::Lens, QT_TRANSLATE_NOOP("mode", "Lens"),
      QT_TRANSLATE_NOOP("mode", "What an eye sees through the display's lenses")}};
 
-// Names and sentences hold what files say: they are no markup.
+// Names and messages contain texts from files, which must not be interpreted as markup.
 QString tipOf(const QString& text) {
     return Qt::convertFromPlainText(text, Qt::WhiteSpaceNormal); // long ones are wrapped
 }
 
-// A word of an enumeration from the settings, which may be anybody's.
+// An enumerator from the settings file, which may contain anything.
 template <class Word>
 Word knownOr(Word standard, const QVariant& setting, std::initializer_list<Word> known) {
     bool isNumber = false;
@@ -103,7 +103,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
 }
 
 MainWindow::~MainWindow() {
-    controller_.disconnect(this); // what it still says finds no window
+    controller_.disconnect(this); // later signals must not reach the destroyed window
 }
 
 void MainWindow::buildFiles() {
@@ -476,10 +476,10 @@ void MainWindow::readSettings() {
     knobs.depth =
         settings.value("depth", QString::fromStdString(knobs.depth)).toString().toStdString();
     try {
-        validate(views); // whatever somebody wrote into the file
+        validate(views); // the file may contain anything
         controller_.restoreKnobs(knobs);
     } catch (const Error&) {
-        // the standard ones, then
+        // then the defaults stay
     }
     knobs_->show(controller_.knobs());
     showLayout();

@@ -1,4 +1,4 @@
-// What the window asks: files, calibrations, exports, displays.
+// The window's dialogs: files, calibrations, exports, displays.
 
 #include "altiro3D/display.hpp"
 #include "altiro3D/error.hpp"

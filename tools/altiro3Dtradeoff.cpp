@@ -136,7 +136,7 @@ std::vector<StereoScene> readScenes(const fs::path& file) {
                                    folder / row["right"]));
     }
     if (scenes.empty()) {
-        throw Error(ErrorCode::BadFormat, file.string(), "lists no scenes, expected one a line");
+        throw Error(ErrorCode::BadFormat, file.string(), "lists no scenes, expected one per line");
     }
     return scenes;
 }

@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kTool = "photo2native";
-constexpr const char* kTried = "tried in a process of its own";
+constexpr const char* kTried = "tested in a separate process";
 
 std::string sha256(const fs::path& file) {
     const std::string command = "sha256sum <'" + file.string() + "'";

@@ -368,7 +368,7 @@ TEST(Video2NativeTool, APartIsMadeWithItsSound) {
     EXPECT_TRUE(slurp(studio / "same.mp4") == slurp(studio / "part.mp4"));
     EXPECT_TRUE(
         fails(studio.run(kTool, studio.display() + Arguments{"--from", "70", "clip.mp4", "no.mp4"}),
-              1, "holds no frames in this part, expected some (it ends at 0:03.0)"));
+              1, "holds no frames in this part, expected at least one (it ends at 0:03.0)"));
     EXPECT_FALSE(fs::exists(studio / "no.mp4"));
 }
 
@@ -677,7 +677,7 @@ TEST(Video2NativeTool, StandardInputAndDevicesAreRead) {
     EXPECT_EQ(frameCount(studio / "piped.mp4"), 30u);
     EXPECT_EQ(streamHash(studio / "piped.mp4", "a:1"), streamHash(studio / "clip.mp4", "a:1"));
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--resume", "-", "o.mp4"}), 2,
-                      "--resume reads the input once more"));
+                      "--resume reads the input again"));
     studio.readInputFrom("/dev/null");
     ASSERT_TRUE(isDone(
         studio.run(kTool, studio.display() +

@@ -130,7 +130,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
         "The catalogue: the networks that -n accepts by name, and their input and output. "
         "PREFIX is where the tools are installed, such as /usr.");
     commandLine.addTerm(Chapter::Environment, "ALTIRO3D_MODELS",
-                        "Directories where networks and the catalogue are looked for first, "
+                        "Directories that are searched first for networks and the catalogue, "
                         "separated by colons.");
     commandLine.addTerm(Chapter::Environment, "XDG_DATA_HOME",
                         "Directory that is used instead of ~/.local/share.");

@@ -103,7 +103,7 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
     const NetworkProfile* const named = findProfile(catalog, file);
     if (named != nullptr && !named->sha256.empty() && named->sha256 != findings.sha256) {
         messages.warn(file.string() + ": differs from the catalogue's " + named->name +
-                      " (its SHA-256 is another): get it again with " +
+                      " (its SHA-256 is different): download it again with " +
                       downloadCommand(named->name));
     }
     const bool known =
@@ -111,7 +111,7 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
             return !network.sha256.empty() && network.sha256 == findings.sha256;
         });
     if (!known && !findings.survived) {
-        messages.detail(file.string() + ": is not in the catalogue; tried in a process of its own");
+        messages.detail(file.string() + ": is not in the catalogue; tested in a separate process");
         probeNetwork(file, profile, inputSize);
         findings.survived = true;
         keep(entry, findings);

@@ -58,7 +58,7 @@ VideoPlan planVideo(const CommandLine& commandLine) {
 void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
                   const ChosenDisplay& display) {
     if (commandLine.has("resume") && !plan.isFile) {
-        throw UsageError("--resume reads the input once more, expected a file, not " +
+        throw UsageError("--resume reads the input again, expected a file, not " +
                          plan.inputName());
     }
     // The interrupted run may have left these files; without any, --resume starts a new run.

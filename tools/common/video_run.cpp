@@ -58,7 +58,7 @@ void tellRemarks(const CommandLine& commandLine, const VideoJob& job, VideoOutco
                  Messages& messages) {
     Notes notes = outcome.result.notes;
     if (outcome.result.counts.truncated && notes.front().code == NoteCode::CutOff) {
-        outcome.cutOff = notes.front().text + "; what is there was converted";
+        outcome.cutOff = notes.front().text + "; the readable part was converted";
         notes.erase(notes.begin());
     }
     messages.warn(notes);

@@ -36,7 +36,7 @@ void requireHarmless(const std::string& name) {
         return;
     }
     throw Error(ErrorCode::NetworkFailed, name,
-                said.empty() ? "cannot be tried in a process of its own" : said);
+                said.empty() ? "cannot be tested in a separate process" : said);
 }
 
 } // namespace

@@ -208,7 +208,7 @@ std::vector<PipelineStage> VideoConverter::Impl::stages() {
 }
 
 void VideoConverter::Impl::failEmpty() const {
-    std::string problem = "holds no frames in this part, expected some";
+    std::string problem = "holds no frames in this part, expected at least one";
     const auto& duration = reader->facts().duration;
     if (duration && conversion.part.from >= *duration)
         problem += " (it ends at " + clockText(*duration) + ")";

@@ -354,7 +354,7 @@ SavedState VideoDepth::state() const {
 void VideoDepth::setState(const SavedState& state) {
     const auto fail = [] {
         throw Error(ErrorCode::BadFormat, "state",
-                    "is damaged or of something else, expected what state() of a VideoDepth gave");
+                    "is damaged or foreign, expected a result of VideoDepth::state()");
     };
     std::string_view rest = state.bytes;
     constexpr std::size_t kSum = sizeof(std::uint64_t);

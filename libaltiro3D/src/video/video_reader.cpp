@@ -185,7 +185,7 @@ Notes VideoReader::notes() const {
         note(NoteCode::AsItIs, "holds interlaced pictures, which are used as they are");
     if (impl.resized)
         note(NoteCode::Converted,
-             "changes the size of its pictures; all are brought to the first one's");
+             "changes the size of its pictures; all are scaled to the first one's");
     const int transfer = impl.facts.colour.transfer;
     if (transfer == AVCOL_TRC_SMPTE2084 || transfer == AVCOL_TRC_ARIB_STD_B67) {
         note(NoteCode::AsItIs, "is HDR video, which is not tone-mapped");

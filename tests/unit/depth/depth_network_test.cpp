@@ -1027,7 +1027,7 @@ TEST_F(DepthNetworkFile, AProbeEndsInTime) {
     const fs::path file = directory_ / "pipe.onnx";
     ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
     const std::string error = errorOf([&] { probeNetwork(file, profileOf(8, 8), {}, 0.2); });
-    EXPECT_NE(error.find("does not come to an end in 0.2 s"), std::string::npos) << error;
+    EXPECT_NE(error.find("does not finish within 0.2 s"), std::string::npos) << error;
     for (const double seconds : {0.0, -1.0, 4000.0, std::nan("")}) {
         EXPECT_NE(errorOf([&] {
                       probeNetwork(file, profileOf(8, 8), {}, seconds);

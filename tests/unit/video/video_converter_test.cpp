@@ -314,7 +314,7 @@ TEST_F(VideoConverterTest, PartsWithoutFramesAndFieldsThatDoNotGoTogetherAreErro
     VideoConverter converter(std::move(late));
     EXPECT_EQ(errorOf([&] { converter.run(); }),
               (directory / "clip.mkv").string() +
-                  ": holds no frames in this part, expected some (it ends at 0:15.0)");
+                  ": holds no frames in this part, expected at least one (it ends at 0:15.0)");
     const std::pair<std::function<void(VideoConversion&)>, const char*> wrong[] = {
         {[](VideoConversion& c) { c.output.clear(); }, "output: is empty"},
         {[](VideoConversion& c) { c.show = [](const cv::Mat&) { return true; }; },

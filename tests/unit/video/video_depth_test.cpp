@@ -332,7 +332,7 @@ TEST(VideoDepth, RefusesForeignAndDamagedStates) {
     depthsOf(video, clip);
     const std::string good = video.state().bytes;
     const std::string sentence =
-        "state: is damaged or of something else, expected what state() of a VideoDepth gave";
+        "state: is damaged or foreign, expected a result of VideoDepth::state()";
     for (const std::size_t size :
          {std::size_t{0}, std::size_t{1}, std::size_t{16}, good.size() / 2, good.size() - 1}) {
         EXPECT_EQ(errorOf([&] { video.setState({good.substr(0, size)}); }), sentence);

@@ -188,29 +188,20 @@ class Network {
             profile_.mean = profile_.std = {0.5, 0.5, 0.5};
             profile_.resizeKernel = altiro3D::ResizeKernel::Area;
         }
+        profile_.inputShape = altiro3D::InputShape::Photo;
     }
     std::string name() const { return file_.stem().string(); }
     cv::Mat operator()(const cv::Mat& photo) {
-        const int longSide = std::max(photo.cols, photo.rows);
-        const auto side = [&](int px) {
-            const double scaled = static_cast<double>(px) * profile_.inputWidth / longSide;
-            return std::max(1, cvRound(scaled / profile_.multipleOf)) * profile_.multipleOf;
-        };
-        const cv::Size size(side(photo.cols), side(photo.rows));
-        auto& network = bySize_[{size.width, size.height}];
-        if (!network) {
-            network = std::make_unique<altiro3D::DepthNetwork>(
-                file_, profile_, altiro3D::InferenceTarget::Cpu, size);
-        }
+        if (!network_) network_.emplace(file_, profile_);
         cv::Mat depth;
-        network->estimate(photo, depth);
+        network_->estimate(photo, depth);
         return depth;
     }
 
   private:
     fs::path file_;
     altiro3D::NetworkProfile profile_;
-    std::map<std::pair<int, int>, std::unique_ptr<altiro3D::DepthNetwork>> bySize_;
+    std::optional<altiro3D::DepthNetwork> network_;
 };
 
 // --- Edges ---------------------------------------------------------------------------------------

@@ -32,9 +32,6 @@ void addVideoInputOptions(CommandLine& commandLine);
 /// @throws UsageError
 VideoReaderOptions videoReaderOptions(const CommandLine& commandLine);
 
-/// The name of a preset as in --preset.
-std::string presetName(EncoderPreset preset);
-
 /// --codec --crf --preset --compat --no-audio --no-subtitles
 void addEncoderOptions(CommandLine& commandLine);
 /// Reads the encoder options; the video sets size and times.

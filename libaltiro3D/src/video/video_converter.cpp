@@ -36,6 +36,9 @@ void checkFields(const VideoConversion& conversion) {
         check(conversion.given->source.empty() == conversion.given->side.has_value(), "given",
               "depth has a source and a side, or neither, expected one of them");
     }
+    check(!conversion.map || (conversion.native.sampling.views == ViewFilter::Nearest &&
+                              conversion.native.sampling.inTile == TileSampling::Nearest),
+          "sampling", "blends, but a look-up table holds single px, expected nearest");
     if (!conversion.fromQuilt) return;
     check(conversion.product == VideoProduct::Native, "product",
           "is not Native, but frames are quilts");
@@ -132,7 +135,11 @@ VideoConverter::Impl::Impl(VideoConversion given) : conversion(std::move(given))
     if (facts.duration)
         progress.length = std::min(*facts.duration, conversion.part.to) - conversion.part.from;
     const bool whole = conversion.part.from <= 0 && !std::isfinite(conversion.part.to);
-    if (whole) progress.framesInAll = facts.frameCount;
+    if (whole) {
+        progress.framesInAll = facts.frameCount;
+    } else if (progress.length.value_or(0) > 0 && facts.averageRate.isKnown()) {
+        progress.framesInAll = std::llround(*progress.length * facts.averageRate.value());
+    }
     if (!sink) return;
     const KeptVideo kept = sink->kept();
     progress.frames = progress.keptFrames = kept.frames;

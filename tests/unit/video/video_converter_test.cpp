@@ -148,6 +148,15 @@ TEST_F(VideoConverterTest, FramesAreTheNativesOfThePhotosAndTheirDepth) {
     }
 }
 
+TEST_F(VideoConverterTest, TheFramesOfAPartAreEstimatedFromItsLength) {
+    VideoConversion made = conversion("part.mkv");
+    made.part.from = 3;
+    made.part.to = 7;
+    VideoConverter converter(std::move(made));
+    EXPECT_EQ(converter.progress().framesInAll, 8); // 4 s at 2 per second
+    EXPECT_EQ(converter.run().frames, 8);
+}
+
 TEST_F(VideoConverterTest, AMapGivesTheNativesOverTheQuilt) {
     const Display display = smallDisplay();
     VideoConversion made = conversion("native.mkv");
@@ -323,6 +332,13 @@ TEST_F(VideoConverterTest, PartsWithoutFramesAndFieldsThatDoNotGoTogetherAreErro
         {[](VideoConversion& c) { c.given->side = DepthSide::Left; }, "given: depth has"},
         {[](VideoConversion& c) { c.given->source.clear(); }, "given: depth has"},
         {[](VideoConversion& c) { c.fromQuilt = true; }, "depth: is set"},
+        {[](VideoConversion& c) {
+             c.fromQuilt = true;
+             c.given.reset();
+             c.map = NativeLut(c.display->calibration, c.display->quilt);
+             c.native.sampling.views = ViewFilter::Linear;
+         },
+         "sampling: blends"},
         {[](VideoConversion& c) {
              c.fromQuilt = true;
              c.given.reset();

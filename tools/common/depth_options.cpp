@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kCues = "cues"; // -n: no network
 
-// Where to get a network that suits most photos.
+// The network that suits most photos and how to get it.
 constexpr const char* kDownload = "midas-small";
 
 const NetworkProfile* firstLarge(const std::vector<NetworkProfile>& catalog) {
@@ -42,8 +42,8 @@ std::string namesOf(const std::vector<NetworkProfile>& catalog) {
     return names;
 }
 
-// near-white | far-white | metric[:SCALE]. The scale names the unit; relative depth does not need
-// it.
+// near-white | far-white | metric[:SCALE]. SCALE states the unit, which relative depth does not
+// need.
 DepthKind kindOption(const CommandLine& commandLine) {
     const auto text = commandLine.value("depth-kind");
     if (!text || *text == "near-white") return DepthKind::NearWhite;
@@ -110,7 +110,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
             return names;
         });
     commandLine.addAdvanced({"l", "large"},
-                            "Use the large MiDaS network; with -n: FILE is a large network.");
+                            "Use the large MiDaS network; with -n: the file is a large network.");
     commandLine.addAdvanced(
         {"net-profile"},
         "Input and output of a network that is not in the catalogue (JSON, the keys of "
@@ -153,7 +153,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
         "The catalogue: the networks that -n accepts by name, and their input and output. "
         "PREFIX is where the tools are installed, such as /usr.");
     commandLine.addTerm(Chapter::Environment, "ALTIRO3D_MODELS",
-                        "Directories where networks and the catalogue are looked for first, "
+                        "Directories that are searched first for networks and the catalogue, "
                         "separated by colons.");
     commandLine.addTerm(Chapter::Environment, "XDG_DATA_HOME",
                         "Directory that is used instead of ~/.local/share.");
@@ -171,7 +171,7 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
     }
     kind_ = kindOption(commandLine);
     commandLine.exclude(filesOption, "rgbd");
-    commandLine.exclude("l", "net-profile"); // the profile says itself what the network is
+    commandLine.exclude("l", "net-profile"); // the profile itself describes the network
     for (const char* networkOption : {"n", "l", "net-profile", "network-size", "engine"}) {
         commandLine.exclude(filesOption, networkOption);
         commandLine.exclude("rgbd", networkOption);

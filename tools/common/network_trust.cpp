@@ -36,7 +36,7 @@ std::string sha256(const fs::path& file) {
     return stream.eof() ? hexadecimal(hash) : std::string();
 }
 
-// Changes with the file and with what it is tried with. Empty if there is no such file.
+// A key that changes with the file and with what it is tested with. Empty without such a file.
 std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size size,
                   InferenceEngine engine) {
     struct stat state {};
@@ -58,13 +58,13 @@ std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size 
     return hexadecimal(hash).substr(0, 16);
 }
 
-// What is known about a file.
+// Cached facts about a file.
 struct Findings {
     std::string sha256;
-    bool survived = false; // it was tried
+    bool survived = false; // it has passed the test
 };
 
-// Without an entry, or with one that is damaged, nothing is known.
+// A missing or damaged entry gives empty findings.
 Findings findingsIn(const fs::path& entry) {
     constexpr std::size_t kDigits = 64;
     Findings findings;
@@ -106,7 +106,7 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
     const NetworkProfile* const named = findProfile(catalog, file);
     if (named != nullptr && !named->sha256.empty() && named->sha256 != findings.sha256) {
         messages.warn(file.string() + ": differs from the catalogue's " + named->name +
-                      " (its SHA-256 is another): get it again with " +
+                      " (its SHA-256 is different): download it again with " +
                       downloadCommand(named->name));
     }
     const bool known =
@@ -114,7 +114,7 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
             return !network.sha256.empty() && network.sha256 == findings.sha256;
         });
     if (!known && !findings.survived) {
-        messages.detail(file.string() + ": is not in the catalogue; tried in a process of its own");
+        messages.detail(file.string() + ": is not in the catalogue; tested in a separate process");
         probeNetwork(file, profile, inputSize, kTrialSeconds, engine);
         findings.survived = true;
         keep(entry, findings);

@@ -22,8 +22,8 @@ const InstalledNetwork* findIn(const std::vector<InstalledNetwork>& networks,
     return found != networks.end() ? &*found : nullptr;
 }
 
-// In a program of one thread: this one has several, and a copy of it could wait for ever for what
-// the others held.
+// Tests a network in a new process. The test forks, which needs a process with a single thread: in
+// a fork of this one, locks that other threads hold would never be released.
 void requireHarmless(const std::string& name) {
     QProcess process;
     process.start(QCoreApplication::applicationFilePath(),
@@ -36,7 +36,7 @@ void requireHarmless(const std::string& name) {
         return;
     }
     throw Error(ErrorCode::NetworkFailed, name,
-                said.empty() ? "cannot be tried in a process of its own" : said);
+                said.empty() ? "cannot be tested in a separate process" : said);
 }
 
 } // namespace
@@ -45,7 +45,7 @@ DepthMaker::DepthMaker() {
     try {
         networks_ = installedNetworks();
     } catch (const Error&) {
-        // a broken catalogue: the list of networks, which is asked for elsewhere, says so
+        // a damaged catalogue is reported where the list of networks is built
     }
 }
 

@@ -21,11 +21,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uintmax_t kMaxModelBytes = 0x7fffffff; // a protobuf message ends there
+constexpr std::uintmax_t kMaxModelBytes = 0x7fffffff; // limit of a protobuf message
 constexpr const char* kNoMemory =
     "does not fit into memory, expected a smaller network or more memory to be free";
 
-// What a file that is no ONNX file looks like, or nullptr.
+// Names the format of a file that is not ONNX; nullptr if it is not recognized.
 const char* familiarKind(std::string_view contents) {
     if (startsWith(contents, "version https://git-lfs"))
         return "a Git LFS pointer, not the file itself";
@@ -132,14 +132,14 @@ struct DepthNetwork::Impl {
     fs::path file;
     NetworkProfile profile;
     InferenceTarget target = InferenceTarget::Cpu;
-    cv::Size size;                                  // of the input, for the last photo
-    InferenceEngine engine = InferenceEngine::Best; // after load(): the one in use
+    cv::Size size;                                  // size of the input for the last photo
+    InferenceEngine engine = InferenceEngine::Best; // after load(): the engine in use
     std::unique_ptr<NetworkEngine> graph;
     cv::Mat narrowed; // [photo's rows x input's cols, CV_32FC3, BGR, 8-bit values times scale]
     cv::Mat resized;  // [input's size, CV_32FC3, BGR, as narrowed]
     cv::Mat blob;     // [1 x 3 x size, CV_32F, planes in channelOrder]
 
-    cv::Size nominal; // without a photo
+    cv::Size nominal; // size of the input as chosen in the constructor
 
     bool followsPhoto() const { return profile.inputShape == InputShape::Photo; }
     bool isOtherSize() const {
@@ -216,14 +216,15 @@ cv::Size DepthNetwork::Impl::sizeFor(cv::Size photo) const {
     return wide ? cv::Size(longer, shorter) : cv::Size(shorter, longer);
 }
 
-// Scale, then resample the float values without keeping the aspect: `resized`.
+// Scales the values, then resamples them as float without keeping the aspect. Result: `resized`.
 //
-// The kernels are separable, and OpenCV's are exactly 1 where an axis keeps its size, so rows first
-// and columns then give cv::resize's numbers; the whole photo is never float at once (12 bytes/px).
+// The kernels are separable, and OpenCV's weight is exactly 1 along an axis that keeps its size.
+// Resampling the rows first and then the columns therefore gives the same numbers as cv::resize,
+// and the whole photo is never held as float (12 bytes per px).
 void DepthNetwork::Impl::resample(const cv::Mat& photo) {
     const int kernel = interpolation(profile.resizeKernel);
     if (photo.cols <= size.width || photo.rows <= size.height) {
-        // OpenCV's area kernel is another one if either axis grows: not separable, and small.
+        // If either axis grows, OpenCV uses another area kernel, which is not separable.
         cv::Mat scaled;
         photo.convertTo(scaled, CV_32F, profile.scale);
         cv::resize(scaled, resized, size, 0, 0, kernel);
@@ -244,8 +245,8 @@ void DepthNetwork::Impl::resample(const cv::Mat& photo) {
     cv::resize(narrowed, resized, size, 0, 0, kernel);
 }
 
-// Scale, resample, then mean and std: the order in which the networks' own tools do it (cubic
-// resampling of floats may leave 0..1, and shall).
+// Scales, resamples, then applies mean and std, in the same order as the networks' own tools. Cubic
+// resampling of floats may exceed 0..1, as it does there.
 void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
     resample(photo);
     const int shape[] = {1, 3, size.height, size.width};
@@ -308,7 +309,7 @@ DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, Inferen
                     "cannot run on CUDA, which this OpenCV does not offer, expected the CPU");
     }
     impl_->load();
-    if (impl_->isOtherSize()) { // whether it can is known only by trying
+    if (impl_->isOtherSize()) { // only a trial shows whether the graph runs at this size
         cv::Mat raw;
         infer(cv::Mat(inputSize, CV_8UC3, cv::Scalar::all(128)), raw);
     }

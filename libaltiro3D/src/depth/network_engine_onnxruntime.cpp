@@ -65,7 +65,7 @@ OnnxRuntimeEngine::OnnxRuntimeEngine(std::string file, const std::string& conten
         Ort::AllocatorWithDefaultOptions memory;
         if (session_.GetInputCount() == 1) input_ = session_.GetInputNameAllocated(0, memory).get();
         const std::size_t outputs = session_.GetOutputCount();
-        // Of several outputs the last one: decoders end with their finest.
+        // Of several outputs the last one, because decoders put their finest output last.
         if (outputs > 0) output_ = session_.GetOutputNameAllocated(outputs - 1, memory).get();
     } catch (const Ort::Exception& exception) {
         passOnLackOfMemory(exception);

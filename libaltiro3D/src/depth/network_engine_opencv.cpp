@@ -17,18 +17,18 @@ std::string firstWords(const cv::Exception& exception) {
     return altiro3D::firstWords(exception.err.empty() ? exception.msg : exception.err);
 }
 
-// Makes the layers at the end that only bring the numbers into another shape, a fixed one in files
-// that are made for one size, hand them on as they are. (They cannot be left out: OpenCV works out
-// the shapes of all layers. It has made Reshape layers of Squeeze and its like.)
+// Disables the layers at the end of the graph that only change the shape of the output. Files made
+// for one size have a fixed shape there. The layers cannot be removed, because OpenCV computes the
+// shapes of all layers. OpenCV's importer turns Squeeze and similar layers into Reshape layers.
 void freeShapeAtEnd(cv::dnn::Net& net, const std::string& outputLayer) {
     int id = net.getLayerId(outputLayer);
     constexpr int kMaxSteps = 16;
     for (int step = 0; step < kMaxSteps && id > 0; ++step) {
         const auto layer = net.getLayer(id);
         const auto reshape = layer.dynamicCast<cv::dnn::ReshapeLayer>();
-        if (reshape.empty() && layer->type != "Identity") return; // OpenCV ends with one
+        if (reshape.empty() && layer->type != "Identity") return; // OpenCV appends an Identity
         if (!reshape.empty()) {
-            reshape->newShapeDesc = {0, 0, 0, 0}; // each side as it comes
+            reshape->newShapeDesc = {0, 0, 0, 0}; // 0: keeps this side
             reshape->newShapeRange = cv::Range::all();
         }
         const auto inputs = net.getLayerInputs(id);
@@ -66,7 +66,7 @@ OpenCvEngine::OpenCvEngine(std::string file, const std::string& contents, Infere
             net_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
             net_.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
         }
-        // Of several outputs the last one: decoders end with their finest.
+        // Of several outputs the last one, because decoders put their finest output last.
         const std::vector<cv::String> outputs = net_.getUnconnectedOutLayersNames();
         if (!outputs.empty()) outputLayer_ = outputs.back();
         if (anySize) freeShapeAtEnd(net_, outputLayer_);

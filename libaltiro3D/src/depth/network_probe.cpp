@@ -1,4 +1,4 @@
-// probeNetwork(): tries a network in a child process, where a crash does no harm.
+// probeNetwork(): tests a network in a child process, so that a crash does not end this one.
 
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
@@ -83,7 +83,7 @@ void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size 
     int ends[2] = {-1, -1};
     const auto refuse = [&] {
         throw Error(ErrorCode::ReadFailed, file.string(),
-                    "cannot be tried in a process of its own: " +
+                    "cannot be tested in a separate process: " +
                         std::generic_category().message(errno));
     };
     if (::pipe2(ends, O_CLOEXEC) != 0) refuse();
@@ -105,7 +105,7 @@ void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size 
     }
     if (!inTime) {
         throw Error(ErrorCode::NetworkFailed, file.string(),
-                    "does not come to an end in " + numberText(seconds) +
+                    "does not finish within " + numberText(seconds) +
                         " s, expected a depth network that " + program + " can run");
     }
     if (answer == kSurvived) return;

@@ -140,7 +140,7 @@ int countError(int /*status*/, const char* /*function*/, const char* /*text*/, c
     return 0;
 }
 
-// A layer that looks at OpenCV's settings from another thread while the network is loaded and run.
+// A layer that reads OpenCV's settings from another thread while the network is loaded and run.
 int loadsSeen = 0;
 int runsSeen = 0;
 class Witness : public cv::dnn::Layer {
@@ -423,7 +423,7 @@ TEST_F(ModelCatalog, RefusesWhatWouldExhaustTheStackOrMemory) {
     }
 }
 
-TEST(ModelSearchPath, FollowsTheEnvironmentInOrderAndLeavesOutWhatIsNotThere) {
+TEST(ModelSearchPath, FollowsTheEnvironmentInOrderAndLeavesOutMissingDirectories) {
     const TemporaryDirectory root;
     fs::create_directories(root / "a");
     fs::create_directories(root / "b");
@@ -450,7 +450,7 @@ TEST(ModelSearchPath, FollowsTheEnvironmentInOrderAndLeavesOutWhatIsNotThere) {
     }
 }
 
-TEST(ModelSearchPath, TheWorkingDirectoryBringsNoNetwork) {
+TEST(ModelSearchPath, TheWorkingDirectoryIsNotSearched) {
     const TemporaryDirectory root;
     fs::create_directories(root / "models");
     const fs::path before = fs::current_path();
@@ -523,7 +523,7 @@ TEST(InferenceTarget, IsCudaOnlyWhereTheListHasIt) {
               backends.end());
 }
 
-// --- Feeding -------------------------------------------------------------------------------------
+// --- Input ---------------------------------------------------------------------------------------
 
 TEST_F(DepthNetworkFile, EachChannelArrivesInTheProfilesOrderScaleMeanAndStd) {
     const cv::Size size(8, 6);
@@ -569,10 +569,10 @@ TEST_F(DepthNetworkFile, TheOutputMayHaveThreeOrFourAxes) {
     EXPECT_TRUE(samePicture(three, four));
 }
 
-// What MiDaS' own run_onnx does, written down step by step: the picture as RGB in 0..1 (in double),
-// resampled with the cubic kernel on these numbers to the input's size without keeping the aspect,
-// rounded to float, channels first.
-TEST_F(DepthNetworkFile, IsFedAsMidasFeedsItself) {
+// The steps of MiDaS' own run_onnx: the picture as RGB in 0..1 (in double), resampled with the
+// cubic kernel on these numbers to the input's size without keeping the aspect, rounded to float,
+// channels first.
+TEST_F(DepthNetworkFile, PreparesTheInputAsMidasDoes) {
     const cv::Size size(64, 32);
     for (const cv::Size photoSize : {cv::Size(640, 480), cv::Size(37, 101), cv::Size(1, 1)}) {
         const cv::Mat photo = colourfulPhoto(photoSize);
@@ -771,7 +771,7 @@ TEST_F(DepthNetworkFile, OpenSidesTakeTheProfilesSize) {
     const std::string graph =
         node("Conv", {"x", "w"}, {"y"}, intsAttribute("kernel_shape", {1, 1})) +
         bytes(5, tensor("w", {1, 3, 1, 1}, {1, 0, 0})) + bytes(12, valueInfo("y", {}));
-    // Weights that old exporters list as inputs do not count as such.
+    // Old exporters list weights as inputs; they are ignored.
     const std::string open =
         bytes(11, valueInfo("w", {1, 3, 1, 1})) + bytes(11, valueInfo("x", {0, 3, 0, 0}));
     const cv::Mat photo = colourfulPhoto(cv::Size(8, 6));
@@ -783,8 +783,8 @@ TEST_F(DepthNetworkFile, OpenSidesTakeTheProfilesSize) {
     EXPECT_TRUE(samePicture(raw, red, 1e-6)); // last bits of a float
 }
 
-TEST_F(DepthNetworkFile, TakesAnotherSizeWhereItIsAskedTo) {
-    // The file is fixed to 8 x 6, its last layer to that shape, too.
+TEST_F(DepthNetworkFile, RunsAtAnotherSizeIfRequested) {
+    // The file is fixed to 8 x 6, and so is the shape in its last layer.
     for (const bool squeezed : {false, true}) {
         const fs::path file = write(mixModel({0, 0, 1}, cv::Size(8, 6), squeezed));
         NetworkProfile profile = profileOf(8, 6);
@@ -901,7 +901,7 @@ TEST_F(DepthNetworkFile, TheStandardNetworkIsTheFirstOneThatIsInstalled) {
 
 // --- Errors --------------------------------------------------------------------------------------
 
-TEST_F(DepthNetworkFile, AnotherSizeIsRefusedWhereItCannotBe) {
+TEST_F(DepthNetworkFile, AnotherSizeIsRefusedIfTheGraphCannotRunAtIt) {
     const fs::path file = write(mixModel({1, 0, 0}, cv::Size(8, 6)));
     const auto errorAt = [&](NetworkProfile profile, cv::Size size) {
         const std::string error =
@@ -946,7 +946,7 @@ TEST_F(DepthNetworkFile, AQuiltMakerRefusesItsArgumentsBeforeTheFirstPhoto) {
     EXPECT_EQ(error({}, 0.75), "(no error)");
 }
 
-TEST_F(DepthNetworkFile, WhatIsNoOnnxFileIsSaidInOneSentence) {
+TEST_F(DepthNetworkFile, FilesThatAreNotOnnxAreRefusedInOneLine) {
     EXPECT_EQ(errorOfLoading(""), "is empty, expected an ONNX file");
     EXPECT_EQ(errorOfLoading("\n<!DOCTYPE html><html></html>"),
               "is a web page or XML, expected an ONNX file");
@@ -1056,7 +1056,7 @@ TEST_F(DepthNetworkFile, AGraphThatOpenCvCannotLoadGivesOneLine) {
     EXPECT_LT(error.size(), 300U);
 }
 
-TEST_F(DepthNetworkFile, OpenCvsLogLevelAndErrorCallbackStayTheProcesss) {
+TEST_F(DepthNetworkFile, DoesNotChangeOpenCvsLogLevelAndErrorCallback) {
     using namespace cv::utils::logging;
     const LogLevel level = setLogLevel(LOG_LEVEL_FATAL); // no default
     const cv::ErrorCallback callback = cv::redirectError(countError);
@@ -1129,8 +1129,8 @@ TEST_F(DepthNetworkFile, CudaIsRefusedWhereOpenCvHasNone) {
                   "CPU");
 }
 
-TEST_F(DepthNetworkFile, ATrialTakesWhatCrashesOpenCv) {
-    // weights of 3 x 3000 x 3000 that hold one: OpenCV 4.6 reads on behind it
+TEST_F(DepthNetworkFile, AProbeSurvivesFilesThatCrashOpenCv) {
+    // weights that claim 3 x 3000 x 3000 values and hold one: OpenCV 4.6 reads beyond their end
     const fs::path file = write(
         model(node("Conv", {"x", "w"}, {"y"}, intsAttribute("kernel_shape", {1, 1})) +
               bytes(5, tensor("w", {1, 3, 3000, 3000}, {0})) +
@@ -1139,7 +1139,7 @@ TEST_F(DepthNetworkFile, ATrialTakesWhatCrashesOpenCv) {
     EXPECT_NE(error.find("crashes OpenCV"), std::string::npos) << error;
 }
 
-TEST_F(DepthNetworkFile, ATrialLeavesOrdinaryFilesAndErrorsToTheNetworkItself) {
+TEST_F(DepthNetworkFile, AProbeIgnoresErrorsThatTheNetworkReports) {
     const fs::path file = write(mixModel({1, 1, 1}, {8, 8}));
     probeNetwork(file, profileOf(8, 8));
     probeNetwork(file, profileOf(16, 16)); // Mismatch
@@ -1149,12 +1149,12 @@ TEST_F(DepthNetworkFile, ATrialLeavesOrdinaryFilesAndErrorsToTheNetworkItself) {
     probeNetwork(file, profileOf(8, 8)); // NotFound
 }
 
-TEST_F(DepthNetworkFile, ATrialEndsInTime) {
-    // reading a pipe that nobody writes to takes for ever
+TEST_F(DepthNetworkFile, AProbeEndsInTime) {
+    // reading a pipe without a writer never ends
     const fs::path file = directory_ / "pipe.onnx";
     ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
     const std::string error = errorOf([&] { probeNetwork(file, profileOf(8, 8), {}, 0.2); });
-    EXPECT_NE(error.find("does not come to an end in 0.2 s"), std::string::npos) << error;
+    EXPECT_NE(error.find("does not finish within 0.2 s"), std::string::npos) << error;
     for (const double seconds : {0.0, -1.0, 4000.0, std::nan("")}) {
         EXPECT_NE(errorOf([&] {
                       probeNetwork(file, profileOf(8, 8), {}, seconds);
@@ -1232,7 +1232,7 @@ TEST(FastDepth, SeesMuchTheSameAtSizesNearItsOwn) {
         return depth;
     };
     const cv::Mat full = depthAt(224);
-    EXPECT_TRUE(cv::checkRange(depthAt(128))); // runs, but what it sees has little to do with it
+    EXPECT_TRUE(cv::checkRange(depthAt(128))); // runs, but its depth has little in common with that
     for (const int side : {192, 256})
         EXPECT_GT(rankCorrelation(depthAt(side), full), 0.7) << side;
 }

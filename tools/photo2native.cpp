@@ -441,6 +441,7 @@ int main(int argc, char** argv) {
     commandLine.addNote("With several photos or a directory the last name is the directory for the "
                         "outputs, and so are the names of --save-... and --lg; one bad photo does "
                         "not stop the rest.");
+    commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg native.png",
                         "Make a Native for the display that is connected.");
     commandLine.addTerm(CommandLine::Chapter::Examples,

@@ -5,6 +5,7 @@
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
+#include "support/heif_files.hpp"
 #include "video_samples.hpp"
 
 #include <cstdio>
@@ -186,6 +187,13 @@ void addPictures(const fs::path& root) {
     }
 }
 
+void addHeif(const fs::path& root) {
+    Seeds seeds(root, "heif");
+    seeds.add(test::appleHeic());
+    seeds.add(test::appleHeic(true));
+    seeds.add(test::heifFile("avif", {test::av1Colours(1)}));
+}
+
 // --- everything else ---------------------------------------------------------------------------
 
 void addMaps(const fs::path& root) {
@@ -320,6 +328,7 @@ int main(int argc, char** argv) {
         fs::create_directories(root);
         addExif(root);
         addPictures(root);
+        addHeif(root);
         addMaps(root);
         addNetworks(root);
         addRuns(root);

@@ -99,8 +99,8 @@ std::string Document::facts() const {
 
 const std::vector<std::string>& pictureEndings() {
     static const std::vector<std::string> endings = {
-        "jpg", "jpeg", "jpe", "mpo", "png", "tif", "tiff", "webp", "bmp", "dib",
-        "pnm", "ppm",  "pgm", "pbm", "pfm", "exr", "hdr",  "jp2",  "j2k"};
+        "jpg", "jpeg", "jpe", "mpo", "png", "tif", "tiff", "webp", "bmp",  "dib", "pnm", "ppm",
+        "pgm", "pbm",  "pfm", "exr", "hdr", "jp2", "j2k",  "heic", "heif", "hif", "avif"};
     return endings;
 }
 

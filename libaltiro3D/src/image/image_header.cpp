@@ -1,7 +1,9 @@
 #include "image/image_header.hpp"
 
+#include "base/byte_reader.hpp"
 #include "base/text.hpp"
 #include "image/exif.hpp"
+#include "image/heif_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,39 +18,6 @@ using std::string_view;
 
 constexpr unsigned kMaxPages = 10000;
 
-// Reads numbers with bounds checks; bytes beyond the end read as 0.
-class Reader {
-  public:
-    Reader(string_view bytes, bool littleEndian) : bytes_(bytes), littleEndian_(littleEndian) {}
-
-    std::uint64_t number(std::uint64_t at, unsigned size) const {
-        if (!holds(at, size)) return 0;
-        std::uint64_t value = 0;
-        for (unsigned i = 0; i < size; ++i) {
-            const std::size_t from =
-                static_cast<std::size_t>(at) + (littleEndian_ ? size - 1 - i : i);
-            value = value << 8 | static_cast<unsigned char>(bytes_[from]);
-        }
-        return value;
-    }
-    unsigned u8(std::uint64_t at) const { return static_cast<unsigned>(number(at, 1)); }
-    unsigned u16(std::uint64_t at) const { return static_cast<unsigned>(number(at, 2)); }
-    std::uint32_t u32(std::uint64_t at) const { return static_cast<std::uint32_t>(number(at, 4)); }
-    std::uint64_t u64(std::uint64_t at) const { return number(at, 8); }
-    bool holds(std::uint64_t at, std::uint64_t size) const {
-        return at <= bytes_.size() && size <= bytes_.size() - at;
-    }
-    string_view text(std::uint64_t at, std::uint64_t size) const {
-        return holds(at, size)
-                   ? bytes_.substr(static_cast<std::size_t>(at), static_cast<std::size_t>(size))
-                   : string_view();
-    }
-
-  private:
-    string_view bytes_;
-    bool littleEndian_;
-};
-
 void useExif(const ExifFacts& facts, ImageHeader& header) {
     header.orientation = facts.orientation;
     header.focalLength35mm = facts.focalLength35mm;
@@ -57,7 +26,7 @@ void useExif(const ExifFacts& facts, ImageHeader& header) {
 // ---------------------------------------------------------------------------------------- PNG
 
 void readPng(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, false);
+    const ByteReader reader(bytes, false);
     unsigned colorType = 0;
     bool hasStart = false;
     bool hasEnd = false;
@@ -122,7 +91,8 @@ std::size_t skipEntropyData(string_view bytes, std::size_t at) {
     return bytes.size();
 }
 
-void readJpegFrame(const Reader& reader, std::uint64_t data, unsigned marker, ImageHeader& header) {
+void readJpegFrame(const ByteReader& reader, std::uint64_t data, unsigned marker,
+                   ImageHeader& header) {
     header.bitsPerSample = static_cast<int>(reader.u8(data));
     header.rows = reader.u16(data + 1);
     header.columns = reader.u16(data + 3);
@@ -135,7 +105,7 @@ void readJpegFrame(const Reader& reader, std::uint64_t data, unsigned marker, Im
 }
 
 void readJpeg(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, false);
+    const ByteReader reader(bytes, false);
     bool hasExif = false;
     bool hasAdobe = false;
     bool hasEnd = false;
@@ -207,7 +177,7 @@ struct TiffShape {
 };
 
 // The first value of an entry of type BYTE, SHORT, LONG or LONG8.
-std::uint64_t tiffValue(const Reader& reader, std::uint64_t entry, const TiffShape& shape) {
+std::uint64_t tiffValue(const ByteReader& reader, std::uint64_t entry, const TiffShape& shape) {
     const unsigned type = reader.u16(entry + 2);
     const unsigned size = type == 1 ? 1 : type == 3 ? 2 : type == 4 ? 4 : type == 16 ? 8 : 0;
     if (size == 0) return 0;
@@ -218,7 +188,7 @@ std::uint64_t tiffValue(const Reader& reader, std::uint64_t entry, const TiffSha
 }
 
 void readTiff(string_view bytes, const std::string& extension, ImageHeader& header) {
-    const Reader reader(bytes, bytes[0] == 'I');
+    const ByteReader reader(bytes, bytes[0] == 'I');
     TiffShape shape;
     header.isLittleEndian = bytes[0] == 'I';
     shape.big = reader.u16(2) == 43;
@@ -304,7 +274,7 @@ void readTiff(string_view bytes, const std::string& extension, ImageHeader& head
 // --------------------------------------------------------------------------------------- WebP
 
 void readWebP(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, true);
+    const ByteReader reader(bytes, true);
     bool hasPicture = false;
     unsigned frames = 0;
     for (std::uint64_t at = 12; reader.holds(at, 8);) {
@@ -345,7 +315,7 @@ void readWebP(string_view bytes, ImageHeader& header) {
 // --------------------------------------------------------------------------- the simple formats
 
 void readBmp(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, true);
+    const ByteReader reader(bytes, true);
     const std::uint32_t size = reader.u32(14);
     if (size < 16) {
         header.columns = reader.u16(18);
@@ -390,7 +360,7 @@ void readNetpbm(string_view bytes, ImageHeader& header) {
 }
 
 void readExr(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, true);
+    const ByteReader reader(bytes, true);
     header.alpha = AlphaKind::Premultiplied;
     std::size_t at = 8;
     // A damaged header is ignored as a whole: OpenEXR allocates any size that it states.
@@ -432,7 +402,7 @@ void readHdr(string_view bytes, ImageHeader& header) {
 
 // Start of the codestream of a JPEG 2000 file. In a .jp2 it has its own box after any number of
 // other boxes.
-std::uint64_t codestreamAt(string_view bytes, const Reader& reader) {
+std::uint64_t codestreamAt(string_view bytes, const ByteReader& reader) {
     if (startsWith(bytes, "\xff\x4f")) return 0;
     std::uint64_t at = 0;
     while (reader.holds(at, 8)) {
@@ -450,7 +420,7 @@ std::uint64_t codestreamAt(string_view bytes, const Reader& reader) {
 }
 
 void readJpeg2000(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, false);
+    const ByteReader reader(bytes, false);
     const std::uint64_t at = codestreamAt(bytes, reader);
     if (reader.u32(at) != 0xff4fff51u) return; // SIZ immediately follows SOC
     const auto extent = [&](std::uint64_t high, std::uint64_t low) -> std::uint64_t {
@@ -458,6 +428,21 @@ void readJpeg2000(string_view bytes, ImageHeader& header) {
     };
     header.columns = extent(at + 8, at + 16);
     header.rows = extent(at + 12, at + 20);
+}
+
+// ------------------------------------------------------------------------------ HEIC and AVIF
+
+// Turning and mirroring belong to the format and are done by its decoder; EXIF only repeats them.
+void readHeif(string_view bytes, ImageHeader& header) {
+    try {
+        const HeifFile file(bytes);
+        header.columns = static_cast<std::uint64_t>(file.size().width);
+        header.rows = static_cast<std::uint64_t>(file.size().height);
+        header.pictures = file.pictures();
+        header.focalLength35mm = readExif(file.exif()).focalLength35mm;
+    } catch (const HeifFailure& failure) {
+        header.decoderMessage = failure.what();
+    }
 }
 
 } // namespace
@@ -494,6 +479,10 @@ ImageHeader readImageHeader(string_view bytes, const std::string& extension) {
         break;
     case ImageFormat::Jpeg2000:
         readJpeg2000(bytes, header);
+        break;
+    case ImageFormat::Heic:
+    case ImageFormat::Avif:
+        readHeif(bytes, header);
         break;
     case ImageFormat::Unknown:
         header.isText = containsOnlyText(bytes);

@@ -86,7 +86,9 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const Scene& scen
 // Writes what is wanted besides the Native; false if nothing is. Takes the scene.
 bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messages& messages) {
     if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
-    if (!item.savedDepth.empty() || !item.rgbd.empty()) {
+    const bool needsWholeDepth =
+        !item.savedDepth.empty() || !item.rgbd.empty() || !item.photoWithDepth.empty();
+    if (needsWholeDepth) {
         cv::Mat wholeDepth;
         fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)},
                  scene.photo, wholeDepth);
@@ -95,6 +97,8 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
             warnAboutDepthFormat(item.savedDepth, messages);
             writeImage(item.savedDepth, depthTo16Bit(wholeDepth));
         }
+        if (!item.photoWithDepth.empty())
+            writePhotoWithDepth(item.photoWithDepth, scene.photo, wholeDepth);
         if (!item.rgbd.empty()) {
             cv::Mat rgbd;
             joinRgbd(scene.photo, wholeDepth, DepthSide::Right, rgbd);
@@ -112,8 +116,7 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
             }
         });
     }
-    return !item.quilt.empty() || !item.savedDepth.empty() || !item.rgbd.empty() ||
-           !item.views.empty();
+    return !item.quilt.empty() || needsWholeDepth || !item.views.empty();
 }
 
 // The maker for one photo: with --camera each has a strength of its own.
@@ -136,7 +139,8 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     const PhotoFit fit = run.maker.fit(photoSize, aspect);
     Scene fitted;
     fitScene(scene, fit, focus, fitted);
-    if (item.savedDepth.empty() && item.rgbd.empty() && item.video.empty())
+    if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
+        item.video.empty())
         scene = {}; // large, and no longer needed
     times.end("fit");
     if (run.budget.mustChoose()) {
@@ -181,9 +185,11 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
                    {"photoHeight", photoSize.height},
                    {"native", item.native.string()}};
     if (!item.depth.empty()) report["depthImage"] = item.depth.string();
+    report["depthSource"] = run.depth.used();
     const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
                                                        {"depth", item.savedDepth},
                                                        {"rgbd", item.rgbd},
+                                                       {"photoWithDepth", item.photoWithDepth},
                                                        {"views", item.views}};
     for (const auto& [key, file] : others) {
         if (!file.empty()) report[key] = file.string();
@@ -424,6 +430,10 @@ int main(int argc, char** argv) {
                     "FILE");
     commandLine.add({"save-depth"}, "Also write the depth, 16-bit, near = white.", "FILE.png");
     commandLine.addAdvanced({"save-rgbd"}, "Also write photo and depth side by side.", "FILE");
+    commandLine.addAdvanced({"save-photo-with-depth"},
+                            "Also write the photo with its depth inside, as phones do (Dynamic "
+                            "Depth), for other programs.",
+                            "FILE.jpg");
     commandLine.addAdvanced({"save-views"}, "Also write the single views, leftmost camera first.",
                             "DIR");
     addSwayFileOption(commandLine, "It holds the whole photo in its own shape and");

@@ -13,7 +13,8 @@ namespace altiro3D::tools {
 /// Photos or videos: what depth options speak of.
 enum class Medium { Photo, Video };
 
-/// -n -l --net-profile --network-size -d --rgbd --depth-kind; with videos --depth, too
+/// -n -l --net-profile --network-size -d --rgbd --depth-kind --embedded-depth --unblurred; with
+/// videos --depth, too
 void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 
 /// Where the depth of photos comes from, by the options.
@@ -31,6 +32,8 @@ class ChosenDepth {
     const DepthNetwork* network() const { return source_ ? source_->network() : nullptr; }
     /// What it is, for people and reports.
     const std::string& description() const { return description_; }
+    /// What the last read() took its depth from, for people and reports.
+    const std::string& used() const { return used_; }
 
     /// Reads photo and depth of one item, by whatever way the options say.
     /// @param photoFile photo, or one-picture RGB-D
@@ -49,12 +52,14 @@ class ChosenDepth {
 
   private:
     void chooseNetwork(const CommandLine& commandLine, Messages& messages);
+    void choosePhotoDepth(const CommandLine& commandLine);
 
     bool fromFiles_ = false;
     std::optional<DepthSide> rgbdSide_;
     DepthKind kind_ = DepthKind::NearWhite;
     std::unique_ptr<DepthSource> source_; // absent: fromFiles_, each photo has its own
     std::string description_;
+    std::string used_;
 };
 
 } // namespace altiro3D::tools

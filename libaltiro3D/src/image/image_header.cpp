@@ -4,10 +4,10 @@
 #include "base/text.hpp"
 #include "image/exif.hpp"
 #include "image/heif_file.hpp"
+#include "image/jpeg_walk.hpp"
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <set>
 
 namespace altiro3D {
@@ -72,25 +72,6 @@ void readPng(string_view bytes, ImageHeader& header) {
 
 // --------------------------------------------------------------------------------------- JPEG
 
-// Skips the entropy-coded data that starts at `at`; returns the position of the next marker's 0xFF.
-std::size_t skipEntropyData(string_view bytes, std::size_t at) {
-    while (at + 1 < bytes.size()) {
-        const void* const found = std::memchr(bytes.data() + at, 0xff, bytes.size() - 1 - at);
-        if (found == nullptr) break;
-        at = static_cast<std::size_t>(static_cast<const char*>(found) - bytes.data());
-        const auto code = static_cast<unsigned char>(bytes[at + 1]);
-        if (code == 0xff) { // a fill byte
-            ++at;
-        } else if (code == 0 ||
-                   (code >= 0xd0 && code <= 0xd7)) { // a stuffed byte or a restart marker
-            at += 2;
-        } else {
-            return at;
-        }
-    }
-    return bytes.size();
-}
-
 void readJpegFrame(const ByteReader& reader, std::uint64_t data, unsigned marker,
                    ImageHeader& header) {
     header.bitsPerSample = static_cast<int>(reader.u8(data));
@@ -108,42 +89,9 @@ void readJpeg(string_view bytes, ImageHeader& header) {
     const ByteReader reader(bytes, false);
     bool hasExif = false;
     bool hasAdobe = false;
-    bool hasEnd = false;
     bool progressive = false;
     unsigned components = 0;
-    unsigned scans = 0;
-    std::size_t at = 2;
-    header.usableBytes = bytes.size();
-    while (at + 1 < bytes.size()) {
-        if (static_cast<unsigned char>(bytes[at]) != 0xff) { // junk between segments is skipped
-            ++at;
-            continue;
-        }
-        const unsigned marker = reader.u8(at + 1);
-        if (marker == 0xff) {
-            ++at;
-            continue;
-        }
-        if (marker == 0xd9) {
-            hasEnd = true;
-            break;
-        }
-        if (marker == 0 || marker == 1 ||
-            (marker >= 0xd0 && marker <= 0xd8)) { // markers without a body
-            at += 2;
-            continue;
-        }
-        const std::size_t size = reader.u16(at + 2);
-        if (!reader.holds(at + 2, std::max<std::size_t>(size, 2))) {
-            header.usableBytes = at;
-            break;
-        }
-        if (size < 2) {
-            at += 2;
-            continue;
-        }
-        const std::size_t data = at + 4;
-        const string_view body = reader.text(data, size - 2);
+    const JpegEnd end = walkJpeg(bytes, [&](unsigned marker, std::size_t data, string_view body) {
         const bool isFrame =
             marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
         if (isFrame && header.columns == 0) {
@@ -156,14 +104,11 @@ void readJpeg(string_view bytes, ImageHeader& header) {
         } else if (marker == 0xee && startsWith(body, "Adobe")) {
             hasAdobe = true;
         }
-        at += 2 + size;
-        if (marker == 0xda) {
-            at = skipEntropyData(bytes, at);
-            if (at < bytes.size()) ++scans;
-        }
-    }
-    header.isCutOff = !hasEnd;
-    header.hasWholeScan = progressive && scans > 0;
+        return true;
+    });
+    header.usableBytes = end.usableBytes;
+    header.isCutOff = !end.hasEnd;
+    header.hasWholeScan = progressive && end.scans > 0;
     header.isUnmarkedCmyk = components == 4 && !hasAdobe;
 }
 

@@ -87,7 +87,9 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const Scene& scen
 // memory.
 bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messages& messages) {
     if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
-    if (!item.savedDepth.empty() || !item.rgbd.empty()) {
+    const bool needsWholeDepth =
+        !item.savedDepth.empty() || !item.rgbd.empty() || !item.photoWithDepth.empty();
+    if (needsWholeDepth) {
         cv::Mat wholeDepth;
         fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)},
                  scene.photo, wholeDepth);
@@ -96,6 +98,8 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
             warnAboutDepthFormat(item.savedDepth, messages);
             writeImage(item.savedDepth, depthTo16Bit(wholeDepth));
         }
+        if (!item.photoWithDepth.empty())
+            writePhotoWithDepth(item.photoWithDepth, scene.photo, wholeDepth);
         if (!item.rgbd.empty()) {
             cv::Mat rgbd;
             joinRgbd(scene.photo, wholeDepth, DepthSide::Right, rgbd);
@@ -113,8 +117,7 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
             }
         });
     }
-    return !item.quilt.empty() || !item.savedDepth.empty() || !item.rgbd.empty() ||
-           !item.views.empty();
+    return !item.quilt.empty() || needsWholeDepth || !item.views.empty();
 }
 
 // The maker for one photo; with --camera each photo has its own strength.
@@ -137,7 +140,8 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     const PhotoFit fit = run.maker.fit(photoSize, aspect);
     Scene fitted;
     fitScene(scene, fit, focus, fitted);
-    if (item.savedDepth.empty() && item.rgbd.empty() && item.video.empty())
+    if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
+        item.video.empty())
         scene = {}; // large, and no longer needed
     times.end("fit");
     if (run.budget.mustChoose()) {
@@ -182,9 +186,11 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
                    {"photoHeight", photoSize.height},
                    {"native", item.native.string()}};
     if (!item.depth.empty()) report["depthImage"] = item.depth.string();
+    report["depthSource"] = run.depth.used();
     const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
                                                        {"depth", item.savedDepth},
                                                        {"rgbd", item.rgbd},
+                                                       {"photoWithDepth", item.photoWithDepth},
                                                        {"views", item.views}};
     for (const auto& [key, file] : others) {
         if (!file.empty()) report[key] = file.string();
@@ -427,6 +433,10 @@ int main(int argc, char** argv) {
                     "FILE");
     commandLine.add({"save-depth"}, "Also write the depth, 16-bit, near = white.", "FILE.png");
     commandLine.addAdvanced({"save-rgbd"}, "Also write photo and depth side by side.", "FILE");
+    commandLine.addAdvanced({"save-photo-with-depth"},
+                            "Also write the photo with its depth inside, as phones do (Dynamic "
+                            "Depth), for other programs.",
+                            "FILE.jpg");
     commandLine.addAdvanced({"save-views"}, "Also write the single views, leftmost camera first.",
                             "DIR");
     addSwayFileOption(commandLine, "It holds the whole photo in its own shape and");
@@ -444,6 +454,7 @@ int main(int argc, char** argv) {
     commandLine.addNote("With several photos or a directory the last name is the directory for the "
                         "outputs, and so are the names of --save-... and --lg; one bad photo does "
                         "not stop the rest.");
+    commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg native.png",
                         "Make a Native for the display that is connected.");
     commandLine.addTerm(CommandLine::Chapter::Examples,

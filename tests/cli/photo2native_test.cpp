@@ -966,4 +966,58 @@ TEST(Photo2Native, TheAspectOfTheQuiltsNameCounts) {
                       "q_qs5x9.png"));
 }
 
+TEST(Photo2Native, DepthInThePhotoIsUsedAndSaid) {
+    SmallStudio studio;
+    const cv::Mat photo = madePhoto(80, 60);
+    cv::Mat depth;
+    madeDepth(80, 60).convertTo(depth, CV_32F, 1 / 255.0);
+    writePhotoWithDepth(studio / "p.jpg", photo, depth);
+    const Outcome used =
+        studio.run(kTool, studio.display() + Arguments{"--report", "r.json", "p.jpg", "a.png"});
+    EXPECT_TRUE(isDone(used));
+    const std::string line = "depth in the photo's file (Dynamic Depth, 80 x 60 px)";
+    EXPECT_NE(used.out.find("p.jpg: " + line), std::string::npos) << used.out;
+    EXPECT_EQ(Json::parse(slurp(studio / "r.json")).at("pictures").at(0).at("depthSource"), line);
+
+    // the same numbers as a depth image give the same picture
+    cv::Mat eightBits;
+    readEmbeddedDepth(studio / "p.jpg")->depth.convertTo(eightBits, CV_8U, 255);
+    writeImage(studio / "d.png", eightBits);
+    EXPECT_TRUE(isDone(
+        studio.run(kTool, studio.display() + Arguments{"-d", "p.jpg", "d.png", "given.png"})));
+    EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "given.png"));
+
+    // a named source goes before it, and so does "off"
+    for (const Arguments& other :
+         {Arguments{"-n", "cues"}, Arguments{"-n", "cues", "--embedded-depth", "off"}}) {
+        const Outcome run =
+            studio.run(kTool, studio.display() + other + Arguments{"-y", "p.jpg", "cues.png"});
+        EXPECT_TRUE(isDone(run));
+        EXPECT_EQ(run.out.find("depth in the photo"), std::string::npos) << run.out;
+    }
+    EXPECT_NE(slurp(studio / "a.png"), slurp(studio / "cues.png"));
+    EXPECT_TRUE(
+        fails(studio.run(kTool, studio.display() + Arguments{"-n", "cues", "--embedded-depth",
+                                                             "auto", "p.jpg", "x.png"}),
+              2, "expected no -n"));
+}
+
+TEST(Photo2Native, APhotoIsSavedWithItsDepth) {
+    SmallStudio studio;
+    EXPECT_TRUE(isDone(studio.run(
+        kTool, studio.display() + Arguments{"--save-photo-with-depth", "w.jpg", "--save-depth",
+                                            "d.png", "-d", "photo.png", "depth.png", "a.png"})));
+    const auto found = readEmbeddedDepth(studio / "w.jpg");
+    ASSERT_TRUE(found);
+    cv::Mat saved;
+    readDepthSamples(studio / "d.png").convertTo(saved, CV_32F, 1 / 65535.0);
+    ASSERT_EQ(found->depth.size(), saved.size());
+    EXPECT_LT(cv::norm(found->depth, saved, cv::NORM_L1) / static_cast<double>(saved.total()),
+              0.02);
+    EXPECT_TRUE(
+        fails(studio.run(kTool, studio.display() + Arguments{"--save-photo-with-depth", "w.png",
+                                                             "photo.png", "b.png"}),
+              2, "expected FILE.jpg"));
+}
+
 } // namespace altiro3D::test

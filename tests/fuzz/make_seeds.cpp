@@ -5,6 +5,7 @@
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
+#include "support/photo_files.hpp"
 #include "video_samples.hpp"
 
 #include <cstdio>
@@ -186,6 +187,34 @@ void addPictures(const fs::path& root) {
     }
 }
 
+void addHeif(const fs::path& root) {
+    Seeds seeds(root, "heif");
+    seeds.add(test::appleHeic());
+    seeds.add(test::appleHeic(true));
+    seeds.add(test::heifFile("avif", {test::av1Colours(1)}));
+}
+
+void addEmbeddedDepth(const fs::path& root) {
+    const auto coded = [](const std::string& extension, int columns, int rows) {
+        cv::Mat picture(rows, columns, CV_8UC1);
+        cv::randu(picture, 0, 255);
+        std::vector<unsigned char> bytes;
+        cv::imencode(extension, picture, bytes);
+        return std::string(bytes.begin(), bytes.end());
+    };
+    const std::string photo = coded(".jpg", 16, 12);
+    const std::string depth = coded(".jpg", 8, 6);
+    const std::string raw(8 * 6, 'a');
+    Seeds seeds(root, "embedded_depth");
+    seeds.add(test::dynamicDepthPhoto(photo, {{"Depth", depth, ""}, {"Original", depth, ""}}));
+    seeds.add(test::dynamicDepthPhoto(photo, {{"", depth, "android/depthmap"}}, "RangeLinear", 1, 2,
+                                      true));
+    seeds.add(test::gDepthPhoto(photo, coded(".png", 8, 6), "RangeLinear", 1, 2, depth));
+    seeds.add(test::appleJpeg(photo, {depth, test::appleAuxiliary(depth, "disparity")}));
+    seeds.add(test::samsungPhoto(photo, raw, 8, 6));
+    seeds.add(test::huaweiPhoto(photo, raw, 8, 6));
+}
+
 // --- everything else ---------------------------------------------------------------------------
 
 void addMaps(const fs::path& root) {
@@ -320,6 +349,8 @@ int main(int argc, char** argv) {
         fs::create_directories(root);
         addExif(root);
         addPictures(root);
+        addHeif(root);
+        addEmbeddedDepth(root);
         addMaps(root);
         addNetworks(root);
         addRuns(root);

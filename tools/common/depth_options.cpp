@@ -140,6 +140,15 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                     std::string(video ? "Frame" : "Photo") +
                         " and depth are one RGB-D picture, with depth at this side.",
                     "right|left|top|bottom");
+    if (!video) {
+        commandLine.addAdvanced(
+            {"embedded-depth"},
+            "auto (default) uses the depth that comes with a photo, in its file (portraits of "
+            "phones) or beside it (name_depth.*); off ignores it. -d, --rgbd and -n go before it.",
+            "auto|off");
+        commandLine.addAdvanced({"unblurred"},
+                                "Use the sharp original of a portrait where the file has one.");
+    }
     commandLine.addAdvanced(
         {"depth-kind"},
         "Meaning of given depth: near-white (default), far-white, or metric[:SCALE] "
@@ -186,6 +195,25 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
     } else {
         chooseNetwork(commandLine, messages);
     }
+    if (medium == Medium::Photo) choosePhotoDepth(commandLine);
+}
+
+void ChosenDepth::choosePhotoDepth(const CommandLine& commandLine) {
+    PhotoDepthOptions options;
+    const auto use = commandLine.choice("embedded-depth", {"auto", "off"});
+    options.unblurred = commandLine.has("unblurred");
+    for (const char* given : {"d", "rgbd"}) {
+        commandLine.exclude(given, "embedded-depth");
+        commandLine.exclude(given, "unblurred");
+    }
+    if (fromFiles_ || rgbdSide_) return;
+    const bool isNamed = commandLine.has("n") || commandLine.has("l");
+    if (isNamed && use.value_or(1) == 0) {
+        throw UsageError("--embedded-depth auto uses the depth of the photo, expected no -n and no "
+                         "-l with it");
+    }
+    options.useDepth = !isNamed && use.value_or(0) == 0;
+    if (options.useDepth || options.unblurred) source_ = depthInPhoto(std::move(source_), options);
 }
 
 void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
@@ -304,6 +332,8 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
         scene.photo = source.readImage(photoFile, &notes);
     }
     messages.warn(notes);
+    used_ = given ? description_ : source.description();
+    if (used_ != description_ && !rgbdSide_) messages.say(photoFile.string() + ": " + used_);
     times.end("read");
     try {
         source.readScene(scene.photo, flatDepth, scene);

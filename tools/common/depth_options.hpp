@@ -13,7 +13,8 @@ namespace altiro3D::tools {
 /// Input of the tool, for the wording and the choice of depth options.
 enum class Medium { Photo, Video };
 
-/// -n -l --net-profile --network-size -d --rgbd --depth-kind; for videos also --depth
+/// -n -l --net-profile --network-size --engine -d --rgbd --depth-kind --embedded-depth --unblurred;
+/// for videos also --depth
 void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 
 /// An engine's name for people. @return "OpenCV" or "ONNX Runtime"
@@ -34,6 +35,8 @@ class ChosenDepth {
     const DepthNetwork* network() const { return source_ ? source_->network() : nullptr; }
     /// The source as text, for people and reports.
     const std::string& description() const { return description_; }
+    /// What the last read() took its depth from, for people and reports.
+    const std::string& used() const { return used_; }
 
     /// Reads the photo of one item and reads or estimates its depth, as the options say.
     /// @param photoFile photo, or RGB-D picture
@@ -52,12 +55,14 @@ class ChosenDepth {
 
   private:
     void chooseNetwork(const CommandLine& commandLine, Messages& messages);
+    void choosePhotoDepth(const CommandLine& commandLine);
 
     bool fromFiles_ = false;
     std::optional<DepthSide> rgbdSide_;
     DepthKind kind_ = DepthKind::NearWhite;
     std::unique_ptr<DepthSource> source_; // null with fromFiles_
     std::string description_;
+    std::string used_;
 };
 
 } // namespace altiro3D::tools

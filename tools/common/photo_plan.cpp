@@ -5,6 +5,7 @@
 #include "altiro3D/video_io.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 
 namespace altiro3D::tools {
@@ -29,6 +30,13 @@ void requirePhotoName(const fs::path& name) {
     if (canWriteVideo(name)) hint = "video2native makes Natives of videos";
     if (hint == nullptr || isDirectory(name)) return;
     throw UsageError(name.string() + ": is not a picture, expected a photo; " + hint);
+}
+
+bool isJpegName(const fs::path& name) {
+    std::string extension = name.extension().string();
+    for (char& c : extension)
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".jpg" || extension == ".jpeg";
 }
 
 // Several outputs of one kind go into a directory, one alone has the name that was given.
@@ -56,7 +64,8 @@ std::vector<fs::path> listPhotos(const fs::path& directory, Messages& messages) 
 // All outputs of a photo.
 std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
     std::vector<fs::path> files;
-    for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd, item.video}) {
+    for (const fs::path& file :
+         {item.native, item.quilt, item.savedDepth, item.rgbd, item.photoWithDepth, item.video}) {
         if (!file.empty()) files.push_back(file);
     }
     if (!item.views.empty()) {
@@ -135,7 +144,8 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
             ": names one file, expected a directory for the outputs of several photos" +
             (names.size() == 3 && !pairs ? ", or -d with a photo and its depth" : ""));
     }
-    for (const char* option : {"save-quilt", "save-depth", "save-rgbd", "lg"}) {
+    for (const char* option :
+         {"save-quilt", "save-depth", "save-rgbd", "save-photo-with-depth", "lg"}) {
         const auto name = commandLine.value(option);
         if (plan.batch && name && (canWriteImage(*name) || canWriteVideo(*name))) {
             throw UsageError("--" + std::string(option) + " " + *name +
@@ -160,6 +170,8 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
         item.savedDepth =
             outputName(commandLine.value("save-depth"), plan.batch, stem, "_depth.png");
         item.rgbd = outputName(commandLine.value("save-rgbd"), plan.batch, stem, "_rgbd.png");
+        item.photoWithDepth = outputName(commandLine.value("save-photo-with-depth"), plan.batch,
+                                         stem, "_with_depth.jpg");
         item.views = outputName(commandLine.value("save-views"), plan.batch, stem, "_views");
         item.video = outputName(commandLine.value("lg"), plan.batch, stem, ".mp4");
         if (!item.quilt.empty()) {
@@ -187,13 +199,17 @@ Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
         outputs.addInput(item.photo);
         if (!item.depth.empty()) outputs.addInput(item.depth);
         if (plan.batch) {
-            for (const fs::path& file :
-                 {item.native, item.quilt, item.savedDepth, item.rgbd, item.video}) {
+            for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd,
+                                         item.photoWithDepth, item.video}) {
                 if (!file.empty()) outputs.addDirectory(file.parent_path());
             }
         }
         for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
             if (!file.empty()) requirePictureName(file, file != item.savedDepth);
+        }
+        if (!item.photoWithDepth.empty() && !isJpegName(item.photoWithDepth)) {
+            throw UsageError("--save-photo-with-depth " + item.photoWithDepth.string() +
+                             ": is not the name of a JPEG, expected FILE.jpg");
         }
         if (!item.video.empty()) requireVideoName(item.video);
         if (!item.views.empty()) outputs.addDirectory(item.views);

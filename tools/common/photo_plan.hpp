@@ -17,9 +17,10 @@ struct PhotoItem {
     std::filesystem::path quilt;
     std::filesystem::path savedDepth;
     std::filesystem::path rgbd;
-    std::filesystem::path views; ///< a directory
-    std::filesystem::path video; ///< the swaying video
-    bool isMade = false;         ///< All outputs exist already: `--skip-existing`.
+    std::filesystem::path photoWithDepth; ///< JPEG with depth inside
+    std::filesystem::path views;          ///< a directory
+    std::filesystem::path video;          ///< the swaying video
+    bool isMade = false;                  ///< All outputs exist already: `--skip-existing`.
 };
 
 /// All photos of a run.

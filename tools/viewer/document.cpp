@@ -82,6 +82,18 @@ Document documentOfViews(const Source& source, const Display& display) {
     return document;
 }
 
+// Depth that comes with the photo.
+void addPhotoDepth(Document& document, Notes& notes) {
+    const fs::path beside = findDepthBeside(document.source.file);
+    if (!beside.empty()) {
+        document.rawDepth = readDepthSamples(beside, &notes);
+        document.depthOrigin = "beside it (" + beside.filename().string() + ")";
+    } else if (const auto depth = readEmbeddedDepth(document.source.file, &notes)) {
+        document.rawDepth = depth->depth;
+        document.depthOrigin = "in the file (" + depth->text() + ")";
+    }
+}
+
 } // namespace
 
 std::string Document::facts() const {
@@ -94,13 +106,14 @@ std::string Document::facts() const {
         break;
     }
     return (video ? "Video, " : "Photo, ") + tools::sizeText(picture.size()) +
-           (rawDepth.empty() ? "" : ", with depth");
+           (rawDepth.empty() ? "" : ", with depth") +
+           (depthOrigin.empty() ? "" : " " + depthOrigin);
 }
 
 const std::vector<std::string>& pictureEndings() {
     static const std::vector<std::string> endings = {
-        "jpg", "jpeg", "jpe", "mpo", "png", "tif", "tiff", "webp", "bmp", "dib",
-        "pnm", "ppm",  "pgm", "pbm", "pfm", "exr", "hdr",  "jp2",  "j2k"};
+        "jpg", "jpeg", "jpe", "mpo", "png", "tif", "tiff", "webp", "bmp",  "dib", "pnm", "ppm",
+        "pgm", "pbm",  "pfm", "exr", "hdr", "jp2", "j2k",  "heic", "heif", "hif", "avif"};
     return endings;
 }
 
@@ -180,7 +193,11 @@ Document readDocument(const Source& source, const Display& display) {
     {
         const tools::QuietStandardError quiet; // decoders print messages
         document = documentOf(source, readImage(source.file, &notes), display);
-        if (!source.depth.empty()) document.rawDepth = readDepthSamples(source.depth, &notes);
+        if (!source.depth.empty()) {
+            document.rawDepth = readDepthSamples(source.depth, &notes);
+        } else if (document.kind == Kind::Scene && document.rawDepth.empty()) {
+            addPhotoDepth(document, notes);
+        }
     }
     document.notes.insert(document.notes.begin(), notes.begin(), notes.end());
     return document;

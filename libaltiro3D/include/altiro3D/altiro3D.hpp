@@ -7,7 +7,7 @@
 ///                                                                ▼
 ///     photo ─► DepthSource ─► Scene (photo, depth map) ─► NativeMaker ─► Native
 ///                  ▲
-///                  └─ depth network | built-in estimator | depth image | RGB-D
+///                  └─ depth network | built-in estimator | depth image | RGB-D | photo's file
 ///
 ///     NativeMaker:
 ///     Scene ─► PhotoFit ─┬─► NativeRenderer ────────────────────────────────────┬─► Native
@@ -56,6 +56,7 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/display.hpp"
+#include "altiro3D/embedded_depth.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"

@@ -115,4 +115,20 @@ depthFromFile(std::filesystem::path file, DepthKind kind = DepthKind::NearWhite)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 depthFromRgbd(DepthSide side, DepthKind kind = DepthKind::NearWhite);
 
+/// What depthInPhoto() takes from a photo's file.
+struct PhotoDepthOptions {
+    bool useDepth = true;   ///< Use depth in the file or beside it.
+    bool unblurred = false; ///< Read the sharp original where the file has one.
+};
+
+/// Depth that comes with the photo: first the depth image beside it (findDepthBeside()), then depth
+/// in its file (readEmbeddedDepth()). Photos without either take their depth from another source.
+/// After readImage(), description() states what was found.
+/// @param otherwise the source for all other photos
+/// @param options what to take
+/// @return the source
+/// @throws Error InvalidArgument (`otherwise` is null)
+[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
+depthInPhoto(std::unique_ptr<DepthSource> otherwise, const PhotoDepthOptions& options = {});
+
 } // namespace altiro3D

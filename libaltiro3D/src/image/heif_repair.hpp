@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace altiro3D {
+
+/// Repairs a HEIC file of iOS 18 for libheif before 1.19, which accepts one target per reference
+/// of an auxiliary picture ("Too many auxiliary image references").
+///
+///     iref  auxl: depth -> primary, tone-mapped      becomes  depth -> primary
+///           cdsc: XMP   -> primary, tone-mapped      becomes  XMP   -> primary
+///           dimg: tone-mapped -> primary, gain map   is left out
+///
+/// A `free` box takes the place of the bytes that are left over, so no other offset changes.
+///
+/// @param bytes the whole file
+/// @return the repaired file; empty if there is nothing to repair or the file is malformed
+std::string repairedHeif(std::string_view bytes);
+
+} // namespace altiro3D

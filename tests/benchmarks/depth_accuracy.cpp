@@ -14,6 +14,7 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 
@@ -339,7 +340,7 @@ void printTables(const std::vector<Scene>& scenes, const std::vector<Method>& me
             if (depth.size() != scene.photo.size())
                 cv::resize(depth, depth, scene.photo.size(), 0, 0, cv::INTER_LINEAR);
             const double correlation =
-                altiro3D::test::rankCorrelation(depth, scene.inverseDepth, scene.known);
+                altiro3D::rankCorrelation(depth, scene.inverseDepth, scene.known);
             row[i].add(correlation);
             setOrder[i].add(correlation);
             all[i].add(correlation);

@@ -10,6 +10,7 @@
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/trade.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
 #include "support/compare.hpp"
@@ -340,7 +341,7 @@ void printSizes(const fs::path& model, const altiro3D::NetworkProfile& profile,
             if (full.size() < pictures.size()) full.push_back(depth);
             cv::resize(depth, depth, full[i].size(), 0, 0, cv::INTER_LINEAR);
             psnr += psnrOf({depth}, {full[i]});
-            correlation += altiro3D::test::rankCorrelation(depth, full[i]);
+            correlation += altiro3D::rankCorrelation(depth, full[i]);
         }
         std::sort(ms.begin(), ms.end());
         const auto count = static_cast<double>(pictures.size());

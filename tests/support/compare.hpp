@@ -23,8 +23,4 @@ Difference compare(const cv::Mat& actual, const cv::Mat& expected, double tolera
 ::testing::AssertionResult samePicture(const cv::Mat& actual, const cv::Mat& expected,
                                        double tolerance = 0);
 
-/// Spearman's rank correlation of two CV_32FC1 pictures where the mask is non-zero (ties share
-/// their mean rank).
-double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask = {});
-
 } // namespace altiro3D::test

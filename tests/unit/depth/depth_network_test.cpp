@@ -2,6 +2,7 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "altiro3D/trade.hpp"
 #include "base/data_prefix.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"

@@ -27,6 +27,7 @@ picture_header  image_format     .                                     -
 picture_header  image_header     .                                     -
 exif            exif             .                                     -
 heif            heif_repair      .                                     -
+colour          colour           .                                     -
 embedded_depth  depth_parts      .                                     -
 embedded_depth  xmp              .                                     -
 picture         image_read       .                                     -

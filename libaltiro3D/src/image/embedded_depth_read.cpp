@@ -268,7 +268,7 @@ cv::Mat readUnblurredPhoto(const fs::path& photo, Notes* notes) {
         if (colours.icc.empty()) colours = readColourFacts(bytes, ImageFormat::Jpeg);
         convertToSrgb(picture, colours, notes);
         const ImageHeader header = readImageHeader(bytes, "");
-        const cv::Mat result = upright(picture, header.orientation);
+        cv::Mat result = upright(picture, header.orientation);
         if (result.empty() || !haveOneShape(result.size(), uprightSize(header))) {
             addUnused(notes, "the sharp original",
                       result.empty() ? "it is damaged" : "its shape is not the photo's");

@@ -26,7 +26,7 @@ quilt           quilt            .                                     -
 picture_header  image_format     .                                     -
 picture_header  image_header     .                                     -
 exif            exif             .                                     -
-heif            heif_repair      .                                     -
+heif            heif_boxes      .                                     -
 colour          colour           .                                     -
 embedded_depth  depth_parts      .                                     -
 embedded_depth  xmp              .                                     -

@@ -91,8 +91,8 @@ const char* nameOf(ImageFormat format) {
 [[noreturn]] void failHeif(const fs::path& path, const ImageHeader& header,
                            const std::string& message) {
     throw Error(ErrorCode::BadFormat, path.string(),
-                "cannot be decoded (libheif: " + message + "), expected a whole " +
-                    nameOf(header.format) + " file");
+                "cannot be decoded (" + message + "), expected a whole " + nameOf(header.format) +
+                    " file");
 }
 
 void checkHeader(const fs::path& path, const ImageHeader& header) {

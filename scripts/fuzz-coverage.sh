@@ -26,7 +26,8 @@ quilt           quilt            .                                     -
 picture_header  image_format     .                                     -
 picture_header  image_header     .                                     -
 exif            exif             .                                     -
-heif            heif_repair      .                                     -
+heif            heif_boxes      .                                     -
+colour          colour           .                                     -
 embedded_depth  depth_parts      .                                     -
 embedded_depth  xmp              .                                     -
 picture         image_read       .                                     -

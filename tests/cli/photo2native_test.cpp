@@ -970,7 +970,7 @@ TEST(Photo2Native, DepthInThePhotoIsUsedAndSaid) {
     SmallStudio studio;
     const cv::Mat photo = madePhoto(80, 60);
     cv::Mat depth;
-    madeDepth(80, 60).convertTo(depth, CV_32F, 1 / 255.0);
+    madeDepth(80, 60).convertTo(depth, CV_32F, 1 / 65535.0);
     writePhotoWithDepth(studio / "p.jpg", photo, depth);
     const Outcome used =
         studio.run(kTool, studio.display() + Arguments{"--report", "r.json", "p.jpg", "a.png"});

@@ -215,6 +215,26 @@ void addEmbeddedDepth(const fs::path& root) {
     seeds.add(test::huaweiPhoto(photo, raw, 8, 6));
 }
 
+// The first byte chooses between a whole PNG and a bare profile.
+void addColour(const fs::path& root) {
+    const auto chunk = [](const std::string& name, const std::string& data) {
+        return bigEndian(data.size(), 4) + name + data + std::string(4, '\0');
+    };
+    const std::string png =
+        std::string("\x89PNG\r\n\x1a\n", 8) +
+        chunk("IHDR", bigEndian(2, 4) + bigEndian(2, 4) + std::string("\x08\2\0\0\0", 5));
+    Seeds seeds(root, "colour");
+    seeds.add('\0' + png + chunk("cICP", std::string("\x09\x10\0\1", 4)));
+    seeds.add('\0' + png + chunk("cICP", std::string("\x0c\x0d\0\1", 4)));
+    std::string primaries = bigEndian(31270, 4) + bigEndian(32900, 4);
+    for (const std::size_t value : {64000U, 33000U, 30000U, 60000U, 15000U, 6000U})
+        primaries += bigEndian(value, 4);
+    seeds.add('\0' + png + chunk("gAMA", bigEndian(100000, 4)) + chunk("cHRM", primaries));
+    // a profile without tags
+    seeds.add('\1' + bigEndian(132, 4) + std::string(8, '\0') + "mntrRGB XYZ " +
+              std::string(12, '\0') + "acsp" + std::string(88, '\0') + bigEndian(0, 4));
+}
+
 // --- everything else ---------------------------------------------------------------------------
 
 void addMaps(const fs::path& root) {
@@ -351,6 +371,7 @@ int main(int argc, char** argv) {
         addPictures(root);
         addHeif(root);
         addEmbeddedDepth(root);
+        addColour(root);
         addMaps(root);
         addNetworks(root);
         addRuns(root);

@@ -52,6 +52,24 @@ TEST(ViewerDocument, ThePngFileOfANativeSaysSoWhateverItsName) {
     EXPECT_NE(other.notes[0].text.find("but not of this display's 96 x 128 px"), std::string::npos);
 }
 
+TEST(ViewerDocument, DepthThatComesWithAPhotoIsUsed) {
+    const Display display = sampleDisplay({48, 64});
+    const TemporaryDirectory directory;
+    const cv::Mat photo = detailedPhoto({90, 60});
+    cv::Mat depth(60, 90, CV_32FC1);
+    for (int x = 0; x < depth.cols; ++x)
+        depth.col(x) = x / 89.0;
+    writePhotoWithDepth(directory / "a.jpg", photo, depth);
+    const Document inside = readDocument({directory / "a.jpg", {}, Reading::Automatic}, display);
+    EXPECT_EQ(inside.facts(),
+              "Photo, 90 x 60 px, with depth in the file (Dynamic Depth, 90 x 60 px)");
+    EXPECT_GT(inside.rawDepth.at<float>(30, 85), inside.rawDepth.at<float>(30, 5));
+    writeImage(directory / "a_depth.png", cv::Mat(6, 9, CV_8UC1, cv::Scalar(7)));
+    const Document beside = readDocument({directory / "a.jpg", {}, Reading::Automatic}, display);
+    EXPECT_EQ(beside.facts(), "Photo, 90 x 60 px, with depth beside it (a_depth.png)");
+    EXPECT_EQ(beside.rawDepth.size(), cv::Size(9, 6));
+}
+
 TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {
     QFile entry(QString::fromStdString(sourcePath("tools/viewer/altiro3Dview.desktop").string()));
     ASSERT_TRUE(entry.open(QIODevice::ReadOnly));

@@ -3,6 +3,7 @@
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/quilt.hpp"
 
+#include <array>
 #include <opencv2/core.hpp>
 
 /// Slow, obvious twins of the library's fast paths, written from the formulas alone.
@@ -33,6 +34,21 @@ cv::Mat referenceFast(const cv::Mat& photo, const cv::Mat& depth, double shiftPi
 /// @param native [CV_8UC3] @param phase of the eye @param spot its width, lens periods
 cv::Mat referenceLensView(const cv::Mat& native, const Calibration& calibration, bool inverted,
                           double phase, double spot);
+
+/// A colour as sRGB, from the chromaticities alone, in double: decoded, to XYZ, to sRGB's
+/// primaries, clipped, encoded. For white points of D65.
+/// @param bgr 0..1, as encoded @param chromaticities x and y of red, green, blue
+/// @param exponent of the decoding; 0 = the curve of sRGB
+/// @return BGR, 0..1
+cv::Vec3d referenceSrgb(const cv::Vec3d& bgr, const std::array<double, 6>& chromaticities,
+                        double exponent);
+
+/// A colour of an HDR picture as sRGB, from the formulas of BT.2100 and BT.2390 alone, in double.
+/// @param bgr 0..1, as encoded @param chromaticities x and y of red, green, blue
+/// @param isHlg HLG, else PQ
+/// @return BGR, 0..1
+cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const std::array<double, 6>& chromaticities,
+                              bool isHlg);
 
 /// fitDepth() for enlargement: per px and in double, directly from the definition.
 /// @param depth [CV_32FC1] @param part in px of `depth` @param guide [CV_8UC3]

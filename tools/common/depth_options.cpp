@@ -333,7 +333,8 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
     }
     messages.warn(notes);
     used_ = given ? description_ : source.description();
-    if (used_ != description_ && !rgbdSide_) messages.say(photoFile.string() + ": " + used_);
+    if (used_ != description_ && !rgbdSide_)
+        messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + used_);
     times.end("read");
     try {
         source.readScene(scene.photo, flatDepth, scene);

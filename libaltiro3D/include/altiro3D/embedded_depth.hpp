@@ -55,7 +55,7 @@ readEmbeddedDepth(const std::filesystem::path& photo, Notes* notes = nullptr);
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readUnblurredPhoto(const std::filesystem::path& photo,
                                                          Notes* notes = nullptr);
 
-/// Finds the depth image beside a photo: `name_depth.*` beside `name.*`.
+/// Finds the depth image beside a photo: name_depth.png (.jpg, .tif, ...) beside name.jpg.
 /// @param photo the photo; the file is not accessed
 /// @return the first such picture by name; empty if there is none or the directory cannot be read
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path

@@ -16,8 +16,13 @@ constexpr double kMaxImagePixels = 4.0e8;
 /// Reads a picture upright (EXIF orientation applied), with its full bit depth.
 ///
 /// Grey, palette, CMYK and alpha pictures become BGR; transparent areas become black. The contents
-/// decide the format, not the name. Sides are limited to 65500 px. Colour profiles and PNG gamma
-/// are not applied. OpenCV's codecs may print warnings on stderr.
+/// decide the format, not the name. Sides are limited to 65500 px. OpenCV's codecs may print
+/// warnings on stderr.
+///
+/// Colours of 8 and 16 bits are converted to sRGB: by ICC profiles (PNG, JPEG, TIFF, WebP, HEIC,
+/// AVIF), PNG's cICP, gAMA and cHRM, and the colour codes of HEIC and AVIF. Pictures that are sRGB
+/// in all but the name of their profile keep their bytes. PQ and HLG are tone-mapped by the curve
+/// of ITU-R BT.2390. Gain maps are left alone: the base picture is used. Depth is never converted.
 ///
 /// HEIC and AVIF need libheif at build time. They state turns and mirroring themselves; EXIF, which
 /// repeats them, is ignored there.

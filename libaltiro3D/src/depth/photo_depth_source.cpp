@@ -79,7 +79,7 @@ class PhotoDepthSource : public DepthSource {
     cv::Mat readPhotoOf(const fs::path& file, Notes* notes) {
         if (options_.unblurred) {
             Notes own;
-            const cv::Mat original = readUnblurredPhoto(file, &own);
+            cv::Mat original = readUnblurredPhoto(file, &own);
             if (notes != nullptr) {
                 for (const Note& note : own)
                     notes->push_back({note.code, file.string() + ": " + note.text});

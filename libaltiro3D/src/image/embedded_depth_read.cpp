@@ -5,6 +5,7 @@
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
 #include "base/text.hpp"
+#include "image/colour.hpp"
 #include "image/depth_parts.hpp"
 #include "image/heif_file.hpp"
 #include "image/image_header.hpp"
@@ -262,9 +263,12 @@ cv::Mat readUnblurredPhoto(const fs::path& photo, Notes* notes) {
         std::string decoded;
         const string_view original = findUnblurred(bytes, decoded);
         if (original.empty()) return {};
-        const cv::Mat picture = decodePart(original, kMaxImagePixels, cv::IMREAD_COLOR);
+        cv::Mat picture = decodePart(original, kMaxImagePixels, cv::IMREAD_COLOR);
+        ColourFacts colours = readColourFacts(original, imageFormat(original));
+        if (colours.icc.empty()) colours = readColourFacts(bytes, ImageFormat::Jpeg);
+        convertToSrgb(picture, colours, notes);
         const ImageHeader header = readImageHeader(bytes, "");
-        const cv::Mat result = upright(picture, header.orientation);
+        cv::Mat result = upright(picture, header.orientation);
         if (result.empty() || !haveOneShape(result.size(), uprightSize(header))) {
             addUnused(notes, "the sharp original",
                       result.empty() ? "it is damaged" : "its shape is not the photo's");

@@ -1,7 +1,8 @@
 #include "image/heif_file.hpp"
 
+#include "altiro3D/image_io.hpp"
 #include "base/text.hpp"
-#include "image/heif_repair.hpp"
+#include "image/heif_boxes.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -41,7 +42,7 @@ void require(const heif_error& error) {
     }
     std::string text = error.message != nullptr ? error.message : "no reason given";
     std::replace(text.begin(), text.end(), '\n', ' ');
-    throw HeifFailure(text.substr(0, kMaxMessage));
+    throw HeifFailure("libheif: " + text.substr(0, kMaxMessage));
 }
 
 // A private copy of a plane; 9 to 15 bits become 16.
@@ -103,6 +104,9 @@ HeifFile::HeifFile(string_view bytes) : impl_(std::make_unique<Impl>()) {
         if (!impl_->repaired.empty()) impl_->context = contextOf(impl_->repaired, error);
     }
     require(error);
+    const cv::Size coded = largestCodedPicture(bytes);
+    if (static_cast<double>(coded.width) * coded.height > kMaxImagePixels)
+        throw HeifFailure("its coded picture has " + sizeText(coded) + " px");
     heif_image_handle* handle = nullptr;
     require(heif_context_get_primary_image_handle(impl_->context.get(), &handle));
     impl_->handle.reset(handle);

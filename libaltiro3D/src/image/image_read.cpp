@@ -5,6 +5,7 @@
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
 #include "base/text.hpp"
+#include "image/colour.hpp"
 #include "image/heif_file.hpp"
 #include "image/image_header.hpp"
 #include "image/orientation.hpp"
@@ -90,8 +91,8 @@ const char* nameOf(ImageFormat format) {
 [[noreturn]] void failHeif(const fs::path& path, const ImageHeader& header,
                            const std::string& message) {
     throw Error(ErrorCode::BadFormat, path.string(),
-                "cannot be decoded (libheif: " + message + "), expected a whole " +
-                    nameOf(header.format) + " file");
+                "cannot be decoded (" + message + "), expected a whole " + nameOf(header.format) +
+                    " file");
 }
 
 void checkHeader(const fs::path& path, const ImageHeader& header) {
@@ -317,7 +318,10 @@ auto reading(const fs::path& path, const Work& work) {
     }
 }
 
-LoadedPicture load(const fs::path& path, Notes* notes) {
+// Whether colours are converted to sRGB: those of photos are, and numbers of depth images are not.
+enum class Colours { ToSrgb, AsStored };
+
+LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
     const std::string extension = lowerExtension(path);
     std::string bytes = readFile(path, kMaxFileBytes);
     if (bytes.empty()) {
@@ -327,6 +331,8 @@ LoadedPicture load(const fs::path& path, Notes* notes) {
     loaded.header = readImageHeader(bytes, extension);
     ImageHeader& header = loaded.header;
     checkHeader(path, header);
+    const ColourFacts facts =
+        colours == Colours::ToSrgb ? readColourFacts(bytes, header.format) : ColourFacts();
     cv::Mat picture = decode(path, header, bytes);
     std::string().swap(bytes);
     picture = withoutAlpha(picture, header);
@@ -338,6 +344,7 @@ LoadedPicture load(const fs::path& path, Notes* notes) {
                     "has " + std::to_string(picture.channels()) +
                         " channels, expected grey, RGB or either with alpha");
     }
+    convertToSrgb(picture, facts, notes);
     loaded.picture = upright(picture, header.orientation);
     addNotes(header, extension, notes);
     return loaded;
@@ -390,7 +397,7 @@ std::string readableFormats() {
 
 cv::Mat readImage(const fs::path& path, Notes* notes) {
     return reading(path, [&]() -> cv::Mat {
-        const LoadedPicture loaded = load(path, notes);
+        const LoadedPicture loaded = load(path, Colours::ToSrgb, notes);
         cv::Mat picture = loaded.picture;
         switch (picture.depth()) {
         case CV_8U:
@@ -474,7 +481,7 @@ bool isMarkedNative(const fs::path& path) {
 
 cv::Mat readDepthSamples(const fs::path& path, Notes* notes) {
     return reading(path, [&]() -> cv::Mat {
-        cv::Mat picture = load(path, notes).picture;
+        cv::Mat picture = load(path, Colours::AsStored, notes).picture;
         if (picture.channels() == 3) {
             switch (picture.depth()) {
             case CV_8U:

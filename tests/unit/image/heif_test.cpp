@@ -1,8 +1,8 @@
 // HEIC and AVIF: pictures, turns, repaired files, broken files.
 
 #include "altiro3D/image_io.hpp"
+#include "image/heif_boxes.hpp"
 #include "image/heif_file.hpp"
-#include "image/heif_repair.hpp"
 #include "image/image_header.hpp"
 #include "support/files.hpp"
 #include "support/heif_files.hpp"
@@ -135,6 +135,49 @@ TEST_F(Heif, TheSizeIsLimitedBeforeDecoding) {
               (directory / "a.heic").string() +
                   ": has 30000 x 30000 px, expected at most 400 megapixels and sides of at most "
                   "65500 px");
+}
+
+// The settings of a coded picture of so many px: a NAL unit as H.265 7.3.2.2 describes it.
+std::string hevcSettings(unsigned columns, unsigned rows) {
+    std::string bits = "0100001000000001"
+                       "0000"
+                       "000"
+                       "1" +
+                       std::string(96, '0');
+    for (const unsigned value : {0U, 1U, columns, rows}) { // exponential-Golomb codes
+        std::string digits;
+        for (unsigned rest = value + 1; rest > 0; rest /= 2)
+            digits.insert(digits.begin(), static_cast<char>('0' + rest % 2));
+        bits += std::string(digits.size() - 1, '0') + digits;
+    }
+    bits += std::string(8 - bits.size() % 8, '1');
+    std::string unit;
+    for (std::size_t i = 0; i < bits.size(); i += 8) {
+        const std::size_t end = unit.size();
+        if (end >= 2 && unit[end - 1] == 0 && unit[end - 2] == 0 &&
+            bits.compare(i, 6, "000000") == 0) {
+            unit.push_back(3);
+        }
+        unit.push_back(static_cast<char>(std::stoi(bits.substr(i, 8), nullptr, 2)));
+    }
+    return heifBox("hvcC", '\1' + std::string(21, '\0') + '\1' + '\x21' + heifNumber(1, 2) +
+                               heifNumber(unit.size(), 2) + unit);
+}
+
+TEST_F(Heif, TheCodedPictureIsLimitedAsWell) {
+    EXPECT_EQ(largestCodedPicture(appleHeic()), cv::Size(128, 64));
+    HeifItem photo = hevcColours(1);
+    photo.properties.push_back(hevcSettings(60000, 50000));
+    const std::string bytes = heifFile("heic", {photo});
+    EXPECT_EQ(largestCodedPicture(bytes), cv::Size(60000, 50000));
+    for (std::size_t size = 0; size < bytes.size(); size += 3)
+        static_cast<void>(largestCodedPicture(bytes.substr(0, size)));
+    EXPECT_TRUE(largestCodedPicture("").empty());
+    if (!hasHeif()) return;
+    EXPECT_EQ(errorOf([&] { readPhoto(file(bytes)); }),
+              (directory / "a.heic").string() +
+                  ": cannot be decoded (its coded picture has 60000 x 50000 px), expected a whole "
+                  "HEIC file");
 }
 
 TEST_F(Heif, CutOffFilesAreOneErrorOrAPicture) {

@@ -1,4 +1,4 @@
-#include "image/heif_repair.hpp"
+#include "image/heif_boxes.hpp"
 
 #include "base/byte_reader.hpp"
 
@@ -57,6 +57,68 @@ std::set<std::uint64_t> toneMappedItems(const ByteReader& reader, const Box& iin
     return items;
 }
 
+// Reads the bits of a NAL unit: without its emulation prevention bytes (0 0 3 stands for 0 0).
+class BitReader {
+  public:
+    explicit BitReader(string_view nal) {
+        int zeros = 0;
+        for (const char c : nal) {
+            if (zeros >= 2 && c == 3) {
+                zeros = 0;
+                continue;
+            }
+            zeros = c == 0 ? zeros + 1 : 0;
+            bytes_.push_back(c);
+        }
+    }
+    // 0 beyond the end
+    std::uint64_t bits(unsigned count) {
+        std::uint64_t value = 0;
+        for (; count > 0; --count, ++at_) {
+            const std::size_t byte = at_ / 8;
+            const unsigned bit =
+                byte < bytes_.size()
+                    ? static_cast<unsigned char>(bytes_[byte]) >> (7 - at_ % 8) & 1U
+                    : 0U;
+            value = value << 1 | bit;
+        }
+        return value;
+    }
+    void skip(unsigned count) { at_ += count; }
+    // Exponential-Golomb code ue(v)
+    std::uint64_t code() {
+        unsigned zeros = 0;
+        while (zeros < 32 && bits(1) == 0)
+            ++zeros;
+        return (std::uint64_t{1} << zeros) - 1 + bits(zeros);
+    }
+
+  private:
+    std::string bytes_;
+    std::size_t at_ = 0;
+};
+
+// H.265 7.3.2.2 up to the size.
+cv::Size sizeOfSequence(string_view nal) {
+    BitReader reader(nal);
+    reader.skip(16 + 4); // header of the unit, parameter set
+    const auto layers = static_cast<unsigned>(reader.bits(3));
+    reader.skip(1 + 96); // nesting, profile and level
+    std::uint64_t present = 0;
+    if (layers > 0) present = reader.bits(16); // two bits for each of eight layers
+    for (unsigned i = 0; i < layers; ++i) {
+        if ((present >> (15 - 2 * i) & 1U) != 0) reader.skip(88);
+        if ((present >> (14 - 2 * i) & 1U) != 0) reader.skip(8);
+    }
+    reader.code();                          // its number
+    if (reader.code() == 3) reader.skip(1); // 4:4:4
+    const auto side = [&] {
+        return static_cast<int>(std::min<std::uint64_t>(reader.code(), 0x7fffffff));
+    };
+    const int columns = side();
+    return {columns, side()};
+}
+
 } // namespace
 
 std::string repairedHeif(string_view bytes) {
@@ -112,6 +174,41 @@ std::string repairedHeif(string_view bytes) {
     std::string repaired(bytes);
     repaired.replace(iref.at, iref.size, kept);
     return repaired;
+}
+
+cv::Size largestCodedPicture(string_view bytes) {
+    constexpr unsigned kSequence = 33; // type of the unit
+    const ByteReader reader(bytes, false);
+    const Box meta = findBox(reader, "meta", 0, bytes.size());
+    if (meta.size < kFullBoxHeader) return {};
+    const Box iprp =
+        findBox(reader, "iprp", meta.at + kFullBoxHeader, meta.at + std::uint64_t{meta.size});
+    if (iprp.size == 0) return {};
+    const Box ipco = findBox(reader, "ipco", iprp.at + kBoxHeader, iprp.at + iprp.size);
+    cv::Size largest;
+    std::uint64_t at = ipco.at + kBoxHeader;
+    for (int i = 0; ipco.size > 0 && i < kMaxBoxes; ++i) {
+        const Box settings = findBox(reader, "hvcC", at, ipco.at + ipco.size);
+        if (settings.size == 0) break;
+        at = settings.at + settings.size;
+        std::uint64_t unit = settings.at + kBoxHeader + 22;
+        for (unsigned arrays = reader.u8(unit++); arrays > 0 && unit < at; --arrays) {
+            const unsigned type = reader.u8(unit) & 0x3fU;
+            unsigned count = reader.u16(unit + 1);
+            for (unit += 3; count > 0 && unit < at; --count) {
+                const unsigned length = reader.u16(unit);
+                if (type == kSequence) {
+                    const cv::Size size = sizeOfSequence(reader.text(unit + 2, length));
+                    if (static_cast<double>(size.width) * size.height >
+                        static_cast<double>(largest.width) * largest.height) {
+                        largest = size;
+                    }
+                }
+                unit += 2 + length;
+            }
+        }
+    }
+    return largest;
 }
 
 } // namespace altiro3D

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <opencv2/core/types.hpp>
 #include <string>
 #include <string_view>
 
@@ -17,5 +18,12 @@ namespace altiro3D {
 /// @param bytes the whole file
 /// @return the repaired file; empty if there is nothing to repair or the file is malformed
 std::string repairedHeif(std::string_view bytes);
+
+/// The largest coded picture that the HEVC settings of a HEIC file announce (sequence parameter
+/// sets, H.265 7.3.2.2). The decoder allocates it, whatever the size that the file states
+/// elsewhere.
+/// @param bytes the whole file
+/// @return px; empty if the file has no such settings
+cv::Size largestCodedPicture(std::string_view bytes);
 
 } // namespace altiro3D

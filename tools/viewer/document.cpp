@@ -28,8 +28,11 @@ bool isOneOf(const std::string& word, std::initializer_list<const char*> words) 
     return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-// What a picture's name and size suggest.
-Reading guess(const fs::path& file, cv::Size size, const Display& display) {
+// What a picture, its name and its size suggest.
+// @param found what was found in it; is set if the picture was searched
+Reading guess(const fs::path& file, const cv::Mat& picture, const Display& display,
+              std::optional<FoundQuilt>& found) {
+    const cv::Size size = picture.size();
     const std::string stem = lower(file.stem().string());
     if (size == display.panelSize() && isMarkedNative(file)) return Reading::Native;
     if (parseQuiltName(file)) return Reading::Quilt;
@@ -38,7 +41,9 @@ Reading guess(const fs::path& file, cv::Size size, const Display& display) {
     }
     const bool lossy = isOneOf(lower(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
     if (size == display.panelSize() && (!lossy || contains(stem, "native"))) return Reading::Native;
-    return Reading::Photo;
+    if (picture.type() != CV_8UC3) return Reading::Photo;
+    found = findQuiltLayout(picture);
+    return found->verdict == QuiltVerdict::Quilt ? Reading::Quilt : Reading::Photo;
 }
 
 std::optional<DepthSide> sideOf(Reading reading) {
@@ -87,7 +92,8 @@ Document documentOfViews(const Source& source, const Display& display) {
 std::string Document::facts() const {
     switch (kind) {
     case Kind::Quilt:
-        return (video ? "Video of quilts, " : "Quilt, ") + layout.text();
+        return (video ? "Video of quilts, " : "Quilt, ") + layout.text() +
+               (certainty ? ", " + tools::fixed(100 * *certainty, 0) + " % sure" : "");
     case Kind::Native:
         return (video ? "Native video, " : "Native, ") + tools::sizeText(picture.size());
     case Kind::Scene:
@@ -121,8 +127,9 @@ bool isVideoName(const fs::path& file) {
 Document documentOf(const Source& source, const cv::Mat& picture, const Display& display) {
     Document document;
     document.source = source;
+    std::optional<FoundQuilt> found;
     const Reading reading = source.reading == Reading::Automatic
-                                ? guess(source.file, picture.size(), display)
+                                ? guess(source.file, picture, display, found)
                                 : source.reading;
     if (const auto side = sideOf(reading)) {
         splitRgbd(picture.depth() == CV_32F ? eightBit(picture) : picture, *side, document.picture,
@@ -134,11 +141,17 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
         QuiltRequest request;
         request.name = parseQuiltName(source.file);
         request.quiltSize = picture.size();
+        if (!request.name) {
+            if (!found) found = findQuiltLayout(document.picture);
+            if (found->verdict == QuiltVerdict::Quilt)
+                request.found = QuiltGrid{found->layout.columns, found->layout.rows};
+        }
         const ResolvedQuilt resolved = resolveQuilt(request, display.quilt, display.aspect());
         document.kind = Kind::Quilt;
         document.layout = resolved.layout;
+        if (request.found) document.certainty = found->confidence;
         document.notes = resolved.notes;
-        document.picture = fitQuilt(document.picture, document.layout, &document.notes);
+        document.picture = fitQuilt(document.picture, document.layout);
         if (QuiltShape(source.file, document.layout, display).fitsUnasked())
             document.notes.push_back({NoteCode::AsItIs,
                                       "the file name states another shape than the panel's: black "

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,12 +41,13 @@ enum class Kind {
 struct Document {
     Source source;
     Kind kind = Kind::Scene;
-    cv::Mat picture;    ///< [CV_8UC3, BGR]: photo, quilt or Native.
-    cv::Mat rawDepth;   ///< The photo's depth, as in its file; empty if there is none.
-    cv::Mat depth;      ///< Of a video's photo: its depth map; else empty.
-    QuiltLayout layout; ///< Of a quilt.
-    bool video = false; ///< A picture of a video; others follow.
-    Notes notes;        ///< Remarks about the files.
+    cv::Mat picture;                 ///< [CV_8UC3, BGR]: photo, quilt or Native.
+    cv::Mat rawDepth;                ///< The photo's depth, as in its file; empty if there is none.
+    cv::Mat depth;                   ///< Of a video's photo: its depth map; else empty.
+    QuiltLayout layout;              ///< Of a quilt.
+    std::optional<double> certainty; ///< Of the layout, 0..1, if it was found in the picture.
+    bool video = false;              ///< A picture of a video; others follow.
+    Notes notes;                     ///< Remarks about the files.
 
     /// "Photo, 900 x 1200 px, with depth"
     std::string facts() const;

@@ -2,6 +2,7 @@
 
 #include "common/display_options.hpp"
 #include "common/outputs.hpp"
+#include "common/photo_folder.hpp"
 
 #include <filesystem>
 #include <vector>
@@ -19,7 +20,8 @@ struct PhotoItem {
     std::filesystem::path rgbd;
     std::filesystem::path views; ///< a directory
     std::filesystem::path video; ///< that sways
-    bool isMade = false;         ///< An earlier run did all of it: `--skip-existing`.
+    bool isFromFolder = false; ///< Not named itself: it is left out if it turns out to be a quilt.
+    bool isMade = false;       ///< An earlier run did all of it: `--skip-existing`.
 };
 
 /// All photos of a run.
@@ -27,6 +29,7 @@ struct PhotoPlan {
     std::vector<PhotoItem> items;
     bool batch = false; ///< outputs go into directories, and one bad photo does not stop the rest
     std::filesystem::path report;
+    std::vector<LeftOutFile> leftOut; ///< Of folders: what is not converted.
 };
 
 /// The plan that a command line asks for.

@@ -1,6 +1,7 @@
 #include "viewer/document.hpp"
 
 #include "altiro3D/altiro3D.hpp"
+#include "common/photo_folder.hpp"
 #include "common/views_quilt.hpp"
 
 #include <algorithm>
@@ -200,23 +201,10 @@ Document readDocument(const Source& source, const Display& display) {
 }
 
 std::vector<Source> pairUp(const std::vector<fs::path>& files) {
-    // the stem of the photo that a depth image is for; empty if it is none by its name
-    const auto photoStem = [](const fs::path& file) {
-        const std::string stem = file.stem().string();
-        const std::string small = lower(stem);
-        for (const char* ending : {"-depth", "_depth", ".depth", " depth", "-disparity"}) {
-            const std::size_t length = std::string(ending).size();
-            if (small.size() > length &&
-                small.compare(small.size() - length, length, ending) == 0) {
-                return file.parent_path() / stem.substr(0, stem.size() - length);
-            }
-        }
-        return fs::path();
-    };
     std::vector<fs::path> depthOf(files.size());
     std::vector<bool> isDepth(files.size());
     for (std::size_t d = 0; d < files.size(); ++d) {
-        const fs::path stem = photoStem(files[d]);
+        const fs::path stem = tools::photoStemOf(files[d]);
         if (stem.empty()) continue;
         for (std::size_t p = 0; p < files.size(); ++p) {
             if (p == d || isVideoName(files[p]) || files[p].parent_path() / files[p].stem() != stem)

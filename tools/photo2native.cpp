@@ -128,12 +128,30 @@ NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, cv::Size photoSi
     return views.strengthPercent == usual.strengthPercent ? run.maker : run.maker.withViews(views);
 }
 
+// A picture of a folder that is not a photo.
+struct NoPhoto {
+    LeftOutFile file;
+};
+
+// Pictures that were not named are converted only if they are photos.
+void requirePhoto(const PhotoItem& item, const cv::Mat& picture) {
+    if (!item.isFromFolder || !item.depth.empty()) return;
+    const FoundQuilt found = findQuiltLayout(picture);
+    if (found.verdict != QuiltVerdict::Quilt) return;
+    throw NoPhoto{{item.photo, "quilt",
+                   "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
+                       std::to_string(found.layout.rows) +
+                       " rows; quilt2native makes Natives of quilts"}};
+}
+
 // Makes all outputs of one photo; returns their report.
+// @throws NoPhoto
 Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun& run,
                  Messages& messages) {
     StageTimes times;
     const double focus = run.maker.options().views.focus;
     Scene scene = run.depth.read(item.photo, item.depth, focus, messages, times);
+    requirePhoto(item, scene.photo);
     double aspect = run.display.aspect();
     if (!item.quilt.empty()) aspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
     const cv::Size photoSize = scene.photo.size();
@@ -213,6 +231,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
         for (const auto& [key, file] : others)
             line += file.empty() ? "" : std::string(", ") + key;
         line += item.video.empty() ? "" : ", video";
+        if (!item.depth.empty()) line += "; depth of " + item.depth.filename().string();
         const std::string cut = cutText(photoAspect, aspect, fitMode);
         line += cut.empty() ? "" : "; " + cut;
         messages.say(line);
@@ -236,11 +255,13 @@ struct Tally {
 };
 
 // "197 photos made, 2 skipped as they exist, 1 failed, in 83 s"
-std::string summaryOf(const Tally& tally, double seconds) {
+std::string summaryOf(const Tally& tally, const std::vector<LeftOutFile>& leftOut, double seconds) {
     std::string text = counted(tally.made, "photo") + " made";
     if (tally.skipped > 0)
         text += ", " + std::to_string(tally.skipped) + " skipped as the outputs exist";
     if (tally.failed > 0) text += ", " + std::to_string(tally.failed) + " failed";
+    if (!leftOut.empty())
+        text += ", " + std::to_string(leftOut.size()) + " left out (" + kindsText(leftOut) + ")";
     return text + ", in " + fixed(seconds, seconds < 10 ? 1 : 0) + " s";
 }
 
@@ -384,6 +405,11 @@ int run(const CommandLine& commandLine, Messages& messages) {
             pictures.push_back(makePicture(commandLine, item, photoRun, messages));
             ++tally.made;
             if (plan.batch) messages.flushWarnings();
+        } catch (const NoPhoto& other) {
+            messages.dropWarnings();
+            messages.say(other.file.why);
+            pictures.push_back({{"photo", item.photo.string()}, {"leftOut", other.file.why}});
+            plan.leftOut.push_back(other.file);
         } catch (const std::exception& error) {
             if (!plan.batch) throw;
             messages.dropWarnings();
@@ -398,7 +424,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
     if (plan.batch) {
         const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-        messages.say(summaryOf(tally, time.count()));
+        messages.say(summaryOf(tally, plan.leftOut, time.count()));
     }
     if (!plan.report.empty()) {
         Json report = reportOf(commandLine, photoRun, messages);
@@ -447,13 +473,16 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced({"skip-existing"},
                             "Continue a run that ended early: leave out each photo whose outputs "
                             "all exist and are not empty, even if other options made them.");
+    commandLine.add({"recursive"}, "Also convert the photos in the subfolders of DIR.");
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
     commandLine.addNote("With several photos or a directory the last name is the directory for the "
                         "outputs, and so are the names of --save-... and --lg; one bad photo does "
-                        "not stop the rest.");
+                        "not stop the rest. Of a directory only photos are converted, with their "
+                        "depth image if one lies beside them (a.jpg and a-depth.png). Natives, "
+                        "quilts, videos and other files are named, counted and left out.");
     commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg native.png",
                         "Make a Native for the display that is connected.");

@@ -44,13 +44,17 @@ void convertPicture(const Job& job, const ChosenDisplay& display, Messages& mess
     refuseNative(job.quilt, "a quilt");
     const cv::Mat picture = readPhotoFile(job.quilt, messages);
     times.end("read");
+    std::optional<FoundQuilt> found;
+    if (!isLayoutStated(job.commandLine, job.quilt)) found = findQuiltLayout(picture);
     const QuiltLayout layout =
-        chooseQuilt(job.commandLine, display, messages, job.quilt, picture.size());
+        chooseQuilt(job.commandLine, display, messages, job.quilt, picture.size(), found);
     const QuiltShape shape(job.quilt, layout, display, job.fit);
-    messages.say("quilt: " + quiltText(layout, shape.shownAspect()));
+    messages.say("quilt: " + quiltText(layout, shape.shownAspect()) +
+                 (found ? foundText(*found) : ""));
     Notes notes;
-    const cv::Mat quilt = shape.apply(picture, &notes);
+    const cv::Mat tiles = display.map ? cropQuilt(picture, layout, &notes) : picture;
     messages.warn(notes);
+    const cv::Mat quilt = shape.apply(tiles);
     tellShape(shape, messages);
     const Quilt2Native renderer = makeQuilt2Native(job.commandLine, display, layout, messages);
     times.end("look-up table");
@@ -80,8 +84,8 @@ int convertVideo(const CommandLine& commandLine, Messages& messages) {
     return runVideo(commandLine, plan, messages);
 }
 
-// Whether a picture is a quilt: its name says so, or its size is that of the quilt of the options
-// or the display.
+// Whether a picture is a quilt: its name says so, or its views are found in it, or it fills the
+// quilt that options or display tell.
 bool isQuilt(const CommandLine& commandLine, Messages& messages) {
     const fs::path& file = commandLine.files()[0];
     std::error_code error;
@@ -90,7 +94,12 @@ bool isQuilt(const CommandLine& commandLine, Messages& messages) {
     if (parseQuiltName(file) || isVideo(file)) return true;
     const ChosenDisplay display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages, file, std::nullopt);
-    const cv::Size size = readPhotoFile(file, messages).size();
+    const cv::Mat picture = readPhotoFile(file, messages);
+    if (!isLayoutStated(commandLine, file)) {
+        const FoundQuilt found = findQuiltLayout(picture);
+        if (found.verdict != QuiltVerdict::Unsure) return found.verdict == QuiltVerdict::Quilt;
+    }
+    const cv::Size size = picture.size();
     return cv::Size(size.width / layout.columns, size.height / layout.rows) == layout.tileSize;
 }
 
@@ -172,8 +181,8 @@ int main(int argc, char** argv) {
     commandLine.addHidden("tell-kind"); // for altiro3Dimage
     commandLine.addNote(
         "A file name that ends in _qs<columns>x<rows>a<aspect>, such as "
-        "photo_qs8x6a0.75.png, states the layout; otherwise it is the display's own "
-        "or that of -q. A Native video is "
+        "photo_qs8x6a0.75.png, states the layout, and so does -q; otherwise it is found in the "
+        "picture. A Native video is "
         "H.264 4:4:4 in .mp4, .mov or .mkv, which keeps the colour of every "
         "sub-pixel; sound, subtitles, chapters and tags are copied.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday_qs8x6a0.75.png native.png",

@@ -23,25 +23,28 @@ struct Views {
 };
 
 Views chooseViews(const CommandLine& commandLine, const std::optional<Calibration>& display,
-                  const fs::path& file, cv::Size size, Messages& messages) {
+                  const fs::path& file, const cv::Mat& picture, Messages& messages) {
     QuiltRequest request;
-    request.quiltSize = size;
+    request.quiltSize = picture.size();
     request.name = parseQuiltName(file);
     request.grid = gridOption(commandLine);
-    if (!request.name && !request.grid && !display) {
-        throw UsageError(file.string() +
-                         ": its name does not state the layout, expected -q "
-                         "ROWSxCOLUMNS, the display with -c, or a name that ends in "
-                         "_qs<columns>x<rows>a<aspect>");
+    const QuiltLayout usual = display ? defaultQuilt(*display) : QuiltLayout();
+    std::string certainty;
+    if (!request.name && !request.grid) {
+        const FoundQuilt found = findQuiltLayout(picture);
+        request.found = certainLayout(found, file, picture.size(), usual);
+        certainty = foundText(found);
     }
     std::optional<double> aspect = commandLine.number("aspect", 0.1, 10);
     if (!aspect && request.name) aspect = request.name->aspect;
     if (!aspect && display) aspect = static_cast<double>(display->screenW) / display->screenH;
-    const ResolvedQuilt resolved = resolveLayout(
-        request, display ? defaultQuilt(*display) : QuiltLayout(), aspect.value_or(1));
+    const ResolvedQuilt resolved = resolveLayout(request, usual, aspect.value_or(1));
     if (aspect) messages.warn(resolved.notes); // else it is not known which reading is right
     const cv::Size tile = resolved.layout.tileSize;
-    return {resolved.layout, aspect.value_or(static_cast<double>(tile.width) / tile.height)};
+    const Views views{resolved.layout,
+                      aspect.value_or(static_cast<double>(tile.width) / tile.height)};
+    messages.say("quilt: " + quiltText(views.layout, views.aspect) + certainty);
+    return views;
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
@@ -71,11 +74,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     StageTimes times;
     cv::Mat quilt = readPhotoFile(quiltFile, messages);
     times.end("read");
-    const Views views = chooseViews(commandLine, display, quiltFile, quilt.size(), messages);
-    messages.say("quilt: " + quiltText(views.layout, views.aspect));
-    Notes notes;
-    quilt = fitQuilt(quilt, views.layout, &notes);
-    messages.warn(notes);
+    const Views views = chooseViews(commandLine, display, quiltFile, quilt, messages);
+    quilt = fitQuilt(quilt, views.layout);
     const cv::Size size = writeQuiltSwayFile(
         output, quilt, views.layout, views.aspect, wantedSize, fit,
         between.value_or(0) == 1 ? ViewFilter::Linear : ViewFilter::Nearest, sway);

@@ -1,6 +1,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/random_pictures.hpp"
 
 #include <csignal>
 #include <map>
@@ -725,7 +726,8 @@ TEST(Photo2Native, NativesAmongThePhotosOfADirectoryAreLeftOut) {
     ASSERT_TRUE(isDone(studio.run(kTool, again)));
     const Outcome outcome = studio.run(kTool, again);
     EXPECT_TRUE(warns(outcome, "photos/a_native.png: is a Native, not a photo; it is left out"));
-    EXPECT_NE(outcome.out.find("1 photo made, in "), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("1 photo made, 1 left out (1 Native), in "), std::string::npos)
+        << outcome.out;
     EXPECT_EQ(names(studio / "photos"), (std::vector<std::string>{"a.png", "a_native.png"}));
     fs::remove(studio / "photos/a.png");
     EXPECT_TRUE(fails(studio.run(kTool, again), 1, "photos: holds no pictures"));
@@ -743,7 +745,10 @@ TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
         studio.run(kTool, studio.display() + Arguments{"--report", "r.json", "--save-quilt", "q",
                                                        "--save-views", "v", "photos", "out"});
     EXPECT_TRUE(fails(outcome, 1, "photos/b.png"));
-    EXPECT_NE(outcome.out.find("\n3 photos made, 1 failed, in "), std::string::npos) << outcome.out;
+    EXPECT_NE(
+        outcome.out.find("\n3 photos made, 1 failed, 2 left out (1 .txt file, 1 folder), in "),
+        std::string::npos)
+        << outcome.out;
     EXPECT_NE(outcome.out.find("\nc.png: out/c_native.png: "), std::string::npos) << outcome.out;
     EXPECT_EQ(names(studio / "out"),
               (std::vector<std::string>{"a_native.png", "c_native.png", "d_native.png"}));
@@ -757,6 +762,55 @@ TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
     // alone it is the same Native
     ASSERT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos/c.png", "c.png"})));
     EXPECT_EQ(slurp(studio / "c.png"), slurp(studio / "out/c_native.png"));
+}
+
+TEST(Photo2Native, NothingInAFolderIsLostSilently) {
+    SmallStudio studio;
+    fs::create_directories(studio / "in/trip");
+    const cv::Mat photo = scenery({60, 80}, 3);
+    for (const char* name :
+         {"in/a.png", "in/b.jpg", "in/trip/a.png", "in/q_qs3x2a0.75.png", "in/lone_depth.png"})
+        writeImage(studio / name, photo);
+    fs::copy(studio / "depth.png", studio / "in/a-depth.png");
+    cv::Mat web; // a quilt whose name does not say it
+    Depth2Quilt({4, 5, {140, 100}, 20})
+        .render(scenery({140, 100}, 3), randomDepth({140, 100}), web);
+    writeImage(studio / "in/web.png", web);
+    for (const char* name : {"in/b.MOV", "in/c.mp4", "in/d.xyz", "in/e.xyz", "in/.hidden"})
+        spill(studio / name, "not a picture");
+    const Outcome outcome = studio.run(kTool, studio.display() + Arguments{"in", "out"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_EQ(names(studio / "out"), (std::vector<std::string>{"a_native.png", "b_native.png"}));
+    for (const char* line :
+         {"\na.png: out/a_native.png: Native, 96 x 128 px; depth of a-depth.png",
+          "\nin/b.MOV: is the clip of the Live Photo b.jpg\n",
+          "\nin/c.mp4: is a video; video2native makes Natives of videos\n",
+          "\nin/d.xyz: is no picture of a format that can be read\n",
+          "\nin/lone_depth.png: is a depth image by its name, but its photo is missing\n",
+          "\nin/q_qs3x2a0.75.png: is a quilt by its name",
+          "\nin/trip: is a folder; --recursive converts its photos too\n",
+          "\nweb.png: is a quilt of 4 columns x 5 rows; quilt2native"})
+        EXPECT_NE(outcome.out.find(line), std::string::npos) << line << outcome.out;
+    EXPECT_NE(outcome.out.find("\n2 photos made, 8 left out (1 Live Photo clip, 1 video, 2 .xyz "
+                               "files, 2 quilts, 1 depth image, 1 folder), in "),
+              std::string::npos)
+        << outcome.out;
+    EXPECT_EQ(outcome.out.find("hidden"), std::string::npos);
+    // the depth is the one that -d gives
+    ASSERT_TRUE(isDone(studio.run(
+        kTool, studio.display() + Arguments{"-d", "in/a.png", "in/a-depth.png", "d.png"})));
+    EXPECT_EQ(slurp(studio / "d.png"), slurp(studio / "out/a_native.png"));
+
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, studio.display() + Arguments{"--recursive", "--skip-existing",
+                                                              "in", "in/trip/out"})));
+    EXPECT_EQ(names(studio / "in/trip/out/trip"), (std::vector<std::string>{"a_native.png"}));
+    // what is written there is not read again
+    EXPECT_NE(studio
+                  .run(kTool, studio.display() +
+                                  Arguments{"--recursive", "--skip-existing", "in", "in/trip/out"})
+                  .out.find("\n0 photos made, 3 skipped as the outputs exist, "),
+              std::string::npos);
 }
 
 class SkipExisting : public SmallStudio {

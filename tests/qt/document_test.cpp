@@ -1,6 +1,8 @@
 #include "viewer/document.hpp"
 
+#include "altiro3D/depth2quilt.hpp"
 #include "support/compare.hpp"
+#include "support/random_pictures.hpp"
 #include "viewer/knobs.hpp"
 #include "viewer_scenes.hpp"
 
@@ -124,8 +126,26 @@ TEST(ViewerDocument, QuiltsHaveTheLayoutOfTheirNames) {
     const Document quilt = documentOf({"a_qs5x2a0.75.png", {}, Reading::Automatic},
                                       detailedPhoto({52, 40}), sampleDisplay());
     EXPECT_EQ(quilt.layout, (QuiltLayout{5, 2, {10, 20}, 10}));
-    EXPECT_EQ(quilt.picture.size(), cv::Size(50, 40)); // without the unused columns
-    EXPECT_EQ(quilt.notes.size(), 1U);
+    EXPECT_EQ(quilt.picture.size(), cv::Size(50, 40)); // views of whole px
+    EXPECT_TRUE(quilt.notes.empty());
+    EXPECT_FALSE(quilt.certainty);
+}
+
+TEST(ViewerDocument, QuiltsWithoutANameAreFound) {
+    const QuiltLayout layout{4, 5, {140, 100}, 20};
+    cv::Mat picture;
+    Depth2Quilt(layout).render(scenery({140, 100}, 3), randomDepth({140, 100}), picture);
+    const Document quilt =
+        documentOf({"web.png", {}, Reading::Automatic}, picture, sampleDisplay());
+    EXPECT_EQ(quilt.kind, Kind::Quilt);
+    EXPECT_EQ(quilt.layout, layout);
+    EXPECT_NE(quilt.facts().find(" % sure"), std::string::npos) << quilt.facts();
+    EXPECT_EQ(documentOf({"web.png", {}, Reading::Photo}, picture, sampleDisplay()).kind,
+              Kind::Scene);
+    EXPECT_EQ(
+        documentOf({"web.png", {}, Reading::Automatic}, scenery({400, 300}, 3), sampleDisplay())
+            .kind,
+        Kind::Scene);
 }
 
 TEST(ViewerDocument, ADirectoryOfViewsIsAQuilt) {

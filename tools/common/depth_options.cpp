@@ -321,9 +321,9 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
 Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
                         Messages& messages, StageTimes& times) {
     refuseNative(photoFile, "a photo");
-    if (fromFiles_) refuseNative(depthFile, "a depth picture");
+    if (!depthFile.empty()) refuseNative(depthFile, "a depth picture");
     warnIfQuilt(photoFile, "quilt2native", messages);
-    const auto given = fromFiles_ ? depthFromFile(depthFile, kind_) : nullptr;
+    const auto given = depthFile.empty() ? nullptr : depthFromFile(depthFile, kind_);
     DepthSource& source = given ? *given : *source_;
     Scene scene;
     Notes notes;
@@ -344,7 +344,7 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
     }
     const double photoAspect = static_cast<double>(scene.photo.cols) / scene.photo.rows;
     const double depthAspect = static_cast<double>(scene.depth.cols) / scene.depth.rows;
-    if (fromFiles_ && !haveSameShape(photoAspect, depthAspect)) {
+    if (given && !haveSameShape(photoAspect, depthAspect)) {
         messages.warn(depthFile.string() + ": its shape differs from the photo's (" +
                       std::to_string(scene.depth.cols) + " x " + std::to_string(scene.depth.rows) +
                       " and " + sizeText(scene.photo.size()) + "); it is stretched to fit");

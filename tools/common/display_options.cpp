@@ -489,9 +489,44 @@ std::optional<QuiltGrid> gridOption(const CommandLine& commandLine) {
     }
 }
 
+bool isLayoutStated(const CommandLine& commandLine, const fs::path& quiltFile) {
+    return commandLine.has("q") || commandLine.has("r") || parseQuiltName(quiltFile).has_value();
+}
+
+std::optional<QuiltGrid> certainLayout(const FoundQuilt& found, const fs::path& file, cv::Size size,
+                                       const QuiltLayout& usual) {
+    const QuiltGrid grid{found.layout.columns, found.layout.rows};
+    switch (found.verdict) {
+    case QuiltVerdict::Quilt:
+        return grid;
+    case QuiltVerdict::NoQuilt:
+        throw Error(ErrorCode::BadFormat, file.string(),
+                    "is a photo or another picture of one view, expected a quilt (photo2native "
+                    "makes a Native of a photo; -q ROWSxCOLUMNS reads any picture as a quilt)");
+    case QuiltVerdict::Unsure:
+        break;
+    }
+    // a few px more or less, where views have a fractional size
+    if (usual.tileSize == cv::Size(size.width / usual.columns, size.height / usual.rows))
+        return std::nullopt;
+    std::string problem = "its name does not state the layout, and the picture shows none clearly";
+    if (found.confidence > 0) {
+        problem += " (perhaps " + std::to_string(grid.columns) + " columns x " +
+                   std::to_string(grid.rows) + " rows)";
+    }
+    throw UsageError(file.string() + ": " + problem +
+                     ", expected -q ROWSxCOLUMNS, or a name that ends in "
+                     "_qs<columns>x<rows>a<aspect>");
+}
+
+std::string foundText(const FoundQuilt& found) {
+    if (found.verdict != QuiltVerdict::Quilt) return "";
+    return "; found in the picture, " + fixed(100 * found.confidence, 0) + " % sure";
+}
+
 QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display,
                         Messages& messages, const std::optional<fs::path>& quiltFile,
-                        std::optional<cv::Size> quiltSize) {
+                        std::optional<cv::Size> quiltSize, const std::optional<FoundQuilt>& found) {
     QuiltRequest request;
     request.grid = gridOption(commandLine);
     try {
@@ -501,6 +536,9 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& dis
     }
     if (quiltFile) request.name = parseQuiltName(*quiltFile);
     request.quiltSize = quiltSize;
+    const bool stated = display.map && found && found->verdict != QuiltVerdict::Quilt; // by the map
+    if (found && !stated)
+        request.found = certainLayout(*found, *quiltFile, *quiltSize, display.quilt);
     const ResolvedQuilt resolved = resolveLayout(request, display.quilt, display.aspect());
     QuiltLayout layout = resolved.layout;
     if (display.map) {

@@ -4,6 +4,7 @@
 #include "altiro3D/display.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/quilt_search.hpp"
 #include "common/run_tool.hpp"
 
 #include <functional>
@@ -99,14 +100,28 @@ ResolvedQuilt resolveLayout(const QuiltRequest& request, const QuiltLayout& stan
 /// `-q`. @throws UsageError
 std::optional<QuiltGrid> gridOption(const CommandLine& commandLine);
 
-/// The quilt's layout from `-q`, `-r`, a quilt's file name and its size. The caller reports it with
-/// quiltText().
+/// Whether the layout of a quilt file is stated: by `-q` and `-r`, or by its name.
+bool isLayoutStated(const CommandLine& commandLine, const std::filesystem::path& quiltFile);
+
+/// The layout that was found in a picture, if it is certain; none if it is not, but the picture has
+/// the size of `usual`, which is then the best guess.
+/// @throws Error BadFormat (no quilt), UsageError (not certain)
+std::optional<QuiltGrid> certainLayout(const FoundQuilt& found, const std::filesystem::path& file,
+                                       cv::Size size, const QuiltLayout& usual);
+
+/// "; found in the picture, 97 % sure"
+std::string foundText(const FoundQuilt& found);
+
+/// The quilt's layout from `-q`, `-r`, a quilt's file name, its size, and what was found in it. The
+/// caller reports it with quiltText() and foundText().
 /// @param quiltFile the input quilt, if there is one
 /// @param quiltSize its size in px
+/// @param found what was found in it; only if its layout is not stated
 QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display,
                         Messages& messages,
                         const std::optional<std::filesystem::path>& quiltFile = std::nullopt,
-                        std::optional<cv::Size> quiltSize = std::nullopt);
+                        std::optional<cv::Size> quiltSize = std::nullopt,
+                        const std::optional<FoundQuilt>& found = std::nullopt);
 
 /// The look-up table of a display: the map of `-m`, else one from the user's cache directory, where
 /// a new table is kept.

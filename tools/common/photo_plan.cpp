@@ -46,19 +46,20 @@ fs::path outputName(const std::optional<std::string>& wanted, bool batch, const 
     return batch ? fs::path(*wanted) / (stem + ending) : fs::path(*wanted);
 }
 
-// The pictures of a directory except Natives, which an earlier run may have left there.
-std::vector<fs::path> listPhotos(const fs::path& directory, Messages& messages) {
-    std::vector<fs::path> photos;
-    std::vector<fs::path> natives;
-    for (const fs::path& picture : listImages(directory))
-        (isMarkedNative(picture) ? natives : photos).push_back(picture);
-    if (natives.size() == 1) {
-        messages.warn(natives.front().string() + ": is a Native, not a photo; it is left out");
-    } else if (!natives.empty()) {
-        messages.warn(directory.string() + ": holds " + counted(natives.size(), "Native") +
-                      ", which are not photos; they are left out");
+// The photos of a folder. Says what is left out.
+std::vector<FolderPhoto> listPhotos(const fs::path& folder, const FolderSearch& search,
+                                    PhotoPlan& plan, Messages& messages) {
+    PhotoFolder found = searchFolder(folder, search);
+    for (const LeftOutFile& file : found.leftOut) {
+        const std::string line = file.file.string() + ": " + file.why;
+        if (file.kind == "Native") { // from an earlier run, or a mistake
+            messages.warn(line);
+        } else {
+            messages.say(line);
+        }
+        plan.leftOut.push_back(file);
     }
-    return photos;
+    return std::move(found.photos);
 }
 
 // All outputs of a photo.
@@ -81,41 +82,55 @@ bool isFileWithContents(const fs::path& file) {
 }
 
 // The photos (and depths) among the names; the last name is the output.
-std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>& names, bool pairs,
-                                                    Messages& messages) {
-    std::vector<std::pair<fs::path, fs::path>> inputs;
+std::vector<FolderPhoto> inputsOf(const CommandLine& commandLine, PhotoPlan& plan,
+                                  Messages& messages) {
+    const std::vector<fs::path>& names = commandLine.files();
+    const bool pairs = commandLine.has("d");
+    std::vector<FolderPhoto> inputs;
     std::vector<fs::path> given(names.begin(), names.end() - 1);
+    FolderSearch search;
+    search.recursive = commandLine.has("recursive");
+    search.pairDepth = !pairs && !commandLine.has("rgbd");
+    search.outputs = {names.back()};
+    for (const char* option :
+         {"save-quilt", "save-depth", "save-rgbd", "save-photo-with-depth", "save-views", "lg"}) {
+        if (const auto directory = commandLine.value(option))
+            search.outputs.emplace_back(*directory);
+    }
     if (pairs && given.size() == 2 && isDirectory(given[0]) && isDirectory(given[1])) {
+        search.outputs.push_back(given[1]);
         std::map<std::string, fs::path> depths;
         for (const fs::path& depth : listImages(given[1]))
             depths[depth.stem().string()] = depth;
-        for (const fs::path& photo : listPhotos(given[0], messages)) {
-            const auto found = depths.find(photo.stem().string());
-            inputs.emplace_back(photo, found != depths.end()
-                                           ? found->second
-                                           : given[1] / photo.filename()); // fails by name, later
+        for (FolderPhoto& input : listPhotos(given[0], search, plan, messages)) {
+            const auto found = depths.find(input.photo.stem().string());
+            input.depth = found != depths.end()
+                              ? found->second
+                              : given[1] / input.photo.filename(); // fails by name
+            inputs.push_back(input);
         }
     } else if (pairs) {
         if (given.size() % 2 != 0) {
             throw UsageError("-d takes pairs PHOTO DEPTH and one output, got " +
                              counted(names.size(), "name") + "; see photo2native --help");
         }
-        for (std::size_t i = 0; i < given.size(); i += 2) {
-            inputs.emplace_back(given[i], given[i + 1]);
-        }
+        for (std::size_t i = 0; i < given.size(); i += 2)
+            inputs.push_back({given[i], given[i + 1], {}});
     } else {
         for (const fs::path& name : given) {
             if (!isDirectory(name)) {
-                inputs.emplace_back(name, fs::path());
+                inputs.push_back({name, {}, {}});
                 continue;
             }
-            for (const fs::path& photo : listPhotos(name, messages))
-                inputs.emplace_back(photo, fs::path());
+            for (const FolderPhoto& photo : listPhotos(name, search, plan, messages))
+                inputs.push_back(photo);
         }
     }
     if (inputs.empty()) {
         throw Error(ErrorCode::NotFound, given.front().string(),
-                    "holds no pictures to convert, expected photos (Natives are left out)");
+                    "holds no pictures to convert, expected photos" +
+                        (plan.leftOut.empty() ? std::string()
+                                              : " (left out: " + kindsText(plan.leftOut) + ")"));
     }
     return inputs;
 }
@@ -133,10 +148,10 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
     }
     for (std::size_t i = 0; i + 1 < names.size(); ++i)
         requirePhotoName(names[i]);
-    const auto inputs = inputsOf(names, pairs, messages);
     const fs::path& last = names.back();
     std::error_code error;
     PhotoPlan plan;
+    const std::vector<FolderPhoto> inputs = inputsOf(commandLine, plan, messages);
     plan.batch = names.size() > least || isDirectory(last) || isDirectory(names.front());
     if (plan.batch && !isDirectory(last) && (fs::exists(last, error) || canWriteImage(last))) {
         throw UsageError(
@@ -154,15 +169,16 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
         }
     }
     std::map<std::string, int> stems;
-    for (const auto& input : inputs)
-        ++stems[input.first.stem().string()];
-    for (const auto& [photo, depth] : inputs) {
+    for (const FolderPhoto& input : inputs)
+        ++stems[(input.folder / input.photo.stem()).string()];
+    for (const auto& [photo, depth, folder] : inputs) {
         // a.jpg and a.png keep their extensions; otherwise their outputs would have the same name
-        const std::string stem =
-            stems[photo.stem().string()] > 1 ? photo.filename().string() : photo.stem().string();
+        std::string stem = (folder / photo.stem()).string();
+        if (stems[stem] > 1) stem = (folder / photo.filename()).string();
         PhotoItem item;
         item.photo = photo;
         item.depth = depth;
+        item.isFromFolder = std::find(names.begin(), names.end(), photo) == names.end();
         if (!plan.batch) requireFile(photo); // of several, one that is bad does not stop the rest
         if (!plan.batch && !depth.empty()) requireFile(depth);
         item.native = plan.batch ? last / (stem + "_native.png") : last;

@@ -2,6 +2,7 @@
 
 #include "common/display_options.hpp"
 #include "common/outputs.hpp"
+#include "common/photo_folder.hpp"
 
 #include <filesystem>
 #include <vector>
@@ -20,7 +21,8 @@ struct PhotoItem {
     std::filesystem::path photoWithDepth; ///< JPEG with depth inside
     std::filesystem::path views;          ///< a directory
     std::filesystem::path video;          ///< the swaying video
-    bool isMade = false;                  ///< All outputs exist already: `--skip-existing`.
+    bool isFromFolder = false; ///< Not named itself: it is left out if it turns out to be a quilt.
+    bool isMade = false;       ///< All outputs exist already: `--skip-existing`.
 };
 
 /// All photos of a run.
@@ -28,6 +30,7 @@ struct PhotoPlan {
     std::vector<PhotoItem> items;
     bool batch = false; ///< outputs are directories; a photo that fails does not stop the run
     std::filesystem::path report;
+    std::vector<LeftOutFile> leftOut; ///< Of folders: what is not converted.
 };
 
 /// Derives the plan from the command line.

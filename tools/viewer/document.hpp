@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,13 +41,14 @@ enum class Kind {
 struct Document {
     Source source;
     Kind kind = Kind::Scene;
-    cv::Mat picture;         ///< [CV_8UC3, BGR]: photo, quilt or Native.
-    cv::Mat rawDepth;        ///< The photo's depth as in its file; empty if there is none.
-    std::string depthOrigin; ///< Where the depth that came with the photo was; else empty.
-    cv::Mat depth;           ///< Depth map of a video's picture; else empty.
-    QuiltLayout layout;      ///< Layout of a quilt.
-    bool video = false;      ///< The picture belongs to a video.
-    Notes notes;             ///< Remarks about the files.
+    cv::Mat picture;                 ///< [CV_8UC3, BGR]: photo, quilt or Native.
+    cv::Mat rawDepth;                ///< The photo's depth as in its file; empty if there is none.
+    std::string depthOrigin;         ///< Where the depth that came with the photo was; else empty.
+    cv::Mat depth;                   ///< Depth map of a video's picture; else empty.
+    QuiltLayout layout;              ///< Layout of a quilt.
+    std::optional<double> certainty; ///< Of the layout, 0..1, if it was found in the picture.
+    bool video = false;              ///< The picture belongs to a video.
+    Notes notes;                     ///< Remarks about the files.
 
     /// "Photo, 900 x 1200 px, with depth in the file (GDepth, 768 x 1024 px)"
     std::string facts() const;

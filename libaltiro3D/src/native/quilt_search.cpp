@@ -378,6 +378,13 @@ FoundQuilt findQuiltLayout(const cv::Mat& picture) {
         return found;
     }
     const cv::Mat_<uchar> grey = greyOf(downscale(picture, kWorkSide));
+    double darkest = 0;
+    double lightest = 0;
+    cv::minMaxLoc(grey, &darkest, &lightest);
+    if (lightest - darkest < kNoise) {
+        found.verdict = QuiltVerdict::Unsure; // nothing to compare
+        return found;
+    }
     const std::vector<Count> columns = columnCounts(grey, kMinColumns);
     if (columns.empty()) return found;
     const std::vector<Count> rows = columnCounts(turned(grey), kMinRows);

@@ -96,7 +96,7 @@ class QuiltRenderer : public FrameRenderer {
   public:
     QuiltRenderer(const VideoConversion& conversion, const VideoTarget& target)
         : fit_(conversion.viewAspect > 0 ? conversion.native.fit : FitMode::Stretch),
-          viewAspect_(conversion.viewAspect), target_(target),
+          viewAspect_(conversion.viewAspect), hasMap_(conversion.map.has_value()), target_(target),
           maker_(makerFor(conversion, target)) {}
 
     cv::Size size() const override { return target_.panelSize; }
@@ -107,8 +107,10 @@ class QuiltRenderer : public FrameRenderer {
             frame.result.picture = last_;
             return;
         }
-        cv::Mat quilt =
-            fitQuilt(frame.source.picture, target_.layout, last_.empty() ? &notes_ : nullptr);
+        const cv::Mat& picture = frame.source.picture;
+        cv::Mat quilt = hasMap_
+                            ? cropQuilt(picture, target_.layout, last_.empty() ? &notes_ : nullptr)
+                            : fitQuilt(picture, target_.layout);
         if (fit_ != FitMode::Stretch)
             applyFitToViews(quilt, target_.layout, viewAspect_, target_.aspect(), fit_, quilt);
         ownMemory(frame.result.picture);
@@ -131,6 +133,7 @@ class QuiltRenderer : public FrameRenderer {
 
     FitMode fit_;
     double viewAspect_;
+    bool hasMap_;
     VideoTarget target_;
     Quilt2Native maker_;
     Notes notes_;

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -94,6 +95,22 @@ double numberOf(const std::string& text, const std::string& file, const std::str
     throw Error(ErrorCode::BadFormat, file, field + " is \"" + text + "\", expected a number");
 }
 
+// The depth as the tools use it; says what was done and how long it took.
+void refine(const CommandLine& commandLine, StereoScene& scene, Messages& messages) {
+    DepthRefineOptions options = refineOptions(commandLine);
+    if (!options.enabled) return;
+    const auto start = std::chrono::steady_clock::now();
+    options.flaws = measureDepthFlaws(scene.photo, scene.depth);
+    refineDepth(scene.photo, scene.depth, scene.depth, options);
+    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+    const DepthFlaws& flaws = *options.flaws;
+    messages.say("depth: refined in " + fixed(time.count(), 1) + " ms; edges soft over " +
+                 fixed(flaws.softnessPixels, 1) + " px, too large by " +
+                 fixed(flaws.growthPixels, 1) + " px, shifted by (" +
+                 std::to_string(flaws.shiftPixels.x) + ", " + std::to_string(flaws.shiftPixels.y) +
+                 ") px; noise " + fixed(flaws.noise, 3));
+}
+
 StereoScene readScene(const std::string& name, const fs::path& photo, const fs::path& disparity,
                       double scale, const fs::path& truth) {
     const QuietStandardError quiet;
@@ -150,10 +167,14 @@ StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
     const fs::path depthFile = source.fromFiles() ? files[1] : fs::path();
     const double focus = viewOptions(commandLine).focus;
     Scene fitted = source.read(files[0], depthFile, focus, messages, times);
-    fitScene(fitted, fitPhoto(fitted.photo.size(), 0.75, QuiltLayout().tileSize), focus, fitted);
+    DepthRefineOptions later;
+    later.enabled = false;
+    fitScene(fitted, fitPhoto(fitted.photo.size(), 0.75, QuiltLayout().tileSize), focus, fitted,
+             later);
     scene.photo = fitted.photo;
     scene.depth = fitted.depth;
     scene.name = files[0].filename().string();
+    refine(commandLine, scene, messages);
     return scene;
 }
 
@@ -199,13 +220,15 @@ void saveViews(const StereoScene& scene, const fs::path& directory) {
     }
 }
 
-std::vector<Row> measureScenes(const std::vector<StereoScene>& scenes, Messages& messages) {
+std::vector<Row> measureScenes(const CommandLine& commandLine, std::vector<StereoScene>& scenes,
+                               Messages& messages) {
     const std::vector<NamedViewOptions> settings = tradeSettings();
     std::vector<Row> rows;
     Progress progress(scenes.size() * settings.size());
-    for (const StereoScene& scene : scenes) {
+    for (StereoScene& scene : scenes) {
         messages.say(scene.name + ", " + sizeText(scene.photo.size()) + ", disparity up to " +
                      fixed(scene.largestDisparity, 2) + " px");
+        refine(commandLine, scene, messages);
         messages.say(kHeading);
         for (const NamedViewOptions& setting : settings) {
             progress.step(scene.name + ", " + setting.name);
@@ -287,8 +310,8 @@ std::string plotOf(const std::vector<Row>& rows) {
 // Refuses options without an effect.
 void checkOptions(const CommandLine& commandLine, bool truth) {
     const std::set<std::string> forTruth = {
-        "photo", "disparity", "disparity-scale", "truth", "scenes", "report", "csv",
-        "plot",  "y",         "save-views",      "j",     "v"};
+        "photo", "disparity", "disparity-scale", "truth", "scenes", "report",     "csv",
+        "plot",  "y",         "save-views",      "j",     "v",      "exact-depth"};
     for (const auto& [option, value] : commandLine.given()) {
         const std::string name = (option.size() > 1 ? "--" : "-") + option;
         if (truth && forTruth.count(option) == 0) {
@@ -342,14 +365,15 @@ int run(const CommandLine& commandLine, Messages& messages) {
     std::vector<Row> rows;
     if (single) {
         const fs::path photo = *commandLine.value("photo");
-        const std::vector<StereoScene> scene = {
+        std::vector<StereoScene> scene = {
             readScene(photo.filename().string(), photo, *commandLine.value("disparity"),
                       commandLine.number("disparity-scale", 1e-6, 1e6).value_or(1),
                       *commandLine.value("truth"))};
-        rows = measureScenes(scene, messages);
+        rows = measureScenes(commandLine, scene, messages);
         if (views) saveViews(scene.front(), *views);
     } else if (collection) {
-        rows = measureScenes(readScenes(*commandLine.value("scenes")), messages);
+        std::vector<StereoScene> scenes = readScenes(*commandLine.value("scenes"));
+        rows = measureScenes(commandLine, scenes, messages);
     } else {
         rows = measurePhoto(commandLine, messages);
     }
@@ -392,6 +416,7 @@ int main(int argc, char** argv) {
     addDepthOptions(commandLine);
     commandLine.addSection("Views");
     addSceneOptions(commandLine);
+    addRefineOption(commandLine);
     commandLine.addNote(
         "Without a true view the most accurate setting is the reference: the numbers "
         "are the differences from it. Times are those of a set of 48 "

@@ -77,7 +77,7 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const Scene& scen
     const cv::Size photoSize = scene.photo.size();
     const PhotoFit fit = photoSwayFit(photoSize, options.fit, run.swaySize);
     Scene fitted;
-    fitScene(scene, fit, options.views.focus, fitted);
+    fitScene(scene, fit, options.views.focus, fitted, options.refine);
     const ViewOptions views = run.camera.apply(options.views, item.photo, photoSize, fit, messages);
     writeSwayFile(item.video, fit.size, run.sway, photoViews(fitted.photo, fitted.depth, views));
     return fit.size;
@@ -157,7 +157,8 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     const cv::Size photoSize = scene.photo.size();
     const PhotoFit fit = run.maker.fit(photoSize, aspect);
     Scene fitted;
-    fitScene(scene, fit, focus, fitted);
+    const DepthRefineOptions& refine = run.maker.options().refine;
+    fitScene(scene, fit, focus, fitted, refine);
     if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
         item.video.empty())
         scene = {}; // large, and no longer needed
@@ -165,6 +166,8 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     if (run.budget.mustChoose()) {
         const auto makeNative = [&](const ViewOptions& views) {
             const NativeMaker maker = run.maker.withViews(views);
+            cv::Mat refined; // only for its time: the depth is refined already
+            refineDepth(fitted.photo, fitted.depth, refined, maker.options().refine);
             cv::Mat quilt; // in new memory, as for a single photo
             cv::Mat native;
             if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);
@@ -328,6 +331,7 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
                             {"views", layout.viewCount}}},
                           {"method", methodName(options.views.method)},
                           {"knobs", knobsJson(commandLine, options.views)},
+                          {"exactDepth", !options.refine.enabled},
                           {"strengthPercent", strength},
                           {"focus", options.views.focus},
                           {"fit", fitName(options.fit)},

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kRepetitions = 3;     // the fastest one counts, because the machine may be busy
 constexpr double kEnoughTime = 500; // ms after which there is no further repetition
-constexpr int kCacheFormat = 2;
+constexpr int kCacheFormat = 3;
 
 double measured(const std::function<void()>& work) {
     double fastest = 0;

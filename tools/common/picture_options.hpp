@@ -13,7 +13,10 @@ namespace altiro3D::tools {
 
 /// --strength --focus
 void addSceneOptions(CommandLine& commandLine);
-/// --method -g --strength --focus -k, and the options of the methods
+/// --exact-depth
+void addRefineOption(CommandLine& commandLine);
+DepthRefineOptions refineOptions(const CommandLine& commandLine);
+/// --method -g --strength --focus --exact-depth -k, and the options of the methods
 void addViewOptions(CommandLine& commandLine);
 /// @throws UsageError
 ViewOptions viewOptions(const CommandLine& commandLine);

@@ -54,6 +54,7 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_refine.hpp"
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/display.hpp"
 #include "altiro3D/embedded_depth.hpp"

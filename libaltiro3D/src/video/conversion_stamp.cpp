@@ -77,8 +77,12 @@ Json numbersOf(const ViewOptions& views) {
 }
 
 Json numbersOf(const NativeOptions& native) {
-    return {static_cast<int>(native.fit), native.keepResolution, static_cast<int>(native.positions),
-            static_cast<int>(native.sampling.views), static_cast<int>(native.sampling.inTile)};
+    return {static_cast<int>(native.fit),
+            native.keepResolution,
+            static_cast<int>(native.positions),
+            static_cast<int>(native.sampling.views),
+            static_cast<int>(native.sampling.inTile),
+            native.refine.enabled};
 }
 
 Json numbersOf(const VideoDepthOptions& depth) {

@@ -39,7 +39,7 @@ class ViewsRenderer : public FrameRenderer {
         const double pixelAspect = seenAspect_ * scene.photo.rows / scene.photo.cols;
         const PhotoFit fit =
             fitPhoto(scene.photo.size(), target_.aspect() / pixelAspect, workSize_, options_.fit);
-        fitScene(scene, fit, options_.views.focus, fitted_);
+        fitScene(scene, fit, options_.views.focus, fitted_, options_.refine);
         if (quilter_) {
             quilter_->render(fitted_.photo, fitted_.depth, result);
         } else {
@@ -79,7 +79,10 @@ class RgbdRenderer : public FrameRenderer {
         }
         ownMemory(result);
         const Scene scene{frame.source.picture, frame.depth};
-        fitScene(scene, fitPhoto(scene.photo.size(), 1, half_, FitMode::Stretch), focus_, fitted_);
+        DepthRefineOptions asItIs; // as the depth that photo2native saves
+        asItIs.enabled = false;
+        fitScene(scene, fitPhoto(scene.photo.size(), 1, half_, FitMode::Stretch), focus_, fitted_,
+                 asItIs);
         joinRgbd(fitted_.photo, fitted_.depth, DepthSide::Right, result);
         last_ = result;
     }

@@ -1,4 +1,4 @@
-// altiro3Dtradeoff: what each way to make views costs and gives.
+// altiro3Dtradeoff: time and accuracy of each way to make views.
 
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/trade.hpp"
@@ -97,7 +97,8 @@ double numberOf(const std::string& text, const std::string& file, const std::str
 StereoScene readScene(const std::string& name, const fs::path& photo, const fs::path& disparity,
                       double scale, const fs::path& truth) {
     const QuietStandardError quiet;
-    const cv::Mat left = readPhoto(photo); // in this order: the first that is broken is named
+    const cv::Mat left =
+        readPhoto(photo); // in this order, because the error names the first damaged file
     const cv::Mat raw = readDepthImage(disparity);
     return makeStereoScene(name, left, raw, scale, readPhoto(truth));
 }
@@ -135,12 +136,12 @@ std::vector<StereoScene> readScenes(const fs::path& file) {
                                    folder / row["right"]));
     }
     if (scenes.empty()) {
-        throw Error(ErrorCode::BadFormat, file.string(), "lists no scenes, expected one a line");
+        throw Error(ErrorCode::BadFormat, file.string(), "lists no scenes, expected one per line");
     }
     return scenes;
 }
 
-// Without a truth the most accurate setting stands for it.
+// Without a true view, the most accurate setting is the reference.
 StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
     const std::vector<fs::path>& files = commandLine.files();
     ChosenDepth source(commandLine, messages);
@@ -188,7 +189,7 @@ std::vector<Row> measurePhoto(const CommandLine& commandLine, Messages& messages
     return rows;
 }
 
-// The views with default knobs, for the eye.
+// The views with default options, for visual comparison.
 void saveViews(const StereoScene& scene, const fs::path& directory) {
     for (const NamedViewOptions& method : defaultSettings()) {
         cv::Mat view;
@@ -283,7 +284,7 @@ std::string plotOf(const std::vector<Row>& rows) {
     return tradePlotSvg(points, scene);
 }
 
-// Refuses options that would change nothing.
+// Refuses options without an effect.
 void checkOptions(const CommandLine& commandLine, bool truth) {
     const std::set<std::string> forTruth = {
         "photo", "disparity", "disparity-scale", "truth", "scenes", "report", "csv",
@@ -364,8 +365,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
 
 int main(int argc, char** argv) {
     CommandLine commandLine("altiro3Dtradeoff",
-                            "Measures what each way to make views costs on this machine and how "
-                            "accurate it is: time per view, PSNR, SSIM and memory.");
+                            "Measures how fast and how accurate each way to make views is on this "
+                            "machine: time per view, PSNR, SSIM and memory.");
     commandLine.addUsage("[options] PHOTO");
     commandLine.addUsage("[options] -d PHOTO DEPTH");
     commandLine.addUsage("--photo L.png --disparity D.png --disparity-scale S --truth R.png");
@@ -376,10 +377,10 @@ int main(int argc, char** argv) {
                     "Its disparity: larger is nearer, content moves to the left; 0 is unknown.",
                     "D.png");
     commandLine.add({"disparity-scale"}, "Values per px of disparity (default 1).", "S");
-    commandLine.add({"truth"}, "What the right camera saw.", "R.png");
+    commandLine.add({"truth"}, "Photo of the right camera.", "R.png");
     commandLine.add({"scenes"},
                     "Many scenes: a table with the columns scene, left, right, disp_left and "
-                    "disp_scale; each scene's files in a folder of its name.",
+                    "disp_scale; each scene's files are in a folder with its name.",
                     "FILE.csv");
     commandLine.addSection("Output");
     commandLine.add({"report"}, "Write all numbers, for programs.", "FILE.json");

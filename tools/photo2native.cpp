@@ -1,4 +1,4 @@
-// photo2native: photos become Natives.
+// photo2native: turns photos into Natives.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/budget.hpp"
@@ -25,7 +25,7 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-// Everything that is the same for all photos of a run.
+// Everything that all photos of a run share.
 struct PhotoRun {
     ChosenDisplay display;
     CameraOptions camera;
@@ -42,7 +42,7 @@ Json parallaxJson(const AdjacentParallax& parallax) {
     return {{"viewPixels", parallax.viewPixels}, {"panelPixels", parallax.panelPixels}};
 }
 
-// Says what is close to the limit; above it there is a warning.
+// Reports a parallax close to the limit; above the limit there is a warning.
 AdjacentParallax tellParallax(const CommandLine& commandLine, const NativeMaker& maker,
                               const cv::Mat& depth, Messages& messages) {
     constexpr double kNearTheLimit = 0.8 * kParallaxBudgetPixels;
@@ -70,7 +70,7 @@ AdjacentParallax tellParallax(const CommandLine& commandLine, const NativeMaker&
     return parallax;
 }
 
-// Writes the video that swings through the views of the whole photo; its size.
+// Writes the video that swings through the views of the whole photo; returns its size.
 cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const Scene& scene,
                    Messages& messages) {
     const NativeOptions& options = run.maker.options();
@@ -83,7 +83,8 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const Scene& scen
     return fit.size;
 }
 
-// Writes what is wanted besides the Native; false if nothing is. Takes the scene.
+// Writes the outputs other than the Native; false if there are none. May release the scene's
+// memory.
 bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messages& messages) {
     if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
     const bool needsWholeDepth =
@@ -119,7 +120,7 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
     return !item.quilt.empty() || needsWholeDepth || !item.views.empty();
 }
 
-// The maker for one photo: with --camera each has a strength of its own.
+// The maker for one photo; with --camera each photo has its own strength.
 NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, cv::Size photoSize,
                     const PhotoFit& fit, Messages& messages) {
     const ViewOptions& usual = run.maker.options().views;
@@ -127,7 +128,7 @@ NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, cv::Size photoSi
     return views.strengthPercent == usual.strengthPercent ? run.maker : run.maker.withViews(views);
 }
 
-// Makes all that is wanted of one photo; the report of it.
+// Makes all outputs of one photo; returns their report.
 Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun& run,
                  Messages& messages) {
     StageTimes times;
@@ -146,7 +147,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     if (run.budget.mustChoose()) {
         const auto makeNative = [&](const ViewOptions& views) {
             const NativeMaker maker = run.maker.withViews(views);
-            cv::Mat quilt; // in fresh memory, as that of a single photo
+            cv::Mat quilt; // in new memory, as for a single photo
             cv::Mat native;
             if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);
             maker.makeNative(fitted, quilt, native);
@@ -177,7 +178,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");
     writeImage(item.native, run.native,
-               ImageMark::Native); // last: where it is, the rest is too
+               ImageMark::Native); // last, so that an existing Native means that all outputs exist
     times.end("write");
 
     Json report = {{"photo", item.photo.string()},
@@ -227,7 +228,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     return report;
 }
 
-// What has become of the photos of a run.
+// The numbers of photos that were made, skipped and failed.
 struct Tally {
     std::size_t made = 0;
     std::size_t skipped = 0;
@@ -256,10 +257,11 @@ Json networkJson(const CommandLine& commandLine, const ChosenDepth& source) {
             {"profile", given(commandLine, "net-profile")},
             {"inputWidth", source.network()->inputSize().width},
             {"inputHeight", source.network()->inputSize().height},
+            {"engine", engineName(source.network()->engine())},
             {"large", commandLine.has("l")}};
 }
 
-// What shapes the views besides strength and focus, by the names of the options.
+// The settings of the views besides strength and focus, by the names of the options.
 Json knobsJson(const CommandLine& commandLine, const ViewOptions& views) {
     return {{"refine", views.refinement},
             {"soft-edges", views.layered.softEdgePixels},
@@ -290,7 +292,7 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
     display["fingerprint"] =
         fingerprintText(run.display.map ? run.display.map->calibrationFingerprint()
                                         : fingerprint(run.display.calibration));
-    // with a camera each picture has a strength of its own, which is no option
+    // with a camera each picture has its own strength, which is not an option
     const Json strength =
         commandLine.has("camera") ? Json(nullptr) : Json(options.views.strengthPercent);
     report["settings"] = {{"display", display},
@@ -328,7 +330,8 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
 
 int run(const CommandLine& commandLine, Messages& messages) {
     const auto start = std::chrono::steady_clock::now();
-    StageTimes setup; // start: processor time until here, nearly all for loading libraries
+    StageTimes
+        setup; // "start" is the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
     const Budget budget(commandLine);
     const NativeOptions options = nativeOptions(commandLine);

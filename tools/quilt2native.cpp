@@ -1,4 +1,4 @@
-// quilt2native: a quilt, or a video of quilts, becomes a Native.
+// quilt2native: turns a quilt, or a video of quilts, into a Native.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// What a run has settled before it reads the quilt.
+// The settings of a run, determined before it reads the quilt.
 struct Job {
     const CommandLine& commandLine;
     fs::path quilt;
@@ -35,7 +35,7 @@ bool isVideo(const fs::path& file) {
         const VideoFacts facts = VideoReader(file).facts();
         return !isPicture(file, facts) && facts.format != "gif";
     } catch (const Error&) {
-        return false; // who reads it as a picture says what is wrong with it
+        return false; // reading it as a picture reports the error
     }
 }
 
@@ -61,14 +61,14 @@ void convertPicture(const Job& job, const ChosenDisplay& display, Messages& mess
                                       job.fit.value_or(FitMode::Cover), job.between, job.sway);
         times.end("video");
     }
-    // last: where it is, the rest is too
+    // last, so that an existing Native means that all outputs exist
     makeNativeFile(renderer, quilt, job.native, messages, times);
     if (!job.swayFile.empty())
         messages.say(job.swayFile.string() + ": video, " + swayText(job.sway, swaySize));
     messages.detail(times.text());
 }
 
-// Exit status.
+// Returns the exit status.
 int convertVideo(const CommandLine& commandLine, Messages& messages) {
     VideoPlan plan;
     plan.input = commandLine.files()[0];
@@ -80,8 +80,8 @@ int convertVideo(const CommandLine& commandLine, Messages& messages) {
     return runVideo(commandLine, plan, messages);
 }
 
-// Whether a picture is a quilt: its name says so, or it fills the quilt that options or display
-// tell.
+// Whether a picture is a quilt: its name says so, or its size is that of the quilt of the options
+// or the display.
 bool isQuilt(const CommandLine& commandLine, Messages& messages) {
     const fs::path& file = commandLine.files()[0];
     std::error_code error;
@@ -99,7 +99,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.has("tell-kind")) {
         messages.leaveStandardOutput();
         messages.print(isQuilt(commandLine, messages) ? "quilt" : "photo");
-        messages.dropWarnings(); // the run to come says them
+        messages.dropWarnings(); // the following run shows them
         return kExitDone;
     }
     requireSwayFile(commandLine);

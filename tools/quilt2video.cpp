@@ -1,4 +1,4 @@
-// quilt2video: a quilt becomes a video in which the camera swings through its views.
+// quilt2video: turns a quilt into a video in which the camera swings through its views.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A quilt's layout and the width : height that its views are shown with.
+// A quilt's layout and the width : height of its views as they are shown.
 struct Views {
     QuiltLayout layout;
     double aspect = 1;
@@ -96,8 +96,8 @@ int main(int argc, char** argv) {
     addSwayOptions(commandLine);
     commandLine.addAdvanced(
         {"view-filter"},
-        "What is seen between two views: nearest (default: the nearer one) or linear, "
-        "a blend of both, smoother but double at edges.",
+        "Picture between two views: nearest (default), the nearer one; or linear, a blend of both, "
+        "smoother but with double edges.",
         "nearest|linear");
     commandLine.add({"fit"},
                     "Views of another shape than --size: cover (default), contain or stretch.",
@@ -112,8 +112,8 @@ int main(int argc, char** argv) {
                     "else as the display, else as the view's px).",
                     "A");
     commandLine.add({"c", "calibration"},
-                    "Display whose usual quilt this is; only needed where neither the file name "
-                    "nor -q states the layout.",
+                    "Display whose default layout the quilt has; needed only if neither the file "
+                    "name nor -q states the layout.",
                     "visual.json");
     commandLine.addAdvanced({"serial"}, "Choose among several displays in that file.", "NAME");
     commandLine.addNote("A file name that ends in _qs<columns>x<rows>a<aspect>, such as "

@@ -1,5 +1,5 @@
 // altiro3D_depth_accuracy: how well estimated depth orders the pixels of photos whose depth is
-// known, and how many depth edges it meets.
+// known, and how many depth edges it finds.
 //
 // Usage: altiro3D_depth_accuracy [--network FILE.onnx]... [--frames FOLDER]... [folder of the
 // test data]
@@ -7,8 +7,8 @@
 // Prints a Markdown table of Spearman's rank correlation with the true inverse depth (1 = the same
 // order, 0 = unrelated, -1 = reversed) for a plain vertical gradient, the built-in estimator,
 // FastDepth, each network, and each network averaged with the built-in estimator. A second table
-// has the share of the true depth edges that are met. A folder of frames holds pairs NNNNNN.png or
-// .jpg and NNNNNN.d.png, 16-bit inverse depth. What is missing is named and left out.
+// has the share of the true depth edges that are found. A folder of frames holds pairs NNNNNN.png
+// or .jpg and NNNNNN.d.png, 16-bit inverse depth. Missing inputs are reported and skipped.
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
@@ -50,7 +50,7 @@ struct Scene {
     cv::Mat known;        // [rows x cols, CV_8UC1, 0 = unknown]
 };
 
-// Reads photo and truth; says what is missing. `metric`: the numbers are distances, not
+// Reads photo and truth; reports a missing file. `metric`: the numbers are distances, not
 // disparities.
 bool addScene(const std::string& set, const std::string& name, const fs::path& photoFile,
               const fs::path& truthFile, bool metric, std::vector<Scene>& scenes) {
@@ -119,7 +119,7 @@ void addRgbd(const fs::path& folder, std::vector<Scene>& scenes) {
     }
 }
 
-// Pairs of a generator of training data. 0 is infinity there, which is known as well.
+// Pairs from the generator of training data. 0 means infinity there and is a known value.
 void addFrames(const fs::path& folder, std::vector<Scene>& scenes) {
     constexpr std::size_t kMost = 100;
     std::vector<fs::path> truths;
@@ -223,7 +223,7 @@ cv::Mat steps(const cv::Mat& depth) {
 }
 
 // The share of true depth edges (steps above 4 % of the range between neighbours, at 256 px) within
-// 2 px of one of the strongest steps of the estimate, of which as many are taken as there are true
+// 2 px of one of the strongest steps of the estimate. As many steps are used as there are true
 // edges.
 std::optional<double> edgesMet(const cv::Mat& depth, const Scene& scene) {
     constexpr int kSide = 256;

@@ -16,8 +16,8 @@ namespace {
 
 constexpr const char* kTool = "altiro3Dtradeoff";
 
-// A board 6 px before a wall of 2 px, and what the right camera sees of them; a disparity's value
-// is 10 times its px.
+// A board with a disparity of 6 px in front of a wall of 2 px, and the picture of the right camera.
+// Disparity values are 10 times the px.
 class Tradeoff : public ::testing::Test {
   protected:
     Tradeoff() { writeScene("", 7); }
@@ -35,10 +35,10 @@ class Tradeoff : public ::testing::Test {
                     if (here && x >= px) truth.at<cv::Vec3b>(y, x - px) = photo.at<cv::Vec3b>(y, x);
                 }
             }
-            for (const int x : {58, 59}) // came in at the frame
+            for (const int x : {58, 59}) // enters at the border of the frame
                 truth.at<cv::Vec3b>(y, x) = photo.at<cv::Vec3b>(y, 59);
         }
-        // what the board hid: the wall goes on
+        // hidden by the board: the wall continues
         for (int y = 10; y < 30; ++y) {
             for (int x = 19 + boardWidth; x < 23 + boardWidth; ++x)
                 truth.at<cv::Vec3b>(y, x) = photo.at<cv::Vec3b>(y, 25 + boardWidth);

@@ -196,7 +196,7 @@ TEST(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
     }
     EXPECT_TRUE(fails(studio.run(kTool, {"--continuous", "-m", "a.map", "photo.png", "a.png"}), 2,
                       "expected -c instead of -m"));
-    // more views than can be told apart in a row
+    // more views than the direct path supports in a row
     const Outcome many = studio.run(kTool, {"-c", "small.json", "-q", "257x256", "-r", "2x2", "-y",
                                             "-d", "photo.png", "depth.png", "many.png"});
     EXPECT_TRUE(isDone(many));
@@ -230,7 +230,7 @@ TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-l"} + photo), 1, "model-f6b98070.onnx"));
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1, "midas-small"));
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "no.onnx"} + photo), 1, "no.onnx"));
-    fs::create_directory(studio / "midas-small"); // a folder of that name is no network
+    fs::create_directory(studio / "midas-small"); // a folder of that name is not a network
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1,
                       "its file model-small.onnx is missing"));
     EXPECT_TRUE(
@@ -269,7 +269,7 @@ TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {
     EXPECT_TRUE(
         fails(with({"-l", "-n", "midas-small"}), 2, "the catalogue knows it as midas-small"));
     EXPECT_TRUE(fails(with({"-l", "-n", "net/model-small.onnx"}), 2, "midas-small"));
-    // right usage; that the files are no networks comes to light when they are loaded
+    // correct usage; the error that the files are not networks follows when they are loaded
     EXPECT_TRUE(fails(with({"-l"}), 1, "net/model-f6b98070.onnx"));
     EXPECT_TRUE(fails(with({}), 1, "net/model-small.onnx"));
     EXPECT_TRUE(isDone(with({"-n", "cues"}))); // the built-in estimator all the same
@@ -322,7 +322,7 @@ TEST(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
     EXPECT_FALSE(fs::exists(studio / "a.png"));
 }
 
-TEST(Photo2Native, OnePictureRgbdIsAsGoodAsTwoFiles) {
+TEST(Photo2Native, AnRgbdPictureGivesTheNativeOfTwoFiles) {
     SmallStudio studio;
     const cv::Mat photo = readBack(studio / "photo.png");
     cv::Mat depth(photo.size(), CV_8UC3, cv::Scalar::all(40));
@@ -565,7 +565,7 @@ Arguments callOf(const Json& settings) {
 
 } // namespace
 
-TEST(Photo2Native, TheReportLetsOneMakeThePictureAgain) {
+TEST(Photo2Native, TheReportIsEnoughToMakeThePictureAgain) {
     SmallStudio studio;
     fs::rename(studio / "small.json", studio / "visual.json"); // found, not given
     spill(studio / "camera.json", R"({"fx": 80, "fy": 80, "cx": 44.5, "cy": 59.5, "zNear": 1,
@@ -651,7 +651,7 @@ TEST(Photo2Native, NamesInTheWrongOrderLoseNoPhoto) {
         "photo.png: has colours, and depth has none"));
 }
 
-TEST(Photo2Native, WhatIsMeantIsGuessedAndSaid) {
+TEST(Photo2Native, ErrorsSuggestWhatWasMeant) {
     SmallStudio studio;
     ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
     spill(studio / "clip.mp4", "");
@@ -676,7 +676,7 @@ TEST(Photo2Native, WhatIsMeantIsGuessedAndSaid) {
     EXPECT_TRUE(fails(unknown, 2, "quite-another"));
     EXPECT_EQ(unknown.err.find("did you mean"), std::string::npos) << unknown.err;
     EXPECT_FALSE(fs::exists(studio / "o.png"));
-    // an existing file that is no Native may be an input
+    // an existing file that is not a Native may be an input
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"photo.png", "depth.png"}), 1,
                       "depth.png: exists, and is not marked as a Native (inputs come first, "
                       "then outputs)"));
@@ -819,7 +819,7 @@ TEST(Photo2Native, SkipExistingCompletesAnInterruptedRun) {
     EXPECT_NE(third.out.find("\n0 photos made, 3 skipped"), std::string::npos) << third.out;
 }
 
-// Whatever of a photo's outputs is missing or empty: all of them are made.
+// If any output of a photo is missing or empty, all of them are made.
 TEST(Photo2Native, SkipExistingMakesPartlyPresentSetsAnew) {
     const SkipExisting studio;
     ASSERT_TRUE(isDone(studio.make({})));

@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kTool = "quilt2native";
 
-// What crf 16 leaves of Natives as small and as rich in detail as these, dB; 32 were measured.
+// PSNR of crf 16 for Natives as small and detailed as these, dB; 32 dB were measured.
 constexpr double kLeastPsnr = 30;
 
 // 3 columns x 2 rows of 30 x 40 px, another picture for each number.
@@ -263,7 +263,7 @@ TEST(Quilt2NativeTool, TheLayoutOfAVideoIsChosenAsThatOfAPicture) {
         "30 x 40"));
 }
 
-TEST(Quilt2NativeTool, WhatIsThereOfACutOffVideoIsMade) {
+TEST(Quilt2NativeTool, ConvertsTheReadablePartOfACutOffVideo) {
     SmallStudio studio;
     writeQuiltVideo(studio / "q.mkv", 40);
     const std::string whole = slurp(studio / "q.mkv");

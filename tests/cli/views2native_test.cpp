@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kTool = "views2native";
 
-// Pictures of one grey each, named as people number them: view1.png .. viewN.png.
+// Pictures of one grey each, numbered without leading zeros: view1.png .. viewN.png.
 void writeGreys(const fs::path& directory, int count, cv::Size size = {30, 40}) {
     fs::create_directory(directory);
     for (int i = 0; i < count; ++i) {
@@ -45,7 +45,7 @@ TEST(Views2Native, GivesTheNativeOfTheQuilt) {
     EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
 }
 
-TEST(Views2Native, SortsAsPeopleCount) {
+TEST(Views2Native, SortsNumbersByValue) {
     SmallStudio studio;
     writeGreys(studio / "grey", 12);
     spill(studio / "grey/notes.txt", "no view");

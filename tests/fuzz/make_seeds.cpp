@@ -85,7 +85,7 @@ std::string inserted(std::string bytes, std::size_t at, const std::string& part)
     return bytes.insert(std::min(at, bytes.size()), part);
 }
 
-// With the checksum left as 0: nobody but libpng looks at it.
+// The checksum is left as 0, because only libpng checks it.
 std::string pngChunk(const std::string& name, const std::string& data) {
     return bigEndian(data.size(), 4) + name + data + bigEndian(0, 4);
 }

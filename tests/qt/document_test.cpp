@@ -93,7 +93,7 @@ TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {
     EXPECT_GT(known, 20); // the database is there
 }
 
-TEST(ViewerDocument, CamerasAreKnownByWhatTheyAre) {
+TEST(ViewerDocument, CamerasAreRecognizedAsCharacterDevices) {
     const TemporaryDirectory folder;
     const fs::path link = folder / "usb-camera-index0";
     fs::create_symlink("/dev/null", link); // a character device, as cameras are
@@ -112,7 +112,7 @@ TEST(ViewerDocument, PicturesAreOfferedByTheEndingsThatDirectoriesAreSearchedFor
     EXPECT_EQ(listImages(folder.path()).size(), pictureEndings().size());
 }
 
-TEST(ViewerDocument, TheUserKnowsBetter) {
+TEST(ViewerDocument, AGivenReadingOverridesNameAndSize) {
     const Display display = sampleDisplay({48, 64});
     const Source photo{"anything.png", {}, Reading::Photo};
     EXPECT_EQ(documentOf(photo, detailedPhoto({48, 64}), display).kind, Kind::Scene);
@@ -174,7 +174,7 @@ TEST(ViewerDocument, PhotosAndTheirDepthImagesBecomeOne) {
     EXPECT_EQ(pairUp({"clip.mp4", "clip-depth.mp4"}).size(), 2U); // a photo's, or none
 }
 
-// What the window takes among volumes, in a directory of its own.
+// The volume that the window chooses, in a directory of its own.
 class ViewerDisplay : public ::testing::Test {
   protected:
     void SetUp() override {
@@ -208,7 +208,7 @@ class ViewerDisplay : public ::testing::Test {
     tools::Messages messages_{"test", false};
 };
 
-TEST_F(ViewerDisplay, OfSeveralVolumesTheFirstWillDoWhereAnotherCanBeChosenLater) {
+TEST_F(ViewerDisplay, TakesTheFirstOfSeveralVolumesIfAnotherCanBeChosenLater) {
     EXPECT_THROW(find(false), Error);
     const tools::ChosenDisplay display = find(true);
     EXPECT_EQ(display.panelSize(), cv::Size(100, 2048));

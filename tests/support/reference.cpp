@@ -104,8 +104,8 @@ cv::Mat referenceLensView(const cv::Mat& native, const Calibration& calibration,
 
 namespace {
 
-// Of each sample first..last the px of the guide, along one axis, whose centres lie in its cell, or
-// else the one nearest to its centre.
+// For each sample, along one axis: the px first..last of the guide whose centres lie in its cell,
+// or else the px nearest to its centre.
 std::vector<std::vector<int>> pixelsInCells(int first, int last, double start, double step,
                                             int pixels) {
     std::vector<std::vector<int>> cells;

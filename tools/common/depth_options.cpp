@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kCues = "cues"; // -n: no network
 
-// Where to get a network that suits most photos.
+// The network that suits most photos and how to get it.
 constexpr const char* kDownload = "midas-small";
 
 const NetworkProfile* firstLarge(const std::vector<NetworkProfile>& catalog) {
@@ -42,8 +42,8 @@ std::string namesOf(const std::vector<NetworkProfile>& catalog) {
     return names;
 }
 
-// near-white | far-white | metric[:SCALE]. The scale names the unit; relative depth does not need
-// it.
+// near-white | far-white | metric[:SCALE]. SCALE states the unit, which relative depth does not
+// need.
 DepthKind kindOption(const CommandLine& commandLine) {
     const auto text = commandLine.value("depth-kind");
     if (!text || *text == "near-white") return DepthKind::NearWhite;
@@ -73,11 +73,27 @@ cv::Size scaledInput(const NetworkProfile& profile, double longerSide) {
     return {side(profile.inputWidth), side(profile.inputHeight)};
 }
 
+InferenceEngine engineOption(const CommandLine& commandLine) {
+    const auto choice = commandLine.choice("engine", {"opencv", "onnxruntime"});
+    if (!choice) return InferenceEngine::Best;
+    if (*choice == 0) return InferenceEngine::OpenCv;
+    if (!hasOnnxRuntime()) {
+        throw Error(ErrorCode::Unsupported, "--engine",
+                    "ONNX Runtime is not built in, expected opencv, or a build on a system that "
+                    "has libonnxruntime-dev (Debian 13)");
+    }
+    return InferenceEngine::OnnxRuntime;
+}
+
 std::string processorName(InferenceTarget target) {
     return target == InferenceTarget::Cuda ? "CUDA" : "the CPU";
 }
 
 } // namespace
+
+std::string engineName(InferenceEngine engine) {
+    return engine == InferenceEngine::OnnxRuntime ? "ONNX Runtime" : "OpenCV";
+}
 
 void addDepthOptions(CommandLine& commandLine, Medium medium) {
     const bool video = medium == Medium::Video;
@@ -94,7 +110,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
             return names;
         });
     commandLine.addAdvanced({"l", "large"},
-                            "Use the large MiDaS network; with -n: FILE is a large network.");
+                            "Use the large MiDaS network; with -n: the file is a large network.");
     commandLine.addAdvanced(
         {"net-profile"},
         "Input and output of a network that is not in the catalogue (JSON, the keys of "
@@ -104,6 +120,13 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                             "Longer side of the network's input in px (default: its own, 256 for "
                             "midas-small). Smaller is quicker and less accurate.",
                             "PX");
+    commandLine.addAdvanced(
+        {"engine"},
+        std::string("Program that runs the network: opencv or onnxruntime, which "
+                    "is several times faster") +
+            (hasOnnxRuntime() ? " (default: onnxruntime where it can be used)."
+                              : " but is not built in here."),
+        "opencv|onnxruntime");
     if (video) {
         commandLine.add({"depth"},
                         "Depth is given: a video, or a directory with one picture per frame.",
@@ -139,7 +162,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
         "The catalogue: the networks that -n accepts by name, and their input and output. "
         "PREFIX is where the tools are installed, such as /usr.");
     commandLine.addTerm(Chapter::Environment, "ALTIRO3D_MODELS",
-                        "Directories where networks and the catalogue are looked for first, "
+                        "Directories that are searched first for networks and the catalogue, "
                         "separated by colons.");
     commandLine.addTerm(Chapter::Environment, "XDG_DATA_HOME",
                         "Directory that is used instead of ~/.local/share.");
@@ -157,8 +180,8 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
     }
     kind_ = kindOption(commandLine);
     commandLine.exclude(filesOption, "rgbd");
-    commandLine.exclude("l", "net-profile"); // the profile says itself what the network is
-    for (const char* networkOption : {"n", "l", "net-profile", "network-size"}) {
+    commandLine.exclude("l", "net-profile"); // the profile itself describes the network
+    for (const char* networkOption : {"n", "l", "net-profile", "network-size", "engine"}) {
         commandLine.exclude(filesOption, networkOption);
         commandLine.exclude("rgbd", networkOption);
     }
@@ -195,7 +218,7 @@ void ChosenDepth::choosePhotoDepth(const CommandLine& commandLine) {
 
 void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.value("n") == kCues) {
-        for (const char* option : {"l", "net-profile", "network-size"}) {
+        for (const char* option : {"l", "net-profile", "network-size", "engine"}) {
             if (commandLine.has(option)) {
                 throw UsageError("-n cues uses no network, expected no " +
                                  std::string(option[1] == '\0' ? "-" : "--") + option);
@@ -279,15 +302,20 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
                          " for " + profile->name);
     }
     const cv::Size size = wantedSize ? scaledInput(*profile, *wantedSize) : cv::Size();
-    requireHarmless(networkFile, *profile, catalog, size, messages);
-    source_ = depthFromNetwork(DepthNetwork(networkFile, *profile, target, size));
+    const InferenceEngine engine = engineOption(commandLine);
+    requireHarmless(networkFile, *profile, catalog, size, engine, messages);
+    {
+        const QuietStandardError quiet; // some builds of ONNX Runtime print when they start
+        source_ = depthFromNetwork(DepthNetwork(networkFile, *profile, target, size, engine));
+    }
     description_ = source_->description();
     const cv::Size input = network()->inputSize();
     messages.say("depth: " + description_ + ", " +
                  (network()->profile().inputShape == InputShape::Photo
                       ? std::to_string(std::max(input.width, input.height)) + " px wide or high"
                       : sizeText(input)));
-    messages.detail("depth network runs on " + processorName(target));
+    messages.detail("depth network runs on " + processorName(target) + " by " +
+                    engineName(network()->engine()));
 }
 
 Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,

@@ -6,7 +6,7 @@ namespace altiro3D::tools {
 
 namespace {
 
-// The option that asks for continuous positions; empty: none does.
+// The option that requests continuous positions; empty if none does.
 std::string continuousOption(const CommandLine& commandLine) {
     for (const char* option : {"continuous", "best"}) {
         if (commandLine.has(option)) return std::string("--") + option;

@@ -14,13 +14,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// No for names that cannot be looked up: whoever opens them says why.
+// False for names that cannot be looked up; opening them reports the reason.
 bool isDirectory(const fs::path& name) {
     std::error_code error;
     return fs::is_directory(name, error);
 }
 
-// Says what a file that can be no photo is for.
+// Explains the purpose of a file that cannot be a photo.
 void requirePhotoName(const fs::path& name) {
     const std::string extension = name.extension().string();
     const char* hint = nullptr;
@@ -46,7 +46,7 @@ fs::path outputName(const std::optional<std::string>& wanted, bool batch, const 
     return batch ? fs::path(*wanted) / (stem + ending) : fs::path(*wanted);
 }
 
-// The pictures of a directory but Natives, which an earlier run may have left there.
+// The pictures of a directory except Natives, which an earlier run may have left there.
 std::vector<fs::path> listPhotos(const fs::path& directory, Messages& messages) {
     std::vector<fs::path> photos;
     std::vector<fs::path> natives;
@@ -61,7 +61,7 @@ std::vector<fs::path> listPhotos(const fs::path& directory, Messages& messages) 
     return photos;
 }
 
-// All files that a photo gives.
+// All outputs of a photo.
 std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
     std::vector<fs::path> files;
     for (const fs::path& file :
@@ -157,7 +157,7 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
     for (const auto& input : inputs)
         ++stems[input.first.stem().string()];
     for (const auto& [photo, depth] : inputs) {
-        // a.jpg and a.png keep their extensions, or their outputs would have one name
+        // a.jpg and a.png keep their extensions; otherwise their outputs would have the same name
         const std::string stem =
             stems[photo.stem().string()] > 1 ? photo.filename().string() : photo.stem().string();
         PhotoItem item;
@@ -188,7 +188,7 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
 Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
                        const ChosenDisplay& display, int views) {
     const bool skip = commandLine.has("skip-existing");
-    // what is there without the rest of its photo's outputs, and the report, are made anew
+    // incomplete sets of outputs and the report are made again
     Outputs outputs(commandLine.has("y") || skip);
     for (const fs::path& file : display.files)
         outputs.addInput(file);

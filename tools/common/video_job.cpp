@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The estimators that the options choose from, for the library.
+// The depth sources of the options, for the library.
 class EstimatedDepth : public DepthSource {
   public:
     explicit EstimatedDepth(ChosenDepth& depth) : depth_(depth) {}
@@ -41,7 +41,7 @@ std::string factsText(const VideoFacts& facts) {
     return text;
 }
 
-// A picture opens as a video of one frame; who asks for that says so by --input-...
+// A picture opens as a video of one frame; only --input-... makes this intentional.
 void refusePicture(const CommandLine& commandLine, const VideoPlan& plan, const VideoFacts& facts) {
     std::error_code error;
     if (!fs::is_regular_file(plan.input, error) || commandLine.has("input-format") ||
@@ -101,8 +101,8 @@ void openDepth(const CommandLine& commandLine, VideoJob& job, Messages& messages
     steps = 1;
 }
 
-// The way from frames with depth to Natives.
-// @param seenAspect width : height of what a frame shows
+// The path from frames with depth to Natives.
+// @param seenAspect width : height of a frame as it is shown
 void choosePath(const CommandLine& commandLine, VideoJob& job, double seenAspect,
                 Messages& messages) {
     NativeOptions& native = job.native;

@@ -32,7 +32,7 @@ ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& 
     result.quilt = cv::Mat(layout.size(), CV_8UC3, cv::Scalar::all(0));
     cv::Size& viewSize = result.viewSize;
     for (std::size_t picture = 0; picture < files.size(); ++picture) {
-        cv::Mat view; // read when the first of its tiles comes, not at all if it has none
+        cv::Mat view; // read for its first tile; not read without any
         cv::Mat fitted;
         atFile(files[picture]);
         for (int i = 0; i < layout.viewCount; ++i) {

@@ -28,7 +28,7 @@ bool isOneOf(const std::string& word, std::initializer_list<const char*> words) 
     return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-// What a picture's name and size suggest.
+// The kind that a picture's name, size and marks suggest.
 Reading guess(const fs::path& file, cv::Size size, const Display& display) {
     const std::string stem = lower(file.stem().string());
     if (size == display.panelSize() && isMarkedNative(file)) return Reading::Native;
@@ -191,7 +191,7 @@ Document readDocument(const Source& source, const Display& display) {
     Notes notes;
     Document document;
     {
-        const tools::QuietStandardError quiet; // decoders talk by themselves
+        const tools::QuietStandardError quiet; // decoders print messages
         document = documentOf(source, readImage(source.file, &notes), display);
         if (!source.depth.empty()) {
             document.rawDepth = readDepthSamples(source.depth, &notes);

@@ -118,7 +118,7 @@ quiltFileName(const std::filesystem::path& file, const QuiltLayout& layout, doub
 struct QuiltRequest {
     std::optional<QuiltGrid> grid;     ///< From `-q`.
     std::optional<cv::Size> tileSize;  ///< From `-r`.
-    std::optional<QuiltName> name;     ///< From the file name; overrides the display's default.
+    std::optional<QuiltName> name;     ///< From the file name.
     std::optional<cv::Size> quiltSize; ///< Size of the quilt picture, if it exists.
 };
 

@@ -60,7 +60,7 @@ class NetworkSource : public DepthSource {
 
   private:
     bool mixes() const { return network_.profile().cuesShare > 0; }
-    // In the size of the cues, whose edges are those of the photo.
+    // The result has the size of the cues, because their edges follow the photo.
     void mix(const cv::Mat& image, cv::Mat& raw) {
         cv::Mat depth;
         network_.estimate(image, depth);
@@ -82,12 +82,13 @@ class FileSource : public DepthSource {
     cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
         samples_.release();
         Notes depthNotes;
-        // each decoder is one thread's work
+        // each decoder uses one thread
         std::launch when = std::launch::deferred;
         if (cv::getNumThreads() > 1) when |= std::launch::async;
         std::future<cv::Mat> samples =
             std::async(when, [&] { return withNotes(readDepthSamples, file_, &depthNotes); });
-        cv::Mat photo = withNotes(readPhoto, file, notes); // of two that are broken it is named
+        cv::Mat photo =
+            withNotes(readPhoto, file, notes); // if both are damaged, the error names the photo
         samples_ = samples.get();
         if (notes != nullptr) notes->insert(notes->end(), depthNotes.begin(), depthNotes.end());
         return photo;

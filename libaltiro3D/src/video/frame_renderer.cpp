@@ -35,7 +35,7 @@ class ViewsRenderer : public FrameRenderer {
         }
         ownMemory(result);
         const Scene scene{frame.source.picture, frame.depth};
-        // what counts is the shape that is seen: px of the frame need not be square
+        // the shape as displayed, because px of the frame need not be square
         const double pixelAspect = seenAspect_ * scene.photo.rows / scene.photo.cols;
         const PhotoFit fit =
             fitPhoto(scene.photo.size(), target_.aspect() / pixelAspect, workSize_, options_.fit);
@@ -55,7 +55,7 @@ class ViewsRenderer : public FrameRenderer {
     double seenAspect_;
     cv::Size workSize_;
     std::optional<NativeMaker> maker_;
-    std::optional<Depth2Quilt> quilter_; // instead of it
+    std::optional<Depth2Quilt> quilter_; // used instead of the maker
     Scene fitted_;
     cv::Mat quilt_;
     cv::Mat last_;

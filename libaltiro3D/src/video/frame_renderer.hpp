@@ -11,7 +11,7 @@
 
 namespace altiro3D {
 
-/// What the pictures of a conversion are made for.
+/// The target of the pictures of a conversion.
 struct VideoTarget {
     QuiltLayout layout; ///< of the quilts
     cv::Size panelSize; ///< of the display, px
@@ -24,23 +24,23 @@ struct VideoTarget {
 class FrameRenderer {
   public:
     virtual ~FrameRenderer() = default;
-    /// Size of what is written.
+    /// Size of the written pictures.
     virtual cv::Size size() const = 0;
     /// Reads `source` and `depth`, sets the picture of `result`.
     virtual void work(PipelineFrame& frame) = 0;
-    /// What was remarkable, for people.
+    /// Remarks, for people.
     virtual Notes notes() const { return {}; }
 };
 
-/// Of frames with depth.
+/// The stage for frames with depth.
 /// @param photo size of the photos
-/// @param seenAspect width : height of what they show
+/// @param seenAspect width : height of the photos as displayed
 /// @throws Error
 std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversion,
                                                  const VideoTarget& target, cv::Size photo,
                                                  double seenAspect);
 
-/// Of frames that are quilts.
+/// The stage for frames that are quilts.
 /// @throws Error
 std::unique_ptr<FrameRenderer> makeQuiltRenderer(const VideoConversion& conversion,
                                                  const VideoTarget& target);

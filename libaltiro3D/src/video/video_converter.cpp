@@ -48,7 +48,7 @@ void checkFields(const VideoConversion& conversion) {
                 "viewAspect", conversion.viewAspect, "0.01..100, or 0");
 }
 
-// Absent: nothing is made for a display.
+// Empty if no picture is made for a display.
 VideoTarget targetOf(const VideoConversion& conversion) {
     VideoTarget target;
     if (conversion.map) {
@@ -86,7 +86,7 @@ struct VideoConverter::Impl {
     VideoConversion conversion;
     std::unique_ptr<VideoReader> reader;
     std::unique_ptr<FrameRenderer> renderer;
-    std::optional<VideoSink> sink; // absent: the pictures are shown
+    std::optional<VideoSink> sink; // nothing if the pictures are shown
     VideoProgress progress;
 
   private:
@@ -146,7 +146,7 @@ VideoConverter::Impl::Impl(VideoConversion given) : conversion(std::move(given))
     if (kept.frames > 0) progress.end = seconds(kept.nextPts);
 }
 
-// To be called while the mutex is locked.
+// The caller holds the mutex.
 bool VideoConverter::Impl::mayGoOn() {
     if (!cancelled_ && goOn_ && !goOn_(progress)) cancelled_ = true;
     return !cancelled_;
@@ -215,7 +215,7 @@ std::vector<PipelineStage> VideoConverter::Impl::stages() {
 }
 
 void VideoConverter::Impl::failEmpty() const {
-    std::string problem = "holds no frames in this part, expected some";
+    std::string problem = "holds no frames in this part, expected at least one";
     const auto& duration = reader->facts().duration;
     if (duration && conversion.part.from >= *duration)
         problem += " (it ends at " + clockText(*duration) + ")";

@@ -80,7 +80,7 @@ TEST(DepthSource, ANetworkMayShareWithTheCues) {
     }
 }
 
-// What is asked of the depth that every photo gets by default.
+// Requirements for the default depth of every photo.
 TEST(DepthSource, TheStandardDepthIsDefinedForEveryPhoto) {
     const auto source = ownSource(0.5);
     cv::Mat text(300, 400, CV_8UC3, cv::Scalar::all(255));
@@ -153,7 +153,7 @@ TEST(DepthSource, AFileIsNormalizedByItsKind) {
         Error);
 }
 
-TEST(DepthSource, FlatDepthLiesWhereItIsWanted) {
+TEST(DepthSource, FlatDepthTakesTheGivenValue) {
     const TemporaryDirectory directory;
     writeImage(directory / "flat.png", cv::Mat(3, 3, CV_8UC1, cv::Scalar(77)));
     altiro3D::Scene scene;

@@ -31,7 +31,7 @@ TEST(QuiltShape, BarsKeepAShapeThatTheNameTells) {
     }
 }
 
-TEST(QuiltShape, WhatIsAskedForIsDone) {
+TEST(QuiltShape, AGivenFitIsUsed) {
     const Display display = displayOf(stripePanel(150, 100));
     const cv::Mat quilt = randomPhoto(kLayout.size());
     for (const FitMode fit : {FitMode::Cover, FitMode::Contain, FitMode::Stretch}) {
@@ -43,7 +43,7 @@ TEST(QuiltShape, WhatIsAskedForIsDone) {
     }
 }
 
-TEST(QuiltShape, UnusedPixelsAreCutAndTold) {
+TEST(QuiltShape, UnusedPixelsAreCutWithANote) {
     const QuiltShape shape("a.png", kLayout, displayOf(stripePanel(150, 100)));
     Notes notes;
     EXPECT_EQ(shape.apply(randomPhoto({61, 20}), &notes).size(), kLayout.size());

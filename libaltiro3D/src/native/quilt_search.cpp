@@ -419,4 +419,21 @@ FoundQuilt findQuiltLayout(const cv::Mat& picture) {
     return found;
 }
 
+double likenessOfViews(const std::vector<cv::Mat>& pictures) {
+    const auto count = static_cast<int>(pictures.size());
+    Grey strip(kTile, count * kTile);
+    std::vector<std::pair<int, int>> pairs;
+    for (int i = 0; i < count; ++i) {
+        const cv::Mat& picture = pictures[static_cast<std::size_t>(i)];
+        checkType(picture, {CV_8UC3}, "picture", "CV_8UC3 (8-bit BGR)");
+        const Grey wide = scaleRows(greyOf(downscale(picture, kWorkSide)), kTile, kUnit);
+        turned(scaleRows(turned(wide), kTile, 1))
+            .copyTo(strip.colRange(i * kTile, (i + 1) * kTile));
+        if (i > 0) pairs.emplace_back(i - 1, i);
+    }
+    if (pairs.empty()) return 1;
+    const double likeness = Tiles(strip, {kTile, kTile}).likeness(pairs, kMaxRowShift);
+    return likeness == -1 ? 1 : std::max(0.0, likeness);
+}
+
 } // namespace altiro3D

@@ -178,6 +178,41 @@ TEST(FindQuiltLayout, IsTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(serial.confidence, parallel.confidence);
 }
 
+TEST(LikenessOfViews, TellsViewsFromUnrelatedPhotos) {
+    const QuiltLayout layout = layoutOf(6, 2, {160, 120});
+    for (int seed = 1; seed < 6; ++seed) {
+        const cv::Mat quilt = quiltOf(layout, 100 * seed, 20);
+        std::vector<cv::Mat> views;
+        std::vector<cv::Mat> photos;
+        for (int i = 0; i < 12; ++i) {
+            views.push_back(quilt(layout.tile(i)));
+            photos.push_back(seenScene({160, 120}, 100 * seed + 7 * i).photo);
+        }
+        EXPECT_GT(likenessOfViews(views), 0.8) << seed;
+        EXPECT_LT(likenessOfViews(photos), 0.1) << seed;
+    }
+    const cv::Mat flat(50, 60, CV_8UC3, cv::Scalar::all(90));
+    EXPECT_EQ(likenessOfViews({flat, flat, flat}), 1);
+    EXPECT_EQ(likenessOfViews({randomPhoto({50, 60})}), 1);
+    EXPECT_EQ(likenessOfViews({}), 1);
+    EXPECT_NE(errorOf([] { (void)likenessOfViews({cv::Mat()}); }).find("picture: is empty"),
+              std::string::npos);
+}
+
+TEST(LikenessOfViews, RealViewsAreAlikeAndRealPhotosAreNot) {
+    ALTIRO3D_REQUIRE_DATA("lightfields/greenbuddha_33");
+    const auto likeness = [](const char* folder, std::size_t step) {
+        const auto files = listImages(dataPath(folder));
+        std::vector<cv::Mat> pictures;
+        for (std::size_t i = 0; i < files.size(); i += step)
+            pictures.push_back(readPhoto(files[i]));
+        return likenessOfViews(pictures);
+    };
+    EXPECT_GT(likeness("lightfields/greenbuddha_33", 1), 0.9);
+    EXPECT_GT(likeness("lightfields/greenbuddha_33", 8), 0.4);
+    EXPECT_LT(likeness("photos/kodak", 1), 0.1);
+}
+
 TEST(FindQuiltLayout, FindsThoseOfRealQuilts) {
     ALTIRO3D_REQUIRE_DATA("quilts");
     const std::pair<const char*, const char*> quilts[] = {

@@ -2,6 +2,7 @@
 
 #include "altiro3D/display.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/qt/display_search.hpp"
 #include "common/display_options.hpp"
 #include "common/run_tool.hpp"
@@ -108,6 +109,7 @@ int main(int argc, char** argv) {
                         "Displays of the first generation (8.9\", 15.6\", 8K) keep their "
                         "calibration in a USB memory that is not read: save it as visual.json "
                         "with the maker's software and give it with -c.");
+    commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg", "Open a photo.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg holiday-depth.png",
                         "Open a photo with its depth.");

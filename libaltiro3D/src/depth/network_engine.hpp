@@ -1,7 +1,5 @@
 #pragma once
 
-#include "altiro3D/depth_network.hpp"
-
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
@@ -24,11 +22,11 @@ class NetworkEngine {
 
 /// @param file for messages
 /// @param contents of the file
-/// @param target the processor
+/// @param cuda runs on CUDA instead of the CPU
 /// @param anySize a shape at the end of the graph that is fixed to one size is left open
 /// @throws Error BadFormat; cv::Exception or std::bad_alloc if memory is short
 std::unique_ptr<NetworkEngine> loadWithOpenCv(const std::string& file, const std::string& contents,
-                                              InferenceTarget target, bool anySize);
+                                              bool cuda, bool anySize);
 
 /// As loadWithOpenCv(), on the CPU. Only if hasOnnxRuntime().
 std::unique_ptr<NetworkEngine> loadWithOnnxRuntime(const std::string& file,

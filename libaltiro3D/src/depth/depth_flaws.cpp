@@ -274,8 +274,13 @@ DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
     constexpr double kLeastSoftness = 1;
     constexpr std::int64_t kLeastSteps = 100; // fewer may look alike by chance
     DepthFlaws flaws;
+    // Exact depth in few levels also has differences: noise is stronger, or grows with the
+    // distance.
+    constexpr double kStrongNoise = 0.0085;
     const double noise = noiseOf(clean, 8);
-    if (noise >= kLeastNoise && noiseOf(clean, 4) >= 0.0017) {
+    const double closeNoise = noiseOf(clean, 4);
+    const bool isNoise = noise >= kStrongNoise || noise >= 2.5 * closeNoise;
+    if (noise >= kLeastNoise && closeNoise >= 0.0017 && isNoise) {
         flaws.noise = noise;
         smoothSurfaces(noise, clean); // so that it is not taken for steps
     }

@@ -296,6 +296,40 @@ void BM_FitDepth(benchmark::State& state, const BenchDisplay& display) {
     }
 }
 
+// Depth as it comes: exact, soft (both measured), soft with known flaws as in a video, and noisy.
+void refine(benchmark::State& state, const BenchDisplay& display, const cv::Mat& depth,
+            bool isKnown) {
+    DepthRefineOptions options;
+    if (isKnown) options.flaws = measureDepthFlaws(display.photo(), depth);
+    cv::Mat refined;
+    for (auto _ : state) {
+        refineDepth(display.photo(), depth, refined, options);
+        benchmark::DoNotOptimize(refined.data);
+    }
+}
+
+cv::Mat softDepth(const BenchDisplay& display) {
+    cv::Mat soft;
+    cv::GaussianBlur(display.depth(), soft, {}, 2);
+    return soft;
+}
+
+void BM_RefineDepthExact(benchmark::State& state, const BenchDisplay& display) {
+    refine(state, display, display.depth(), false);
+}
+void BM_RefineDepth(benchmark::State& state, const BenchDisplay& display) {
+    refine(state, display, softDepth(display), false);
+}
+void BM_RefineDepthKnown(benchmark::State& state, const BenchDisplay& display) {
+    refine(state, display, softDepth(display), true);
+}
+void BM_RefineDepthNoisy(benchmark::State& state, const BenchDisplay& display) {
+    cv::Mat noise(display.depth().size(), CV_32FC1);
+    cv::RNG(1).fill(noise, cv::RNG::NORMAL, 0, 0.1);
+    cv::GaussianBlur(noise, noise, {}, 3);
+    refine(state, display, display.depth() + noise, false);
+}
+
 // ---- photo and depth to quilt
 
 void renderQuilts(benchmark::State& state, const BenchDisplay& display, ViewMethod method) {
@@ -608,6 +642,10 @@ void registerAll(const BenchDisplay& display) {
     registerStage("BM_LutLoad", BM_LutLoad, display);
     registerYardstick("BM_CopyFitDepth", BM_CopyFitDepth, display);
     registerStage("BM_FitDepth", BM_FitDepth, display);
+    registerStage("BM_RefineDepthExact", BM_RefineDepthExact, display);
+    registerStage("BM_RefineDepth", BM_RefineDepth, display);
+    registerStage("BM_RefineDepthKnown", BM_RefineDepthKnown, display);
+    registerStage("BM_RefineDepthNoisy", BM_RefineDepthNoisy, display);
     registerStage("BM_QuiltFast", BM_QuiltFast, display);
     registerStage("BM_QuiltLayered", BM_QuiltLayered, display);
     registerStage("BM_QuiltReal", BM_QuiltReal, display);

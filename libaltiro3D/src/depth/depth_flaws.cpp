@@ -68,11 +68,13 @@ struct Profile {
 enum Side : std::size_t { kRight, kLeft, kBelow, kAbove };
 
 struct Steps {
+    std::int64_t count = 0;
     Histogram<660> width{0, 0.1};
     Histogram<200> overshoot{-1, 0.01};
     std::array<Profile, 4> profiles;
 
     void add(const Steps& other) {
+        count += other.count;
         width.add(other.width);
         overshoot.add(other.overshoot);
         for (std::size_t side = 0; side < profiles.size(); ++side) {
@@ -135,6 +137,7 @@ void measureStep(const Line& line, int x, float least, Side rising, Steps& steps
     }
     if (sum < kLeastContrast) return; // the photo shows no edge
     const auto weight = static_cast<std::int64_t>(std::min(height, 0.3F) * 1000);
+    ++steps.count;
     steps.width.add(static_cast<double>(height / steepest), weight);
     const int beyond = std::max(2, (high - low) / 4);
     if (low - beyond >= 0 && high + beyond < line.length) {
@@ -269,14 +272,21 @@ DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
     cv::Mat clean = withinRange(depth);
     constexpr double kLeastNoise = 0.005;
     constexpr double kLeastSoftness = 1;
+    constexpr std::int64_t kLeastSteps = 100; // fewer may look alike by chance
     DepthFlaws flaws;
+    // Exact depth in few levels also has differences: noise is stronger, or grows with the
+    // distance.
+    constexpr double kStrongNoise = 0.0085;
     const double noise = noiseOf(clean, 8);
-    if (noise >= kLeastNoise && noiseOf(clean, 4) >= 0.0017) {
+    const double closeNoise = noiseOf(clean, 4);
+    const bool isNoise = noise >= kStrongNoise || noise >= 2.5 * closeNoise;
+    if (noise >= kLeastNoise && closeNoise >= 0.0017 && isNoise) {
         flaws.noise = noise;
         smoothSurfaces(noise, clean); // so that it is not taken for steps
     }
     const Steps steps =
         findSteps(photo, clean, std::max(kLeastHeight, static_cast<float>(4 * flaws.noise)));
+    if (steps.count < kLeastSteps) return flaws;
     // Slopes look like wide steps, so a low quantile is the width of steps. If some steps are hard,
     // all are.
     constexpr double kHardWidth = 1.05; // middle of the bin

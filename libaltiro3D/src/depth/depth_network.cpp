@@ -179,7 +179,7 @@ void DepthNetwork::Impl::load() {
     orOutOfMemory(name, kNoMemory, [&] {
         graph = engine == InferenceEngine::OnnxRuntime
                     ? loadWithOnnxRuntime(name, contents)
-                    : loadWithOpenCv(name, contents, target, mayVary());
+                    : loadWithOpenCv(name, contents, target == InferenceTarget::Cuda, mayVary());
     });
 }
 

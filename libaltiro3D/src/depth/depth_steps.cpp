@@ -250,10 +250,11 @@ class Sharpener {
 } // namespace
 
 void sharpenSteps(const cv::Mat& photo, double softness, double overshoot, cv::Mat& depth) {
-    constexpr double kOvershootOfBlur = 0.02; // more shows that depth was enlarged, not blurred
+    // More shows that depth was enlarged, not blurred. Among wide steps other things add to it.
+    const double overshootOfBlur = softness < 3 ? 0.01 : 0.02;
     const cv::Mat given = depth.clone();
     double width = softness;
-    if (overshoot < kOvershootOfBlur) {
+    if (overshoot < overshootOfBlur) {
         deblur((softness + 1) / 2.5, depth);
         width /= 2;
     }

@@ -39,8 +39,7 @@ void freeShapeAtEnd(cv::dnn::Net& net, const std::string& outputLayer) {
 
 class OpenCvEngine : public NetworkEngine {
   public:
-    OpenCvEngine(std::string file, const std::string& contents, InferenceTarget target,
-                 bool anySize);
+    OpenCvEngine(std::string file, const std::string& contents, bool cuda, bool anySize);
     cv::Mat run(const cv::Mat& blob) override;
 
   private:
@@ -49,8 +48,7 @@ class OpenCvEngine : public NetworkEngine {
     std::string outputLayer_;
 };
 
-OpenCvEngine::OpenCvEngine(std::string file, const std::string& contents, InferenceTarget target,
-                           bool anySize)
+OpenCvEngine::OpenCvEngine(std::string file, const std::string& contents, bool cuda, bool anySize)
     : file_(std::move(file)) {
     const auto fail = [&](const std::string& words) {
         throw Error(ErrorCode::BadFormat, file_,
@@ -59,7 +57,7 @@ OpenCvEngine::OpenCvEngine(std::string file, const std::string& contents, Infere
     };
     try {
         net_ = cv::dnn::readNetFromONNX(contents.data(), contents.size());
-        if (target == InferenceTarget::Cuda) {
+        if (cuda) {
             net_.setPreferableBackend(cv::dnn::DNN_BACKEND_CUDA);
             net_.setPreferableTarget(cv::dnn::DNN_TARGET_CUDA);
         } else {
@@ -111,8 +109,8 @@ std::string firstWords(const std::string& words) {
 }
 
 std::unique_ptr<NetworkEngine> loadWithOpenCv(const std::string& file, const std::string& contents,
-                                              InferenceTarget target, bool anySize) {
-    return std::make_unique<OpenCvEngine>(file, contents, target, anySize);
+                                              bool cuda, bool anySize) {
+    return std::make_unique<OpenCvEngine>(file, contents, cuda, anySize);
 }
 
 } // namespace altiro3D

@@ -1,20 +1,49 @@
 #include "video/frame_renderer.hpp"
 
+#include "altiro3D/error.hpp"
 #include "video/picture_tracker.hpp"
+#include "video/state_bytes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <opencv2/core.hpp>
+#include <string>
+#include <string_view>
+#include <tuple>
 
 namespace altiro3D {
 
 namespace {
+
+const DepthRefineOptions kAsItIs{false, {}};
+
+// DepthFlaws as numbers.
+using FlawValues = std::array<double, 6>;
+constexpr std::size_t kFlawBytes = (1 + std::tuple_size_v<FlawValues>)*sizeof(std::uint64_t);
+
+FlawValues valuesOf(const DepthFlaws& flaws) {
+    return {flaws.softnessPixels,
+            flaws.overshoot,
+            flaws.growthPixels,
+            static_cast<double>(flaws.shiftPixels.x),
+            static_cast<double>(flaws.shiftPixels.y),
+            flaws.noise};
+}
+
+DepthFlaws flawsOf(const FlawValues& values) {
+    return {values[0], values[1], values[2],
+            cv::Point(static_cast<int>(values[3]), static_cast<int>(values[4])), values[5]};
+}
 
 // Natives and quilts of photos with depth.
 class ViewsRenderer : public FrameRenderer {
   public:
     ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, double seenAspect)
         : options_(conversion.native), target_(target), seenAspect_(seenAspect),
+          isGiven_(conversion.given.has_value()),
           workSize_(options_.keepResolution ? target.panelSize : target.layout.tileSize) {
         if (conversion.product == VideoProduct::Quilt) {
             quilter_.emplace(target.layout, options_.views);
@@ -39,7 +68,8 @@ class ViewsRenderer : public FrameRenderer {
         const double pixelAspect = seenAspect_ * scene.photo.rows / scene.photo.cols;
         const PhotoFit fit =
             fitPhoto(scene.photo.size(), target_.aspect() / pixelAspect, workSize_, options_.fit);
-        fitScene(scene, fit, options_.views.focus, fitted_, options_.refine);
+        fitScene(scene, fit, options_.views.focus, fitted_, kAsItIs);
+        refine(frame, fit.target);
         if (quilter_) {
             quilter_->render(fitted_.photo, fitted_.depth, result);
         } else {
@@ -49,10 +79,57 @@ class ViewsRenderer : public FrameRenderer {
         last_ = result;
     }
 
+    void keepState(SavedState& state) const override {
+        append(state.bytes, flaws_ ? 1 : 0);
+        for (const double value : valuesOf(flaws_.value_or(DepthFlaws()))) {
+            std::uint64_t bits = 0;
+            std::memcpy(&bits, &value, sizeof bits);
+            append(state.bytes, bits);
+        }
+    }
+
+    void takeState(SavedState& state) override {
+        if (state.bytes.size() < kFlawBytes) {
+            throw Error(ErrorCode::BadFormat, "state",
+                        "is damaged, expected what an earlier run kept");
+        }
+        const std::string kept = state.bytes.substr(state.bytes.size() - kFlawBytes);
+        state.bytes.resize(state.bytes.size() - kFlawBytes);
+        std::string_view rest = kept;
+        std::uint64_t isKnown = 0;
+        take(rest, isKnown);
+        FlawValues values{};
+        for (double& value : values) {
+            std::uint64_t bits = 0;
+            take(rest, bits);
+            std::memcpy(&value, &bits, sizeof value);
+        }
+        flaws_.reset();
+        if (isKnown != 0) flaws_ = flawsOf(values);
+    }
+
   private:
+    // What is wrong with the depth belongs to its source. It is measured at the start of a scene,
+    // so edges do not waver from frame to frame; as given depth has no scenes, now and then.
+    void refine(const PipelineFrame& frame, const cv::Rect& part) {
+        constexpr int kFramesPerMeasurement = 100;
+        if (!options_.refine.enabled) return;
+        const cv::Mat photo = fitted_.photo(part);
+        const bool isDue = isGiven_ && frame.number % kFramesPerMeasurement == 0;
+        if (!flaws_ || frame.step.cut || isDue)
+            flaws_ = measureDepthFlaws(photo, fitted_.depth(part));
+        DepthRefineOptions options = options_.refine;
+        options.flaws = flaws_;
+        refineDepth(photo, fitted_.depth(part), refined_, options);
+        refined_.copyTo(fitted_.depth(part));
+    }
+
     NativeOptions options_;
     VideoTarget target_;
     double seenAspect_;
+    bool isGiven_;
+    std::optional<DepthFlaws> flaws_;
+    cv::Mat refined_;
     cv::Size workSize_;
     std::optional<NativeMaker> maker_;
     std::optional<Depth2Quilt> quilter_; // used instead of the maker
@@ -79,10 +156,8 @@ class RgbdRenderer : public FrameRenderer {
         }
         ownMemory(result);
         const Scene scene{frame.source.picture, frame.depth};
-        DepthRefineOptions asItIs; // as the depth that photo2native saves
-        asItIs.enabled = false;
         fitScene(scene, fitPhoto(scene.photo.size(), 1, half_, FitMode::Stretch), focus_, fitted_,
-                 asItIs);
+                 kAsItIs); // as the depth that photo2native saves
         joinRgbd(fitted_.photo, fitted_.depth, DepthSide::Right, result);
         last_ = result;
     }

@@ -28,6 +28,10 @@ class FrameRenderer {
     virtual cv::Size size() const = 0;
     /// Reads `source` and `depth`, sets the picture of `result`.
     virtual void work(PipelineFrame& frame) = 0;
+    /// Appends what the next frame's picture depends on, besides the frame.
+    virtual void keepState(SavedState& /*state*/) const {}
+    /// Removes what keepState() appended and continues from it. @throws Error BadFormat
+    virtual void takeState(SavedState& /*state*/) {}
     /// Remarks, for people.
     virtual Notes notes() const { return {}; }
 };

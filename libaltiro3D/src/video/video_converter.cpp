@@ -193,6 +193,7 @@ std::vector<PipelineStage> VideoConverter::Impl::stages() {
     }
     all.push_back({"render", [this](PipelineFrame& frame) {
                        renderer->work(frame);
+                       if (!frame.state.bytes.empty()) renderer->keepState(frame.state);
                        frame.result.pts = frame.source.pts;
                        frame.result.duration = frame.source.duration;
                        return true;
@@ -250,8 +251,11 @@ VideoConversionResult VideoConverter::Impl::run(const VideoProgressFunction& goO
     goOn_ = goOn;
     if (depth_) depth_->begin(*reader);
     if (progress.keptFrames > 0) {
-        const KeptVideo kept = sink->kept();
-        if (depth_ && !kept.state.bytes.empty()) depth_->setState(kept.state);
+        KeptVideo kept = sink->kept();
+        if (depth_ && !kept.state.bytes.empty()) {
+            renderer->takeState(kept.state);
+            depth_->setState(kept.state);
+        }
         reader->skipTo(kept.nextPts);
     }
     PipelineOptions options;

@@ -102,6 +102,19 @@ class VideoConverterTest : public ::testing::Test {
         return all;
     }
 
+    // In a video the flaws of the depth are those of the first frame.
+    NativeOptions withFlaws(NativeOptions options) const {
+        const altiro3D::Scene first = scenes().front();
+        const PhotoFit fit = NativeMaker(smallDisplay(), options).fit(first.photo.size());
+        DepthRefineOptions asItIs;
+        asItIs.enabled = false;
+        altiro3D::Scene fitted;
+        fitScene(first, fit, options.views.focus, fitted, asItIs);
+        options.refine.flaws =
+            measureDepthFlaws(fitted.photo(fit.target), fitted.depth(fit.target));
+        return options;
+    }
+
     TemporaryDirectory directory;
 };
 
@@ -136,7 +149,7 @@ TEST_F(VideoConverterTest, FramesAreTheNativesOfThePhotosAndTheirDepth) {
         EXPECT_EQ(seen.front().frames, 0);
         EXPECT_TRUE(seen.back().finishing);
         EXPECT_EQ(seen.back().frames, kFrames);
-        const NativeMaker maker(smallDisplay(), option);
+        const NativeMaker maker(smallDisplay(), withFlaws(option));
         const std::vector<cv::Mat> natives = pictures(name);
         const std::vector<altiro3D::Scene> expected = scenes();
         ASSERT_EQ(natives.size(), expected.size());
@@ -176,10 +189,11 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
     EXPECT_EQ(VideoConverter(std::move(quilts)).run().frames, kFrames);
     const std::vector<cv::Mat> made = pictures("quilt.mkv");
     const NativeMaker maker(display);
+    const DepthRefineOptions known = withFlaws({}).refine;
     for (const std::size_t i : {std::size_t{0}, made.size() - 1}) {
         altiro3D::Scene fitted;
         cv::Mat quilt;
-        fitScene(expected[i], maker.fit({64, 48}), 0.5, fitted);
+        fitScene(expected[i], maker.fit({64, 48}), 0.5, fitted, known);
         maker.makeQuilt(fitted, quilt);
         EXPECT_TRUE(samePicture(made[i], quilt));
     }
@@ -196,12 +210,15 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
     again.input = directory / "rgbd.mkv";
     again.given = GivenVideoDepth();
     again.given->side = DepthSide::Right;
+    again.native.refine.enabled = false;
     VideoConverter(std::move(again)).run();
     altiro3D::Scene scene;
     splitRgbd(both, DepthSide::Right, scene.photo, scene.depth);
     scene.depth.convertTo(scene.depth, CV_32F, 1 / 255.0);
     cv::Mat native;
-    maker.makeNative(scene, native);
+    NativeOptions exact;
+    exact.refine.enabled = false;
+    NativeMaker(display, exact).makeNative(scene, native);
     EXPECT_TRUE(samePicture(pictures("again.mkv").back(), native));
 
     VideoConversion fromQuilt = conversion("fromQuilt.mkv");
@@ -295,7 +312,7 @@ TEST_F(VideoConverterTest, ARunThatIsCancelledAtOnceLeavesNothing) {
 TEST_F(VideoConverterTest, PicturesAreShownInTheirOrderUntilTheCallerHasSeenEnough) {
     writeClip(directory / "clip.mkv", movingPictures({64, 48}, kFrames), 20);
     writeClip(directory / "depth.mkv", movingPictures({32, 24}, kFrames, 100), 20);
-    const NativeMaker maker(smallDisplay());
+    const NativeMaker maker(smallDisplay(), withFlaws({}));
     std::vector<cv::Mat> natives;
     for (const altiro3D::Scene& scene : scenes()) {
         natives.emplace_back();

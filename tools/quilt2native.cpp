@@ -3,12 +3,15 @@
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
 #include "common/outputs.hpp"
+#include "common/photo_folder.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/sway_options.hpp"
 #include "common/video_options.hpp"
 #include "common/video_progress.hpp"
 #include "common/video_run.hpp"
+
+#include <chrono>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
@@ -27,6 +30,7 @@ struct Job {
     SwayOptions sway;
     std::optional<cv::Size> swaySize;
     ViewFilter between;
+    bool isFromFolder = false; // not named itself: left out if it is no quilt
 };
 
 bool isVideo(const fs::path& file) {
@@ -39,13 +43,15 @@ bool isVideo(const fs::path& file) {
     }
 }
 
-void convertPicture(const Job& job, const ChosenDisplay& display, Messages& messages) {
+// False if a picture of a folder is not a quilt.
+bool convertPicture(const Job& job, const ChosenDisplay& display, Messages& messages) {
     StageTimes times;
     refuseNative(job.quilt, "a quilt");
     const cv::Mat picture = readPhotoFile(job.quilt, messages);
     times.end("read");
     std::optional<FoundQuilt> found;
     if (!isLayoutStated(job.commandLine, job.quilt)) found = findQuiltLayout(picture);
+    if (job.isFromFolder && found && found->verdict == QuiltVerdict::NoQuilt) return false;
     const QuiltLayout layout =
         chooseQuilt(job.commandLine, display, messages, job.quilt, picture.size(), found);
     const QuiltShape shape(job.quilt, layout, display, job.fit);
@@ -70,6 +76,93 @@ void convertPicture(const Job& job, const ChosenDisplay& display, Messages& mess
     if (!job.swayFile.empty())
         messages.say(job.swayFile.string() + ": video, " + swayText(job.sway, swaySize));
     messages.detail(times.text());
+    return true;
+}
+
+// Converts the quilts of a folder; one that cannot be converted does not stop the rest. Exit
+// status.
+int convertFolder(const CommandLine& commandLine, Messages& messages) {
+    const auto start = std::chrono::steady_clock::now();
+    const fs::path& folder = commandLine.files()[0];
+    const fs::path& outputFolder = commandLine.files()[1];
+    std::error_code error;
+    if (commandLine.has("lg")) {
+        throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
+    }
+    if (!fs::is_directory(outputFolder, error) &&
+        (fs::exists(outputFolder, error) || canWriteImage(outputFolder))) {
+        throw UsageError(outputFolder.string() + ": names one file, expected a directory for the "
+                                                 "Natives of several quilts");
+    }
+    FolderSearch search;
+    search.pairDepth = false;
+    search.outputs = {outputFolder};
+    std::vector<fs::path> quilts;
+    std::vector<LeftOutFile> leftOut;
+    const PhotoFolder found = searchFolder(folder, search);
+    for (const FolderPhoto& picture : found.photos)
+        quilts.push_back(picture.photo);
+    for (const LeftOutFile& file : found.leftOut) {
+        if (file.kind == "quilt") {
+            quilts.push_back(file.file);
+            continue;
+        }
+        leftOut.push_back(file);
+        messages.say(file.file.string() + ": " +
+                     (file.kind == "folder" ? "is a folder, which is not searched" : file.why));
+    }
+    if (quilts.empty()) {
+        throw Error(ErrorCode::NotFound, folder.string(), "holds no pictures, expected quilts");
+    }
+    const ChosenDisplay display = findDisplay(commandLine, messages);
+    const bool skip = commandLine.has("skip-existing");
+    Outputs outputs(commandLine.has("y") || skip);
+    for (const fs::path& file : display.files)
+        outputs.addInput(file);
+    std::vector<fs::path> natives;
+    for (const fs::path& quilt : quilts) {
+        natives.push_back(outputFolder / (quilt.stem().string() + "_native.png"));
+        outputs.addInput(quilt);
+        outputs.addOutput(natives.back());
+    }
+    outputs.addDirectory(outputFolder);
+    outputs.check();
+    outputs.makeDirectories();
+    std::size_t made = 0;
+    std::size_t skipped = 0;
+    bool failed = false;
+    for (std::size_t i = 0; i < quilts.size(); ++i) {
+        if (skip && fs::is_regular_file(natives[i], error)) {
+            ++skipped;
+            continue;
+        }
+        messages.setSubject(quilts[i].filename().string());
+        try {
+            const Job job{commandLine, quilts[i], natives[i], fitOption(commandLine),
+                          {},          {},        {},         ViewFilter::Nearest,
+                          true};
+            if (convertPicture(job, display, messages)) {
+                ++made;
+            } else {
+                messages.say("is a photo or another picture of one view; photo2native makes "
+                             "Natives of photos");
+                leftOut.push_back({quilts[i], "photo", {}});
+            }
+            messages.flushWarnings();
+        } catch (const std::exception& problem) {
+            messages.dropWarnings();
+            messages.fail(sentenceOf(problem));
+            failed = true;
+        }
+    }
+    messages.setSubject({});
+    std::string text = counted(made, "quilt") + " made";
+    if (skipped > 0) text += ", " + std::to_string(skipped) + " skipped as the outputs exist";
+    if (!leftOut.empty())
+        text += ", " + std::to_string(leftOut.size()) + " left out (" + kindsText(leftOut) + ")";
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+    messages.say(text + ", in " + fixed(time.count(), 1) + " s");
+    return failed ? kExitFailed : kExitDone;
 }
 
 // Returns the exit status.
@@ -111,6 +204,10 @@ int run(const CommandLine& commandLine, Messages& messages) {
         messages.dropWarnings(); // the following run shows them
         return kExitDone;
     }
+    std::error_code error;
+    if (fs::is_directory(commandLine.files()[0], error))
+        return convertFolder(commandLine, messages);
+    commandLine.exclude("y", "skip-existing");
     requireSwayFile(commandLine);
     const auto between = commandLine.choice("view-filter", {"nearest", "linear"});
     const Job job{commandLine,
@@ -163,9 +260,12 @@ int main(int argc, char** argv) {
                                             "into a Native video with its sound.");
     commandLine.addUsage("[options] QUILT OUT.png");
     commandLine.addUsage("[options] QUILTVIDEO OUT.mp4");
+    commandLine.addUsage("[options] DIR OUTDIR");
     commandLine.addSection("Output");
     addSwayFileOption(commandLine, "It shows them in the shape that they have in the Native and");
     commandLine.add({"y"}, "Replace outputs that exist.");
+    commandLine.addAdvanced({"skip-existing"},
+                            "Of a folder: leave out quilts whose Native exists.");
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
     commandLine.addSection("Videos");

@@ -161,6 +161,32 @@ TEST(Quilt2NativeTool, APhotoIsRefusedAndAnUnclearPictureIsAskedAbout) {
     EXPECT_FALSE(fs::exists(studio / "a.png"));
 }
 
+TEST(Quilt2NativeTool, AFolderIsConvertedAndNothingInItIsLostSilently) {
+    SmallStudio studio;
+    fs::create_directories(studio / "in/deeper");
+    writeImage(studio / "in/web.png", quiltOfAScene());
+    fs::copy(studio / "quilt.png", studio / "in/q_qs3x2a0.75.png");
+    writeImage(studio / "in/photo.png", scenery({400, 300}, 7));
+    spill(studio / "in/clip.mp4", "not a picture");
+    const Outcome outcome =
+        studio.run(kTool, Arguments{"-c", "small.json"} + Arguments{"in", "out"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_NE(outcome.out.find("photo.png: is a photo or another picture of one view; photo2"),
+              std::string::npos);
+    EXPECT_NE(outcome.out.find("2 quilts made, 3 left out (1 video, 1 folder, 1 photo), in "),
+              std::string::npos)
+        << outcome.out;
+    EXPECT_TRUE(isDone(
+        studio.run(kTool, Arguments{"-c", "small.json"} + Arguments{"in/web.png", "alone.png"})));
+    EXPECT_EQ(slurp(studio / "out/web_native.png"), slurp(studio / "alone.png"));
+    EXPECT_TRUE(fs::exists(studio / "out/q_qs3x2a0.75_native.png"));
+    EXPECT_FALSE(fs::exists(studio / "out/photo_native.png"));
+    EXPECT_NE(
+        studio.run(kTool, Arguments{"-c", "small.json"} + Arguments{"--skip-existing", "in", "out"})
+            .out.find("0 quilts made, 2 skipped as the outputs exist, "),
+        std::string::npos);
+}
+
 TEST(Quilt2NativeTool, TheLayoutOfAVideoIsFoundInItsFirstFrames) {
     SmallStudio studio;
     VideoWriterOptions options;

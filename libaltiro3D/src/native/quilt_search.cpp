@@ -132,7 +132,8 @@ void findFeatures(const Grey& tile, Features& features) {
         for (int x = 0; x < cols; ++x) {
             const auto left = static_cast<std::size_t>(std::max(0, x - kRadius));
             const auto right = static_cast<std::size_t>(std::min(cols, x + kRadius + 1));
-            const double count = static_cast<double>((bottom - top) / step * (right - left));
+            const std::size_t height = (bottom - top) / step;
+            const auto count = static_cast<double>(height * (right - left));
             const auto windowSum = [&](const std::vector<std::int64_t>& of) {
                 return static_cast<double>(of[bottom + right] - of[bottom + left] -
                                            of[top + right] + of[top + left]);

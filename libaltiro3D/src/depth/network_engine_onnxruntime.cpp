@@ -1,5 +1,6 @@
 // Networks on ONNX Runtime, if the library is built with it.
 
+#include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "depth/network_engine.hpp"
 

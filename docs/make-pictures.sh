@@ -1,7 +1,10 @@
 #!/usr/bin/env bash
-# Makes the pictures of the README from the sample photo with the tools (needs ImageMagick).
+# Makes pictures of the README and of docs/depth.md with the tools (needs ImageMagick).
 #
 #   docs/make-pictures.sh [DIRECTORY OF THE TOOLS]
+#
+# $ALTIRO3D_TEST_DATA (default: ../shared/data) has photos of others and FastDepth; without it docs/depth.md keeps
+# its picture.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tools=${1:-build/dev/tools}
@@ -23,3 +26,32 @@ for method in fast real layered; do
     convert "$work/$method/view_47.png" -crop 100x110+25+175 +repage -filter point -resize 300% \
         "docs/images/$method.png"
 done
+
+# photo | built-in estimator | altiro3d | FastDepth, all colour photos of two public collections
+data=${ALTIRO3D_TEST_DATA:-../shared/data}
+fastdepth=$data/models/fastdepth/fastdepth_224_op10.onnx
+if [[ ! -f $fastdepth ]]; then
+    echo "$0: $fastdepth: is missing, expected the test data; docs/images/depth-sources.jpg stays" >&2
+    exit
+fi
+rows=()
+for photo in "$data"/photos/kodak/kodim*.png "$data"/photos/skimage/{astronaut,chelsea,coffee}.png \
+    "$data"/photos/skimage/rocket.jpg; do
+    row=$work/row-$(basename "${photo%.*}").png
+    tiles=()
+    for network in cues altiro3d "$fastdepth"; do
+        ALTIRO3D_MODELS=models "$tools/photo2native" -y -c calibration/portrait-sample.json -n "$network" \
+            --save-depth "$work/depth.png" "$photo" "$work/native.png"
+        if [[ ${#tiles[@]} -eq 0 ]]; then # cut as the tools cut it to the panel
+            convert "$photo" -resize 120x160^ -gravity center -extent 120x160 "$work/tile0.png"
+            tiles=("$work/tile0.png")
+        fi
+        convert "$work/depth.png" -depth 8 -resize 120x160! "$work/tile${#tiles[@]}.png"
+        tiles+=("$work/tile${#tiles[@]}.png")
+    done
+    convert "${tiles[@]}" +append "$row"
+    rows+=("$row")
+done
+half=$(((${#rows[@]} + 1) / 2))
+convert \( "${rows[@]:0:half}" -append \) \( "${rows[@]:half}" -append \) -background white +smush 12 -quality 85 \
+    docs/images/depth-sources.jpg

@@ -26,6 +26,10 @@ quilt           quilt            .                                     -
 picture_header  image_format     .                                     -
 picture_header  image_header     .                                     -
 exif            exif             .                                     -
+heif            heif_boxes      .                                     -
+colour          colour           .                                     -
+embedded_depth  depth_parts      .                                     -
+embedded_depth  xmp              .                                     -
 picture         image_read       .                                     -
 picture         rgbd             split|greyOf|halves|isBeside          -
 camera          camera           parseCamera|5check|7require|8validate CameraPose|RealOptions

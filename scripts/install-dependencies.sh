@@ -8,7 +8,7 @@
 # The output of apt goes to build/packages.log, or to the file that $ALTIRO3D_LOG names.
 set -euo pipefail
 
-build=(g++ cmake ninja-build pkg-config libopencv-dev libexif-dev libhwy-dev zlib1g-dev qtbase5-dev
+build=(g++ cmake ninja-build pkg-config libopencv-dev libexif-dev libheif-dev liblcms2-dev libhwy-dev zlib1g-dev libexpat1-dev qtbase5-dev
        libqt5svg5
        nlohmann-json3-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libavdevice-dev
        python3 curl ca-certificates)
@@ -16,6 +16,7 @@ tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valg
        python3-numpy git ffmpeg groff-base man-db zsh xvfb xdotool
        desktop-file-utils shared-mime-info libclang-rt-dev llvm locales)
 packages=(lintian debootstrap dpkg-dev file git)
+optional=(libonnxruntime-dev) # where the distribution has them
 
 case "${1:-build}" in
 build) wanted=("${build[@]}") ;;
@@ -32,10 +33,14 @@ if ! command -v apt-get >/dev/null; then
 fi
 
 missing=()
-for package in "${wanted[@]}"; do
-    status=$(dpkg-query -W -f '${db:Status-Abbrev}' "$package" 2>/dev/null || true)
-    [[ $status == ii* ]] || missing+=("$package")
-done
+add_missing() { # package...
+    local package status
+    for package; do
+        status=$(dpkg-query -W -f '${db:Status-Abbrev}' "$package" 2>/dev/null || true)
+        [[ $status == ii* ]] || missing+=("$package")
+    done
+}
+add_missing "${wanted[@]}"
 [[ ${#missing[@]} -gt 0 ]] || exit 0
 
 as_root=()
@@ -51,6 +56,9 @@ fi
 log_to "${ALTIRO3D_LOG:-$(dirname "$0")/../build/packages.log}"
 apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y)
 logged "${apt[@]}" update
+for package in "${optional[@]}"; do
+    [[ -z $(apt-cache show "$package" 2>/dev/null) ]] || add_missing "$package"
+done
 # Each line: address, file, bytes, checksum.
 files=$(apt-get install --print-uris -qq --no-install-recommends "${missing[@]}" 2>>"$log" || true)
 summary=$(awk '$3 ~ /^[0-9]+$/ { count++; bytes += $3 }

@@ -11,8 +11,8 @@ for the display, from PHOTO (default: the sample photo).
 visual.json is the calibration of your display. Without it the tools look for one: visual.json in the
 current folder, then the display's USB volume. If there is none, a sample calibration is used.
 
-  --with-midas   download a depth network (midas-small, 67 MB) for a better depth; without a
-                 network connection the built-in estimator is used
+  --with-midas   download MiDaS 2.1 small (67 MB), a larger depth network; without a network
+                 connection the network of altiro3D is used
   -h, --help     show this text
 TEXT
 }
@@ -75,7 +75,7 @@ logged cmake --build --preset package
 
 if [[ $midas == yes ]]; then
     scripts/get-models.sh midas-small ||
-        echo "$0: the depth network was not downloaded; the built-in estimator is used" >&2
+        echo "$0: midas-small was not downloaded; the network of altiro3D is used" >&2
 fi
 
 echo "Making native.png from $photo"
@@ -90,7 +90,7 @@ echo "$root/native.png is the picture for your display. On any other screen it l
 printf '  Use the tools in this terminal:    export PATH=%q:$PATH\n' "$tools"
 printf '  Show it full screen, unscaled:     altiro3Dview --show %q\n' "$root/native.png"
 printf '  See the depth without a display:   altiro3Dview %q    and press key 5\n' "$photo"
-if grep -q '^depth: built-in' "$log"; then
+if grep -qE '^depth: (built-in|network altiro3d)' "$log"; then
     printf '  Get a better depth (67 MB, once):  %q midas-small    and run this again\n' \
         "$root/scripts/get-models.sh"
 fi

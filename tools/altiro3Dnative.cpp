@@ -1,4 +1,4 @@
-// altiro3Dnative: the look-up table of a display, and what its calibration means.
+// altiro3Dnative: the look-up table of a display, and a description of its calibration.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
@@ -75,7 +75,8 @@ void printJson(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
     messages.print(info.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-// The serial is the file's word: no path, no option, nothing that a shell or a terminal obeys.
+// The serial comes from a file. The name made from it must not be a path or an option, and must not
+// contain characters that a shell or a terminal interprets.
 std::string inFileName(std::string text) {
     for (char& c : text) {
         const bool isPlain =
@@ -86,7 +87,7 @@ std::string inFileName(std::string text) {
     return text;
 }
 
-// The calibration that was named; to be described, without a name the one that is found.
+// The named calibration. For --info without a name, the calibration that findCalibration() finds.
 ChosenDisplay chooseDisplay(const CommandLine& commandLine, bool info, Messages& messages) {
     const DisplayUse use = info ? DisplayUse::Describe : DisplayUse::Show;
     if (info && commandLine.files().empty()) return findCalibration(commandLine, messages, {}, use);

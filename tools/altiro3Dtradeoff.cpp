@@ -1,8 +1,9 @@
-// altiro3Dtradeoff: what each way to make views costs and gives.
+// altiro3Dtradeoff: time and accuracy of each way to make views.
 
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/trade.hpp"
 #include "common/depth_options.hpp"
+#include "common/depth_trade.hpp"
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -94,10 +96,27 @@ double numberOf(const std::string& text, const std::string& file, const std::str
     throw Error(ErrorCode::BadFormat, file, field + " is \"" + text + "\", expected a number");
 }
 
+// The depth as the tools use it; says what was done and how long it took.
+void refine(const CommandLine& commandLine, StereoScene& scene, Messages& messages) {
+    DepthRefineOptions options = refineOptions(commandLine);
+    if (!options.enabled) return;
+    const auto start = std::chrono::steady_clock::now();
+    options.flaws = measureDepthFlaws(scene.photo, scene.depth);
+    refineDepth(scene.photo, scene.depth, scene.depth, options);
+    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+    const DepthFlaws& flaws = *options.flaws;
+    messages.say("depth: refined in " + fixed(time.count(), 1) + " ms; edges soft over " +
+                 fixed(flaws.softnessPixels, 1) + " px, too large by " +
+                 fixed(flaws.growthPixels, 1) + " px, shifted by (" +
+                 std::to_string(flaws.shiftPixels.x) + ", " + std::to_string(flaws.shiftPixels.y) +
+                 ") px; noise " + fixed(flaws.noise, 3));
+}
+
 StereoScene readScene(const std::string& name, const fs::path& photo, const fs::path& disparity,
                       double scale, const fs::path& truth) {
     const QuietStandardError quiet;
-    const cv::Mat left = readPhoto(photo); // in this order: the first that is broken is named
+    const cv::Mat left =
+        readPhoto(photo); // in this order, because the error names the first damaged file
     const cv::Mat raw = readDepthImage(disparity);
     return makeStereoScene(name, left, raw, scale, readPhoto(truth));
 }
@@ -135,12 +154,12 @@ std::vector<StereoScene> readScenes(const fs::path& file) {
                                    folder / row["right"]));
     }
     if (scenes.empty()) {
-        throw Error(ErrorCode::BadFormat, file.string(), "lists no scenes, expected one a line");
+        throw Error(ErrorCode::BadFormat, file.string(), "lists no scenes, expected one per line");
     }
     return scenes;
 }
 
-// Without a truth the most accurate setting stands for it.
+// Without a true view, the most accurate setting is the reference.
 StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
     const std::vector<fs::path>& files = commandLine.files();
     ChosenDepth source(commandLine, messages);
@@ -149,10 +168,14 @@ StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
     const fs::path depthFile = source.fromFiles() ? files[1] : fs::path();
     const double focus = viewOptions(commandLine).focus;
     Scene fitted = source.read(files[0], depthFile, focus, messages, times);
-    fitScene(fitted, fitPhoto(fitted.photo.size(), 0.75, QuiltLayout().tileSize), focus, fitted);
+    DepthRefineOptions later;
+    later.enabled = false;
+    fitScene(fitted, fitPhoto(fitted.photo.size(), 0.75, QuiltLayout().tileSize), focus, fitted,
+             later);
     scene.photo = fitted.photo;
     scene.depth = fitted.depth;
     scene.name = files[0].filename().string();
+    refine(commandLine, scene, messages);
     return scene;
 }
 
@@ -188,7 +211,7 @@ std::vector<Row> measurePhoto(const CommandLine& commandLine, Messages& messages
     return rows;
 }
 
-// The views with default knobs, for the eye.
+// The views with default options, for visual comparison.
 void saveViews(const StereoScene& scene, const fs::path& directory) {
     for (const NamedViewOptions& method : defaultSettings()) {
         cv::Mat view;
@@ -198,13 +221,15 @@ void saveViews(const StereoScene& scene, const fs::path& directory) {
     }
 }
 
-std::vector<Row> measureScenes(const std::vector<StereoScene>& scenes, Messages& messages) {
+std::vector<Row> measureScenes(const CommandLine& commandLine, std::vector<StereoScene>& scenes,
+                               Messages& messages) {
     const std::vector<NamedViewOptions> settings = tradeSettings();
     std::vector<Row> rows;
     Progress progress(scenes.size() * settings.size());
-    for (const StereoScene& scene : scenes) {
+    for (StereoScene& scene : scenes) {
         messages.say(scene.name + ", " + sizeText(scene.photo.size()) + ", disparity up to " +
                      fixed(scene.largestDisparity, 2) + " px");
+        refine(commandLine, scene, messages);
         messages.say(kHeading);
         for (const NamedViewOptions& setting : settings) {
             progress.step(scene.name + ", " + setting.name);
@@ -224,12 +249,38 @@ std::vector<Row> measureScenes(const std::vector<StereoScene>& scenes, Messages&
     return rows;
 }
 
+// What each source of depth would cost and give instead of the true disparity.
+std::vector<DepthRow> measureDepths(const CommandLine& commandLine,
+                                    const std::vector<StereoScene>& scenes, Messages& messages) {
+    const std::vector<NamedDepthSource> sources = depthSources(messages);
+    const DepthRefineOptions refine = refineOptions(commandLine);
+    std::vector<DepthRow> rows;
+    Progress progress(scenes.size() * sources.size());
+    for (const StereoScene& scene : scenes) {
+        messages.say(kDepthHeading + (scenes.size() > 1 ? ", " + scene.name : std::string()));
+        for (const NamedDepthSource& source : sources) {
+            progress.step(scene.name + ", " + source.name);
+            rows.push_back(measureDepth(source, scene, refine));
+            progress.clear();
+            messages.say(lineOf(rows.back()));
+        }
+    }
+    if (scenes.size() > 1) {
+        messages.say(std::string(kDepthHeading) + ", mean");
+        for (const DepthRow& row : meansOf(rows, sources.size())) {
+            messages.say(lineOf(row));
+            rows.push_back(row);
+        }
+    }
+    return rows;
+}
+
 // JSON has no infinity: equal pictures have no PSNR.
 Json finite(double value) {
     return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
-std::string jsonOf(const std::vector<Row>& rows, bool truth) {
+std::string jsonOf(const std::vector<Row>& rows, const std::vector<DepthRow>& depths, bool truth) {
     Json list = Json::array();
     for (const Row& row : rows) {
         list.push_back({{"scene", row.scene},
@@ -242,13 +293,25 @@ std::string jsonOf(const std::vector<Row>& rows, bool truth) {
                         {"ssimInside", row.accuracy.ssimInside},
                         {"peakMegabytes", row.peakMegabytes}});
     }
+    Json depthList = Json::array();
+    for (const DepthRow& row : depths) {
+        depthList.push_back({{"scene", row.scene},
+                             {"source", row.source},
+                             {"milliseconds", row.milliseconds},
+                             {"rankCorrelation", row.rankCorrelation},
+                             {"psnrWhole", finite(row.accuracy.psnrWhole)},
+                             {"ssimWhole", row.accuracy.ssimWhole},
+                             {"psnrInside", finite(row.accuracy.psnrInside)},
+                             {"ssimInside", row.accuracy.ssimInside}});
+    }
     const Json report = {{"tool", "altiro3Dtradeoff"},
                          {"version", version()},
                          {"openCv", CV_VERSION},
                          {"threads", cv::getNumThreads()},
                          {"views", kViews},
                          {"against", truth ? "true view" : "most accurate setting"},
-                         {"rows", list}};
+                         {"rows", list},
+                         {"estimatedDepth", depthList}};
     return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -283,11 +346,11 @@ std::string plotOf(const std::vector<Row>& rows) {
     return tradePlotSvg(points, scene);
 }
 
-// Refuses options that would change nothing.
+// Refuses options without an effect.
 void checkOptions(const CommandLine& commandLine, bool truth) {
     const std::set<std::string> forTruth = {
-        "photo", "disparity", "disparity-scale", "truth", "scenes", "report", "csv",
-        "plot",  "y",         "save-views",      "j",     "v"};
+        "photo", "disparity", "disparity-scale", "truth", "scenes", "report",     "csv",
+        "plot",  "y",         "save-views",      "j",     "v",      "exact-depth"};
     for (const auto& [option, value] : commandLine.given()) {
         const std::string name = (option.size() > 1 ? "--" : "-") + option;
         if (truth && forTruth.count(option) == 0) {
@@ -339,21 +402,25 @@ int run(const CommandLine& commandLine, Messages& messages) {
     outputs.makeDirectories();
 
     std::vector<Row> rows;
+    std::vector<DepthRow> depths;
     if (single) {
         const fs::path photo = *commandLine.value("photo");
-        const std::vector<StereoScene> scene = {
+        std::vector<StereoScene> scene = {
             readScene(photo.filename().string(), photo, *commandLine.value("disparity"),
                       commandLine.number("disparity-scale", 1e-6, 1e6).value_or(1),
                       *commandLine.value("truth"))};
-        rows = measureScenes(scene, messages);
+        rows = measureScenes(commandLine, scene, messages);
+        depths = measureDepths(commandLine, scene, messages);
         if (views) saveViews(scene.front(), *views);
     } else if (collection) {
-        rows = measureScenes(readScenes(*commandLine.value("scenes")), messages);
+        std::vector<StereoScene> scenes = readScenes(*commandLine.value("scenes"));
+        rows = measureScenes(commandLine, scenes, messages);
+        depths = measureDepths(commandLine, scenes, messages);
     } else {
         rows = measurePhoto(commandLine, messages);
     }
     if (const auto file = commandLine.value("report")) {
-        writeFile(*file, jsonOf(rows, single || collection));
+        writeFile(*file, jsonOf(rows, depths, single || collection));
     }
     if (const auto file = commandLine.value("csv")) writeFile(*file, csvOf(rows));
     if (const auto file = commandLine.value("plot")) writeFile(*file, plotOf(rows));
@@ -364,8 +431,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
 
 int main(int argc, char** argv) {
     CommandLine commandLine("altiro3Dtradeoff",
-                            "Measures what each way to make views costs on this machine and how "
-                            "accurate it is: time per view, PSNR, SSIM and memory.");
+                            "Measures how fast and how accurate each way to make views is on this "
+                            "machine: time per view, PSNR, SSIM and memory.");
     commandLine.addUsage("[options] PHOTO");
     commandLine.addUsage("[options] -d PHOTO DEPTH");
     commandLine.addUsage("--photo L.png --disparity D.png --disparity-scale S --truth R.png");
@@ -376,10 +443,10 @@ int main(int argc, char** argv) {
                     "Its disparity: larger is nearer, content moves to the left; 0 is unknown.",
                     "D.png");
     commandLine.add({"disparity-scale"}, "Values per px of disparity (default 1).", "S");
-    commandLine.add({"truth"}, "What the right camera saw.", "R.png");
+    commandLine.add({"truth"}, "Photo of the right camera.", "R.png");
     commandLine.add({"scenes"},
                     "Many scenes: a table with the columns scene, left, right, disp_left and "
-                    "disp_scale; each scene's files in a folder of its name.",
+                    "disp_scale; each scene's files are in a folder with its name.",
                     "FILE.csv");
     commandLine.addSection("Output");
     commandLine.add({"report"}, "Write all numbers, for programs.", "FILE.json");
@@ -391,11 +458,16 @@ int main(int argc, char** argv) {
     addDepthOptions(commandLine);
     commandLine.addSection("Views");
     addSceneOptions(commandLine);
+    addRefineOption(commandLine);
     commandLine.addNote(
         "Without a true view the most accurate setting is the reference: the numbers "
         "are the differences from it. Times are those of a set of 48 "
         "views, divided by 48; -j 1 shows the work of one thread. \"Inside\" leaves "
         "out what came from outside the frame; inf dB means no difference.");
+    commandLine.addNote(
+        "With a true view a second table compares the sources of estimated depth on this machine: "
+        "the time per photo, Spearman's rank correlation with the true disparity, and the accuracy "
+        "of method Layered with this depth, scaled and shifted to the true one.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg",
                         "Compare the methods on a photo, with estimated depth.");
     commandLine.addTerm(CommandLine::Chapter::Examples,

@@ -1,4 +1,4 @@
-// native2view: what an eye sees of a Native through the display's lenses.
+// native2view: the picture that an eye sees of a Native through the display's lenses.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
@@ -49,10 +49,10 @@ std::vector<int> chosenViews(const std::string& text, int views) {
     return chosen;
 }
 
-// What is to be made: one picture, a directory of them, or a quilt of all.
+// The output: one picture, a directory of pictures, or a quilt of all views.
 struct Job {
     std::vector<LensEye> eyes;
-    std::vector<fs::path> files; // one for each eye; of a quilt one alone
+    std::vector<fs::path> files; // one for each eye; a quilt is one file
     bool quilt = false;
     std::optional<cv::Size> size; // of each view, else the panel's
 };
@@ -182,7 +182,8 @@ int main(int argc, char** argv) {
                     "DEGREES");
     commandLine.add({"view"},
                     "Views by number, 0 = leftmost: exactly the sub-pixels that show them. One "
-                    "goes to a file, several go to a directory; all means all of the quilt's.",
+                    "view is written to a file, several to a directory; all: all views of the "
+                    "quilt.",
                     "LIST");
     commandLine.add({"quilt-out"},
                     "All views in one quilt (named ..._qs<columns>x<rows>a<aspect>).");
@@ -190,9 +191,9 @@ int main(int argc, char** argv) {
     commandLine.addSection("Output");
     commandLine.add({"y"}, "Replace outputs that exist.");
     addDisplayOptions(commandLine);
-    commandLine.addNote("A view has the panel's size, or that of -r, but only the detail that the "
-                        "lens leaves it: of N views each owns one N-th of the sub-pixels. With "
-                        "another display's calibration the views mix, as they do on the panel.");
+    commandLine.addNote("A view has the panel's size, or that of -r, but less detail: each of N "
+                        "views owns one N-th of the sub-pixels. With another display's "
+                        "calibration the views mix, as they do on the panel.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "native.png middle.png",
                         "Show what an eye sees straight ahead.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--angle -12 native.png left.png",

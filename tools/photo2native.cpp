@@ -1,4 +1,4 @@
-// photo2native: photos become Natives.
+// photo2native: turns photos into Natives.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/budget.hpp"
@@ -25,7 +25,7 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-// Everything that is the same for all photos of a run.
+// Everything that all photos of a run share.
 struct PhotoRun {
     ChosenDisplay display;
     CameraOptions camera;
@@ -42,7 +42,7 @@ Json parallaxJson(const AdjacentParallax& parallax) {
     return {{"viewPixels", parallax.viewPixels}, {"panelPixels", parallax.panelPixels}};
 }
 
-// Says what is close to the limit; above it there is a warning.
+// Reports a parallax close to the limit; above the limit there is a warning.
 AdjacentParallax tellParallax(const CommandLine& commandLine, const NativeMaker& maker,
                               const cv::Mat& depth, Messages& messages) {
     constexpr double kNearTheLimit = 0.8 * kParallaxBudgetPixels;
@@ -70,23 +70,26 @@ AdjacentParallax tellParallax(const CommandLine& commandLine, const NativeMaker&
     return parallax;
 }
 
-// Writes the video that swings through the views of the whole photo; its size.
+// Writes the video that swings through the views of the whole photo; returns its size.
 cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const Scene& scene,
                    Messages& messages) {
     const NativeOptions& options = run.maker.options();
     const cv::Size photoSize = scene.photo.size();
     const PhotoFit fit = photoSwayFit(photoSize, options.fit, run.swaySize);
     Scene fitted;
-    fitScene(scene, fit, options.views.focus, fitted);
+    fitScene(scene, fit, options.views.focus, fitted, options.refine);
     const ViewOptions views = run.camera.apply(options.views, item.photo, photoSize, fit, messages);
     writeSwayFile(item.video, fit.size, run.sway, photoViews(fitted.photo, fitted.depth, views));
     return fit.size;
 }
 
-// Writes what is wanted besides the Native; false if nothing is. Takes the scene.
+// Writes the outputs other than the Native; false if there are none. May release the scene's
+// memory.
 bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messages& messages) {
     if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
-    if (!item.savedDepth.empty() || !item.rgbd.empty()) {
+    const bool needsWholeDepth =
+        !item.savedDepth.empty() || !item.rgbd.empty() || !item.photoWithDepth.empty();
+    if (needsWholeDepth) {
         cv::Mat wholeDepth;
         fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)},
                  scene.photo, wholeDepth);
@@ -95,6 +98,8 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
             warnAboutDepthFormat(item.savedDepth, messages);
             writeImage(item.savedDepth, depthTo16Bit(wholeDepth));
         }
+        if (!item.photoWithDepth.empty())
+            writePhotoWithDepth(item.photoWithDepth, scene.photo, wholeDepth);
         if (!item.rgbd.empty()) {
             cv::Mat rgbd;
             joinRgbd(scene.photo, wholeDepth, DepthSide::Right, rgbd);
@@ -112,11 +117,10 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
             }
         });
     }
-    return !item.quilt.empty() || !item.savedDepth.empty() || !item.rgbd.empty() ||
-           !item.views.empty();
+    return !item.quilt.empty() || needsWholeDepth || !item.views.empty();
 }
 
-// The maker for one photo: with --camera each has a strength of its own.
+// The maker for one photo; with --camera each photo has its own strength.
 NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, cv::Size photoSize,
                     const PhotoFit& fit, Messages& messages) {
     const ViewOptions& usual = run.maker.options().views;
@@ -124,25 +128,47 @@ NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, cv::Size photoSi
     return views.strengthPercent == usual.strengthPercent ? run.maker : run.maker.withViews(views);
 }
 
-// Makes all that is wanted of one photo; the report of it.
+// A picture of a folder that is not a photo.
+struct NoPhoto {
+    LeftOutFile file;
+};
+
+// Pictures that were not named are converted only if they are photos.
+void requirePhoto(const PhotoItem& item, const cv::Mat& picture) {
+    if (!item.isFromFolder || !item.depth.empty()) return;
+    const FoundQuilt found = findQuiltLayout(picture);
+    if (found.verdict != QuiltVerdict::Quilt) return;
+    throw NoPhoto{{item.photo, "quilt",
+                   "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
+                       std::to_string(found.layout.rows) +
+                       " rows; quilt2native makes Natives of quilts"}};
+}
+
+// Makes all outputs of one photo; returns their report.
+// @throws NoPhoto
 Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun& run,
                  Messages& messages) {
     StageTimes times;
     const double focus = run.maker.options().views.focus;
     Scene scene = run.depth.read(item.photo, item.depth, focus, messages, times);
+    requirePhoto(item, scene.photo);
     double aspect = run.display.aspect();
     if (!item.quilt.empty()) aspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
     const cv::Size photoSize = scene.photo.size();
     const PhotoFit fit = run.maker.fit(photoSize, aspect);
     Scene fitted;
-    fitScene(scene, fit, focus, fitted);
-    if (item.savedDepth.empty() && item.rgbd.empty() && item.video.empty())
+    const DepthRefineOptions& refine = run.maker.options().refine;
+    fitScene(scene, fit, focus, fitted, refine);
+    if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
+        item.video.empty())
         scene = {}; // large, and no longer needed
     times.end("fit");
     if (run.budget.mustChoose()) {
         const auto makeNative = [&](const ViewOptions& views) {
             const NativeMaker maker = run.maker.withViews(views);
-            cv::Mat quilt; // in fresh memory, as that of a single photo
+            cv::Mat refined; // only for its time: the depth is refined already
+            refineDepth(fitted.photo, fitted.depth, refined, maker.options().refine);
+            cv::Mat quilt; // in new memory, as for a single photo
             cv::Mat native;
             if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);
             maker.makeNative(fitted, quilt, native);
@@ -173,7 +199,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");
     writeImage(item.native, run.native,
-               ImageMark::Native); // last: where it is, the rest is too
+               ImageMark::Native); // last, so that an existing Native means that all outputs exist
     times.end("write");
 
     Json report = {{"photo", item.photo.string()},
@@ -181,9 +207,11 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
                    {"photoHeight", photoSize.height},
                    {"native", item.native.string()}};
     if (!item.depth.empty()) report["depthImage"] = item.depth.string();
+    report["depthSource"] = run.depth.used();
     const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
                                                        {"depth", item.savedDepth},
                                                        {"rgbd", item.rgbd},
+                                                       {"photoWithDepth", item.photoWithDepth},
                                                        {"views", item.views}};
     for (const auto& [key, file] : others) {
         if (!file.empty()) report[key] = file.string();
@@ -206,6 +234,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
         for (const auto& [key, file] : others)
             line += file.empty() ? "" : std::string(", ") + key;
         line += item.video.empty() ? "" : ", video";
+        if (!item.depth.empty()) line += "; depth of " + item.depth.filename().string();
         const std::string cut = cutText(photoAspect, aspect, fitMode);
         line += cut.empty() ? "" : "; " + cut;
         messages.say(line);
@@ -221,7 +250,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     return report;
 }
 
-// What has become of the photos of a run.
+// The numbers of photos that were made, skipped and failed.
 struct Tally {
     std::size_t made = 0;
     std::size_t skipped = 0;
@@ -229,11 +258,13 @@ struct Tally {
 };
 
 // "197 photos made, 2 skipped as they exist, 1 failed, in 83 s"
-std::string summaryOf(const Tally& tally, double seconds) {
+std::string summaryOf(const Tally& tally, const std::vector<LeftOutFile>& leftOut, double seconds) {
     std::string text = counted(tally.made, "photo") + " made";
     if (tally.skipped > 0)
         text += ", " + std::to_string(tally.skipped) + " skipped as the outputs exist";
     if (tally.failed > 0) text += ", " + std::to_string(tally.failed) + " failed";
+    if (!leftOut.empty())
+        text += ", " + std::to_string(leftOut.size()) + " left out (" + kindsText(leftOut) + ")";
     return text + ", in " + fixed(seconds, seconds < 10 ? 1 : 0) + " s";
 }
 
@@ -250,10 +281,11 @@ Json networkJson(const CommandLine& commandLine, const ChosenDepth& source) {
             {"profile", given(commandLine, "net-profile")},
             {"inputWidth", source.network()->inputSize().width},
             {"inputHeight", source.network()->inputSize().height},
+            {"engine", engineName(source.network()->engine())},
             {"large", commandLine.has("l")}};
 }
 
-// What shapes the views besides strength and focus, by the names of the options.
+// The settings of the views besides strength and focus, by the names of the options.
 Json knobsJson(const CommandLine& commandLine, const ViewOptions& views) {
     return {{"refine", views.refinement},
             {"soft-edges", views.layered.softEdgePixels},
@@ -284,7 +316,7 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
     display["fingerprint"] =
         fingerprintText(run.display.map ? run.display.map->calibrationFingerprint()
                                         : fingerprint(run.display.calibration));
-    // with a camera each picture has a strength of its own, which is no option
+    // with a camera each picture has its own strength, which is not an option
     const Json strength =
         commandLine.has("camera") ? Json(nullptr) : Json(options.views.strengthPercent);
     report["settings"] = {{"display", display},
@@ -299,6 +331,7 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
                             {"views", layout.viewCount}}},
                           {"method", methodName(options.views.method)},
                           {"knobs", knobsJson(commandLine, options.views)},
+                          {"exactDepth", !options.refine.enabled},
                           {"strengthPercent", strength},
                           {"focus", options.views.focus},
                           {"fit", fitName(options.fit)},
@@ -322,7 +355,8 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
 
 int run(const CommandLine& commandLine, Messages& messages) {
     const auto start = std::chrono::steady_clock::now();
-    StageTimes setup; // start: processor time until here, nearly all for loading libraries
+    StageTimes
+        setup; // "start" is the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
     const Budget budget(commandLine);
     const NativeOptions options = nativeOptions(commandLine);
@@ -375,6 +409,11 @@ int run(const CommandLine& commandLine, Messages& messages) {
             pictures.push_back(makePicture(commandLine, item, photoRun, messages));
             ++tally.made;
             if (plan.batch) messages.flushWarnings();
+        } catch (const NoPhoto& other) {
+            messages.dropWarnings();
+            messages.say(other.file.why);
+            pictures.push_back({{"photo", item.photo.string()}, {"leftOut", other.file.why}});
+            plan.leftOut.push_back(other.file);
         } catch (const std::exception& error) {
             if (!plan.batch) throw;
             messages.dropWarnings();
@@ -389,7 +428,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
     if (plan.batch) {
         const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-        messages.say(summaryOf(tally, time.count()));
+        messages.say(summaryOf(tally, plan.leftOut, time.count()));
     }
     if (!plan.report.empty()) {
         Json report = reportOf(commandLine, photoRun, messages);
@@ -424,6 +463,10 @@ int main(int argc, char** argv) {
                     "FILE");
     commandLine.add({"save-depth"}, "Also write the depth, 16-bit, near = white.", "FILE.png");
     commandLine.addAdvanced({"save-rgbd"}, "Also write photo and depth side by side.", "FILE");
+    commandLine.addAdvanced({"save-photo-with-depth"},
+                            "Also write the photo with its depth inside, as phones do (Dynamic "
+                            "Depth), for other programs.",
+                            "FILE.jpg");
     commandLine.addAdvanced({"save-views"}, "Also write the single views, leftmost camera first.",
                             "DIR");
     addSwayFileOption(commandLine, "It holds the whole photo in its own shape and");
@@ -434,13 +477,17 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced({"skip-existing"},
                             "Continue a run that ended early: leave out each photo whose outputs "
                             "all exist and are not empty, even if other options made them.");
+    commandLine.add({"recursive"}, "Also convert the photos in the subfolders of DIR.");
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
     commandLine.addNote("With several photos or a directory the last name is the directory for the "
                         "outputs, and so are the names of --save-... and --lg; one bad photo does "
-                        "not stop the rest.");
+                        "not stop the rest. Of a directory only photos are converted, with their "
+                        "depth image if one lies beside them (a.jpg and a-depth.png). Natives, "
+                        "quilts, videos and other files are named, counted and left out.");
+    commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg native.png",
                         "Make a Native for the display that is connected.");
     commandLine.addTerm(CommandLine::Chapter::Examples,

@@ -1,4 +1,4 @@
-// quilt2video: a quilt becomes a video in which the camera swings through its views.
+// quilt2video: turns a quilt into a video in which the camera swings through its views.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
@@ -16,32 +16,35 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A quilt's layout and the width : height that its views are shown with.
+// A quilt's layout and the width : height of its views as they are shown.
 struct Views {
     QuiltLayout layout;
     double aspect = 1;
 };
 
 Views chooseViews(const CommandLine& commandLine, const std::optional<Calibration>& display,
-                  const fs::path& file, cv::Size size, Messages& messages) {
+                  const fs::path& file, const cv::Mat& picture, Messages& messages) {
     QuiltRequest request;
-    request.quiltSize = size;
+    request.quiltSize = picture.size();
     request.name = parseQuiltName(file);
     request.grid = gridOption(commandLine);
-    if (!request.name && !request.grid && !display) {
-        throw UsageError(file.string() +
-                         ": its name does not state the layout, expected -q "
-                         "ROWSxCOLUMNS, the display with -c, or a name that ends in "
-                         "_qs<columns>x<rows>a<aspect>");
+    const QuiltLayout usual = display ? defaultQuilt(*display) : QuiltLayout();
+    std::string certainty;
+    if (!request.name && !request.grid) {
+        const FoundQuilt found = findQuiltLayout(picture);
+        request.found = certainLayout(found, file, picture.size(), usual);
+        certainty = foundText(found);
     }
     std::optional<double> aspect = commandLine.number("aspect", 0.1, 10);
     if (!aspect && request.name) aspect = request.name->aspect;
     if (!aspect && display) aspect = static_cast<double>(display->screenW) / display->screenH;
-    const ResolvedQuilt resolved = resolveLayout(
-        request, display ? defaultQuilt(*display) : QuiltLayout(), aspect.value_or(1));
+    const ResolvedQuilt resolved = resolveLayout(request, usual, aspect.value_or(1));
     if (aspect) messages.warn(resolved.notes); // else it is not known which reading is right
     const cv::Size tile = resolved.layout.tileSize;
-    return {resolved.layout, aspect.value_or(static_cast<double>(tile.width) / tile.height)};
+    const Views views{resolved.layout,
+                      aspect.value_or(static_cast<double>(tile.width) / tile.height)};
+    messages.say("quilt: " + quiltText(views.layout, views.aspect) + certainty);
+    return views;
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
@@ -71,11 +74,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     StageTimes times;
     cv::Mat quilt = readPhotoFile(quiltFile, messages);
     times.end("read");
-    const Views views = chooseViews(commandLine, display, quiltFile, quilt.size(), messages);
-    messages.say("quilt: " + quiltText(views.layout, views.aspect));
-    Notes notes;
-    quilt = fitQuilt(quilt, views.layout, &notes);
-    messages.warn(notes);
+    const Views views = chooseViews(commandLine, display, quiltFile, quilt, messages);
+    quilt = fitQuilt(quilt, views.layout);
     const cv::Size size = writeQuiltSwayFile(
         output, quilt, views.layout, views.aspect, wantedSize, fit,
         between.value_or(0) == 1 ? ViewFilter::Linear : ViewFilter::Nearest, sway);
@@ -96,8 +96,8 @@ int main(int argc, char** argv) {
     addSwayOptions(commandLine);
     commandLine.addAdvanced(
         {"view-filter"},
-        "What is seen between two views: nearest (default: the nearer one) or linear, "
-        "a blend of both, smoother but double at edges.",
+        "Picture between two views: nearest (default), the nearer one; or linear, a blend of both, "
+        "smoother but with double edges.",
         "nearest|linear");
     commandLine.add({"fit"},
                     "Views of another shape than --size: cover (default), contain or stretch.",
@@ -112,8 +112,8 @@ int main(int argc, char** argv) {
                     "else as the display, else as the view's px).",
                     "A");
     commandLine.add({"c", "calibration"},
-                    "Display whose usual quilt this is; only needed where neither the file name "
-                    "nor -q states the layout.",
+                    "Display whose default layout the quilt has; needed only if neither the file "
+                    "name nor -q states the layout.",
                     "visual.json");
     commandLine.addAdvanced({"serial"}, "Choose among several displays in that file.", "NAME");
     commandLine.addNote("A file name that ends in _qs<columns>x<rows>a<aspect>, such as "

@@ -1,4 +1,4 @@
-// video2native: videos become Native videos.
+// video2native: turns videos into Native videos.
 
 #include "common/depth_options.hpp"
 #include "common/display_options.hpp"
@@ -46,8 +46,9 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced({"rgbd-out"},
                             "Write frame and depth side by side (4:2:0), not a Native.");
     addEncoderOptions(commandLine);
-    commandLine.add({"show"}, "Show it on the display at once, through altiro3Dview and in profile "
-                              "live, and write nothing.");
+    commandLine.add({"show"},
+                    "Show the video on the display with altiro3Dview and profile live; write "
+                    "no file.");
     commandLine.addAdvanced({"screen"}, "Screen for --show, instead of the display's own.", "NAME");
     commandLine.add({"resume"}, "Continue an interrupted run of the same command.");
     commandLine.add({"y"}, "Replace outputs that exist, and start from the beginning.");
@@ -66,7 +67,7 @@ int main(int argc, char** argv) {
                         "Make a Native video for the display that is connected.");
     commandLine.addTerm(CommandLine::Chapter::Examples,
                         "--profile live --preview 5 clip.mp4 look.mp4",
-                        "Make the first 5 seconds quickly, to see what comes.");
+                        "Make the first 5 seconds quickly, as a preview.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--depth clip-depth.mp4 clip.mp4 given.mp4",
                         "Take the depth from a video.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {

@@ -1,4 +1,4 @@
-// views2native: a directory of sorted views becomes a Native.
+// views2native: turns a directory of sorted views into a Native.
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
@@ -86,9 +86,10 @@ int main(int argc, char** argv) {
     commandLine.add({"y"}, "Replace outputs that exist.");
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
-    commandLine.addNote("Names are sorted as people count: view9.png comes before view10.png. If "
-                        "there are more or fewer pictures than views, each view takes the picture "
-                        "nearest to it.");
+    commandLine.addNote(
+        "Numbers in names are sorted by value: view9.png comes before view10.png. If "
+        "there are more or fewer pictures than views, each view takes the picture "
+        "nearest to it.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "views native.png",
                         "Make a Native of the pictures in a directory.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--reverse views reversed.png",

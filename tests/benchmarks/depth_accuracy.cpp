@@ -1,5 +1,5 @@
 // altiro3D_depth_accuracy: how well estimated depth orders the pixels of photos whose depth is
-// known, and how many depth edges it meets.
+// known, and how many depth edges it finds.
 //
 // Usage: altiro3D_depth_accuracy [--network FILE.onnx]... [--frames FOLDER]... [folder of the
 // test data]
@@ -7,13 +7,14 @@
 // Prints a Markdown table of Spearman's rank correlation with the true inverse depth (1 = the same
 // order, 0 = unrelated, -1 = reversed) for a plain vertical gradient, the built-in estimator,
 // FastDepth, each network, and each network averaged with the built-in estimator. A second table
-// has the share of the true depth edges that are met. A folder of frames holds pairs NNNNNN.png or
-// .jpg and NNNNNN.d.png, 16-bit inverse depth. What is missing is named and left out.
+// has the share of the true depth edges that are found. A folder of frames holds pairs NNNNNN.png
+// or .jpg and NNNNNN.d.png, 16-bit inverse depth. Missing inputs are reported and skipped.
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 
@@ -50,7 +51,7 @@ struct Scene {
     cv::Mat known;        // [rows x cols, CV_8UC1, 0 = unknown]
 };
 
-// Reads photo and truth; says what is missing. `metric`: the numbers are distances, not
+// Reads photo and truth; reports a missing file. `metric`: the numbers are distances, not
 // disparities.
 bool addScene(const std::string& set, const std::string& name, const fs::path& photoFile,
               const fs::path& truthFile, bool metric, std::vector<Scene>& scenes) {
@@ -119,7 +120,7 @@ void addRgbd(const fs::path& folder, std::vector<Scene>& scenes) {
     }
 }
 
-// Pairs of a generator of training data. 0 is infinity there, which is known as well.
+// Pairs from the generator of training data. 0 means infinity there and is a known value.
 void addFrames(const fs::path& folder, std::vector<Scene>& scenes) {
     constexpr std::size_t kMost = 100;
     std::vector<fs::path> truths;
@@ -188,29 +189,20 @@ class Network {
             profile_.mean = profile_.std = {0.5, 0.5, 0.5};
             profile_.resizeKernel = altiro3D::ResizeKernel::Area;
         }
+        profile_.inputShape = altiro3D::InputShape::Photo;
     }
     std::string name() const { return file_.stem().string(); }
     cv::Mat operator()(const cv::Mat& photo) {
-        const int longSide = std::max(photo.cols, photo.rows);
-        const auto side = [&](int px) {
-            const double scaled = static_cast<double>(px) * profile_.inputWidth / longSide;
-            return std::max(1, cvRound(scaled / profile_.multipleOf)) * profile_.multipleOf;
-        };
-        const cv::Size size(side(photo.cols), side(photo.rows));
-        auto& network = bySize_[{size.width, size.height}];
-        if (!network) {
-            network = std::make_unique<altiro3D::DepthNetwork>(
-                file_, profile_, altiro3D::InferenceTarget::Cpu, size);
-        }
+        if (!network_) network_.emplace(file_, profile_);
         cv::Mat depth;
-        network->estimate(photo, depth);
+        network_->estimate(photo, depth);
         return depth;
     }
 
   private:
     fs::path file_;
     altiro3D::NetworkProfile profile_;
-    std::map<std::pair<int, int>, std::unique_ptr<altiro3D::DepthNetwork>> bySize_;
+    std::optional<altiro3D::DepthNetwork> network_;
 };
 
 // --- Edges ---------------------------------------------------------------------------------------
@@ -232,7 +224,7 @@ cv::Mat steps(const cv::Mat& depth) {
 }
 
 // The share of true depth edges (steps above 4 % of the range between neighbours, at 256 px) within
-// 2 px of one of the strongest steps of the estimate, of which as many are taken as there are true
+// 2 px of one of the strongest steps of the estimate. As many steps are used as there are true
 // edges.
 std::optional<double> edgesMet(const cv::Mat& depth, const Scene& scene) {
     constexpr int kSide = 256;
@@ -348,7 +340,7 @@ void printTables(const std::vector<Scene>& scenes, const std::vector<Method>& me
             if (depth.size() != scene.photo.size())
                 cv::resize(depth, depth, scene.photo.size(), 0, 0, cv::INTER_LINEAR);
             const double correlation =
-                altiro3D::test::rankCorrelation(depth, scene.inverseDepth, scene.known);
+                altiro3D::rankCorrelation(depth, scene.inverseDepth, scene.known);
             row[i].add(correlation);
             setOrder[i].add(correlation);
             all[i].add(correlation);

@@ -1,13 +1,13 @@
-// altiro3D_native_accuracy: how near Natives come to the true one of a scene that is known exactly.
+// altiro3D_native_accuracy: the accuracy of Natives of a scene that is known exactly.
 //
 // Usage: altiro3D_native_accuracy [picture.png]
 //
-// What each sub-pixel of a Portrait should show is cast into the sample scene by rays of its own:
-// the panel px, seen from where its place under the lens says. Prints a Markdown table for each
-// strength: PSNR and mean absolute error over the sub-pixels of every 19th row, of all and of
-// those near a depth step of the true view, and how far the Native lies beside the truth. The
-// picture shows one row as the eye meets it from left to right: 48 views, a view for each place
-// under the lens, and the truth.
+// The true colour of each sub-pixel of a Portrait is computed by rays into the sample scene: it
+// shows the panel px, seen from the camera position that belongs to its phase under the lens.
+// Prints a Markdown table for each strength: PSNR and mean absolute error over the sub-pixels of
+// every 19th row, for all and for those near a depth step of the true view, and the offset of the
+// Native from the truth. The picture shows one row as an eye sees it that moves from left to right:
+// 48 views, continuous view positions, and the truth.
 
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/depth2quilt.hpp"
@@ -38,12 +38,12 @@ using altiro3D::test::Scene;
 
 constexpr int kViews = 48;
 constexpr int kRowStep = 19;     // has no factor in common with tiles, lenses or quilts
-constexpr int kFirstRow = 3;     // of the panel's rows that are looked at
-constexpr int kGradientStep = 4; // of those, one in so many tells the offset
+constexpr int kFirstRow = 3;     // first panel row that is compared
+constexpr int kGradientStep = 4; // every fourth of them is used for the offset
 constexpr int kEdgeReach = 6;    // panel px to both sides
 constexpr double kEdgeStep = 0.03;
 
-// Focal length and depth range tie the cameras' places to parallax in px:
+// Focal length and depth range relate the cameras' positions to parallax in px:
 // focal (1/focus distance - 1/z) cameraX = -p (d - f) S/2.
 struct World {
     Scene scene;
@@ -62,7 +62,7 @@ World makeWorld(cv::Size panel) {
     world.scene.farDistance = 1e9; // nothing is clamped
     world.focus = relativeInverseDepth(world.scene, world.scene.focusDistance);
     world.panel = panel;
-    // Do things move as the library's conventions say?
+    // Checks that content moves as the library's conventions say.
     for (const double z : {2.1, 4.2, 50.0}) {
         const double x = world.cameraX(20, 0.7);
         const double moved = project(world.scene, panel, x, {0.3, 1, z}).x -
@@ -114,7 +114,7 @@ double discretePosition(double phase) {
     return altiro3D::viewPosition(altiro3D::LensGeometry::viewOfPhase(phase, kViews), kViews);
 }
 
-// True pictures of the looked-at rows, [looked-at rows x panel columns, CV_8UC3, BGR].
+// True pictures of the compared rows, [compared rows x panel columns, CV_8UC3, BGR].
 struct Truth {
     cv::Mat native; // each sub-pixel from its own place
     cv::Mat views;  // each from the nearest of 48 places
@@ -299,8 +299,8 @@ void printQuilts(const Paths& paths, const Truth& truth) {
     }
 }
 
-// One row of the panel, from the outermost eye on the left (top) to the one on the right, in a part
-// of the width and of the way: in 48 views, continuous, true.
+// One row of the panel, seen from the leftmost eye (top) to the rightmost one, for a part of the
+// width and of the eye positions: in 48 views, continuous, true.
 cv::Mat stepsPicture(const World& world, const RayCaster& caster, const Picture& picture) {
     constexpr int kStrength = 20;
     constexpr int kRow = 1008;

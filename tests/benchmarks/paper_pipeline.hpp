@@ -9,9 +9,9 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-// The published way, made with care: per view a map x + p (depth - focus) S/2 and a linear
-// cv::remap straight into its tile, in parallel over the views; then through the table, in parallel
-// over the rows. All memory is taken before.
+// The published method, written as fast as OpenCV allows: for each view a map x + p (depth - focus)
+// S/2 and a linear cv::remap directly into its tile, in parallel over the views; then the look-up
+// table, in parallel over the rows. All memory is allocated before.
 class PaperPipeline {
   public:
     PaperPipeline(const altiro3D::QuiltLayout& layout, const altiro3D::NativeLut& lut)

@@ -78,7 +78,7 @@ cv::Point quiltPixel(const LensGeometry& g, const QuiltLayout& layout, int x, in
     return layout.tile(view).tl() + cv::Point(static_cast<int>(inX), static_cast<int>(inY));
 }
 
-// A display and, made when they are first asked for, the pictures and tables that belong to it.
+// A display with its pictures and tables, which are made on first use.
 class BenchDisplay {
   public:
     BenchDisplay(std::string displayName, Calibration displayCalibration, QuiltLayout quiltLayout)
@@ -128,7 +128,7 @@ class BenchDisplay {
         return *lut_;
     }
 
-    // What the table says of a quilt, one sub-pixel after the other.
+    // Applies the table to a quilt, one sub-pixel after the other.
     cv::Mat slowNative(const cv::Mat& source) const {
         cv::Mat native(panel(), CV_8UC3);
         for (int y = 0; y < native.rows; ++y) {
@@ -216,10 +216,10 @@ void BM_CopyLut(benchmark::State& state, const BenchDisplay& display) {
     copyBytes(state, display.lutBytes());
 }
 
-// As many bytes as a quilt's way to a Native must move at least. It reads the quilt's cache lines
-// of 64 bytes that hold a sample it needs (memory hands out no less) and one byte of table per
-// sub-pixel (which view), and writes the Native. A memcpy of n bytes reads n and writes n, so n is
-// half of the sum.
+// The least number of bytes that rendering a quilt to a Native must move. It reads the quilt's
+// cache lines (64 bytes, the unit of memory access) that hold a needed sample and one byte of table
+// per sub-pixel (the view), and writes the Native. A memcpy of n bytes reads n and writes n, so n
+// is half of the sum.
 void BM_CopyQuiltToNative(benchmark::State& state, const BenchDisplay& display) {
     const cv::Size quilt = display.layout.size();
     const std::size_t rowBytes = 3 * static_cast<std::size_t>(quilt.width);
@@ -242,7 +242,7 @@ void BM_CopyQuiltToNative(benchmark::State& state, const BenchDisplay& display) 
 // ---- the look-up table
 
 void BM_LutBuild(benchmark::State& state, const BenchDisplay& display) {
-    for (int i = 0; i < 2; ++i) { // the second time in memory that the system had at hand
+    for (int i = 0; i < 2; ++i) { // the second time in memory that is already mapped
         const NativeLut built(display.calibration, display.layout);
         for (int k = 0; k < 3; ++k)
             require(equal(built.channel(k), display.lut().channel(k)), "LutBuild");
@@ -294,6 +294,40 @@ void BM_FitDepth(benchmark::State& state, const BenchDisplay& display) {
         fitDepth(small, whole, display.photo(), fitted);
         benchmark::DoNotOptimize(fitted.data);
     }
+}
+
+// Depth as it comes: exact, soft (both measured), soft with known flaws as in a video, and noisy.
+void refine(benchmark::State& state, const BenchDisplay& display, const cv::Mat& depth,
+            bool isKnown) {
+    DepthRefineOptions options;
+    if (isKnown) options.flaws = measureDepthFlaws(display.photo(), depth);
+    cv::Mat refined;
+    for (auto _ : state) {
+        refineDepth(display.photo(), depth, refined, options);
+        benchmark::DoNotOptimize(refined.data);
+    }
+}
+
+cv::Mat softDepth(const BenchDisplay& display) {
+    cv::Mat soft;
+    cv::GaussianBlur(display.depth(), soft, {}, 2);
+    return soft;
+}
+
+void BM_RefineDepthExact(benchmark::State& state, const BenchDisplay& display) {
+    refine(state, display, display.depth(), false);
+}
+void BM_RefineDepth(benchmark::State& state, const BenchDisplay& display) {
+    refine(state, display, softDepth(display), false);
+}
+void BM_RefineDepthKnown(benchmark::State& state, const BenchDisplay& display) {
+    refine(state, display, softDepth(display), true);
+}
+void BM_RefineDepthNoisy(benchmark::State& state, const BenchDisplay& display) {
+    cv::Mat noise(display.depth().size(), CV_32FC1);
+    cv::RNG(1).fill(noise, cv::RNG::NORMAL, 0, 0.1);
+    cv::GaussianBlur(noise, noise, {}, 3);
+    refine(state, display, display.depth() + noise, false);
 }
 
 // ---- photo and depth to quilt
@@ -578,7 +612,7 @@ using Stage = void (*)(benchmark::State&, const BenchDisplay&);
 // The time shown is real time; UseRealTime() would add to the names.
 template <class F>
 void registerAs([[maybe_unused]] const std::string& name, [[maybe_unused]] const F& run) {
-#ifndef __clang_analyzer__ // which takes what the registry owns for lost
+#ifndef __clang_analyzer__ // it reports objects owned by the registry as leaks
     benchmark::RegisterBenchmark(name.c_str(), run)->Unit(benchmark::kMillisecond);
 #endif
 }
@@ -608,6 +642,10 @@ void registerAll(const BenchDisplay& display) {
     registerStage("BM_LutLoad", BM_LutLoad, display);
     registerYardstick("BM_CopyFitDepth", BM_CopyFitDepth, display);
     registerStage("BM_FitDepth", BM_FitDepth, display);
+    registerStage("BM_RefineDepthExact", BM_RefineDepthExact, display);
+    registerStage("BM_RefineDepth", BM_RefineDepth, display);
+    registerStage("BM_RefineDepthKnown", BM_RefineDepthKnown, display);
+    registerStage("BM_RefineDepthNoisy", BM_RefineDepthNoisy, display);
     registerStage("BM_QuiltFast", BM_QuiltFast, display);
     registerStage("BM_QuiltLayered", BM_QuiltLayered, display);
     registerStage("BM_QuiltReal", BM_QuiltReal, display);

@@ -1,15 +1,16 @@
-// altiro3D_video_depth_accuracy: how steady the depth of videos is, what is lost in between
-// inferences, and what it costs.
+// altiro3D_video_depth_accuracy: the steadiness of the depth of videos, its accuracy between
+// inferences, and its time.
 //
 // Usage: altiro3D_video_depth_accuracy [folder of the test data]
 //
-// Prints the Markdown tables of docs/lab/video.md, which also says what the columns mean. The
-// network is FastDepth; it runs once on every picture, and its numbers are kept. What is missing is
-// named and left out.
+// Prints the Markdown tables of docs/lab/video.md, which also explains the columns. The network is
+// FastDepth; it runs once on every picture, and its output is kept. Missing inputs are reported and
+// skipped.
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/trade.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
 #include "support/compare.hpp"
@@ -145,7 +146,7 @@ double flickerOf(const std::vector<cv::Mat>& depths, const std::vector<Regions>&
     return sum / count;
 }
 
-// Mean standard deviation: depth that is squeezed together flickers less, too.
+// Mean standard deviation, because depth with a compressed range also flickers less.
 double contrastOf(const std::vector<cv::Mat>& depths) {
     double sum = 0;
     for (const cv::Mat& depth : depths) {
@@ -194,8 +195,8 @@ struct MovingErrors {
     double apart = 0;      // the two from each other
 };
 
-// Where the picture moves: how far from what the next picture's own depth says, which none of the
-// depths that are judged has seen.
+// Where the picture moves: the difference from the next picture's own depth, which none of the
+// compared depths has used.
 MovingErrors movingErrorsOf(const Clip& clip, const std::vector<cv::Mat>& own,
                             const std::vector<cv::Mat>& depths,
                             const std::vector<Regions>& regions) {
@@ -340,7 +341,7 @@ void printSizes(const fs::path& model, const altiro3D::NetworkProfile& profile,
             if (full.size() < pictures.size()) full.push_back(depth);
             cv::resize(depth, depth, full[i].size(), 0, 0, cv::INTER_LINEAR);
             psnr += psnrOf({depth}, {full[i]});
-            correlation += altiro3D::test::rankCorrelation(depth, full[i]);
+            correlation += altiro3D::rankCorrelation(depth, full[i]);
         }
         std::sort(ms.begin(), ms.end());
         const auto count = static_cast<double>(pictures.size());

@@ -1,6 +1,6 @@
-// Speed of whole videos: the tool video2native in its profiles beside the plain serial way, which
-// does for every frame, one after the other: infer, 48 x cv::remap, look-up table, encode at the
-// same codec settings. All in one run, in turns; quote ratios.
+// Speed of whole videos: the tool video2native in its profiles, compared with a plain serial
+// program that handles one frame after the other: infer, 48 x cv::remap, look-up table, encode with
+// the same codec settings. All in one run, in turns; quote ratios.
 //
 //   altiro3D_video_speed VIDEO2NATIVE CLIP NETWORK.onnx PROFILE.json [ROUNDS]
 
@@ -29,7 +29,7 @@ double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Of this run alone, and gone with it.
+// A directory of this run, removed at its end.
 struct TemporaryDirectory {
     TemporaryDirectory() {
         std::string name = (fs::temp_directory_path() / "altiro3D-video-speed-XXXXXX").string();

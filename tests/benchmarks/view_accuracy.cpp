@@ -1,5 +1,5 @@
-// altiro3D_view_accuracy: how near views come to true pictures taken from another place, and what
-// they cost.
+// altiro3D_view_accuracy: the accuracy of views compared with true pictures from other camera
+// positions, and their time.
 //
 // Usage: altiro3D_view_accuracy [folder of the test data [folder for the views]]
 //

@@ -1,8 +1,9 @@
-#include "altiro3D/image_io.hpp"
-#include "altiro3D/trade.hpp"
+#include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/files.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <sstream>
@@ -16,8 +17,8 @@ namespace {
 
 constexpr const char* kTool = "altiro3Dtradeoff";
 
-// A board 6 px before a wall of 2 px, and what the right camera sees of them; a disparity's value
-// is 10 times its px.
+// A board with a disparity of 6 px in front of a wall of 2 px, and the picture of the right camera.
+// Disparity values are 10 times the px.
 class Tradeoff : public ::testing::Test {
   protected:
     Tradeoff() { writeScene("", 7); }
@@ -35,10 +36,10 @@ class Tradeoff : public ::testing::Test {
                     if (here && x >= px) truth.at<cv::Vec3b>(y, x - px) = photo.at<cv::Vec3b>(y, x);
                 }
             }
-            for (const int x : {58, 59}) // came in at the frame
+            for (const int x : {58, 59}) // enters at the border of the frame
                 truth.at<cv::Vec3b>(y, x) = photo.at<cv::Vec3b>(y, 59);
         }
-        // what the board hid: the wall goes on
+        // hidden by the board: the wall continues
         for (int y = 10; y < 30; ++y) {
             for (int x = 19 + boardWidth; x < 23 + boardWidth; ++x)
                 truth.at<cv::Vec3b>(y, x) = photo.at<cv::Vec3b>(y, 25 + boardWidth);
@@ -74,12 +75,14 @@ bool isIn(const std::string& part, const std::string& text) {
 } // namespace
 
 TEST_F(Tradeoff, PrintsEverySettingOfAScene) {
-    const Outcome outcome = run(scene());
+    const Outcome outcome = run(scene() + Arguments{"--exact-depth"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_TRUE(isIn("L.png, 60 x 40 px, disparity up to 6.00 px", outcome.out)) << outcome.out;
     const std::vector<std::string> lines = linesOf(outcome.out);
     const std::vector<NamedViewOptions> settings = tradeSettings();
-    ASSERT_EQ(lines.size(), settings.size() + 2) << outcome.out; // scene, heading
+    // scene and heading; after the settings the heading of estimated depth and its one source
+    ASSERT_EQ(lines.size(), settings.size() + 4) << outcome.out;
+    EXPECT_EQ(lines.back().rfind("built-in estimator ", 0), 0U) << lines.back();
     for (std::size_t i = 0; i < settings.size(); ++i) {
         EXPECT_EQ(lines[i + 2].rfind(settings[i].name + " ", 0), 0U) << lines[i + 2];
         EXPECT_TRUE(isIn(" dB ", lines[i + 2])) << lines[i + 2];
@@ -146,6 +149,39 @@ TEST_F(Tradeoff, WritesWhatIsAskedForAndReplacesItOnlyWithY) {
     EXPECT_TRUE(fails(run(scene() + Arguments{"-y", "--report", "L.png"}), 2, "is also an input"));
     EXPECT_TRUE(fails(run(scene() + Arguments{"--csv", "x", "--report", "x"}), 2, "written twice"));
     EXPECT_TRUE(fails(run(scene() + Arguments{"--report", "none/x"}), 1, "there is no directory"));
+}
+
+TEST_F(Tradeoff, SourcesOfDepthAreComparedWithTheTruth) {
+    sandbox_.set("ALTIRO3D_MODELS", sourcePath("models").string());
+    ASSERT_TRUE(isDone(run(scene() + Arguments{"--exact-depth", "--report", "t.json"})));
+    const Json rows = json().at("estimatedDepth");
+    std::vector<std::string> names;
+    for (const Json& row : rows) {
+        names.push_back(row.at("source"));
+        EXPECT_EQ(row.at("scene"), "L.png");
+        EXPECT_GT(row.at("milliseconds").get<double>(), 0);
+    }
+    EXPECT_EQ(std::count(names.begin(), names.end(), "altiro3d, 256 px"), 1);
+    EXPECT_EQ(std::count(names.begin(), names.end(), "altiro3d, 128 px"), 1);
+
+    // the first row, step by step
+    ASSERT_EQ(names.at(0), "built-in estimator");
+    const StereoScene stereo =
+        makeStereoScene("L.png", readPhoto(sandbox_ / "L.png"), readDepthImage(sandbox_ / "D.png"),
+                        10, readPhoto(sandbox_ / "R.png"));
+    cv::Mat depth;
+    estimateDepthFromCues(stereo.photo, depth);
+    alignDepth(depth, stereo.depth, depth);
+    EXPECT_NEAR(rows[0].at("rankCorrelation").get<double>(), rankCorrelation(depth, stereo.depth),
+                1e-9);
+    ViewOptions layered;
+    layered.method = ViewMethod::Layered;
+    cv::Mat view;
+    Depth2Quilt({1, 1, stereo.photo.size(), 1}, stereo.options(layered))
+        .renderView(stereo.photo, depth, 1, view);
+    const ViewAccuracy accuracy = compareViews(view, stereo.truth, stereo.band());
+    EXPECT_NEAR(rows[0].at("psnrInside").get<double>(), accuracy.psnrInside, 1e-9);
+    EXPECT_NEAR(rows[0].at("ssimWhole").get<double>(), accuracy.ssimWhole, 1e-9);
 }
 
 TEST_F(Tradeoff, ScenesOfATableGetMeans) {

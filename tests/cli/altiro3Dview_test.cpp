@@ -1,4 +1,4 @@
-// What of the viewer needs no desktop; its window has tests of its own (tests/qt).
+// Parts of the viewer that need no desktop. tests/qt tests the window.
 
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kTool = "altiro3Dview";
 
-// Under sanitizers: what Qt itself keeps until the end is no leak of ours.
+// Under sanitizers: memory that Qt keeps until the end is not reported as a leak.
 class ViewerStudio : public SmallStudio {
   public:
     ViewerStudio() {
@@ -34,7 +34,7 @@ TEST(ViewTool, SaysThatThereIsNoDesktop) {
     ViewerStudio studio;
     EXPECT_TRUE(fails(studio.run(kTool, {"photo.png"}), 1, "expected $DISPLAY"));
     EXPECT_TRUE(fails(studio.run(kTool, {"--show", "photo.png"}), 1, "expected $DISPLAY"));
-    studio.set("QT_QPA_PLATFORM", "xcb"); // there, as far as the environment says
+    studio.set("QT_QPA_PLATFORM", "xcb"); // the environment claims a desktop
     studio.set("DISPLAY", ":31415");
     EXPECT_TRUE(fails(studio.run(kTool, {"photo.png"}), 1, "no desktop: "));
 }
@@ -58,7 +58,7 @@ TEST(ViewTool, WrongUsageIsSaidBeforeAnyWindow) {
         fails(studio.run(kTool, {"--show", "photo.png", "--screen", "7"}), 2, "--screen is 7"));
 }
 
-TEST(ViewTool, AFolderOfACalibrationWillDo) {
+TEST(ViewTool, AcceptsTheFolderOfACalibration) {
     ViewerStudio studio;
     studio.set("QT_QPA_PLATFORM", "offscreen");
     std::filesystem::create_directory(studio / "volume");

@@ -1,4 +1,4 @@
-// What all tools have in common: options, numbers, messages, threads, file names.
+// The common behaviour of all tools: options, numbers, messages, threads, file names.
 
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
@@ -24,7 +24,7 @@ TEST_P(EveryTool, HelpTellsHowToCallItAndFitsATerminal) {
         const Outcome outcome = studio_.run(tool(), {argument});
         EXPECT_TRUE(isDone(outcome));
         EXPECT_EQ(outcome.out.rfind("Usage: " + tool() + " ", 0), 0U) << outcome.out;
-        // what all have; tests/docs holds the rest against manual and completions
+        // options of all tools; tests/docs compares the rest with manual and completions
         std::vector<std::string> wanted{"  -q, --layout RxC", "  -v, --verbose", "  -h, --help",
                                         "  --version", "  -y "};
         if (argument == std::string("--help-all")) {
@@ -55,7 +55,7 @@ TEST_P(EveryTool, HelpIsShortAndHelpAllHasTheRestInTheSameGroups) {
     const std::string helpAll = studio_.run(tool(), {"--help-all"}).out;
     const std::vector<std::string> basic = optionLines(help);
     std::vector<std::string> rest = optionLines(helpAll);
-    constexpr std::size_t kMaxLines = 32; // options and titles: what is read in one go
+    constexpr std::size_t kMaxLines = 32; // options and titles that fit on a screen
     EXPECT_LE(basic.size(), kMaxLines) << help;
     auto at = rest.begin();
     for (const std::string& line : basic) { // the same lines, in the same order
@@ -241,7 +241,7 @@ TEST_P(EveryTool, EmptyAndSurplusNamesAreWrongUsage) {
 TEST_P(EveryTool, BadNumbersAreWrongUsage) {
     for (const char* threads : {"0", "1.5", "7x"})
         EXPECT_TRUE(fails(good(output("a"), {"-j", threads}), 2, "-j is "));
-    // after the good call, so that these are the ones that count
+    // after the valid call, because the last value counts
     const Arguments call = studio_.goodCall(tool(), output("a"));
     for (const char* pair : {"0x3", "99999999999x1"}) {
         EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{"-q", pair}), 2, "-q"));
@@ -272,14 +272,14 @@ TEST(CommandLine, NothingButPlainNumbersCounts) { // one reader for all tools
 }
 
 TEST_P(EveryTool, NumbersHaveAPointInEveryLocale) {
-    // few machines have this one, so it is made
+    // few machines have this locale, so the test generates it
     const std::string compile =
         "localedef -i de_DE -f UTF-8 '" + (studio_ / "de_DE.UTF-8").string() + "'";
     if (std::system((compile + " 2>" + (studio_ / "log").string()).c_str()) != 0) {
         GTEST_SKIP() << "needs Debian's package locales: " << slurp(studio_ / "log");
     }
     ASSERT_TRUE(isDone(good(output("a"))));
-    studio_.set("ASAN_OPTIONS", "detect_leaks=0"); // glibc keeps what it makes of LOCPATH
+    studio_.set("ASAN_OPTIONS", "detect_leaks=0"); // glibc keeps memory for LOCPATH
     studio_.set("LOCPATH", (studio_ / "de_DE.UTF-8").parent_path().string());
     studio_.set("LC_ALL", "de_DE.UTF-8");
     ASSERT_TRUE(isDone(good(output("b"))));
@@ -345,7 +345,7 @@ TEST_P(EveryTool, AnyByteMayStandInFileNames) {
 TEST_P(EveryTool, AnyByteMayStandInInputNames) {
     for (const std::string name : {"new\nline", "bytes \xff\xfe\x80"}) {
         Arguments call = studio_.goodCall(tool(), output(name + " out"));
-        // the last of the inputs stands before the output, or at the end for altiro3Dnative
+        // the last input is before the output, or at the end for altiro3Dnative
         std::string& input = tool() == "altiro3Dnative" ? call.back() : call[call.size() - 2];
         const std::string renamed = name + fs::path(input).extension().string();
         fs::copy(studio_ / input, studio_ / renamed, fs::copy_options::recursive);
@@ -361,7 +361,7 @@ TEST_P(EveryTool, LeadingDashesComeAfterTwoDashes) {
     std::string& input = tool() == "altiro3Dnative" ? call.back() : call[call.size() - 2];
     fs::rename(studio_ / input, studio_ / ("-" + input));
     input = "-" + input;
-    // all that stands without an option goes behind "--"
+    // all names without an option go behind "--"
     const std::size_t names = tool() == "altiro3Dnative" ? 1 : tool() == "photo2native" ? 3 : 2;
     call.insert(call.end() - static_cast<std::ptrdiff_t>(names), "--");
     EXPECT_TRUE(isDone(studio_.run(tool(), call)));

@@ -84,7 +84,7 @@ TEST(Data, PhotosOfTheKodakSetBecomeNatives) {
 
 TEST(Data, FormatsBecomeNativesOrAreRefused) {
     ALTIRO3D_REQUIRE_DATA("photos/pillow");
-    walkPhotos("photos/pillow"); // GIF and PCX among them, for which there is no reader
+    walkPhotos("photos/pillow"); // also GIF and PCX, which are not supported
 }
 
 TEST(Data, BrokenPhotosAreRefusedInOneLine) {
@@ -309,7 +309,7 @@ TEST(Data, ANetworkGivesTheNativeOfTheLibrary) {
         fails(studio.run("photo2native", Arguments{"-l", "-n", "fastdepth"} + studio.display() +
                                              Arguments{photo.string(), "b.png"}),
               2, "fastdepth"));
-    // out of the catalogue the way to feed it must be told
+    // a network outside the catalogue needs a profile
     fs::copy(network, studio / "mine.onnx");
     spill(studio / "mine.json", R"({"name": "mine", "inputWidth": 224, "inputHeight": 224,
           "resizeKernel": "linear", "output": "metricDepth"})");

@@ -1,4 +1,4 @@
-// Which display a run is for: -m, -c, what is found without them, and the cache of tables.
+// How a run finds its display: -m, -c, the search without them, and the cache of tables.
 
 #include "altiro3D/display.hpp"
 #include "altiro3D/image_io.hpp"
@@ -38,7 +38,7 @@ Outcome verboseViews(const Sandbox& sandbox) {
 
 } // namespace
 
-TEST(DisplayChoice, TheFirstThatIsThereCounts) {
+TEST(DisplayChoice, TheFirstOneFoundIsUsed) {
     SmallStudio studio;
     writeCalibration(studio / "visual.json", {100, 120});
     EXPECT_EQ(nativeWidth(studio), 100);
@@ -89,7 +89,7 @@ TEST(DisplayChoice, TheFirstLineSaysWhichDisplayItIs) {
     EXPECT_EQ(json.out.rfind("{", 0), 0U) << json.out;
 }
 
-// What the sample is good for depends on what is made with it.
+// The warning about the sample depends on what is made with it.
 TEST(DisplayChoice, TheSampleIsWarnedOfByWhatItIsUsedFor) {
     if (!findMountedCalibrations().empty()) GTEST_SKIP() << "a display is mounted here";
     SmallStudio studio;
@@ -322,7 +322,7 @@ TEST(LutCache, XdgCacheHomeComesFirst) {
     EXPECT_TRUE(isDone(verboseViews(studio)));
     EXPECT_FALSE(onlyCacheFile(studio.home() / "elsewhere/altiro3D").empty());
     EXPECT_FALSE(fs::exists(studio.home() / ".cache"));
-    studio.set("XDG_CACHE_HOME", "relative"); // to be ignored, says the standard
+    studio.set("XDG_CACHE_HOME", "relative"); // the XDG standard requires that it is ignored
     EXPECT_TRUE(isDone(verboseViews(studio)));
     EXPECT_FALSE(fs::exists(studio / "relative"));
     EXPECT_FALSE(onlyCacheFile(studio.home() / ".cache/altiro3D").empty());

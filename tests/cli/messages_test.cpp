@@ -1,4 +1,4 @@
-// What tools say: whole lines, once, in order, and no more than helps.
+// The messages of the tools: whole lines, once, in order, and only what helps.
 
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
@@ -24,7 +24,7 @@ Lines linesOf(const std::string& text) {
     return lines;
 }
 
-// What a terminal shows in the end of a text with the orders that a status line needs.
+// The text that a terminal shows at the end, after the escape sequences of a status line.
 Lines screenOf(const std::string& text) {
     Lines rows(1);
     std::size_t column = 0;

@@ -1,4 +1,4 @@
-// How the methods are chosen, their knobs and camera, and the budget that chooses by itself.
+// The choice of methods, their options and camera, and the automatic choice of --budget.
 
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/trade.hpp"

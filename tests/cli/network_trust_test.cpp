@@ -1,4 +1,4 @@
-// Which network files the tools run in their own process, which in a child first.
+// Which network files the tools run directly, and which they first test in a child process.
 
 #include "sandbox.hpp"
 #include "support/compare.hpp"
@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kTool = "photo2native";
-constexpr const char* kTried = "tried in a process of its own";
+constexpr const char* kTried = "tested in a separate process";
 
 std::string sha256(const fs::path& file) {
     const std::string command = "sha256sum <'" + file.string() + "'";
@@ -66,7 +66,8 @@ TEST_F(NetworkTrust, AKnownNameWithOtherContentsIsTriedInAChildAndWarnedOf) {
     const Outcome first = run("a.png");
     EXPECT_TRUE(warns(first, "differs from the catalogue's small"));
     EXPECT_TRUE(wasTried(first)) << first.text();
-    // it is fed as the catalogue says: another network of that name may need something else
+    // its input is prepared as the catalogue says; another network of that name may need another
+    // profile
     EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), readBack(studio_ / "right.png")));
 
     const Outcome second = run("b.png"); // the trial is remembered, the warning stays
@@ -82,7 +83,7 @@ TEST_F(NetworkTrust, AKnownNameWithOtherContentsIsTriedInAChildAndWarnedOf) {
 TEST_F(NetworkTrust, AKnownNameDoesNotSaveAFileThatCrashesOpenCv) {
     using namespace onnx;
     writeCatalog(sha256(network_));
-    // weights of 3 x 3000 x 3000 that hold one: OpenCV 4.6 reads on behind it
+    // weights that claim 3 x 3000 x 3000 values and hold one: OpenCV 4.6 reads beyond their end
     spill(network_, model(node("Conv", {"x", "w"}, {"y"}, intsAttribute("kernel_shape", {1, 1})) +
                           bytes(5, tensor("w", {1, 3, 3000, 3000}, {0})) +
                           bytes(11, valueInfo("x", {1, 3, 32, 32})) +

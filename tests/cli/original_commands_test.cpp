@@ -1,4 +1,4 @@
-// The command lines of the original altiro3D give what our tools give.
+// The command lines of the original altiro3D give the same results as our tools.
 
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"

@@ -1,4 +1,4 @@
-// When outputs are written, when not, and what is left if a run fails.
+// When outputs are written or refused, and which files remain if a run fails.
 
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
@@ -33,7 +33,7 @@ TEST_P(OutputsOf, ExistingFilesAreReplacedOnlyWithY) {
     EXPECT_EQ(slurp(studio_ / output("a")), slurp(studio_ / output("b")));
 }
 
-// Names in the wrong order: what is missing is said, not that the output exists.
+// Names in the wrong order: the message is about the missing input, not the existing output.
 TEST_P(OutputsOf, AMissingInputIsNamedBeforeAnOutputThatExists) {
     const std::string input = tool() == "views2native" ? "views" : anInput();
     fs::rename(studio_ / input, studio_ / "away");
@@ -159,7 +159,7 @@ TEST(Outputs, ADirectoryIsNoOutputFile) {
     SmallStudio studio;
     studio.makeClip();
     for (const std::string& tool : allTools()) {
-        if (tool == "photo2native") continue; // takes it for a place for outputs
+        if (tool == "photo2native") continue; // uses it as the directory for outputs
         const std::string name = outputName(tool, "dir");
         fs::create_directories(studio / name);
         for (const Arguments& more : {Arguments{}, Arguments{"-y"}})

@@ -1,6 +1,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/random_pictures.hpp"
 
 #include <csignal>
 #include <map>
@@ -196,7 +197,7 @@ TEST(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
     }
     EXPECT_TRUE(fails(studio.run(kTool, {"--continuous", "-m", "a.map", "photo.png", "a.png"}), 2,
                       "expected -c instead of -m"));
-    // more views than can be told apart in a row
+    // more views than the direct path supports in a row
     const Outcome many = studio.run(kTool, {"-c", "small.json", "-q", "257x256", "-r", "2x2", "-y",
                                             "-d", "photo.png", "depth.png", "many.png"});
     EXPECT_TRUE(isDone(many));
@@ -230,17 +231,28 @@ TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-l"} + photo), 1, "model-f6b98070.onnx"));
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1, "midas-small"));
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "no.onnx"} + photo), 1, "no.onnx"));
-    fs::create_directory(studio / "midas-small"); // a folder of that name is no network
+    fs::create_directory(studio / "midas-small"); // a folder of that name is not a network
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1,
                       "its file model-small.onnx is missing"));
     EXPECT_TRUE(
         fails(studio.run(kTool, Arguments{"-n", "midas"} + photo), 1, "midas-small, midas-large"));
-    EXPECT_TRUE(isDone(studio.run(kTool, photo)));
-    // one that is there, but not the one that is used by itself
+    // the one of the source tree, and none that is not the first
     spill(studio / "net/fastdepth_224_op10.onnx", "no network");
-    const Outcome outcome = studio.run(kTool, Arguments{"-y"} + photo);
+    const Outcome outcome = studio.run(kTool, photo);
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("depth: built-in estimator"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("depth: network altiro3d with the built-in estimator ("),
+              std::string::npos)
+        << outcome.out;
+    LibraryPath path;
+    altiro3D::Scene scene;
+    const std::vector<InstalledNetwork> own = installedNetworks({sourcePath("models")});
+    ASSERT_EQ(own.size(), 1U);
+    depthFromNetwork(DepthNetwork(own[0].file, own[0].profile))
+        ->readScene(readPhoto(studio / "photo.png"), path.views.focus, scene);
+    // the network's sums depend on the number of threads in the last digits
+    EXPECT_TRUE(samePicture(
+        readBack(studio / "a.png"),
+        libraryNative(readCalibration(studio / "small.json"), scene.photo, scene.depth, path), 2));
 }
 
 TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {
@@ -258,7 +270,7 @@ TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {
     EXPECT_TRUE(
         fails(with({"-l", "-n", "midas-small"}), 2, "the catalogue knows it as midas-small"));
     EXPECT_TRUE(fails(with({"-l", "-n", "net/model-small.onnx"}), 2, "midas-small"));
-    // right usage; that the files are no networks comes to light when they are loaded
+    // correct usage; the error that the files are not networks follows when they are loaded
     EXPECT_TRUE(fails(with({"-l"}), 1, "net/model-f6b98070.onnx"));
     EXPECT_TRUE(fails(with({}), 1, "net/model-small.onnx"));
     EXPECT_TRUE(isDone(with({"-n", "cues"}))); // the built-in estimator all the same
@@ -311,7 +323,7 @@ TEST(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
     EXPECT_FALSE(fs::exists(studio / "a.png"));
 }
 
-TEST(Photo2Native, OnePictureRgbdIsAsGoodAsTwoFiles) {
+TEST(Photo2Native, AnRgbdPictureGivesTheNativeOfTwoFiles) {
     SmallStudio studio;
     const cv::Mat photo = readBack(studio / "photo.png");
     cv::Mat depth(photo.size(), CV_8UC3, cv::Scalar::all(40));
@@ -554,7 +566,7 @@ Arguments callOf(const Json& settings) {
 
 } // namespace
 
-TEST(Photo2Native, TheReportLetsOneMakeThePictureAgain) {
+TEST(Photo2Native, TheReportIsEnoughToMakeThePictureAgain) {
     SmallStudio studio;
     fs::rename(studio / "small.json", studio / "visual.json"); // found, not given
     spill(studio / "camera.json", R"({"fx": 80, "fy": 80, "cx": 44.5, "cy": 59.5, "zNear": 1,
@@ -640,7 +652,7 @@ TEST(Photo2Native, NamesInTheWrongOrderLoseNoPhoto) {
         "photo.png: has colours, and depth has none"));
 }
 
-TEST(Photo2Native, WhatIsMeantIsGuessedAndSaid) {
+TEST(Photo2Native, ErrorsSuggestWhatWasMeant) {
     SmallStudio studio;
     ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
     spill(studio / "clip.mp4", "");
@@ -665,7 +677,7 @@ TEST(Photo2Native, WhatIsMeantIsGuessedAndSaid) {
     EXPECT_TRUE(fails(unknown, 2, "quite-another"));
     EXPECT_EQ(unknown.err.find("did you mean"), std::string::npos) << unknown.err;
     EXPECT_FALSE(fs::exists(studio / "o.png"));
-    // an existing file that is no Native may be an input
+    // an existing file that is not a Native may be an input
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"photo.png", "depth.png"}), 1,
                       "depth.png: exists, and is not marked as a Native (inputs come first, "
                       "then outputs)"));
@@ -714,7 +726,8 @@ TEST(Photo2Native, NativesAmongThePhotosOfADirectoryAreLeftOut) {
     ASSERT_TRUE(isDone(studio.run(kTool, again)));
     const Outcome outcome = studio.run(kTool, again);
     EXPECT_TRUE(warns(outcome, "photos/a_native.png: is a Native, not a photo; it is left out"));
-    EXPECT_NE(outcome.out.find("1 photo made, in "), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("1 photo made, 1 left out (1 Native), in "), std::string::npos)
+        << outcome.out;
     EXPECT_EQ(names(studio / "photos"), (std::vector<std::string>{"a.png", "a_native.png"}));
     fs::remove(studio / "photos/a.png");
     EXPECT_TRUE(fails(studio.run(kTool, again), 1, "photos: holds no pictures"));
@@ -732,7 +745,10 @@ TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
         studio.run(kTool, studio.display() + Arguments{"--report", "r.json", "--save-quilt", "q",
                                                        "--save-views", "v", "photos", "out"});
     EXPECT_TRUE(fails(outcome, 1, "photos/b.png"));
-    EXPECT_NE(outcome.out.find("\n3 photos made, 1 failed, in "), std::string::npos) << outcome.out;
+    EXPECT_NE(
+        outcome.out.find("\n3 photos made, 1 failed, 2 left out (1 .txt file, 1 folder), in "),
+        std::string::npos)
+        << outcome.out;
     EXPECT_NE(outcome.out.find("\nc.png: out/c_native.png: "), std::string::npos) << outcome.out;
     EXPECT_EQ(names(studio / "out"),
               (std::vector<std::string>{"a_native.png", "c_native.png", "d_native.png"}));
@@ -746,6 +762,55 @@ TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
     // alone it is the same Native
     ASSERT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos/c.png", "c.png"})));
     EXPECT_EQ(slurp(studio / "c.png"), slurp(studio / "out/c_native.png"));
+}
+
+TEST(Photo2Native, NothingInAFolderIsLostSilently) {
+    SmallStudio studio;
+    fs::create_directories(studio / "in/trip");
+    const cv::Mat photo = scenery({60, 80}, 3);
+    for (const char* name :
+         {"in/a.png", "in/b.jpg", "in/trip/a.png", "in/q_qs3x2a0.75.png", "in/lone_depth.png"})
+        writeImage(studio / name, photo);
+    fs::copy(studio / "depth.png", studio / "in/a-depth.png");
+    cv::Mat web; // a quilt whose name does not say it
+    Depth2Quilt({4, 5, {140, 100}, 20})
+        .render(scenery({140, 100}, 3), randomDepth({140, 100}), web);
+    writeImage(studio / "in/web.png", web);
+    for (const char* name : {"in/b.MOV", "in/c.mp4", "in/d.xyz", "in/e.xyz", "in/.hidden"})
+        spill(studio / name, "not a picture");
+    const Outcome outcome = studio.run(kTool, studio.display() + Arguments{"in", "out"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_EQ(names(studio / "out"), (std::vector<std::string>{"a_native.png", "b_native.png"}));
+    for (const char* line :
+         {"\na.png: out/a_native.png: Native, 96 x 128 px; depth of a-depth.png",
+          "\nin/b.MOV: is the clip of the Live Photo b.jpg\n",
+          "\nin/c.mp4: is a video; video2native makes Natives of videos\n",
+          "\nin/d.xyz: is no picture of a format that can be read\n",
+          "\nin/lone_depth.png: is a depth image by its name, but its photo is missing\n",
+          "\nin/q_qs3x2a0.75.png: is a quilt by its name",
+          "\nin/trip: is a folder; --recursive converts its photos too\n",
+          "\nweb.png: is a quilt of 4 columns x 5 rows; quilt2native"})
+        EXPECT_NE(outcome.out.find(line), std::string::npos) << line << outcome.out;
+    EXPECT_NE(outcome.out.find("\n2 photos made, 8 left out (1 Live Photo clip, 1 video, 2 .xyz "
+                               "files, 2 quilts, 1 depth image, 1 folder), in "),
+              std::string::npos)
+        << outcome.out;
+    EXPECT_EQ(outcome.out.find("hidden"), std::string::npos);
+    // the depth is the one that -d gives
+    ASSERT_TRUE(isDone(studio.run(
+        kTool, studio.display() + Arguments{"-d", "in/a.png", "in/a-depth.png", "d.png"})));
+    EXPECT_EQ(slurp(studio / "d.png"), slurp(studio / "out/a_native.png"));
+
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, studio.display() + Arguments{"--recursive", "--skip-existing",
+                                                              "in", "in/trip/out"})));
+    EXPECT_EQ(names(studio / "in/trip/out/trip"), (std::vector<std::string>{"a_native.png"}));
+    // what is written there is not read again
+    EXPECT_NE(studio
+                  .run(kTool, studio.display() +
+                                  Arguments{"--recursive", "--skip-existing", "in", "in/trip/out"})
+                  .out.find("\n0 photos made, 3 skipped as the outputs exist, "),
+              std::string::npos);
 }
 
 class SkipExisting : public SmallStudio {
@@ -808,7 +873,7 @@ TEST(Photo2Native, SkipExistingCompletesAnInterruptedRun) {
     EXPECT_NE(third.out.find("\n0 photos made, 3 skipped"), std::string::npos) << third.out;
 }
 
-// Whatever of a photo's outputs is missing or empty: all of them are made.
+// If any output of a photo is missing or empty, all of them are made.
 TEST(Photo2Native, SkipExistingMakesPartlyPresentSetsAnew) {
     const SkipExisting studio;
     ASSERT_TRUE(isDone(studio.make({})));
@@ -953,6 +1018,60 @@ TEST(Photo2Native, TheAspectOfTheQuiltsNameCounts) {
     EXPECT_EQ(Json::parse(slurp(studio / "r.json")).at("pictures").at(0).at("aspect"), 1.5);
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-y", "--save-quilt", "q_qs5x9.png"} + call), 1,
                       "q_qs5x9.png"));
+}
+
+TEST(Photo2Native, DepthInThePhotoIsUsedAndSaid) {
+    SmallStudio studio;
+    const cv::Mat photo = madePhoto(80, 60);
+    cv::Mat depth;
+    madeDepth(80, 60).convertTo(depth, CV_32F, 1 / 65535.0);
+    writePhotoWithDepth(studio / "p.jpg", photo, depth);
+    const Outcome used =
+        studio.run(kTool, studio.display() + Arguments{"--report", "r.json", "p.jpg", "a.png"});
+    EXPECT_TRUE(isDone(used));
+    const std::string line = "depth in the photo's file (Dynamic Depth, 80 x 60 px)";
+    EXPECT_NE(used.out.find("p.jpg: " + line), std::string::npos) << used.out;
+    EXPECT_EQ(Json::parse(slurp(studio / "r.json")).at("pictures").at(0).at("depthSource"), line);
+
+    // the same numbers as a depth image give the same picture
+    cv::Mat eightBits;
+    readEmbeddedDepth(studio / "p.jpg")->depth.convertTo(eightBits, CV_8U, 255);
+    writeImage(studio / "d.png", eightBits);
+    EXPECT_TRUE(isDone(
+        studio.run(kTool, studio.display() + Arguments{"-d", "p.jpg", "d.png", "given.png"})));
+    EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "given.png"));
+
+    // a named source goes before it, and so does "off"
+    for (const Arguments& other :
+         {Arguments{"-n", "cues"}, Arguments{"-n", "cues", "--embedded-depth", "off"}}) {
+        const Outcome run =
+            studio.run(kTool, studio.display() + other + Arguments{"-y", "p.jpg", "cues.png"});
+        EXPECT_TRUE(isDone(run));
+        EXPECT_EQ(run.out.find("depth in the photo"), std::string::npos) << run.out;
+    }
+    EXPECT_NE(slurp(studio / "a.png"), slurp(studio / "cues.png"));
+    EXPECT_TRUE(
+        fails(studio.run(kTool, studio.display() + Arguments{"-n", "cues", "--embedded-depth",
+                                                             "auto", "p.jpg", "x.png"}),
+              2, "expected no -n"));
+}
+
+TEST(Photo2Native, APhotoIsSavedWithItsDepth) {
+    SmallStudio studio;
+    EXPECT_TRUE(isDone(studio.run(
+        kTool, studio.display() + Arguments{"--save-photo-with-depth", "w.jpg", "--save-depth",
+                                            "d.png", "-d", "photo.png", "depth.png", "a.png"})));
+    const auto found = readEmbeddedDepth(studio / "w.jpg");
+    ASSERT_TRUE(found);
+    cv::Mat saved;
+    readDepthSamples(studio / "d.png").convertTo(saved, CV_32F, 1 / 65535.0);
+    ASSERT_EQ(found->depth.size(), saved.size());
+    EXPECT_LT(cv::norm(found->depth, saved, cv::NORM_L1) / static_cast<double>(saved.total()),
+              0.02);
+    EXPECT_TRUE(
+        fails(studio.run(kTool, studio.display() + Arguments{"--save-photo-with-depth", "w.png",
+                                                             "photo.png", "b.png"}),
+              2, "expected FILE.jpg"));
 }
 
 } // namespace altiro3D::test

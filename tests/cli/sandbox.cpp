@@ -293,7 +293,9 @@ cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, cons
     altiro3D::Scene fitted;
     cv::Mat quilt;
     cv::Mat native;
-    fitScene({photo, depth}, fit, path.views.focus, fitted);
+    DepthRefineOptions refine;
+    refine.enabled = path.refine;
+    fitScene({photo, depth}, fit, path.views.focus, fitted, refine);
     if (path.quilt) {
         Depth2Quilt(path.layout, path.views).render(fitted.photo, fitted.depth, quilt);
         Quilt2Native(calibration, path.layout, path.sampling, path.invert).render(quilt, native);

@@ -43,8 +43,8 @@ struct Outcome {
 /// temporary files.
 ::testing::AssertionResult fails(const Outcome& outcome, int status, const std::string& part);
 
-/// A place for runs of the tools: an empty working directory and a home of its own. Nothing from
-/// the environment of the tests comes in; the catalogue of networks is empty.
+/// An isolated place for runs of the tools, with an empty working directory and its own home. It
+/// does not inherit the environment of the tests; the catalogue of networks is empty.
 class Sandbox {
   public:
     Sandbox();
@@ -54,7 +54,7 @@ class Sandbox {
     const std::filesystem::path& work() const { return work_; }
     const std::filesystem::path& home() const { return home_; }
 
-    /// Sets a variable for the runs to come; nothing: takes it away.
+    /// Sets an environment variable for all following runs; nothing: removes it.
     void set(const std::string& name, const std::optional<std::string>& value);
     /// Standard output of the runs to come goes to this file and is not captured.
     void sendOutputTo(const std::filesystem::path& file) { outputFile_ = file; }
@@ -92,7 +92,7 @@ void writeCalibration(const std::filesystem::path& file, cv::Size panel = {96, 1
 cv::Mat madePhoto(int cols, int rows);
 /// A near box in front of a far ramp. [rows x cols, CV_16UC1, near = white]
 cv::Mat madeDepth(int cols, int rows);
-/// Reads a picture back as it is in the file.
+/// Reads a picture unchanged from its file.
 cv::Mat readBack(const std::filesystem::path& file);
 
 /// A sandbox with small.json (a panel of 96 x 128 px), photo.png, depth.png, quilt.png (3 columns x
@@ -117,7 +117,7 @@ const std::vector<std::string>& allTools();
 /// A name with the extension that a tool writes.
 std::string outputName(const std::string& tool, const std::string& stem);
 
-/// A test that runs for each tool, in a studio of its own.
+/// A test that runs for each tool, each time in a new studio.
 class ToolTest : public ::testing::TestWithParam<std::string> {
   protected:
     ToolTest() {
@@ -144,6 +144,7 @@ QuiltLayout smallLayout();
 struct LibraryPath {
     ViewOptions views;
     FitMode fit = FitMode::Cover;
+    bool refine = true;                                ///< The depth is refined.
     bool keep = false;                                 ///< At the panel's resolution, not a view's.
     bool quilt = true;                                 ///< Over a quilt; false: by NativeRenderer.
     ViewPositions positions = ViewPositions::Discrete; ///< Of NativeRenderer.

@@ -57,6 +57,7 @@ class VideoStudio : public SmallStudio {
         cv::Mat fittedDepth;
         applyFit(photo, fit, fittedPhoto);
         applyFitToDepth(depth, photo.size(), fit, fittedPhoto, options.focus, fittedDepth);
+        refineDepth(fittedPhoto, fittedDepth, fittedDepth); // no bars: the photo has its own shape
         return photoViews(fittedPhoto, fittedDepth, options);
     }
 };
@@ -180,7 +181,7 @@ TEST(SwayingVideo, ItsOptionsNeedIt) {
     EXPECT_FALSE(fs::exists(studio / "a.png"));
 }
 
-TEST(SwayingVideo, OfAPhotoThatCannotBeWrittenIsSaidBeforeAnyWork) {
+TEST(SwayingVideo, OfAPhotoThatCannotBeWrittenFailsBeforeAnyWork) {
     const VideoStudio studio;
     spill(studio / "precious.mp4", "precious");
     fs::create_symlink("photo.png", studio / "link.mp4");
@@ -251,7 +252,7 @@ TEST(SwayingVideo, OfAQuiltKnowsItsLayoutAndShape) {
     EXPECT_EQ(sizeOf({"--aspect", "0.5", "wide_qs3x2a1.5.png"}), cv::Size(30, 60));
     EXPECT_EQ(sizeOf({"-q", "2x3", "-c", "small.json", "quilt.png"}), cv::Size(30, 40));
     EXPECT_EQ(sizeOf({"--size", "64x32", "q_qs3x2a0.75.png"}), cv::Size(64, 32));
-    // black bars if asked
+    // black bars with --fit contain
     EXPECT_EQ(sizeOf({"--size", "128x64", "--fit", "contain", "q_qs3x2a0.75.png"}),
               cv::Size(128, 64));
     const cv::Mat bars = framesOf(studio / "a.mp4").at(0);
@@ -263,7 +264,7 @@ TEST(SwayingVideo, OfAQuiltKnowsItsLayoutAndShape) {
     EXPECT_TRUE(isDone(studio.quilt({"-y", "-c", "small.json", "usual.png", "a.mp4"})));
 }
 
-TEST(SwayingVideo, OfAQuiltThatCannotBeMadeIsSaid) {
+TEST(SwayingVideo, OfAQuiltThatCannotBeMadeIsOneErrorLine) {
     const VideoStudio studio;
     spill(studio / "precious.mp4", "precious");
     fs::create_symlink("quilt.png", studio / "link.mp4");

@@ -98,7 +98,7 @@ TEST(Video2NativeTool, KeepsTimesSoundSubtitlesChaptersAndTags) {
         EXPECT_NEAR(times[i], expected[i], 0.00101);
 }
 
-TEST(Video2NativeTool, ATurnedVideoIsUprightAndSaysSoNoMore) {
+TEST(Video2NativeTool, ARotatedVideoBecomesUprightWithoutARotationTag) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(0.4);
     ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -c copy " + arg(studio / "plain.mp4"));
@@ -122,8 +122,8 @@ TEST(Video2NativeTool, ATurnedVideoIsUprightAndSaysSoNoMore) {
               std::vector<std::string>());
 }
 
-// What the tool wrote into native.mkv, frame by frame, is what the library makes of clip.mp4 and
-// the depths.
+// Each frame that the tool wrote to native.mkv equals the library's result for clip.mp4 and the
+// depths.
 void expectNatives(const Sandbox& studio, const Calibration& calibration,
                    const std::vector<cv::Mat>& depths, const LibraryPath& path,
                    const std::string& call) {
@@ -175,6 +175,7 @@ TEST(Video2NativeTool, EveryFrameIsTheNativeOfThePhotoAndItsDepth) {
     const auto add = [&](const Arguments& arguments, const std::function<void(LibraryPath&)>& set) {
         cases.push_back({arguments, {}, false});
         cases.back().path.views.strengthPercent = 40; // at 30 px, 10 % would show little
+        cases.back().path.refine = false; // in a video the flaws are those of a scene's first frame
         set(cases.back().path);
         return &cases.back();
     };
@@ -233,16 +234,16 @@ TEST(Video2NativeTool, EveryFrameIsTheNativeOfThePhotoAndItsDepth) {
     })->other = true;
     for (const auto& [arguments, path, otherDisplay] : cases) {
         // what is given last counts
-        const Outcome outcome =
-            studio.run(kTool, kLossless + studio.display() +
-                                  Arguments{"--strength", "40", "--depth", "depth.mp4"} +
-                                  arguments + Arguments{"clip.mp4", "native.mkv"});
+        const Outcome outcome = studio.run(
+            kTool, kLossless + studio.display() +
+                       Arguments{"--exact-depth", "--strength", "40", "--depth", "depth.mp4"} +
+                       arguments + Arguments{"clip.mp4", "native.mkv"});
         ASSERT_EQ(outcome.status, 0) << outcome.text();
         expectNatives(studio, otherDisplay ? other : small, depths, path, outcome.call);
     }
 }
 
-// The depth of clip.mp4 by the library, as often and of the input size that is asked for.
+// The library's depth of clip.mp4 for a given rate of inferences and input size.
 std::vector<cv::Mat> estimatedDepths(const Sandbox& studio, const VideoDepth::Estimator& estimate,
                                      int every) {
     VideoDepthOptions options;
@@ -291,9 +292,10 @@ TEST(Video2NativeTool, NetworksAreRunAsOftenAndAsLargeAsAsked) {
     const RestoredThreads restored;
     cv::setNumThreads(1); // as -j 1: a network's sums depend on it
     for (const auto& [arguments, file, input, every] : cases) {
-        const Outcome outcome = studio.run(
-            kTool, kLossless + studio.display() + Arguments{"-j", "1", "--report", "r.json"} +
-                       arguments + Arguments{"clip.mp4", "native.mkv"});
+        const Outcome outcome =
+            studio.run(kTool, kLossless + studio.display() +
+                                  Arguments{"-j", "1", "--report", "r.json", "--exact-depth"} +
+                                  arguments + Arguments{"clip.mp4", "native.mkv"});
         ASSERT_TRUE(isDone(outcome));
         const Json report = Json::parse(slurp(studio / "r.json"));
         EXPECT_EQ(report["settings"]["networkSize"], Json({input.width, input.height}))
@@ -309,6 +311,7 @@ TEST(Video2NativeTool, NetworksAreRunAsOftenAndAsLargeAsAsked) {
         profile.multipleOf = 16;
         DepthNetwork network(studio / file, profile, InferenceTarget::Cpu, input);
         LibraryPath path;
+        path.refine = false;
         if (report["settings"]["profile"] == "best") {
             path.quilt = false;
             path.keep = true;
@@ -368,7 +371,7 @@ TEST(Video2NativeTool, APartIsMadeWithItsSound) {
     EXPECT_TRUE(slurp(studio / "same.mp4") == slurp(studio / "part.mp4"));
     EXPECT_TRUE(
         fails(studio.run(kTool, studio.display() + Arguments{"--from", "70", "clip.mp4", "no.mp4"}),
-              1, "holds no frames in this part, expected some (it ends at 0:03.0)"));
+              1, "holds no frames in this part, expected at least one (it ends at 0:03.0)"));
     EXPECT_FALSE(fs::exists(studio / "no.mp4"));
 }
 
@@ -378,7 +381,7 @@ TEST(Video2NativeTool, ShowHandsTheNativesToTheViewerBesideIt) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(0.2);
     ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
-    // in place of altiro3Dview one that keeps what it is told and given
+    // a substitute for altiro3Dview that keeps its arguments and input
     fs::create_directory(studio / "bin");
     const fs::path tool = studio / "bin" / kTool;
     fs::copy(toolPath(kTool), tool);
@@ -408,14 +411,15 @@ TEST(Video2NativeTool, ShowHandsTheNativesToTheViewerBesideIt) {
     const Calibration calibration = readCalibration(studio / "small.json");
     const std::vector<cv::Mat> depths = givenDepths(studio);
     for (const auto& [arguments, expected, method] : cases) {
-        const Outcome outcome =
-            studio.run(tool.string(), arguments + Arguments{"-q", "2x3", "-r", "40x30", "--depth",
-                                                            "depth.mp4", "--show", "clip.mp4"});
+        const Outcome outcome = studio.run(
+            tool.string(), arguments + Arguments{"--exact-depth", "-q", "2x3", "-r", "40x30",
+                                                 "--depth", "depth.mp4", "--show", "clip.mp4"});
         ASSERT_TRUE(isDone(outcome));
         EXPECT_EQ(lines(slurp(studio / "arguments")), expected);
         // late frames may be left out; each that is there is one of the Natives, in order
         LibraryPath path;
         path.views.method = method;
+        path.refine = false;
         std::vector<std::string> natives;
         VideoReader clip(studio / "clip.mp4");
         for (const cv::Mat& depth : depths) {
@@ -445,7 +449,7 @@ TEST(Video2NativeTool, ShowHandsTheNativesToTheViewerBesideIt) {
     }
     const Arguments call =
         studio.display() + Arguments{"--depth", "depth.mp4", "--show", "clip.mp4"};
-    viewerEndsWith("1"); // and says itself why
+    viewerEndsWith("1"); // and reports the reason itself
     EXPECT_EQ(studio.run(tool.string(), call).status, 1);
     fs::remove(studio / "bin/altiro3Dview");
     EXPECT_TRUE(fails(studio.run(tool.string(), call), 1,
@@ -460,7 +464,7 @@ TEST(Video2NativeTool, ShowHandsTheNativesToTheViewerBesideIt) {
 
 // --- inputs ----------------------------------------------------------------------------------
 
-TEST(Video2NativeTool, DepthComesInManyWaysToTheSameEnd) {
+TEST(Video2NativeTool, AllWaysToGiveDepthMakeTheSameVideo) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(0.6);
     const auto frames = [&](const Arguments& arguments) {
@@ -677,7 +681,7 @@ TEST(Video2NativeTool, StandardInputAndDevicesAreRead) {
     EXPECT_EQ(frameCount(studio / "piped.mp4"), 30u);
     EXPECT_EQ(streamHash(studio / "piped.mp4", "a:1"), streamHash(studio / "clip.mp4", "a:1"));
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--resume", "-", "o.mp4"}), 2,
-                      "--resume reads the input once more"));
+                      "--resume reads the input again"));
     studio.readInputFrom("/dev/null");
     ASSERT_TRUE(isDone(
         studio.run(kTool, studio.display() +
@@ -705,7 +709,7 @@ TEST(Video2NativeTool, OnlyDevicesLoseFrames) {
     EXPECT_EQ(frameCount(studio / "piped.mp4"), count);
 }
 
-TEST(Video2NativeTool, WhatIsThereOfACutOffVideoIsMade) {
+TEST(Video2NativeTool, ConvertsTheReadablePartOfACutOffVideo) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio;
     ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -map 0:a -c copy " +
@@ -733,7 +737,7 @@ TEST(Video2NativeTool, WhatIsThereOfACutOffVideoIsMade) {
 
 // --- long runs -------------------------------------------------------------------------------
 
-TEST(Video2NativeTool, ARunThatIsKilledGoesOnToTheSameBytes) {
+TEST(Video2NativeTool, AKilledRunContinuesToTheSameBytes) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(27);
     const Outcome whole =
@@ -810,7 +814,7 @@ TEST(Video2NativeTool, APartThatWasMadeButNotJoinedGetsNoFurtherFrames) {
     }
 }
 
-TEST(Video2NativeTool, ARunThatFailsEarlyPromisesNothing) {
+TEST(Video2NativeTool, ARunThatFailsEarlyDoesNotOfferToContinue) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(2);
     studio.limitFiles(12000); // no segment will be whole
@@ -820,7 +824,7 @@ TEST(Video2NativeTool, ARunThatFailsEarlyPromisesNothing) {
     EXPECT_FALSE(fs::exists(studio / "out.mkv.parts"));
 }
 
-TEST(Video2NativeTool, ResumeReplacesNothingIfThereIsNothingToGoOnWith) {
+TEST(Video2NativeTool, ResumeReplacesNothingIfThereIsNothingToContinue) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(1);
     spill(studio / "mine.mp4", "not to be lost");
@@ -832,7 +836,7 @@ TEST(Video2NativeTool, ResumeReplacesNothingIfThereIsNothingToGoOnWith) {
     EXPECT_TRUE(fails(studio.run(kTool, onto), 2, "is also an input"));
 }
 
-TEST(Video2NativeTool, ARunGoesOnWithTheSameInputsOnly) {
+TEST(Video2NativeTool, ARunContinuesOnlyWithTheSameInputs) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(14);
     fs::create_directory(studio / "other"); // a depth video of the clip's name
@@ -861,8 +865,8 @@ TEST(Video2NativeTool, ARunGoesOnWithTheSameInputsOnly) {
     EXPECT_TRUE(isDone(studio.run(kTool, renamed)));
 }
 
-// A run of a long clip that was killed after its first segment, and what it says when it is resumed
-// after something else has changed.
+// A run of a long clip that was killed after its first segment, and its message when it is resumed
+// after a change.
 class KilledRun {
   public:
     KilledRun(const SmallStudio& studio, Arguments call) : studio_(studio), call_(std::move(call)) {
@@ -878,7 +882,7 @@ class KilledRun {
     void refuses(const std::string& part, const Arguments& more = {}) const {
         EXPECT_TRUE(fails(resumed(more), 1, "was begun with other settings (" + part)) << part;
     }
-    // Other contents at the same time of change, unless that is what tells.
+    // Other contents with the same time of change, unless the time itself is tested.
     void refusesOther(const std::string& name, const std::string& bytes, const std::string& part,
                       bool isLater = false) const {
         const fs::path file = studio_ / name;
@@ -897,7 +901,7 @@ class KilledRun {
     Arguments call_;
 };
 
-TEST(Video2NativeTool, ARunGoesOnWithTheSameDisplayDepthAndThreadsOnly) {
+TEST(Video2NativeTool, ARunContinuesOnlyWithTheSameDisplayDepthAndThreads) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const SmallStudio studio;
     ffmpeg("-f lavfi -i testsrc2=size=120x160:rate=2:duration=100 -c:v libx264 -g 7 " +
@@ -949,7 +953,7 @@ TEST(Video2NativeTool, ARunGoesOnWithTheSameDisplayDepthAndThreadsOnly) {
     EXPECT_TRUE(isDone(run.resumed()));
 }
 
-TEST(Video2NativeTool, ARunGoesOnWithTheSameNetworkAndItsFeedingOnly) {
+TEST(Video2NativeTool, ARunContinuesOnlyWithTheSameNetworkAndProfile) {
     ALTIRO3D_REQUIRE_FFMPEG();
     SmallStudio studio;
     ffmpeg("-f lavfi -i testsrc2=size=120x160:rate=2:duration=100 -c:v libx264 -g 7 " +
@@ -987,7 +991,7 @@ TEST(Video2NativeTool, ARunGoesOnWithTheSameNetworkAndItsFeedingOnly) {
     }
 }
 
-TEST(Video2NativeTool, ARunGoesOnWithViewsOfTheSameShapeOnly) {
+TEST(Video2NativeTool, ARunContinuesOnlyWithViewsOfTheSameShape) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const SmallStudio studio;
     const fs::path quilt = studio / "a_qs3x2a0.75.mp4";
@@ -1043,8 +1047,8 @@ TEST(Video2NativeTool, MemoryDoesNotGrowWithTheLength) {
     const double brief = peakOf("20");
     const double tenMinutes = peakOf("600");
     RecordProperty("peakMegabytes", std::to_string(tenMinutes));
-    // 30 times as many frames, and 69 MB of a second video stream that nobody wants; what grows is
-    // an index of some 100 bytes a packet, once for reading and once for writing
+    // 30 times as many frames, and 69 MB of a second video stream that is not used; only an index
+    // of some 100 bytes per packet grows, once for reading and once for writing
     EXPECT_LT(tenMinutes, brief + 30) << brief;
 }
 
@@ -1103,7 +1107,7 @@ TEST(Video2NativeTool, PicturesOneAfterTheOtherAreAVideo) {
     const Arguments call = studio.display() + Arguments{"-y"};
     EXPECT_TRUE(isDone(studio.run(kTool, call + Arguments{"pictures.png", "o.mp4"})));
     EXPECT_EQ(frameCount(studio / "o.mp4"), 3U);
-    // who says how a picture is to be read means it
+    // a given input format is followed even for a picture
     EXPECT_TRUE(isDone(
         studio.run(kTool, call + Arguments{"--input-format", "png_pipe", "photo.png", "o.mp4"})));
     EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"--from-quilt", "quilt.png", "o.mp4"}), 2,

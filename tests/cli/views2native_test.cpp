@@ -1,6 +1,7 @@
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/random_pictures.hpp"
 
 #include <opencv2/core.hpp>
 
@@ -12,7 +13,7 @@ namespace {
 
 constexpr const char* kTool = "views2native";
 
-// Pictures of one grey each, named as people number them: view1.png .. viewN.png.
+// Pictures of one grey each, numbered without leading zeros: view1.png .. viewN.png.
 void writeGreys(const fs::path& directory, int count, cv::Size size = {30, 40}) {
     fs::create_directory(directory);
     for (int i = 0; i < count; ++i) {
@@ -45,7 +46,7 @@ TEST(Views2Native, GivesTheNativeOfTheQuilt) {
     EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
 }
 
-TEST(Views2Native, SortsAsPeopleCount) {
+TEST(Views2Native, SortsNumbersByValue) {
     SmallStudio studio;
     writeGreys(studio / "grey", 12);
     spill(studio / "grey/notes.txt", "no view");
@@ -96,6 +97,23 @@ TEST(Views2Native, ViewsOfAnotherShapeAreCutWithAWarningUnlessFitIsGiven) {
     EXPECT_TRUE(isDone(run({"--fit", "contain"})));
     EXPECT_EQ(readBack(studio / "q_qs3x2a0.75.png").at<cv::Vec3b>(0, 15), cv::Vec3b(0, 0, 0));
     EXPECT_TRUE(isDone(run({"--fit", "stretch"})));
+}
+
+TEST(Views2Native, AFolderOfPhotosOrNativesIsNoFolderOfViews) {
+    SmallStudio studio;
+    fs::create_directory(studio / "photos");
+    fs::create_directory(studio / "mixed");
+    for (int i = 0; i < 6; ++i) {
+        writeImage(studio / ("photos/IMG_" + std::to_string(i) + ".png"),
+                   scenery({120, 160}, 20 + i));
+        writeImage(studio / ("mixed/v" + std::to_string(i) + ".png"), scenery({120, 160}, 20),
+                   i == 4 ? ImageMark::Native : ImageMark::None);
+    }
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"photos", "a.png"}), 1,
+                      "photos: holds pictures that do not resemble each other, expected views"));
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"mixed", "a.png"}), 1,
+                      "mixed/v4.png: is a Native already, expected views"));
+    EXPECT_FALSE(fs::exists(studio / "a.png"));
 }
 
 TEST(Views2Native, PlacesWithoutViewsAreNamed) {

@@ -1,4 +1,4 @@
-// EXIF; the first byte says what it is wrapped in.
+// EXIF; the first byte chooses its container.
 
 #include "fuzz.hpp"
 #include "image/exif.hpp"

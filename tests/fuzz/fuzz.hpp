@@ -13,9 +13,9 @@
 #include <sys/types.h>
 #include <unistd.h>
 
-/// What the fuzz targets share. Each target is one file with LLVMFuzzerTestOneInput(): it hands
-/// foreign bytes to one reader of the library and aborts if more can happen than a result or an
-/// altiro3D::Error of one line.
+/// Common code of the fuzz targets. Each target is one file with LLVMFuzzerTestOneInput(): it
+/// passes foreign bytes to one reader of the library and aborts unless the reader returns a result
+/// or throws an altiro3D::Error of one line.
 namespace altiro3D::fuzz {
 
 inline std::string_view textOf(const std::uint8_t* data, std::size_t size) {
@@ -32,8 +32,8 @@ inline void require(bool condition, const char* promise) {
     if (!condition) fail(promise);
 }
 
-/// Calls a reader; an altiro3D::Error is as good as a result if it is one sentence. Any other
-/// exception ends the process.
+/// Calls a reader. An altiro3D::Error is accepted if it is one line. Any other exception ends the
+/// process.
 /// @return whether there was a result
 template <class Call>
 bool reads(const Call& call) {
@@ -48,7 +48,7 @@ bool reads(const Call& call) {
     }
 }
 
-/// A directory in memory that is removed when the process ends in peace.
+/// A directory in memory that is removed when the process ends normally.
 class Directory {
   public:
     Directory() {
@@ -77,7 +77,7 @@ class Directory {
     std::filesystem::path path_;
 };
 
-/// Takes numbers and texts off the front of the bytes; 0 and nothing where there are no more.
+/// Takes numbers and texts from the front of the bytes; returns 0 and empty texts at their end.
 class Bytes {
   public:
     Bytes(const std::uint8_t* data, std::size_t size) : rest_(textOf(data, size)) {}

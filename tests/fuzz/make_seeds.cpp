@@ -5,6 +5,7 @@
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
+#include "support/photo_files.hpp"
 #include "video_samples.hpp"
 
 #include <cstdio>
@@ -84,7 +85,7 @@ std::string inserted(std::string bytes, std::size_t at, const std::string& part)
     return bytes.insert(std::min(at, bytes.size()), part);
 }
 
-// With the checksum left as 0: nobody but libpng looks at it.
+// The checksum is left as 0, because only libpng checks it.
 std::string pngChunk(const std::string& name, const std::string& data) {
     return bigEndian(data.size(), 4) + name + data + bigEndian(0, 4);
 }
@@ -184,6 +185,54 @@ void addPictures(const fs::path& root) {
             pictures.add(static_cast<char>(reader) + bytes);
         ++kind;
     }
+}
+
+void addHeif(const fs::path& root) {
+    Seeds seeds(root, "heif");
+    seeds.add(test::appleHeic());
+    seeds.add(test::appleHeic(true));
+    seeds.add(test::heifFile("avif", {test::av1Colours(1)}));
+}
+
+void addEmbeddedDepth(const fs::path& root) {
+    const auto coded = [](const std::string& extension, int columns, int rows) {
+        cv::Mat picture(rows, columns, CV_8UC1);
+        cv::randu(picture, 0, 255);
+        std::vector<unsigned char> bytes;
+        cv::imencode(extension, picture, bytes);
+        return std::string(bytes.begin(), bytes.end());
+    };
+    const std::string photo = coded(".jpg", 16, 12);
+    const std::string depth = coded(".jpg", 8, 6);
+    const std::string raw(8 * 6, 'a');
+    Seeds seeds(root, "embedded_depth");
+    seeds.add(test::dynamicDepthPhoto(photo, {{"Depth", depth, ""}, {"Original", depth, ""}}));
+    seeds.add(test::dynamicDepthPhoto(photo, {{"", depth, "android/depthmap"}}, "RangeLinear", 1, 2,
+                                      true));
+    seeds.add(test::gDepthPhoto(photo, coded(".png", 8, 6), "RangeLinear", 1, 2, depth));
+    seeds.add(test::appleJpeg(photo, {depth, test::appleAuxiliary(depth, "disparity")}));
+    seeds.add(test::samsungPhoto(photo, raw, 8, 6));
+    seeds.add(test::huaweiPhoto(photo, raw, 8, 6));
+}
+
+// The first byte chooses between a whole PNG and a bare profile.
+void addColour(const fs::path& root) {
+    const auto chunk = [](const std::string& name, const std::string& data) {
+        return bigEndian(data.size(), 4) + name + data + std::string(4, '\0');
+    };
+    const std::string png =
+        std::string("\x89PNG\r\n\x1a\n", 8) +
+        chunk("IHDR", bigEndian(2, 4) + bigEndian(2, 4) + std::string("\x08\2\0\0\0", 5));
+    Seeds seeds(root, "colour");
+    seeds.add('\0' + png + chunk("cICP", std::string("\x09\x10\0\1", 4)));
+    seeds.add('\0' + png + chunk("cICP", std::string("\x0c\x0d\0\1", 4)));
+    std::string primaries = bigEndian(31270, 4) + bigEndian(32900, 4);
+    for (const std::size_t value : {64000U, 33000U, 30000U, 60000U, 15000U, 6000U})
+        primaries += bigEndian(value, 4);
+    seeds.add('\0' + png + chunk("gAMA", bigEndian(100000, 4)) + chunk("cHRM", primaries));
+    // a profile without tags
+    seeds.add('\1' + bigEndian(132, 4) + std::string(8, '\0') + "mntrRGB XYZ " +
+              std::string(12, '\0') + "acsp" + std::string(88, '\0') + bigEndian(0, 4));
 }
 
 // --- everything else ---------------------------------------------------------------------------
@@ -320,6 +369,9 @@ int main(int argc, char** argv) {
         fs::create_directories(root);
         addExif(root);
         addPictures(root);
+        addHeif(root);
+        addEmbeddedDepth(root);
+        addColour(root);
         addMaps(root);
         addNetworks(root);
         addRuns(root);

@@ -1,4 +1,4 @@
-// What writers make of the sound, subtitles, chapters, attachments and tags of a foreign video.
+// Sound, subtitles, chapters, attachments and tags of a foreign video, copied by writers.
 
 #include "altiro3D/video_io.hpp"
 #include "fuzz.hpp"

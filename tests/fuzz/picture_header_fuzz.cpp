@@ -1,4 +1,4 @@
-// What pictures say about themselves; the first byte chooses the extension.
+// Headers of pictures; the first byte chooses the extension.
 
 #include "fuzz.hpp"
 #include "image/image_header.hpp"

@@ -1,4 +1,4 @@
-// -q, -r and quilt names: a line each, then bytes that say what of it counts.
+// -q, -r and quilt names: a line each, then bytes that choose which of them are used.
 
 #include "altiro3D/quilt.hpp"
 #include "fuzz.hpp"

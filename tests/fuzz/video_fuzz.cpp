@@ -1,4 +1,4 @@
-// Videos through FFmpeg's demuxers and decoders: what our reader makes of them.
+// Videos, read through FFmpeg's demuxers and decoders.
 
 #include "altiro3D/video_io.hpp"
 #include "fuzz.hpp"

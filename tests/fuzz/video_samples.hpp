@@ -37,13 +37,13 @@ inline std::string contentsOf(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-/// What a run that died has left.
+/// The files that an interrupted run leaves.
 struct Leftovers {
     std::string run;     ///< run.json
     std::string segment; ///< 000001.mkv
 };
 
-/// Begins a run and lets it die behind its first segment.
+/// Begins a run and interrupts it after its first segment.
 inline Leftovers beginRun(const std::filesystem::path& video) {
     ResumableVideoWriter::discard(video);
     {

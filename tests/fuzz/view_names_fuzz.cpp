@@ -20,7 +20,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         }
         if (!name.empty() && name.size() < 200) directory.file(name, "");
     }
-    // An order: nothing before itself, one of two different names first, no circles.
+    // Checks the order: irreflexive, total and without cycles.
     for (const std::string& a : names) {
         fuzz::require(!naturalLess(a, a), "no name stands before itself");
         for (const std::string& b : names) {

@@ -38,7 +38,7 @@ class ViewerController : public ::testing::Test {
         controller_.open(std::vector<fs::path>{folder_ / "photo.png", folder_ / "photo-depth.png"});
         ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
     }
-    // The last frame is of the document and the knobs as they are.
+    // The last frame belongs to the current document and settings.
     bool shown() const {
         const Request& request = controller_.frame().request;
         return request.document && request.document == controller_.document() &&
@@ -104,7 +104,7 @@ TEST(ViewerWorker, TheLatestOfEachKindWins) {
 }
 
 TEST(ViewerWorker, DropsWhatWaitsAtItsEnd) {
-    // the end has to come before the task that runs is over, which a busy machine may turn round
+    // the worker must end before the running task does, which may fail on a busy machine
     bool dropped = false;
     for (int i = 0; i < 20 && !dropped; ++i) {
         bool done = false;
@@ -576,12 +576,13 @@ TEST_F(ViewerController, ANetworkMakesTheDepthOfPhotosAndVideos) {
     EXPECT_TRUE(isFrom("built-in estimator, as often as the video needs it"));
 }
 
-TEST(ViewerDepth, OnlyTheStandardNetworkIsUsedByItself) {
+TEST(ViewerDepth, TheStandardNetworkIsUsedByItself) {
+    EXPECT_EQ(DepthMaker().choose(kBestDepth, false), kBuiltInDepth) << "a catalogue of none";
     const TemporaryDirectory models;
     const Networks networks(models.path());
     if (fs::exists(sourcePath("models/model-small.onnx"))) GTEST_SKIP() << "it is there";
     spill(models / "fastdepth_224_op10.onnx", "no network");
-    EXPECT_EQ(DepthMaker().choose(kBestDepth, false), kBuiltInDepth);
+    EXPECT_EQ(DepthMaker().choose(kBestDepth, false), "altiro3d"); // of the source tree
     EXPECT_EQ(DepthMaker().choose("fastdepth", false), "fastdepth");
     spill(models / "model-small.onnx", "no network");
     EXPECT_EQ(DepthMaker().choose(kBestDepth, false), "midas-small");
@@ -611,7 +612,7 @@ TEST_F(ViewerController, WhyAVideoStoppedIsSaidUntilItPlaysAgain) {
     writeGreys(folder_ / "flat.mkv", {90, 120}, 10);
     controller_.open(std::vector<fs::path>{folder_ / "flat.mkv"});
     ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && controller_.document(); }));
-    fs::rename(folder_ / "flat.mkv", folder_ / "away.mkv"); // a stick that is pulled out
+    fs::rename(folder_ / "flat.mkv", folder_ / "away.mkv"); // as if its USB drive were removed
     controller_.setSwinging(true);
     ASSERT_TRUE(waitFor([this] { return controller_.problem().contains("flat.mkv"); }));
     QSignalSpy frames(&controller_, &Controller::frameReady);
@@ -625,7 +626,7 @@ TEST_F(ViewerController, WhyAVideoStoppedIsSaidUntilItPlaysAgain) {
     EXPECT_EQ(controller_.problem(), "");
 }
 
-// Lets whoever reads a named pipe read nothing, again and again, after some time.
+// After some time, repeatedly gives the reader of a named pipe nothing to read.
 class Feeder {
   public:
     Feeder(fs::path pipe, int milliseconds)
@@ -649,7 +650,7 @@ class Feeder {
     std::thread thread_;
 };
 
-// A network that takes long, in the player's thread and in the worker.
+// A slow network runs in the player's thread and in the worker.
 TEST_F(ViewerController, OtherFilesAreChosenWhileAVideoWaitsForItsDepth) {
     const TemporaryDirectory models;
     ASSERT_EQ(mkfifo((models / "model-small.onnx").c_str(), 0600), 0);
@@ -680,7 +681,7 @@ TEST_F(ViewerController, LateFramesOfTheFileBeforeTakeNoMessageAway) {
     spill(folder_ / "broken.jpg", "no picture");
     controller_.open(std::vector<fs::path>{folder_ / "broken.jpg"});
     openPhoto();
-    controller_.setSwinging(true); // frames are asked for all the time
+    controller_.setSwinging(true); // requests frames continuously
     for (int i = 0; i < 10; ++i) {
         controller_.select(0);
         controller_.setPosition(0.1 * i); // while the file is being read
@@ -716,15 +717,15 @@ TEST_F(ViewerController, EndsCleanlyInTheMiddleOfItsWork) {
     EXPECT_TRUE(fs::is_empty(folder_ / "exports"));
 }
 
-// The promise of the viewer: a turn of a knob is seen within 50 ms, on two cores of its own. Held
-// here is the processor time of both, as others may have the machine.
+// The viewer promises that a change of a setting is visible within 50 ms on two idle cores. This
+// test limits the processor time of both, because the machine may be busy.
 TEST_F(ViewerController, AKnobOnAPhotoOfAMegapixelTakes100MillisecondsOfProcessorTime) {
     writeImage(folder_ / "mega.png", detailedPhoto({867, 1156}));
     writeImage(folder_ / "mega-depth.png", boxDepth({867, 1156}));
     controller_.setArea({867, 1156});
     controller_.open(std::vector<fs::path>{folder_ / "mega.png", folder_ / "mega-depth.png"});
     ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
-    ASSERT_GT(picture().total(), 600000U); // as large as it gets while knobs turn
+    ASSERT_GT(picture().total(), 600000U); // the largest size while settings change
     controller_.setPosition(0.7);
     ASSERT_TRUE(waitForFrame());
     QTimer wake; // if nothing else comes

@@ -132,7 +132,7 @@ TEST(DisplaySearch, BrokenCalibrationsAreProblemsNotErrors) {
     EXPECT_NE(found[0].problems[0].find("visual.json"), std::string::npos);
 }
 
-TEST(DisplaySearch, SaysHowTheDesktopStandsInTheWay) {
+TEST(DisplaySearch, ReportsDesktopSettingsThatChangePixels) {
     EXPECT_TRUE(qt::problemsOf(screen("", kPortrait), kPortrait).empty());
     // 1536 px are 877 or 878 of a desktop at 175 %, and those times 1.75 are 1535 or 1537.
     for (const cv::Size rounded : {cv::Size(1535, 2048), cv::Size(1537, 2049)}) {

@@ -1,6 +1,8 @@
 #include "viewer/document.hpp"
 
+#include "altiro3D/depth2quilt.hpp"
 #include "support/compare.hpp"
+#include "support/random_pictures.hpp"
 #include "viewer/knobs.hpp"
 #include "viewer_scenes.hpp"
 
@@ -52,6 +54,24 @@ TEST(ViewerDocument, ThePngFileOfANativeSaysSoWhateverItsName) {
     EXPECT_NE(other.notes[0].text.find("but not of this display's 96 x 128 px"), std::string::npos);
 }
 
+TEST(ViewerDocument, DepthThatComesWithAPhotoIsUsed) {
+    const Display display = sampleDisplay({48, 64});
+    const TemporaryDirectory directory;
+    const cv::Mat photo = detailedPhoto({90, 60});
+    cv::Mat depth(60, 90, CV_32FC1);
+    for (int x = 0; x < depth.cols; ++x)
+        depth.col(x) = x / 89.0;
+    writePhotoWithDepth(directory / "a.jpg", photo, depth);
+    const Document inside = readDocument({directory / "a.jpg", {}, Reading::Automatic}, display);
+    EXPECT_EQ(inside.facts(),
+              "Photo, 90 x 60 px, with depth in the file (Dynamic Depth, 90 x 60 px)");
+    EXPECT_GT(inside.rawDepth.at<float>(30, 85), inside.rawDepth.at<float>(30, 5));
+    writeImage(directory / "a_depth.png", cv::Mat(6, 9, CV_8UC1, cv::Scalar(7)));
+    const Document beside = readDocument({directory / "a.jpg", {}, Reading::Automatic}, display);
+    EXPECT_EQ(beside.facts(), "Photo, 90 x 60 px, with depth beside it (a_depth.png)");
+    EXPECT_EQ(beside.rawDepth.size(), cv::Size(9, 6));
+}
+
 TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {
     QFile entry(QString::fromStdString(sourcePath("tools/viewer/altiro3Dview.desktop").string()));
     ASSERT_TRUE(entry.open(QIODevice::ReadOnly));
@@ -75,7 +95,7 @@ TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {
     EXPECT_GT(known, 20); // the database is there
 }
 
-TEST(ViewerDocument, CamerasAreKnownByWhatTheyAre) {
+TEST(ViewerDocument, CamerasAreRecognizedAsCharacterDevices) {
     const TemporaryDirectory folder;
     const fs::path link = folder / "usb-camera-index0";
     fs::create_symlink("/dev/null", link); // a character device, as cameras are
@@ -94,7 +114,7 @@ TEST(ViewerDocument, PicturesAreOfferedByTheEndingsThatDirectoriesAreSearchedFor
     EXPECT_EQ(listImages(folder.path()).size(), pictureEndings().size());
 }
 
-TEST(ViewerDocument, TheUserKnowsBetter) {
+TEST(ViewerDocument, AGivenReadingOverridesNameAndSize) {
     const Display display = sampleDisplay({48, 64});
     const Source photo{"anything.png", {}, Reading::Photo};
     EXPECT_EQ(documentOf(photo, detailedPhoto({48, 64}), display).kind, Kind::Scene);
@@ -106,8 +126,26 @@ TEST(ViewerDocument, QuiltsHaveTheLayoutOfTheirNames) {
     const Document quilt = documentOf({"a_qs5x2a0.75.png", {}, Reading::Automatic},
                                       detailedPhoto({52, 40}), sampleDisplay());
     EXPECT_EQ(quilt.layout, (QuiltLayout{5, 2, {10, 20}, 10}));
-    EXPECT_EQ(quilt.picture.size(), cv::Size(50, 40)); // without the unused columns
-    EXPECT_EQ(quilt.notes.size(), 1U);
+    EXPECT_EQ(quilt.picture.size(), cv::Size(50, 40)); // views of whole px
+    EXPECT_TRUE(quilt.notes.empty());
+    EXPECT_FALSE(quilt.certainty);
+}
+
+TEST(ViewerDocument, QuiltsWithoutANameAreFound) {
+    const QuiltLayout layout{4, 5, {140, 100}, 20};
+    cv::Mat picture;
+    Depth2Quilt(layout).render(scenery({140, 100}, 3), randomDepth({140, 100}), picture);
+    const Document quilt =
+        documentOf({"web.png", {}, Reading::Automatic}, picture, sampleDisplay());
+    EXPECT_EQ(quilt.kind, Kind::Quilt);
+    EXPECT_EQ(quilt.layout, layout);
+    EXPECT_NE(quilt.facts().find(" % sure"), std::string::npos) << quilt.facts();
+    EXPECT_EQ(documentOf({"web.png", {}, Reading::Photo}, picture, sampleDisplay()).kind,
+              Kind::Scene);
+    EXPECT_EQ(
+        documentOf({"web.png", {}, Reading::Automatic}, scenery({400, 300}, 3), sampleDisplay())
+            .kind,
+        Kind::Scene);
 }
 
 TEST(ViewerDocument, ADirectoryOfViewsIsAQuilt) {
@@ -156,7 +194,7 @@ TEST(ViewerDocument, PhotosAndTheirDepthImagesBecomeOne) {
     EXPECT_EQ(pairUp({"clip.mp4", "clip-depth.mp4"}).size(), 2U); // a photo's, or none
 }
 
-// What the window takes among volumes, in a directory of its own.
+// The volume that the window chooses, in a directory of its own.
 class ViewerDisplay : public ::testing::Test {
   protected:
     void SetUp() override {
@@ -190,7 +228,7 @@ class ViewerDisplay : public ::testing::Test {
     tools::Messages messages_{"test", false};
 };
 
-TEST_F(ViewerDisplay, OfSeveralVolumesTheFirstWillDoWhereAnotherCanBeChosenLater) {
+TEST_F(ViewerDisplay, TakesTheFirstOfSeveralVolumesIfAnotherCanBeChosenLater) {
     EXPECT_THROW(find(false), Error);
     const tools::ChosenDisplay display = find(true);
     EXPECT_EQ(display.panelSize(), cv::Size(100, 2048));

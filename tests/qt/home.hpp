@@ -6,8 +6,8 @@
 
 namespace altiro3D::test {
 
-/// A home of the tests' own while it lives: neither settings and caches nor depth networks of who
-/// runs them are read.
+/// A separate home directory while the object exists: the tests do not read the user's settings,
+/// caches and depth networks.
 class Home {
   public:
     Home() {

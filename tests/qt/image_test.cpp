@@ -69,7 +69,7 @@ TEST(QtImage, AnyImageBecomesAPictureOnBlack) {
     EXPECT_EQ(picture.at<cv::Vec3b>(0, 1), cv::Vec3b(0, 0, 0));
 }
 
-TEST(QtImage, NothingIsNothingAndOtherTypesAreNamed) {
+TEST(QtImage, EmptyBecomesNullAndOtherTypesAreErrors) {
     EXPECT_TRUE(qt::toImage({}).isNull());
     EXPECT_TRUE(qt::toPicture({}).empty());
     EXPECT_EQ(errorOf([] { qt::toImage(cv::Mat(2, 2, CV_16UC3)); }),

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <gtest/gtest.h>
 
-#ifdef ALTIRO3D_TOOL_PHOTO2NATIVE // the viewer is tested, too
+#ifdef ALTIRO3D_TOOL_PHOTO2NATIVE // the viewer is tested as well
 #include "viewer/depth_maker.hpp"
 #endif
 

@@ -29,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace viewer;
 
-// Real input. Events of this process are handled meanwhile. False if xdotool cannot do it.
+// Real input; handles the events of this process while xdotool runs. False if xdotool fails.
 bool send(const QStringList& arguments) {
     QProcess xdotool;
     xdotool.start("xdotool", arguments);
@@ -60,8 +60,8 @@ void keepPicture(const QString& name) {
     EXPECT_TRUE(screenPicture().save(folder + "/" + name + ".png"));
 }
 
-// Gives the keyboard to a window; there is no window manager that would. Not by --sync, which waits
-// for ever if the X server has refused it.
+// Gives the keyboard focus to a window, because no window manager does. Without --sync, which waits
+// forever if the X server refuses.
 void focusOn(QWidget& window) {
     ASSERT_TRUE(QTest::qWaitForWindowExposed(&window, 60000));
     const auto has = [&window] {
@@ -70,9 +70,9 @@ void focusOn(QWidget& window) {
     EXPECT_TRUE(QTest::qWaitFor(has, 20000));
 }
 
-// Types a file's name into the dialog that opens next. A timer looks for it, from inside its own
-// event loop: whoever waited for the dialog below that loop would wait for ever. So would one whose
-// keys were lost on a busy machine: they are sent again until the dialog has gone.
+// Types a file's name into the dialog that opens next. A timer finds the dialog from inside the
+// dialog's own event loop, because the code that opens it waits until that loop ends. Keys may be
+// lost on a busy machine, so they are sent again until the dialog has closed.
 class NameTyper {
   public:
     explicit NameTyper(const fs::path& file) : name_(QString::fromStdString(file.string())) {

@@ -9,7 +9,7 @@
 
 namespace {
 
-char queue; // stands for those of all threads
+char queue; // represents the queues of all threads
 
 class Acquirer : public QObject {
     bool eventFilter(QObject*, QEvent*) override {

@@ -76,8 +76,8 @@ class ViewerWindow : public ::testing::Test {
         return nullptr;
     }
 
-    // Does something that opens dialogs: types a name into the file dialog, gives one answer to all
-    // questions. What was asked; the first is the name that the file dialog proposed.
+    // Calls a function that opens dialogs, types a name into the file dialog and gives one answer
+    // to all questions. Returns the questions; the first is the name that the file dialog proposed.
     QStringList answering(const QString& name, QMessageBox::StandardButton answer,
                           const std::function<void()>& act) {
         QStringList asked;
@@ -100,7 +100,7 @@ class ViewerWindow : public ::testing::Test {
         act();
         return asked;
     }
-    // Waits for what has been started.
+    // Waits until the work that was started is done.
     void endExport() {
         ASSERT_TRUE(waitFor([this] { return !window_->controller().isExporting(); }));
     }
@@ -117,7 +117,7 @@ TEST_F(ViewerWindow, TellsWhatToDoWhileItIsEmpty) {
     EXPECT_EQ(files().count(), 0);
 }
 
-TEST_F(ViewerWindow, SaysAllThatIsToBeSaidAboutTheDisplay) {
+TEST_F(ViewerWindow, ShowsAllWarningsAboutTheDisplay) {
     window_.reset();
     warnings_ = {"the first sentence", "a second one"};
     begin();
@@ -226,7 +226,7 @@ TEST_F(ViewerWindow, ABrokenFileIsAMessageInTheWindow) {
     ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull(); }));
 }
 
-TEST_F(ViewerWindow, WhatFilesSayIsNoMarkup) {
+TEST_F(ViewerWindow, TextsFromFilesAreNotMarkup) {
     fs::copy(folder_ / "photo.png", folder_ / "<b>a.png");
     drop({"<b>a.png"});
     ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull() && !busy(); }));

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <sstream>
 
 namespace altiro3D::test {
@@ -59,53 +58,6 @@ Difference compare(const cv::Mat& actual, const cv::Mat& expected, double tolera
     }
     if (difference.sameShape && difference.count == 0) return ::testing::AssertionSuccess();
     return ::testing::AssertionFailure() << difference.report;
-}
-
-namespace {
-
-std::vector<double> ranks(const std::vector<float>& values) {
-    std::vector<std::size_t> order(values.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(),
-              [&](std::size_t i, std::size_t j) { return values[i] < values[j]; });
-    std::vector<double> rank(values.size());
-    for (std::size_t first = 0; first < order.size();) {
-        std::size_t last = first;
-        while (last < order.size() && values[order[last]] == values[order[first]])
-            ++last;
-        const double mean = 0.5 * static_cast<double>(first + last - 1);
-        for (std::size_t i = first; i < last; ++i)
-            rank[order[i]] = mean;
-        first = last;
-    }
-    return rank;
-}
-
-} // namespace
-
-double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
-    CV_Assert(a.type() == CV_32FC1 && b.type() == CV_32FC1 && a.size() == b.size());
-    std::vector<float> valuesA;
-    std::vector<float> valuesB;
-    for (int y = 0; y < a.rows; ++y) {
-        for (int x = 0; x < a.cols; ++x) {
-            if (!mask.empty() && mask.at<uchar>(y, x) == 0) continue;
-            valuesA.push_back(a.at<float>(y, x));
-            valuesB.push_back(b.at<float>(y, x));
-        }
-    }
-    const std::vector<double> rankA = ranks(valuesA);
-    const std::vector<double> rankB = ranks(valuesB);
-    const double mean = 0.5 * (static_cast<double>(rankA.size()) - 1);
-    double ab = 0;
-    double aa = 0;
-    double bb = 0;
-    for (std::size_t i = 0; i < rankA.size(); ++i) {
-        ab += (rankA[i] - mean) * (rankB[i] - mean);
-        aa += (rankA[i] - mean) * (rankA[i] - mean);
-        bb += (rankB[i] - mean) * (rankB[i] - mean);
-    }
-    return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
 }
 
 } // namespace altiro3D::test

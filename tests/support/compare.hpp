@@ -18,13 +18,9 @@ struct Difference {
 /// Compares two pictures sample by sample. NaN equals NaN.
 Difference compare(const cv::Mat& actual, const cv::Mat& expected, double tolerance = 0);
 
-/// Success if no sample differs by more than the tolerance; say at the call why it is not 0. Two
-/// empty pictures are a failure, as nothing would be tested.
+/// Success if no sample differs by more than the tolerance. If it is not 0, state the reason at the
+/// call. Two empty pictures are a failure, because nothing would be tested.
 ::testing::AssertionResult samePicture(const cv::Mat& actual, const cv::Mat& expected,
                                        double tolerance = 0);
-
-/// Spearman's rank correlation of two CV_32FC1 pictures where the mask is non-zero (ties share
-/// their mean rank).
-double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask = {});
 
 } // namespace altiro3D::test

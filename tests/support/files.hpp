@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-/// Skips the test with a clear message where the large test data is not there.
+/// Skips the test with a clear message if the large test data is missing.
 #define ALTIRO3D_REQUIRE_DATA(relativePath)                                                        \
     if (::altiro3D::test::dataPath(relativePath).empty())                                          \
     GTEST_SKIP() << "needs " << (relativePath)                                                     \
@@ -18,8 +18,8 @@ namespace altiro3D::test {
 /// source tree), or an empty path if it is not there.
 std::filesystem::path dataPath(const std::string& relative);
 
-/// The calibrations of the large test data, one of each display; a test fails if it does not find
-/// them all. Empty where the data is not there.
+/// The calibrations of the large test data, one per display; the test fails if some are missing.
+/// Empty without the data.
 std::vector<std::filesystem::path> realCalibrations();
 
 /// A file of the source tree.
@@ -44,7 +44,7 @@ class TemporaryDirectory {
 /// exception fails the test.
 std::string errorOf(const std::function<void()>& call);
 
-/// Whole contents of a file; throws where there is none, so that no two missing files are equal.
+/// Whole contents of a file; throws if it does not exist, so that two missing files are not equal.
 std::string slurp(const std::filesystem::path& file);
 
 /// Writes a file, for inputs of tests.

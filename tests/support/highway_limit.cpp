@@ -1,10 +1,10 @@
-// Lets a program see a lesser processor: Highway then chooses the kernels that such a one gets. To
-// be loaded before the program's libraries:
+// Hides instruction sets of the processor from a program, so that Highway chooses other kernels.
+// Load it before the program's libraries:
 //
 //   HIGHWAY_LEAVE_OUT=1 LD_PRELOAD=libaltiro3D_highway_limit.so photo2native ...
 //
-// leaves out the best instruction set that this processor has, 2 the best two. Where none would be
-// left the program ends with status 99, so that a script sees where to stop.
+// hides the best instruction set of this processor, 2 the best two. If none is left, the program
+// ends with status 99, so that a script knows when to stop.
 
 #include <cstdint>
 #include <cstdlib>

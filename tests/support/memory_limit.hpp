@@ -5,8 +5,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-/// Skips the test where memory is not counted as a program asks for it: sanitizers reserve
-/// terabytes.
+/// Skips the test if a limit of the address space cannot work: sanitizers reserve terabytes.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define ALTIRO3D_REQUIRE_MEMORY_LIMITS() GTEST_SKIP() << "a sanitizer has the memory"
 #elif defined(__has_feature)
@@ -20,7 +19,7 @@
 
 namespace altiro3D::test {
 
-/// While it lives the process gets no more than so much memory beyond what it has.
+/// Limits the memory that the process can allocate further, while the object exists.
 class MemoryLimit {
   public:
     explicit MemoryLimit(rlim_t megabytes) {

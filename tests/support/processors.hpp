@@ -6,8 +6,8 @@
 
 namespace altiro3D::test {
 
-/// Gives OpenCV its number of threads back at the end of the scope, however a test ends; in between
-/// cv::setNumThreads() may be called.
+/// Restores OpenCV's number of threads at the end of the scope, however a test ends. The test may
+/// call cv::setNumThreads() in between.
 class RestoredThreads {
   public:
     RestoredThreads() = default;

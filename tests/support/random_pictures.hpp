@@ -5,12 +5,11 @@
 namespace altiro3D::test {
 
 /// A photo of noise, the same for the same seed.
-/// @param blur sigma in px, 0 = none: what neighbouring px have in common
+/// @param blur sigma of a blur in px, 0 = none
 /// @return [size, CV_8UC3]
 cv::Mat randomPhoto(cv::Size size, int seed = 1, double blur = 1.2);
 
-/// Large soft blotches of full contrast, the same for the same seed: what a scene looks like from
-/// afar.
+/// Large soft blotches of full contrast, the same for the same seed, like a scene without detail.
 /// @return [size, CV_8UC3]
 cv::Mat scenery(cv::Size size, int seed);
 

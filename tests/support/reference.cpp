@@ -104,8 +104,8 @@ cv::Mat referenceLensView(const cv::Mat& native, const Calibration& calibration,
 
 namespace {
 
-// Of each sample first..last the px of the guide, along one axis, whose centres lie in its cell, or
-// else the one nearest to its centre.
+// For each sample, along one axis: the px first..last of the guide whose centres lie in its cell,
+// or else the px nearest to its centre.
 std::vector<std::vector<int>> pixelsInCells(int first, int last, double start, double step,
                                             int pixels) {
     std::vector<std::vector<int>> cells;
@@ -180,6 +180,97 @@ cv::Mat referenceFit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat
         }
     }
     return result;
+}
+
+namespace {
+
+double decodedSrgb(double v) {
+    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+
+double encodedSrgb(double v) {
+    const double clipped = std::clamp(v, 0.0, 1.0);
+    return clipped <= 0.0031308 ? 12.92 * clipped : 1.055 * std::pow(clipped, 1 / 2.4) - 0.055;
+}
+
+// Linear RGB to XYZ with D65 as white.
+cv::Matx33d xyzOf(const std::array<double, 6>& c) {
+    cv::Matx33d primaries;
+    for (int i = 0; i < 3; ++i) {
+        const double x = c[static_cast<std::size_t>(2 * i)];
+        const double y = c[static_cast<std::size_t>(2 * i + 1)];
+        primaries(0, i) = x / y;
+        primaries(1, i) = 1;
+        primaries(2, i) = (1 - x - y) / y;
+    }
+    const cv::Vec3d white(0.3127 / 0.3290, 1, (1 - 0.3127 - 0.3290) / 0.3290);
+    const cv::Vec3d share = primaries.inv() * white;
+    for (int i = 0; i < 3; ++i) {
+        for (int row = 0; row < 3; ++row)
+            primaries(row, i) *= share[i];
+    }
+    return primaries;
+}
+
+cv::Vec3d encodedFromLinear(const cv::Vec3d& rgb, const std::array<double, 6>& chromaticities) {
+    const std::array<double, 6> srgb = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06};
+    const cv::Vec3d linear = xyzOf(srgb).inv() * (xyzOf(chromaticities) * rgb);
+    return {encodedSrgb(linear[2]), encodedSrgb(linear[1]), encodedSrgb(linear[0])};
+}
+
+// SMPTE ST 2084.
+double pqFromLight(double nits) {
+    const double y = std::pow(nits / 10000, 0.1593017578125);
+    return std::pow((0.8359375 + 18.8515625 * y) / (1 + 18.6875 * y), 78.84375);
+}
+double lightFromPq(double value) {
+    const double root = std::pow(value, 1 / 78.84375);
+    return 10000 * std::pow(std::max(root - 0.8359375, 0.0) / (18.8515625 - 18.6875 * root),
+                            1 / 0.1593017578125);
+}
+
+} // namespace
+
+cv::Vec3d referenceSrgb(const cv::Vec3d& bgr, const std::array<double, 6>& chromaticities,
+                        double exponent) {
+    const auto decoded = [&](double v) {
+        return exponent > 0 ? std::pow(v, exponent) : decodedSrgb(v);
+    };
+    return encodedFromLinear({decoded(bgr[2]), decoded(bgr[1]), decoded(bgr[0])}, chromaticities);
+}
+
+cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const std::array<double, 6>& chromaticities,
+                              bool isHlg) {
+    cv::Vec3d nits; // RGB
+    for (int i = 0; i < 3; ++i) {
+        const double v = bgr[2 - i];
+        if (!isHlg) {
+            nits[i] = lightFromPq(v);
+        } else if (v <= 0.5) {
+            nits[i] = v * v / 3;
+        } else {
+            nits[i] = (std::exp((v - 0.55991073) / 0.17883277) + 0.28466892) / 12;
+        }
+    }
+    if (isHlg) {
+        const double luminance = (xyzOf(chromaticities) * nits)[1];
+        nits *= 1000 * std::pow(luminance, 0.2);
+    }
+    // BT.2390, section 5.4: peak of the source 1000 cd/m^2, of the target 203, both blacks 0
+    const double brightest = std::max({nits[0], nits[1], nits[2]});
+    const double e1 = std::min(pqFromLight(brightest) / pqFromLight(1000), 1.0);
+    const double maxLum = pqFromLight(203) / pqFromLight(1000);
+    const double ks = 1.5 * maxLum - 0.5;
+    double e2 = e1;
+    if (e1 >= ks) {
+        const double t = (e1 - ks) / (1 - ks);
+        e2 = (2 * std::pow(t, 3) - 3 * t * t + 1) * ks +
+             (std::pow(t, 3) - 2 * t * t + t) * (1 - ks) +
+             (-2 * std::pow(t, 3) + 3 * t * t) * maxLum;
+    }
+    const double mapped = lightFromPq(e2 * pqFromLight(1000));
+    if (brightest > 0) nits *= mapped / brightest;
+    return encodedFromLinear(nits / 203, chromaticities);
 }
 
 } // namespace altiro3D::test

@@ -3,6 +3,7 @@
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/quilt.hpp"
 
+#include <array>
 #include <opencv2/core.hpp>
 
 /// Slow, obvious twins of the library's fast paths, written from the formulas alone.
@@ -27,15 +28,29 @@ cv::Point referenceQuiltPixel(const Calibration& calibration, bool inverted,
 /// @return [CV_64FC3], not rounded
 cv::Mat referenceFast(const cv::Mat& photo, const cv::Mat& depth, double shiftPixels, double focus);
 
-/// What an eye sees of a Native through the lenses: each px takes each colour from the nearest px
-/// whose sub-pixel of that colour has a phase within half the spot of the eye's; of equally near
-/// ones from the row that is nearer, the upper one, then from the left. Mirrored panels are left
-/// mirrored.
+/// The picture that an eye sees of a Native through the lenses: each px takes each colour from the
+/// nearest px whose sub-pixel of that colour has a phase within half the spot of the eye's. Ties go
+/// to the nearer row, then to the upper row, then to the left. Mirrored panels stay mirrored.
 /// @param native [CV_8UC3] @param phase of the eye @param spot its width, lens periods
 cv::Mat referenceLensView(const cv::Mat& native, const Calibration& calibration, bool inverted,
                           double phase, double spot);
 
-/// fitDepth() where it enlarges: per px and in double, straight from the definition.
+/// A colour as sRGB, from the chromaticities alone, in double: decoded, to XYZ, to sRGB's
+/// primaries, clipped, encoded. For white points of D65.
+/// @param bgr 0..1, as encoded @param chromaticities x and y of red, green, blue
+/// @param exponent of the decoding; 0 = the curve of sRGB
+/// @return BGR, 0..1
+cv::Vec3d referenceSrgb(const cv::Vec3d& bgr, const std::array<double, 6>& chromaticities,
+                        double exponent);
+
+/// A colour of an HDR picture as sRGB, from the formulas of BT.2100 and BT.2390 alone, in double.
+/// @param bgr 0..1, as encoded @param chromaticities x and y of red, green, blue
+/// @param isHlg HLG, else PQ
+/// @return BGR, 0..1
+cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const std::array<double, 6>& chromaticities,
+                              bool isHlg);
+
+/// fitDepth() for enlargement: per px and in double, directly from the definition.
 /// @param depth [CV_32FC1] @param part in px of `depth` @param guide [CV_8UC3]
 /// @return [rows x cols of guide, CV_32FC1]
 cv::Mat referenceFit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide);

@@ -238,7 +238,7 @@ void hitSolid(const Prepared& prepared, const Ray& ray, double from, Hit& hit) {
         hit.solid = &solid;
         return;
     }
-    // Misses the sphere about the solid?
+    // Whether the ray misses the sphere about the solid.
     const double along = o.dot(d);
     const double length = d.dot(d);
     const double outside = o.dot(o) - prepared.boundRadius * prepared.boundRadius;
@@ -552,7 +552,7 @@ Rendering render(const Scene& scene, cv::Size size, double cameraX, int samplesP
                                                y + (row + 0.5) / grid);
                     const std::int64_t pixel = static_cast<std::int64_t>(y) * size.width + x;
                     const Vec colour = renderer.colourOf(ray, pixel * grid * grid + i, 2);
-                    for (int c = 0; c < 3; ++c) // a single glint shall not outshine its pixel
+                    for (int c = 0; c < 3; ++c) // a single highlight must not dominate its pixel
                         sum[c] += std::min(colour[c], 3.0);
                 }
                 sum *= 1.0 / (grid * grid);

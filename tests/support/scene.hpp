@@ -12,8 +12,8 @@ namespace altiro3D::test {
 //        y                      All cameras stand on the line (cameraX, cameraHeight, 0) and look
 //        |   z                  along +z, never turned. The frustum is off-axis: every camera sees
 //        |  /                   the same window at z = focusDistance, so what is there stays put,
-//        | /                    what is nearer moves left when the camera moves right, and what is
-//        +------ x              farther moves right.
+//        | /                    nearer content moves left when the camera moves right, and farther
+//        +------ x              content moves right.
 
 /// What a solid's surface looks like.
 enum class Pattern { Plain, Tiles, Checker, Stripes, Wood, Marble, Leaves, Water, Plaster };
@@ -87,8 +87,8 @@ double relativeInverseDepth(const Scene& scene, double z);
 /// @param samplesPerPixel rays for the colour of one pixel; rounded up to a square number
 Rendering render(const Scene& scene, cv::Size size, double cameraX, int samplesPerPixel);
 
-/// What single rays see, for pictures whose px have a camera each. Unlike render() free of noise:
-/// light is sampled the same way everywhere. Its functions may run on any number of threads.
+/// The results of single rays, for pictures in which each px has its own camera. Unlike render(),
+/// it has no noise: light is sampled the same way everywhere. Thread-safe.
 class RayCaster {
   public:
     explicit RayCaster(const Scene& scene);
@@ -100,7 +100,7 @@ class RayCaster {
     /// @param part what is averaged, in px, see project()
     cv::Vec3b colour(cv::Size size, double cameraX, const cv::Rect2d& part) const;
 
-    /// Relative inverse depth of what is seen at a point of the picture, in px.
+    /// Relative inverse depth at a point of the picture, in px.
     double depth(cv::Size size, double cameraX, const cv::Point2d& at) const;
 
   private:

@@ -69,7 +69,7 @@ std::vector<std::string> lines(const std::string& text) {
 
 std::vector<cv::Mat> ffmpegFrames(const fs::path& file, cv::Size size, const std::string& filter,
                                   int most) {
-    // Colour samples of MPEG video lie at the left, which the program does not assume by itself.
+    // Colour samples of MPEG video lie at the left; ffmpeg must be told so.
     const std::string scale =
         "scale=in_h_chr_pos=0:flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp";
     const std::string bytes =

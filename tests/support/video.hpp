@@ -46,8 +46,8 @@ std::vector<cv::Mat> ffmpegFrames(const std::filesystem::path& file, cv::Size si
 /// All frames of a reader.
 std::vector<VideoFrame> allFrames(VideoReader& reader);
 
-/// An MP4 file of one video track whose header asks for a turn by a multiple of 90 degrees.
-/// Versions of ffmpeg differ in how they are told to write that.
+/// An MP4 file of one video track whose header states a rotation by a multiple of 90 degrees.
+/// Versions of ffmpeg need different options for that.
 ///
 /// @param bytes the file's contents
 /// @param degrees 0, 90, 180 or 270, clockwise

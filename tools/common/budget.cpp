@@ -17,9 +17,9 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr int kRepetitions = 3;     // the fastest counts: others may be at work, too
+constexpr int kRepetitions = 3;     // the fastest one counts, because the machine may be busy
 constexpr double kEnoughTime = 500; // ms after which there is no further repetition
-constexpr int kCacheFormat = 2;
+constexpr int kCacheFormat = 3;
 
 double measured(const std::function<void()>& work) {
     double fastest = 0;
@@ -118,7 +118,7 @@ ViewOptions Budget::choose(const ViewOptions& base, const std::string& work,
     const fs::path directory = cacheDirectory();
     const fs::path file = directory.empty() ? fs::path() : directory / ("budget-" + key + ".json");
     std::vector<SettingCost> costs;
-    // the cache is a convenience: whatever is wrong with it, the costs are measured
+    // the cache is optional: if anything is wrong with it, the costs are measured
     std::error_code error;
     if (!file.empty() && fs::exists(file, error)) {
         try {
@@ -161,7 +161,7 @@ ViewOptions Budget::choose(const ViewOptions& base, const std::string& work,
 Json Budget::report() const {
     if (!milliseconds_) return nullptr;
     Json report = {{"milliseconds", *milliseconds_}};
-    if (costs_.empty()) return report; // no picture came so far
+    if (costs_.empty()) return report; // no picture so far
     report["chosen"] = costs_[choice_.index].name;
     report["chosenMilliseconds"] = costs_[choice_.index].milliseconds;
     report["fits"] = choice_.fits;

@@ -14,19 +14,19 @@ namespace altiro3D::tools {
 class CommandLine;
 class Messages;
 
-/// What one picture costs with one setting.
+/// Time that one picture takes with one setting.
 struct SettingCost {
-    std::string name;        ///< Of the setting.
+    std::string name;        ///< Name of the setting.
     double milliseconds = 0; ///< From the fitted photo and its depth to the Native.
 };
 
 /// The setting that was chosen.
 struct BudgetChoice {
-    std::size_t index = 0; ///< Among the costs.
-    bool fits = false;     ///< Within the budget.
+    std::size_t index = 0; ///< Index into the costs.
+    bool fits = false;     ///< True if the setting is within the budget.
 };
 
-/// The first setting that makes the Native within the budget; the last if none does.
+/// Chooses the first setting within the budget, or the last setting if none is.
 /// @param costs best setting first; not empty
 inline BudgetChoice chooseWithinBudget(const std::vector<SettingCost>& costs,
                                        double budgetMilliseconds) {
@@ -36,7 +36,7 @@ inline BudgetChoice chooseWithinBudget(const std::vector<SettingCost>& costs,
     return {costs.size() - 1, false};
 }
 
-/// The settings that a budget may choose, best first. All take one path to the Native.
+/// The settings that --budget chooses from, best first. All take the same path to the Native.
 /// @param base strength and focus of all of them
 std::vector<NamedViewOptions> budgetSettings(const ViewOptions& base);
 
@@ -47,26 +47,26 @@ class Budget {
     /// @throws UsageError
     explicit Budget(const CommandLine& commandLine);
 
-    /// A budget was given, and nothing is chosen yet.
+    /// True if a budget was given and no setting is chosen yet.
     bool mustChoose() const { return milliseconds_ && costs_.empty(); }
 
-    /// Chooses for all pictures of a run and says what. The costs are measured, or taken from the
-    /// user's cache if they were measured before.
+    /// Chooses the setting for all pictures of a run and reports it. The costs are measured, or
+    /// taken from the user's cache if they were measured before.
     ///
     /// @param base strength and focus
-    /// @param work what the costs depend on besides setting, picture and machine; fit for a file
-    ///        name
-    /// @param makeNative all that is done for the Native of the first picture
+    /// @param work key of what the costs depend on besides setting, picture and machine; must be
+    ///        usable in a file name
+    /// @param makeNative makes the Native of the first picture
     ViewOptions choose(const ViewOptions& base, const std::string& work,
                        const std::function<void(const ViewOptions&)>& makeNative,
                        Messages& messages);
 
-    /// For reports: what was measured and chosen, or null.
+    /// The measured costs and the choice, for reports; null without a budget.
     nlohmann::ordered_json report() const;
 
   private:
     std::optional<double> milliseconds_;
-    std::string advice_; // what takes less time
+    std::string advice_; // a way to take less time
     std::vector<SettingCost> costs_;
     BudgetChoice choice_;
     bool fromCache_ = false;

@@ -16,16 +16,16 @@ namespace {
 constexpr std::size_t kMaxTypos = 2;
 constexpr std::size_t kHelpColumn = 30;
 constexpr std::size_t kHelpWidth = 96;
-constexpr std::ptrdiff_t kFewOptions = 20; // --help shows so many, basic and advanced
+constexpr std::ptrdiff_t kFewOptions = 20; // up to this number, --help shows all options
 
-// The words that the help of a tool explains if it uses them.
+// The terms that the help of a tool explains if it uses them.
 const std::pair<const char*, const char*> kWords[] = {
     {"Native",
      "the picture for the panel: each sub-pixel shows the view that its lens sends to one "
      "direction; it must not be scaled"},
     {"view", "the scene from one camera position; view 0 is the leftmost"},
     {"quilt", "a collage of all views, view 0 at the bottom left"},
-    {"depth", "a grey picture that says how near each pixel is; near is white"},
+    {"depth", "a grey picture that shows how near each pixel is; near is white"},
     {"RGB-D", "a photo and its depth side by side in one picture"},
     {"parallax", "how far a thing moves between two views"},
     {"calibration",
@@ -51,7 +51,7 @@ bool hasWord(const std::string& text, const std::string& word) {
     return false;
 }
 
-// One byte is one character, there and back, so that any file name survives.
+// Each byte becomes one character and back, so that any file name is preserved.
 QString fromBytes(const std::string& bytes) {
     return QString::fromLatin1(bytes.data(), static_cast<int>(bytes.size()));
 }
@@ -60,7 +60,7 @@ std::string toBytes(const QString& text) {
     return text.toLatin1().toStdString();
 }
 
-// How many letters must be changed, added or left out to make one word of the other (Levenshtein).
+// The number of letters to change, add or remove to turn one word into the other (Levenshtein).
 std::size_t editDistance(const std::string& a, const std::string& b) {
     std::vector<std::size_t> row(b.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});

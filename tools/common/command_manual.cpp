@@ -1,4 +1,4 @@
-// The other faces of the help: manual page and completion of shells.
+// Manual page and shell completions, generated from the help.
 
 #include "common/command_line.hpp"
 
@@ -10,7 +10,7 @@ namespace altiro3D::tools {
 
 namespace {
 
-// What can stand after an option, told from the name of its value in the help.
+// The kind of an option's value, derived from its name in the help.
 enum class ValueKind { None, File, Directory, Words, Free };
 
 // The tools, for SEE ALSO.
@@ -33,7 +33,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
     return text;
 }
 
-// Text for groff: no character means anything by itself; hyphens stay what people type.
+// Escapes a text for groff: no character has a special meaning, and hyphens stay ASCII.
 std::string roff(std::string text) {
     text = replaced(std::move(text), "\\", "\\e");
     text = replaced(std::move(text), "-", "\\-");
@@ -42,7 +42,7 @@ std::string roff(std::string text) {
     return text;
 }
 
-// What comes first in a text: up to the first of some characters that ends a thought.
+// The beginning of a text, up to the first of some punctuation marks.
 std::string beginning(const std::string& text, const std::string& ends) {
     const auto isInside = [&](std::size_t at) { // of a number or a name, or between two words
         return at > 0 && at + 1 < text.size() && text[at] != '(' &&

@@ -38,7 +38,7 @@ bool hasStatusLine() {
 void showStatus(const std::string& text) {
     if (!hasStatusLine()) return;
     const std::lock_guard<std::mutex> lock(console.mutex);
-    // Without line wrap: only the last row of a wrapped line could be taken away.
+    // Line wrap is off, because only the last row of a wrapped line could be erased.
     put(stderr, "\r\033[K\033[?7l" + text + "\033[?7h");
     console.showsStatus = true;
 }

@@ -19,6 +19,15 @@ namespace {
 
 constexpr const char* kCues = "cues"; // -n: no network
 
+// The network that suits most photos and how to get it.
+constexpr const char* kDownload = "midas-small";
+
+const NetworkProfile* firstLarge(const std::vector<NetworkProfile>& catalog) {
+    for (const NetworkProfile& profile : catalog)
+        if (profile.large) return &profile;
+    return nullptr;
+}
+
 const NetworkProfile* named(const std::vector<NetworkProfile>& catalog, const std::string& name) {
     for (const NetworkProfile& profile : catalog) {
         if (profile.name == name) return &profile;
@@ -33,8 +42,8 @@ std::string namesOf(const std::vector<NetworkProfile>& catalog) {
     return names;
 }
 
-// near-white | far-white | metric[:SCALE]. The scale names the unit; relative depth does not need
-// it.
+// near-white | far-white | metric[:SCALE]. SCALE states the unit, which relative depth does not
+// need.
 DepthKind kindOption(const CommandLine& commandLine) {
     const auto text = commandLine.value("depth-kind");
     if (!text || *text == "near-white") return DepthKind::NearWhite;
@@ -64,14 +73,26 @@ cv::Size scaledInput(const NetworkProfile& profile, double longerSide) {
     return {side(profile.inputWidth), side(profile.inputHeight)};
 }
 
+InferenceEngine engineOption(const CommandLine& commandLine) {
+    const auto choice = commandLine.choice("engine", {"opencv", "onnxruntime"});
+    if (!choice) return InferenceEngine::Best;
+    if (*choice == 0) return InferenceEngine::OpenCv;
+    if (!hasOnnxRuntime()) {
+        throw Error(ErrorCode::Unsupported, "--engine",
+                    "ONNX Runtime is not built in, expected opencv, or a build on a system that "
+                    "has libonnxruntime-dev (Debian 13)");
+    }
+    return InferenceEngine::OnnxRuntime;
+}
+
 std::string processorName(InferenceTarget target) {
     return target == InferenceTarget::Cuda ? "CUDA" : "the CPU";
 }
 
 } // namespace
 
-std::string standardNetwork(bool large) {
-    return large ? "midas-large" : "midas-small";
+std::string engineName(InferenceEngine engine) {
+    return engine == InferenceEngine::OnnxRuntime ? "ONNX Runtime" : "OpenCV";
 }
 
 void addDepthOptions(CommandLine& commandLine, Medium medium) {
@@ -80,8 +101,8 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
     commandLine.add(
         {"n", "network"},
         "Depth network: an ONNX file, or the name of one in the catalogue; or cues, the "
-        "built-in estimator (default: " +
-            standardNetwork() + " if its file is found, else cues).",
+        "built-in estimator. Default: the first of midas-small and altiro3d whose file is "
+        "found, else cues.",
         "NETWORK", [] {
             std::vector<std::string> names{kCues};
             for (const NetworkProfile& profile : modelCatalog())
@@ -89,7 +110,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
             return names;
         });
     commandLine.addAdvanced({"l", "large"},
-                            "Use the large MiDaS network; with -n: FILE is a large network.");
+                            "Use the large MiDaS network; with -n: the file is a large network.");
     commandLine.addAdvanced(
         {"net-profile"},
         "Input and output of a network that is not in the catalogue (JSON, the keys of "
@@ -99,6 +120,13 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                             "Longer side of the network's input in px (default: its own, 256 for "
                             "midas-small). Smaller is quicker and less accurate.",
                             "PX");
+    commandLine.addAdvanced(
+        {"engine"},
+        std::string("Program that runs the network: opencv or onnxruntime, which "
+                    "is several times faster") +
+            (hasOnnxRuntime() ? " (default: onnxruntime where it can be used)."
+                              : " but is not built in here."),
+        "opencv|onnxruntime");
     if (video) {
         commandLine.add({"depth"},
                         "Depth is given: a video, or a directory with one picture per frame.",
@@ -112,6 +140,15 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                     std::string(video ? "Frame" : "Photo") +
                         " and depth are one RGB-D picture, with depth at this side.",
                     "right|left|top|bottom");
+    if (!video) {
+        commandLine.addAdvanced(
+            {"embedded-depth"},
+            "auto (default) uses the depth that comes with a photo, in its file (portraits of "
+            "phones) or beside it (name_depth.*); off ignores it. -d, --rgbd and -n go before it.",
+            "auto|off");
+        commandLine.addAdvanced({"unblurred"},
+                                "Use the sharp original of a portrait where the file has one.");
+    }
     commandLine.addAdvanced(
         {"depth-kind"},
         "Meaning of given depth: near-white (default), far-white, or metric[:SCALE] "
@@ -125,7 +162,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
         "The catalogue: the networks that -n accepts by name, and their input and output. "
         "PREFIX is where the tools are installed, such as /usr.");
     commandLine.addTerm(Chapter::Environment, "ALTIRO3D_MODELS",
-                        "Directories where networks and the catalogue are looked for first, "
+                        "Directories that are searched first for networks and the catalogue, "
                         "separated by colons.");
     commandLine.addTerm(Chapter::Environment, "XDG_DATA_HOME",
                         "Directory that is used instead of ~/.local/share.");
@@ -143,8 +180,8 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
     }
     kind_ = kindOption(commandLine);
     commandLine.exclude(filesOption, "rgbd");
-    commandLine.exclude("l", "net-profile"); // the profile says itself what the network is
-    for (const char* networkOption : {"n", "l", "net-profile", "network-size"}) {
+    commandLine.exclude("l", "net-profile"); // the profile itself describes the network
+    for (const char* networkOption : {"n", "l", "net-profile", "network-size", "engine"}) {
         commandLine.exclude(filesOption, networkOption);
         commandLine.exclude("rgbd", networkOption);
     }
@@ -158,11 +195,30 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
     } else {
         chooseNetwork(commandLine, messages);
     }
+    if (medium == Medium::Photo) choosePhotoDepth(commandLine);
+}
+
+void ChosenDepth::choosePhotoDepth(const CommandLine& commandLine) {
+    PhotoDepthOptions options;
+    const auto use = commandLine.choice("embedded-depth", {"auto", "off"});
+    options.unblurred = commandLine.has("unblurred");
+    for (const char* given : {"d", "rgbd"}) {
+        commandLine.exclude(given, "embedded-depth");
+        commandLine.exclude(given, "unblurred");
+    }
+    if (fromFiles_ || rgbdSide_) return;
+    const bool isNamed = commandLine.has("n") || commandLine.has("l");
+    if (isNamed && use.value_or(1) == 0) {
+        throw UsageError("--embedded-depth auto uses the depth of the photo, expected no -n and no "
+                         "-l with it");
+    }
+    options.useDepth = !isNamed && use.value_or(0) == 0;
+    if (options.useDepth || options.unblurred) source_ = depthInPhoto(std::move(source_), options);
 }
 
 void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.value("n") == kCues) {
-        for (const char* option : {"l", "net-profile", "network-size"}) {
+        for (const char* option : {"l", "net-profile", "network-size", "engine"}) {
             if (commandLine.has(option)) {
                 throw UsageError("-n cues uses no network, expected no " +
                                  std::string(option[1] == '\0' ? "-" : "--") + option);
@@ -207,7 +263,7 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
                                  " is a large network, but the catalogue knows it as " +
                                  known->name + "; expected no -l");
             }
-            if (known == nullptr && large) known = named(catalog, standardNetwork(true));
+            if (known == nullptr && large) known = firstLarge(catalog);
             if (known == nullptr) {
                 throw Error(ErrorCode::NotFound, *wanted,
                             "is not in the catalogue of networks, expected --net-profile FILE.json "
@@ -215,19 +271,17 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
             }
             profile = *known;
         }
-    } else {
-        const NetworkProfile* entry = named(catalog, standardNetwork(large));
-        if (entry != nullptr) {
-            networkFile = findModelFile(entry->file, searchPath);
-            profile = *entry;
-        }
-        if (networkFile.empty() && large) {
-            throw Error(ErrorCode::NotFound, "-l",
-                        "the large network" +
-                            (entry != nullptr ? " (" + entry->file + ")" : std::string()) +
-                            " was not found, expected it in the model search path (" +
-                            downloadCommand(standardNetwork(true)) + ") or given with -n");
-        }
+    } else if (const auto standard = standardNetwork(large, searchPath)) {
+        networkFile = standard->file;
+        profile = standard->profile;
+    } else if (large) {
+        const NetworkProfile* const known = firstLarge(catalog);
+        const std::string file = known != nullptr ? " (" + known->file + ")" : "";
+        throw Error(ErrorCode::NotFound, "-l",
+                    "the large network" + file +
+                        " was not found, expected it in the model search path (" +
+                        downloadCommand(known != nullptr ? known->name : "midas-large") +
+                        ") or given with -n");
     }
     const auto wantedSize = commandLine.wholeNumber("network-size", 16, 4096);
     if (networkFile.empty() && wantedSize) {
@@ -238,7 +292,7 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
         source_ = depthFromCues();
         description_ = source_->description();
         messages.say("depth: built-in estimator; for better depth get a network (" +
-                     downloadCommand(standardNetwork(false)) + ") or give a depth image (-d)");
+                     downloadCommand(kDownload) + ") or give a depth image (-d)");
         return;
     }
     const InferenceTarget target = chooseInferenceTarget(availableBackends());
@@ -248,19 +302,28 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
                          " for " + profile->name);
     }
     const cv::Size size = wantedSize ? scaledInput(*profile, *wantedSize) : cv::Size();
-    requireHarmless(networkFile, *profile, catalog, size, messages);
-    source_ = depthFromNetwork(DepthNetwork(networkFile, *profile, target, size));
+    const InferenceEngine engine = engineOption(commandLine);
+    requireHarmless(networkFile, *profile, catalog, size, engine, messages);
+    {
+        const QuietStandardError quiet; // some builds of ONNX Runtime print when they start
+        source_ = depthFromNetwork(DepthNetwork(networkFile, *profile, target, size, engine));
+    }
     description_ = source_->description();
-    messages.say("depth: " + description_ + ", " + sizeText(network()->inputSize()));
-    messages.detail("depth network runs on " + processorName(target));
+    const cv::Size input = network()->inputSize();
+    messages.say("depth: " + description_ + ", " +
+                 (network()->profile().inputShape == InputShape::Photo
+                      ? std::to_string(std::max(input.width, input.height)) + " px wide or high"
+                      : sizeText(input)));
+    messages.detail("depth network runs on " + processorName(target) + " by " +
+                    engineName(network()->engine()));
 }
 
 Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
                         Messages& messages, StageTimes& times) {
     refuseNative(photoFile, "a photo");
-    if (fromFiles_) refuseNative(depthFile, "a depth picture");
+    if (!depthFile.empty()) refuseNative(depthFile, "a depth picture");
     warnIfQuilt(photoFile, "quilt2native", messages);
-    const auto given = fromFiles_ ? depthFromFile(depthFile, kind_) : nullptr;
+    const auto given = depthFile.empty() ? nullptr : depthFromFile(depthFile, kind_);
     DepthSource& source = given ? *given : *source_;
     Scene scene;
     Notes notes;
@@ -269,6 +332,9 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
         scene.photo = source.readImage(photoFile, &notes);
     }
     messages.warn(notes);
+    used_ = given ? description_ : source.description();
+    if (used_ != description_ && !rgbdSide_)
+        messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + used_);
     times.end("read");
     try {
         source.readScene(scene.photo, flatDepth, scene);
@@ -278,7 +344,7 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
     }
     const double photoAspect = static_cast<double>(scene.photo.cols) / scene.photo.rows;
     const double depthAspect = static_cast<double>(scene.depth.cols) / scene.depth.rows;
-    if (fromFiles_ && !haveSameShape(photoAspect, depthAspect)) {
+    if (given && !haveSameShape(photoAspect, depthAspect)) {
         messages.warn(depthFile.string() + ": its shape differs from the photo's (" +
                       std::to_string(scene.depth.cols) + " x " + std::to_string(scene.depth.rows) +
                       " and " + sizeText(scene.photo.size()) + "); it is stretched to fit");

@@ -10,55 +10,59 @@
 
 namespace altiro3D::tools {
 
-/// Photos or videos: what depth options speak of.
+/// Input of the tool, for the wording and the choice of depth options.
 enum class Medium { Photo, Video };
 
-/// -n -l --net-profile --network-size -d --rgbd --depth-kind; with videos --depth, too
+/// -n -l --net-profile --network-size --engine -d --rgbd --depth-kind --embedded-depth --unblurred;
+/// for videos also --depth
 void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 
-/// Name in the catalogue of the network that is used where none is named, if its file is there.
-/// @param large the large one, of -l
-std::string standardNetwork(bool large = false);
+/// An engine's name for people. @return "OpenCV" or "ONNX Runtime"
+std::string engineName(InferenceEngine engine);
 
-/// Where the depth of photos comes from, by the options.
+/// The source of depth that the options choose.
 class ChosenDepth {
   public:
-    /// Reads the options and loads the network, if one is to be used.
+    /// Reads the options and loads the network if they choose one.
     /// @throws UsageError, Error
     ChosenDepth(const CommandLine& commandLine, Messages& messages, Medium medium = Medium::Photo);
 
-    /// Depth is read from a file of its own (`-d`, `--depth`).
+    /// True if depth is read from a separate file (`-d`, `--depth`).
     bool fromFiles() const { return fromFiles_; }
-    /// Depth is part of the picture (`--rgbd`): where.
+    /// The side of the depth if it is part of the picture (`--rgbd`).
     std::optional<DepthSide> rgbdSide() const { return rgbdSide_; }
-    /// The network, if one is used.
+    /// The network; null if none is used.
     const DepthNetwork* network() const { return source_ ? source_->network() : nullptr; }
-    /// What it is, for people and reports.
+    /// The source as text, for people and reports.
     const std::string& description() const { return description_; }
+    /// What the last read() took its depth from, for people and reports.
+    const std::string& used() const { return used_; }
 
-    /// Reads photo and depth of one item, by whatever way the options say.
-    /// @param photoFile photo, or one-picture RGB-D
+    /// Reads the photo of one item and reads or estimates its depth, as the options say.
+    /// @param photoFile photo, or RGB-D picture
     /// @param depthFile depth image with `-d`, else empty
-    /// @param flatDepth depth where there is no range
+    /// @param flatDepth value of the depth map if the depth has no range
     /// @return the photo and its depth map
     Scene read(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
                double flatDepth, Messages& messages, StageTimes& times);
 
-    /// What the numbers of given depth, or of estimate(), mean.
+    /// Meaning of the numbers of given depth, or of estimate().
     DepthKind kind() const;
-    /// Raw depth numbers of a picture, by the network or the built-in estimator.
+    /// Estimates raw depth of a picture with the network or the built-in estimator.
     /// @param picture [rows x cols, CV_8UC3, BGR]
     /// @param raw [any size, CV_32FC1], see kind()
     void estimate(const cv::Mat& picture, cv::Mat& raw);
 
   private:
     void chooseNetwork(const CommandLine& commandLine, Messages& messages);
+    void choosePhotoDepth(const CommandLine& commandLine);
 
     bool fromFiles_ = false;
     std::optional<DepthSide> rgbdSide_;
     DepthKind kind_ = DepthKind::NearWhite;
-    std::unique_ptr<DepthSource> source_; // absent: fromFiles_, each photo has its own
+    std::unique_ptr<DepthSource> source_; // null with fromFiles_
     std::string description_;
+    std::string used_;
 };
 
 } // namespace altiro3D::tools

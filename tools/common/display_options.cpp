@@ -77,7 +77,7 @@ fs::path sampleCalibration() {
                 "not found, expected -c visual.json or -m FILE.map");
 }
 
-// Warns where a file that was found by itself belongs to another display than those connected.
+// Warns if a file that was found automatically belongs to a display that is not connected.
 void warnOfAnotherMounted(const ChosenDisplay& display, const VolumeSearch& search,
                           Messages& messages) {
     std::string others;
@@ -96,7 +96,7 @@ void warnOfAnotherMounted(const ChosenDisplay& display, const VolumeSearch& sear
                   "; to use that one, give its file with -c");
 }
 
-// -c, or the first that is found.
+// The calibration of -c, or the first one found.
 ChosenDisplay chooseCalibration(const CommandLine& commandLine, const VolumeSearch& volumes,
                                 Messages& messages) {
     const InvertViews invert = invertOption(commandLine);
@@ -132,7 +132,7 @@ ChosenDisplay chooseCalibration(const CommandLine& commandLine, const VolumeSear
     return display;
 }
 
-// What is wrong with the sample calibration in the place of a display's own.
+// The warning about using the sample calibration in place of a display's own.
 std::string sampleWarning(DisplayUse use) {
     const std::string none = "no calibration was given or found: ";
     switch (use) {
@@ -155,7 +155,7 @@ std::string sampleWarning(DisplayUse use) {
     return {};
 }
 
-// Keeps the cache below its limit: the tables that were not used for longest go first.
+// Keeps the cache below its limit by removing the least recently used tables.
 void trimCache(const fs::path& directory) {
     struct Entry {
         fs::file_time_type used;
@@ -181,8 +181,8 @@ void trimCache(const fs::path& directory) {
     }
 }
 
-// The table of a display from the user's cache; built and kept there if it is not. The cache is a
-// convenience: whatever is wrong with it, the table is built.
+// The table of a display from the user's cache. A missing table is built and kept there. The cache
+// is optional: if anything is wrong with it, the table is built.
 NativeLut cachedLut(const Calibration& calibration, const QuiltLayout& layout, InvertViews invert,
                     Messages& messages) {
     const bool inverted = lensGeometry(calibration, invert).inverted;
@@ -225,7 +225,7 @@ NativeLut cachedLut(const Calibration& calibration, const QuiltLayout& layout, I
     return lut;
 }
 
-// A table that is damaged says how it is mended.
+// Adds to the error of a damaged table how to repair it.
 NativeLut readMap(const fs::path& file) {
     try {
         return NativeLut::load(file);
@@ -238,7 +238,7 @@ NativeLut readMap(const fs::path& file) {
     }
 }
 
-// An error of the library about a quilt, its subject by the name of the option.
+// An error of the library about a quilt, with the option's name as its subject.
 Error inOptions(const Error& error) {
     const std::string text = error.what();
     for (const auto& [subject, option] : {std::pair("quilt grid", "-q"), {"view size", "-r"}}) {
@@ -420,7 +420,7 @@ ChosenDisplay findCalibration(const CommandLine& commandLine, Messages& messages
 
 ChosenDisplay findDisplay(const CommandLine& commandLine, Messages& messages,
                           const VolumeSearch& volumes, DisplayUse use) {
-    samplingOption(commandLine); // wrong usage is said before any work
+    samplingOption(commandLine); // reports wrong usage before any work
     ChosenDisplay display;
     if (const auto file = commandLine.value("m")) {
         if (fs::path(*file).extension() == ".json") {
@@ -489,9 +489,44 @@ std::optional<QuiltGrid> gridOption(const CommandLine& commandLine) {
     }
 }
 
+bool isLayoutStated(const CommandLine& commandLine, const fs::path& quiltFile) {
+    return commandLine.has("q") || commandLine.has("r") || parseQuiltName(quiltFile).has_value();
+}
+
+std::optional<QuiltGrid> certainLayout(const FoundQuilt& found, const fs::path& file, cv::Size size,
+                                       const QuiltLayout& usual) {
+    const QuiltGrid grid{found.layout.columns, found.layout.rows};
+    switch (found.verdict) {
+    case QuiltVerdict::Quilt:
+        return grid;
+    case QuiltVerdict::NoQuilt:
+        throw Error(ErrorCode::BadFormat, file.string(),
+                    "is a photo or another picture of one view, expected a quilt (photo2native "
+                    "makes a Native of a photo; -q ROWSxCOLUMNS reads any picture as a quilt)");
+    case QuiltVerdict::Unsure:
+        break;
+    }
+    // a few px more or less, where views have a fractional size
+    if (usual.tileSize == cv::Size(size.width / usual.columns, size.height / usual.rows))
+        return std::nullopt;
+    std::string problem = "its name does not state the layout, and the picture shows none clearly";
+    if (found.confidence > 0) {
+        problem += " (perhaps " + std::to_string(grid.columns) + " columns x " +
+                   std::to_string(grid.rows) + " rows)";
+    }
+    throw UsageError(file.string() + ": " + problem +
+                     ", expected -q ROWSxCOLUMNS, or a name that ends in "
+                     "_qs<columns>x<rows>a<aspect>");
+}
+
+std::string foundText(const FoundQuilt& found) {
+    if (found.verdict != QuiltVerdict::Quilt) return "";
+    return "; found in the picture, " + fixed(100 * found.confidence, 0) + " % sure";
+}
+
 QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display,
                         Messages& messages, const std::optional<fs::path>& quiltFile,
-                        std::optional<cv::Size> quiltSize) {
+                        std::optional<cv::Size> quiltSize, const std::optional<FoundQuilt>& found) {
     QuiltRequest request;
     request.grid = gridOption(commandLine);
     try {
@@ -501,6 +536,9 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& dis
     }
     if (quiltFile) request.name = parseQuiltName(*quiltFile);
     request.quiltSize = quiltSize;
+    const bool stated = display.map && found && found->verdict != QuiltVerdict::Quilt; // by the map
+    if (found && !stated)
+        request.found = certainLayout(*found, *quiltFile, *quiltSize, display.quilt);
     const ResolvedQuilt resolved = resolveLayout(request, display.quilt, display.aspect());
     QuiltLayout layout = resolved.layout;
     if (display.map) {

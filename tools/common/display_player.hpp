@@ -7,18 +7,19 @@
 
 namespace altiro3D::tools {
 
-/// Shows Natives on the display through altiro3Dview, which stands beside the tool.
+/// Shows Natives on the display with altiro3Dview, which is installed beside the tool.
 class DisplayPlayer {
   public:
     /// Reads --serial and --screen. @throws Error
     DisplayPlayer(const CommandLine& commandLine, const ChosenDisplay& display);
 
-    /// Shows a Native, when the viewer has taken those before. [rows x cols, CV_8UC3, BGR]
-    /// @return false if the user has left
+    /// Sends a Native to the viewer and waits until all of it is written.
+    /// @param native [rows x cols, CV_8UC3, BGR]
+    /// @return false if the viewer has ended
     bool show(const cv::Mat& native);
-    /// What end() gives for a viewer that a signal has ended.
+    /// Result of end() if a signal ended the viewer.
     static constexpr int kCrashed = -1;
-    /// Waits until the viewer has ended; its exit status.
+    /// Waits until the viewer has ended. @return its exit status, or kCrashed
     int end();
 
   private:

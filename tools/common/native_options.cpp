@@ -6,7 +6,7 @@ namespace altiro3D::tools {
 
 namespace {
 
-// The option that asks for continuous positions; empty: none does.
+// The option that requests continuous positions; empty if none does.
 std::string continuousOption(const CommandLine& commandLine) {
     for (const char* option : {"continuous", "best"}) {
         if (commandLine.has(option)) return std::string("--") + option;
@@ -54,6 +54,7 @@ NativeOptions nativeOptions(const CommandLine& commandLine) {
     NativeOptions options;
     options.views = viewOptions(commandLine);
     options.fit = fitOption(commandLine, FitMode::Cover);
+    options.refine = refineOptions(commandLine);
     options.keepResolution = commandLine.has("k") || commandLine.has("best");
     if (!continuousOption(commandLine).empty()) options.positions = ViewPositions::Continuous;
     options.sampling = samplingOption(commandLine);
@@ -87,6 +88,7 @@ std::string costKey(const NativeMaker& maker, cv::Size photo) {
     const QuiltLayout& layout = maker.layout();
     std::string key = pathName(maker) + "-" + sizeKey(photo) + "-" + sizeKey(maker.panelSize());
     if (isContinuous(maker.options())) key += "-continuous";
+    if (!maker.options().refine.enabled) key += "-exact";
     if (blends(maker.options().sampling)) key += "-blended";
     if (maker.path() == NativePath::OverQuilt)
         key += "-" + sizeKey(layout.tileSize) + "-" + std::to_string(layout.viewCount);

@@ -10,24 +10,24 @@ namespace altiro3D::tools {
 
 /// --continuous --best
 void addNativeOptions(CommandLine& commandLine);
-/// Refuses options of Natives that do not go together; to be called before any work.
+/// Refuses options of Natives that exclude each other; call it before any work.
 /// @throws UsageError
 void checkNativeOptions(const CommandLine& commandLine);
-/// What the options say: those of views, --fit, -k, --best, --continuous and of sampling.
+/// Reads the options of views and sampling, --fit, -k, --best and --continuous.
 /// @throws UsageError
 NativeOptions nativeOptions(const CommandLine& commandLine);
 
-/// The maker for a display, over a quilt through the table of `-m` or of the user's cache.
-/// @param options from nativeOptions(), perhaps with other views and fit
-/// @param preferContinuous as --continuous, but only where no option stands against it
+/// Makes the NativeMaker for a display. On the path over a quilt it uses lookUpTable().
+/// @param options from nativeOptions(); views and fit may be changed
+/// @param preferContinuous as --continuous, unless another option rules it out
 /// @throws UsageError, Error
 NativeMaker makeNativeMaker(const CommandLine& commandLine, const ChosenDisplay& display,
                             const QuiltLayout& layout, NativeOptions options, Messages& messages,
                             bool preferContinuous = false);
 
-/// For reports. @return "direct" or "quilt"
+/// The maker's path, for reports. @return "direct" or "quilt"
 std::string pathName(const NativeMaker& maker);
-/// What the time of a Native depends on besides the picture: fit for a file name.
+/// A key of what the time of a Native depends on besides the picture; usable in a file name.
 /// @param photo size of the fitted photo
 std::string costKey(const NativeMaker& maker, cv::Size photo);
 

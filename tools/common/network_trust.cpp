@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kStepBytes = std::size_t{1} << 20;
+constexpr double kTrialSeconds = 120;
 
 std::string hexadecimal(const QCryptographicHash& hash) {
     return hash.result().toHex().toStdString();
@@ -35,8 +36,9 @@ std::string sha256(const fs::path& file) {
     return stream.eof() ? hexadecimal(hash) : std::string();
 }
 
-// Changes with the file and with what it is tried with. Empty if there is no such file.
-std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size size) {
+// A key that changes with the file and with what it is tested with. Empty without such a file.
+std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size size,
+                  InferenceEngine engine) {
     struct stat state {};
     if (::stat(file.c_str(), &state) != 0 || !S_ISREG(state.st_mode)) return {};
     std::string key = std::string(version()) + " " CV_VERSION;
@@ -47,7 +49,8 @@ std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size 
           static_cast<long long>(state.st_ctim.tv_sec),
           static_cast<long long>(state.st_ctim.tv_nsec), static_cast<long long>(profile.inputWidth),
           static_cast<long long>(profile.inputHeight), static_cast<long long>(size.width),
-          static_cast<long long>(size.height)}) {
+          static_cast<long long>(size.height), static_cast<long long>(engine),
+          static_cast<long long>(hasOnnxRuntime())}) {
         key += ' ' + std::to_string(number);
     }
     QCryptographicHash hash(QCryptographicHash::Sha256);
@@ -55,13 +58,13 @@ std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size 
     return hexadecimal(hash).substr(0, 16);
 }
 
-// What is known about a file.
+// Cached facts about a file.
 struct Findings {
     std::string sha256;
-    bool survived = false; // it was tried
+    bool survived = false; // it has passed the test
 };
 
-// Without an entry, or with one that is damaged, nothing is known.
+// A missing or damaged entry gives empty findings.
 Findings findingsIn(const fs::path& entry) {
     constexpr std::size_t kDigits = 64;
     Findings findings;
@@ -91,8 +94,8 @@ void keep(const fs::path& entry, const Findings& findings) {
 
 void requireHarmless(const fs::path& file, const NetworkProfile& profile,
                      const std::vector<NetworkProfile>& catalog, cv::Size inputSize,
-                     Messages& messages) {
-    const std::string key = keyOf(file, profile, inputSize);
+                     InferenceEngine engine, Messages& messages) {
+    const std::string key = keyOf(file, profile, inputSize, engine);
     if (key.empty()) return; // nothing to run
     const fs::path directory = cacheDirectory();
     const fs::path entry = directory.empty() ? fs::path() : directory / ("network-" + key + ".txt");
@@ -103,7 +106,7 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
     const NetworkProfile* const named = findProfile(catalog, file);
     if (named != nullptr && !named->sha256.empty() && named->sha256 != findings.sha256) {
         messages.warn(file.string() + ": differs from the catalogue's " + named->name +
-                      " (its SHA-256 is another): get it again with " +
+                      " (its SHA-256 is different): download it again with " +
                       downloadCommand(named->name));
     }
     const bool known =
@@ -111,8 +114,8 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
             return !network.sha256.empty() && network.sha256 == findings.sha256;
         });
     if (!known && !findings.survived) {
-        messages.detail(file.string() + ": is not in the catalogue; tried in a process of its own");
-        probeNetwork(file, profile, inputSize);
+        messages.detail(file.string() + ": is not in the catalogue; tested in a separate process");
+        probeNetwork(file, profile, inputSize, kTrialSeconds, engine);
         findings.survived = true;
         keep(entry, findings);
     } else if (isNew) {

@@ -10,21 +10,20 @@
 
 namespace altiro3D::tools {
 
-/// Makes sure that loading and running a network does not end this process: one whose SHA-256 is in
-/// the catalogue is trusted, any other is tried in a child process first (probeNetwork()). Warns of
-/// a file that has the name of one in the catalogue and other contents.
+/// Makes sure that a network does not crash this process. A network whose SHA-256 is in the
+/// catalogue is trusted; any other is first tested in a child process (probeNetwork()). Warns if a
+/// file has a name of the catalogue but other contents.
 ///
-/// What was found out about a file is kept in the user's cache for as long as the file stays as it
-/// is, so it costs time once.
+/// The result is kept in the user's cache until the file changes, so the test runs only once.
 ///
-/// @param file the ONNX file @param profile how it is fed
-/// @param catalog the known networks @param inputSize as for DepthNetwork
+/// @param file the ONNX file @param profile preparation of its input
+/// @param catalog the known networks @param inputSize, engine as for DepthNetwork
 /// @throws Error NetworkFailed
 void requireHarmless(const std::filesystem::path& file, const NetworkProfile& profile,
                      const std::vector<NetworkProfile>& catalog, cv::Size inputSize,
-                     Messages& messages);
+                     InferenceEngine engine, Messages& messages);
 
-/// The command that downloads a network of the catalogue, as it is called on this machine.
+/// The command that downloads a network of the catalogue, with its path on this machine.
 std::string downloadCommand(const std::string& name);
 
 } // namespace altiro3D::tools

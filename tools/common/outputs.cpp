@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The place a name means, links followed, whether it exists or not.
+// The path of a name with links resolved; it need not exist.
 fs::path place(const fs::path& file) {
     std::error_code error;
     fs::path resolved = fs::weakly_canonical(fs::absolute(file, error), error);

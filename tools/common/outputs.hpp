@@ -7,34 +7,34 @@
 
 namespace altiro3D::tools {
 
-/// What a run reads and writes, checked before any work is done: no output is an input, no two
-/// outputs are one file, and what exists is replaced only if the user wants it.
+/// The inputs and outputs of a run, checked before any work: no output is an input, no two outputs
+/// are the same file, and existing files are replaced only with the user's consent.
 class Outputs {
   public:
     /// @param replace existing files may be replaced (`-y`)
     explicit Outputs(bool replace) : replace_(replace) {}
 
-    /// A file that is read; it may be a network's name, or missing: whoever opens it says so.
+    /// Adds a file that is read. It may be a network's name or missing; opening it reports that.
     void addInput(const std::filesystem::path& file) { inputs_.push_back(file); }
-    /// A file that will be written.
+    /// Adds a file that will be written.
     void addOutput(const std::filesystem::path& file) { outputs_.push_back(file); }
 
-    /// The Native that will be written: a PNG file in its place that is not marked as one may be an
-    /// input, where names are in the wrong order, and that is said.
+    /// Adds the Native that will be written. If a PNG file of that name exists and is not marked as
+    /// a Native, the names may be in the wrong order; the message about the file says so.
     void addNative(const std::filesystem::path& file);
 
-    /// A directory that outputs go into; makeDirectories() makes it if it is not there.
+    /// Adds a directory for outputs; makeDirectories() creates it if it does not exist.
     void addDirectory(const std::filesystem::path& directory) { directories_.push_back(directory); }
 
-    /// What else is to be said of an output if it exists: "and ...".
+    /// Sets the end of the message for an output that exists: "and ...".
     void explainExisting(const std::filesystem::path& file, const std::string& why) {
         why_[file] = ", " + why;
     }
 
-    /// Checks all of it; asks on a terminal where a file exists and `-y` was not given.
-    /// @throws UsageError (output = input, two outputs in one), Error (exists, no directory)
+    /// Checks all names. If a file exists and `-y` was not given, asks on a terminal.
+    /// @throws UsageError (output = input, two outputs = one file), Error (exists, no directory)
     void check() const;
-    /// Makes the directories; call it when nothing but the work itself can fail any more.
+    /// Creates the directories; call it after all checks, immediately before the work.
     /// @throws Error WriteFailed
     void makeDirectories() const;
 
@@ -48,18 +48,18 @@ class Outputs {
     std::vector<std::filesystem::path> directories_;
 };
 
-/// Says that an input is missing before anything is said about outputs: names may be in the wrong
-/// order. @throws Error NotFound
+/// Reports a missing input. Call it before any check of outputs, because the names may be in the
+/// wrong order. @throws Error NotFound
 void requireFile(const std::filesystem::path& file);
 
-/// Refuses a file name that no picture can be written to.
-/// @param colours the picture has colours @throws UsageError
+/// Refuses a file name whose format cannot hold the picture.
+/// @param colours true if the picture has colours @throws UsageError
 void requirePictureName(const std::filesystem::path& file, bool colours = true);
 
-/// Refuses a file name that no video can be written to. @throws UsageError
+/// Refuses a file name whose format cannot hold a video. @throws UsageError
 void requireVideoName(const std::filesystem::path& file);
 
-/// The name of a view among `views` in a directory of its own: "view_07.png".
+/// The file name of one of `views` views: "view_07.png".
 std::string viewFileName(int view, int views);
 
 } // namespace altiro3D::tools

@@ -5,6 +5,7 @@
 #include "altiro3D/video_io.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 
 namespace altiro3D::tools {
@@ -13,13 +14,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// No for names that cannot be looked up: whoever opens them says why.
+// False for names that cannot be looked up; opening them reports the reason.
 bool isDirectory(const fs::path& name) {
     std::error_code error;
     return fs::is_directory(name, error);
 }
 
-// Says what a file that can be no photo is for.
+// Explains the purpose of a file that cannot be a photo.
 void requirePhotoName(const fs::path& name) {
     const std::string extension = name.extension().string();
     const char* hint = nullptr;
@@ -31,6 +32,13 @@ void requirePhotoName(const fs::path& name) {
     throw UsageError(name.string() + ": is not a picture, expected a photo; " + hint);
 }
 
+bool isJpegName(const fs::path& name) {
+    std::string extension = name.extension().string();
+    for (char& c : extension)
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension == ".jpg" || extension == ".jpeg";
+}
+
 // Several outputs of one kind go into a directory, one alone has the name that was given.
 fs::path outputName(const std::optional<std::string>& wanted, bool batch, const std::string& stem,
                     const std::string& ending) {
@@ -38,25 +46,27 @@ fs::path outputName(const std::optional<std::string>& wanted, bool batch, const 
     return batch ? fs::path(*wanted) / (stem + ending) : fs::path(*wanted);
 }
 
-// The pictures of a directory but Natives, which an earlier run may have left there.
-std::vector<fs::path> listPhotos(const fs::path& directory, Messages& messages) {
-    std::vector<fs::path> photos;
-    std::vector<fs::path> natives;
-    for (const fs::path& picture : listImages(directory))
-        (isMarkedNative(picture) ? natives : photos).push_back(picture);
-    if (natives.size() == 1) {
-        messages.warn(natives.front().string() + ": is a Native, not a photo; it is left out");
-    } else if (!natives.empty()) {
-        messages.warn(directory.string() + ": holds " + counted(natives.size(), "Native") +
-                      ", which are not photos; they are left out");
+// The photos of a folder. Says what is left out.
+std::vector<FolderPhoto> listPhotos(const fs::path& folder, const FolderSearch& search,
+                                    PhotoPlan& plan, Messages& messages) {
+    PhotoFolder found = searchFolder(folder, search);
+    for (const LeftOutFile& file : found.leftOut) {
+        const std::string line = file.file.string() + ": " + file.why;
+        if (file.kind == "Native") { // from an earlier run, or a mistake
+            messages.warn(line);
+        } else {
+            messages.say(line);
+        }
+        plan.leftOut.push_back(file);
     }
-    return photos;
+    return std::move(found.photos);
 }
 
-// All files that a photo gives.
+// All outputs of a photo.
 std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
     std::vector<fs::path> files;
-    for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd, item.video}) {
+    for (const fs::path& file :
+         {item.native, item.quilt, item.savedDepth, item.rgbd, item.photoWithDepth, item.video}) {
         if (!file.empty()) files.push_back(file);
     }
     if (!item.views.empty()) {
@@ -72,41 +82,55 @@ bool isFileWithContents(const fs::path& file) {
 }
 
 // The photos (and depths) among the names; the last name is the output.
-std::vector<std::pair<fs::path, fs::path>> inputsOf(const std::vector<fs::path>& names, bool pairs,
-                                                    Messages& messages) {
-    std::vector<std::pair<fs::path, fs::path>> inputs;
+std::vector<FolderPhoto> inputsOf(const CommandLine& commandLine, PhotoPlan& plan,
+                                  Messages& messages) {
+    const std::vector<fs::path>& names = commandLine.files();
+    const bool pairs = commandLine.has("d");
+    std::vector<FolderPhoto> inputs;
     std::vector<fs::path> given(names.begin(), names.end() - 1);
+    FolderSearch search;
+    search.recursive = commandLine.has("recursive");
+    search.pairDepth = !pairs && !commandLine.has("rgbd");
+    search.outputs = {names.back()};
+    for (const char* option :
+         {"save-quilt", "save-depth", "save-rgbd", "save-photo-with-depth", "save-views", "lg"}) {
+        if (const auto directory = commandLine.value(option))
+            search.outputs.emplace_back(*directory);
+    }
     if (pairs && given.size() == 2 && isDirectory(given[0]) && isDirectory(given[1])) {
+        search.outputs.push_back(given[1]);
         std::map<std::string, fs::path> depths;
         for (const fs::path& depth : listImages(given[1]))
             depths[depth.stem().string()] = depth;
-        for (const fs::path& photo : listPhotos(given[0], messages)) {
-            const auto found = depths.find(photo.stem().string());
-            inputs.emplace_back(photo, found != depths.end()
-                                           ? found->second
-                                           : given[1] / photo.filename()); // fails by name, later
+        for (FolderPhoto& input : listPhotos(given[0], search, plan, messages)) {
+            const auto found = depths.find(input.photo.stem().string());
+            input.depth = found != depths.end()
+                              ? found->second
+                              : given[1] / input.photo.filename(); // fails by name
+            inputs.push_back(input);
         }
     } else if (pairs) {
         if (given.size() % 2 != 0) {
             throw UsageError("-d takes pairs PHOTO DEPTH and one output, got " +
                              counted(names.size(), "name") + "; see photo2native --help");
         }
-        for (std::size_t i = 0; i < given.size(); i += 2) {
-            inputs.emplace_back(given[i], given[i + 1]);
-        }
+        for (std::size_t i = 0; i < given.size(); i += 2)
+            inputs.push_back({given[i], given[i + 1], {}});
     } else {
         for (const fs::path& name : given) {
             if (!isDirectory(name)) {
-                inputs.emplace_back(name, fs::path());
+                inputs.push_back({name, {}, {}});
                 continue;
             }
-            for (const fs::path& photo : listPhotos(name, messages))
-                inputs.emplace_back(photo, fs::path());
+            for (const FolderPhoto& photo : listPhotos(name, search, plan, messages))
+                inputs.push_back(photo);
         }
     }
     if (inputs.empty()) {
         throw Error(ErrorCode::NotFound, given.front().string(),
-                    "holds no pictures to convert, expected photos (Natives are left out)");
+                    "holds no pictures to convert, expected photos" +
+                        (plan.leftOut.empty() ? std::string()
+                                              : " (left out: " + kindsText(plan.leftOut) + ")"));
     }
     return inputs;
 }
@@ -124,10 +148,10 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
     }
     for (std::size_t i = 0; i + 1 < names.size(); ++i)
         requirePhotoName(names[i]);
-    const auto inputs = inputsOf(names, pairs, messages);
     const fs::path& last = names.back();
     std::error_code error;
     PhotoPlan plan;
+    const std::vector<FolderPhoto> inputs = inputsOf(commandLine, plan, messages);
     plan.batch = names.size() > least || isDirectory(last) || isDirectory(names.front());
     if (plan.batch && !isDirectory(last) && (fs::exists(last, error) || canWriteImage(last))) {
         throw UsageError(
@@ -135,7 +159,8 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
             ": names one file, expected a directory for the outputs of several photos" +
             (names.size() == 3 && !pairs ? ", or -d with a photo and its depth" : ""));
     }
-    for (const char* option : {"save-quilt", "save-depth", "save-rgbd", "lg"}) {
+    for (const char* option :
+         {"save-quilt", "save-depth", "save-rgbd", "save-photo-with-depth", "lg"}) {
         const auto name = commandLine.value(option);
         if (plan.batch && name && (canWriteImage(*name) || canWriteVideo(*name))) {
             throw UsageError("--" + std::string(option) + " " + *name +
@@ -144,15 +169,16 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
         }
     }
     std::map<std::string, int> stems;
-    for (const auto& input : inputs)
-        ++stems[input.first.stem().string()];
-    for (const auto& [photo, depth] : inputs) {
-        // a.jpg and a.png keep their extensions, or their outputs would have one name
-        const std::string stem =
-            stems[photo.stem().string()] > 1 ? photo.filename().string() : photo.stem().string();
+    for (const FolderPhoto& input : inputs)
+        ++stems[(input.folder / input.photo.stem()).string()];
+    for (const auto& [photo, depth, folder] : inputs) {
+        // a.jpg and a.png keep their extensions; otherwise their outputs would have the same name
+        std::string stem = (folder / photo.stem()).string();
+        if (stems[stem] > 1) stem = (folder / photo.filename()).string();
         PhotoItem item;
         item.photo = photo;
         item.depth = depth;
+        item.isFromFolder = std::find(names.begin(), names.end(), photo) == names.end();
         if (!plan.batch) requireFile(photo); // of several, one that is bad does not stop the rest
         if (!plan.batch && !depth.empty()) requireFile(depth);
         item.native = plan.batch ? last / (stem + "_native.png") : last;
@@ -160,6 +186,8 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
         item.savedDepth =
             outputName(commandLine.value("save-depth"), plan.batch, stem, "_depth.png");
         item.rgbd = outputName(commandLine.value("save-rgbd"), plan.batch, stem, "_rgbd.png");
+        item.photoWithDepth = outputName(commandLine.value("save-photo-with-depth"), plan.batch,
+                                         stem, "_with_depth.jpg");
         item.views = outputName(commandLine.value("save-views"), plan.batch, stem, "_views");
         item.video = outputName(commandLine.value("lg"), plan.batch, stem, ".mp4");
         if (!item.quilt.empty()) {
@@ -176,7 +204,7 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
 Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
                        const ChosenDisplay& display, int views) {
     const bool skip = commandLine.has("skip-existing");
-    // what is there without the rest of its photo's outputs, and the report, are made anew
+    // incomplete sets of outputs and the report are made again
     Outputs outputs(commandLine.has("y") || skip);
     for (const fs::path& file : display.files)
         outputs.addInput(file);
@@ -187,13 +215,17 @@ Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
         outputs.addInput(item.photo);
         if (!item.depth.empty()) outputs.addInput(item.depth);
         if (plan.batch) {
-            for (const fs::path& file :
-                 {item.native, item.quilt, item.savedDepth, item.rgbd, item.video}) {
+            for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd,
+                                         item.photoWithDepth, item.video}) {
                 if (!file.empty()) outputs.addDirectory(file.parent_path());
             }
         }
         for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
             if (!file.empty()) requirePictureName(file, file != item.savedDepth);
+        }
+        if (!item.photoWithDepth.empty() && !isJpegName(item.photoWithDepth)) {
+            throw UsageError("--save-photo-with-depth " + item.photoWithDepth.string() +
+                             ": is not the name of a JPEG, expected FILE.jpg");
         }
         if (!item.video.empty()) requireVideoName(item.video);
         if (!item.views.empty()) outputs.addDirectory(item.views);

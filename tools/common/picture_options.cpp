@@ -37,6 +37,19 @@ void addSceneOptions(CommandLine& commandLine) {
                     "DEPTH");
 }
 
+void addRefineOption(CommandLine& commandLine) {
+    commandLine.addAdvanced(
+        {"exact-depth"},
+        "Use the depth as it is. By default its edges are moved to the edges of the photo, soft "
+        "steps are sharpened and noise is smoothed; exact depth hardly changes.");
+}
+
+DepthRefineOptions refineOptions(const CommandLine& commandLine) {
+    DepthRefineOptions options;
+    options.enabled = !commandLine.has("exact-depth");
+    return options;
+}
+
 void addViewOptions(CommandLine& commandLine) {
     commandLine.addSection("Views");
     commandLine.add(
@@ -46,6 +59,7 @@ void addViewOptions(CommandLine& commandLine) {
         "layered|fast|real");
     commandLine.addAdvanced({"g", "geometric"}, "The same as --method real.");
     addSceneOptions(commandLine);
+    addRefineOption(commandLine);
     commandLine.addAdvanced(
         {"k", "keep"},
         "Compute views at the panel's resolution: more detail, more time. Only a Native that is "

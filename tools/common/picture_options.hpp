@@ -13,14 +13,17 @@ namespace altiro3D::tools {
 
 /// --strength --focus
 void addSceneOptions(CommandLine& commandLine);
-/// --method -g --strength --focus -k, and the options of the methods
+/// --exact-depth
+void addRefineOption(CommandLine& commandLine);
+DepthRefineOptions refineOptions(const CommandLine& commandLine);
+/// --method -g --strength --focus --exact-depth -k, and the options of the methods
 void addViewOptions(CommandLine& commandLine);
 /// @throws UsageError
 ViewOptions viewOptions(const CommandLine& commandLine);
 /// "fast", "real" or "layered"
 std::string methodName(ViewMethod method);
 
-/// Refuses knobs of methods that are not used, unless they stand where they stand anyway.
+/// Refuses options of methods that are not used, unless they have their default values.
 /// @throws UsageError
 void requireKnobsOf(const CommandLine& commandLine, ViewMethod method);
 
@@ -31,10 +34,10 @@ class CameraOptions {
     /// @throws UsageError, Error (camera file)
     explicit CameraOptions(const CommandLine& commandLine);
 
-    /// Options for one photo: with `--camera` the file's camera gives the strength.
+    /// Options for one photo. With `--camera`, the strength follows from the camera.
     ///
-    /// @param options of the command line
-    /// @param photoFile the photo, whose EXIF may know the focal length
+    /// @param options options from the command line
+    /// @param photoFile the photo, whose EXIF may state the focal length
     /// @param fit how the photo is fitted
     ViewOptions apply(const ViewOptions& options, const std::filesystem::path& photoFile,
                       cv::Size photoSize, const PhotoFit& fit, Messages& messages) const;
@@ -48,37 +51,37 @@ class CameraOptions {
 void addFitOption(CommandLine& commandLine, const std::string& standard);
 /// @throws UsageError
 std::optional<FitMode> fitOption(const CommandLine& commandLine);
-/// @param standard used where the option is not given @throws UsageError
+/// @param standard result if the option is not given @throws UsageError
 FitMode fitOption(const CommandLine& commandLine, FitMode standard);
 /// "cover", "contain" or "stretch"
 std::string fitName(FitMode mode);
 
-/// How much is cut off where a picture fills a panel of quite another shape, as "40 % of the width
-/// is cut off"; empty where it is little.
-/// @param seenAspect width : height of what the picture shows @param panelAspect the panel's
+/// A sentence such as "40 % of the width is cut off" if a picture fills a panel of a very different
+/// shape; empty if little is cut off.
+/// @param seenAspect width : height of the picture as shown @param panelAspect that of the panel
 std::string cutText(double seenAspect, double panelAspect, FitMode mode);
-/// Says it.
+/// Reports cutText(), unless it is empty.
 void tellCut(double seenAspect, double panelAspect, FitMode mode, const Messages& messages);
 
-/// Warns where neighbouring views lie so far apart that edges show double.
+/// Warns if the parallax between adjacent views is so large that edges appear double.
 void warnAboutParallax(const CommandLine& commandLine, const AdjacentParallax& parallax,
                        Messages& messages);
 
-/// Warns where a Native loses its sub-pixels on the way to the file.
+/// Warns if the file format does not preserve a Native's sub-pixels.
 void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages);
 
-/// Warns where a depth map is less in the file than it could be.
+/// Warns if the file format stores a depth map with less precision than another one would.
 void warnAboutDepthFormat(const std::filesystem::path& file, Messages& messages);
 
 /// Renders a quilt and writes the Native; stages "render" and "write".
 void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
                     const std::filesystem::path& output, Messages& messages, StageTimes& times);
 
-/// Warns of a photo or clip whose name says that it is a quilt.
-/// @param instead what takes quilts: a tool or an option
+/// Warns if the name of a photo or video says that it is a quilt.
+/// @param instead the tool or option that reads quilts
 void warnIfQuilt(const std::filesystem::path& file, const std::string& instead, Messages& messages);
 
-/// Refuses a Native where another picture is expected: names in the wrong order, mostly.
+/// Refuses a Native where another picture is expected; usually the names are in the wrong order.
 /// @param expected "a photo" @throws Error BadFormat
 void refuseNative(const std::filesystem::path& file, const std::string& expected);
 

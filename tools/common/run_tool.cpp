@@ -37,15 +37,14 @@ int finish(const Messages& messages, int status) {
     return kExitFailed;
 }
 
-// Prints what was asked for instead of work, such as the help. A reader that has enough of it, as
-// head(1), may close the pipe.
+// Prints a text such as the help. Its reader may close the pipe early, as head(1) does.
 int answer(const Messages& messages, const std::string& text) {
     errno = 0;
     const bool written = std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
     return errno == EPIPE && !written ? kExitDone : finish(messages, kExitDone);
 }
 
-// Standard error is the process's: the first who wants it quiet turns it off, the last on again.
+// Standard error belongs to the process: the first object turns it off, the last one on again.
 struct Quiet {
     std::mutex mutex;
     int users = 0;
@@ -62,7 +61,7 @@ std::string oneLine(std::string text) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         const auto c = static_cast<unsigned char>(text[i]);
         if (c < 0x20 || c == 0x7f) text[i] = ' ';
-        // U+0080..U+009F, which some terminals obey
+        // U+0080..U+009F, control characters for some terminals
         if (c == 0xc2 && i + 1 < text.size() && (text[i + 1] & 0xe0) == 0x80)
             text.replace(i, 2, " ");
     }
@@ -223,7 +222,7 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
 
     commandLine.addSection("General");
     commandLine.addAdvanced({"j"}, "Use N threads (default: all processors).", "N");
-    commandLine.add({"v", "verbose"}, "Say what is done and how long each stage takes.");
+    commandLine.add({"v", "verbose"}, "Print what is done and how long each stage takes.");
     commandLine.add({"h", "help"}, "Show this help.");
     commandLine.add({"version"}, "Show the version.");
     if (commandLine.hasMore()) {

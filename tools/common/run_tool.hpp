@@ -16,39 +16,40 @@ constexpr int kExitDone = 0;
 constexpr int kExitFailed = 1;
 constexpr int kExitUsage = 2;
 
-/// What a tool says while it works.
+/// The messages of a tool.
 ///
 /// Results go to standard output, warnings and errors to standard error, each on one line. Warnings
-/// wait until the work they belong to is done: a run that fails says one thing, its error.
+/// are held back until their work is done, so that a run that fails shows its error only.
 class Messages {
   public:
     Messages(std::string tool, bool verbose) : tool_(std::move(tool)), verbose_(verbose) {}
 
     bool verbose() const { return verbose_; }
-    /// Standard output is for programs from now on: say() and detail() say nothing.
+    /// Reserves standard output for programs: say() and detail() have no effect from now on.
     void leaveStandardOutput() { silent_ = true; }
-    /// A line about the result.
+    /// Writes a line about the result.
     void say(const std::string& line) const;
-    /// A text for programs, such as JSON, as it is.
+    /// Writes a text for programs, such as JSON, unchanged.
     void print(const std::string& text) const;
-    /// What say() and detail() talk about from now on, where there are several; empty: no word.
+    /// Sets the item that the following messages of say() and detail() begin with, if a run has
+    /// several items; empty: none.
     void setSubject(const std::string& subject) { subject_ = subject; }
     bool hasSubject() const { return !subject_.empty(); }
-    /// A line that only `-v` shows.
+    /// Writes a line if `-v` was given.
     void detail(const std::string& line) const;
-    /// A warning; shown by flushWarnings(), the same text once only.
+    /// Adds a warning; flushWarnings() shows it. The same text is shown only once.
     void warn(const std::string& line);
     void warn(const std::vector<std::string>& lines);
     void warn(const Notes& notes);
-    /// A warning that holds for the subject only, which it names.
+    /// Adds a warning that begins with the subject.
     void warnOfSubject(const std::string& line) { warn(ofSubject(line)); }
-    /// Shows the warnings that wait.
+    /// Shows the pending warnings.
     void flushWarnings();
-    /// Forgets the warnings that wait.
+    /// Discards the pending warnings.
     void dropWarnings();
-    /// The warnings so far, shown or waiting.
+    /// All warnings so far, shown or pending.
     const std::vector<std::string>& warnings() const { return all_; }
-    /// An error line.
+    /// Writes an error line.
     void fail(const std::string& line) const;
 
   private:
@@ -64,12 +65,12 @@ class Messages {
     std::vector<std::string> all_;
 };
 
-/// Stage names with the milliseconds they took.
+/// The stages of the work and their times.
 class StageTimes {
   public:
-    /// Ends the stage that began with the last call (or the construction).
+    /// Ends the stage that began with the last call or the construction.
     void end(const std::string& stage);
-    /// A stage that was timed elsewhere, in milliseconds.
+    /// Adds a stage that was timed elsewhere.
     void add(const std::string& stage, double milliseconds) {
         stages_.emplace_back(stage, milliseconds);
     }
@@ -83,16 +84,16 @@ class StageTimes {
 };
 
 /// Peak memory of this process since its start or the last resetPeakMemory(), in MB of 2^20 bytes;
-/// 0 where the system does not tell.
+/// 0 if the system does not report it.
 double peakMegabytes();
 void resetPeakMemory();
 
 /// "1536 x 2048 px"
 std::string sizeText(cv::Size size);
-/// The text as one line without orders to a terminal, such as file names may hold.
+/// The text as one line without terminal escape sequences, which file names may contain.
 std::string oneLine(std::string text);
 
-/// A progress line on a terminal, for work of several steps; nothing elsewhere.
+/// A progress line on a terminal, for work of several steps; no effect without a terminal.
 class Progress {
   public:
     explicit Progress(std::size_t steps);
@@ -101,7 +102,7 @@ class Progress {
     Progress& operator=(const Progress&) = delete;
     /// Shows that a step begins.
     void step(const std::string& what);
-    /// Takes the line away, so that other lines can be written.
+    /// Erases the line, so that other lines can be written.
     void clear();
 
   private:
@@ -110,8 +111,8 @@ class Progress {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Keeps what decoders print by themselves off standard error while any of these lives; messages of
-/// other threads are lost with it.
+/// Discards standard error, to which decoders print by themselves, while an object of this class
+/// exists. Messages of other threads are lost as well.
 class QuietStandardError {
   public:
     QuietStandardError();
@@ -120,20 +121,20 @@ class QuietStandardError {
     QuietStandardError& operator=(const QuietStandardError&) = delete;
 };
 
-/// Runs a tool: adds the options that all tools have (--help, --version, -v, -j), reads the command
-/// line, calls the body and turns every failure into one line and an exit status.
+/// Runs a tool: adds the options of all tools (--help, --version, -v, -j), reads the command line,
+/// calls the body and turns every failure into one line and an exit status.
 int runTool(int argc, char** argv, CommandLine& commandLine,
             const std::function<int(const CommandLine&, Messages&)>& body);
 
-/// runTool() for a tool whose body makes a Qt application of its own: one with windows ends the
-/// process where there is no desktop, which --help must not.
+/// runTool() for a tool whose body makes its own Qt application: one with windows ends the process
+/// if there is no desktop, but --help must work there.
 int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
                               const std::function<int(const CommandLine&, Messages&)>& body);
 
-/// A number with so many decimals.
+/// A number with the given number of decimals.
 std::string fixed(double value, int decimals);
 
-/// The sentence of any exception, on one line.
+/// The message of an exception on one line.
 std::string sentenceOf(const std::exception& error);
 
 } // namespace altiro3D::tools

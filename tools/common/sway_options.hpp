@@ -10,10 +10,10 @@
 
 namespace altiro3D::tools {
 
-/// --seconds --turns --fps --size: how a swaying video moves and how large it is.
+/// --seconds --turns --fps --size: motion and size of a swaying video
 void addSwayOptions(CommandLine& commandLine);
-/// --lg FILE, for tools that make the video besides, in a section of options for outputs.
-/// @param of what it tells of the pictures
+/// --lg FILE, for tools that also make the video; it belongs to the section of outputs.
+/// @param of beginning of the last sentence of its help, which ends in "plays everywhere"
 void addSwayFileOption(CommandLine& commandLine, const std::string& of);
 /// Refuses options of addSwayOptions() without --lg. @throws UsageError
 void requireSwayFile(const CommandLine& commandLine);
@@ -25,15 +25,15 @@ std::optional<cv::Size> swaySizeOption(const CommandLine& commandLine);
 /// "1080 x 1440 px, 240 frames, 8 s"
 std::string swayText(const SwayOptions& options, cv::Size size);
 
-/// Writes the video and shows its progress.
+/// Writes the video and shows the progress.
 void writeSwayFile(const std::filesystem::path& file, cv::Size size, const SwayOptions& options,
                    const SwayView& view);
 
-/// The same through the views of a quilt.
-/// @param quilt without unused px
-/// @param aspect width : height that a view is shown with
+/// Writes the video of a quilt's views and shows the progress.
+/// @param quilt [layout size, CV_8UC3, BGR]
+/// @param aspect width : height of a view as it is shown
 /// @param wanted size of the video, see swaySizeOption()
-/// @param fit of the views to that size
+/// @param fit how the views are fitted to that size
 /// @return size of the video
 cv::Size writeQuiltSwayFile(const std::filesystem::path& file, const cv::Mat& quilt,
                             const QuiltLayout& layout, double aspect,

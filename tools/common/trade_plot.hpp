@@ -12,8 +12,8 @@ struct TradePoint {
     double decibels = 0;     ///< Accuracy.
 };
 
-/// A picture (SVG) of accuracy over time, logarithmic in time. Settings that no other one beats in
-/// both are joined by a line.
+/// A plot of accuracy over time as SVG, with a logarithmic time axis. A line joins the settings
+/// that no other setting beats in both.
 std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::string& title);
 
 } // namespace altiro3D::tools

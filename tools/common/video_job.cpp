@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The estimators that the options choose from, for the library.
+// The depth sources of the options, for the library.
 class EstimatedDepth : public DepthSource {
   public:
     explicit EstimatedDepth(ChosenDepth& depth) : depth_(depth) {}
@@ -41,7 +41,7 @@ std::string factsText(const VideoFacts& facts) {
     return text;
 }
 
-// A picture opens as a video of one frame; who asks for that says so by --input-...
+// A picture opens as a video of one frame; only --input-... makes this intentional.
 void refusePicture(const CommandLine& commandLine, const VideoPlan& plan, const VideoFacts& facts) {
     std::error_code error;
     if (!fs::is_regular_file(plan.input, error) || commandLine.has("input-format") ||
@@ -75,10 +75,36 @@ DisplayUse useOf(VideoProduct product) {
     return DisplayUse::Show;
 }
 
+// What is found in the first frames of a video of quilts: one of them may be dark, or a title. None
+// if the layout is stated, or if the frames cannot be read twice.
+std::optional<FoundQuilt> searchFrames(const CommandLine& commandLine, const VideoPlan& plan) {
+    constexpr int kLastFrame = 64;
+    std::error_code error;
+    if (isLayoutStated(commandLine, plan.input) || !fs::is_regular_file(plan.input, error))
+        return std::nullopt;
+    VideoReader reader(plan.input, plan.part);
+    std::optional<FoundQuilt> best;
+    int wanted = 0;
+    for (int number = 0; number <= kLastFrame; ++number) {
+        const auto frame = reader.next();
+        if (!frame) break;
+        if (number != wanted) continue;
+        wanted = std::max(1, 2 * wanted); // 0, 1, 2, 4, 8, ...
+        const FoundQuilt found = findQuiltLayout(frame->picture);
+        if (found.verdict == QuiltVerdict::Quilt) return found;
+        const bool saysMore =
+            found.verdict == QuiltVerdict::Unsure && best &&
+            (best->verdict == QuiltVerdict::NoQuilt || best->confidence < found.confidence);
+        if (!best || saysMore) best = found;
+    }
+    return best;
+}
+
 QuiltLayout layoutOf(const CommandLine& commandLine, const VideoJob& job, cv::Size frame,
-                     Messages& messages) {
+                     const std::optional<FoundQuilt>& found, Messages& messages) {
     const VideoPlan& plan = job.plan;
-    if (plan.fromQuilt) return chooseQuilt(commandLine, job.display, messages, plan.input, frame);
+    if (plan.fromQuilt)
+        return chooseQuilt(commandLine, job.display, messages, plan.input, frame, found);
     QuiltLayout layout = chooseQuilt(commandLine, job.display, messages);
     if (plan.product == VideoProduct::Quilt && !commandLine.has("r") && !job.display.map) {
         cv::Size& tile = layout.tileSize; // 4:2:0 has even sides only
@@ -101,8 +127,8 @@ void openDepth(const CommandLine& commandLine, VideoJob& job, Messages& messages
     steps = 1;
 }
 
-// The way from frames with depth to Natives.
-// @param seenAspect width : height of what a frame shows
+// The path from frames with depth to Natives.
+// @param seenAspect width : height of a frame as it is shown
 void choosePath(const CommandLine& commandLine, VideoJob& job, double seenAspect,
                 Messages& messages) {
     NativeOptions& native = job.native;
@@ -173,13 +199,16 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     messages.say(plan.inputName() + ": " + factsText(facts));
     if (!plan.fromQuilt) warnIfQuilt(plan.input, "--from-quilt", messages);
     if (plan.product == VideoProduct::Native) warnIfNative(facts, job.display, messages);
-    job.layout = layoutOf(commandLine, job, facts.size, messages);
+    std::optional<FoundQuilt> found;
+    if (plan.fromQuilt) found = searchFrames(commandLine, plan);
+    job.layout = layoutOf(commandLine, job, facts.size, found, messages);
     if (plan.product == VideoProduct::Quilt)
         plan.output = quiltFileName(plan.output, job.layout, job.display.aspect());
     checkOutputs(commandLine, plan, job.display);
     if (plan.fromQuilt) {
         const QuiltShape shape(plan.input, job.layout, job.display, fitOption(commandLine));
-        messages.say("quilt: " + quiltText(job.layout, shape.shownAspect()));
+        messages.say("quilt: " + quiltText(job.layout, shape.shownAspect()) +
+                     (found ? foundText(*found) : ""));
         tellShape(shape, messages);
         native.fit = shape.fit();
         conversion.viewAspect = shape.aspect();

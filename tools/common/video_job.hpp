@@ -11,22 +11,22 @@
 
 namespace altiro3D::tools {
 
-/// What the options make of a run.
+/// Everything that the options determine about a run.
 struct VideoJob {
     VideoPlan plan;
     VideoProfile profile;
     ChosenDisplay display;
-    QuiltLayout layout;               ///< of quilts
+    QuiltLayout layout;               ///< layout of quilts
     NativeOptions native;             ///< how Natives are made
     std::string path;                 ///< "direct" or "quilt", for reports
-    std::optional<ChosenDepth> depth; ///< absent: frames are quilts
-    VideoDepthOptions depthOptions;   ///< how often it is estimated
+    std::optional<ChosenDepth> depth; ///< absent if frames are quilts
+    VideoDepthOptions depthOptions;   ///< how often depth is estimated
     VideoWriterOptions encoding;      ///< how frames are encoded
 };
 
-/// Opens the input and settles everything about a run but the output: all that can be said against
-/// the call is said here.
-/// @param job only its plan is set; its depth is used by the conversion
+/// Opens the input and determines everything about a run except the output. Reports all errors of
+/// the call.
+/// @param job only `plan` must be set; the conversion uses `depth`, so keep the job alive
 /// @return the conversion
 /// @throws UsageError, Error
 VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Messages& messages);

@@ -18,15 +18,7 @@ const std::array<VideoProfile, 3> kProfiles = {{
     {"best", ViewMethod::Layered, true, 1, EncoderPreset::Medium, 12},
 }};
 
-constexpr std::array<const char*, 9> kPresets = { // in the order of EncoderPreset
-
-    "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow"};
-
 } // namespace
-
-std::string presetName(EncoderPreset preset) {
-    return kPresets[static_cast<std::size_t>(preset)];
-}
 
 void addProfileOption(CommandLine& commandLine) {
     commandLine.add(
@@ -131,7 +123,9 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
     options.crf = commandLine.number("crf", 0, 51).value_or(profile.crf);
     options.preset = profile.preset;
     if (commandLine.has("preset")) {
-        const std::vector<std::string> presets(kPresets.begin(), kPresets.end());
+        std::vector<std::string> presets;
+        for (int i = 0; i <= static_cast<int>(EncoderPreset::VerySlow); ++i)
+            presets.emplace_back(presetName(static_cast<EncoderPreset>(i)));
         options.preset = static_cast<EncoderPreset>(*commandLine.choice("preset", presets));
     }
     options.audio = !commandLine.has("no-audio");

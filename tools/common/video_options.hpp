@@ -10,11 +10,11 @@
 
 namespace altiro3D::tools {
 
-/// A set of settings for one purpose; options given beside it win.
+/// A set of settings for one purpose; options on the command line override it.
 struct VideoProfile {
     std::string name;
     ViewMethod method = ViewMethod::Layered;
-    bool keep = false;  ///< views at the panel's resolution, cameras anywhere
+    bool keep = false;  ///< views at the panel's resolution, continuous view positions
     int depthEvery = 0; ///< see VideoDepthOptions
     EncoderPreset preset = EncoderPreset::SuperFast;
     double crf = 16;
@@ -32,20 +32,17 @@ void addVideoInputOptions(CommandLine& commandLine);
 /// @throws UsageError
 VideoReaderOptions videoReaderOptions(const CommandLine& commandLine);
 
-/// As --preset names it.
-std::string presetName(EncoderPreset preset);
-
 /// --codec --crf --preset --compat --no-audio --no-subtitles
 void addEncoderOptions(CommandLine& commandLine);
-/// What the encoder options say; size and times are those of the video.
+/// Reads the encoder options; the video sets size and times.
 /// @throws UsageError
 VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile);
 
 /// Seconds as "90", "1:30" or "0:01:30.5". @throws UsageError that names the option
 double secondsOption(const std::string& option, const std::string& text);
 
-/// Whether a file is one picture, which FFmpeg takes for a video of one frame.
-/// @param facts of the file; only where they leave it open it is read
+/// Whether a file is a single picture, which FFmpeg reads as a video of one frame.
+/// @param facts of the file; if they do not decide it, the file is read
 bool isPicture(const std::filesystem::path& file, const VideoFacts& facts);
 
 } // namespace altiro3D::tools

@@ -34,12 +34,12 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     if (commandLine.has("rgbd-out")) plan.product = VideoProduct::Rgbd;
     plan.fromQuilt = commandLine.has("from-quilt");
     if (plan.fromQuilt) {
-        for (const char* option :
-             {"quilt-out",   "rgbd-out", "d",           "depth",        "rgbd",
-              "n",           "l",        "net-profile", "network-size", "depth-every",
-              "k",           "g",        "method",      "continuous",   "best",
-              "strength",    "focus",    "soft-edges",  "fill",         "refine",
-              "inpaint-from"})
+        for (const char* option : {"quilt-out",    "rgbd-out",    "d",    "depth",
+                                   "rgbd",         "n",           "l",    "net-profile",
+                                   "network-size", "depth-every", "k",    "g",
+                                   "method",       "continuous",  "best", "strength",
+                                   "focus",        "soft-edges",  "fill", "refine",
+                                   "inpaint-from", "exact-depth"})
             commandLine.exclude("from-quilt", option);
     }
     plan.part = videoReaderOptions(commandLine);
@@ -58,10 +58,10 @@ VideoPlan planVideo(const CommandLine& commandLine) {
 void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
                   const ChosenDisplay& display) {
     if (commandLine.has("resume") && !plan.isFile) {
-        throw UsageError("--resume reads the input once more, expected a file, not " +
+        throw UsageError("--resume reads the input again, expected a file, not " +
                          plan.inputName());
     }
-    // What --resume goes on with may have left these files; where nothing is left it is a new run.
+    // The interrupted run may have left these files; without any, --resume starts a new run.
     std::error_code error;
     const bool goesOn =
         commandLine.has("resume") && !plan.show && ResumableVideoWriter::isUnfinished(plan.output);
@@ -85,7 +85,7 @@ void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
 RunSettings settingsOf(const CommandLine& commandLine) {
     RunSettings settings;
     for (const auto& [option, value] : commandLine.given()) {
-        // What the last ones choose is compared, and not their names.
+        // The last four are left out because their effect is compared, not their text.
         constexpr std::array<const char*, 9> kOthers = {"y", "v", "resume", "progress", "report",
                                                         "c", "m", "serial", "j"};
         if (std::find(kOthers.begin(), kOthers.end(), option) != kOthers.end()) continue;

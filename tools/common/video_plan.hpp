@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <string>
 
-/// What video2native is asked for.
+/// The input and outputs of a run of video2native.
 namespace altiro3D::tools {
 
-/// From what to what; the names and kinds of one run. Empty paths: not given.
+/// Names and kinds of the input and outputs of one run. An empty path: not given.
 struct VideoPlan {
     std::filesystem::path input;
     std::filesystem::path depth; ///< a video or a directory of pictures
@@ -18,25 +18,25 @@ struct VideoPlan {
     std::filesystem::path report;
     VideoProduct product = VideoProduct::Native;
     bool fromQuilt = false;
-    bool show = false;   ///< on the display, no output
-    bool isFile = false; ///< the input can be read once more, so that a run can be resumed
+    bool show = false;   ///< shown on the display, no output
+    bool isFile = false; ///< the input can be read again, so that a run can be resumed
     VideoReaderOptions part;
 
     /// The input's name for people.
     std::string inputName() const { return input == "-" ? "standard input" : input.string(); }
 };
 
-/// The plan that a command line asks for.
-/// @throws UsageError where its options do not fit together
+/// Derives the plan from the command line.
+/// @throws UsageError if its options exclude each other
 VideoPlan planVideo(const CommandLine& commandLine);
 
-/// Checks the names of a run before any work is done: no output is an input, none would be lost.
+/// Checks the names of a run before any work, see Outputs::check().
 /// @throws UsageError, Error
 void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
                   const ChosenDisplay& display);
 
-/// The options that shape the frames and the file, as a JSON object of texts: a run is resumed with
-/// the same only.
+/// The options that determine the frames and the file, as a JSON object of texts. A run can only be
+/// resumed with the same options.
 RunSettings settingsOf(const CommandLine& commandLine);
 
 } // namespace altiro3D::tools

@@ -24,8 +24,8 @@ double between(Clock::time_point from, Clock::time_point to) {
 void VideoProgressLine::add(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"progress"},
-        "bar (default: a line on a terminal) or json (one object a line on standard "
-        "output, for programs).",
+        "Show the progress as bar (default: a line on a terminal) or json (one object per line "
+        "on standard output, for programs).",
         "bar|json");
 }
 

@@ -8,7 +8,7 @@
 
 namespace altiro3D::tools {
 
-/// Shows how far a video is: a line on a terminal, JSON lines for programs, nothing elsewhere.
+/// Shows the progress of a video: a bar on a terminal, JSON lines for programs, else nothing.
 class VideoProgressLine {
   public:
     /// --progress
@@ -16,23 +16,23 @@ class VideoProgressLine {
     /// True for `--progress json`. @throws UsageError
     static bool json(const CommandLine& commandLine);
 
-    /// @param json one JSON object a line on standard output instead of a bar
-    /// @param start how far it is before the first frame
+    /// @param json write JSON objects, one per line, to standard output instead of a bar
+    /// @param start progress before the first frame
     VideoProgressLine(bool json, const VideoProgress& start);
     ~VideoProgressLine();
     VideoProgressLine(const VideoProgressLine&) = delete;
     VideoProgressLine& operator=(const VideoProgressLine&) = delete;
 
-    /// A frame is made, or the file is being closed.
+    /// Shows new progress: a frame was made, or the file is being closed.
     void update(const VideoProgress& now);
-    /// All are done: the last JSON line; takes the bar away.
+    /// Writes the last JSON line and erases the bar.
     /// @param state "done", "stopped" or "truncated"
     void end(const std::string& state);
-    /// Takes the bar away.
+    /// Erases the bar.
     void clear();
 
   private:
-    double rate() const; // frames a second of this run
+    double rate() const; // frames per second of this run
     void show();
     void putLine(const std::string& state) const;
 

@@ -43,8 +43,10 @@ Json settingsJson(const CommandLine& commandLine, const VideoJob& job) {
         settings["continuous"] = native.positions == ViewPositions::Continuous;
         settings["depth"] = job.depth->description();
         settings["depthEvery"] = job.depthOptions.every; // 0: as pictures need it
-        if (const DepthNetwork* network = job.depth->network())
+        if (const DepthNetwork* network = job.depth->network()) {
             settings["networkSize"] = {network->inputSize().width, network->inputSize().height};
+            settings["networkEngine"] = engineName(network->engine());
+        }
     }
     for (const auto& [option, value] : commandLine.given())
         settings["given"][option] = value;

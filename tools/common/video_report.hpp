@@ -7,13 +7,13 @@
 
 namespace altiro3D::tools {
 
-/// What a run has come to.
+/// Result of a run.
 struct VideoOutcome {
     VideoConversionResult result;
     cv::Size size;        ///< of the pictures
     bool stopped = false; ///< by the user
-    bool failed = false;  ///< and the reason was said
-    std::string cutOff;   ///< that the input is cut off; empty if it is not
+    bool failed = false;  ///< the error was reported already
+    std::string cutOff;   ///< warning that the input is cut off; empty if it is not
 
     double rate() const;
     /// "done", "stopped" or "truncated"
@@ -24,7 +24,7 @@ struct VideoOutcome {
 std::string videoReport(const CommandLine& commandLine, const VideoJob& job,
                         const VideoOutcome& outcome, const Messages& messages);
 
-/// Says what -v shows, and how many frames came too fast.
+/// Shows the details of -v and the number of frames that came too fast.
 void tellVideoDetails(const VideoJob& job, const VideoOutcome& outcome, Messages& messages);
 
 } // namespace altiro3D::tools

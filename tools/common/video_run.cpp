@@ -19,17 +19,17 @@ namespace altiro3D::tools {
 
 namespace {
 
-constexpr int kExitStopped = 130; // as shells call it
+constexpr int kExitStopped = 130; // as in shells
 
 std::atomic<bool> stopWanted{false};
 
-// The first signal ends the video properly; a second one ends the process.
+// The first signal ends the video with a complete file; a second one ends the process.
 extern "C" void stopOnce(int signal) {
     stopWanted.store(true);
     std::signal(signal, SIG_DFL);
 }
 
-// Opens the output; errors about an earlier run say what this tool offers.
+// Opens the output; errors about an earlier run name this tool's options.
 VideoConverter openConverter(const VideoPlan& plan, VideoConversion conversion) {
     const UnfinishedRun unfinished = conversion.unfinished;
     const bool mayBeUnfinished = plan.isFile && unfinished == UnfinishedRun::Refuse;
@@ -53,12 +53,12 @@ VideoConverter openConverter(const VideoPlan& plan, VideoConversion conversion) 
     }
 }
 
-// What is remarkable in the end.
+// Reports remarks at the end.
 void tellRemarks(const CommandLine& commandLine, const VideoJob& job, VideoOutcome& outcome,
                  Messages& messages) {
     Notes notes = outcome.result.notes;
     if (outcome.result.counts.truncated && notes.front().code == NoteCode::CutOff) {
-        outcome.cutOff = notes.front().text + "; what is there was converted";
+        outcome.cutOff = notes.front().text + "; the readable part was converted";
         notes.erase(notes.begin());
     }
     messages.warn(notes);
@@ -75,8 +75,8 @@ VideoOutcome convert(const CommandLine& commandLine, const VideoJob& job,
     VideoConverter converter = openConverter(plan, std::move(conversion));
     messages.warn(converter.notes());
     if (job.encoding.preset > EncoderPreset::SuperFast) {
-        // x264's slower presets read memory they have not set: all of it is 0 from here on, or a
-        // run that is resumed would not give the bytes of one that was not interrupted.
+        // x264's slower presets read uninitialized memory. Setting it to 0 makes a resumed run give
+        // the same bytes as an uninterrupted one.
         mallopt(M_PERTURB, 0xff);
     }
     const VideoProgress begun = converter.progress();
@@ -118,7 +118,7 @@ VideoOutcome convert(const CommandLine& commandLine, const VideoJob& job,
     return outcome;
 }
 
-// Shows the video on the display, at its own pace; what is too slow is left out.
+// Shows the video on the display at its own rate; late frames are dropped.
 VideoOutcome show(const CommandLine& commandLine, const VideoJob& job, VideoConversion conversion,
                   Messages& messages) {
     DisplayPlayer screen(commandLine, job.display);
@@ -133,7 +133,7 @@ VideoOutcome show(const CommandLine& commandLine, const VideoJob& job, VideoConv
         throw Error(ErrorCode::WriteFailed, "altiro3Dview",
                     "ended unexpectedly, expected it to show the video");
     }
-    outcome.failed = status != kExitDone && !outcome.stopped; // and altiro3Dview has said why
+    outcome.failed = status != kExitDone && !outcome.stopped; // altiro3Dview has reported why
     if (outcome.failed) return outcome;
     tellRemarks(commandLine, job, outcome, messages);
     messages.say(job.plan.inputName() + ": " + counted(outcome.result.frames, "frame") +

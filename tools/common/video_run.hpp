@@ -4,9 +4,9 @@
 
 namespace altiro3D::tools {
 
-/// Makes a video as planned, or shows it: decode, depth, render and encode side by side, with
-/// progress, a report, and a proper end on Ctrl-C. What the options of the command line do not say,
-/// or what the tool has no options for, is as in the standard profile.
+/// Makes or shows a video as planned: decode, depth, render and encode in parallel, with progress,
+/// a report, and a clean end on Ctrl-C. Settings without an option on the command line are those of
+/// the standard profile.
 /// @return the exit status
 /// @throws UsageError, Error
 int runVideo(const CommandLine& commandLine, const VideoPlan& plan, Messages& messages);

@@ -1,16 +1,21 @@
 #include "common/views_quilt.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/quilt_search.hpp"
 #include "common/picture_options.hpp"
 
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D::tools {
 
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr int kLookSide = 96;           // px
+constexpr double kLeastLikeness = 0.15; // unrelated photos: 0.1
 
 // The picture nearest to a view's camera position among `pictures` evenly spaced ones.
 std::size_t pictureOfView(int view, int views, std::size_t pictures) {
@@ -30,9 +35,12 @@ ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& 
     }
     ViewsQuilt result;
     result.quilt = cv::Mat(layout.size(), CV_8UC3, cv::Scalar::all(0));
+    for (const fs::path& file : files)
+        refuseNative(file, "views of one scene, a file for each");
+    std::vector<cv::Mat> looks; // small copies
     cv::Size& viewSize = result.viewSize;
     for (std::size_t picture = 0; picture < files.size(); ++picture) {
-        cv::Mat view; // read when the first of its tiles comes, not at all if it has none
+        cv::Mat view; // read for its first tile; not read without any
         cv::Mat fitted;
         atFile(files[picture]);
         for (int i = 0; i < layout.viewCount; ++i) {
@@ -46,9 +54,16 @@ ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& 
                                     sizeText(viewSize) + " like the views before it");
                 }
                 applyFit(view, fitPhoto(viewSize, aspect, layout.tileSize, mode), fitted);
+                cv::resize(view, looks.emplace_back(), {kLookSide, kLookSide}, 0, 0,
+                           cv::INTER_AREA);
             }
             fitted.copyTo(result.quilt(layout.tile(i)));
         }
+    }
+    if (likenessOfViews(looks) < kLeastLikeness) {
+        throw Error(ErrorCode::BadFormat, directory.string(),
+                    "holds pictures that do not resemble each other, expected views of one scene "
+                    "from cameras beside each other (photo2native makes Natives of photos)");
     }
     return result;
 }

@@ -11,20 +11,22 @@
 
 namespace altiro3D::tools {
 
-/// A quilt and the size that its views had in their files.
+/// A quilt and the size of its views in their files.
 struct ViewsQuilt {
     cv::Mat quilt;     ///< [layout size, CV_8UC3, BGR]
     cv::Size viewSize; ///< Px.
 };
 
-/// Reads sorted views into a quilt; where there are more or fewer than the layout has, each of its
-/// views takes the nearest.
+/// Reads sorted views into a quilt. If their number differs from the layout's, each tile takes the
+/// view of the nearest position.
 ///
-/// @param directory where they lie, for warnings
+/// @param directory directory of the views, for warnings
 /// @param files from the leftmost camera to the rightmost, at least one
-/// @param aspect width : height of the panel, to which each is fitted by `mode`
-/// @param atFile is told each file before it is read; what it throws ends the work
-/// @throws Error as readPhoto(), Mismatch (views of different sizes)
+/// @param aspect width : height of the panel, to which `mode` fits each view
+/// @param atFile called once with each file, before it is read; its exceptions end the work. A file
+///        that no tile shows is not read.
+/// @throws Error as readPhoto(), Mismatch (views of different sizes), BadFormat (Natives, pictures
+///         that do not resemble each other)
 ViewsQuilt quiltOfViews(const std::filesystem::path& directory,
                         const std::vector<std::filesystem::path>& files, const QuiltLayout& layout,
                         double aspect, FitMode mode, Messages& messages,

@@ -1,7 +1,8 @@
-// altiro3Dview: look at light-field pictures, turn their knobs, show them on the display.
+// altiro3Dview: view light-field pictures, change their settings, show them on the display.
 
 #include "altiro3D/display.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/qt/display_search.hpp"
 #include "common/display_options.hpp"
 #include "common/run_tool.hpp"
@@ -23,7 +24,7 @@ using namespace altiro3D::viewer;
 
 namespace {
 
-// Qt ends the process without a word of ours where it cannot reach the desktop.
+// Qt ends the process with its own message if it cannot connect to the desktop.
 void onQtMessage(QtMsgType type, const QMessageLogContext& /*context*/, const QString& text) {
     if (type == QtFatalMsg) {
         std::fprintf(stderr, "altiro3Dview: error: no desktop: %s\n",
@@ -33,7 +34,7 @@ void onQtMessage(QtMsgType type, const QMessageLogContext& /*context*/, const QS
     if (type == QtCriticalMsg) std::fprintf(stderr, "%s\n", text.toUtf8().constData());
 }
 
-// Options that would be passed over in silence.
+// Refuses options that would otherwise be ignored.
 void requireUsage(const CommandLine& commandLine) {
     commandLine.exclude("show", "list-displays");
     for (const char* other : {"show", "list-displays"}) {
@@ -68,7 +69,7 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     QApplication::setApplicationName("altiro3Dview");
     QApplication::setDesktopFileName("altiro3Dview");
     MainWindow window(display, messages.warnings());
-    messages.dropWarnings(); // the window says them
+    messages.dropWarnings(); // the window shows them
     window.show();
     const std::vector<std::filesystem::path>& files = commandLine.files();
     if (commandLine.has("d")) {
@@ -86,7 +87,7 @@ int main(int argc, char** argv) {
     qInstallMessageHandler(onQtMessage);
     CommandLine commandLine("altiro3Dview",
                             "Shows photos, quilts and Natives as they will look on a light-field "
-                            "display, with or without one, and turns their knobs.");
+                            "display, with or without one, and lets you change their settings.");
     commandLine.addUsage("[options] [FILE...]");
     commandLine.addUsage("[options] -d PHOTO DEPTH");
     commandLine.addUsage("[options] --show NATIVE");
@@ -95,26 +96,27 @@ int main(int argc, char** argv) {
     commandLine.add({"d", "depthmode"}, "Open a photo with its depth image.");
     commandLine.add({"show"},
                     "Show a Native or a Native video full screen on the light-field display, px by "
-                    "px, and nothing else; Escape ends it. -: PPM pictures, as they come on "
-                    "standard input.",
+                    "px; Escape ends it. With -: PPM pictures from standard input, each as soon "
+                    "as it arrives.",
                     "NATIVE");
     commandLine.addAdvanced(
         {"screen"}, "Screen for --show, by its name or number, instead of the display's own.",
         "NAME");
-    commandLine.add({"list-displays"}, "Say which displays, screens and volumes are found.");
+    commandLine.add({"list-displays"}, "List the displays, screens and volumes found.");
     commandLine.addAdvanced({"json"}, "With --list-displays: write JSON, for programs.");
     addDisplayOptions(commandLine);
     commandLine.addNote("A photo and its depth image, a.jpg and a-depth.png, are opened as one. "
                         "Displays of the first generation (8.9\", 15.6\", 8K) keep their "
                         "calibration in a USB memory that is not read: save it as visual.json "
                         "with the maker's software and give it with -c.");
+    commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg", "Open a photo.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg holiday-depth.png",
                         "Open a photo with its depth.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--show native.png",
                         "Show a Native on the display.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--list-displays",
-                        "Say which displays are found, and what is missing.");
+                        "List the displays found and what each one lacks.");
     for (const KeyWords& key : kKeys)
         commandLine.addTerm(CommandLine::Chapter::Keys, key.keys, key.text);
     for (const char* variable : {"DISPLAY", "WAYLAND_DISPLAY"}) {

@@ -32,7 +32,7 @@ QString textOf(const std::exception& error) {
     return QString::fromStdString(tools::sentenceOf(error));
 }
 
-// The depth of a flat video that plays: steady, as often as it needs.
+// The depth of a playing flat video: steady, inferred as often as the pictures require.
 class PlayedDepth {
   public:
     explicit PlayedDepth(std::shared_ptr<DepthMaker> maker) : maker_(std::move(maker)) {}
@@ -63,7 +63,7 @@ class PlayedDepth {
 
 } // namespace
 
-// A turn of knobs that can be undone.
+// A change of settings that can be undone.
 class Controller::Turn : public QUndoCommand {
   public:
     Turn(Controller& controller, Knobs before, Knobs after, const QString& what, int gesture)
@@ -152,7 +152,7 @@ void Controller::reopen(Reading reading, const fs::path& depth) {
 }
 
 void Controller::endPlayer(std::function<void()> then) {
-    // it may be in the middle of an inference; a task that is overtaken must not take it along
+    // the player may be running an inference; it must outlive a task that is replaced
     endingPlayers_.add(std::exchange(player_, nullptr));
     worker_.post(kReading, [this, then = std::move(then)] {
         endingPlayers_.endAll();
@@ -205,7 +205,7 @@ void Controller::turn(const Knobs& knobs, const QString& what, int gesture) {
 }
 
 void Controller::resetKnobs() {
-    turn(Knobs(), tr("reset of all knobs"));
+    turn(Knobs(), tr("reset of all settings"));
 }
 
 void Controller::restoreKnobs(const Knobs& knobs) {
@@ -216,7 +216,7 @@ void Controller::setKnobs(const Knobs& knobs) {
     if (knobs == knobs_) return;
     const bool depthTurned = knobs.depth != knobs_.depth;
     if (depthTurned && document_ && document_->kind == Kind::Scene) {
-        waiting_ = true; // depth can take its time
+        waiting_ = true; // new depth may take long
         emit documentChanged();
     }
     knobs_ = knobs;
@@ -226,7 +226,7 @@ void Controller::setKnobs(const Knobs& knobs) {
     }
     emit knobsChanged();
     if (depthTurned && !playerProblem_.isEmpty() && !opening_) {
-        readCurrent(); // the video stopped, perhaps for want of this depth
+        readCurrent(); // the video may have stopped because the previous depth failed
         return;
     }
     requestFrame();
@@ -236,7 +236,7 @@ void Controller::setKnobs(const Knobs& knobs) {
 void Controller::setDisplay(Display display) {
     display_ = std::make_shared<const Display>(std::move(display));
     emit displayChanged();
-    if (current_ >= 0) readCurrent(); // what a picture is depends on it
+    if (current_ >= 0) readCurrent(); // the kind of a picture depends on the display
 }
 
 void Controller::setMode(Mode mode) {
@@ -357,8 +357,8 @@ void Controller::focusAt(double x, double y) {
 }
 
 void Controller::requestFrame() {
-    // while another file is read nothing more comes of the one before: its frame would be taken for
-    // one of the other
+    // no frames of the previous file while another one is read: they would be taken for frames of
+    // the new file
     if (opening_ || !document_ || area_.empty()) return;
     Request request{document_, knobs_, display_, mode_, position_, area_, pan_};
     if (!has(modesOf(document_->kind), mode_)) return;

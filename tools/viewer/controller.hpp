@@ -13,47 +13,50 @@
 
 namespace altiro3D::viewer {
 
-/// The viewer without its window: what is open, how it is looked at, and the work that this takes.
+/// The viewer without its window: the open files, the state of the view, and the work in the
+/// background.
 ///
-/// Lives in one thread and never blocks it: a worker reads files and makes pictures, and a newer
-/// request replaces an older one. Exports have their own worker. Ends cleanly at any time.
+/// Used from one thread, which it never blocks: a worker reads files and makes pictures, and a
+/// newer request replaces an older one. Exports have their own worker. It can be destroyed at any
+/// time.
 class Controller : public QObject {
     Q_OBJECT
   public:
-    /// @param display with its calibration
+    /// @param display the display that Natives are made for
     explicit Controller(Display display, QObject* parent = nullptr);
-    /// Cancels what it can and waits for the rest.
+    /// Cancels an export and waits for the remaining work.
     ~Controller() override;
 
-    /// Adds files (photos with their depth images as one) and opens the first of them.
+    /// Adds files and opens the first one. A photo and its depth image become one entry.
     void open(const std::vector<std::filesystem::path>& files);
-    /// Adds one thing and opens it.
+    /// Adds one source and opens it.
     void open(const Source& source);
-    /// Opens one of the list again, for instance after its Source has been changed.
+    /// Reads a source of the list and makes it the current one.
     void select(int index);
-    /// Takes one from the list.
+    /// Removes a source from the list.
     void close(int index);
-    /// Opens the current one as something else, or with another depth image.
+    /// Reads the current source again, as another kind or with another depth image.
     void reopen(Reading reading, const std::filesystem::path& depth);
 
     const std::vector<Source>& sources() const { return sources_; }
-    /// Index of the current one; -1 without any.
+    /// Index of the current source; -1 if there is none.
     int current() const { return current_; }
-    /// What is open; null while nothing is, or if it could not be read.
+    /// The open document; null if there is none or it could not be read.
     const std::shared_ptr<const Document>& document() const { return document_; }
-    /// Why the current one could not be opened or shown; empty if it could.
+    /// Why the current source could not be opened or shown; empty if it could.
     const QString& problem() const { return playerProblem_.isEmpty() ? problem_ : playerProblem_; }
-    /// Some reading or depth estimation is under way.
+    /// True while a file is read, or while the first picture of a document or of another choice of
+    /// depth is made.
     bool isBusy() const { return opening_ || waiting_; }
 
     const Knobs& knobs() const { return knobs_; }
-    /// Turns knobs.
-    /// @param what is turned, for the list of what can be undone
-    /// @param gesture turns with the same number (not 0) are undone as one
+    /// Changes settings; the user can undo it.
+    /// @param what name of the setting, for the undo menu
+    /// @param gesture consecutive changes with the same number (not 0) are undone together
     void turn(const Knobs& knobs, const QString& what, int gesture = 0);
-    /// All knobs as they are at first, which can be undone.
+    /// Sets all settings to their defaults; the user can undo it.
     void resetKnobs();
-    /// Knobs from the settings; not undone.
+    /// Sets stored settings; this cannot be undone.
     void restoreKnobs(const Knobs& knobs);
     QUndoStack& undoStack() { return undoStack_; }
 
@@ -62,42 +65,43 @@ class Controller : public QObject {
 
     Mode mode() const { return mode_; }
     void setMode(Mode mode);
-    /// Of camera or eye, -1 .. +1.
+    /// Position of camera or eye, -1 leftmost .. +1 rightmost.
     double position() const { return position_; }
     void setPosition(double position);
-    /// The camera swings by itself, in modes Sway and Lens.
+    /// Whether the camera swings by itself, in modes Sway and Lens.
     bool isSwinging() const { return swinging_; }
     void setSwinging(bool swinging);
-    /// A video plays; at first it does.
+    /// Whether videos play; initially true.
     bool isPlaying() const { return playing_; }
     void setPlaying(bool playing);
-    /// Of the video that is open; zeros without one.
+    /// Picture counts of the open video; zeros if none is open.
     VideoPlayer::Counts videoCounts() const;
-    /// Room for the picture, px of the screen.
+    /// Sets the area for the picture, px of the screen.
     void setArea(cv::Size area);
     /// Moves a Native in its window, px.
     void panBy(cv::Point by);
-    /// Sets the focus to what is seen at a place of the picture, each 0..1.
+    /// Sets the focus to the depth at a position of the picture, x and y 0..1.
     void focusAt(double x, double y);
 
-    /// The whole Native is made, too, whenever something changes: for nativeReady().
+    /// If true, also makes the whole Native after every change and emits nativeReady().
     void setPresenting(bool presenting);
 
-    /// The last picture that was made; its document may be one before the current.
+    /// The last picture that was made; it may belong to an earlier document than the current one.
     const Frame& frame() const { return frame_; }
 
-    /// Why nothing can be exported just now, for people; empty if it can.
+    /// Why nothing can be exported now, for people; empty if an export is possible.
     QString exportObstacle() const;
-    /// What would be exported. Only where exportObstacle() is empty.
+    /// The setup for an export; valid only if exportObstacle() is empty.
     Setup exportSetup() const;
-    /// Writes a product of what is shown. @return false if exportObstacle() says why not
+    /// Starts to write a product of the current picture. @return false if exportObstacle() is not
+    /// empty
     bool startExport(Product product, const std::filesystem::path& target);
     void cancelExport() { cancelling_ = true; }
     bool isExporting() const { return exporting_; }
 
   signals:
     void sourcesChanged();
-    /// Another document, another problem, or busy or no more.
+    /// document(), problem() or isBusy() has changed.
     void documentChanged();
     void knobsChanged();
     void displayChanged();
@@ -106,16 +110,16 @@ class Controller : public QObject {
     void frameReady();
     /// @param native [panel size, CV_8UC3]
     void nativeReady(const cv::Mat& native);
-    /// The next picture of a video waits to be taken.
+    /// The player has a new picture of the video.
     void pictureArrived();
     void exportProgress(double done);
-    /// @param problem empty if it was written, or cancelled
+    /// @param problem empty if the file was written or the export was cancelled
     void exportEnded(const QString& file, const QString& problem);
 
   private:
     class Turn;
     void setKnobs(const Knobs& knobs);
-    /// Waits for the player and does something, both in the worker.
+    /// Waits in the worker until the player has ended, then calls a function there.
     void endPlayer(std::function<void()> then);
     void readCurrent();
     void requestFrame();
@@ -129,10 +133,10 @@ class Controller : public QObject {
     int current_ = -1;
     std::shared_ptr<const Document> document_;
     QString problem_;
-    QString playerProblem_; // why the video plays no more
+    QString playerProblem_; // why the video stopped
     bool opening_ = false;
     bool waiting_ = false; // for the first picture of a document or of other depth
-    quint64 readings_ = 0; // so that an overtaken one is known
+    quint64 readings_ = 0; // number of the latest reading; results of earlier ones are dropped
     Knobs knobs_;
     QUndoStack undoStack_;
     std::shared_ptr<const Display> display_;
@@ -145,19 +149,19 @@ class Controller : public QObject {
     cv::Point pan_;
     bool presenting_ = false;
     bool playing_ = true;
-    quint64 frameReading_ = 0; // which reading the last frame is of
+    quint64 frameReading_ = 0; // the reading that the last frame belongs to
     Frame frame_;
     bool exporting_ = false;
     std::atomic<bool> cancelling_{false};
-    std::atomic<bool> pictureWaits_{false}; // of a video: not shown yet
+    std::atomic<bool> pictureWaits_{false}; // a picture of the video is not shown yet
     struct Arrival {
-        quint64 reading = 0;                      // which one it is of
-        std::shared_ptr<const Document> document; // null: no more, because of
+        quint64 reading = 0;                      // the reading that it belongs to
+        std::shared_ptr<const Document> document; // null: the video stopped because of `problem`
         QString problem;
     };
     std::mutex arrivalMutex_;
     Arrival arrival_;                    // from the player's thread
-    std::string depthWish_ = kBestDepth; // for it: Knobs::depth
+    std::string depthWish_ = kBestDepth; // Knobs::depth, for the player's thread
 
     std::shared_ptr<DepthMaker> depthMaker_;
     std::shared_ptr<Studio> studio_; // used by worker_ alone

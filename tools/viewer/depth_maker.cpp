@@ -22,8 +22,8 @@ const InstalledNetwork* findIn(const std::vector<InstalledNetwork>& networks,
     return found != networks.end() ? &*found : nullptr;
 }
 
-// In a program of one thread: this one has several, and a copy of it could wait for ever for what
-// the others held.
+// Tests a network in a new process. The test forks, which needs a process with a single thread: in
+// a fork of this one, locks that other threads hold would never be released.
 void requireHarmless(const std::string& name) {
     QProcess process;
     process.start(QCoreApplication::applicationFilePath(),
@@ -36,7 +36,7 @@ void requireHarmless(const std::string& name) {
         return;
     }
     throw Error(ErrorCode::NetworkFailed, name,
-                said.empty() ? "cannot be tried in a process of its own" : said);
+                said.empty() ? "cannot be tested in a separate process" : said);
 }
 
 } // namespace
@@ -45,7 +45,7 @@ DepthMaker::DepthMaker() {
     try {
         networks_ = installedNetworks();
     } catch (const Error&) {
-        // a broken catalogue: the list of networks, which is asked for elsewhere, says so
+        // a damaged catalogue is reported where the list of networks is built
     }
 }
 
@@ -56,8 +56,10 @@ const InstalledNetwork* DepthMaker::find(const std::string& name) const {
 std::string DepthMaker::choose(const std::string& wish, bool given) const {
     if (wish == kBuiltInDepth || find(wish) != nullptr) return wish;
     if (given) return kGivenDepth;
-    const std::string standard = tools::standardNetwork();
-    return find(standard) != nullptr ? standard : kBuiltInDepth;
+    const auto standard =
+        std::find_if(networks_.begin(), networks_.end(),
+                     [](const InstalledNetwork& network) { return !network.profile.large; });
+    return standard != networks_.end() ? standard->profile.name : kBuiltInDepth;
 }
 
 void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSource&)>& use) {
@@ -72,7 +74,11 @@ void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSo
         loaded_.clear();
         if (harmless_.count(chosen) == 0) requireHarmless(chosen);
         harmless_.insert(chosen);
-        network_ = depthFromNetwork(DepthNetwork(network->file, network->profile));
+        {
+            const tools::QuietStandardError
+                quiet; // some builds of ONNX Runtime print when they start
+            network_ = depthFromNetwork(DepthNetwork(network->file, network->profile));
+        }
         loaded_ = chosen;
     }
     use(*network_);
@@ -87,7 +93,8 @@ int tryNetwork(const std::string& name) {
         std::vector<NetworkProfile> catalog;
         for (const InstalledNetwork& ready : networks)
             catalog.push_back(ready.profile);
-        tools::requireHarmless(network->file, network->profile, catalog, {}, messages);
+        tools::requireHarmless(network->file, network->profile, catalog, {}, InferenceEngine::Best,
+                               messages);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "%s\n", tools::sentenceOf(error).c_str());
         return tools::kExitFailed;

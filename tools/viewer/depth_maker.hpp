@@ -13,39 +13,39 @@
 
 namespace altiro3D::viewer {
 
-/// Estimates depth by what Knobs::depth names: a network whose file is there, or the estimator that
-/// is built in. For any thread.
+/// Estimates depth with the source that Knobs::depth names: an installed network or the built-in
+/// estimator. Thread-safe.
 class DepthMaker {
   public:
-    /// Looks for networks.
+    /// Finds the installed networks.
     DepthMaker();
 
-    /// What a wish comes to: a network's name, kBuiltInDepth or kGivenDepth.
-    /// @param wish Knobs::depth @param given the picture has depth of its own
+    /// Resolves a choice of depth to a network's name, kBuiltInDepth or kGivenDepth.
+    /// @param wish Knobs::depth @param given true if the picture has its own depth
     std::string choose(const std::string& wish, bool given) const;
 
-    /// Calls a function with the source of depth; it has a network to itself meanwhile.
+    /// Calls a function with the source of depth. Only one call at a time uses the network.
     ///
-    /// A network that is not known to be harmless runs in a process of its own first.
+    /// An untested network is first run in a separate process.
     /// @param chosen from choose(), not kGivenDepth
-    /// @throws Error and what the function throws
+    /// @throws Error and the exceptions of the function
     void use(const std::string& chosen, const std::function<void(DepthSource&)>& use);
 
   private:
     const InstalledNetwork* find(const std::string& name) const;
 
     std::vector<InstalledNetwork> networks_;
-    std::mutex mutex_; // of what follows
+    std::mutex mutex_; // guards the following members
     std::set<std::string> harmless_;
     std::unique_ptr<DepthSource> network_;
     std::string loaded_; // name of network_
 };
 
-/// What a process of the viewer's own does with a network: see requireHarmless().
+/// Main function of the process that tests a network, see requireHarmless().
 /// @return exit status; an error is a line on stderr
 int tryNetwork(const std::string& name);
-/// The argument that a program with a DepthMaker in it has to hand to tryNetwork(), followed by the
-/// name.
+/// A program that uses DepthMaker must call tryNetwork() if this is its first argument; the second
+/// one is the network's name.
 constexpr const char* kTryNetwork = "--try-network";
 
 } // namespace altiro3D::viewer

@@ -8,16 +8,16 @@
 
 namespace altiro3D::viewer {
 
-/// Whether there is a desktop to open windows on.
+/// Whether a desktop is available to open windows on.
 bool hasDesktop();
 
 /// The screens of the application, in its order.
 std::vector<qt::ScreenFacts> screenFacts();
 
-/// "HDMI-1, LKG-P00655, 1536 x 2048 px", whatever of it is known.
+/// The known properties of a screen: "HDMI-1, LKG-P00655, 1536 x 2048 px".
 std::string textOf(const qt::ScreenFacts& screen);
 
-/// Prints the displays, screens and volumes that are found, for people or (--json) for programs.
+/// Prints the displays, screens and volumes found, for people or (--json) for programs.
 int listDisplays(int& argc, char** argv, const tools::CommandLine& commandLine,
                  tools::Messages& messages);
 

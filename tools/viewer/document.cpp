@@ -1,6 +1,7 @@
 #include "viewer/document.hpp"
 
 #include "altiro3D/altiro3D.hpp"
+#include "common/photo_folder.hpp"
 #include "common/views_quilt.hpp"
 
 #include <algorithm>
@@ -28,8 +29,11 @@ bool isOneOf(const std::string& word, std::initializer_list<const char*> words) 
     return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-// What a picture's name and size suggest.
-Reading guess(const fs::path& file, cv::Size size, const Display& display) {
+// What a picture, its name and its size suggest.
+// @param found what was found in it; is set if the picture was searched
+Reading guess(const fs::path& file, const cv::Mat& picture, const Display& display,
+              std::optional<FoundQuilt>& found) {
+    const cv::Size size = picture.size();
     const std::string stem = lower(file.stem().string());
     if (size == display.panelSize() && isMarkedNative(file)) return Reading::Native;
     if (parseQuiltName(file)) return Reading::Quilt;
@@ -38,7 +42,9 @@ Reading guess(const fs::path& file, cv::Size size, const Display& display) {
     }
     const bool lossy = isOneOf(lower(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
     if (size == display.panelSize() && (!lossy || contains(stem, "native"))) return Reading::Native;
-    return Reading::Photo;
+    if (picture.type() != CV_8UC3) return Reading::Photo;
+    found = findQuiltLayout(picture);
+    return found->verdict == QuiltVerdict::Quilt ? Reading::Quilt : Reading::Photo;
 }
 
 std::optional<DepthSide> sideOf(Reading reading) {
@@ -82,25 +88,39 @@ Document documentOfViews(const Source& source, const Display& display) {
     return document;
 }
 
+// Depth that comes with the photo.
+void addPhotoDepth(Document& document, Notes& notes) {
+    const fs::path beside = findDepthBeside(document.source.file);
+    if (!beside.empty()) {
+        document.rawDepth = readDepthSamples(beside, &notes);
+        document.depthOrigin = "beside it (" + beside.filename().string() + ")";
+    } else if (const auto depth = readEmbeddedDepth(document.source.file, &notes)) {
+        document.rawDepth = depth->depth;
+        document.depthOrigin = "in the file (" + depth->text() + ")";
+    }
+}
+
 } // namespace
 
 std::string Document::facts() const {
     switch (kind) {
     case Kind::Quilt:
-        return (video ? "Video of quilts, " : "Quilt, ") + layout.text();
+        return (video ? "Video of quilts, " : "Quilt, ") + layout.text() +
+               (certainty ? ", " + tools::fixed(100 * *certainty, 0) + " % sure" : "");
     case Kind::Native:
         return (video ? "Native video, " : "Native, ") + tools::sizeText(picture.size());
     case Kind::Scene:
         break;
     }
     return (video ? "Video, " : "Photo, ") + tools::sizeText(picture.size()) +
-           (rawDepth.empty() ? "" : ", with depth");
+           (rawDepth.empty() ? "" : ", with depth") +
+           (depthOrigin.empty() ? "" : " " + depthOrigin);
 }
 
 const std::vector<std::string>& pictureEndings() {
     static const std::vector<std::string> endings = {
-        "jpg", "jpeg", "jpe", "mpo", "png", "tif", "tiff", "webp", "bmp", "dib",
-        "pnm", "ppm",  "pgm", "pbm", "pfm", "exr", "hdr",  "jp2",  "j2k"};
+        "jpg", "jpeg", "jpe", "mpo", "png", "tif", "tiff", "webp", "bmp",  "dib", "pnm", "ppm",
+        "pgm", "pbm",  "pfm", "exr", "hdr", "jp2", "j2k",  "heic", "heif", "hif", "avif"};
     return endings;
 }
 
@@ -121,8 +141,9 @@ bool isVideoName(const fs::path& file) {
 Document documentOf(const Source& source, const cv::Mat& picture, const Display& display) {
     Document document;
     document.source = source;
+    std::optional<FoundQuilt> found;
     const Reading reading = source.reading == Reading::Automatic
-                                ? guess(source.file, picture.size(), display)
+                                ? guess(source.file, picture, display, found)
                                 : source.reading;
     if (const auto side = sideOf(reading)) {
         splitRgbd(picture.depth() == CV_32F ? eightBit(picture) : picture, *side, document.picture,
@@ -134,11 +155,17 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
         QuiltRequest request;
         request.name = parseQuiltName(source.file);
         request.quiltSize = picture.size();
+        if (!request.name) {
+            if (!found) found = findQuiltLayout(document.picture);
+            if (found->verdict == QuiltVerdict::Quilt)
+                request.found = QuiltGrid{found->layout.columns, found->layout.rows};
+        }
         const ResolvedQuilt resolved = resolveQuilt(request, display.quilt, display.aspect());
         document.kind = Kind::Quilt;
         document.layout = resolved.layout;
+        if (request.found) document.certainty = found->confidence;
         document.notes = resolved.notes;
-        document.picture = fitQuilt(document.picture, document.layout, &document.notes);
+        document.picture = fitQuilt(document.picture, document.layout);
         if (QuiltShape(source.file, document.layout, display).fitsUnasked())
             document.notes.push_back({NoteCode::AsItIs,
                                       "the file name states another shape than the panel's: black "
@@ -178,32 +205,23 @@ Document readDocument(const Source& source, const Display& display) {
     Notes notes;
     Document document;
     {
-        const tools::QuietStandardError quiet; // decoders talk by themselves
+        const tools::QuietStandardError quiet; // decoders print messages
         document = documentOf(source, readImage(source.file, &notes), display);
-        if (!source.depth.empty()) document.rawDepth = readDepthSamples(source.depth, &notes);
+        if (!source.depth.empty()) {
+            document.rawDepth = readDepthSamples(source.depth, &notes);
+        } else if (document.kind == Kind::Scene && document.rawDepth.empty()) {
+            addPhotoDepth(document, notes);
+        }
     }
     document.notes.insert(document.notes.begin(), notes.begin(), notes.end());
     return document;
 }
 
 std::vector<Source> pairUp(const std::vector<fs::path>& files) {
-    // the stem of the photo that a depth image is for; empty if it is none by its name
-    const auto photoStem = [](const fs::path& file) {
-        const std::string stem = file.stem().string();
-        const std::string small = lower(stem);
-        for (const char* ending : {"-depth", "_depth", ".depth", " depth", "-disparity"}) {
-            const std::size_t length = std::string(ending).size();
-            if (small.size() > length &&
-                small.compare(small.size() - length, length, ending) == 0) {
-                return file.parent_path() / stem.substr(0, stem.size() - length);
-            }
-        }
-        return fs::path();
-    };
     std::vector<fs::path> depthOf(files.size());
     std::vector<bool> isDepth(files.size());
     for (std::size_t d = 0; d < files.size(); ++d) {
-        const fs::path stem = photoStem(files[d]);
+        const fs::path stem = tools::photoStemOf(files[d]);
         if (stem.empty()) continue;
         for (std::size_t p = 0; p < files.size(); ++p) {
             if (p == d || isVideoName(files[p]) || files[p].parent_path() / files[p].stem() != stem)

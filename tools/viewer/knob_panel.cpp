@@ -164,9 +164,9 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
                                  {tr("Real"), int(ViewMethod::Real)}});
     best_ = new QCheckBox(tr("Best (slower)"));
     best_->setObjectName("best");
-    best_->setToolTip(tr("The Native is read at the panel's resolution, and the camera of each "
-                         "sub-pixel stands exactly where the lens sends it (photo2native -k "
-                         "--continuous). Not with method Real."));
+    best_->setToolTip(tr("Renders the Native at the panel's resolution, with the exact camera "
+                         "position of each sub-pixel (photo2native -k --continuous). Not with "
+                         "method Real."));
     strength_ = new KnobSlider(0, kMaxStrength, 1, standard.views.strengthPercent, tr(" %"));
     strength_->setObjectName("strength");
     focus_ = new KnobSlider(0, 1, 2, standard.views.focus, {});
@@ -257,7 +257,7 @@ void KnobPanel::build() {
     addFor(ViewMethod::Layered, tr("Soft edges"), softEdges_,
            tr("Sharpen depth edges up to about twice this width"));
     addFor(ViewMethod::Layered, tr("Behind edges"), fill_,
-           tr("What is seen where the photo shows nothing"));
+           tr("Content of areas that are hidden in the photo"));
     addFor(ViewMethod::Fast, tr("Refinement"), refinement_,
            tr("More steps are more accurate and slower"));
     form->addRow(parallax_);
@@ -285,7 +285,7 @@ void KnobPanel::build() {
     column->addWidget(display);
 
     column->addStretch(1);
-    auto* reset = new QPushButton(tr("Reset all knobs"));
+    auto* reset = new QPushButton(tr("Reset all settings"));
     reset->setObjectName("reset");
     connect(reset, &QPushButton::clicked, this, &KnobPanel::resetWanted);
     column->addWidget(reset);

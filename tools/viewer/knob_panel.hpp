@@ -15,43 +15,43 @@ class QToolButton;
 
 namespace altiro3D::viewer {
 
-/// A slider with its number. A double click on the slider brings back the number it had at first.
+/// A slider with a number field. A double click on the slider restores the default value.
 class KnobSlider : public QWidget {
     Q_OBJECT
   public:
-    /// @param decimals digits after the point, of slider and number
+    /// @param decimals digits after the decimal point, for slider and number field
     KnobSlider(double low, double high, int decimals, double standard, const QString& suffix,
                QWidget* parent = nullptr);
 
     double value() const;
-    /// Shows a number, without a signal.
+    /// Sets the value without emitting a signal.
     void setValue(double value);
     QSlider& slider() { return *slider_; }
 
   signals:
-    /// The user has turned it. Turns of one drag have the same number.
+    /// The user has changed the value. All changes of one drag have the same gesture number.
     void turned(double value, int gesture);
 
   protected:
     bool eventFilter(QObject* object, QEvent* event) override;
 
   private:
-    double steps_; // of the slider for 1
+    double steps_; // slider steps per unit of the value
     double standard_;
     int gesture_ = 0;
     QSlider* slider_;
     QDoubleSpinBox* number_;
 };
 
-/// The right side of the window: all knobs.
+/// The right side of the window with all settings.
 class KnobPanel : public QWidget {
     Q_OBJECT
   public:
     explicit KnobPanel(QWidget* parent = nullptr);
 
-    /// Shows knobs, without a signal.
+    /// Shows settings without emitting a signal.
     void show(const Knobs& knobs);
-    /// Shows what belongs to a document; null: nothing is open.
+    /// Shows the properties of a document and enables its settings; null: nothing is open.
     void show(const Document* document, const QString& depthSource);
     /// Shows the display and the numbers of its quilt.
     void show(const Display& display, const QuiltLayout& layout);
@@ -68,7 +68,7 @@ class KnobPanel : public QWidget {
     void resetWanted();
 
   private:
-    void build(); // lays them out
+    void build(); // lays out the widgets
     void connectKnobs();
     void turn(const QString& what, int gesture = 0);
     Knobs read() const;
@@ -94,7 +94,7 @@ class KnobPanel : public QWidget {
     QSpinBox* columns_;
     QSpinBox* rows_;
     QLabel* layout_;
-    std::vector<std::pair<ViewMethod, QWidget*>> ofMethod_; // rows that one method has
+    std::vector<std::pair<ViewMethod, QWidget*>> ofMethod_; // rows that belong to one method
     QWidget* viewKnobs_;
     QWidget* depthKnobs_;
 };

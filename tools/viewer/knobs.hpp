@@ -9,22 +9,21 @@
 
 namespace altiro3D::viewer {
 
-/// Depth as the picture has it, else by tools::standardNetwork() if its file is there, else by the
-/// estimator that is built in.
+/// The picture's own depth, else depth from standardNetwork(), else from the built-in estimator.
 constexpr const char* kBestDepth = "best";
-/// Depth as the picture has it.
+/// The picture's own depth.
 constexpr const char* kGivenDepth = "given";
-/// Depth by the estimator that is built in.
+/// Depth from the built-in estimator.
 constexpr const char* kBuiltInDepth = "built-in";
 
-/// Everything that can be turned while looking; the same for all pictures.
+/// All settings that the user can change while viewing; they apply to all pictures.
 struct Knobs {
-    ViewOptions views;              ///< Method, strength, focus and what goes with the method.
-    FitMode fit = FitMode::Cover;   ///< How a photo is brought to the panel's shape.
-    std::string depth = kBestDepth; ///< One of the words above, or a network's name.
+    ViewOptions views;              ///< Method, strength, focus and the method's options.
+    FitMode fit = FitMode::Cover;   ///< How a photo is fitted to the panel's shape.
+    std::string depth = kBestDepth; ///< One of the three names above, or a network's name.
     bool best = false;              ///< See makesBestNative().
-    int columns = 0;                ///< Columns of the quilt; 0: the display's own.
-    int rows = 0;                   ///< Rows of the quilt; 0: the display's own.
+    int columns = 0;                ///< Columns of the quilt; 0: the display's default.
+    int rows = 0;                   ///< Rows of the quilt; 0: the display's default.
 };
 
 bool operator==(const Knobs& a, const Knobs& b);
@@ -32,13 +31,13 @@ inline bool operator!=(const Knobs& a, const Knobs& b) {
     return !(a == b);
 }
 
-/// The Native is read at the panel's resolution and from any position, as by photo2native -k
-/// --continuous. Not by method Real, which makes whole views only.
+/// True if the Native is rendered at the panel's resolution with continuous view positions, as by
+/// photo2native -k --continuous. Never with method Real, which makes whole views only.
 inline bool makesBestNative(const Knobs& knobs) {
     return knobs.best && knobs.views.method != ViewMethod::Real;
 }
 
-/// The quilt that the knobs mean for a display: its own with other columns and rows in it.
+/// The quilt layout for a display: its default, with the columns and rows of the settings.
 QuiltLayout layoutOf(const Knobs& knobs, const Display& display);
 
 } // namespace altiro3D::viewer

@@ -55,12 +55,12 @@ const ModeWords kModes[] = {
     {Mode::Lens, QT_TRANSLATE_NOOP("mode", "Lens"),
      QT_TRANSLATE_NOOP("mode", "What an eye sees through the display's lenses")}};
 
-// Names and sentences hold what files say: they are no markup.
+// Names and messages contain texts from files, which must not be interpreted as markup.
 QString tipOf(const QString& text) {
     return Qt::convertFromPlainText(text, Qt::WhiteSpaceNormal); // long ones are wrapped
 }
 
-// A word of an enumeration from the settings, which may be anybody's.
+// An enumerator from the settings file, which may contain anything.
 template <class Word>
 Word knownOr(Word standard, const QVariant& setting, std::initializer_list<Word> known) {
     bool isNumber = false;
@@ -80,7 +80,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     setAcceptDrops(true);
     setCentralWidget(picture_);
     buildFiles();
-    auto* knobDock = new QDockWidget(tr("Knobs"));
+    auto* knobDock = new QDockWidget(tr("Settings"));
     knobDock->setObjectName("knobDock");
     auto* scroll = new QScrollArea;
     scroll->setWidget(knobs_);
@@ -103,7 +103,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
 }
 
 MainWindow::~MainWindow() {
-    controller_.disconnect(this); // what it still says finds no window
+    controller_.disconnect(this); // later signals must not reach the destroyed window
 }
 
 void MainWindow::buildFiles() {
@@ -165,7 +165,7 @@ void MainWindow::buildActions() {
     edit.addAction(undo);
     edit.addAction(redo);
     edit.addSeparator();
-    action(edit, tr("Reset &all knobs"), QKeySequence(tr("Ctrl+R")),
+    action(edit, tr("Reset &all settings"), QKeySequence(tr("Ctrl+R")),
            [this] { controller_.resetKnobs(); });
 
     QMenu& view = *menuBar()->addMenu(tr("&View"));
@@ -180,15 +180,15 @@ void MainWindow::buildActions() {
         modes_->addAction(mode);
     }
     view.addSeparator();
-    swing_ = action(view, tr("S&wing by itself"), QKeySequence(Qt::Key_Space),
+    swing_ = action(view, tr("S&wing automatically"), QKeySequence(Qt::Key_Space),
                     [this] { controller_.setSwinging(swing_->isChecked()); });
     swing_->setCheckable(true);
     swing_->setIconText(tr("Swing"));
-    swing_->setToolTip(tr("The camera swings by itself (Space)"));
+    swing_->setToolTip(tr("The camera swings automatically (Space)"));
     follow_ = action(view, tr("&Follow the mouse"), QKeySequence(Qt::Key_M), [] {});
     follow_->setCheckable(true);
     follow_->setIconText(tr("Follow mouse"));
-    follow_->setToolTip(tr("The camera stands where the mouse is (M)"));
+    follow_->setToolTip(tr("The camera follows the mouse (M)"));
     QAction* play = action(view, tr("&Play the video"), QKeySequence(Qt::Key_P), [] {});
     play->setCheckable(true);
     play->setChecked(controller_.isPlaying());
@@ -476,10 +476,10 @@ void MainWindow::readSettings() {
     knobs.depth =
         settings.value("depth", QString::fromStdString(knobs.depth)).toString().toStdString();
     try {
-        validate(views); // whatever somebody wrote into the file
+        validate(views); // the file may contain anything
         controller_.restoreKnobs(knobs);
     } catch (const Error&) {
-        // the standard ones, then
+        // then the defaults stay
     }
     knobs_->show(controller_.knobs());
     showLayout();

@@ -19,12 +19,12 @@ namespace altiro3D::viewer {
 class KnobPanel;
 class PictureView;
 
-/// The window: files on the left, the picture in the middle, the knobs on the right. What it was
-/// like is kept from run to run (QSettings).
+/// The window: files on the left, the picture in the middle, the settings on the right. QSettings
+/// keeps its state from run to run.
 class MainWindow : public QMainWindow {
     Q_OBJECT
   public:
-    /// @param display with its calibration @param warnings about it, shown once
+    /// @param display the display that Natives are made for @param warnings about it, shown once
     MainWindow(const Display& display, const std::vector<std::string>& warnings);
     ~MainWindow() override;
 
@@ -59,7 +59,7 @@ class MainWindow : public QMainWindow {
     void showFrame();
     void showModes();
     void showLayout();
-    /// What happened, a line for each sentence, for a while.
+    /// Shows a message in the status bar for some time, one line per sentence.
     void say(const QString& text, int milliseconds);
     void showStatus();
     void readSettings();
@@ -80,7 +80,7 @@ class MainWindow : public QMainWindow {
     QString facts_;
     QString said_;
     QTimer* unsay_ = nullptr;
-    std::shared_ptr<const Document> told_; // whose notes have been said
+    std::shared_ptr<const Document> told_; // its notes have been shown
     QLabel* busy_ = nullptr;
     QProgressBar* progress_ = nullptr;
     QToolButton* cancel_ = nullptr;

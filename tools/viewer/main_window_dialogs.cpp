@@ -1,4 +1,4 @@
-// What the window asks: files, calibrations, exports, displays.
+// The window's dialogs: files, calibrations, exports, displays.
 
 #include "altiro3D/display.hpp"
 #include "altiro3D/error.hpp"
@@ -139,7 +139,8 @@ void MainWindow::exportDialog(Product product) {
         !agrees(this, title, tr("%1 exists already. Replace it?").arg(toName(file))))
         return;
     for (const std::string& loss : lossesOf(product, file)) {
-        if (!agrees(this, title, tr("%1. Write it so?").arg(QString::fromStdString(loss)))) return;
+        if (!agrees(this, title, tr("%1. Write it anyway?").arg(QString::fromStdString(loss))))
+            return;
     }
     if (!controller_.startExport(product, file)) return;
     progress_->setValue(0);
@@ -158,7 +159,7 @@ void MainWindow::showOnDisplay() {
         return;
     }
     if (!controller_.document()) {
-        say(tr("Open something first, then it can be shown"), 8000);
+        say(tr("Open a file first"), 8000);
         return;
     }
     const qt::FoundDisplay& display = displays[*chosen];

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// How the Native of a photo is made: as by photo2native, with -k --continuous if the knobs say
+// Options for the Native of a photo: as in photo2native, with -k --continuous if the settings say
 // best.
 NativeOptions nativeOptions(const Knobs& knobs) {
     NativeOptions options;

@@ -9,55 +9,57 @@
 
 namespace altiro3D::viewer {
 
-/// Takes how much is done, 0..1, and says whether to go on.
+/// Receives the progress, 0..1; returns false to cancel.
 using Progress = std::function<bool(double)>;
 
-/// A document with all that its pictures are made of and by.
+/// A document with everything needed to make its pictures.
 struct Setup {
     std::shared_ptr<const Document> document;
-    cv::Mat depth;     ///< Of a photo: [any size, CV_32FC1, 0..1], shows all of it.
-    bool flat = false; ///< The depth has no range: it lies at the focus, see layFlatDepth().
+    cv::Mat depth;     ///< Of a photo: [any size, CV_32FC1, 0..1], covers all of it.
+    bool flat = false; ///< The depth has no range, see layFlatDepth().
     Knobs knobs;
     std::shared_ptr<const Display> display;
 };
 
-/// Brings depth without a range to the focus, as the tools do: nothing moves from view to view.
+/// Sets depth without a range to the focus, as the tools do, so that all views are equal.
 void layFlatDepth(Setup& setup);
 
-/// The layout of the quilt: that of a quilt itself, else what the knobs mean.
+/// The layout of the quilt: the document's own if it is a quilt, else layoutOf().
 QuiltLayout quiltLayout(const Setup& setup);
 
-/// Photo and depth of a setup, brought to the panel's shape; of quilts and Natives nothing.
+/// Photo and depth fitted to the panel's shape; empty for quilts and Natives.
 Scene fitted(const Setup& setup, cv::Size size);
 
-/// The quilt of a photo (from fitted() at the layout's tile size), or a quilt itself.
+/// Makes the quilt of a photo, or returns the document's quilt.
+/// @param fitted of a photo, from fitted() at the layout's tile size
 cv::Mat makeQuilt(const Setup& setup, const Scene& fitted);
 
-/// The size at which a photo becomes a Native: the tile's, or the panel's if the knobs say best.
+/// The size that a photo is fitted to for a Native: the tile's, or the panel's with
+/// makesBestNative().
 cv::Size nativeFitSize(const Setup& setup);
 
-/// The Native, exactly as photo2native and quilt2native make it; a Native itself.
+/// Makes the Native exactly as photo2native and quilt2native do, or returns the document's Native.
 /// @param fitted of a photo, at nativeFitSize()
 cv::Mat makeNative(const Setup& setup, const Scene& fitted);
 
-/// What can be written of a setup.
+/// A result that can be exported.
 enum class Product { Native, Quilt, Views, Depth, SwayVideo };
 
-/// The products that a document has.
+/// The products of a kind of document.
 std::vector<Product> productsOf(Kind kind);
 
-/// The file that writeProduct() writes for a name: that of a quilt tells its layout.
-/// @throws Error Mismatch if a quilt's name says something else
+/// The file that writeProduct() writes for a name: a quilt's layout is appended to its name.
+/// @throws Error Mismatch if a quilt's name states another layout
 std::filesystem::path productFile(const Setup& setup, Product product,
                                   const std::filesystem::path& target);
 
-/// What a product loses in a file of that name, a sentence each.
+/// Warnings about what the file's format loses of a product, one sentence each.
 std::vector<std::string> lossesOf(Product product, const std::filesystem::path& file);
 
-/// Makes one and writes it.
-/// @param target a file, which is replaced if it exists; of views a directory without views
+/// Makes a product and writes it.
+/// @param target a file, which is replaced if it exists; for views a directory without views
 /// @return what was written, for people; empty if the work was cancelled
-/// @throws Error; nothing half-written is left
+/// @throws Error; no incomplete file is left
 std::string writeProduct(const Setup& setup, Product product, const std::filesystem::path& target,
                          const Progress& progress);
 

@@ -5,20 +5,20 @@
 
 namespace altiro3D::viewer {
 
-/// The middle of the window: a picture on dark ground, or words where there is none.
+/// The middle of the window: a picture on a dark background, or a text if there is none.
 class PictureView : public QWidget {
     Q_OBJECT
   public:
     explicit PictureView(QWidget* parent = nullptr);
 
-    /// @param image in px of the screen @param target px to show it on
+    /// @param image the picture @param target its size in px of the screen
     void setPicture(const QImage& image, QSize target);
-    /// Instead of a picture: a headline and what can be done.
+    /// Shows a headline and advice instead of a picture.
     void setWords(const QString& headline, const QString& advice);
 
     const QImage& picture() const { return picture_; }
     const QString& headline() const { return headline_; }
-    /// Its size in px of the screen.
+    /// Size of the widget in px of the screen.
     QSize deviceSize() const;
 
     QSize sizeHint() const override { return {720, 720}; }

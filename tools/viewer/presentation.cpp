@@ -107,7 +107,7 @@ class Arrivals : public QObject {
     cv::Mat next_;
 };
 
-// Hands out the pictures of a stream on standard input as they come; who writes them says when.
+// Delivers the pictures of a stream on standard input as they arrive; the writer sets the pace.
 class PictureStream {
   public:
     PictureStream() : reader_("-", options()) {
@@ -129,7 +129,7 @@ class PictureStream {
                     while (!show(frame.picture) && !ending_)
                         std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 }
-            } catch (const std::exception&) { // whoever writes them has ended in the middle
+            } catch (const std::exception&) { // the writer has ended in the middle of a picture
             }
             end();
         });

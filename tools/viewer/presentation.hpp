@@ -4,7 +4,7 @@
 
 namespace altiro3D::viewer {
 
-/// Shows one Native on the display until the user leaves it.
+/// Shows one Native, or the Natives from standard input, on the display until the user closes it.
 /// @throws UsageError, Error
 int present(int& argc, char** argv, const tools::CommandLine& commandLine,
             tools::Messages& messages);

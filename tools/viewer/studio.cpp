@@ -14,11 +14,11 @@ namespace altiro3D::viewer {
 
 namespace {
 
-// One view of so many px is made within 50 ms on two cores; larger windows show it enlarged.
+// A view of this many px is made within 50 ms on two cores; larger windows show it enlarged.
 constexpr double kMaxPreviewPixels = 7e5;
 
-// What was made last, and what it was made of. Documents and displays never change, so that they
-// are the same if they lie at the same place; the key keeps them alive.
+// The last result and its inputs. Documents and displays are immutable, so equal pointers mean
+// equal contents; the key keeps them alive.
 template <class Key, class Value>
 class Kept {
   public:
@@ -190,7 +190,7 @@ cv::Size inside(cv::Size area, double aspect) {
 double depthSeenAt(const cv::Mat& depth, const ViewOptions& views, double position, cv::Point at) {
     const double shift = position * views.strengthPercent / 100 * depth.cols / 2;
     const int y = std::clamp(at.y, 0, depth.rows - 1);
-    // what is seen at x comes from the nearest thing that its own depth moves there
+    // x shows the nearest of the contents whose own depth moves them there
     double best = -1;
     for (int x = 0; x < depth.cols; ++x) {
         const double d = static_cast<double>(depth.at<float>(y, x));

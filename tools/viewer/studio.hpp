@@ -6,7 +6,7 @@
 
 namespace altiro3D::viewer {
 
-/// How a document is looked at.
+/// What the window shows of a document.
 enum class Mode {
     Sway,   ///< One view, from a camera that moves.
     Depth,  ///< The depth map, near = white.
@@ -15,42 +15,42 @@ enum class Mode {
     Lens    ///< What an eye sees of the Native through the lenses.
 };
 
-/// The modes that a kind of document has; the first is the one to begin with.
+/// The modes of a kind of document; the first one is the default.
 std::vector<Mode> modesOf(Kind kind);
 
-/// A picture to be made for the window.
+/// A request for a picture for the window.
 struct Request {
     std::shared_ptr<const Document> document;
     Knobs knobs;
     std::shared_ptr<const Display> display;
     Mode mode = Mode::Sway;
-    double position = 0; ///< Of camera or eye, -1 leftmost .. +1 rightmost.
-    cv::Size area;       ///< Room for it, px of the screen.
-    cv::Point pan;       ///< Native: px that it is moved by, from the middle.
+    double position = 0; ///< Position of camera or eye, -1 leftmost .. +1 rightmost.
+    cv::Size area;       ///< Area for the picture, px of the screen.
+    cv::Point pan;       ///< Mode Native: offset from the middle, px.
 };
 
 /// A picture for the window.
 struct Frame {
     Request request;
     cv::Mat picture;           ///< [CV_8UC3, BGR]
-    cv::Size target;           ///< Px of the screen to show it on; its own size where it is exact.
-    cv::Mat depth;             ///< Sway, Depth: that of the fitted photo; else empty.
+    cv::Size target;           ///< Size on the screen, px; the picture's size if shown exactly.
+    cv::Mat depth;             ///< Sway, Depth: depth of the fitted photo; else empty.
     Setup setup;               ///< With the whole depth, for exports.
-    std::string depthSource;   ///< Where the depth comes from, for people; empty without depth.
-    double parallaxPixels = 0; ///< Of a photo: between adjacent views, px of a view.
+    std::string depthSource;   ///< Source of the depth, for people; empty without depth.
+    double parallaxPixels = 0; ///< Of a photo: parallax between adjacent views, px of a view.
 };
 
 class DepthMaker;
 
-/// Makes the pictures for the window and keeps what the next one can use again. One thread at a
-/// time.
+/// Makes the pictures for the window and caches intermediate results for the next one. One thread
+/// at a time.
 class Studio {
   public:
-    /// @param depthMaker for photos without depth of their own
+    /// @param depthMaker for photos without their own depth
     explicit Studio(std::shared_ptr<DepthMaker> depthMaker);
     ~Studio();
 
-    /// @throws Error and what the library throws
+    /// @throws Error and other exceptions of the library
     Frame render(const Request& request);
 
   private:
@@ -58,10 +58,10 @@ class Studio {
     std::unique_ptr<State> state_;
 };
 
-/// The largest size of a shape inside an area.
+/// The largest size with an aspect that fits into an area.
 cv::Size inside(cv::Size area, double aspect);
 
-/// The depth of the photo's px that is seen at a place of a view.
+/// The depth of the photo's px that is visible at a position of a view.
 /// @param depth of the fitted photo @param position of the camera @param at in px of the view
 double depthSeenAt(const cv::Mat& depth, const ViewOptions& views, double position, cv::Point at);
 

@@ -10,9 +10,10 @@ namespace altiro3D::viewer {
 
 namespace {
 
-constexpr double kUsualDuration = 0.04; // s, of a picture that does not say
-constexpr double kLeastLength = 0.04;   // s, of a video: a single picture is not read all the time
-constexpr double kLongestGap = 0.25;    // s: however late, now and then a picture is shown
+constexpr double kUsualDuration = 0.04; // s, if a picture states none
+constexpr double kLeastLength =
+    0.04; // s, of a video, so that a single picture is not read in a loop
+constexpr double kLongestGap = 0.25; // s, after which a late picture is shown as well
 
 } // namespace
 
@@ -57,7 +58,7 @@ bool VideoPlayer::waitUntil(double seconds) {
         if (paused_) {
             const Clock::time_point began = Clock::now();
             wake_.wait(lock, [this] { return ending_ || !paused_; });
-            start_ += Clock::now() - began; // the video's time has stood still
+            start_ += Clock::now() - began; // the video's clock was paused
         } else if (Clock::now() >= due()) {
             return true;
         } else {
@@ -86,7 +87,7 @@ void VideoPlayer::playOnce() {
         const bool shown = (late < duration || gap > kLongestGap) && show_(frame.picture);
         if (shown) {
             last = now;
-            frame.picture = cv::Mat(); // it may be kept where it went
+            frame.picture = cv::Mat(); // its receiver may keep it
         }
         const std::lock_guard<std::mutex> lock(mutex_);
         ++(shown ? counts_.shown : counts_.dropped);

@@ -14,28 +14,28 @@
 
 namespace altiro3D::viewer {
 
-/// Plays a video at its own rate, again and again: hands out each picture when its time has come,
-/// and drops those that come too late.
+/// Plays a video at its own rate in a loop. It delivers each picture at its time and drops late
+/// ones, but delivers at least one in 0.25 s if it can.
 class VideoPlayer {
   public:
-    /// How it goes.
+    /// Numbers of pictures so far.
     struct Counts {
         std::int64_t shown = 0;
         std::int64_t dropped = 0;
     };
 
-    /// Both functions are called by a thread of the player's own.
+    /// The player's own thread calls both functions.
     /// @param file a file or a capture device
-    /// @param show takes a picture [CV_8UC3]; false if it could not be used, which drops it
-    /// @param fail is told why the video cannot be read (further); nothing comes after that
+    /// @param show receives a picture [CV_8UC3]; returns false to drop it
+    /// @param fail receives the reason if the video cannot be read (further); it is the last call
     VideoPlayer(std::filesystem::path file, std::function<bool(const cv::Mat&)> show,
                 std::function<void(const std::string&)> fail);
-    /// Does what end() does.
+    /// Calls end().
     ~VideoPlayer();
     VideoPlayer(const VideoPlayer&) = delete;
     VideoPlayer& operator=(const VideoPlayer&) = delete;
 
-    /// Waits for the picture that is being handed out; none comes after it.
+    /// Stops the player. Waits for a running call of `show`; no further call follows.
     void end();
     void setPaused(bool paused);
     Counts counts() const;
@@ -44,8 +44,8 @@ class VideoPlayer {
     using Clock = std::chrono::steady_clock;
 
     void run();
-    void playOnce();                // until its last picture has had its time
-    bool waitUntil(double seconds); // false: it ends
+    void playOnce();                // returns when the time of the last picture is over
+    bool waitUntil(double seconds); // false: the player is being stopped
 
     std::filesystem::path file_;
     std::function<bool(const cv::Mat&)> show_;
@@ -54,12 +54,12 @@ class VideoPlayer {
     std::condition_variable wake_;
     bool ending_ = false;
     bool paused_ = false;
-    Clock::time_point start_; // when time 0 of the video was
+    Clock::time_point start_; // clock time of the video's time 0
     Counts counts_;
     std::thread thread_; // last: it uses the others
 };
 
-/// Players that are to end, until somebody has the time to wait for them. For any thread.
+/// Players that must end; another thread can wait for them later. Thread-safe.
 class EndingPlayers {
   public:
     /// @param player may be null

@@ -13,7 +13,7 @@
 
 namespace altiro3D::viewer {
 
-/// A key of the window, or several, and what it does.
+/// One or more keys of the window and their effect.
 struct KeyWords {
     const char* keys;
     const char* text;
@@ -21,28 +21,28 @@ struct KeyWords {
 constexpr KeyWords kKeys[] = {
     {"1, 2, 3, 4, 5",
      "Look at one view (Sway), Depth, Quilt, Native, or through the lenses (Lens)."},
-    {"Space", "The camera swings by itself, or stops."},
-    {"M", "The camera follows the mouse, or stops."},
+    {"Space", "Start or stop the swing of the camera."},
+    {"M", "Let the camera follow the mouse, or stop that."},
     {"P", "Play or stop the video."},
     {"F11", "Show the Native on the light-field display."},
-    {"Escape", "End that; F11 and a double click do the same."},
+    {"Escape", "Leave the display; F11 and a double click do the same."},
     {"Ctrl+O, Ctrl+Shift+O, Ctrl+D", "Open a file, a folder of views, the depth of this photo."},
     {"Ctrl+S, Ctrl+Shift+S", "Export the Native, the quilt."},
-    {"Ctrl+Z, Ctrl+Shift+Z, Ctrl+R", "Undo, redo, reset all knobs."},
+    {"Ctrl+Z, Ctrl+Shift+Z, Ctrl+R", "Undo, redo, reset all settings."},
     {"Ctrl+W, Ctrl+Q", "Close the file, quit."},
 };
 
-/// File names are bytes.
+/// The path for a file name; file names are bytes.
 inline std::filesystem::path toPath(const QString& name) {
     return QFile::encodeName(name).toStdString();
 }
 
-/// The name for people.
+/// The file name for people.
 inline QString toName(const std::filesystem::path& path) {
     return QFile::decodeName(path.string().c_str());
 }
 
-/// A line for each sentence.
+/// The sentences, one per line.
 inline QString linesOf(const std::vector<std::string>& sentences) {
     QStringList lines;
     for (const std::string& sentence : sentences)
@@ -50,14 +50,14 @@ inline QString linesOf(const std::vector<std::string>& sentences) {
     return lines.join('\n');
 }
 
-/// Says what has gone wrong, and waits until it is read.
+/// Shows a warning and waits until the user closes it.
 inline void warn(QWidget* parent, const QString& title, const QString& text) {
     QMessageBox box(QMessageBox::Warning, title, text, QMessageBox::Ok, parent);
     box.setTextFormat(Qt::PlainText);
     box.exec();
 }
 
-/// A product by the name in menus.
+/// The name of a product in menus.
 inline QString nameOf(Product product) {
     switch (product) {
     case Product::Native:

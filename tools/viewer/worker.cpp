@@ -19,7 +19,7 @@ Worker::~Worker() {
 void Worker::post(std::size_t kind, std::function<void()> task) {
     {
         const std::lock_guard<std::mutex> lock(mutex_);
-        std::swap(waiting_[kind], task); // what was there goes after the lock
+        std::swap(waiting_[kind], task); // the replaced task is destroyed after the lock
     }
     wake_.notify_one();
 }

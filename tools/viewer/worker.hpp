@@ -8,19 +8,19 @@
 
 namespace altiro3D::viewer {
 
-/// A thread that does the latest task of each kind: one that has not begun is replaced by the next
-/// of its kind.
+/// A thread that runs the latest task of each kind: a task that has not begun is replaced by the
+/// next one of its kind.
 class Worker {
   public:
     static constexpr std::size_t kKinds = 3;
 
     Worker();
-    /// Finishes the task that runs, drops those that wait.
+    /// Finishes the running task and drops the waiting ones.
     ~Worker();
     Worker(const Worker&) = delete;
     Worker& operator=(const Worker&) = delete;
 
-    /// Does a task when those of lower kinds are done.
+    /// Adds a task; waiting tasks of lower kinds run first.
     /// @param kind 0..kKinds-1 @param task must not throw
     void post(std::size_t kind, std::function<void()> task);
 

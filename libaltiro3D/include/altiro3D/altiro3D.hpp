@@ -7,7 +7,7 @@
 ///                                                                ▼
 ///     photo ─► DepthSource ─► Scene (photo, depth map) ─► NativeMaker ─► Native
 ///                  ▲
-///                  └─ depth network | built-in estimator | depth image | RGB-D
+///                  └─ depth network | built-in estimator | depth image | RGB-D | photo's file
 ///
 ///     NativeMaker:
 ///     Scene ─► PhotoFit ─┬─► NativeRenderer ────────────────────────────────────┬─► Native
@@ -54,8 +54,10 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_refine.hpp"
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/display.hpp"
+#include "altiro3D/embedded_depth.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
@@ -66,6 +68,7 @@
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/quilt_search.hpp"
 #include "altiro3D/sway.hpp"
 #include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"

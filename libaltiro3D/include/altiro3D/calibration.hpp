@@ -41,7 +41,7 @@ struct Calibration {
 constexpr int kMaxPanelSide = 16384;
 
 /// Checks a calibration: the range of each field, and that pitch, DPI and slope describe a possible
-/// lens array, with 0.001 lens periods across the panel at least and one per sub-pixel at most.
+/// lens array of at least 0.001 lens periods across the panel and at most one per sub-pixel.
 ///
 /// @param calibration the calibration to check
 /// @param source its name in the error message, for example the file name
@@ -130,11 +130,11 @@ struct ALTIRO3D_EXPORT LensGeometry {
     [[nodiscard]] int cellIndex(int x, int y) const;
 
     /// Position of a sub-pixel under its lens: docs/mathematics.md, (1.4) to (1.9). This is the
-    /// readable reference; NativeLut is the fast way.
+    /// readable reference; NativeLut is the fast path.
     /// @param x column, 0..panelWidth-1
     /// @param y row from the top, 0..panelHeight-1
     /// @param channel 0 red, 1 green, 2 blue
-    /// @return z, 0..1: 0 = where view 0 begins, 1 = end of the last view
+    /// @return z, 0..1: 0 = start of view 0, 1 = end of the last view
     [[nodiscard]] double phase(int x, int y, int channel) const;
 
     /// View that a phase belongs to: min(floor(phase * views), views - 1), docs/mathematics.md,

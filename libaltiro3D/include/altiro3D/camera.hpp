@@ -180,9 +180,9 @@ struct ViewCamera {
                                                     double position);
 
 /// Renders a photo as another camera sees it (method Real, any pose). Each pixel is back-projected
-/// with its distance, transformed, projected and spread over the pixels that it falls between; the
-/// nearest wins. Cracks are filled by a median, disocclusions are inpainted. The view is black if
-/// no pixel of the photo falls into it.
+/// with its distance, transformed, projected and spread over the pixels around its position. Where
+/// several pixels meet, the nearest wins. Cracks are filled by a median, disocclusions are
+/// inpainted. The view is black if no pixel of the photo falls into it.
 ///
 /// Positions are computed in double precision and then rounded to 1/256 px. The warp runs on one
 /// thread; any number of threads may call the function at once. For cameras side by side,
@@ -190,8 +190,8 @@ struct ViewCamera {
 /// docs/mathematics.md, 3.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px
-/// @param distance [as photo, CV_32FC1, Z; +inf = infinitely far; NaN, 0 and less = unknown, such
-///        pixels are left out]
+/// @param distance [as photo, CV_32FC1, Z; +inf = infinitely far; NaN or Z <= 0 = unknown, the
+///        pixel is left out]
 /// @param photoCamera K_o, intrinsics of the photo
 /// @param viewCamera K_v, intrinsics of the view, which has the photo's size
 /// @param pose [R|T] of the view's camera, T in the unit of the distances

@@ -57,9 +57,9 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     ViewOptions options_;
 };
 
-/// A Depth2Quilt that estimates depth by a network: it turns photos of any size into quilts.
+/// A Depth2Quilt that estimates depth with a network. It turns photos of any size into quilts.
 ///
-/// Owns its network. One thread at a time per object.
+/// It owns the network. One thread at a time per object.
 class ALTIRO3D_EXPORT Network2Quilt {
   public:
     /// @param network a loaded network

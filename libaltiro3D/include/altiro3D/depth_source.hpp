@@ -16,9 +16,8 @@ namespace altiro3D {
 /// Estimates depth from one photo without any network or download.
 ///
 /// The function combines monocular cues and smooths the result along the photo's edges;
-/// docs/depth.md lists the cues and their accuracy. The tools use it if they find no depth network.
-/// It gives a depth map for every photo, and the same one for any number of threads. A trained
-/// network is much more accurate.
+/// docs/depth.md lists the cues and their accuracy. It gives a depth map for every photo, and the
+/// same one for any number of threads. depthFromPhoto() combines it with a network.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR], any size from 1 x 1
 /// @param depth [size of the photo, scaled down to at most 320 px per side, CV_32FC1, 0..1,
@@ -29,7 +28,7 @@ ALTIRO3D_EXPORT void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth)
 /// A source of depth for photos and video frames: an estimator, a network, a file, or the depth
 /// half of an RGB-D image. For one photo, call readImage(), then readScene():
 ///
-///     const auto source = depthFromCues();
+///     const auto source = depthFromPhoto();
 ///     Scene scene;
 ///     source->readScene(source->readImage("photo.jpg"), 0.5, scene);
 ///
@@ -89,10 +88,18 @@ class ALTIRO3D_EXPORT DepthSource {
 ///         them
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromCues();
 
-/// Depth from a network: DepthNetwork::infer().
+/// Depth from a network: DepthNetwork::infer(). If the network's profile has a `cuesShare` s above
+/// 0, the raw numbers are (1 - s) times the network's normalized depth plus s times
+/// estimateDepthFromCues(), in the size of the latter, and kind() is DepthKind::NearWhite.
 /// @param network a loaded network
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
+
+/// Depth from the photo alone by the best means at hand: from standardNetwork(), or
+/// depthFromCues() if no network is installed. The tools do the same if no depth is named.
+/// @return the source
+/// @throws Error as standardNetwork() and DepthNetwork::DepthNetwork()
+[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromPhoto();
 
 /// Depth from a separate depth image: readDepthSamples().
 /// @param file the depth image
@@ -107,5 +114,21 @@ depthFromFile(std::filesystem::path file, DepthKind kind = DepthKind::NearWhite)
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 depthFromRgbd(DepthSide side, DepthKind kind = DepthKind::NearWhite);
+
+/// What depthInPhoto() takes from a photo's file.
+struct PhotoDepthOptions {
+    bool useDepth = true;   ///< Use depth in the file or beside it.
+    bool unblurred = false; ///< Read the sharp original where the file has one.
+};
+
+/// Depth that comes with the photo: first the depth image beside it (findDepthBeside()), then depth
+/// in its file (readEmbeddedDepth()). Photos without either take their depth from another source.
+/// After readImage(), description() states what was found.
+/// @param otherwise the source for all other photos
+/// @param options what to take
+/// @return the source
+/// @throws Error InvalidArgument (`otherwise` is null)
+[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
+depthInPhoto(std::unique_ptr<DepthSource> otherwise, const PhotoDepthOptions& options = {});
 
 } // namespace altiro3D

@@ -20,7 +20,8 @@ struct DisplayModel {
     QuiltLayout quilt;          ///< Default quilt.
 };
 
-/// All known models. @return in the order in which serial prefixes are tried; never destroyed
+/// All known models. @return the models in the order in which their serial prefixes are tried; the
+/// reference stays valid until the program ends
 [[nodiscard]] ALTIRO3D_EXPORT const std::vector<DisplayModel>& displayModels();
 
 /// Finds the model of a display by its serial number, else by its panel.
@@ -28,8 +29,8 @@ struct DisplayModel {
 /// @return one of displayModels(), or null if the model is unknown
 [[nodiscard]] ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
 
-/// The default quilt for a display: that of its model. For an unknown panel: 48 views of the
-/// panel's shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt of about 4096 px.
+/// The default quilt for a display: its model's. For an unknown model: 48 views of the panel's
+/// shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt of about 4096 px.
 ///
 /// @param calibration the display; must be valid
 /// @return the layout
@@ -40,13 +41,13 @@ struct DisplayModel {
 /// sets.
 ///
 /// @param calibration the display
-/// @return one sentence each, for people; usually none
+/// @return one sentence each, for people; usually empty
 [[nodiscard]] ALTIRO3D_EXPORT Notes calibrationWarnings(const Calibration& calibration);
 
 /// A display that Natives are made for.
 struct Display {
-    Calibration calibration;                ///< What its visual.json says.
-    QuiltLayout quilt;                      ///< Default layout of quilts.
+    Calibration calibration;                ///< Contents of its visual.json.
+    QuiltLayout quilt;                      ///< Default layout of its quilts.
     InvertViews invert = InvertViews::Auto; ///< Whether the order of views is reversed.
     std::string source;                     ///< Where the calibration comes from, for people.
 
@@ -58,8 +59,8 @@ struct Display {
     }
 };
 
-/// The display of a calibration, with the default quilt of its model.
-/// @param calibration the display, valid
+/// Makes a display from a calibration, with defaultQuilt().
+/// @param calibration the display; must be valid
 /// @param source where the calibration comes from, for people
 /// @return the display
 [[nodiscard]] ALTIRO3D_EXPORT Display displayOf(Calibration calibration,
@@ -68,9 +69,9 @@ struct Display {
 /// Reads a display from its calibration.
 ///
 /// @param calibrationFile its `visual.json`
-/// @param serial which display, where the file holds several; empty: the first
-/// @return the display, with the default quilt of its model
-/// @throws Error as readCalibrations(); NotFound (no display of that serial number)
+/// @param serial serial number of the display if the file holds several; empty: the first one
+/// @return the display, with defaultQuilt()
+/// @throws Error as readCalibrations(); NotFound (no display with that serial number)
 [[nodiscard]] ALTIRO3D_EXPORT Display readDisplay(const std::filesystem::path& calibrationFile,
                                                   const std::string& serial = {});
 

@@ -8,7 +8,7 @@
 
 namespace altiro3D {
 
-/// Kind of failure, for programs; the sentence in `what()` is for people.
+/// Kind of failure, for programs; the text of `what()` is for people.
 enum class ErrorCode {
     InvalidArgument, ///< An argument is out of its range or of the wrong size or type.
     NotFound,        ///< A file or directory does not exist.
@@ -39,17 +39,17 @@ class ALTIRO3D_EXPORT Error : public std::runtime_error {
     ErrorCode code_;
 };
 
-/// Kind of a remark, for programs; the sentence is for people.
+/// Kind of a remark, for programs; the text is for people.
 enum class NoteCode {
-    CutOff,    ///< The file ends too early; what is there is used.
+    CutOff,    ///< The file ends too early; the part that exists is used.
     LeftOut,   ///< A part is not used: further pictures, unused columns, a stream.
-    Converted, ///< A part is changed to a kind that the output can hold.
+    Converted, ///< A part is converted to a form that the output can hold.
     Repaired,  ///< Damaged parts are left out or replaced.
     AsItIs,    ///< A property is not corrected: interlaced pictures, HDR, fringe.
     Doubtful   ///< A value is unlikely, or the file does not say how to read it.
 };
 
-/// A remark on something that is odd but does not prevent the work.
+/// A remark on something unusual that does not prevent the work.
 struct Note {
     NoteCode code = NoteCode::Doubtful; ///< Its kind.
     std::string text;                   ///< One line without a full stop.

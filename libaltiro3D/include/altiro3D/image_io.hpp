@@ -16,18 +16,32 @@ constexpr double kMaxImagePixels = 4.0e8;
 /// Reads a picture upright (EXIF orientation applied), with its full bit depth.
 ///
 /// Grey, palette, CMYK and alpha pictures become BGR; transparent areas become black. The contents
-/// decide the format, not the name. Sides are limited to 65500 px. Colour profiles and PNG gamma
-/// are not applied. OpenCV's codecs may print warnings on stderr.
+/// decide the format, not the name. Sides are limited to 65500 px. OpenCV's codecs may print
+/// warnings on stderr.
 ///
-/// @param path PNG, JPEG (also MPO: its first picture), TIFF, WebP, BMP, PNM/PFM, EXR, HDR or
-///        JPEG 2000
+/// Colours of 8 and 16 bits are converted to sRGB: by ICC profiles (PNG, JPEG, TIFF, WebP, HEIC,
+/// AVIF), PNG's cICP, gAMA and cHRM, and the colour codes of HEIC and AVIF. Pictures that are sRGB
+/// in all but the name of their profile keep their bytes. PQ and HLG are tone-mapped by the curve
+/// of ITU-R BT.2390. Gain maps are left alone: the base picture is used. Depth is never converted.
+///
+/// HEIC and AVIF need libheif at build time. They state turns and mirroring themselves; EXIF, which
+/// repeats them, is ignored there.
+///
+/// @param path PNG, JPEG (also MPO: its first picture), HEIC, AVIF, TIFF, WebP, BMP, PNM/PFM, EXR,
+///        HDR or JPEG 2000
 /// @param notes if given, receives remarks (a cut-off JPEG, several pages, ...), without the name
 ///        of the file
 /// @return [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
-/// @throws Error NotFound, ReadFailed, Unsupported (names the format: GIF, PCX, HEIC, ...),
+/// @throws Error NotFound, ReadFailed, Unsupported (names the format: GIF, PCX, ...; HEIC and
+///         AVIF without libheif),
 ///         TooLarge, BadFormat, OutOfMemory
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readImage(const std::filesystem::path& path,
                                                 Notes* notes = nullptr);
+
+/// The formats that readImage() reads, for people.
+/// @return "PNG, JPEG, HEIC, AVIF, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000"; without HEIC
+///         and AVIF if the library was built without libheif
+[[nodiscard]] ALTIRO3D_EXPORT std::string readableFormats();
 
 /// Reads a photo: as readImage(), converted to 8 bits (16-bit values are divided by 257 and
 /// rounded, float values are clamped to 0..1).

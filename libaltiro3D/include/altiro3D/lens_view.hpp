@@ -9,15 +9,16 @@ namespace altiro3D {
 
 /// An eye in front of a display, far enough away to see all lenses at the same angle.
 struct LensEye {
-    /// The position under the lenses that it sees: 0 = where view 0 begins, 1 = end of the last
-    /// view. Any finite number; lenses repeat, so only its fractional part matters.
+    /// The position under the lenses that it sees: 0 = start of view 0, 1 = end of the last view.
+    /// Any finite number; lenses repeat, so only its fractional part matters.
     double phase = 0.5;
     /// The width that it sees under each lens in lens periods, 1/4096..1; 0 = the width of one
-    /// sub-pixel, the least that a lens shows.
+    /// sub-pixel, the smallest width that a lens shows.
     double spot = 0;
 };
 
-/// The full horizontal view cone of a display: from the calibration, else from its model, else 40.
+/// The full horizontal view cone of a display: from the calibration, else its model's, else 40
+/// degrees.
 ///
 /// @param calibration the display; not checked
 /// @return C in degrees
@@ -45,14 +46,14 @@ struct LensEye {
 /// Simulates what an eye sees of a Native through the display's lenses (docs/mathematics.md, 2a;
 /// (2.5) bounds the loss).
 ///
-/// The sub-pixels whose lens phase lies within half the spot of the eye's are lit. Each px of the
-/// result takes each colour from the lit sub-pixel of that colour whose px is nearest to it. Ties
-/// go to the nearer row, then to the upper row, then to the left. The result has the panel's size
-/// but less detail: with a spot of 1/N a lit sub-pixel stands for N px, and view k is seen with
-/// each px up to a few px out of place. A colour without any lit sub-pixel is black. Mirrored
-/// panels are seen unmirrored.
+/// A sub-pixel is lit if its lens phase differs from the eye's by at most half the spot. Each px of
+/// the result takes each colour from the nearest px with a lit sub-pixel of that colour. Ties go to
+/// the nearer row, then to the upper row, then to the left. The result has the panel's size but
+/// less detail: with a spot of 1/N, one lit sub-pixel stands for N px, and the px of view k are up
+/// to a few px out of place. A colour without any lit sub-pixel is black. Mirrored panels are seen
+/// unmirrored.
 ///
-/// With a calibration other than the Native's the views mix, as they do on the display.
+/// If the calibration is not the Native's, the views mix, as they do on the display.
 ///
 /// @param native [panel rows x panel cols, CV_8UC3, BGR]
 /// @param calibration the display

@@ -18,6 +18,7 @@ namespace altiro3D {
 struct NativeOptions {
     ViewOptions views;            ///< Method, strength, focus and the options of each method.
     FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel if their shapes differ.
+    DepthRefineOptions refine;    ///< How the depth of a fitted photo is refined.
     /// The photo is fitted to the size of the panel instead of the size of a view. The direct path
     /// then shows more detail; a quilt averages it away.
     bool keepResolution = false;
@@ -39,7 +40,8 @@ enum class NativePath {
 ///
 /// makeNative(scene, native) does all steps. To also get the quilt, do the steps one by one:
 ///
-///     fitScene(scene, maker.fit(scene.photo.size()), maker.options().views.focus, fitted);
+///     const NativeOptions& options = maker.options();
+///     fitScene(scene, maker.fit(scene.photo.size()), options.views.focus, fitted, options.refine);
 ///     maker.makeQuilt(fitted, quilt);          // not needed if path() is Direct
 ///     maker.makeNative(fitted, quilt, native);
 ///

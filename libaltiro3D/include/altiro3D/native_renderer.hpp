@@ -16,9 +16,9 @@ enum class ViewPositions {
                ///< (docs/conventions.md); N = number of views of the display.
 };
 
-/// Renders Natives directly from photos with depth: each sub-pixel of the panel is read from the
-/// photo as its own view shows it. The renderer makes no quilt, no views and no look-up table, and
-/// computes only what the panel shows.
+/// Renders Natives directly from photos with depth: each sub-pixel of the panel reads the photo at
+/// the place that its view shows there. The renderer makes no quilt, no views and no look-up table,
+/// and computes only what the panel shows.
 ///
 /// With discrete views and a photo of the tile's size, the Native equals that of Depth2Quilt and
 /// Quilt2Native bit for bit. With a photo of the panel's size, no detail is lost to smaller tiles.
@@ -30,7 +30,7 @@ enum class ViewPositions {
 /// any processor.
 class ALTIRO3D_EXPORT NativeRenderer {
   public:
-    static constexpr int kMaxViews = 65536; ///< Limit; more views require a quilt.
+    static constexpr int kMaxViews = 65536; ///< Largest number of views.
 
     /// @param calibration the display
     /// @param viewCount N, number of views of the display, 1..kMaxViews

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/depth_refine.hpp"
 #include "altiro3D/export.hpp"
 #include "altiro3D/quilt.hpp"
 
@@ -63,14 +64,17 @@ struct Scene {
     cv::Mat depth; ///< [CV_32FC1, 0..1, 1 = nearest], shows all of the photo
 };
 
-/// Fits a photo and its depth map to the panel's shape: applyFit() and applyFitToDepth().
+/// Fits a photo and its depth map to the panel's shape: applyFit(), applyFitToDepth(), and then
+/// refineDepth() inside the bars.
 ///
 /// @param scene the photo, of the size that the fit was made for, and its depth map of any size
 /// @param fit from fitPhoto()
 /// @param focus depth of the bars, 0..1
 /// @param fitted both of fit.size; reused if they fit
-/// @throws Error as applyFit() and applyFitToDepth()
-ALTIRO3D_EXPORT void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted);
+/// @param refine how the depth is refined
+/// @throws Error as applyFit(), applyFitToDepth() and refineDepth()
+ALTIRO3D_EXPORT void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
+                              const DepthRefineOptions& refine = {});
 
 /// Fits every view of a quilt to the panel's shape as fitPhoto() and applyFit() do for one picture.
 /// The layout does not change.

@@ -118,7 +118,8 @@ quiltFileName(const std::filesystem::path& file, const QuiltLayout& layout, doub
 struct QuiltRequest {
     std::optional<QuiltGrid> grid;     ///< From `-q`.
     std::optional<cv::Size> tileSize;  ///< From `-r`.
-    std::optional<QuiltName> name;     ///< From the file name; overrides the display's default.
+    std::optional<QuiltName> name;     ///< From the file name.
+    std::optional<QuiltGrid> found;    ///< Found in the picture, see findQuiltLayout().
     std::optional<cv::Size> quiltSize; ///< Size of the quilt picture, if it exists.
 };
 
@@ -130,7 +131,8 @@ struct ResolvedQuilt {
 
 /// Determines the layout for a request.
 ///
-/// Columns and rows come from the file name, else from `-q`, else from `standard`. The view's size
+/// Columns and rows come from the file name, else from `-q`, else from the picture, else from
+/// `standard`. The view's size
 /// comes from the picture (its size divided by columns and rows, rounded down), else from `-r`,
 /// else from the size of `standard`'s quilt. Contradictions are errors. If the shape of a view
 /// differs from the panel's by more than 5 % and the swapped order (columns x rows, width x height)

@@ -34,18 +34,30 @@ struct QuiltSampling {
     TileSampling inTile = TileSampling::Nearest; ///< Inside a view.
 };
 
-/// Removes the unused border of a quilt. There is one if the quilt's size is not a multiple of its
-/// columns and rows: 4096 px hold 5 tiles of 819 px and one px more. The unused columns are at the
-/// right, the unused rows at the top.
+/// Gives the views of a quilt whole px. If the quilt's size is not a multiple of its columns and
+/// rows, as of 4096 px with 5 columns, views have a fractional size and begin at fractional px:
+/// 819.2 px here. Each view is then sampled where it lies, at the nearest px. None of it is cut
+/// off.
 ///
 /// @param quilt [rows x cols, any type]
-/// @param layout the layout that the quilt should have
-/// @param notes if given, receives a remark if a border is removed
-/// @return [layout.size(), type of `quilt`]; shares memory with `quilt`
+/// @param layout the layout that the quilt should have; its views have the quilt's size divided by
+///        columns and rows, rounded down
+/// @return [layout.size(), type of `quilt`]; `quilt` itself if it has this size
 /// @throws Error Mismatch (the quilt does not have this layout; names both sizes);
 ///         InvalidArgument or TooLarge (layout)
-[[nodiscard]] ALTIRO3D_EXPORT cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout,
-                                               Notes* notes = nullptr);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout);
+
+/// Cuts a quilt to views of whole px, as a `.map` expects them. If the quilt's size is not a
+/// multiple of its columns and rows, the rest counts as an unused border: 4096 px hold 5 views of
+/// 819 px and one px more. The unused columns are at the right, the unused rows at the top.
+///
+/// @param quilt as for fitQuilt()
+/// @param layout as for fitQuilt()
+/// @param notes if given, receives a remark if a border is cut off
+/// @return [layout.size(), type of `quilt`]; shares memory with `quilt`
+/// @throws Error as fitQuilt()
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat cropQuilt(const cv::Mat& quilt, const QuiltLayout& layout,
+                                                Notes* notes = nullptr);
 
 /// Renders Natives from quilts: each sub-pixel takes its colour from the view that its lens phase
 /// selects (docs/mathematics.md, 1 and 2).
@@ -77,8 +89,7 @@ class ALTIRO3D_EXPORT Quilt2Native {
 
     /// Renders one Native.
     ///
-    /// @param quilt [quilt().size(), CV_8UC3, BGR], or larger by the unused border that fitQuilt()
-    ///        removes
+    /// @param quilt [quilt().size(), CV_8UC3, BGR], or of another size that fitQuilt() accepts
     /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits; must not share
     ///        memory with the quilt
     /// @throws Error InvalidArgument (type, shared memory), Mismatch (size)
@@ -111,14 +122,12 @@ class ALTIRO3D_EXPORT QuiltShape {
     QuiltShape(const std::filesystem::path& file, const QuiltLayout& layout, const Display& display,
                std::optional<FitMode> fit = std::nullopt);
 
-    /// Removes the unused border and fits the views to the panel.
-    /// @param picture the quilt [layout size or larger by the unused border, see fitQuilt(),
-    ///        CV_8UC3, BGR]
-    /// @param notes if given, receives a remark if a border is removed
+    /// Gives the views whole px, see fitQuilt(), and fits them to the panel.
+    /// @param picture the quilt [a size that fitQuilt() accepts, CV_8UC3, BGR]
     /// @return the quilt for Quilt2Native [layout size, CV_8UC3, BGR]; may share memory with
     ///         `picture`
     /// @throws Error as fitQuilt() and applyFitToViews()
-    [[nodiscard]] cv::Mat apply(const cv::Mat& picture, Notes* notes = nullptr) const;
+    [[nodiscard]] cv::Mat apply(const cv::Mat& picture) const;
 
     /// The shape in which a view appears on the panel. @return width : height; differs from
     ///         aspect() only if the views are stretched

@@ -41,7 +41,7 @@ ALTIRO3D_EXPORT void validate(const SwayOptions& options);
 ///
 /// @param frame k, 0 or more; continues over all turns
 /// @param framesPerTurn n, a multiple of 4, at least 4
-/// @return -1..+1; 0 at frame 0, +1 after a quarter of the turn, -1 after three
+/// @return -1..+1; 0 at frame 0, +1 after a quarter of the turn, -1 after three quarters
 /// @throws Error InvalidArgument (out of these ranges)
 [[nodiscard]] ALTIRO3D_EXPORT double swayPosition(int frame, int framesPerTurn);
 
@@ -56,8 +56,9 @@ ALTIRO3D_EXPORT void validate(const SwayOptions& options);
 /// @throws Error InvalidArgument (an empty picture, aspect)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Size swaySize(cv::Size picture, double aspect);
 
-/// As fitPhoto(), for a picture whose pixels need not be square; those of the result are. A picture
-/// that is larger by one px, because an odd side became even, is cropped and not resampled.
+/// As fitPhoto(), for a picture whose pixels need not be square; the result's pixels are square. A
+/// picture that is one px larger than the result, because an odd side became even, is cropped and
+/// not resampled.
 ///
 /// @param picture its size in px
 /// @param aspect width : height as shown, 0.01..100
@@ -83,8 +84,8 @@ ALTIRO3D_EXPORT void validate(const SwayOptions& options);
 ///
 /// @param position -1 leftmost .. +1 rightmost; clamped
 /// @param picture [rows x cols, CV_8UC3, BGR]; reused if it fits
-/// @throws Error InvalidArgument (a position that is NaN), in those of photoViews() and
-///         quiltViews()
+/// The functions that photoViews() and quiltViews() return throw Error InvalidArgument if the
+/// position is NaN.
 using SwayView = std::function<void(double position, cv::Mat& picture)>;
 
 /// The views of a photo with depth at any position. They equal those of Depth2Quilt::renderView()

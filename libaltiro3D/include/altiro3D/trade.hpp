@@ -29,6 +29,26 @@ namespace altiro3D {
 ///         differ)
 [[nodiscard]] ALTIRO3D_EXPORT double ssim(const cv::Mat& picture, const cv::Mat& truth);
 
+/// Spearman's rank correlation of two pictures: how far they order the pixels alike. Equal values
+/// share the mean of their ranks.
+///
+/// @param a [rows x cols, CV_32FC1], finite
+/// @param b [as a], finite
+/// @param mask [as a, CV_8UC1], 0: the pixel does not count; empty: all count
+/// @return -1 (reversed) .. 1 (the same order); 0 if the values of one picture are all equal
+/// @throws Error InvalidArgument (empty, wrong type), Mismatch (sizes differ)
+[[nodiscard]] ALTIRO3D_EXPORT double rankCorrelation(const cv::Mat& a, const cv::Mat& b,
+                                                     const cv::Mat& mask = {});
+
+/// Scales and shifts an estimated depth map so that it fits the true one best (least squares), as
+/// relative depth has no scale of its own (Ranftl et al. 2020).
+///
+/// @param estimate [any size, CV_32FC1, 0..1], resampled to the size of `truth`
+/// @param truth [rows x cols, CV_32FC1, 0..1]
+/// @param aligned [as truth], clamped to 0..1; the mean of `truth` if the estimate has no range
+/// @throws Error InvalidArgument (empty, wrong type)
+ALTIRO3D_EXPORT void alignDepth(const cv::Mat& estimate, const cv::Mat& truth, cv::Mat& aligned);
+
 /// Options of a view method, with a name for tables.
 struct NamedViewOptions {
     std::string name;    ///< For example "fast" or "layered".

@@ -154,8 +154,8 @@ struct VideoProgress {
     std::int64_t frames = 0;     ///< Frames made so far, including those of an earlier run.
     std::int64_t keptFrames = 0; ///< Frames of an earlier run, which are not made again.
     double end = 0;              ///< End of the last frame made, s from the start of the part.
-    /// Expected total of `frames`, may be estimated; nothing if unknown or if only a part of the
-    /// file is converted.
+    /// Expected total of `frames`; nothing if unknown. It may be estimated, for a part of a file
+    /// from its length and the average frame rate.
     std::optional<std::int64_t> framesInAll;
     std::optional<double> length; ///< Expected final value of `end`, s; nothing if unknown.
     bool finishing = false;       ///< All frames are made; the file is being closed.
@@ -186,6 +186,11 @@ enum class EncoderPreset {
     Slower,
     VerySlow
 };
+
+/// Names a preset as x264 and x265 do.
+/// @param preset one of the enumerators
+/// @return for example "superfast"
+[[nodiscard]] ALTIRO3D_EXPORT const char* presetName(EncoderPreset preset);
 
 /// Options to write a video.
 struct VideoWriterOptions {

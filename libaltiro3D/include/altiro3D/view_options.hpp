@@ -7,7 +7,7 @@
 
 namespace altiro3D {
 
-/// How holes are filled that no pixel of the photo reaches.
+/// How holes, which no pixel of the photo reaches, are filled.
 enum class Inpainting {
     Telea,       ///< Fast marching (Telea 2004).
     NavierStokes ///< Continues lines of equal brightness (Bertalmio et al. 2001).
@@ -28,8 +28,8 @@ ALTIRO3D_EXPORT void validate(const RealOptions& options);
 
 /// How views are rendered from a photo and its depth.
 enum class ViewMethod {
-    Fast, ///< Backward mapping, read at the destination pixel, linear: cheap, no holes, soft edges.
-    Real, ///< Projects each pixel into the virtual camera, the nearest wins; holes are inpainted.
+    Fast,   ///< Backward mapping, depth read at the destination pixel: no holes, soft edges.
+    Real,   ///< Projects each pixel into the virtual camera, the nearest wins; holes are inpainted.
     Layered ///< Surfaces per row, cut at depth steps, over a background that is painted once.
 };
 
@@ -72,7 +72,7 @@ struct ViewOptions {
     LayeredOptions layered;
 };
 
-/// Checks options, also those of methods that are not chosen.
+/// Checks all options, including those of the other methods.
 /// @param options the options to check
 /// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const ViewOptions& options);
@@ -83,7 +83,7 @@ struct AdjacentParallax {
     double panelPixels = 0; ///< px of the panel.
 };
 
-/// Above this parallax between adjacent views, in px of a view, hard edges begin to appear double.
+/// Above this parallax between adjacent views (px of a view) hard edges begin to appear double.
 constexpr double kParallaxBudgetPixels = 5;
 
 /// The largest parallax between adjacent views for a depth range: docs/mathematics.md, (3.3), with

@@ -1,10 +1,12 @@
 #include "base/image_format.hpp"
 
+#include "base/byte_reader.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <initializer_list>
 
 namespace altiro3D {
 
@@ -65,15 +67,32 @@ bool isPcx(string_view bytes) {
            bytes[2] == 1 && (bytes[3] == 1 || bytes[3] == 2 || bytes[3] == 4 || bytes[3] == 8);
 }
 
-// ISO base media files: the brand distinguishes pictures from videos.
-std::string isoMediaName(string_view bytes) {
-    const string_view brand = bytes.substr(8, 4);
-    if (brand == "avif" || brand == "avis") return "AVIF";
-    if (brand == "crx ") return "camera raw (cr3)";
-    for (const char* heic : {"heic", "heix", "heim", "heis", "hevc", "hevx", "mif1", "msf1"}) {
-        if (brand == heic) return "HEIC";
+// The brands of an ISO base media file: the main one, then those that it is compatible with.
+bool hasBrand(string_view bytes, std::initializer_list<string_view> brands) {
+    constexpr std::size_t kMaxBrands = 64;
+    const ByteReader reader(bytes, false);
+    const std::size_t end = std::min<std::size_t>(reader.u32(0), 16 + 4 * kMaxBrands);
+    for (std::size_t at = 8; at + 4 <= std::max<std::size_t>(end, 12); at += 4) {
+        if (at == 12) continue; // the version of the main brand
+        if (std::find(brands.begin(), brands.end(), reader.text(at, 4)) != brands.end()) {
+            return true;
+        }
     }
-    return "MP4 video";
+    return false;
+}
+
+bool isIsoMedia(string_view bytes) {
+    return bytes.size() >= 12 && bytes.substr(4, 4) == "ftyp";
+}
+
+// ISO base media files: the brand distinguishes pictures from videos.
+ImageFormat isoMediaFormat(string_view bytes) {
+    if (bytes.substr(8, 4) == "crx ") return ImageFormat::Unknown;
+    if (hasBrand(bytes, {"avif", "avis"})) return ImageFormat::Avif;
+    if (hasBrand(bytes, {"heic", "heix", "heim", "heis", "hevc", "hevx", "mif1", "msf1"})) {
+        return ImageFormat::Heic;
+    }
+    return ImageFormat::Unknown;
 }
 
 } // namespace
@@ -95,7 +114,9 @@ std::string otherFormatName(string_view bytes, const std::string& extension) {
         }
     }
     if (isPcx(bytes)) return "PCX";
-    if (bytes.size() >= 12 && bytes.substr(4, 4) == "ftyp") return isoMediaName(bytes);
+    if (isIsoMedia(bytes)) {
+        return bytes.substr(8, 4) == "crx " ? "camera raw (cr3)" : "MP4 video";
+    }
     if (containsOnlyText(bytes)) {
         const string_view begin = bytes.substr(0, 4096);
         if (begin.find("<svg") != string_view::npos) return "SVG";
@@ -137,6 +158,7 @@ ImageFormat imageFormat(string_view bytes) {
         startsWith(bytes, string_view("\xff\x4f\xff\x51", 4))) {
         return ImageFormat::Jpeg2000;
     }
+    if (isIsoMedia(bytes)) return isoMediaFormat(bytes);
     return ImageFormat::Unknown;
 }
 

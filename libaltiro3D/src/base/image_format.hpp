@@ -17,13 +17,15 @@ enum class ImageFormat {
     Pfm,
     Exr,
     Hdr,
-    Jpeg2000
+    Jpeg2000,
+    Heic, ///< HEIF with HEVC, also of other brands.
+    Avif
 };
 
 /// The format by the first bytes of a file. Any bytes give a result, at worst Unknown.
 ImageFormat imageFormat(std::string_view bytes);
 
-/// The name of a known format that is not supported ("GIF", "HEIC", "MP4 video"), or empty.
+/// The name of a known format that is not supported ("GIF", "PSD", "MP4 video"), or empty.
 /// @param extension extension of the file name, lower case with its dot; may be empty
 std::string otherFormatName(std::string_view bytes, const std::string& extension);
 

@@ -6,12 +6,12 @@
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
 #include "base/text.hpp"
+#include "depth/network_engine.hpp"
 #include "depth/onnx_facts.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
 #include <opencv2/dnn.hpp>
-#include <opencv2/dnn/all_layers.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
@@ -21,11 +21,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uintmax_t kMaxModelBytes = 0x7fffffff; // a protobuf message ends there
+constexpr std::uintmax_t kMaxModelBytes = 0x7fffffff; // limit of a protobuf message
 constexpr const char* kNoMemory =
     "does not fit into memory, expected a smaller network or more memory to be free";
 
-// What a file that is no ONNX file looks like, or nullptr.
+// Names the format of a file that is not ONNX; nullptr if it is not recognized.
 const char* familiarKind(std::string_view contents) {
     if (startsWith(contents, "version https://git-lfs"))
         return "a Git LFS pointer, not the file itself";
@@ -112,42 +112,6 @@ void checkInput(const fs::path& file, const OnnxFacts& facts, const NetworkProfi
     }
 }
 
-// --- OpenCV ----------------------------------------------------------------------------------
-
-// OpenCV's own words about an error, without line breaks and not longer than a line.
-std::string firstWords(const cv::Exception& exception) {
-    constexpr std::size_t kMaxShown = 200;
-    std::string text;
-    for (const char c : exception.err.empty() ? exception.msg : exception.err) {
-        const bool space = static_cast<unsigned char>(c) <= 0x20;
-        if (text.empty() && (space || c == '>')) continue; // its mark of a text of several lines
-        if (!space) text += c;
-        if (space && text.back() != ' ') text += ' ';
-        if (text.size() > kMaxShown) return text + "...";
-    }
-    return text.substr(0, text.find_last_not_of(' ') + 1);
-}
-
-// Makes the layers at the end that only bring the numbers into another shape, a fixed one in files
-// that are made for one size, hand them on as they are. (They cannot be left out: OpenCV works out
-// the shapes of all layers. It has made Reshape layers of Squeeze and its like.)
-void freeShapeAtEnd(cv::dnn::Net& net, const std::string& outputLayer) {
-    int id = net.getLayerId(outputLayer);
-    constexpr int kMaxSteps = 16;
-    for (int step = 0; step < kMaxSteps && id > 0; ++step) {
-        const auto layer = net.getLayer(id);
-        const auto reshape = layer.dynamicCast<cv::dnn::ReshapeLayer>();
-        if (reshape.empty() && layer->type != "Identity") return; // OpenCV ends with one
-        if (!reshape.empty()) {
-            reshape->newShapeDesc = {0, 0, 0, 0}; // each side as it comes
-            reshape->newShapeRange = cv::Range::all();
-        }
-        const auto inputs = net.getLayerInputs(id);
-        if (inputs.size() != 1) return;
-        id = net.getLayerId(inputs[0]->name);
-    }
-}
-
 int interpolation(ResizeKernel kernel) {
     switch (kernel) {
     case ResizeKernel::Nearest:
@@ -168,22 +132,23 @@ struct DepthNetwork::Impl {
     fs::path file;
     NetworkProfile profile;
     InferenceTarget target = InferenceTarget::Cpu;
-    cv::Size size; // of the input, for the last photo
-    cv::dnn::Net net;
-    std::string outputLayer;
+    cv::Size size;                                  // size of the input for the last photo
+    InferenceEngine engine = InferenceEngine::Best; // after load(): the engine in use
+    std::unique_ptr<NetworkEngine> graph;
     cv::Mat narrowed; // [photo's rows x input's cols, CV_32FC3, BGR, 8-bit values times scale]
     cv::Mat resized;  // [input's size, CV_32FC3, BGR, as narrowed]
     cv::Mat blob;     // [1 x 3 x size, CV_32F, planes in channelOrder]
 
-    cv::Size nominal; // without a photo
+    cv::Size nominal; // size of the input as chosen in the constructor
 
     bool followsPhoto() const { return profile.inputShape == InputShape::Photo; }
     bool isOtherSize() const {
         return nominal != cv::Size(profile.inputWidth, profile.inputHeight);
     }
+    bool mayVary() const { return isOtherSize() || followsPhoto(); }
     cv::Size sizeFor(cv::Size photo) const;
     void load();
-    void readGraph(const std::string& contents);
+    InferenceEngine chooseEngine(const OnnxFacts& facts) const;
     void infer(const cv::Mat& photo, cv::Mat& raw);
     void resample(const cv::Mat& photo);
     void fillBlob(const cv::Mat& photo);
@@ -210,39 +175,34 @@ void DepthNetwork::Impl::load() {
     checkWeightsInside(file, facts);
     checkInput(file, facts, profile);
 
-    orOutOfMemory(name, kNoMemory, [&] { readGraph(contents); });
-    if (outputLayer.empty()) {
-        throw Error(ErrorCode::BadFormat, name, "has no output, expected a depth image");
-    }
+    engine = chooseEngine(facts);
+    orOutOfMemory(name, kNoMemory, [&] {
+        graph = engine == InferenceEngine::OnnxRuntime
+                    ? loadWithOnnxRuntime(name, contents)
+                    : loadWithOpenCv(name, contents, target == InferenceTarget::Cuda, mayVary());
+    });
 }
 
-void DepthNetwork::Impl::readGraph(const std::string& contents) {
-    const auto fail = [&](const std::string& words) {
-        throw Error(ErrorCode::BadFormat, file.string(),
-                    "OpenCV " CV_VERSION " cannot load this graph (" + words +
-                        "), expected one it can; export it for ONNX opset 11");
-    };
-    try {
-        net = cv::dnn::readNetFromONNX(contents.data(), contents.size());
-        if (target == InferenceTarget::Cuda) {
-            net.setPreferableBackend(cv::dnn::DNN_BACKEND_CUDA);
-            net.setPreferableTarget(cv::dnn::DNN_TARGET_CUDA);
-        } else {
-            net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
-            net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
+InferenceEngine DepthNetwork::Impl::chooseEngine(const OnnxFacts& facts) const {
+    const InferenceEngine wanted = engine != InferenceEngine::Best ? engine : profile.engine;
+    if (wanted == InferenceEngine::OnnxRuntime) {
+        if (!hasOnnxRuntime()) {
+            throw Error(ErrorCode::Unsupported, file.string(),
+                        "needs ONNX Runtime, which this build of altiro3D does not have, expected "
+                        "a network that OpenCV can run");
         }
-        // Of several outputs the last one: decoders end with their finest.
-        const std::vector<cv::String> outputs = net.getUnconnectedOutLayersNames();
-        if (!outputs.empty()) outputLayer = outputs.back();
-        if (isOtherSize() || followsPhoto()) freeShapeAtEnd(net, outputLayer);
-    } catch (const std::bad_alloc&) {
-        throw;
-    } catch (const cv::Exception& exception) {
-        if (exception.code == cv::Error::StsNoMem) throw;
-        fail(firstWords(exception));
-    } catch (const std::exception& exception) {
-        fail(std::string(exception.what()).substr(0, 200));
+        if (target == InferenceTarget::Cuda) {
+            throw Error(ErrorCode::Unsupported, file.string(),
+                        "cannot run on CUDA with ONNX Runtime, expected the CPU");
+        }
+        return wanted;
     }
+    if (wanted == InferenceEngine::OpenCv || !hasOnnxRuntime() || target != InferenceTarget::Cpu)
+        return InferenceEngine::OpenCv;
+    // Only OpenCV runs a file at another size than the one it is fixed to.
+    const std::vector<std::int64_t>& shape = facts.inputs.front().shape;
+    const bool open = !facts.inputs.front().hasShape || (shape[2] <= 0 && shape[3] <= 0);
+    return open || !mayVary() ? InferenceEngine::OnnxRuntime : InferenceEngine::OpenCv;
 }
 
 cv::Size DepthNetwork::Impl::sizeFor(cv::Size photo) const {
@@ -256,14 +216,15 @@ cv::Size DepthNetwork::Impl::sizeFor(cv::Size photo) const {
     return wide ? cv::Size(longer, shorter) : cv::Size(shorter, longer);
 }
 
-// Scale, then resample the float values without keeping the aspect: `resized`.
+// Scales the values, then resamples them as float without keeping the aspect. Result: `resized`.
 //
-// The kernels are separable, and OpenCV's are exactly 1 where an axis keeps its size, so rows first
-// and columns then give cv::resize's numbers; the whole photo is never float at once (12 bytes/px).
+// The kernels are separable, and OpenCV's weight is exactly 1 along an axis that keeps its size.
+// Resampling the rows first and then the columns therefore gives the same numbers as cv::resize,
+// and the whole photo is never held as float (12 bytes per px).
 void DepthNetwork::Impl::resample(const cv::Mat& photo) {
     const int kernel = interpolation(profile.resizeKernel);
     if (photo.cols <= size.width || photo.rows <= size.height) {
-        // OpenCV's area kernel is another one if either axis grows: not separable, and small.
+        // If either axis grows, OpenCV uses another area kernel, which is not separable.
         cv::Mat scaled;
         photo.convertTo(scaled, CV_32F, profile.scale);
         cv::resize(scaled, resized, size, 0, 0, kernel);
@@ -284,8 +245,8 @@ void DepthNetwork::Impl::resample(const cv::Mat& photo) {
     cv::resize(narrowed, resized, size, 0, 0, kernel);
 }
 
-// Scale, resample, then mean and std: the order in which the networks' own tools do it (cubic
-// resampling of floats may leave 0..1, and shall).
+// Scales, resamples, then applies mean and std, in the same order as the networks' own tools. Cubic
+// resampling of floats may exceed 0..1, as it does there.
 void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
     resample(photo);
     const int shape[] = {1, 3, size.height, size.width};
@@ -308,18 +269,9 @@ void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
 
 void DepthNetwork::Impl::infer(const cv::Mat& photo, cv::Mat& raw) {
     const std::string name = file.string();
-    cv::Mat output;
     size = sizeFor(photo.size());
-    try {
-        fillBlob(photo);
-        net.setInput(blob);
-        output = net.forward(outputLayer);
-    } catch (const cv::Exception& exception) {
-        if (exception.code == cv::Error::StsNoMem) throw;
-        throw Error(ErrorCode::NetworkFailed, name,
-                    "OpenCV " CV_VERSION " cannot run this graph (" + firstWords(exception) +
-                        "), expected one it can; try its profile's size or another network");
-    }
+    fillBlob(photo);
+    const cv::Mat output = graph->run(blob);
     const bool image = output.dims == 3 || (output.dims == 4 && output.size[1] == 1);
     if (!image || output.size[0] != 1 || output.type() != CV_32FC1 || output.empty()) {
         throw Error(ErrorCode::NetworkFailed, name,
@@ -327,7 +279,7 @@ void DepthNetwork::Impl::infer(const cv::Mat& photo, cv::Mat& raw) {
                         ", expected [1, height, width] or [1, 1, height, width] of CV_32FC1");
     }
     const cv::Mat values(output.size[output.dims - 2], output.size[output.dims - 1], CV_32FC1,
-                         output.ptr<float>());
+                         output.data);
     if (!cv::checkRange(values)) {
         throw Error(ErrorCode::NetworkFailed, name,
                     "puts out NaN or infinity for this picture, expected finite numbers");
@@ -336,7 +288,7 @@ void DepthNetwork::Impl::infer(const cv::Mat& photo, cv::Mat& raw) {
 }
 
 DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, InferenceTarget target,
-                           cv::Size inputSize)
+                           cv::Size inputSize, InferenceEngine engine)
     : impl_(std::make_unique<Impl>()) {
     validate(profile);
     if (inputSize == cv::Size()) inputSize = {profile.inputWidth, profile.inputHeight};
@@ -350,13 +302,14 @@ DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, Inferen
     impl_->file = file;
     impl_->profile = std::move(profile);
     impl_->target = target;
+    impl_->engine = engine;
     if (target == InferenceTarget::Cuda &&
         chooseInferenceTarget(availableBackends()) != InferenceTarget::Cuda) {
         throw Error(ErrorCode::Unsupported, file.string(),
                     "cannot run on CUDA, which this OpenCV does not offer, expected the CPU");
     }
     impl_->load();
-    if (impl_->isOtherSize()) { // whether it can is known only by trying
+    if (impl_->isOtherSize()) { // only a trial shows whether the graph runs at this size
         cv::Mat raw;
         infer(cv::Mat(inputSize, CV_8UC3, cv::Scalar::all(128)), raw);
     }
@@ -386,6 +339,10 @@ const fs::path& DepthNetwork::file() const {
 
 InferenceTarget DepthNetwork::target() const {
     return impl_->target;
+}
+
+InferenceEngine DepthNetwork::engine() const {
+    return impl_->engine;
 }
 
 void DepthNetwork::infer(const cv::Mat& photo, cv::Mat& raw) {

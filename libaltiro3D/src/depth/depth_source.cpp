@@ -4,6 +4,8 @@
 
 #include <future>
 #include <opencv2/core/utility.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
 
 namespace altiro3D {
 
@@ -38,19 +40,37 @@ class NetworkSource : public DepthSource {
   public:
     explicit NetworkSource(DepthNetwork network) : network_(std::move(network)) {}
     std::string description() const override {
-        return "network " + network_.profile().name + " (" + network_.file().string() + ")";
+        return "network " + network_.profile().name +
+               (mixes() ? " with the built-in estimator (" : " (") + network_.file().string() + ")";
     }
     DepthKind kind() const override {
+        if (mixes()) return DepthKind::NearWhite;
         return network_.profile().output == NetworkOutput::MetricDepth ? DepthKind::Metric
                                                                        : DepthKind::NearWhite;
     }
     const DepthNetwork* network() const override { return &network_; }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        network_.infer(image, raw);
+        if (mixes()) {
+            mix(image, raw);
+        } else {
+            network_.infer(image, raw);
+        }
         photo = image;
     }
 
   private:
+    bool mixes() const { return network_.profile().cuesShare > 0; }
+    // The result has the size of the cues, because their edges follow the photo.
+    void mix(const cv::Mat& image, cv::Mat& raw) {
+        cv::Mat depth;
+        network_.estimate(image, depth);
+        cv::Mat cues;
+        estimateDepthFromCues(image, cues);
+        cv::resize(depth, depth, cues.size(), 0, 0, cv::INTER_LINEAR);
+        const double share = network_.profile().cuesShare;
+        cv::addWeighted(depth, 1 - share, cues, share, 0, raw, CV_32F);
+    }
+
     DepthNetwork network_;
 };
 
@@ -62,12 +82,13 @@ class FileSource : public DepthSource {
     cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
         samples_.release();
         Notes depthNotes;
-        // each decoder is one thread's work
+        // each decoder uses one thread
         std::launch when = std::launch::deferred;
         if (cv::getNumThreads() > 1) when |= std::launch::async;
         std::future<cv::Mat> samples =
             std::async(when, [&] { return withNotes(readDepthSamples, file_, &depthNotes); });
-        cv::Mat photo = withNotes(readPhoto, file, notes); // of two that are broken it is named
+        cv::Mat photo =
+            withNotes(readPhoto, file, notes); // if both are damaged, the error names the photo
         samples_ = samples.get();
         if (notes != nullptr) notes->insert(notes->end(), depthNotes.begin(), depthNotes.end());
         return photo;
@@ -128,6 +149,12 @@ std::unique_ptr<DepthSource> depthFromCues() {
 
 std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network) {
     return std::make_unique<NetworkSource>(std::move(network));
+}
+
+std::unique_ptr<DepthSource> depthFromPhoto() {
+    const std::optional<InstalledNetwork> network = standardNetwork();
+    return network ? depthFromNetwork(DepthNetwork(network->file, network->profile))
+                   : depthFromCues();
 }
 
 std::unique_ptr<DepthSource> depthFromFile(std::filesystem::path file, DepthKind kind) {

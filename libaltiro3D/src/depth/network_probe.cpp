@@ -1,4 +1,4 @@
-// probeNetwork(): tries a network in a child process, where a crash does no harm.
+// probeNetwork(): tests a network in a child process, so that a crash does not end this one.
 
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
@@ -32,7 +32,7 @@ constexpr char kSurvived = 'y';
 // Runs in the child and never returns, because destructors of the parent's objects must not run
 // here.
 [[noreturn]] void tryNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size size,
-                             int result) {
+                             InferenceEngine engine, int result) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL); // without the parent there is no time limit
     const rlimit none{0, 0};
     ::setrlimit(RLIMIT_CORE, &none);
@@ -45,7 +45,7 @@ constexpr char kSurvived = 'y';
     }
     try {
         cv::setNumThreads(1); // fork() does not copy the parent's threads
-        DepthNetwork network(file, profile, InferenceTarget::Cpu, size);
+        DepthNetwork network(file, profile, InferenceTarget::Cpu, size, engine);
         cv::Mat raw;
         network.infer(cv::Mat(network.inputSize(), CV_8UC3, cv::Scalar::all(128)), raw);
     } catch (const std::exception&) { // the parent gets the same error and reports it
@@ -74,13 +74,16 @@ bool waitFor(int descriptor, double seconds) {
 } // namespace
 
 void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size inputSize,
-                  double seconds) {
+                  double seconds, InferenceEngine engine) {
     check(seconds >= 0.1 && seconds <= 3600, "seconds",
           "is " + numberText(seconds) + ", expected 0.1..3600");
+    const InferenceEngine wanted = engine != InferenceEngine::Best ? engine : profile.engine;
+    const bool byOpenCv = wanted == InferenceEngine::OpenCv || !hasOnnxRuntime();
+    const std::string program = byOpenCv ? "OpenCV " CV_VERSION : "ONNX Runtime";
     int ends[2] = {-1, -1};
     const auto refuse = [&] {
         throw Error(ErrorCode::ReadFailed, file.string(),
-                    "cannot be tried in a process of its own: " +
+                    "cannot be tested in a separate process: " +
                         std::generic_category().message(errno));
     };
     if (::pipe2(ends, O_CLOEXEC) != 0) refuse();
@@ -88,7 +91,7 @@ void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size 
     FileHandle childEnd(ends[1]);
     const pid_t child = ::fork();
     if (child < 0) refuse();
-    if (child == 0) tryNetwork(file, profile, inputSize, childEnd.get());
+    if (child == 0) tryNetwork(file, profile, inputSize, engine, childEnd.get());
     childEnd.close();
     const bool inTime = waitFor(answers.get(), seconds);
     char answer = 0;
@@ -102,14 +105,14 @@ void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size 
     }
     if (!inTime) {
         throw Error(ErrorCode::NetworkFailed, file.string(),
-                    "does not come to an end in " + numberText(seconds) +
-                        " s, expected a depth network that OpenCV " CV_VERSION " can run");
+                    "does not finish within " + numberText(seconds) +
+                        " s, expected a depth network that " + program + " can run");
     }
     if (answer == kSurvived) return;
     const std::string signal =
         WIFSIGNALED(status) ? std::string(" (") + strsignal(WTERMSIG(status)) + ")" : "";
     throw Error(ErrorCode::NetworkFailed, file.string(),
-                "crashes OpenCV " CV_VERSION " when it is loaded or run" + signal +
+                "crashes " + program + " when it is loaded or run" + signal +
                     ", expected a depth network that it can run");
 }
 

@@ -23,7 +23,7 @@ constexpr JsonLimits kLimits{16, 1000, true}; // a catalogue needs 4 levels
 constexpr std::size_t kMaxNetworks = 1000;
 constexpr int kMaxSide = 4096;
 
-// What is wrong with which field of a profile.
+// An invalid field of a profile.
 struct Problem {
     std::string field;
     std::string text; // `is ..., expected ...`
@@ -105,10 +105,14 @@ std::optional<Problem> findProblem(const NetworkProfile& profile) {
                            "is " + shown(profile.std[i]) + ", expected a number other than 0"};
         }
     }
+    if (!(profile.cuesShare >= 0 && profile.cuesShare < 1)) {
+        return Problem{"cuesShare", "is " + shown(profile.cuesShare) +
+                                        ", expected a number from 0 up to, not including, 1"};
+    }
     return std::nullopt;
 }
 
-// Reads the fields of one JSON object, and blames file and field for what it finds.
+// Reads the fields of one JSON object. Errors name the file and the field.
 class FieldReader {
   public:
     FieldReader(std::string file, std::string prefix, const Json& object)
@@ -123,7 +127,7 @@ class FieldReader {
         fail(field, "is " + shownJson(value) + ", expected " + expected);
     }
 
-    // The field's value; null if it is absent and may be.
+    // The field's value; null if it is absent and not required.
     const Json* find(const std::string& field, bool required) const {
         const auto found = object_.find(field);
         if (found != object_.end()) return &*found;
@@ -188,7 +192,7 @@ class FieldReader {
         }
     }
 
-    // One of a few words.
+    // Reads one of a few words.
     template <typename Value>
     void read(const std::string& field, const std::vector<std::pair<std::string, Value>>& words,
               Value& target) const {
@@ -244,6 +248,12 @@ NetworkProfile readProfile(const std::string& file, const std::string& prefix, c
                                {{"inverseDepth", NetworkOutput::InverseDepth},
                                 {"metricDepth", NetworkOutput::MetricDepth}},
                                profile.output);
+    reader.read("cuesShare", profile.cuesShare);
+    reader.read<InferenceEngine>("engine",
+                                 {{"best", InferenceEngine::Best},
+                                  {"opencv", InferenceEngine::OpenCv},
+                                  {"onnxruntime", InferenceEngine::OnnxRuntime}},
+                                 profile.engine);
     if (const auto problem = findProblem(profile)) reader.fail(problem->field, problem->text);
     return profile;
 }
@@ -336,7 +346,7 @@ std::vector<fs::path> modelSearchPath() {
     for (std::string entry; std::getline(list, entry, ':');) {
         if (!entry.empty()) candidates.emplace_back(entry);
     }
-    // The base directory specification: a relative $XDG_DATA_HOME is to be ignored.
+    // The XDG base directory specification requires that a relative $XDG_DATA_HOME is ignored.
     const fs::path dataHome = variable("XDG_DATA_HOME");
     const fs::path home = variable("HOME");
     if (dataHome.is_absolute()) {
@@ -349,7 +359,7 @@ std::vector<fs::path> modelSearchPath() {
 
     std::vector<fs::path> directories;
     for (const fs::path& candidate : candidates) {
-        std::error_code error; // what cannot be looked into does not count as there
+        std::error_code error; // an unreadable directory counts as missing
         if (!fs::is_directory(candidate, error)) continue;
         const bool known =
             std::any_of(directories.begin(), directories.end(), [&](const fs::path& earlier) {
@@ -382,6 +392,16 @@ std::vector<InstalledNetwork> installedNetworks(const std::vector<fs::path>& sea
         if (!file.empty()) installed.push_back({std::move(profile), std::move(file)});
     }
     return installed;
+}
+
+std::optional<InstalledNetwork> standardNetwork(bool large,
+                                                const std::vector<fs::path>& searchPath) {
+    for (InstalledNetwork& network : installedNetworks(searchPath)) {
+        const bool runs =
+            network.profile.engine != InferenceEngine::OnnxRuntime || hasOnnxRuntime();
+        if (network.profile.large == large && runs) return std::move(network);
+    }
+    return std::nullopt;
 }
 
 } // namespace altiro3D

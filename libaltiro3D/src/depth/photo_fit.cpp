@@ -118,10 +118,19 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
     inside.copyTo(fitted(fit.target));
 }
 
-void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted) {
+void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
+              const DepthRefineOptions& refine) {
     const cv::Size photoSize = scene.photo.size(); // scene and fitted may be one
     applyFit(scene.photo, fit, fitted.photo);
     applyFitToDepth(scene.depth, photoSize, fit, fitted.photo, focus, fitted.depth);
+    if (!refine.enabled) return;
+    cv::Mat refined;
+    refineDepth(fitted.photo(fit.target), fitted.depth(fit.target), refined, refine);
+    if (fit.target.size() == fit.size) {
+        fitted.depth = refined;
+    } else {
+        refined.copyTo(fitted.depth(fit.target));
+    }
 }
 
 void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,

@@ -173,6 +173,7 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
     ResolvedQuilt resolved;
     QuiltLayout& layout = resolved.layout;
     QuiltGrid grid{standard.columns, standard.rows};
+    if (request.found) grid = *request.found;
     if (request.grid) grid = *request.grid;
     if (request.name) {
         const QuiltGrid named = request.name->grid;
@@ -191,7 +192,7 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
     layout.columns = grid.columns;
     layout.rows = grid.rows;
     layout.viewCount = grid.columns * grid.rows;
-    if (!request.grid && !request.name) layout.viewCount = standard.viewCount;
+    if (!request.grid && !request.name && !request.found) layout.viewCount = standard.viewCount;
     layout.tileSize = fixedTile ? *request.tileSize : tileOf(canvas, grid);
     if (request.quiltSize && request.tileSize && layout.tileSize != *request.tileSize) {
         throw Error(ErrorCode::Mismatch, kTile,
@@ -207,7 +208,7 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
                         " px, expected fewer");
     }
     validate(layout);
-    if (!request.grid && !request.name && !request.tileSize &&
+    if (!request.grid && !request.name && !request.found && !request.tileSize &&
         request.quiltSize.value_or(standard.size()) != standard.size()) {
         resolved.notes.push_back(
             {NoteCode::Doubtful,

@@ -1,11 +1,13 @@
 #include "image/image_header.hpp"
 
+#include "base/byte_reader.hpp"
 #include "base/text.hpp"
 #include "image/exif.hpp"
+#include "image/heif_file.hpp"
+#include "image/jpeg_walk.hpp"
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <set>
 
 namespace altiro3D {
@@ -16,39 +18,6 @@ using std::string_view;
 
 constexpr unsigned kMaxPages = 10000;
 
-// Reads numbers with bounds checks; bytes beyond the end read as 0.
-class Reader {
-  public:
-    Reader(string_view bytes, bool littleEndian) : bytes_(bytes), littleEndian_(littleEndian) {}
-
-    std::uint64_t number(std::uint64_t at, unsigned size) const {
-        if (!holds(at, size)) return 0;
-        std::uint64_t value = 0;
-        for (unsigned i = 0; i < size; ++i) {
-            const std::size_t from =
-                static_cast<std::size_t>(at) + (littleEndian_ ? size - 1 - i : i);
-            value = value << 8 | static_cast<unsigned char>(bytes_[from]);
-        }
-        return value;
-    }
-    unsigned u8(std::uint64_t at) const { return static_cast<unsigned>(number(at, 1)); }
-    unsigned u16(std::uint64_t at) const { return static_cast<unsigned>(number(at, 2)); }
-    std::uint32_t u32(std::uint64_t at) const { return static_cast<std::uint32_t>(number(at, 4)); }
-    std::uint64_t u64(std::uint64_t at) const { return number(at, 8); }
-    bool holds(std::uint64_t at, std::uint64_t size) const {
-        return at <= bytes_.size() && size <= bytes_.size() - at;
-    }
-    string_view text(std::uint64_t at, std::uint64_t size) const {
-        return holds(at, size)
-                   ? bytes_.substr(static_cast<std::size_t>(at), static_cast<std::size_t>(size))
-                   : string_view();
-    }
-
-  private:
-    string_view bytes_;
-    bool littleEndian_;
-};
-
 void useExif(const ExifFacts& facts, ImageHeader& header) {
     header.orientation = facts.orientation;
     header.focalLength35mm = facts.focalLength35mm;
@@ -57,7 +26,7 @@ void useExif(const ExifFacts& facts, ImageHeader& header) {
 // ---------------------------------------------------------------------------------------- PNG
 
 void readPng(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, false);
+    const ByteReader reader(bytes, false);
     unsigned colorType = 0;
     bool hasStart = false;
     bool hasEnd = false;
@@ -103,26 +72,8 @@ void readPng(string_view bytes, ImageHeader& header) {
 
 // --------------------------------------------------------------------------------------- JPEG
 
-// Skips the entropy-coded data that starts at `at`; returns the position of the next marker's 0xFF.
-std::size_t skipEntropyData(string_view bytes, std::size_t at) {
-    while (at + 1 < bytes.size()) {
-        const void* const found = std::memchr(bytes.data() + at, 0xff, bytes.size() - 1 - at);
-        if (found == nullptr) break;
-        at = static_cast<std::size_t>(static_cast<const char*>(found) - bytes.data());
-        const auto code = static_cast<unsigned char>(bytes[at + 1]);
-        if (code == 0xff) { // a fill byte
-            ++at;
-        } else if (code == 0 ||
-                   (code >= 0xd0 && code <= 0xd7)) { // a stuffed byte or a restart marker
-            at += 2;
-        } else {
-            return at;
-        }
-    }
-    return bytes.size();
-}
-
-void readJpegFrame(const Reader& reader, std::uint64_t data, unsigned marker, ImageHeader& header) {
+void readJpegFrame(const ByteReader& reader, std::uint64_t data, unsigned marker,
+                   ImageHeader& header) {
     header.bitsPerSample = static_cast<int>(reader.u8(data));
     header.rows = reader.u16(data + 1);
     header.columns = reader.u16(data + 3);
@@ -135,45 +86,12 @@ void readJpegFrame(const Reader& reader, std::uint64_t data, unsigned marker, Im
 }
 
 void readJpeg(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, false);
+    const ByteReader reader(bytes, false);
     bool hasExif = false;
     bool hasAdobe = false;
-    bool hasEnd = false;
     bool progressive = false;
     unsigned components = 0;
-    unsigned scans = 0;
-    std::size_t at = 2;
-    header.usableBytes = bytes.size();
-    while (at + 1 < bytes.size()) {
-        if (static_cast<unsigned char>(bytes[at]) != 0xff) { // junk between segments is skipped
-            ++at;
-            continue;
-        }
-        const unsigned marker = reader.u8(at + 1);
-        if (marker == 0xff) {
-            ++at;
-            continue;
-        }
-        if (marker == 0xd9) {
-            hasEnd = true;
-            break;
-        }
-        if (marker == 0 || marker == 1 ||
-            (marker >= 0xd0 && marker <= 0xd8)) { // markers without a body
-            at += 2;
-            continue;
-        }
-        const std::size_t size = reader.u16(at + 2);
-        if (!reader.holds(at + 2, std::max<std::size_t>(size, 2))) {
-            header.usableBytes = at;
-            break;
-        }
-        if (size < 2) {
-            at += 2;
-            continue;
-        }
-        const std::size_t data = at + 4;
-        const string_view body = reader.text(data, size - 2);
+    const JpegEnd end = walkJpeg(bytes, [&](unsigned marker, std::size_t data, string_view body) {
         const bool isFrame =
             marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
         if (isFrame && header.columns == 0) {
@@ -186,14 +104,11 @@ void readJpeg(string_view bytes, ImageHeader& header) {
         } else if (marker == 0xee && startsWith(body, "Adobe")) {
             hasAdobe = true;
         }
-        at += 2 + size;
-        if (marker == 0xda) {
-            at = skipEntropyData(bytes, at);
-            if (at < bytes.size()) ++scans;
-        }
-    }
-    header.isCutOff = !hasEnd;
-    header.hasWholeScan = progressive && scans > 0;
+        return true;
+    });
+    header.usableBytes = end.usableBytes;
+    header.isCutOff = !end.hasEnd;
+    header.hasWholeScan = progressive && end.scans > 0;
     header.isUnmarkedCmyk = components == 4 && !hasAdobe;
 }
 
@@ -207,7 +122,7 @@ struct TiffShape {
 };
 
 // The first value of an entry of type BYTE, SHORT, LONG or LONG8.
-std::uint64_t tiffValue(const Reader& reader, std::uint64_t entry, const TiffShape& shape) {
+std::uint64_t tiffValue(const ByteReader& reader, std::uint64_t entry, const TiffShape& shape) {
     const unsigned type = reader.u16(entry + 2);
     const unsigned size = type == 1 ? 1 : type == 3 ? 2 : type == 4 ? 4 : type == 16 ? 8 : 0;
     if (size == 0) return 0;
@@ -218,7 +133,7 @@ std::uint64_t tiffValue(const Reader& reader, std::uint64_t entry, const TiffSha
 }
 
 void readTiff(string_view bytes, const std::string& extension, ImageHeader& header) {
-    const Reader reader(bytes, bytes[0] == 'I');
+    const ByteReader reader(bytes, bytes[0] == 'I');
     TiffShape shape;
     header.isLittleEndian = bytes[0] == 'I';
     shape.big = reader.u16(2) == 43;
@@ -304,7 +219,7 @@ void readTiff(string_view bytes, const std::string& extension, ImageHeader& head
 // --------------------------------------------------------------------------------------- WebP
 
 void readWebP(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, true);
+    const ByteReader reader(bytes, true);
     bool hasPicture = false;
     unsigned frames = 0;
     for (std::uint64_t at = 12; reader.holds(at, 8);) {
@@ -345,7 +260,7 @@ void readWebP(string_view bytes, ImageHeader& header) {
 // --------------------------------------------------------------------------- the simple formats
 
 void readBmp(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, true);
+    const ByteReader reader(bytes, true);
     const std::uint32_t size = reader.u32(14);
     if (size < 16) {
         header.columns = reader.u16(18);
@@ -390,7 +305,7 @@ void readNetpbm(string_view bytes, ImageHeader& header) {
 }
 
 void readExr(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, true);
+    const ByteReader reader(bytes, true);
     header.alpha = AlphaKind::Premultiplied;
     std::size_t at = 8;
     // A damaged header is ignored as a whole: OpenEXR allocates any size that it states.
@@ -432,7 +347,7 @@ void readHdr(string_view bytes, ImageHeader& header) {
 
 // Start of the codestream of a JPEG 2000 file. In a .jp2 it has its own box after any number of
 // other boxes.
-std::uint64_t codestreamAt(string_view bytes, const Reader& reader) {
+std::uint64_t codestreamAt(string_view bytes, const ByteReader& reader) {
     if (startsWith(bytes, "\xff\x4f")) return 0;
     std::uint64_t at = 0;
     while (reader.holds(at, 8)) {
@@ -450,7 +365,7 @@ std::uint64_t codestreamAt(string_view bytes, const Reader& reader) {
 }
 
 void readJpeg2000(string_view bytes, ImageHeader& header) {
-    const Reader reader(bytes, false);
+    const ByteReader reader(bytes, false);
     const std::uint64_t at = codestreamAt(bytes, reader);
     if (reader.u32(at) != 0xff4fff51u) return; // SIZ immediately follows SOC
     const auto extent = [&](std::uint64_t high, std::uint64_t low) -> std::uint64_t {
@@ -458,6 +373,21 @@ void readJpeg2000(string_view bytes, ImageHeader& header) {
     };
     header.columns = extent(at + 8, at + 16);
     header.rows = extent(at + 12, at + 20);
+}
+
+// ------------------------------------------------------------------------------ HEIC and AVIF
+
+// Turning and mirroring belong to the format and are done by its decoder; EXIF only repeats them.
+void readHeif(string_view bytes, ImageHeader& header) {
+    try {
+        const HeifFile file(bytes);
+        header.columns = static_cast<std::uint64_t>(file.size().width);
+        header.rows = static_cast<std::uint64_t>(file.size().height);
+        header.pictures = file.pictures();
+        header.focalLength35mm = readExif(file.exif()).focalLength35mm;
+    } catch (const HeifFailure& failure) {
+        header.decoderMessage = failure.what();
+    }
 }
 
 } // namespace
@@ -494,6 +424,10 @@ ImageHeader readImageHeader(string_view bytes, const std::string& extension) {
         break;
     case ImageFormat::Jpeg2000:
         readJpeg2000(bytes, header);
+        break;
+    case ImageFormat::Heic:
+    case ImageFormat::Avif:
+        readHeif(bytes, header);
         break;
     case ImageFormat::Unknown:
         header.isText = containsOnlyText(bytes);

@@ -29,6 +29,7 @@ struct ImageHeader {
     ImageFormat format = ImageFormat::Unknown;
     std::string otherFormat;         ///< For Unknown: an unsupported format ("GIF"), or empty.
     std::string unreadable;          ///< An unsupported feature ("animated WebP"), or empty.
+    std::string decoderMessage;      ///< HEIC, AVIF: why the header could not be read, or empty.
     bool isText = false;             ///< For Unknown: the file holds text.
     std::uint64_t columns = 0;       ///< 0 if the header could not be read.
     std::uint64_t rows = 0;          ///< 0 if the header could not be read.

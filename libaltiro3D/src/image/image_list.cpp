@@ -19,9 +19,10 @@ bool isDigit(char c) {
 } // namespace
 
 std::vector<fs::path> listImages(const fs::path& directory) {
-    constexpr std::array<const char*, 19> kExtensions = {
-        ".png", ".jpg", ".jpeg", ".jpe", ".mpo", ".tif", ".tiff", ".webp", ".bmp", ".dib",
-        ".pnm", ".ppm", ".pgm",  ".pbm", ".pfm", ".exr", ".hdr",  ".jp2",  ".j2k"};
+    constexpr std::array<const char*, 23> kExtensions = {
+        ".png", ".jpg", ".jpeg", ".jpe",  ".mpo",  ".tif", ".tiff", ".webp",
+        ".bmp", ".dib", ".pnm",  ".ppm",  ".pgm",  ".pbm", ".pfm",  ".exr",
+        ".hdr", ".jp2", ".j2k",  ".heic", ".heif", ".hif", ".avif"};
     std::error_code error;
     if (fs::status(directory, error).type() == fs::file_type::not_found) {
         throw Error(ErrorCode::NotFound, directory.string(),

@@ -5,7 +5,10 @@
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
 #include "base/text.hpp"
+#include "image/colour.hpp"
+#include "image/heif_file.hpp"
 #include "image/image_header.hpp"
+#include "image/orientation.hpp"
 #include "image/pixel_values.hpp"
 
 #include <algorithm>
@@ -25,8 +28,9 @@ namespace {
 // OpenCV accepts encoded pictures as one row of at most 2^31 - 1 bytes. Two bytes are reserved.
 constexpr std::uintmax_t kMaxFileBytes = 0x7ffffff0u;
 constexpr std::uint64_t kMaxImageSide = 65500; // the longest side of a JPEG
-constexpr const char* kReadable =
-    "PNG, JPEG, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000; convert it first";
+bool isHeif(ImageFormat format) {
+    return format == ImageFormat::Heic || format == ImageFormat::Avif;
+}
 
 const char* nameOf(ImageFormat format) {
     switch (format) {
@@ -50,6 +54,10 @@ const char* nameOf(ImageFormat format) {
         return "HDR";
     case ImageFormat::Jpeg2000:
         return "JPEG 2000";
+    case ImageFormat::Heic:
+        return "HEIC";
+    case ImageFormat::Avif:
+        return "AVIF";
     case ImageFormat::Unknown:
         break;
     }
@@ -72,12 +80,19 @@ const char* nameOf(ImageFormat format) {
     }
     if (!name.empty()) {
         throw Error(ErrorCode::Unsupported, path.string(),
-                    name + " pictures are not read, expected " + kReadable);
+                    name + " pictures are not read, expected " + readableFormats() +
+                        "; convert it first");
     }
     throw Error(ErrorCode::BadFormat, path.string(),
                 std::string("is not a picture that can be read") +
-                    (header.isText ? " (it holds text)" : "") +
-                    ", expected PNG, JPEG, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000");
+                    (header.isText ? " (it holds text)" : "") + ", expected " + readableFormats());
+}
+
+[[noreturn]] void failHeif(const fs::path& path, const ImageHeader& header,
+                           const std::string& message) {
+    throw Error(ErrorCode::BadFormat, path.string(),
+                "cannot be decoded (" + message + "), expected a whole " + nameOf(header.format) +
+                    " file");
 }
 
 void checkHeader(const fs::path& path, const ImageHeader& header) {
@@ -87,6 +102,14 @@ void checkHeader(const fs::path& path, const ImageHeader& header) {
                     header.unreadable + " pictures are not read, expected an ordinary " +
                         nameOf(header.format) + " file; convert it first");
     }
+    if (isHeif(header.format) && !hasHeif()) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    std::string(nameOf(header.format)) +
+                        " pictures are not read, as libaltiro3D was built without libheif, "
+                        "expected " +
+                        readableFormats() + "; convert it first");
+    }
+    if (!header.decoderMessage.empty()) failHeif(path, header, header.decoderMessage);
     if (header.columns == 0 || header.rows == 0) {
         throw Error(ErrorCode::BadFormat, path.string(),
                     std::string("its header is damaged or cut off, expected a whole ") +
@@ -119,9 +142,12 @@ void addNotes(const ImageHeader& header, const std::string& extension, Notes* no
             {NoteCode::LeftOut, "the file holds several pictures: the first one is read"});
     } else if (header.pictures > 1) {
         notes->push_back(
-            {NoteCode::LeftOut, "the file holds " + std::to_string(header.pictures) +
-                                    (header.format == ImageFormat::Tiff ? " pages" : " frames") +
-                                    ": the first one is read"});
+            {NoteCode::LeftOut,
+             "the file holds " + std::to_string(header.pictures) +
+                 (header.format == ImageFormat::Tiff ? " pages"
+                  : isHeif(header.format)            ? " pictures"
+                                                     : " frames") +
+                 (isHeif(header.format) ? ": the main one is read" : ": the first one is read")});
     }
 }
 
@@ -135,7 +161,18 @@ void clearTiffOrientation(const ImageHeader& header, std::string& bytes) {
     bytes[header.isLittleEndian ? at : at + size - 1] = 1;
 }
 
-cv::Mat decode(const fs::path& path, const ImageHeader& header, std::string& bytes) {
+cv::Mat decodeHeif(const fs::path& path, ImageHeader& header, const std::string& bytes) {
+    try {
+        const HeifFile file(bytes);
+        header.alpha = file.isPremultiplied() ? AlphaKind::Premultiplied : AlphaKind::Straight;
+        return file.decode();
+    } catch (const HeifFailure& failure) {
+        failHeif(path, header, failure.what());
+    }
+}
+
+cv::Mat decode(const fs::path& path, ImageHeader& header, std::string& bytes) {
+    if (isHeif(header.format)) return decodeHeif(path, header, bytes);
     const std::string expected =
         std::string(", expected a whole ") + nameOf(header.format) + " file";
     // At the end of a cut-off file, libjpeg waits for more bytes unless an end marker follows.
@@ -264,53 +301,6 @@ void blackenTransparent(cv::Mat& picture, const ImageHeader& header) {
     }
 }
 
-// cv::rotate() by a quarter turn, in bands that fit into the cache and on all threads.
-void turn(const cv::Mat& picture, bool clockwise, cv::Mat& result) {
-    constexpr int kBandRows = 64;
-    result.create(picture.cols, picture.rows, picture.type());
-    const int bands = (result.rows + kBandRows - 1) / kBandRows;
-    cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
-        for (int band = range.start; band < range.end; ++band) {
-            const cv::Range to(band * kBandRows, std::min((band + 1) * kBandRows, result.rows));
-            const cv::Range from =
-                clockwise ? to : cv::Range(picture.cols - to.end, picture.cols - to.start);
-            cv::Mat rows = result.rowRange(to);
-            cv::rotate(picture.colRange(from), rows,
-                       clockwise ? cv::ROTATE_90_CLOCKWISE : cv::ROTATE_90_COUNTERCLOCKWISE);
-        }
-    });
-}
-
-cv::Mat upright(const cv::Mat& picture, int orientation) {
-    cv::Mat result;
-    switch (orientation) { // EXIF: the sides on which row 0 and column 0 of the file appear
-    case 2:
-        cv::flip(picture, result, 1);
-        return result; // top, right
-    case 3:
-        cv::flip(picture, result, -1);
-        return result; // bottom, right
-    case 4:
-        cv::flip(picture, result, 0);
-        return result; // bottom, left
-    case 5:
-        cv::transpose(picture, result);
-        return result; // left, top
-    case 6:
-        turn(picture, true, result);
-        return result; // right, top
-    case 7:            // right, bottom
-        cv::transpose(picture, result);
-        cv::flip(result, result, -1);
-        return result;
-    case 8:
-        turn(picture, false, result);
-        return result;
-    default:
-        return picture;
-    }
-}
-
 struct LoadedPicture {
     cv::Mat picture;    // 1 or 3 channels, any depth, upright
     ImageHeader header; // of the file
@@ -328,7 +318,10 @@ auto reading(const fs::path& path, const Work& work) {
     }
 }
 
-LoadedPicture load(const fs::path& path, Notes* notes) {
+// Whether colours are converted to sRGB: those of photos are, and numbers of depth images are not.
+enum class Colours { ToSrgb, AsStored };
+
+LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
     const std::string extension = lowerExtension(path);
     std::string bytes = readFile(path, kMaxFileBytes);
     if (bytes.empty()) {
@@ -336,8 +329,10 @@ LoadedPicture load(const fs::path& path, Notes* notes) {
     }
     LoadedPicture loaded;
     loaded.header = readImageHeader(bytes, extension);
-    const ImageHeader& header = loaded.header;
+    ImageHeader& header = loaded.header;
     checkHeader(path, header);
+    const ColourFacts facts =
+        colours == Colours::ToSrgb ? readColourFacts(bytes, header.format) : ColourFacts();
     cv::Mat picture = decode(path, header, bytes);
     std::string().swap(bytes);
     picture = withoutAlpha(picture, header);
@@ -349,6 +344,7 @@ LoadedPicture load(const fs::path& path, Notes* notes) {
                     "has " + std::to_string(picture.channels()) +
                         " channels, expected grey, RGB or either with alpha");
     }
+    convertToSrgb(picture, facts, notes);
     loaded.picture = upright(picture, header.orientation);
     addNotes(header, extension, notes);
     return loaded;
@@ -394,9 +390,14 @@ bool givesBytesOnce(const fs::path& path) {
 
 } // namespace
 
+std::string readableFormats() {
+    return std::string("PNG, JPEG, ") + (hasHeif() ? "HEIC, AVIF, " : "") +
+           "TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000";
+}
+
 cv::Mat readImage(const fs::path& path, Notes* notes) {
     return reading(path, [&]() -> cv::Mat {
-        const LoadedPicture loaded = load(path, notes);
+        const LoadedPicture loaded = load(path, Colours::ToSrgb, notes);
         cv::Mat picture = loaded.picture;
         switch (picture.depth()) {
         case CV_8U:
@@ -474,12 +475,13 @@ bool isMarkedNative(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
     file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     bytes.resize(static_cast<std::size_t>(file.gcount()));
+    if (imageFormat(bytes) != ImageFormat::Png) return false;
     return readImageHeader(bytes, lowerExtension(path)).isNative;
 }
 
 cv::Mat readDepthSamples(const fs::path& path, Notes* notes) {
     return reading(path, [&]() -> cv::Mat {
-        cv::Mat picture = load(path, notes).picture;
+        cv::Mat picture = load(path, Colours::AsStored, notes).picture;
         if (picture.channels() == 3) {
             switch (picture.depth()) {
             case CV_8U:

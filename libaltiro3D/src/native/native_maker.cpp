@@ -125,7 +125,8 @@ void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat&
 
 void NativeMaker::makeNative(const Scene& scene, cv::Mat& native) const {
     Scene fitted;
-    fitScene(scene, fit(scene.photo.size()), impl_->options.views.focus, fitted);
+    const NativeOptions& options = impl_->options;
+    fitScene(scene, fit(scene.photo.size()), options.views.focus, fitted, options.refine);
     cv::Mat quilt;
     if (!impl_->direct) makeQuilt(fitted, quilt);
     makeNative(fitted, quilt, native);

@@ -7,6 +7,7 @@
 #include "native/view_table.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <opencv2/core.hpp>
 #include <optional>
 
@@ -51,6 +52,15 @@ Tap viewsOf(double phase, int views, ViewFilter filter) {
     return tap;
 }
 
+void requireLayout(const cv::Mat& quilt, const QuiltLayout& layout) {
+    validate(layout);
+    const cv::Size tile(quilt.cols / layout.columns, quilt.rows / layout.rows);
+    if (tile == layout.tileSize) return;
+    throw Error(ErrorCode::Mismatch, "quilt",
+                "has " + sizeText(quilt.size()) + " px, expected " + sizeText(layout.size()) +
+                    " px for " + layout.text());
+}
+
 } // namespace
 
 struct Quilt2Native::Impl {
@@ -67,16 +77,35 @@ struct Quilt2Native::Impl {
     void renderBlended(const cv::Mat& source, cv::Mat& native) const;
 };
 
-cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout, Notes* notes) {
-    validate(layout);
+// Reads and writes each px of the quilt once; memory limits the speed.
+cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout) {
+    requireLayout(quilt, layout);
     const cv::Size wanted = layout.size();
     if (quilt.size() == wanted) return quilt;
-    const cv::Size tile(quilt.cols / layout.columns, quilt.rows / layout.rows);
-    if (tile != layout.tileSize) {
-        throw Error(ErrorCode::Mismatch, "quilt",
-                    "has " + sizeText(quilt.size()) + " px, expected " + sizeText(wanted) +
-                        " px for " + layout.text());
+    cv::Mat whole(wanted, quilt.type());
+    const std::size_t bytes = quilt.elemSize();
+    std::vector<std::size_t> sources; // per column, in bytes
+    for (int x = 0; x < wanted.width; ++x) {
+        sources.push_back(static_cast<std::size_t>(nearestSample(x, wanted.width, quilt.cols)) *
+                          bytes);
     }
+    cv::parallel_for_(cv::Range(0, wanted.height), [&](const cv::Range& rows) {
+        for (int y = rows.start; y < rows.end; ++y) {
+            const uchar* in = quilt.ptr(nearestSample(y, wanted.height, quilt.rows));
+            uchar* out = whole.ptr(y);
+            for (const std::size_t source : sources) {
+                std::memcpy(out, in + source, bytes);
+                out += bytes;
+            }
+        }
+    });
+    return whole;
+}
+
+cv::Mat cropQuilt(const cv::Mat& quilt, const QuiltLayout& layout, Notes* notes) {
+    requireLayout(quilt, layout);
+    const cv::Size wanted = layout.size();
+    if (quilt.size() == wanted) return quilt;
     if (notes != nullptr) {
         notes->push_back(
             {NoteCode::LeftOut,

@@ -22,8 +22,8 @@ QuiltShape::QuiltShape(const fs::path& file, const QuiltLayout& layout, const Di
     fit_ = fit.value_or(isFittedUnasked_ ? FitMode::Contain : FitMode::Stretch);
 }
 
-cv::Mat QuiltShape::apply(const cv::Mat& picture, Notes* notes) const {
-    cv::Mat quilt = fitQuilt(picture, layout_, notes);
+cv::Mat QuiltShape::apply(const cv::Mat& picture) const {
+    cv::Mat quilt = fitQuilt(picture, layout_);
     if (fit_ != FitMode::Stretch)
         applyFitToViews(quilt, layout_, aspect_, panelAspect_, fit_, quilt);
     return quilt;

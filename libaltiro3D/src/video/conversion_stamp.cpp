@@ -23,7 +23,7 @@ std::string hexText(std::uint64_t value) {
     return text;
 }
 
-// Tells a file, or a directory of pictures, from a later state of it.
+// Identifies the state of a file or of a directory of pictures.
 std::string stateOf(const fs::path& path) {
     std::error_code error; // opening it reports what is wrong
     const auto stateOfFile = [&](const fs::path& file) {
@@ -34,7 +34,7 @@ std::string stateOf(const fs::path& path) {
     if (!fs::is_directory(path, error)) return stateOfFile(path);
     const std::vector<fs::path> files = listImages(path);
     std::string all;
-    for (const fs::path& file : files) // the name decides which frame it belongs to
+    for (const fs::path& file : files) // the name decides the frame that a picture belongs to
         all += file.filename().string() + '\0' + stateOfFile(file) + '\n';
     return std::to_string(files.size()) + " files, " + hexText(checksum(all));
 }
@@ -46,7 +46,7 @@ std::string contentsOf(const NativeLut& map) {
     return hexText(sum);
 }
 
-// What a network makes of pictures, besides what its file holds.
+// Settings of a network that are not in its file.
 Json feedingOf(const DepthNetwork& network) {
     const NetworkProfile& profile = network.profile();
     return {{"size", sizeText(network.inputSize())},
@@ -57,6 +57,8 @@ Json feedingOf(const DepthNetwork& network) {
             {"std", profile.std},
             {"resize", static_cast<int>(profile.resizeKernel)},
             {"output", static_cast<int>(profile.output)},
+            {"cues", profile.cuesShare},
+            {"engine", static_cast<int>(network.engine())},
             {"processor", static_cast<int>(network.target())}};
 }
 
@@ -75,8 +77,12 @@ Json numbersOf(const ViewOptions& views) {
 }
 
 Json numbersOf(const NativeOptions& native) {
-    return {static_cast<int>(native.fit), native.keepResolution, static_cast<int>(native.positions),
-            static_cast<int>(native.sampling.views), static_cast<int>(native.sampling.inTile)};
+    return {static_cast<int>(native.fit),
+            native.keepResolution,
+            static_cast<int>(native.positions),
+            static_cast<int>(native.sampling.views),
+            static_cast<int>(native.sampling.inTile),
+            native.refine.enabled};
 }
 
 Json numbersOf(const VideoDepthOptions& depth) {
@@ -134,10 +140,11 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
     add("ways of rendering", numbersOf(conversion.native));
     add("steps of depth", numbersOf(conversion.depthOptions));
     add("encoder", encodingOf(conversion.encoding));
-    const int threads = conversion.encoding.threads; // encoders divide frames by them
+    const int threads = conversion.encoding.threads; // encoders divide frames among threads
     stamp["threads"] = std::to_string(
         threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency()));
-    stamp["threads of OpenCV"] = std::to_string(cv::getNumThreads()); // networks hang on them
+    stamp["threads of OpenCV"] =
+        std::to_string(cv::getNumThreads()); // the output of networks depends on them
     stamp["version"] = version();
     return stamp;
 }

@@ -5,12 +5,12 @@
 
 namespace altiro3D {
 
-/// Everything that shapes the frames and the file of a conversion, for
-/// ResumableVideoOptions::settings: the state of all files that are read, by size and time, what
-/// tables and networks hold, and all options. The caller's settings come first.
+/// Everything that determines the frames and the file of a conversion, for
+/// ResumableVideoOptions::settings: size and time of all input files, the contents of tables and
+/// networks, and all options. The caller's settings come first.
 ///
 /// @param conversion complete, with its depth source
-/// @param layout of the quilts
+/// @param layout layout of the quilts
 /// @return the settings
 RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout& layout);
 

@@ -45,7 +45,7 @@ bool FrameDecoder::decode(DecodedFrame& decoded) {
     }
 }
 
-// Gives the decoder the next packet, or tells it the end; false if it knows that already.
+// Passes the next packet or the end of the file to the decoder; false if the end was passed before.
 bool FrameDecoder::feed() {
     if (sentEnd_) return false;
     if (!packets_.read()) {

@@ -16,25 +16,25 @@ struct DecodedFrame {
     std::int64_t pts = 0;
 };
 
-/// Decodes the pictures of a video, without the damaged ones.
+/// Decodes the pictures of a video and drops damaged ones.
 class FrameDecoder {
   public:
     /// @param decoder open
-    /// @param packets those of the pictures are decoded, others kept; must outlive this
-    /// @param times that frames get
-    /// @param counts damaged packets and frames are counted there; must outlive this
+    /// @param packets packets of the pictures are decoded, others are kept; must outlive this
+    /// @param times assigns the times of frames
+    /// @param counts receives the numbers of damaged packets and frames; must outlive this
     FrameDecoder(CodecPtr decoder, VideoPackets& packets, FrameTimes times,
                  VideoReadCounts& counts);
 
     /// The next undamaged frame.
-    /// @return false at the end; the frame's time is then as before
+    /// @return false at the end; the frame's time is then unchanged
     /// @throws Error ReadFailed, OutOfMemory
     bool decode(DecodedFrame& decoded);
-    /// To be called when the packets go on elsewhere: what came before does not count.
+    /// Resets the decoder; call it after a seek.
     void restart();
 
     const FrameTimes& times() const { return times_; }
-    /// A frame was interlaced.
+    /// Whether a frame was interlaced.
     bool hasInterlaced() const { return interlaced_; }
 
   private:
@@ -45,7 +45,7 @@ class FrameDecoder {
     VideoPackets& packets_;
     FrameTimes times_;
     VideoReadCounts& counts_;
-    std::set<std::int64_t> corruptPts_; // of packets the container calls damaged
+    std::set<std::int64_t> corruptPts_; // times of packets that the container marks as damaged
     bool sentEnd_ = false;
     bool interlaced_ = false;
 };

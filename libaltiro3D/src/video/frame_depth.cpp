@@ -75,7 +75,8 @@ SavedState FrameDepth::state() const {
 
 void FrameDepth::setState(const SavedState& state) {
     if (state.bytes.size() < 2 * kDigestBytes) {
-        throw Error(ErrorCode::BadFormat, "state", "is damaged, expected what an earlier run kept");
+        throw Error(ErrorCode::BadFormat, "state",
+                    "is damaged, expected the state of an earlier run");
     }
     depth_->setState({state.bytes.substr(2 * kDigestBytes)});
     kept_ = state.bytes.substr(0, 2 * kDigestBytes);
@@ -97,8 +98,8 @@ void FrameDepth::work(PipelineFrame& frame) {
     useGiven(frame);
 }
 
-// Grey values are taken as they are, so that nothing wavers; distances and floats have no range of
-// their own and get one that follows them slowly.
+// Grey values are used unchanged, so that the depth does not waver. Distances and floats have no
+// fixed range; they get one that follows them slowly.
 void FrameDepth::useGiven(PipelineFrame& frame) {
     bool samePhoto = areEqual(frame.source.picture, lastPhoto_);
     bool sameDepth = areEqual(raw_, lastRaw_);
@@ -118,7 +119,7 @@ void FrameDepth::useGiven(PipelineFrame& frame) {
         raw_.convertTo(frame.depth, CV_32F, (farWhite ? -1 : 1) / most, farWhite ? 1 : 0);
         return;
     }
-    if (samePhoto && !sameDepth) start(); // what moves is not seen in the picture
+    if (samePhoto && !sameDepth) start(); // the picture does not show what moves
     frame.step = depth_->next(frame.source.picture, frame.depth);
     frame.step.inferred = false;
 }

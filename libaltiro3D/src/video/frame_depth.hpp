@@ -12,7 +12,7 @@
 
 namespace altiro3D {
 
-/// A stage of a conversion: the depth of frames, estimated and kept steady, or as it was given.
+/// A stage of a conversion: the depth of frames, either estimated and kept steady, or given.
 class FrameDepth {
   public:
     /// Takes the depth source of the conversion.
@@ -21,20 +21,20 @@ class FrameDepth {
     FrameDepth(const FrameDepth&) = delete;
     FrameDepth& operator=(const FrameDepth&) = delete;
 
-    /// To be called before the first frame of the video is read. @throws Error
+    /// Call it before the first frame of the video is read. @throws Error
     void begin(VideoReader& video);
 
-    /// Reads `source`, sets `depth` and `step`; of an RGB-D frame the photo stays in `source`.
+    /// Reads `source`, sets `depth` and `step`. For an RGB-D frame, `source` becomes the photo.
     void work(PipelineFrame& frame);
 
-    /// What the next frame's depth hangs on, for a run that goes on from here.
+    /// The state that the next frame's depth depends on, for a resumed run.
     SavedState state() const;
     /// @throws Error BadFormat
     void setState(const SavedState& state);
-    /// Size of the photos in frames of a size, and shape of what they show.
+    /// Size of the photos in frames of a given size, and the shape of the scene that they show.
     cv::Size photoSize(cv::Size frame) const;
     double photoAspect(double frameAspect) const;
-    /// What was remarkable, for people.
+    /// Remarks, for people.
     Notes notes() const { return given_ ? given_->notes() : Notes(); }
 
   private:
@@ -48,10 +48,10 @@ class FrameDepth {
     double unit_; // s
     std::optional<GivenDepth> given_;
     std::optional<VideoDepth> depth_;
-    cv::Mat raw_; // as it was given
+    cv::Mat raw_; // given depth, unchanged
     cv::Mat lastPhoto_;
     cv::Mat lastRaw_;
-    std::string kept_; // tells the last photo and depth of the run before
+    std::string kept_; // identifies the last photo and depth of the interrupted run
 };
 
 } // namespace altiro3D

@@ -1,20 +1,49 @@
 #include "video/frame_renderer.hpp"
 
+#include "altiro3D/error.hpp"
 #include "video/picture_tracker.hpp"
+#include "video/state_bytes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <opencv2/core.hpp>
+#include <string>
+#include <string_view>
+#include <tuple>
 
 namespace altiro3D {
 
 namespace {
+
+const DepthRefineOptions kAsItIs{false, {}};
+
+// DepthFlaws as numbers.
+using FlawValues = std::array<double, 6>;
+constexpr std::size_t kFlawBytes = (1 + std::tuple_size_v<FlawValues>)*sizeof(std::uint64_t);
+
+FlawValues valuesOf(const DepthFlaws& flaws) {
+    return {flaws.softnessPixels,
+            flaws.overshoot,
+            flaws.growthPixels,
+            static_cast<double>(flaws.shiftPixels.x),
+            static_cast<double>(flaws.shiftPixels.y),
+            flaws.noise};
+}
+
+DepthFlaws flawsOf(const FlawValues& values) {
+    return {values[0], values[1], values[2],
+            cv::Point(static_cast<int>(values[3]), static_cast<int>(values[4])), values[5]};
+}
 
 // Natives and quilts of photos with depth.
 class ViewsRenderer : public FrameRenderer {
   public:
     ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, double seenAspect)
         : options_(conversion.native), target_(target), seenAspect_(seenAspect),
+          isGiven_(conversion.given.has_value()),
           workSize_(options_.keepResolution ? target.panelSize : target.layout.tileSize) {
         if (conversion.product == VideoProduct::Quilt) {
             quilter_.emplace(target.layout, options_.views);
@@ -35,11 +64,12 @@ class ViewsRenderer : public FrameRenderer {
         }
         ownMemory(result);
         const Scene scene{frame.source.picture, frame.depth};
-        // what counts is the shape that is seen: px of the frame need not be square
+        // the shape as displayed, because px of the frame need not be square
         const double pixelAspect = seenAspect_ * scene.photo.rows / scene.photo.cols;
         const PhotoFit fit =
             fitPhoto(scene.photo.size(), target_.aspect() / pixelAspect, workSize_, options_.fit);
-        fitScene(scene, fit, options_.views.focus, fitted_);
+        fitScene(scene, fit, options_.views.focus, fitted_, kAsItIs);
+        refine(frame, fit.target);
         if (quilter_) {
             quilter_->render(fitted_.photo, fitted_.depth, result);
         } else {
@@ -49,13 +79,60 @@ class ViewsRenderer : public FrameRenderer {
         last_ = result;
     }
 
+    void keepState(SavedState& state) const override {
+        append(state.bytes, flaws_ ? 1 : 0);
+        for (const double value : valuesOf(flaws_.value_or(DepthFlaws()))) {
+            std::uint64_t bits = 0;
+            std::memcpy(&bits, &value, sizeof bits);
+            append(state.bytes, bits);
+        }
+    }
+
+    void takeState(SavedState& state) override {
+        if (state.bytes.size() < kFlawBytes) {
+            throw Error(ErrorCode::BadFormat, "state",
+                        "is damaged, expected what an earlier run kept");
+        }
+        const std::string kept = state.bytes.substr(state.bytes.size() - kFlawBytes);
+        state.bytes.resize(state.bytes.size() - kFlawBytes);
+        std::string_view rest = kept;
+        std::uint64_t isKnown = 0;
+        take(rest, isKnown);
+        FlawValues values{};
+        for (double& value : values) {
+            std::uint64_t bits = 0;
+            take(rest, bits);
+            std::memcpy(&value, &bits, sizeof value);
+        }
+        flaws_.reset();
+        if (isKnown != 0) flaws_ = flawsOf(values);
+    }
+
   private:
+    // What is wrong with the depth belongs to its source. It is measured at the start of a scene,
+    // so edges do not waver from frame to frame; as given depth has no scenes, now and then.
+    void refine(const PipelineFrame& frame, const cv::Rect& part) {
+        constexpr int kFramesPerMeasurement = 100;
+        if (!options_.refine.enabled) return;
+        const cv::Mat photo = fitted_.photo(part);
+        const bool isDue = isGiven_ && frame.number % kFramesPerMeasurement == 0;
+        if (!flaws_ || frame.step.cut || isDue)
+            flaws_ = measureDepthFlaws(photo, fitted_.depth(part));
+        DepthRefineOptions options = options_.refine;
+        options.flaws = flaws_;
+        refineDepth(photo, fitted_.depth(part), refined_, options);
+        refined_.copyTo(fitted_.depth(part));
+    }
+
     NativeOptions options_;
     VideoTarget target_;
     double seenAspect_;
+    bool isGiven_;
+    std::optional<DepthFlaws> flaws_;
+    cv::Mat refined_;
     cv::Size workSize_;
     std::optional<NativeMaker> maker_;
-    std::optional<Depth2Quilt> quilter_; // instead of it
+    std::optional<Depth2Quilt> quilter_; // used instead of the maker
     Scene fitted_;
     cv::Mat quilt_;
     cv::Mat last_;
@@ -79,7 +156,8 @@ class RgbdRenderer : public FrameRenderer {
         }
         ownMemory(result);
         const Scene scene{frame.source.picture, frame.depth};
-        fitScene(scene, fitPhoto(scene.photo.size(), 1, half_, FitMode::Stretch), focus_, fitted_);
+        fitScene(scene, fitPhoto(scene.photo.size(), 1, half_, FitMode::Stretch), focus_, fitted_,
+                 kAsItIs); // as the depth that photo2native saves
         joinRgbd(fitted_.photo, fitted_.depth, DepthSide::Right, result);
         last_ = result;
     }
@@ -96,7 +174,7 @@ class QuiltRenderer : public FrameRenderer {
   public:
     QuiltRenderer(const VideoConversion& conversion, const VideoTarget& target)
         : fit_(conversion.viewAspect > 0 ? conversion.native.fit : FitMode::Stretch),
-          viewAspect_(conversion.viewAspect), target_(target),
+          viewAspect_(conversion.viewAspect), hasMap_(conversion.map.has_value()), target_(target),
           maker_(makerFor(conversion, target)) {}
 
     cv::Size size() const override { return target_.panelSize; }
@@ -107,8 +185,10 @@ class QuiltRenderer : public FrameRenderer {
             frame.result.picture = last_;
             return;
         }
-        cv::Mat quilt =
-            fitQuilt(frame.source.picture, target_.layout, last_.empty() ? &notes_ : nullptr);
+        const cv::Mat& picture = frame.source.picture;
+        cv::Mat quilt = hasMap_
+                            ? cropQuilt(picture, target_.layout, last_.empty() ? &notes_ : nullptr)
+                            : fitQuilt(picture, target_.layout);
         if (fit_ != FitMode::Stretch)
             applyFitToViews(quilt, target_.layout, viewAspect_, target_.aspect(), fit_, quilt);
         ownMemory(frame.result.picture);
@@ -131,6 +211,7 @@ class QuiltRenderer : public FrameRenderer {
 
     FitMode fit_;
     double viewAspect_;
+    bool hasMap_;
     VideoTarget target_;
     Quilt2Native maker_;
     Notes notes_;

@@ -11,7 +11,7 @@
 
 namespace altiro3D {
 
-/// What the pictures of a conversion are made for.
+/// The target of the pictures of a conversion.
 struct VideoTarget {
     QuiltLayout layout; ///< of the quilts
     cv::Size panelSize; ///< of the display, px
@@ -24,23 +24,27 @@ struct VideoTarget {
 class FrameRenderer {
   public:
     virtual ~FrameRenderer() = default;
-    /// Size of what is written.
+    /// Size of the written pictures.
     virtual cv::Size size() const = 0;
     /// Reads `source` and `depth`, sets the picture of `result`.
     virtual void work(PipelineFrame& frame) = 0;
-    /// What was remarkable, for people.
+    /// Appends what the next frame's picture depends on, besides the frame.
+    virtual void keepState(SavedState& /*state*/) const {}
+    /// Removes what keepState() appended and continues from it. @throws Error BadFormat
+    virtual void takeState(SavedState& /*state*/) {}
+    /// Remarks, for people.
     virtual Notes notes() const { return {}; }
 };
 
-/// Of frames with depth.
+/// The stage for frames with depth.
 /// @param photo size of the photos
-/// @param seenAspect width : height of what they show
+/// @param seenAspect width : height of the photos as displayed
 /// @throws Error
 std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversion,
                                                  const VideoTarget& target, cv::Size photo,
                                                  double seenAspect);
 
-/// Of frames that are quilts.
+/// The stage for frames that are quilts.
 /// @throws Error
 std::unique_ptr<FrameRenderer> makeQuiltRenderer(const VideoConversion& conversion,
                                                  const VideoTarget& target);

@@ -7,7 +7,7 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kMaxInDisorder = 16; // frames; more, or further back, and times have jumped
+constexpr int kMaxInDisorder = 16; // frames; beyond this the times have jumped
 constexpr double kFarBackSeconds = 1;
 
 std::int64_t nominalDuration(const VideoFacts& facts, AVRational unit) {
@@ -53,7 +53,7 @@ std::int64_t FrameTimes::risingTime(const AVFrame& frame) {
     const std::int64_t step = std::max<std::int64_t>(frameDuration_, 1);
     const std::int64_t next = std::min(last_ + step, latest);
     if (!stated) return next;
-    // A piece begins with a picture that needs no other.
+    // A piece begins with a key frame.
     const std::int64_t back = last_ - *stated - shift_;
     const bool isPiece = frame.pict_type == AV_PICTURE_TYPE_I && back >= 2 * step;
     const double seconds = static_cast<double>(back) * av_q2d(unit_);

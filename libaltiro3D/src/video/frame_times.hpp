@@ -7,30 +7,30 @@
 
 namespace altiro3D {
 
-/// Gives the frames of a video times that rise, in the stream's unit: as the file states them,
-/// else repaired.
+/// Assigns rising times to the frames of a video, in the stream's unit: the times of the file, or
+/// repaired ones.
 ///
-/// A few frames in disorder are put one tick apart, so that the next good time counts again. Where
-/// times begin again, as in files put together, what follows is shifted as a whole.
+/// A few frames in disorder are placed one tick apart until the next valid time. If times start
+/// again, as in concatenated files, all following times are shifted.
 class FrameTimes {
   public:
-    /// @param facts of the video
-    /// @param unit of times
-    /// @param start where the file begins, in that unit
-    /// @param counts repaired times are counted there; must outlive this
+    /// @param facts properties of the video
+    /// @param unit unit of times
+    /// @param start start of the file in that unit
+    /// @param counts receives the number of repaired times; must outlive this
     FrameTimes(const VideoFacts& facts, AVRational unit, std::int64_t start,
                VideoReadCounts& counts);
 
     /// The time of the next frame.
     std::int64_t next(const AVFrame& frame);
-    /// Forgets what came before.
+    /// Resets the state; the next frame is treated as the first.
     void restart();
 
-    /// A frame has got a time.
+    /// Whether a frame has a time.
     bool hasBegun() const { return hasLast_; }
     /// Times of the file do.
     bool beginsAgain() const { return beginsAgain_; }
-    /// Nominal time that a frame stays; 0 = not known.
+    /// Nominal duration of a frame; 0 = unknown.
     std::int64_t frameDuration() const { return frameDuration_; }
 
   private:

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kMissingSeconds = 0.5; // a depth video that ends a little early is no trouble
+constexpr double kMissingSeconds = 0.5; // a depth video may end this much early
 constexpr std::size_t kMaxNotes = 10;
 
 } // namespace
@@ -75,7 +75,7 @@ void GivenDepth::readImage(std::int64_t number, cv::Mat& raw) {
 }
 
 void GivenDepth::readFrame(double time, cv::Mat& raw) {
-    // The two videos count time in their own units: half a frame is near enough.
+    // The two videos have different time units; times match within half a frame.
     const auto begins = [&](const VideoFrame& frame) {
         return (static_cast<double>(frame.pts) - 0.5 * static_cast<double>(frame.duration)) * unit_;
     };

@@ -9,7 +9,7 @@
 
 namespace altiro3D {
 
-/// Depth of a video that comes with it: another video, or a directory with one picture per frame.
+/// Given depth of a video: another video, or a directory with one picture per frame.
 class GivenDepth {
   public:
     /// @param given its `source` is a video or a directory
@@ -17,8 +17,8 @@ class GivenDepth {
     /// @throws Error
     GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& part);
 
-    /// Finds the picture of the part's first frame; to be called before that is read.
-    /// @param video that the depth belongs to
+    /// Finds the depth of the part's first frame; call it before that frame is read.
+    /// @param video the video that the depth belongs to
     /// @throws Error
     void begin(VideoReader& video);
 
@@ -30,7 +30,7 @@ class GivenDepth {
     /// @throws Error
     void read(double time, std::int64_t number, cv::Mat& raw);
 
-    /// What was remarkable, for people.
+    /// Remarks, for people.
     Notes notes() const;
 
   private:

@@ -36,7 +36,7 @@ PartFrames::PartFrames(const VideoInput& input, const VideoReaderOptions& option
       toPts_(options.to < 1e9 ? startPts_ + std::llround(options.to / unit_) : kToTheEnd),
       originPts_(options.from > 0 ? fromPts_ : startPts_), from_(options.from) {}
 
-// After the file has been wound: what came before does not count.
+// Resets the state after a seek.
 void PartFrames::restart() {
     decoder_.restart();
     counts_ = {};
@@ -57,7 +57,7 @@ bool PartFrames::seekToStart() {
 void PartFrames::begin(bool maySeek) {
     begun_ = true;
     packets_.begin();
-    // A bare stream has no times, so a place in it cannot be found again.
+    // A bare stream has no times, so seeking in it is not possible.
     const bool seeks = maySeek && kind_ == Kind::File && packets_.hasStart();
     bool found = fromPts_ > startPts_ && seeks && seekToPart();
     while (found && ahead_.pts < fromPts_)
@@ -75,11 +75,11 @@ void PartFrames::begin(bool maySeek) {
     if (found) std::swap(current_, ahead_);
 }
 
-// Decodes a frame (ahead_) at the beginning of the part or before it; false if all is to be decoded
-// from where the file is.
+// Decodes a frame (ahead_) at the beginning of the part or before it. False: decode everything from
+// the current position.
 bool PartFrames::seekToPart() {
     bool found = false;
-    // A container may lead behind the wanted frame: then from further back.
+    // A container may seek past the requested frame; then the search starts further back.
     for (const double back : kStepsBackSeconds) {
         const auto ticks = static_cast<std::int64_t>(std::ceil(back / unit_));
         if (!seek(std::max(startPts_, fromPts_ - ticks))) break;
@@ -87,7 +87,7 @@ bool PartFrames::seekToPart() {
         if (found && ahead_.pts <= fromPts_) return true;
         if (seconds(fromPts_ - startPts_) <= back) break; // from the start
     }
-    // The last way: everything from the start.
+    // The last resort: decode everything from the start.
     if (seekToStart()) return false;
     if (found) {
         throw Error(ErrorCode::ReadFailed, subject_,
@@ -96,7 +96,7 @@ bool PartFrames::seekToPart() {
     return false;
 }
 
-// Decodes (ahead_) from where the file is, without the frames before the part.
+// Decodes from the current position up to the first frame of the part (ahead_).
 bool PartFrames::decodeUpToPart() {
     for (;; ++passedFrames_) {
         if (!decoder_.decode(ahead_)) return false;
@@ -113,7 +113,7 @@ bool PartFrames::next(Frame& frame) {
     if (!begun_) {
         begin(true);
     } else if (kind_ == Kind::Device && !ended_ &&
-               !hasCurrent_) { // its next picture is waited for only now
+               !hasCurrent_) { // waits for the device's next picture only now
         hasCurrent_ = decoder_.decode(current_) && current_.pts < toPts_;
     }
     if (!hasCurrent_) {
@@ -164,11 +164,12 @@ void PartFrames::skipTo(std::int64_t pts) {
     }
 }
 
-// Decodes up to the first frame of that time or later, in or behind the part; far ones are sought.
+// Decodes up to the first frame at or after that time, in the part or after it. Distant frames are
+// reached by seeking.
 void PartFrames::goTo(std::int64_t goal) {
     const auto far = static_cast<std::int64_t>(kFarSeconds / unit_);
     if (packets_.hasFixedTimes() && goal - current_.pts > far && seek(goal)) {
-        // Where times were missing they are not the same after a seek: then all is read.
+        // Repaired times are not the same after a seek, so everything is read.
         bool before = false;
         while ((hasCurrent_ = decoder_.decode(current_)) && current_.pts < goal)
             before = true;

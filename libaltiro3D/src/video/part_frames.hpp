@@ -11,35 +11,35 @@
 
 namespace altiro3D {
 
-/// The frames of the part of a video that is wanted: finds its beginning, skips, ends in time.
+/// The frames of the requested part of a video: finds its beginning, skips, and stops at its end.
 class PartFrames {
   public:
     /// A frame of the part.
     struct Frame {
         const AVFrame* picture = nullptr;
         std::int64_t pts = 0;      ///< from the part's beginning, in the stream's unit
-        std::int64_t duration = 0; ///< in the stream's unit; 0 = not known
+        std::int64_t duration = 0; ///< in the stream's unit; 0 = unknown
     };
 
-    /// @param input what is read; @param options the part
+    /// @param input the open video @param options the part
     /// @param packets, decoder, counts must outlive this
     PartFrames(const VideoInput& input, const VideoReaderOptions& options, VideoPackets& packets,
                FrameDecoder& decoder, VideoReadCounts& counts);
 
-    /// The next frame, which is whole until the next call.
+    /// The next frame; it is valid until the next call.
     /// @return false at the end
     /// @throws Error as VideoReader::next()
     bool next(Frame& frame);
-    /// Lets go of the memory of the frame that next() gave.
+    /// Releases the memory of the frame from next().
     void release() { av_frame_unref(ahead_.frame.get()); }
 
-    /// A frame was read, or the first one looked for.
+    /// Whether a frame was read or the first one was searched for.
     bool hasBegun() const { return begun_; }
-    /// Begins by decoding from the start of the file. @return how many frames are before the part
+    /// Begins by decoding from the start of the file. @return number of frames before the part
     std::int64_t countBefore();
     /// See VideoReader::skipTo().
     void skipTo(std::int64_t pts);
-    /// Reads on without decoding, up to the pictures of a time. @return false at the end
+    /// Reads without decoding up to the pictures of a time. @return false at the end
     bool pass(std::int64_t until);
 
   private:
@@ -61,14 +61,14 @@ class PartFrames {
     FrameDecoder& decoder_;
     VideoReadCounts& counts_;
 
-    // where the part is, in the time of the file
+    // position of the part, in the time of the file
     std::int64_t startPts_; // of the file
     std::int64_t fromPts_;
     std::int64_t toPts_;
-    std::int64_t originPts_; // what counts as 0
-    double from_;            // as it was given, s
+    std::int64_t originPts_; // the time that counts as 0
+    double from_;            // VideoReaderOptions::from, s
 
-    DecodedFrame current_; // the next one to give
+    DecodedFrame current_; // the next one to return
     DecodedFrame ahead_;
     bool hasCurrent_ = false;
     bool begun_ = false;

@@ -27,7 +27,7 @@ namespace {
 
 constexpr const char* kFormat = "altiro3D video run";
 constexpr int kVersion = 1;
-constexpr const char* kState = ".state"; // how the names of states end
+constexpr const char* kState = ".state"; // extension of saved states
 constexpr int kMaxSegmentFrames = 100000;
 constexpr std::uintmax_t kMaxRunBytes = std::uintmax_t{64} << 20;
 constexpr JsonLimits kRunLimits{8, 1000, false};                               // ours has 3 levels
@@ -62,7 +62,7 @@ std::string numbered(std::size_t number, const std::string& ending) {
     return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits + ending;
 }
 
-// Keeps other processes away from a directory while the handle is open.
+// Locks a directory against other processes while the handle is open.
 FileHandle lockDirectory(const fs::path& directory) {
     FileHandle handle = openFile(directory, O_RDONLY | O_DIRECTORY);
     if (!handle.isOpen()) {
@@ -76,8 +76,8 @@ FileHandle lockDirectory(const fs::path& directory) {
     return handle;
 }
 
-// The first setting that differs, as a sentence; empty if none does. One that is set in one run
-// only comes first: what follows from it differs as well.
+// The first setting that differs, as a sentence; empty if none does. Settings that only one run has
+// come first, because other differences may follow from them.
 std::string difference(const Json& before, const Json& now) {
     const auto text = [](const Json& all, const std::string& name) {
         if (!all.contains(name)) return std::string("not set");
@@ -140,7 +140,7 @@ class SegmentReader {
     InputPtr input_;
 };
 
-// When the pictures of a segment are shown, in the segment's unit, in the order of decoding.
+// Display times of the pictures of a segment, in the segment's unit, in decoding order.
 std::vector<std::int64_t> timesShown(const fs::path& file) {
     SegmentReader reader(file);
     const PacketPtr packet = newPacket();
@@ -152,7 +152,7 @@ std::vector<std::int64_t> timesShown(const fs::path& file) {
     return times;
 }
 
-// By how many places pictures are decoded before their turn, at most.
+// The largest number of places by which a picture is decoded before its turn.
 int reorderedPlaces(const std::vector<std::int64_t>& times) {
     std::vector<std::int64_t> sorted = times;
     std::sort(sorted.begin(), sorted.end());
@@ -213,7 +213,7 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
           "is " + std::to_string(segmentFrames) + ", expected 1.." +
               std::to_string(kMaxSegmentFrames));
     if (source != nullptr && !options.colour) options.colour = source->facts().colour;
-    // What cannot be written shall come to light now, not when all frames are made.
+    // Outputs that cannot be written must fail now, not after all frames are made.
     notes = VideoWriter(path, options, source).notes();
     // As run.json holds them: bytes that are not UTF-8 are replaced.
     settings_ = Json::parse(
@@ -231,7 +231,7 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
                     "cannot be made: " + error.message());
     }
     lock_ = lockDirectory(directory);
-    // A run that died while it wrote a small file has left it behind.
+    // Removes small files that an interrupted run left incomplete.
     for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
          entry.increment(error)) {
         const std::string name = entry->path().filename().string();
@@ -245,7 +245,7 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
     }
 }
 
-// A run that has kept nothing leaves nothing.
+// Removes the directory of a run that has kept nothing.
 ResumableVideoWriter::Impl::~Impl() {
     if (complete_ || keepsWork()) return;
     writer_.reset();
@@ -254,7 +254,7 @@ ResumableVideoWriter::Impl::~Impl() {
         if (!file.empty()) fs::remove(directory / file, ignored);
     }
     fs::remove(directory / "run.json", ignored);
-    fs::remove(directory, ignored); // unless somebody else keeps something there
+    fs::remove(directory, ignored); // fails if other files are in it
 }
 
 void ResumableVideoWriter::Impl::readRun(const Json& settings) {
@@ -292,7 +292,7 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
                             whole(entry.at("end"), 0, kLatest),
                             static_cast<std::uintmax_t>(whole(entry.at("bytes"), 0, kLatest)),
                             entry.at("state")};
-            // Each has one name that it can have; others may lead out of the directory.
+            // Each has a fixed name; any other name could lead out of the directory.
             const std::size_t number = segments_.size() + 1;
             const auto checkName = [&](const std::string& name, const std::string& expected) {
                 if (name != expected) fail("lists \"" + name + "\" in place of " + expected);
@@ -374,7 +374,7 @@ void ResumableVideoWriter::Impl::closeSegment(const SavedState& state, bool list
     segments_.push_back(current_);
     if (!listed) return;
     writeRun();
-    // The states before are of no use any more.
+    // Earlier states are no longer needed.
     if (segments_.size() < 2) return;
     const std::string& old = segments_[segments_.size() - 2].stateFile;
     std::error_code ignored;
@@ -480,7 +480,7 @@ bool ResumableVideoWriter::isUnfinished(const fs::path& path) {
 }
 
 void ResumableVideoWriter::discard(const fs::path& path) {
-    if (!isUnfinished(path)) return; // nothing of ours
+    if (!isUnfinished(path)) return; // not our directory
     const fs::path directory = partsDirectory(path);
     const FileHandle lock = lockDirectory(directory);
     std::error_code error;

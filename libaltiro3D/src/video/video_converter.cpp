@@ -36,6 +36,9 @@ void checkFields(const VideoConversion& conversion) {
         check(conversion.given->source.empty() == conversion.given->side.has_value(), "given",
               "depth has a source and a side, or neither, expected one of them");
     }
+    check(!conversion.map || (conversion.native.sampling.views == ViewFilter::Nearest &&
+                              conversion.native.sampling.inTile == TileSampling::Nearest),
+          "sampling", "blends, but a look-up table holds single px, expected nearest");
     if (!conversion.fromQuilt) return;
     check(conversion.product == VideoProduct::Native, "product",
           "is not Native, but frames are quilts");
@@ -45,7 +48,7 @@ void checkFields(const VideoConversion& conversion) {
                 "viewAspect", conversion.viewAspect, "0.01..100, or 0");
 }
 
-// Absent: nothing is made for a display.
+// Empty if no picture is made for a display.
 VideoTarget targetOf(const VideoConversion& conversion) {
     VideoTarget target;
     if (conversion.map) {
@@ -83,7 +86,7 @@ struct VideoConverter::Impl {
     VideoConversion conversion;
     std::unique_ptr<VideoReader> reader;
     std::unique_ptr<FrameRenderer> renderer;
-    std::optional<VideoSink> sink; // absent: the pictures are shown
+    std::optional<VideoSink> sink; // nothing if the pictures are shown
     VideoProgress progress;
 
   private:
@@ -132,14 +135,18 @@ VideoConverter::Impl::Impl(VideoConversion given) : conversion(std::move(given))
     if (facts.duration)
         progress.length = std::min(*facts.duration, conversion.part.to) - conversion.part.from;
     const bool whole = conversion.part.from <= 0 && !std::isfinite(conversion.part.to);
-    if (whole) progress.framesInAll = facts.frameCount;
+    if (whole) {
+        progress.framesInAll = facts.frameCount;
+    } else if (progress.length.value_or(0) > 0 && facts.averageRate.isKnown()) {
+        progress.framesInAll = std::llround(*progress.length * facts.averageRate.value());
+    }
     if (!sink) return;
     const KeptVideo kept = sink->kept();
     progress.frames = progress.keptFrames = kept.frames;
     if (kept.frames > 0) progress.end = seconds(kept.nextPts);
 }
 
-// To be called while the mutex is locked.
+// The caller holds the mutex.
 bool VideoConverter::Impl::mayGoOn() {
     if (!cancelled_ && goOn_ && !goOn_(progress)) cancelled_ = true;
     return !cancelled_;
@@ -186,6 +193,7 @@ std::vector<PipelineStage> VideoConverter::Impl::stages() {
     }
     all.push_back({"render", [this](PipelineFrame& frame) {
                        renderer->work(frame);
+                       if (!frame.state.bytes.empty()) renderer->keepState(frame.state);
                        frame.result.pts = frame.source.pts;
                        frame.result.duration = frame.source.duration;
                        return true;
@@ -208,7 +216,7 @@ std::vector<PipelineStage> VideoConverter::Impl::stages() {
 }
 
 void VideoConverter::Impl::failEmpty() const {
-    std::string problem = "holds no frames in this part, expected some";
+    std::string problem = "holds no frames in this part, expected at least one";
     const auto& duration = reader->facts().duration;
     if (duration && conversion.part.from >= *duration)
         problem += " (it ends at " + clockText(*duration) + ")";
@@ -243,8 +251,11 @@ VideoConversionResult VideoConverter::Impl::run(const VideoProgressFunction& goO
     goOn_ = goOn;
     if (depth_) depth_->begin(*reader);
     if (progress.keptFrames > 0) {
-        const KeptVideo kept = sink->kept();
-        if (depth_ && !kept.state.bytes.empty()) depth_->setState(kept.state);
+        KeptVideo kept = sink->kept();
+        if (depth_ && !kept.state.bytes.empty()) {
+            renderer->takeState(kept.state);
+            depth_->setState(kept.state);
+        }
         reader->skipTo(kept.nextPts);
     }
     PipelineOptions options;

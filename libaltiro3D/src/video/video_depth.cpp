@@ -23,26 +23,26 @@ namespace altiro3D {
 
 namespace {
 
-// Misfit in grey levels: up to the first the depth there is trusted, from the second on it is not.
+// Misfit in grey levels: depth is fully trusted up to the first and not trusted from the second on.
 constexpr float kTrustedMisfit = 4;
 constexpr float kNewMisfit = 14;
 
 // Part of a range's difference that remains after each picture.
 constexpr double kRangeMemory = 0.95;
 
-// The share of `steadiness` that is left where the picture moves by kFast px or more a picture.
+// The share of `steadiness` that remains where content moves by kFast px or more per picture.
 constexpr float kMovingShare = 0.5F;
 constexpr float kFast = 2;
 
-// How far the depth around something that moves changes, px of the small picture.
+// Distance around moving content within which depth is updated, px of the small picture.
 constexpr int kHaloPixels = 5;
 
-// 1 where the picture before explains this one, 0 where it does not.
+// 1 where the previous picture explains this one, 0 where it does not.
 float trustOf(float misfitThere) {
     return std::clamp((kNewMisfit - misfitThere) / (kNewMisfit - kTrustedMisfit), 0.0F, 1.0F);
 }
 
-// Each value becomes what `fold` makes of those within `radius` px, along rows and then columns.
+// Replaces each value by `fold` of the values within `radius` px, along rows and then columns.
 template <class Fold>
 void foldAround(cv::Mat& values, int radius, Fold fold) {
     cv::Mat along(values.size(), CV_32FC1);
@@ -85,14 +85,14 @@ struct Affine {
     double offset = 0;
 };
 
-// The range that brings `fresh` to `carried` where the weights are, with what differs much counted
-// less. Both have noise, the carried depth, a mean of many, has less: the gain is the geometric
-// mean of the one that holds if only the fresh depth had any and the one that holds if both had as
-// much.
+// Fits the range of `fresh` to that of `carried`, weighted; px that differ strongly count less.
+// Both have noise, but the carried depth, a mean of many, has less. The gain is therefore the
+// geometric mean of two gains: the one that is right if only the fresh depth has noise, and the one
+// that is right if both have the same.
 Affine fitRange(const cv::Mat& fresh, const cv::Mat& carried, const cv::Mat& weights) {
     Affine fit;
     constexpr double kOutlier = 0.05;
-    constexpr double kFlat = 1e-3; // variance that counts as none
+    constexpr double kFlat = 1e-3; // added to variances; smaller ones count as flat
     for (int pass = 0; pass < 3; ++pass) {
         double sum = 0;
         double sumF = 0;
@@ -175,7 +175,7 @@ struct VideoDepth::Impl {
     DepthKind kind = DepthKind::NearWhite;
     VideoDepthOptions options;
 
-    // What state() keeps. Pictures are replaced, never written to, so that copies stay as they are.
+    // The data of state(). Pictures are replaced and never modified, so copies do not change.
     struct Memory {
         PictureTracker tracker;
         cv::Mat keyGrey;       // of the last inference [small size, CV_8UC1]
@@ -246,7 +246,7 @@ cv::Mat VideoDepth::Impl::steadied(const Memory& at, const cv::Mat& misfits,
             out[x] = now + share[x] * (c[x] - now);
         }
     }
-    // The range follows the percentiles slowly; depth without a range keeps the one before.
+    // The range follows the percentiles slowly; depth without a range keeps the previous one.
     constexpr float kFlatSpan = 1e-3F;
     const auto [low, high] = percentilesOf(result);
     const bool isFlat = high - low < kFlatSpan;
@@ -254,7 +254,7 @@ cv::Mat VideoDepth::Impl::steadied(const Memory& at, const cv::Mat& misfits,
     const auto follow = isFlat ? 0.0F : static_cast<float>(followed);
     const float newLow = follow * low;
     const float newSpan = 1 + follow * (high - low - 1);
-    constexpr float kFarOut = 1; // beyond the range, so that nothing grows without bounds
+    constexpr float kFarOut = 1; // limit beyond the range, so that values stay bounded
     for (int y = 0; y < result.rows; ++y) {
         auto* row = result.ptr<float>(y);
         for (int x = 0; x < result.cols; ++x)
@@ -299,7 +299,7 @@ VideoDepthStep VideoDepth::next(const cv::Mat& picture, cv::Mat& depth) {
     step.cut = tracked.cut;
     step.repeated = tracked.repeated;
     if (tracked.repeated || tracked.blank) {
-        // A network would make a depth of black or of a flash that no part of the scene has.
+        // For black or a flash, a network would estimate a depth unrelated to the scene.
         depth = now.depth.clone();
         impl_->memory = std::move(now);
         return step;
@@ -354,7 +354,7 @@ SavedState VideoDepth::state() const {
 void VideoDepth::setState(const SavedState& state) {
     const auto fail = [] {
         throw Error(ErrorCode::BadFormat, "state",
-                    "is damaged or of something else, expected what state() of a VideoDepth gave");
+                    "is damaged or foreign, expected a result of VideoDepth::state()");
     };
     std::string_view rest = state.bytes;
     constexpr std::size_t kSum = sizeof(std::uint64_t);

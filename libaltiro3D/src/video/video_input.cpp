@@ -225,7 +225,7 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
             throw Error(ErrorCode::BadFormat, input.subject, "is not a video that FFmpeg can read");
         }
         if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
-        // What drivers of other devices say to the question what they can film.
+        // Error of drivers of devices that are not cameras when asked for their formats.
         if (isCamera &&
             (result == AVERROR(ENOTTY) || result == AVERROR(EINVAL) || result == AVERROR(ENODEV))) {
             throw Error(ErrorCode::BadFormat, input.subject,
@@ -427,7 +427,7 @@ std::optional<std::int64_t> countPackets(const fs::path& path, VideoReaderOption
         const bool isSound = isNear(packet->pts) && isNear(packet->dts) && packet->dts > lastDts &&
                              packet->pts >= packet->dts &&
                              (packet->flags & AV_PKT_FLAG_CORRUPT) == 0;
-        // Decoders leave out what comes before the first picture that needs no other.
+        // Decoders drop pictures before the first key frame.
         const bool isFirst = lastDts == std::numeric_limits<std::int64_t>::min();
         const bool begins = !isFirst || (packet->flags & AV_PKT_FLAG_KEY) != 0;
         if (!isSound || !begins) return std::nullopt;

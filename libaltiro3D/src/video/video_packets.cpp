@@ -12,7 +12,7 @@ namespace altiro3D {
 
 namespace {
 
-constexpr double kMissingSeconds = 0.5; // a file that ends so much too early is cut off
+constexpr double kMissingSeconds = 0.5; // a file that ends this much too early is cut off
 constexpr double kInterleavedSeconds = 10;
 
 } // namespace
@@ -50,7 +50,7 @@ bool VideoPackets::read() {
     return true;
 }
 
-// The container has no more packets: at its end or before it?
+// Decides, after the last packet, whether the file is complete or cut off.
 void VideoPackets::noteEnd(int result) {
     if (kind_ == VideoInput::Kind::Device) {
         if (result != AVERROR_EOF) {
@@ -122,7 +122,7 @@ bool VideoPackets::seekToStart() {
     return true;
 }
 
-// What came before does not count.
+// Resets the state after a seek.
 void VideoPackets::restart() {
     others_->clear();
     drained_ = false;

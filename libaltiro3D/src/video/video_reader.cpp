@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kMaxThreads = 64;
-constexpr int kMaxThreadsByItself = 16; // more only take memory
+constexpr int kMaxThreadsByItself = 16; // default limit; more threads only need memory
 
 [[noreturn]] void fail(ErrorCode code, const std::string& subject, const std::string& problem) {
     throw Error(code, subject, problem);
@@ -62,7 +62,7 @@ void validate(const VideoReaderOptions& options) {
     }
 }
 
-// Packets become frames, those of the part are taken, and these become pictures.
+// Packets are decoded to frames; the frames of the part are converted to pictures.
 struct VideoReader::Impl {
     Impl(const fs::path& givenPath, const VideoReaderOptions& complete)
         : Impl(givenPath, complete, openQuietly(givenPath, complete)) {}
@@ -96,7 +96,7 @@ VideoReader::Impl::Impl(const fs::path& givenPath, const VideoReaderOptions& com
       part(input, options, packets, decoder, counts),
       pictures(storedSize(*input.stream), input.orientation, options.threads, subject) {}
 
-// By packets where they tell, as that takes no time to speak of; else by decoding from the start.
+// Counts packets if each holds one frame, which is fast; else decodes from the start.
 std::int64_t VideoReader::Impl::framesBefore() {
     if (framesBefore_) return *framesBefore_;
     check(!part.hasBegun(), "framesBefore", "comes after the first frame");
@@ -185,7 +185,7 @@ Notes VideoReader::notes() const {
         note(NoteCode::AsItIs, "holds interlaced pictures, which are used as they are");
     if (impl.resized)
         note(NoteCode::Converted,
-             "changes the size of its pictures; all are brought to the first one's");
+             "changes the size of its pictures; all are scaled to the first one's");
     const int transfer = impl.facts.colour.transfer;
     if (transfer == AVCOL_TRC_SMPTE2084 || transfer == AVCOL_TRC_ARIB_STD_B67) {
         note(NoteCode::AsItIs, "is HDR video, which is not tone-mapped");

@@ -7,7 +7,8 @@ namespace altiro3D {
 
 namespace {
 
-constexpr double kSegmentSeconds = 6; // what a run that dies loses at most; encoders start slowly
+constexpr double kSegmentSeconds =
+    6; // an interrupted run loses at most this; encoders start slowly
 constexpr int kLeastSegmentFrames = 12;
 constexpr int kMaxSegmentFrames = 600;
 constexpr int kUsualSegmentFrames = 180;

@@ -9,11 +9,11 @@
 
 namespace altiro3D {
 
-/// Where the frames of a conversion are written: to segments that a later run can go on from, or,
-/// if the input cannot be read once more, straight to the file.
+/// Writes the frames of a conversion: to segments, from which a later run can continue, or directly
+/// to the file if the input cannot be read again.
 class VideoSink {
   public:
-    /// @param conversion its input, part, output and what is done about an unfinished run
+    /// @param conversion its input, part, output and treatment of an unfinished run are used
     /// @param options of the encoder, complete
     /// @param settings see conversionStamp()
     /// @param reader of the input; its other streams are copied
@@ -21,14 +21,14 @@ class VideoSink {
     VideoSink(const VideoConversion& conversion, const VideoWriterOptions& options,
               const RunSettings& settings, VideoReader& reader);
 
-    /// What an earlier run has left.
+    /// The work that an earlier run has kept.
     KeptVideo kept() const { return segments_ ? segments_->kept() : KeptVideo(); }
-    /// Whether a later run can go on from what there is.
+    /// Whether a later run can continue.
     bool keepsWork() const { return segments_ && segments_->keepsWork(); }
-    /// Whether the state after that frame is to be in PipelineFrame::state.
+    /// Whether PipelineFrame::state must hold the state after that frame.
     bool wantsState(std::int64_t frame) const { return segments_ && segments_->endsSegment(frame); }
     void write(const PipelineFrame& frame);
-    /// @param complete no: the user has stopped, and may go on later
+    /// @param complete false: the user has stopped and may continue later
     void finish(bool complete);
     const Notes& notes() const { return segments_ ? segments_->notes() : plain_->notes(); }
 
@@ -39,7 +39,7 @@ class VideoSink {
     std::optional<ResumableVideoWriter> segments_;
 };
 
-/// Whether the input of a conversion can be read once more.
+/// Whether the input of a conversion can be read again.
 bool canReadAgain(const std::filesystem::path& input);
 
 } // namespace altiro3D

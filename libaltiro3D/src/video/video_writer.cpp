@@ -28,8 +28,6 @@ constexpr int kLargestSide = 16384;
 constexpr int kMaxThreads = 64;
 constexpr int kLinesOfHighDefinition = 720;
 constexpr int kSlicesOfFfv1 = 16; // fixed, so the bytes do not depend on the threads
-const char* const kPresets[] = {  // in the order of EncoderPreset
-    "ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow"};
 
 const char* encoderName(VideoCodec codec) {
     switch (codec) {
@@ -80,6 +78,12 @@ void checkPositive(const Fraction& ratio, const char* field, bool mayBeUnknown) 
 }
 
 } // namespace
+
+const char* presetName(EncoderPreset preset) {
+    constexpr const char* kNames[] = {"ultrafast", "superfast", "veryfast", "faster",  "fast",
+                                      "medium",    "slow",      "slower",   "veryslow"};
+    return kNames[static_cast<std::size_t>(preset)];
+}
 
 void validate(const VideoWriterOptions& options) {
     const auto side = [](int value) { return value >= kLeastSide && value <= kLargestSide; };
@@ -225,7 +229,7 @@ void VideoWriter::Impl::openEncoder() {
     const auto [matrix, range] = setColours();
     Dictionary settings;
     if (hasQuality(options_.codec)) {
-        settings.set("preset", kPresets[static_cast<std::size_t>(options_.preset)]);
+        settings.set("preset", presetName(options_.preset));
         settings.set("crf", numberText(options_.crf));
     }
     if (options_.codec == VideoCodec::Hevc) {

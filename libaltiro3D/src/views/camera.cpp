@@ -89,7 +89,7 @@ void validate(const CameraPose& pose) {
     }
     const double determinant = cv::determinant(pose.rotation);
     checkNumber(determinant > 0, "rotation: determinant", determinant,
-                "1 (a mirror is no rotation)");
+                "1 (a mirror is not a rotation)");
 }
 
 Camera parseCamera(const std::string& text, const std::string& source) {

@@ -1,11 +1,15 @@
 #include "altiro3D/trade.hpp"
 
 #include "altiro3D/error.hpp"
+#include "base/checks.hpp"
 #include "base/text.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 namespace altiro3D {
 
@@ -73,6 +77,88 @@ double ssim(const cv::Mat& picture, const cv::Mat& truth) {
     cv::divide(luminance.mul(structure), luminanceScale.mul(structureScale), map);
     const cv::Scalar sum = cv::sum(map.reshape(1));
     return sum[0] / (static_cast<double>(map.total()) * map.channels());
+}
+
+namespace {
+
+// Ranks from 0; equal values share the mean of theirs.
+std::vector<double> ranksOf(const std::vector<float>& values) {
+    std::vector<std::size_t> order(values.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t i, std::size_t j) { return values[i] < values[j]; });
+    std::vector<double> ranks(values.size());
+    for (std::size_t first = 0; first < order.size();) {
+        std::size_t last = first;
+        while (last < order.size() && values[order[last]] == values[order[first]])
+            ++last;
+        const double mean = 0.5 * static_cast<double>(first + last - 1);
+        for (std::size_t i = first; i < last; ++i)
+            ranks[order[i]] = mean;
+        first = last;
+    }
+    return ranks;
+}
+
+void checkDepth(const cv::Mat& depth, const char* name) {
+    checkType(depth, {CV_32FC1}, name, "CV_32FC1");
+}
+
+void requireSameSize(const cv::Mat& a, const cv::Mat& other, const char* name) {
+    if (a.size() == other.size()) return;
+    throw Error(ErrorCode::Mismatch, name,
+                "has " + sizeText(other.size()) + " px, expected " + sizeText(a.size()));
+}
+
+} // namespace
+
+double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
+    checkDepth(a, "a");
+    checkDepth(b, "b");
+    requireSameSize(a, b, "b");
+    if (!mask.empty()) requireSameSize(a, mask, "mask");
+    std::vector<float> valuesA;
+    std::vector<float> valuesB;
+    for (int y = 0; y < a.rows; ++y) {
+        for (int x = 0; x < a.cols; ++x) {
+            if (!mask.empty() && mask.at<uchar>(y, x) == 0) continue;
+            valuesA.push_back(a.at<float>(y, x));
+            valuesB.push_back(b.at<float>(y, x));
+        }
+    }
+    const std::vector<double> ranksA = ranksOf(valuesA);
+    const std::vector<double> ranksB = ranksOf(valuesB);
+    const double mean = 0.5 * (static_cast<double>(ranksA.size()) - 1);
+    double ab = 0;
+    double aa = 0;
+    double bb = 0;
+    for (std::size_t i = 0; i < ranksA.size(); ++i) {
+        ab += (ranksA[i] - mean) * (ranksB[i] - mean);
+        aa += (ranksA[i] - mean) * (ranksA[i] - mean);
+        bb += (ranksB[i] - mean) * (ranksB[i] - mean);
+    }
+    return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
+}
+
+void alignDepth(const cv::Mat& estimate, const cv::Mat& truth, cv::Mat& aligned) {
+    checkDepth(estimate, "estimate");
+    checkDepth(truth, "truth");
+    cv::Mat sized;
+    cv::resize(estimate, sized, truth.size(), 0, 0, cv::INTER_LINEAR);
+    const double meanEstimate = cv::mean(sized)[0];
+    const double meanTruth = cv::mean(truth)[0];
+    double product = 0;
+    double square = 0;
+    for (int y = 0; y < truth.rows; ++y) {
+        for (int x = 0; x < truth.cols; ++x) {
+            const double difference = static_cast<double>(sized.at<float>(y, x)) - meanEstimate;
+            product += difference * (static_cast<double>(truth.at<float>(y, x)) - meanTruth);
+            square += difference * difference;
+        }
+    }
+    const double scale = square > 0 ? product / square : 0;
+    sized.convertTo(sized, CV_32F, scale, meanTruth - scale * meanEstimate);
+    cv::min(cv::max(sized, 0), 1, aligned);
 }
 
 } // namespace altiro3D

@@ -38,7 +38,7 @@ std::size_t filesIn(const fs::path& directory) {
 std::string inChild(const std::function<std::string()>& call) {
     int ends[2];
     if (pipe(ends) != 0) return "no pipe";
-    std::fflush(stdout); // or the child says it once more
+    std::fflush(stdout); // or the child prints it again
     const pid_t child = fork();
     if (child == 0) {
         close(ends[0]);
@@ -229,7 +229,7 @@ TEST(FileIo, WithoutPermissionNothingIsReadOrWritten) {
     EXPECT_EQ(asNobody([&] { writeFile(directory / "fresh", "x"); }), "(no error)");
 }
 
-// Whoever replaces another's file, which only root may do, leaves it to its owner.
+// A replaced file keeps its owner. Only root can replace another user's file.
 TEST(FileIo, AReplacedFileKeepsItsOwnerAndPermissions) {
     if (getuid() != 0) GTEST_SKIP() << "needs root, to write another user's file";
     const TemporaryDirectory directory;
@@ -282,7 +282,7 @@ TEST(FileIo, TheSizeIsCheckedBeforeMemoryIsTaken) {
     EXPECT_NE(errorOf([&] { readFile(directory / "ten", 9); }), "(no error)");
 }
 
-TEST(FileIo, FilesThatTellNoSizeAreReadToTheirEnd) {
+TEST(FileIo, FilesWithoutASizeAreReadToTheirEnd) {
     if (!fs::exists("/proc/self/status")) GTEST_SKIP() << "needs /proc";
     EXPECT_GT(readFile("/proc/self/status", kMuch).size(), 100u);
 }

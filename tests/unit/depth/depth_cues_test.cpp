@@ -1,6 +1,7 @@
 #include "altiro3D/depth_source.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"
@@ -16,9 +17,9 @@
 #include <vector>
 
 using altiro3D::estimateDepthFromCues;
+using altiro3D::rankCorrelation;
 using altiro3D::test::dataPath;
 using altiro3D::test::errorOf;
-using altiro3D::test::rankCorrelation;
 using altiro3D::test::RestoredThreads;
 using altiro3D::test::samePicture;
 

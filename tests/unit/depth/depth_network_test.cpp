@@ -2,6 +2,7 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "altiro3D/trade.hpp"
 #include "base/data_prefix.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
@@ -38,7 +39,34 @@ NetworkProfile profileOf(int width, int height) {
     profile.inputWidth = width;
     profile.inputHeight = height;
     profile.multipleOf = 1;
+    profile.engine = InferenceEngine::OpenCv; // whose words many tests expect
     return profile;
+}
+
+std::vector<InferenceEngine> engines() {
+    std::vector<InferenceEngine> all{InferenceEngine::OpenCv};
+    if (hasOnnxRuntime()) all.push_back(InferenceEngine::OnnxRuntime);
+    return all;
+}
+
+// y = the mean over blocks of 14 x 14 px of the sum of weights[c] * x[c], for photos of any size,
+// as [1, 1, H, W], or squeezed to [1, H, W]: the contract of Depth Anything V2.
+std::string blockModel(const std::vector<float>& weights, bool squeezed) {
+    constexpr int kBlock = 14;
+    std::vector<float> down;
+    for (const float weight : weights)
+        down.insert(down.end(), kBlock * kBlock, weight / (kBlock * kBlock));
+    const std::vector<float> up(kBlock * kBlock, 1);
+    const std::string blocks = intsAttribute("kernel_shape", {kBlock, kBlock}) +
+                               intsAttribute("strides", {kBlock, kBlock});
+    std::string graph = node("Conv", {"pixel_values", "down"}, {"blocks"}, blocks) +
+                        node("ConvTranspose", {"blocks", "up"}, {"grown"}, blocks);
+    if (squeezed) graph += node("Squeeze", {"grown"}, {"depth"}, intsAttribute("axes", {1}));
+    return model(
+        graph + bytes(5, tensor("down", {1, 3, kBlock, kBlock}, down)) +
+        bytes(5, tensor("up", {1, 1, kBlock, kBlock}, up)) +
+        bytes(11, valueInfo("pixel_values", {1, 3, 0, 0})) +
+        bytes(12, squeezed ? valueInfo("depth", {1, 0, 0}) : valueInfo("grown", {1, 1, 0, 0})));
 }
 
 cv::Mat colourfulPhoto(cv::Size size) {
@@ -113,7 +141,7 @@ int countError(int /*status*/, const char* /*function*/, const char* /*text*/, c
     return 0;
 }
 
-// A layer that looks at OpenCV's settings from another thread while the network is loaded and run.
+// A layer that reads OpenCV's settings from another thread while the network is loaded and run.
 int loadsSeen = 0;
 int runsSeen = 0;
 class Witness : public cv::dnn::Layer {
@@ -238,9 +266,16 @@ TEST(NetworkProfile, ValidationNamesFieldValueAndRange) {
 
 TEST_F(ModelCatalog, OfTheSourceTreeHoldsTheKnownNetworks) {
     const auto catalog = readModelCatalog(sourcePath("models/catalog.json"));
-    ASSERT_EQ(catalog.size(), 4U);
+    ASSERT_EQ(catalog.size(), 5U);
 
-    const NetworkProfile& small = catalog[0];
+    const NetworkProfile& anything = catalog[0];
+    EXPECT_EQ(anything.name, "depth-anything-v2-small");
+    EXPECT_EQ(anything.engine, InferenceEngine::OnnxRuntime);
+    EXPECT_EQ(anything.multipleOf, 14);
+    EXPECT_EQ(anything.mean, (std::array<double, 3>{0.485, 0.456, 0.406}));
+    EXPECT_EQ(anything.std, (std::array<double, 3>{0.229, 0.224, 0.225}));
+
+    const NetworkProfile& small = catalog[1];
     EXPECT_EQ(small.name, "midas-small");
     EXPECT_EQ(small.bytes, 66764249U);
     EXPECT_EQ(small.sha256, "2d8c6cb8f415229daf1eb041024208e2608c9f98e17c81cc7c6ecb449c56fd58");
@@ -254,18 +289,19 @@ TEST_F(ModelCatalog, OfTheSourceTreeHoldsTheKnownNetworks) {
     EXPECT_EQ(small.resizeKernel, ResizeKernel::Cubic);
     EXPECT_EQ(small.output, NetworkOutput::InverseDepth);
 
-    EXPECT_EQ(catalog[1].name, "midas-large");
-    EXPECT_TRUE(catalog[1].large);
-    EXPECT_EQ(catalog[1].inputWidth, 384);
-    EXPECT_EQ(catalog[1].sha256, "");
+    EXPECT_EQ(catalog[2].name, "midas-large");
+    EXPECT_TRUE(catalog[2].large);
+    EXPECT_EQ(catalog[2].inputWidth, 384);
+    EXPECT_EQ(catalog[2].sha256, "");
 
-    EXPECT_EQ(catalog[2].name, "altiro3d");
-    EXPECT_EQ(catalog[2].inputShape, InputShape::Photo);
+    EXPECT_EQ(catalog[3].name, "altiro3d");
+    EXPECT_EQ(catalog[3].inputShape, InputShape::Photo);
+    EXPECT_EQ(catalog[3].cuesShare, 0.5);
 
-    EXPECT_EQ(catalog[3].name, "fastdepth");
-    EXPECT_EQ(catalog[3].output, NetworkOutput::MetricDepth);
+    EXPECT_EQ(catalog[4].name, "fastdepth");
+    EXPECT_EQ(catalog[4].output, NetworkOutput::MetricDepth);
 
-    EXPECT_EQ(findProfile(catalog, "/somewhere/model-small.onnx"), &catalog[0]);
+    EXPECT_EQ(findProfile(catalog, "/somewhere/model-small.onnx"), &catalog[1]);
     EXPECT_EQ(findProfile(catalog, "/somewhere/other.onnx"), nullptr);
     EXPECT_EQ(findProfile(catalog, ""), nullptr);
 }
@@ -276,7 +312,8 @@ TEST_F(ModelCatalog, ReadsEveryFieldAndLeavesUnknownKeysAlone) {
         "sha256": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
         "licence": "L", "large": true, "inputWidth": 28, "inputHeight": 14, "multipleOf": 14,
         "channelOrder": "BGR", "scale": 2, "mean": [1, 2.5, -3], "std": [4, 5, 6],
-        "resizeKernel": "area", "output": "metricDepth", "note": {"any": ["thing", null]}})"));
+        "resizeKernel": "area", "output": "metricDepth", "cuesShare": 0.25, "engine": "opencv",
+        "note": {"any": ["thing", null]}})"));
     EXPECT_EQ(profile.name, "n");
     EXPECT_EQ(profile.file, "f.onnx");
     EXPECT_EQ(profile.url, "https://example.org/f.onnx");
@@ -293,6 +330,8 @@ TEST_F(ModelCatalog, ReadsEveryFieldAndLeavesUnknownKeysAlone) {
     EXPECT_EQ(profile.std, (std::array<double, 3>{4, 5, 6}));
     EXPECT_EQ(profile.resizeKernel, ResizeKernel::Area);
     EXPECT_EQ(profile.output, NetworkOutput::MetricDepth);
+    EXPECT_EQ(profile.cuesShare, 0.25);
+    EXPECT_EQ(profile.engine, InferenceEngine::OpenCv);
 }
 
 TEST_F(ModelCatalog, ErrorsNamePlaceAndExpectation) {
@@ -385,7 +424,7 @@ TEST_F(ModelCatalog, RefusesWhatWouldExhaustTheStackOrMemory) {
     }
 }
 
-TEST(ModelSearchPath, FollowsTheEnvironmentInOrderAndLeavesOutWhatIsNotThere) {
+TEST(ModelSearchPath, FollowsTheEnvironmentInOrderAndLeavesOutMissingDirectories) {
     const TemporaryDirectory root;
     fs::create_directories(root / "a");
     fs::create_directories(root / "b");
@@ -412,7 +451,7 @@ TEST(ModelSearchPath, FollowsTheEnvironmentInOrderAndLeavesOutWhatIsNotThere) {
     }
 }
 
-TEST(ModelSearchPath, TheWorkingDirectoryBringsNoNetwork) {
+TEST(ModelSearchPath, TheWorkingDirectoryIsNotSearched) {
     const TemporaryDirectory root;
     fs::create_directories(root / "models");
     const fs::path before = fs::current_path();
@@ -485,7 +524,7 @@ TEST(InferenceTarget, IsCudaOnlyWhereTheListHasIt) {
               backends.end());
 }
 
-// --- Feeding -------------------------------------------------------------------------------------
+// --- Input ---------------------------------------------------------------------------------------
 
 TEST_F(DepthNetworkFile, EachChannelArrivesInTheProfilesOrderScaleMeanAndStd) {
     const cv::Size size(8, 6);
@@ -531,10 +570,10 @@ TEST_F(DepthNetworkFile, TheOutputMayHaveThreeOrFourAxes) {
     EXPECT_TRUE(samePicture(three, four));
 }
 
-// What MiDaS' own run_onnx does, written down step by step: the picture as RGB in 0..1 (in double),
-// resampled with the cubic kernel on these numbers to the input's size without keeping the aspect,
-// rounded to float, channels first.
-TEST_F(DepthNetworkFile, IsFedAsMidasFeedsItself) {
+// The steps of MiDaS' own run_onnx: the picture as RGB in 0..1 (in double), resampled with the
+// cubic kernel on these numbers to the input's size without keeping the aspect, rounded to float,
+// channels first.
+TEST_F(DepthNetworkFile, PreparesTheInputAsMidasDoes) {
     const cv::Size size(64, 32);
     for (const cv::Size photoSize : {cv::Size(640, 480), cv::Size(37, 101), cv::Size(1, 1)}) {
         const cv::Mat photo = colourfulPhoto(photoSize);
@@ -630,6 +669,97 @@ TEST_F(DepthNetworkFile, EstimatePutsNearToOneForBothKindsOfOutput) {
     EXPECT_GT(depth.at<float>(1, 0), 0.99F);
 }
 
+TEST_F(DepthNetworkFile, EachEngineGivesTheNumbersOfTheGraph) {
+    NetworkProfile profile = catalogued("depth-anything-v2-small");
+    profile.inputWidth = profile.inputHeight = 56;
+    const std::vector<float> weights{0.5F, -1, 2};
+    for (const InferenceEngine engine : engines()) {
+        profile.engine = engine;
+        // OpenCV 4.6 does not squeeze pictures of any size
+        const fs::path file = write(blockModel(weights, engine != InferenceEngine::OpenCv));
+        DepthNetwork network(file, profile);
+        EXPECT_EQ(network.engine(), engine);
+        for (const cv::Size size : {cv::Size(56, 42), cv::Size(28, 56), cv::Size(56, 56)}) {
+            const cv::Mat photo = colourfulPhoto(size);
+            cv::Mat raw;
+            network.infer(photo, raw);
+            ASSERT_EQ(raw.size(), size);
+            for (int y = 0; y < size.height; ++y) {
+                for (int x = 0; x < size.width; ++x) {
+                    const cv::Scalar mean =
+                        cv::mean(photo(cv::Rect(x / 14 * 14, y / 14 * 14, 14, 14)));
+                    double expected = 0;
+                    for (std::size_t c = 0; c < 3; ++c) { // BGR to RGB
+                        const double value = mean[static_cast<int>(2 - c)] / 255;
+                        expected += weights[c] * (value - profile.mean[c]) / profile.std[c];
+                    }
+                    ASSERT_NEAR(raw.at<float>(y, x), expected, 1e-4) << size;
+                }
+            }
+        }
+    }
+}
+
+TEST_F(DepthNetworkFile, TheBestEngineIsOneThatCanRunTheFile) {
+    NetworkProfile profile = profileOf(8, 6);
+    profile.engine = InferenceEngine::Best;
+    const fs::path fixed = write(mixModel({0, 0, 1}, cv::Size(8, 6)));
+    EXPECT_EQ(DepthNetwork(fixed, profile).engine(), engines().back());
+    EXPECT_EQ(DepthNetwork(fixed, profile, InferenceTarget::Cpu, {16, 12}).engine(),
+              InferenceEngine::OpenCv)
+        << "a file that is fixed to one size";
+    EXPECT_EQ(
+        DepthNetwork(fixed, profile, InferenceTarget::Cpu, {}, InferenceEngine::OpenCv).engine(),
+        InferenceEngine::OpenCv);
+    profile.inputShape = InputShape::Photo;
+    profile.inputWidth = profile.inputHeight = 28;
+    EXPECT_EQ(DepthNetwork(write(blockModel({1, 1, 1}, false)), profile).engine(),
+              engines().back());
+}
+
+TEST_F(DepthNetworkFile, WithoutOnnxRuntimeWhatNeedsItIsRefused) {
+    NetworkProfile profile = profileOf(8, 6);
+    const fs::path file = write(mixModel({0, 0, 1}, cv::Size(8, 6)));
+    profile.engine = InferenceEngine::OnnxRuntime;
+    spill(directory_ / "catalog.json", R"({"networks": [
+        {"name": "a", "file": "test.onnx", "inputWidth": 8, "inputHeight": 6, "multipleOf": 1,
+         "engine": "onnxruntime"}]})");
+    EXPECT_EQ(standardNetwork(false, {directory_.path()}).has_value(), hasOnnxRuntime());
+    if (hasOnnxRuntime()) {
+        EXPECT_EQ(DepthNetwork(file, profile).engine(), InferenceEngine::OnnxRuntime);
+        return;
+    }
+    EXPECT_EQ(errorOf([&] { DepthNetwork(file, profile); }),
+              file.string() + ": needs ONNX Runtime, which this build of altiro3D does not have, "
+                              "expected a network that OpenCV can run");
+}
+
+TEST_F(DepthNetworkFile, OnnxRuntimesErrorsAreOurs) {
+    if (!hasOnnxRuntime()) GTEST_SKIP() << "this build has no ONNX Runtime";
+    NetworkProfile profile = profileOf(8, 6);
+    profile.engine = InferenceEngine::OnnxRuntime;
+    const fs::path file = write(oneNodeModel("NoSuchLayer", {1, 3, 6, 8}));
+    const std::string error = errorOf([&] { DepthNetwork(file, profile); });
+    EXPECT_EQ(error.rfind(file.string() + ": ONNX Runtime ", 0), 0U) << error;
+    EXPECT_NE(error.find(" cannot load this graph ("), std::string::npos) << error;
+    EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+    // three planes are not a depth map
+    const fs::path planes = write(oneNodeModel("Relu", {1, 3, 6, 8}));
+    cv::Mat raw;
+    EXPECT_EQ(errorOf([&] {
+                  DepthNetwork(planes, profile).infer(colourfulPhoto({8, 6}), raw);
+              }),
+              planes.string() +
+                  ": puts out [1, 3, 6, 8] of CV_32FC1, expected [1, height, width] or "
+                  "[1, 1, height, width] of CV_32FC1");
+    // fixed to 8 x 6, asked for 16 x 12
+    const fs::path fixed = write(mixModel({0, 0, 1}, cv::Size(8, 6)));
+    const std::string size = errorOf([&] {
+        DepthNetwork(fixed, profile, InferenceTarget::Cpu, {16, 12});
+    });
+    EXPECT_NE(size.find(" cannot run this graph ("), std::string::npos) << size;
+}
+
 TEST_F(DepthNetworkFile, MayHaveAnyName) {
     const cv::Size size(8, 6);
     const fs::path file = write(mixModel({1, 0, 0}, size), "n\xc3\xa4me with \"$(odd)\" \xff.bin");
@@ -642,7 +772,7 @@ TEST_F(DepthNetworkFile, OpenSidesTakeTheProfilesSize) {
     const std::string graph =
         node("Conv", {"x", "w"}, {"y"}, intsAttribute("kernel_shape", {1, 1})) +
         bytes(5, tensor("w", {1, 3, 1, 1}, {1, 0, 0})) + bytes(12, valueInfo("y", {}));
-    // Weights that old exporters list as inputs do not count as such.
+    // Old exporters list weights as inputs; they are ignored.
     const std::string open =
         bytes(11, valueInfo("w", {1, 3, 1, 1})) + bytes(11, valueInfo("x", {0, 3, 0, 0}));
     const cv::Mat photo = colourfulPhoto(cv::Size(8, 6));
@@ -654,8 +784,8 @@ TEST_F(DepthNetworkFile, OpenSidesTakeTheProfilesSize) {
     EXPECT_TRUE(samePicture(raw, red, 1e-6)); // last bits of a float
 }
 
-TEST_F(DepthNetworkFile, TakesAnotherSizeWhereItIsAskedTo) {
-    // The file is fixed to 8 x 6, its last layer to that shape, too.
+TEST_F(DepthNetworkFile, RunsAtAnotherSizeIfRequested) {
+    // The file is fixed to 8 x 6, and so is the shape in its last layer.
     for (const bool squeezed : {false, true}) {
         const fs::path file = write(mixModel({0, 0, 1}, cv::Size(8, 6), squeezed));
         NetworkProfile profile = profileOf(8, 6);
@@ -752,9 +882,27 @@ TEST_F(DepthNetworkFile, InstalledNetworksAreThoseOfTheCatalogueWhoseFilesAreThe
     EXPECT_EQ(installed[0].file, directory_ / "b.onnx");
 }
 
+TEST_F(DepthNetworkFile, TheStandardNetworkIsTheFirstOneThatIsInstalled) {
+    const std::vector<fs::path> path{directory_.path()};
+    EXPECT_FALSE(standardNetwork(false, path).has_value());
+    spill(directory_ / "catalog.json", R"({"networks": [
+        {"name": "big", "file": "l.onnx", "inputWidth": 64, "inputHeight": 64, "large": true},
+        {"name": "a", "file": "a.onnx", "inputWidth": 64, "inputHeight": 64},
+        {"name": "b", "file": "b.onnx", "inputWidth": 64, "inputHeight": 64}]})");
+    EXPECT_FALSE(standardNetwork(false, path).has_value());
+    spill(directory_ / "l.onnx", "");
+    EXPECT_FALSE(standardNetwork(false, path).has_value());
+    spill(directory_ / "b.onnx", "");
+    EXPECT_EQ(standardNetwork(false, path)->profile.name, "b");
+    spill(directory_ / "a.onnx", "");
+    EXPECT_EQ(standardNetwork(false, path)->profile.name, "a");
+    EXPECT_EQ(standardNetwork(false, path)->file, directory_ / "a.onnx");
+    EXPECT_EQ(standardNetwork(true, path)->profile.name, "big");
+}
+
 // --- Errors --------------------------------------------------------------------------------------
 
-TEST_F(DepthNetworkFile, AnotherSizeIsRefusedWhereItCannotBe) {
+TEST_F(DepthNetworkFile, AnotherSizeIsRefusedIfTheGraphCannotRunAtIt) {
     const fs::path file = write(mixModel({1, 0, 0}, cv::Size(8, 6)));
     const auto errorAt = [&](NetworkProfile profile, cv::Size size) {
         const std::string error =
@@ -799,7 +947,7 @@ TEST_F(DepthNetworkFile, AQuiltMakerRefusesItsArgumentsBeforeTheFirstPhoto) {
     EXPECT_EQ(error({}, 0.75), "(no error)");
 }
 
-TEST_F(DepthNetworkFile, WhatIsNoOnnxFileIsSaidInOneSentence) {
+TEST_F(DepthNetworkFile, FilesThatAreNotOnnxAreRefusedInOneLine) {
     EXPECT_EQ(errorOfLoading(""), "is empty, expected an ONNX file");
     EXPECT_EQ(errorOfLoading("\n<!DOCTYPE html><html></html>"),
               "is a web page or XML, expected an ONNX file");
@@ -909,7 +1057,7 @@ TEST_F(DepthNetworkFile, AGraphThatOpenCvCannotLoadGivesOneLine) {
     EXPECT_LT(error.size(), 300U);
 }
 
-TEST_F(DepthNetworkFile, OpenCvsLogLevelAndErrorCallbackStayTheProcesss) {
+TEST_F(DepthNetworkFile, DoesNotChangeOpenCvsLogLevelAndErrorCallback) {
     using namespace cv::utils::logging;
     const LogLevel level = setLogLevel(LOG_LEVEL_FATAL); // no default
     const cv::ErrorCallback callback = cv::redirectError(countError);
@@ -982,8 +1130,8 @@ TEST_F(DepthNetworkFile, CudaIsRefusedWhereOpenCvHasNone) {
                   "CPU");
 }
 
-TEST_F(DepthNetworkFile, ATrialTakesWhatCrashesOpenCv) {
-    // weights of 3 x 3000 x 3000 that hold one: OpenCV 4.6 reads on behind it
+TEST_F(DepthNetworkFile, AProbeSurvivesFilesThatCrashOpenCv) {
+    // weights that claim 3 x 3000 x 3000 values and hold one: OpenCV 4.6 reads beyond their end
     const fs::path file = write(
         model(node("Conv", {"x", "w"}, {"y"}, intsAttribute("kernel_shape", {1, 1})) +
               bytes(5, tensor("w", {1, 3, 3000, 3000}, {0})) +
@@ -992,7 +1140,7 @@ TEST_F(DepthNetworkFile, ATrialTakesWhatCrashesOpenCv) {
     EXPECT_NE(error.find("crashes OpenCV"), std::string::npos) << error;
 }
 
-TEST_F(DepthNetworkFile, ATrialLeavesOrdinaryFilesAndErrorsToTheNetworkItself) {
+TEST_F(DepthNetworkFile, AProbeIgnoresErrorsThatTheNetworkReports) {
     const fs::path file = write(mixModel({1, 1, 1}, {8, 8}));
     probeNetwork(file, profileOf(8, 8));
     probeNetwork(file, profileOf(16, 16)); // Mismatch
@@ -1002,12 +1150,12 @@ TEST_F(DepthNetworkFile, ATrialLeavesOrdinaryFilesAndErrorsToTheNetworkItself) {
     probeNetwork(file, profileOf(8, 8)); // NotFound
 }
 
-TEST_F(DepthNetworkFile, ATrialEndsInTime) {
-    // reading a pipe that nobody writes to takes for ever
+TEST_F(DepthNetworkFile, AProbeEndsInTime) {
+    // reading a pipe without a writer never ends
     const fs::path file = directory_ / "pipe.onnx";
     ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
     const std::string error = errorOf([&] { probeNetwork(file, profileOf(8, 8), {}, 0.2); });
-    EXPECT_NE(error.find("does not come to an end in 0.2 s"), std::string::npos) << error;
+    EXPECT_NE(error.find("does not finish within 0.2 s"), std::string::npos) << error;
     for (const double seconds : {0.0, -1.0, 4000.0, std::nan("")}) {
         EXPECT_NE(errorOf([&] {
                       probeNetwork(file, profileOf(8, 8), {}, seconds);
@@ -1085,7 +1233,7 @@ TEST(FastDepth, SeesMuchTheSameAtSizesNearItsOwn) {
         return depth;
     };
     const cv::Mat full = depthAt(224);
-    EXPECT_TRUE(cv::checkRange(depthAt(128))); // runs, but what it sees has little to do with it
+    EXPECT_TRUE(cv::checkRange(depthAt(128))); // runs, but its depth has little in common with that
     for (const int side : {192, 256})
         EXPECT_GT(rankCorrelation(depthAt(side), full), 0.7) << side;
 }

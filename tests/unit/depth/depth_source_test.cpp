@@ -6,8 +6,14 @@
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
 
+#include <algorithm>
+#include <filesystem>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace altiro3D::test {
 namespace {
@@ -22,6 +28,102 @@ TEST(DepthSource, CuesAreTakenAsTheyAre) {
     EXPECT_TRUE(samePicture(scene.photo, photo));
     EXPECT_TRUE(samePicture(scene.depth, expected));
     EXPECT_EQ(source->description(), "built-in estimator");
+}
+
+// The network of the project, by whatever share of the cues.
+InstalledNetwork ownNetwork(double cuesShare) {
+    for (InstalledNetwork& network : installedNetworks({sourcePath("models")})) {
+        network.profile.cuesShare = cuesShare;
+        if (network.profile.name == "altiro3d") return network;
+    }
+    throw std::runtime_error("models/altiro3d-depth.onnx is missing");
+}
+
+std::unique_ptr<DepthSource> ownSource(double cuesShare) {
+    const InstalledNetwork network = ownNetwork(cuesShare);
+    return depthFromNetwork(DepthNetwork(network.file, network.profile));
+}
+
+TEST(DepthSource, ANetworkMayShareWithTheCues) {
+    const cv::Mat photo = scenery({300, 200}, 3);
+    const InstalledNetwork network = ownNetwork(0.25);
+    cv::Mat own;
+    DepthNetwork(network.file, network.profile).estimate(photo, own);
+    cv::Mat cues;
+    estimateDepthFromCues(photo, cues);
+
+    const auto source = ownSource(0.25);
+    EXPECT_EQ(source->kind(), DepthKind::NearWhite);
+    EXPECT_EQ(source->description(),
+              "network altiro3d with the built-in estimator (" + network.file.string() + ")");
+    cv::Mat same;
+    cv::Mat raw;
+    source->read(photo, same, raw);
+    ASSERT_EQ(raw.size(), cues.size());
+    for (int row = 0; row < raw.rows; ++row) {
+        for (int column = 0; column < raw.cols; ++column) {
+            // linear between the centres of the network's px
+            const double x =
+                std::clamp((column + 0.5) * own.cols / raw.cols - 0.5, 0.0, own.cols - 1.0);
+            const double y =
+                std::clamp((row + 0.5) * own.rows / raw.rows - 0.5, 0.0, own.rows - 1.0);
+            const int left = std::min(static_cast<int>(x), own.cols - 2);
+            const int top = std::min(static_cast<int>(y), own.rows - 2);
+            const auto between = [&](int line) {
+                const float* values = own.ptr<float>(line) + left;
+                return values[0] + (x - left) * (static_cast<double>(values[1]) - values[0]);
+            };
+            const double depth = between(top) + (y - top) * (between(top + 1) - between(top));
+            const double expected = 0.75 * depth + 0.25 * cues.at<float>(row, column);
+            ASSERT_NEAR(raw.at<float>(row, column), expected, 1e-5) << row << ' ' << column;
+        }
+    }
+}
+
+// Requirements for the default depth of every photo.
+TEST(DepthSource, TheStandardDepthIsDefinedForEveryPhoto) {
+    const auto source = ownSource(0.5);
+    cv::Mat text(300, 400, CV_8UC3, cv::Scalar::all(255));
+    for (int line = 0; line < 14; ++line)
+        cv::putText(text, "The quick brown fox jumps over", {5, 20 + 20 * line},
+                    cv::FONT_HERSHEY_SIMPLEX, 0.6, cv::Scalar::all(0));
+    const cv::Mat photos[] = {cv::Mat(1, 1, CV_8UC3, cv::Scalar(1, 2, 3)),
+                              randomPhoto({1, 4000}),
+                              randomPhoto({4000, 1}),
+                              randomPhoto({320, 240}),
+                              cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(0)),
+                              cv::Mat(240, 320, CV_8UC3, cv::Scalar(0, 0, 255)),
+                              text};
+    for (const cv::Mat& photo : photos) {
+        altiro3D::Scene scene;
+        source->readScene(photo, 0.5, scene);
+        EXPECT_FALSE(scene.depth.empty()) << photo.size();
+        EXPECT_TRUE(cv::checkRange(scene.depth, true, nullptr, 0, 1.0001)) << photo.size();
+    }
+}
+
+TEST(DepthSource, AMirroredPhotoHasTheMirroredDepthWithinATolerance) {
+    const auto source = ownSource(0.5);
+    std::vector<std::filesystem::path> files{sourcePath("docs/examples/sample.jpg")};
+    for (const char* name : {"04", "05", "08", "13", "15", "19", "22", "23"}) {
+        const std::filesystem::path file =
+            dataPath("photos/kodak/kodim" + std::string(name) + ".png");
+        if (std::filesystem::exists(file)) files.push_back(file);
+    }
+    for (const std::filesystem::path& file : files) {
+        const cv::Mat photo = readPhoto(file);
+        cv::Mat mirrored;
+        cv::flip(photo, mirrored, 1);
+        altiro3D::Scene scene;
+        altiro3D::Scene other;
+        source->readScene(photo, 0.5, scene);
+        source->readScene(mirrored, 0.5, other);
+        cv::Mat back;
+        cv::flip(other.depth, back, 1);
+        cv::Mat difference;
+        cv::absdiff(scene.depth, back, difference);
+        EXPECT_LE(cv::mean(difference)[0], 0.1) << file; // docs/depth.md
+    }
 }
 
 TEST(DepthSource, AFileIsNormalizedByItsKind) {
@@ -51,7 +153,7 @@ TEST(DepthSource, AFileIsNormalizedByItsKind) {
         Error);
 }
 
-TEST(DepthSource, FlatDepthLiesWhereItIsWanted) {
+TEST(DepthSource, FlatDepthTakesTheGivenValue) {
     const TemporaryDirectory directory;
     writeImage(directory / "flat.png", cv::Mat(3, 3, CV_8UC1, cv::Scalar(77)));
     altiro3D::Scene scene;

@@ -111,7 +111,7 @@ TEST(Calibration, CellsAreCheckedOneByOne) {
               "a: CellPatternMode is 7, expected a whole number, 0..4");
 }
 
-TEST(Calibration, APictureInItsPlaceIsSaidToBeOne) {
+TEST(Calibration, TheErrorForAPictureSaysThatItIsOne) {
     std::vector<uchar> png;
     cv::imencode(".png", cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(0)), png);
     EXPECT_EQ(errorOf([&] { parseCalibration(std::string(png.begin(), png.end()), "a.png"); }),
@@ -158,7 +158,7 @@ TEST(Calibration, LimitsOfDoublesAreRefusedByField) {
         EXPECT_NE(errorOf([&] { lensGeometry(c); }).find(": DPI is"), std::string::npos);
     }
     Calibration c = parseCalibration(kPortrait, "a");
-    c.slope = 1e-300; // each field is a number, together they are no lens array
+    c.slope = 1e-300; // each field is valid, but together they are not a lens array
     EXPECT_NE(errorOf([&] { validate(c); }).find("describe no lens array"), std::string::npos);
     c = parseCalibration(kPortrait, "a");
     c.center = 1e300;

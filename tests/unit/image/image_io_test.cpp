@@ -683,9 +683,6 @@ TEST_F(ImageIo, FormatsWithoutAReaderAreRefusedByName) {
     const std::vector<std::pair<std::string, std::string>> formats = {
         {"GIF89a" + zeros, "GIF"},
         {std::string("\x0a\5\1\x08", 4) + zeros, "PCX"},
-        {std::string("\0\0\0\x18", 4) + "ftypheic" + zeros, "HEIC"},
-        {std::string("\0\0\0\x18", 4) + "ftypmif1" + zeros, "HEIC"},
-        {std::string("\0\0\0\x18", 4) + "ftypavif" + zeros, "AVIF"},
         {std::string("\0\0\0\x18", 4) + "ftypcrx " + zeros, "camera raw (cr3)"},
         {"\xff\x0a" + zeros, "JPEG XL"},
         {std::string("\0\0\0\x0cJXL \r\n\x87\n", 12) + zeros, "JPEG XL"},
@@ -697,9 +694,8 @@ TEST_F(ImageIo, FormatsWithoutAReaderAreRefusedByName) {
         {"P7\nWIDTH 1", "PAM"},
         {"\x93NUMPY" + zeros, "NumPy"}};
     for (const auto& [contents, name] : formats) {
-        EXPECT_EQ(problemOf("x.bin", contents),
-                  name + " pictures are not read, expected PNG, JPEG, TIFF, WebP, BMP, PNM, PFM, "
-                         "EXR, HDR or JPEG 2000; convert it first");
+        EXPECT_EQ(problemOf("x.bin", contents), name + " pictures are not read, expected " +
+                                                    readableFormats() + "; convert it first");
     }
     EXPECT_EQ(problemOf("a.nef", tiff({1, 1}, {}, "abc")).rfind("camera raw (nef) pictures", 0),
               0u);
@@ -719,10 +715,8 @@ TEST_F(ImageIo, FormatsWithoutAReaderAreRefusedByName) {
 }
 
 TEST_F(ImageIo, WhatIsNoPictureIsSaidToBeNone) {
-    EXPECT_EQ(
-        problemOf("a.png", "hello\n"),
-        "is not a picture that can be read (it holds text), expected PNG, JPEG, TIFF, WebP, BMP, "
-        "PNM, PFM, EXR, HDR or JPEG 2000");
+    EXPECT_EQ(problemOf("a.png", "hello\n"),
+              "is not a picture that can be read (it holds text), expected " + readableFormats());
     EXPECT_EQ(problemOf("a.jpg", std::string("\1\2\3\4", 4))
                   .rfind("is not a picture that can be read", 0),
               0u);

@@ -69,8 +69,8 @@ cv::Mat wavyQuilt(const QuiltLayout& layout, double steepest) {
     return quilt;
 }
 
-// How far things are seen from their places, root of the mean square over all px and colours, px:
-// columns and rows are told by the Native's colours.
+// Root mean square distance between the px where content is seen and its true px, over all px and
+// colours. The Native's colours encode columns and rows.
 double outOfPlace(const Calibration& c, const LensEye& eye) {
     cv::Mat places[2];
     for (cv::Mat& place : places)

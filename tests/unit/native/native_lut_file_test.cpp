@@ -116,7 +116,7 @@ TEST_F(NativeLutFile, TruncatedForeignAndOversizeFilesAreRefusedWithASentence) {
               std::string::npos);
 }
 
-TEST_F(NativeLutFile, ForgedHeadersTakeNoMemoryAndNoFaith) {
+TEST_F(NativeLutFile, ForgedHeadersAreRefusedBeforeAllocation) {
     EXPECT_NE(errorWith(forged(8, 2)).find("format version 2"), std::string::npos);
     EXPECT_NE(errorWith(forged(16, 4000000000U)).find("names a panel"), std::string::npos);
     EXPECT_NE(errorWith(forged(16, 16384)).find("is cut off"), std::string::npos);
@@ -142,7 +142,7 @@ TEST_F(NativeLutFile, CoordinatesOutsideTheQuiltAreRefused) {
         std::string::npos);
 }
 
-TEST_F(NativeLutFile, WhatStandsInTheWayOfReadingIsNamed) {
+TEST_F(NativeLutFile, ReadErrorsNameTheirCause) {
     std::filesystem::create_symlink("loop.map", directory / "loop.map");
     EXPECT_EQ(errorOf([&] { NativeLut::load(directory / "loop.map"); }),
               (directory / "loop.map").string() +

@@ -224,8 +224,8 @@ TEST(NativeLut, TestVectorsOfOtherUnitsAreExact) {
     }
 }
 
-// Taking a cell panel for stripes would be off by up to 6 views; published
-// frequencies of 0..6, taken from a sample of the panel.
+// Treating a cell panel as stripes gives an error of up to 6 views. The published frequencies of
+// the errors 0..6 are from a sample of the panel.
 TEST(NativeLut, CellsDifferFromStripesAsPublished) {
     ALTIRO3D_REQUIRE_DATA("calibrations/gen3-16in-landscape_LKG-J00332_trimmed.json");
     Calibration c =

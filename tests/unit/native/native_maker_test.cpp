@@ -33,6 +33,9 @@ cv::Mat overQuilt(const Display& display, const altiro3D::Scene& scene,
     cv::Mat depth;
     applyFit(scene.photo, fit, photo);
     applyFitToDepth(scene.depth, scene.photo.size(), fit, photo, options.views.focus, depth);
+    cv::Mat inside; // the bars are not refined
+    refineDepth(photo(fit.target), depth(fit.target), inside, options.refine);
+    inside.copyTo(depth(fit.target));
     cv::Mat quilt;
     cv::Mat native;
     Depth2Quilt(display.quilt, options.views).render(photo, depth, quilt);

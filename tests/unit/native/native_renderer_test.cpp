@@ -30,7 +30,7 @@ Calibration stripes(int width, int height) {
     return c;
 }
 
-// A display of each kind that the mapping tells apart.
+// A display of each kind that the mapping distinguishes.
 std::vector<Calibration> displays() {
     std::vector<Calibration> all;
     all.push_back(stripes(150, 97));

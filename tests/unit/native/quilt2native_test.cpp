@@ -5,6 +5,7 @@
 #include "support/displays.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"
+#include "support/random_pictures.hpp"
 #include "support/reference.hpp"
 
 #include <gtest/gtest.h>
@@ -171,21 +172,48 @@ TEST(Quilt2Native, SubMatricesReusedOutputsAndThreadsChangeNothing) {
     }
 }
 
-TEST(Quilt2Native, UnusedColumnsAtTheRightAndRowsAtTheTopAreLeftOut) {
-    const QuiltLayout layout{5, 9, {8, 4}, 45};
-    cv::Mat large(38, 43, CV_8UC3, cv::Scalar::all(255)); // 40 x 36 and 3 columns, 2 rows more
-    constantTiles(layout).copyTo(large(cv::Rect(0, 2, 40, 36)));
-    Notes notes;
-    EXPECT_TRUE(samePicture(fitQuilt(large, layout, &notes), constantTiles(layout)));
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_NE(notes[0].text.find("3 columns at the right and 2 rows at the top"),
-              std::string::npos);
+TEST(Quilt2Native, ViewsOfFractionalSizeAreSampledWhereTheyLie) {
+    const QuiltLayout layout{5, 9, {8, 5}, 45}; // of 8.8 x 5.22 px
+    const cv::Mat quilt = randomPhoto({44, 47});
+    const cv::Mat whole = fitQuilt(quilt, layout);
+    ASSERT_EQ(whole.size(), layout.size());
+    for (int view = 0; view < 45; ++view) {
+        const cv::Mat tile = whole(layout.tile(view));
+        const double left = view % 5 * 44 / 5.0; // of the view in the quilt
+        const double top = 47 - (view / 5 + 1) * 47 / 9.0;
+        for (int y = 0; y < 5; ++y) {
+            for (int x = 0; x < 8; ++x) {
+                // a ten-thousandth: px whose centres are on a border of px may lie on its one side
+                const int column = static_cast<int>(left + (x + 0.5) / 8 * 44 / 5.0 + 1e-4);
+                const int row = static_cast<int>(top + (y + 0.5) / 5 * 47 / 9.0 + 1e-4);
+                ASSERT_EQ(tile.at<cv::Vec3b>(y, x), quilt.at<cv::Vec3b>(row, column))
+                    << view << " " << x << " " << y;
+            }
+        }
+    }
     cv::Mat native;
     cv::Mat expected;
     const Quilt2Native renderer{NativeLut(panel(), layout)};
-    renderer.render(large, native);
-    renderer.render(constantTiles(layout), expected);
+    renderer.render(quilt, native);
+    renderer.render(whole, expected);
     EXPECT_TRUE(samePicture(native, expected));
+    EXPECT_NE(errorOf([&] {
+                  (void)fitQuilt(randomPhoto({45, 47}), layout);
+              }).find("has 45 x 47 px, expected 40 x 45 px"),
+              std::string::npos);
+}
+
+TEST(Quilt2Native, ForAMapUnusedColumnsAtTheRightAndRowsAtTheTopAreCutOff) {
+    const QuiltLayout layout{5, 9, {8, 4}, 45};
+    const cv::Mat large = randomPhoto({43, 38}); // 40 x 36 and 3 columns, 2 rows more
+    Notes notes;
+    EXPECT_TRUE(samePicture(cropQuilt(large, layout, &notes), large(cv::Rect(0, 2, 40, 36))));
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_NE(notes[0].text.find("3 columns at the right and 2 rows at the top"),
+              std::string::npos);
+    EXPECT_TRUE(samePicture(cropQuilt(large(cv::Rect(0, 2, 40, 36)), layout, &notes),
+                            large(cv::Rect(0, 2, 40, 36))));
+    EXPECT_EQ(notes.size(), 1U);
 }
 
 TEST(Quilt2Native, ALayoutWithoutTilesIsRefused) {

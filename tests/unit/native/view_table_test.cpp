@@ -29,7 +29,7 @@ cv::Mat randomQuilt(const QuiltLayout& layout) {
     return quilt;
 }
 
-// What the table says, one sub-pixel after the other.
+// Applies the full table, one sub-pixel after the other.
 cv::Mat slowNative(const NativeLut& lut, const cv::Mat& quilt) {
     cv::Mat native(lut.panelSize(), CV_8UC3);
     for (int y = 0; y < native.rows; ++y) {
@@ -43,7 +43,7 @@ cv::Mat slowNative(const NativeLut& lut, const cv::Mat& quilt) {
     return native;
 }
 
-// All ways to a Native give what the full table says.
+// All paths to a Native give the result of the full table.
 void expectEqualsLut(const Calibration& c, const QuiltLayout& layout) {
     const NativeLut lut(c, layout);
     const cv::Mat quilt = randomQuilt(layout);

@@ -47,8 +47,8 @@ ResumableVideoOptions resumable(bool resume = false, const RunSettings& settings
     return options;
 }
 
-// Copies a clip; stops after so many frames of this run without a word, as a killed process does.
-// The state tells the number of frames before it, as a caller's would.
+// Copies a clip; stops after a number of frames without finishing, as a killed process does. The
+// state holds the number of frames before it, like a caller's state.
 bool copyClip(const fs::path& from, const fs::path& to, bool resume, std::int64_t most = 1 << 30) {
     VideoReader reader(from);
     VideoReader probe(from);
@@ -110,7 +110,7 @@ TEST(ResumableVideo, TimesSoundAndChaptersAreTheSources) {
     }
 }
 
-TEST(ResumableVideo, ARunThatDiesAnywhereGoesOnToTheSameBytes) {
+TEST(ResumableVideo, ARunInterruptedAnywhereContinuesToTheSameBytes) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     const fs::path clip = directory / "clip.mp4";
@@ -130,7 +130,7 @@ TEST(ResumableVideo, ARunThatDiesAnywhereGoesOnToTheSameBytes) {
     }
 }
 
-TEST(ResumableVideo, ARunThatIsEndedEarlyLeavesAWholeFileAndCanGoOn) {
+TEST(ResumableVideo, ARunEndedEarlyLeavesAWholeFileAndCanContinue) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     const fs::path clip = directory / "clip.mp4";

@@ -102,6 +102,19 @@ class VideoConverterTest : public ::testing::Test {
         return all;
     }
 
+    // In a video the flaws of the depth are those of the first frame.
+    NativeOptions withFlaws(NativeOptions options) const {
+        const altiro3D::Scene first = scenes().front();
+        const PhotoFit fit = NativeMaker(smallDisplay(), options).fit(first.photo.size());
+        DepthRefineOptions asItIs;
+        asItIs.enabled = false;
+        altiro3D::Scene fitted;
+        fitScene(first, fit, options.views.focus, fitted, asItIs);
+        options.refine.flaws =
+            measureDepthFlaws(fitted.photo(fit.target), fitted.depth(fit.target));
+        return options;
+    }
+
     TemporaryDirectory directory;
 };
 
@@ -136,7 +149,7 @@ TEST_F(VideoConverterTest, FramesAreTheNativesOfThePhotosAndTheirDepth) {
         EXPECT_EQ(seen.front().frames, 0);
         EXPECT_TRUE(seen.back().finishing);
         EXPECT_EQ(seen.back().frames, kFrames);
-        const NativeMaker maker(smallDisplay(), option);
+        const NativeMaker maker(smallDisplay(), withFlaws(option));
         const std::vector<cv::Mat> natives = pictures(name);
         const std::vector<altiro3D::Scene> expected = scenes();
         ASSERT_EQ(natives.size(), expected.size());
@@ -146,6 +159,15 @@ TEST_F(VideoConverterTest, FramesAreTheNativesOfThePhotosAndTheirDepth) {
             ASSERT_TRUE(samePicture(natives[i], native)) << name << " " << i;
         }
     }
+}
+
+TEST_F(VideoConverterTest, TheFramesOfAPartAreEstimatedFromItsLength) {
+    VideoConversion made = conversion("part.mkv");
+    made.part.from = 3;
+    made.part.to = 7;
+    VideoConverter converter(std::move(made));
+    EXPECT_EQ(converter.progress().framesInAll, 8); // 4 s at 2 per second
+    EXPECT_EQ(converter.run().frames, 8);
 }
 
 TEST_F(VideoConverterTest, AMapGivesTheNativesOverTheQuilt) {
@@ -167,10 +189,11 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
     EXPECT_EQ(VideoConverter(std::move(quilts)).run().frames, kFrames);
     const std::vector<cv::Mat> made = pictures("quilt.mkv");
     const NativeMaker maker(display);
+    const DepthRefineOptions known = withFlaws({}).refine;
     for (const std::size_t i : {std::size_t{0}, made.size() - 1}) {
         altiro3D::Scene fitted;
         cv::Mat quilt;
-        fitScene(expected[i], maker.fit({64, 48}), 0.5, fitted);
+        fitScene(expected[i], maker.fit({64, 48}), 0.5, fitted, known);
         maker.makeQuilt(fitted, quilt);
         EXPECT_TRUE(samePicture(made[i], quilt));
     }
@@ -187,12 +210,15 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
     again.input = directory / "rgbd.mkv";
     again.given = GivenVideoDepth();
     again.given->side = DepthSide::Right;
+    again.native.refine.enabled = false;
     VideoConverter(std::move(again)).run();
     altiro3D::Scene scene;
     splitRgbd(both, DepthSide::Right, scene.photo, scene.depth);
     scene.depth.convertTo(scene.depth, CV_32F, 1 / 255.0);
     cv::Mat native;
-    maker.makeNative(scene, native);
+    NativeOptions exact;
+    exact.refine.enabled = false;
+    NativeMaker(display, exact).makeNative(scene, native);
     EXPECT_TRUE(samePicture(pictures("again.mkv").back(), native));
 
     VideoConversion fromQuilt = conversion("fromQuilt.mkv");
@@ -222,7 +248,7 @@ TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
     EXPECT_TRUE(samePicture(pictures("native.mkv").front(), native));
 }
 
-TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanGoOnToTheSameBytes) {
+TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanContinueToTheSameBytes) {
     for (const DepthKind kind : {DepthKind::NearWhite, DepthKind::Metric}) {
         fs::remove(directory / "out.mkv");
         fs::remove(directory / "whole.mkv");
@@ -286,7 +312,7 @@ TEST_F(VideoConverterTest, ARunThatIsCancelledAtOnceLeavesNothing) {
 TEST_F(VideoConverterTest, PicturesAreShownInTheirOrderUntilTheCallerHasSeenEnough) {
     writeClip(directory / "clip.mkv", movingPictures({64, 48}, kFrames), 20);
     writeClip(directory / "depth.mkv", movingPictures({32, 24}, kFrames, 100), 20);
-    const NativeMaker maker(smallDisplay());
+    const NativeMaker maker(smallDisplay(), withFlaws({}));
     std::vector<cv::Mat> natives;
     for (const altiro3D::Scene& scene : scenes()) {
         natives.emplace_back();
@@ -314,7 +340,7 @@ TEST_F(VideoConverterTest, PartsWithoutFramesAndFieldsThatDoNotGoTogetherAreErro
     VideoConverter converter(std::move(late));
     EXPECT_EQ(errorOf([&] { converter.run(); }),
               (directory / "clip.mkv").string() +
-                  ": holds no frames in this part, expected some (it ends at 0:15.0)");
+                  ": holds no frames in this part, expected at least one (it ends at 0:15.0)");
     const std::pair<std::function<void(VideoConversion&)>, const char*> wrong[] = {
         {[](VideoConversion& c) { c.output.clear(); }, "output: is empty"},
         {[](VideoConversion& c) { c.show = [](const cv::Mat&) { return true; }; },
@@ -323,6 +349,13 @@ TEST_F(VideoConverterTest, PartsWithoutFramesAndFieldsThatDoNotGoTogetherAreErro
         {[](VideoConversion& c) { c.given->side = DepthSide::Left; }, "given: depth has"},
         {[](VideoConversion& c) { c.given->source.clear(); }, "given: depth has"},
         {[](VideoConversion& c) { c.fromQuilt = true; }, "depth: is set"},
+        {[](VideoConversion& c) {
+             c.fromQuilt = true;
+             c.given.reset();
+             c.map = NativeLut(c.display->calibration, c.display->quilt);
+             c.native.sampling.views = ViewFilter::Linear;
+         },
+         "sampling: blends"},
         {[](VideoConversion& c) {
              c.fromQuilt = true;
              c.given.reset();

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// An estimator that knows nothing but brightness, with noise of its own in each call.
+// An estimator that uses only brightness, with different noise in each call.
 class NoisyBrightness {
   public:
     explicit NoisyBrightness(double noise = 0, cv::Size size = {64, 48})
@@ -306,7 +306,7 @@ TEST(VideoDepth, AutoInfersMoreOftenWhereThePictureChanges) {
     EXPECT_GE(inferences(quick), 2 * 3);
 }
 
-TEST(VideoDepth, GoesOnFromAStateBitForBit) {
+TEST(VideoDepth, ContinuesFromAStateBitForBit) {
     const std::vector<cv::Mat> clip = cameraMove(16);
     for (const int every : {0, 1, 3}) {
         VideoDepth whole(NoisyBrightness(), DepthKind::NearWhite, everyOf(every));
@@ -332,7 +332,7 @@ TEST(VideoDepth, RefusesForeignAndDamagedStates) {
     depthsOf(video, clip);
     const std::string good = video.state().bytes;
     const std::string sentence =
-        "state: is damaged or of something else, expected what state() of a VideoDepth gave";
+        "state: is damaged or foreign, expected a result of VideoDepth::state()";
     for (const std::size_t size :
          {std::size_t{0}, std::size_t{1}, std::size_t{16}, good.size() / 2, good.size() - 1}) {
         EXPECT_EQ(errorOf([&] { video.setState({good.substr(0, size)}); }), sentence);
@@ -401,7 +401,7 @@ TEST(VideoDepth, AnEstimatorThatThrowsLeavesEverythingAsItWas) {
     EXPECT_TRUE(video.next(clip[1], depth).inferred);
 }
 
-TEST(VideoDepth, IsTotalForWhatPicturesAndNumbersThereAre) {
+TEST(VideoDepth, AcceptsAnyPicturesAndNumbers) {
     // raw numbers of any kind
     const float infinity = std::numeric_limits<float>::infinity();
     const float nan = std::numeric_limits<float>::quiet_NaN();

@@ -425,7 +425,7 @@ TEST(VideoReader, APartIsExactToTheFrame) {
     }
 }
 
-// No list of key frames, or no times at all: what cannot be found is counted off from the start.
+// Without a list of key frames, or without times, the reader counts frames from the start.
 TEST(VideoReader, APartOfAFileWithoutAnIndexIsExactToo) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
@@ -701,7 +701,7 @@ TEST(VideoReader, AFewEqualTimesMoveNoOthers) {
     EXPECT_EQ(reader.counts().repairedTimes, 3);
 }
 
-TEST(VideoReader, FilesPutTogetherGoOn) {
+TEST(VideoReader, ConcatenatedFilesAreReadToTheEnd) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     const auto piece = [&](const char* source) {
@@ -734,7 +734,7 @@ TEST(VideoReader, FilesPutTogetherGoOn) {
     }
 }
 
-TEST(VideoReader, ACutOffFileDeliversWhatIsThere) {
+TEST(VideoReader, ACutOffFileDeliversItsReadablePart) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     for (const char* const name : {"whole.mkv", "whole.mp4"}) {
@@ -829,7 +829,7 @@ TEST(VideoReader, AFileWithoutVideoIsNamed) {
     ffmpeg("-f lavfi -i sine=duration=1 -c:a flac " + arg(sound));
     EXPECT_EQ(errorOf([&] { const VideoReader reader(sound); }),
               sound.string() + ": holds no video stream but audio flac, expected a video");
-    // A cover picture is no video.
+    // A cover picture is not a video.
     const fs::path cover = directory / "cover.m4a";
     ffmpeg("-f lavfi -i sine=duration=1 -f lavfi -i testsrc2=size=32x32 -frames:v 1 -c:a aac "
            "-c:v mjpeg -pix_fmt yuvj420p -disposition:v attached_pic " +
@@ -932,7 +932,7 @@ double processorSeconds() {
            static_cast<double>(usage.ru_utime.tv_usec) * 1e-6;
 }
 
-TEST(VideoReader, CountingTheFramesBeforeAPartTakesNoTimeToSpeakOf) {
+TEST(VideoReader, CountingTheFramesBeforeAPartIsFast) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     const fs::path clip = directory / "clip.mp4";

@@ -173,8 +173,7 @@ struct Encoding {
 
 class Encodings : public testing::TestWithParam<Encoding> {};
 
-// The picture is read back by the program ffmpeg, so a mistake of reader and writer does not
-// cancel.
+// The program ffmpeg reads the picture back, so errors of reader and writer cannot cancel.
 TEST_P(Encodings, KeepPicturesAndTimes) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
@@ -831,7 +830,7 @@ std::string withFileLimit(rlim_t bytes, const std::function<std::string()>& call
     return text;
 }
 
-// A file that may grow no further fails by the same way as one on a full disk.
+// A file at its size limit fails in the same way as one on a full disk.
 TEST(VideoWriter, AFileThatCannotGrowIsNamedAndRemoved) {
     for (const char* const name : {"clip.mkv", "clip.mov"}) {
         const TemporaryDirectory directory;

@@ -242,7 +242,7 @@ TEST(Camera, SingularIntrinsicsAndPosesThatAreNoneAreRefused) {
               std::string::npos);
     pose.rotation = cv::Matx33d::diag({1, 1, -1});
     EXPECT_EQ(errorOf([&] { validate(pose); }),
-              "rotation: determinant: is -1, expected 1 (a mirror is no rotation)");
+              "rotation: determinant: is -1, expected 1 (a mirror is not a rotation)");
     pose.rotation = cv::Matx33d::zeros();
     EXPECT_NE(errorOf([&] { validate(pose); }).find("expected 1 (orthonormal rows)"),
               std::string::npos);

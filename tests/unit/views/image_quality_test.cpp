@@ -2,10 +2,12 @@
 
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/random_pictures.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+#include <vector>
 
 namespace altiro3D::test {
 namespace {
@@ -102,6 +104,76 @@ TEST(PictureQuality, DifferentShapesAndTypesAreRefused) {
               "picture: has 5 channels, expected at most 4");
     EXPECT_NE(errorOf([&] { altiro3D::ssim(cv::Mat(4, 5, CV_16UC3), a); }).find("8-bit"),
               std::string::npos);
+}
+
+// The rank of each value by counting: those below it, and half of its equals.
+double slowRankCorrelation(const std::vector<float>& a, const std::vector<float>& b) {
+    const auto ranks = [](const std::vector<float>& values) {
+        std::vector<long double> result;
+        for (const float value : values) {
+            long double rank = -0.5L;
+            for (const float other : values)
+                rank += other < value ? 1.0L : other == value ? 0.5L : 0.0L;
+            result.push_back(rank);
+        }
+        return result;
+    };
+    const std::vector<long double> ra = ranks(a);
+    const std::vector<long double> rb = ranks(b);
+    const long double mean = (static_cast<long double>(a.size()) - 1) / 2;
+    long double ab = 0;
+    long double aa = 0;
+    long double bb = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        ab += (ra[i] - mean) * (rb[i] - mean);
+        aa += (ra[i] - mean) * (ra[i] - mean);
+        bb += (rb[i] - mean) * (rb[i] - mean);
+    }
+    return static_cast<double>(ab / std::sqrt(aa * bb));
+}
+
+TEST(RankCorrelation, IsThatOfTheDefinition) {
+    cv::Mat a = randomDepth({17, 13});
+    cv::Mat b = randomDepth({17, 13}, 5);
+    b = 0.5 * a + 0.5 * b;
+    a.rowRange(3, 6).setTo(0.25F); // equal values
+    std::vector<float> all[2];
+    std::vector<float> masked[2];
+    cv::Mat mask(a.size(), CV_8UC1, cv::Scalar(1));
+    mask.colRange(2, 7).setTo(0);
+    for (int y = 0; y < a.rows; ++y) {
+        for (int x = 0; x < a.cols; ++x) {
+            const float values[] = {a.at<float>(y, x), b.at<float>(y, x)};
+            for (std::size_t i = 0; i < 2; ++i) {
+                all[i].push_back(values[i]);
+                if (mask.at<uchar>(y, x) != 0) masked[i].push_back(values[i]);
+            }
+        }
+    }
+    EXPECT_NEAR(rankCorrelation(a, b), slowRankCorrelation(all[0], all[1]), 1e-12);
+    EXPECT_NEAR(rankCorrelation(a, b, mask), slowRankCorrelation(masked[0], masked[1]), 1e-12);
+    EXPECT_NEAR(rankCorrelation(b, b.mul(b)), 1, 1e-12) << "any rising function";
+    EXPECT_NEAR(rankCorrelation(b, -b), -1, 1e-12);
+    EXPECT_EQ(rankCorrelation(b, cv::Mat(b.size(), CV_32FC1, cv::Scalar(1))), 0);
+    EXPECT_EQ(errorOf([&] { rankCorrelation(a, cv::Mat(2, 3, CV_32FC1)); }),
+              "b: has 3 x 2 px, expected 17 x 13");
+    EXPECT_NE(errorOf([&] { rankCorrelation(cv::Mat(), a); }).find("a: "), std::string::npos);
+}
+
+TEST(AlignedDepth, UndoesScaleAndShift) {
+    const cv::Mat truth = 0.2 + 0.6 * randomDepth({30, 20});
+    cv::Mat aligned;
+    alignDepth(0.9 - 0.7 * truth, truth, aligned);
+    EXPECT_TRUE(samePicture(aligned, truth, 1e-5)); // floats
+    alignDepth(cv::Mat(3, 3, CV_32FC1, cv::Scalar(0.3)), truth, aligned);
+    EXPECT_TRUE(samePicture(aligned,
+                            cv::Mat(truth.size(), CV_32FC1, cv::Scalar(cv::mean(truth)[0])), 1e-6));
+    cv::Mat steep(1, 4, CV_32FC1, cv::Scalar(0));
+    steep.at<float>(0, 3) = 1;
+    cv::Mat other(1, 4, CV_32FC1, cv::Scalar(0));
+    other.at<float>(0, 0) = 1;
+    alignDepth(steep, other, aligned); // leaves 0..1 only where it is clamped
+    EXPECT_TRUE(cv::checkRange(aligned, true, nullptr, 0, 1.0001));
 }
 
 } // namespace

@@ -89,7 +89,7 @@ TEST(Trade, MeasuredTimesArePositiveAndBadCountsAreRefused) {
     const ViewCost cost = measureViews(photo, depth, {}, 5, 2);
     EXPECT_GT(cost.millisecondsPerView, 0);
     EXPECT_GE(cost.preparationMilliseconds, 0);
-    // What is done once is there for one view, too, and is a part of the whole.
+    // The preparation is also done for one view and is part of the total time.
     const ViewCost ofOne = measureViews(photo, depth, {}, 1, 3);
     EXPECT_GT(ofOne.preparationMilliseconds, 0);
     EXPECT_LE(ofOne.preparationMilliseconds, ofOne.millisecondsPerView);

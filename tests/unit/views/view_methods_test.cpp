@@ -1,4 +1,4 @@
-// What all ways to make views have in common, through the one door that users take.
+// The common behaviour of all methods, tested through the public interface.
 
 #include "altiro3D/depth2quilt.hpp"
 #include "support/compare.hpp"
@@ -49,7 +49,7 @@ cv::Mat madeOf(cv::Size size, const std::function<float(int, int)>& value) {
 
 constexpr double kInpaintingNoise = 8;
 
-// Depth that no camera gives but a broken file or network might.
+// Depth that no camera gives, but a broken file or network might.
 std::vector<std::pair<std::string, cv::Mat>> wildDepths(cv::Size size) {
     using Limits = std::numeric_limits<float>;
     std::vector<std::pair<std::string, cv::Mat>> depths;
@@ -172,7 +172,7 @@ TEST_P(ViewMethods, AnySizeAndDepthIsDefined) {
                 EXPECT_TRUE(samePicture(viewOf(photo, depth, position, options(80)), view))
                     << name << size << position;
                 // what has one colour has it in every view: nothing comes from elsewhere
-                // (inpainting makes noise of its own: views_real_test.cpp)
+                // (inpainting adds noise: views_real_test.cpp)
                 const double noise = GetParam() == ViewMethod::Real ? kInpaintingNoise : 0;
                 EXPECT_TRUE(samePicture(viewOf(plain, depth, position, options(80)), plain, noise))
                     << name << size << position;
@@ -190,8 +190,8 @@ TEST_P(ViewMethods, AnyFinitePositionIsDefined) {
     }
 }
 
-// A board that stands before a wall at the focus moves by whole px; what lies apart from its
-// borders is known.
+// A board in front of a wall at the focus moves by whole px; the content away from its borders is
+// known.
 TEST_P(ViewMethods, StepsOfOneAndOfAsManyPixelsAsThereAreMoveThings) {
     const cv::Size size(90, 9);
     const cv::Mat photo = smoothNoise(size);

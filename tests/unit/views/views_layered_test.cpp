@@ -513,7 +513,7 @@ std::vector<cv::Mat> depthsToSearch(cv::Size size) {
 }
 
 // Pixel by pixel: the slow search finds what trying all columns finds, and the kernels give its
-// colour, wherever the pixel lies and whatever stands before it.
+// colour, wherever the pixel is and whatever is in front of it.
 TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
     const cv::Size size(211, 12);
     const cv::Mat photo = randomPhoto(size);
@@ -529,7 +529,7 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
             options.tearPixels = tear;
             const LayeredScene scene = layeredScene(photo, depth, 0.4, options);
             const auto renderer = makeLayeredRenderer(photo, depth, 0.4, options);
-            const double largest = tear > 2 ? 90 : 25; // beyond the reach, too
+            const double largest = tear > 2 ? 90 : 25; // also beyond the reach
             const auto sampler = renderer->sampler(columns, largest);
             for (int y = 0; y < size.height; ++y) {
                 const int channel = y % 3;

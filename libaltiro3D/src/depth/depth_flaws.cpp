@@ -1,0 +1,302 @@
+// Measures how a depth map differs from its photo: measureDepthFlaws() of depth_refine.hpp.
+// Everything is counted in whole numbers, so the order of the threads does not matter.
+
+#include "altiro3D/depth_refine.hpp"
+#include "base/checks.hpp"
+#include "depth/depth_noise.hpp"
+#include "depth/depth_values.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <mutex>
+#include <opencv2/core.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr int kReach = 7;             // edges of the photo are searched this far away, px
+constexpr int kLongestRamp = 40;      // px on each side of the steepest place
+constexpr float kLeastHeight = 0.04F; // of a step, in units of depth
+constexpr float kLeastSlope = 0.004F; // of its steepest place, per px
+constexpr int kLeastContrast = 30;    // of the photo around a step, summed over px and channels
+constexpr int kWeakContrast = 60;     // steps with less count less
+
+// Counts of values in bins of equal width.
+template <std::size_t kBins>
+class Histogram {
+  public:
+    constexpr Histogram(double low, double binWidth) : low_(low), binWidth_(binWidth) {}
+    void add(double value, std::int64_t weight) {
+        const double bin = (value - low_) / binWidth_;
+        count_[static_cast<std::size_t>(std::clamp(bin, 0.0, kBins - 1.0))] += weight;
+    }
+    void add(const Histogram& other) {
+        for (std::size_t i = 0; i < kBins; ++i)
+            count_[i] += other.count_[i];
+    }
+    // The middle of the bin below which a part of all values lies; 0 without values.
+    double quantile(double part) const {
+        double total = 0;
+        for (const std::int64_t count : count_)
+            total += static_cast<double>(count);
+        double sum = 0;
+        for (std::size_t i = 0; i < kBins; ++i) {
+            sum += static_cast<double>(count_[i]);
+            if (sum > part * total) return low_ + (static_cast<double>(i) + 0.5) * binWidth_;
+        }
+        return 0;
+    }
+
+  private:
+    double low_;
+    double binWidth_;
+    std::array<std::int64_t, kBins> count_{};
+};
+
+// Contrast of the photo across depth steps that face one way, by distance from the step.
+struct Profile {
+    std::array<std::int64_t, 2 * kReach + 1> contrast{};
+    std::int64_t weight = 0;
+};
+
+// The side on which a step has its near surface.
+enum Side : std::size_t { kRight, kLeft, kBelow, kAbove };
+
+struct Steps {
+    std::int64_t count = 0;
+    Histogram<660> width{0, 0.1};
+    Histogram<200> overshoot{-1, 0.01};
+    std::array<Profile, 4> profiles;
+
+    void add(const Steps& other) {
+        count += other.count;
+        width.add(other.width);
+        overshoot.add(other.overshoot);
+        for (std::size_t side = 0; side < profiles.size(); ++side) {
+            for (std::size_t t = 0; t < profiles[side].contrast.size(); ++t)
+                profiles[side].contrast[t] += other.profiles[side].contrast[t];
+            profiles[side].weight += other.profiles[side].weight;
+        }
+    }
+};
+
+// A row or a column of photo and depth.
+struct Line {
+    const float* depth;
+    std::ptrdiff_t depthStride;
+    const std::uint8_t* photo;
+    std::ptrdiff_t photoStride;
+    int length;
+
+    float at(int x) const { return depth[x * depthStride]; }
+    float slope(int x) const { return at(x + 1) - at(x); }
+    // Difference of neighbouring px, summed over the channels.
+    int contrast(int x) const {
+        const std::uint8_t* const here = photo + x * photoStride;
+        const std::uint8_t* const next = here + photoStride;
+        return std::abs(here[0] - next[0]) + std::abs(here[1] - next[1]) +
+               std::abs(here[2] - next[2]);
+    }
+};
+
+//                    __________ at(high)        A step is the run of equal slope signs around a
+//                   /                           steepest place x that are at least a tenth as
+//        __________/                            steep. Its width is its height / largest slope.
+//          at(low)
+void measureStep(const Line& line, int x, float least, Side rising, Steps& steps) {
+    const float slope = line.slope(x);
+    const float steepest = std::abs(slope);
+    const float sign = slope > 0 ? 1.0F : -1.0F;
+    if (line.slope(x - 1) * sign > steepest || line.slope(x + 1) * sign >= steepest) return;
+    int low = x;
+    int high = x + 1;
+    const auto isRamp = [&](int i) { return line.slope(i) * sign > 0.1F * steepest; };
+    while (low > 0 && x - low < kLongestRamp && isRamp(low - 1))
+        --low;
+    while (high + 1 < line.length && high - x < kLongestRamp && isRamp(high))
+        ++high;
+    const float height = std::abs(line.at(high) - line.at(low));
+    if (height < least) return;
+    if (x - low == kLongestRamp || high - x == kLongestRamp) return; // a slope
+    const float middle = (line.at(low) + line.at(high)) / 2;
+    int border = low; // between this px and the next
+    while (border + 1 < high && (middle - line.at(border + 1)) * sign > 0)
+        ++border;
+    if (border < kReach || border + 1 + kReach >= line.length) return;
+    std::array<int, 2 * kReach + 1> contrast{};
+    int sum = 0;
+    for (int t = -kReach; t <= kReach; ++t) {
+        const int value = line.contrast(border + t);
+        contrast[static_cast<std::size_t>(t + kReach)] = value;
+        sum += value;
+    }
+    if (sum < kLeastContrast) return; // the photo shows no edge
+    const auto weight = static_cast<std::int64_t>(std::min(height, 0.3F) * 1000);
+    ++steps.count;
+    steps.width.add(static_cast<double>(height / steepest), weight);
+    const int beyond = std::max(2, (high - low) / 4);
+    if (low - beyond >= 0 && high + beyond < line.length) {
+        const float back = (line.at(high) - line.at(high + beyond)) * sign +
+                           (line.at(low - beyond) - line.at(low)) * sign;
+        steps.overshoot.add(static_cast<double>(back / (2 * height)), weight);
+    }
+    Profile& profile = steps.profiles[slope > 0 ? rising : rising + 1U];
+    for (std::size_t t = 0; t < contrast.size(); ++t)
+        profile.contrast[t] += weight * 1024 * contrast[t] / (sum + kWeakContrast);
+    profile.weight += weight * 1024;
+}
+
+void measureLine(const Line& line, float least, Side rising, Steps& steps) {
+    for (int x = 1; x + 2 < line.length; ++x) {
+        if (std::abs(line.slope(x)) >= kLeastSlope) measureStep(line, x, least, rising, steps);
+    }
+}
+
+// Runs over all lines; each part of them has its own counts.
+template <class Work>
+Steps overLines(int lines, const Work& work) {
+    Steps all;
+    std::mutex mutex;
+    cv::parallel_for_(cv::Range(0, lines), [&](const cv::Range& range) {
+        Steps part;
+        for (int i = range.start; i < range.end; ++i)
+            work(i, part);
+        const std::lock_guard<std::mutex> lock(mutex);
+        all.add(part);
+    });
+    return all;
+}
+
+Steps findSteps(const cv::Mat& photo, const cv::Mat& depth, float least) {
+    const auto depthStep = static_cast<std::ptrdiff_t>(depth.step1());
+    const auto photoStep = static_cast<std::ptrdiff_t>(photo.step1());
+    Steps steps = overLines(depth.rows, [&](int y, Steps& part) {
+        measureLine({depth.ptr<float>(y), 1, photo.ptr<std::uint8_t>(y), 3, depth.cols}, least,
+                    kRight, part);
+    });
+    steps.add(overLines(depth.cols, [&](int x, Steps& part) {
+        measureLine({depth.ptr<float>(0) + x, depthStep,
+                     photo.ptr<std::uint8_t>(0) + 3 * static_cast<std::ptrdiff_t>(x), photoStep,
+                     depth.rows},
+                    least, kBelow, part);
+    }));
+    return steps;
+}
+
+// Contrast of the photo where the steps would be after correction of growth and shift, relative to
+// the whole contrast around them.
+class Alignment {
+  public:
+    explicit Alignment(const std::array<Profile, 4>& profiles) {
+        double mean = 0;
+        for (const Profile& profile : profiles)
+            mean += static_cast<double>(profile.weight) / 4;
+        for (std::size_t side = 0; side < 4; ++side) {
+            // sides with few steps count less
+            const double all = static_cast<double>(profiles[side].weight) + 0.2 * mean + 1e-9;
+            for (std::size_t t = 0; t < share_[side].size(); ++t)
+                share_[side][t] = static_cast<double>(profiles[side].contrast[t]) / all;
+        }
+    }
+    double at(int growth, cv::Point shift) const {
+        return share(kRight, growth - shift.x) + share(kLeft, -growth - shift.x) +
+               share(kBelow, growth - shift.y) + share(kAbove, -growth - shift.y);
+    }
+
+  private:
+    double share(Side side, int distance) const {
+        return share_[side]
+                     [static_cast<std::size_t>(std::clamp(distance, -kReach, kReach) + kReach)];
+    }
+    std::array<std::array<double, 2 * kReach + 1>, 4> share_{};
+};
+
+constexpr double kLeastGain = 1.08; // of the alignment, for a correction
+
+void findDisplacement(const Steps& steps, DepthFlaws& flaws) {
+    const Alignment alignment(steps.profiles);
+    const double now = alignment.at(0, {});
+    double best = kLeastGain * now;
+    int growth = 0;
+    for (int g = -4; g <= 4; ++g) {
+        for (int y = -3; y <= 3; ++y) {
+            for (int x = -3; x <= 3; ++x) {
+                // the simplest explanation wins if several are about as good
+                const double doubt = 0.01 * std::abs(g) + 0.03 * (std::abs(x) + std::abs(y));
+                const double value = alignment.at(g, {x, y}) * (1 - doubt);
+                if (value <= best) continue;
+                best = value;
+                growth = g;
+                flaws.shiftPixels = {x, y};
+            }
+        }
+    }
+    if (growth == 0) return;
+    // A parabola through three places gives the fraction. Along rows and columns oblique edges move
+    // farther than edges move across themselves, on average by 15 %.
+    const double before = alignment.at(growth - 1, flaws.shiftPixels);
+    const double here = alignment.at(growth, flaws.shiftPixels);
+    const double after = alignment.at(growth + 1, flaws.shiftPixels);
+    const double bend = before - 2 * here + after;
+    const double fraction = bend < 0 ? std::clamp((before - after) / (2 * bend), -0.5, 0.5) : 0;
+    flaws.growthPixels = (growth + fraction) / 1.15;
+}
+
+// From the median of second differences over 8 px, which are 0 on planes and seldom meet steps.
+double noiseOf(const cv::Mat& depth, int kLag) {
+    Histogram<2000> differences(0, 1e-4);
+    for (int y = 0; y < depth.rows; y += 3) {
+        const float* const row = depth.ptr<float>(y);
+        for (int x = kLag; x + kLag < depth.cols; x += 3)
+            differences.add(std::abs(row[x - kLag] - 2.0 * row[x] + row[x + kLag]), 1);
+    }
+    for (int y = kLag; y + kLag < depth.rows; y += 3) {
+        const float* const above = depth.ptr<float>(y - kLag);
+        const float* const row = depth.ptr<float>(y);
+        const float* const below = depth.ptr<float>(y + kLag);
+        for (int x = 0; x < depth.cols; x += 3)
+            differences.add(std::abs(above[x] - 2.0 * row[x] + below[x]), 1);
+    }
+    return differences.quantile(0.5) / (0.6745 * std::sqrt(6.0));
+}
+
+} // namespace
+
+DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
+    checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
+    cv::Mat clean = withinRange(depth);
+    constexpr double kLeastNoise = 0.005;
+    constexpr double kLeastSoftness = 1;
+    constexpr std::int64_t kLeastSteps = 100; // fewer may look alike by chance
+    DepthFlaws flaws;
+    // Exact depth in few levels also has differences: noise is stronger, or grows with the
+    // distance.
+    constexpr double kStrongNoise = 0.0085;
+    const double noise = noiseOf(clean, 8);
+    const double closeNoise = noiseOf(clean, 4);
+    const bool isNoise = noise >= kStrongNoise || noise >= 2.5 * closeNoise;
+    if (noise >= kLeastNoise && closeNoise >= 0.0017 && isNoise) {
+        flaws.noise = noise;
+        smoothSurfaces(noise, clean); // so that it is not taken for steps
+    }
+    const Steps steps =
+        findSteps(photo, clean, std::max(kLeastHeight, static_cast<float>(4 * flaws.noise)));
+    if (steps.count < kLeastSteps) return flaws;
+    // Slopes look like wide steps, so a low quantile is the width of steps. If some steps are hard,
+    // all are.
+    constexpr double kHardWidth = 1.05; // middle of the bin
+    const double softness = steps.width.quantile(0.25) - kHardWidth;
+    if (steps.width.quantile(0.1) - kHardWidth >= kLeastSoftness) {
+        flaws.softnessPixels = std::min(softness, 64.0);
+        flaws.overshoot = steps.overshoot.quantile(0.5);
+    }
+    findDisplacement(steps, flaws);
+    return flaws;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,75 @@
+// Corrects the flaws of a depth map: refineDepth() of depth_refine.hpp.
+
+#include "altiro3D/depth_refine.hpp"
+
+#include "base/checks.hpp"
+#include "depth/depth_noise.hpp"
+#include "depth/depth_steps.hpp"
+#include "depth/depth_values.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+void validate(const DepthFlaws& flaws) {
+    checkNumber(flaws.softnessPixels >= 0 && flaws.softnessPixels <= 64, "softness",
+                flaws.softnessPixels, "0..64 px");
+    checkNumber(flaws.overshoot >= -1 && flaws.overshoot <= 1, "overshoot", flaws.overshoot,
+                "-1..1");
+    checkNumber(flaws.growthPixels >= -7 && flaws.growthPixels <= 7, "growth", flaws.growthPixels,
+                "-7..7 px");
+    for (const int shift : {flaws.shiftPixels.x, flaws.shiftPixels.y})
+        checkNumber(shift >= -7 && shift <= 7, "shift", shift, "-7..7 px");
+    checkNumber(flaws.noise >= 0 && flaws.noise <= 1, "noise", flaws.noise, "0..1");
+}
+
+// Moves the map back; px at the border are repeated.
+cv::Mat unshifted(const cv::Mat& depth, cv::Point shift) {
+    cv::Mat result(depth.size(), CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y) {
+        const auto* const from = depth.ptr<float>(std::clamp(y + shift.y, 0, depth.rows - 1));
+        auto* const to = result.ptr<float>(y);
+        for (int x = 0; x < depth.cols; ++x)
+            to[x] = from[std::clamp(x + shift.x, 0, depth.cols - 1)];
+    }
+    return result;
+}
+
+// Makes near things smaller on each side, larger if negative.
+void shrink(cv::Mat& depth, int pixels) {
+    const int side = 2 * std::abs(pixels) + 1;
+    const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side});
+    cv::Mat result;
+    if (pixels > 0) cv::erode(depth, result, disc, {-1, -1}, 1, cv::BORDER_REPLICATE);
+    if (pixels < 0) cv::dilate(depth, result, disc, {-1, -1}, 1, cv::BORDER_REPLICATE);
+    depth = result;
+}
+
+} // namespace
+
+void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
+                 const DepthRefineOptions& options) {
+    checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
+    if (!options.enabled) {
+        depth.copyTo(refined);
+        return;
+    }
+    cv::Mat result = withinRange(depth);
+    const DepthFlaws flaws = options.flaws ? *options.flaws : measureDepthFlaws(photo, result);
+    validate(flaws);
+    if (flaws.noise > 0) smoothSurfaces(flaws.noise, result);
+    if (flaws.shiftPixels != cv::Point()) result = unshifted(result, flaws.shiftPixels);
+    const int growth = static_cast<int>(std::lround(flaws.growthPixels));
+    if (growth != 0) shrink(result, growth);
+    if (flaws.softnessPixels > 0) {
+        sharpenSteps(photo, flaws.softnessPixels, flaws.overshoot, result);
+    }
+    refined = result;
+}
+
+} // namespace altiro3D

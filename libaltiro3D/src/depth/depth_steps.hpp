@@ -1,0 +1,17 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+namespace altiro3D {
+
+/// Turns the soft steps of a depth map into hard ones where the photo has an edge. Each px of a
+/// step takes the side to which its depth and its colour belong.
+///
+/// @param photo [rows x cols, CV_8UC3, BGR]
+/// @param softness width of the steps, px, > 0
+/// @param overshoot part of their height by which they overshoot
+/// @param depth [as photo, CV_32FC1, 0..1], changed in place; the same bytes for any number of
+///        threads
+void sharpenSteps(const cv::Mat& photo, double softness, double overshoot, cv::Mat& depth);
+
+} // namespace altiro3D

@@ -1,0 +1,153 @@
+#include "image/colour.hpp"
+
+#include "base/byte_reader.hpp"
+#include "base/text.hpp"
+#include "image/heif_file.hpp"
+#include "image/jpeg_walk.hpp"
+
+#include <algorithm>
+#include <map>
+#include <zlib.h>
+
+namespace altiro3D {
+
+namespace {
+
+using std::string_view;
+
+constexpr std::size_t kMaxProfileBytes = std::size_t{16} << 20; // the largest in use have 3 MB
+
+// A zlib stream; empty if it is damaged or longer than a profile may be.
+std::string inflated(string_view packed) {
+    z_stream stream{};
+    if (inflateInit(&stream) != Z_OK) return {};
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+    stream.avail_in = static_cast<uInt>(packed.size());
+    std::string text;
+    int result = Z_OK;
+    while (result == Z_OK && text.size() <= kMaxProfileBytes) {
+        constexpr std::size_t kStep = std::size_t{1} << 16;
+        const std::size_t done = text.size();
+        text.resize(done + kStep);
+        stream.next_out = reinterpret_cast<Bytef*>(text.data() + done);
+        stream.avail_out = static_cast<uInt>(kStep);
+        result = inflate(&stream, Z_NO_FLUSH);
+        text.resize(text.size() - stream.avail_out);
+    }
+    inflateEnd(&stream);
+    return result == Z_STREAM_END ? text : std::string();
+}
+
+ColourFacts ofPng(string_view bytes) {
+    const ByteReader reader(bytes, false);
+    ColourFacts facts;
+    for (std::uint64_t at = 8; reader.holds(at, 12);) {
+        const std::uint64_t size = reader.u32(at);
+        const std::uint64_t data = at + 8;
+        const string_view name = reader.text(at + 4, 4);
+        if (!reader.holds(data, size + 4) || name == "IDAT") break; // colours come first
+        if (name == "cICP" && size == 4) {
+            facts.code = ColourFacts::Code{static_cast<int>(reader.u8(data)),
+                                           static_cast<int>(reader.u8(data + 1))};
+        } else if (name == "iCCP" && facts.icc.empty()) {
+            const string_view chunk = reader.text(data, size);
+            const std::size_t end = chunk.find('\0');
+            if (end != string_view::npos && end + 2 <= chunk.size())
+                facts.icc = inflated(chunk.substr(end + 2));
+        } else if (name == "sRGB") {
+            facts.isSrgb = true;
+        } else if (name == "gAMA" && size == 4) {
+            facts.gamma = reader.u32(data) / 100000.0;
+        } else if (name == "cHRM" && size == 32) {
+            facts.chromaticities.emplace();
+            for (unsigned i = 0; i < 8; ++i)
+                (*facts.chromaticities)[i] = reader.u32(data + std::uint64_t{4} * i) / 100000.0;
+        }
+        at = data + size + 4;
+    }
+    return facts;
+}
+
+// The profile is in segments "ICC_PROFILE\0", number, count, part.
+std::string iccOfJpeg(string_view bytes) {
+    constexpr string_view kMark("ICC_PROFILE\0", 12);
+    std::map<unsigned, string_view> parts;
+    walkJpeg(bytes, [&](unsigned marker, std::size_t, string_view body) {
+        if (marker == 0xe2 && startsWith(body, kMark) && body.size() > 14) {
+            parts.emplace(static_cast<unsigned char>(body[12]), body.substr(14));
+        }
+        return marker != 0xda;
+    });
+    std::string profile;
+    for (const auto& part : parts)
+        profile += part.second;
+    return profile;
+}
+
+std::string iccOfWebP(string_view bytes) {
+    const ByteReader reader(bytes, true);
+    for (std::uint64_t at = 12; reader.holds(at, 8);) {
+        const std::uint64_t size = reader.u32(at + 4);
+        if (reader.text(at, 4) == "ICCP") return std::string(reader.text(at + 8, size));
+        at += 8 + size + (size & 1);
+    }
+    return {};
+}
+
+// Of the first directory. BigTIFF is left out.
+std::string iccOfTiff(string_view bytes) {
+    const ByteReader reader(bytes, bytes[0] == 'I');
+    if (reader.u16(2) != 42) return {};
+    const std::uint64_t directory = reader.u32(4);
+    const unsigned entries = reader.u16(directory);
+    for (unsigned i = 0; i < entries; ++i) {
+        const std::uint64_t entry = directory + 2 + std::uint64_t{12} * i;
+        if (!reader.holds(entry, 12)) break;
+        if (reader.u16(entry) == 34675)
+            return std::string(reader.text(reader.u32(entry + 8), reader.u32(entry + 4)));
+    }
+    return {};
+}
+
+ColourFacts ofHeif(string_view bytes) {
+    ColourFacts facts;
+    try {
+        const HeifFile file(bytes);
+        facts.icc = file.iccProfile();
+        const auto code = file.colours();
+        if (facts.icc.empty() && code)
+            facts.code = ColourFacts::Code{code->primaries, code->transfer};
+    } catch (const HeifFailure&) { // decoding reports it
+    }
+    return facts;
+}
+
+} // namespace
+
+ColourFacts readColourFacts(string_view bytes, ImageFormat format) {
+    ColourFacts facts;
+    switch (format) {
+    case ImageFormat::Png:
+        facts = ofPng(bytes);
+        break;
+    case ImageFormat::Jpeg:
+        facts.icc = iccOfJpeg(bytes);
+        break;
+    case ImageFormat::WebP:
+        facts.icc = iccOfWebP(bytes);
+        break;
+    case ImageFormat::Tiff:
+        facts.icc = iccOfTiff(bytes);
+        break;
+    case ImageFormat::Heic:
+    case ImageFormat::Avif:
+        facts = ofHeif(bytes);
+        break;
+    default:
+        break;
+    }
+    if (facts.icc.size() > kMaxProfileBytes) facts.icc.clear();
+    return facts;
+}
+
+} // namespace altiro3D

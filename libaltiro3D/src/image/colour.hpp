@@ -1,0 +1,57 @@
+#pragma once
+
+#include "altiro3D/error.hpp"
+#include "base/image_format.hpp"
+
+#include <array>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace altiro3D {
+
+/// What a picture file states about its colours. Later members count only without the earlier ones.
+struct ColourFacts {
+    /// Numbers of ITU-T H.273 (PNG's cICP, nclx of HEIC and AVIF).
+    struct Code {
+        int primaries =
+            2; ///< 1 = Rec. 709 and sRGB, 9 = Rec. 2020, 12 = Display P3, 2 = not stated.
+        int transfer = 2; ///< 13 = sRGB, 16 = PQ, 18 = HLG, 2 = not stated.
+    };
+    std::optional<Code> code;
+    std::string icc;     ///< ICC profile.
+    bool isSrgb = false; ///< PNG's sRGB chunk.
+    double gamma = 0; ///< PNG's gAMA: exponent of the encoding, 0.45455 for most; 0 = not stated.
+    /// PNG's cHRM: x and y of white, red, green, blue.
+    std::optional<std::array<double, 8>> chromaticities;
+};
+
+/// Reads what a PNG, JPEG, TIFF, WebP, HEIC or AVIF file states; nothing for other formats. Any
+/// bytes give a result.
+ColourFacts readColourFacts(std::string_view bytes, ImageFormat format);
+
+/// Converts a picture to sRGB: relative colorimetric with black point compensation (lcms2). PQ and
+/// HLG are tone-mapped to the range of sRGB by the curve of ITU-R BT.2390 for a source of 1000
+/// cd/m² and a white of 203 cd/m², applied to the largest of red, green and blue.
+///
+/// Pictures whose profile is sRGB in all but name (at most 2 of 255 levels of difference) keep
+/// their bytes, and so do float pictures and pictures with profiles that are not for RGB or grey.
+///
+/// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]; grey pictures become
+///        BGR where a profile changes them
+/// @param facts what the file states
+/// @param notes if given, receives remarks (damaged profile, tone mapping)
+void convertToSrgb(cv::Mat& picture, const ColourFacts& facts, Notes* notes);
+
+/// The light of an HDR picture as sRGB, in plain formulas: the reference of convertToSrgb() for PQ
+/// and HLG, whose tables it fills.
+/// @param value 0..1, as encoded @param transfer 16 (PQ) or 18 (HLG)
+/// @return PQ: light in units of 10000 cd/m²; HLG: light of the scene, 0..1
+double linearLight(double value, int transfer);
+
+/// The curve of BT.2390 from 1000 cd/m² to 203 cd/m².
+/// @param light cd/m², from 0 @return cd/m², 0..203
+double toneMapped(double light);
+
+} // namespace altiro3D

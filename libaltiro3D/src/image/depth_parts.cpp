@@ -1,0 +1,324 @@
+#include "image/depth_parts.hpp"
+
+#include "base/byte_reader.hpp"
+#include "base/image_format.hpp"
+#include "base/text.hpp"
+#include "image/jpeg_walk.hpp"
+#include "image/xmp.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace altiro3D {
+
+namespace {
+
+using std::string_view;
+
+constexpr string_view kXmpMark("http://ns.adobe.com/xap/1.0/\0", 29);
+constexpr string_view kMoreXmpMark("http://ns.adobe.com/xmp/extension/\0", 35);
+constexpr string_view kMpfMark("MPF\0", 4);
+constexpr unsigned kMaxPictures = 100; // of a multi-picture file
+constexpr unsigned kMaxBlocks = 1000;  // of a Samsung trailer
+constexpr std::size_t kMaxXmpBytes = std::size_t{256} << 20;
+
+// Namespaces, by the part that all their generations have.
+constexpr string_view kGDepth = "google.com/photos/1.0/depthmap";
+constexpr string_view kGImage = "google.com/photos/1.0/image";
+constexpr string_view kDynamicDepthMap = "google.com/photos/dd/1.0/depthmap";
+constexpr string_view kPixelData = "apple.com/pixeldatainfo";
+
+bool isPicture(string_view bytes) {
+    const ImageFormat format = imageFormat(bytes);
+    return format == ImageFormat::Jpeg || format == ImageFormat::Png;
+}
+
+// What precedes the first scan of a JPEG.
+struct JpegParts {
+    string_view xmp;                   // of the first such segment
+    std::string moreXmp;               // joined from its segments
+    std::vector<string_view> pictures; // further ones of a multi-picture file
+};
+
+// Extended XMP: GUID, whole length, offset of this part, part.
+class MoreXmp {
+  public:
+    explicit MoreXmp(std::size_t fileBytes) : maxBytes_(std::min(fileBytes, kMaxXmpBytes)) {}
+    void add(string_view body) {
+        const ByteReader reader(body, false);
+        if (!reader.holds(0, 40)) return;
+        const string_view guid = body.substr(0, 32);
+        const std::size_t length = reader.u32(32);
+        const std::size_t offset = reader.u32(36);
+        const string_view part = body.substr(40);
+        if (guid_.empty() && length <= maxBytes_) {
+            guid_ = guid;
+            text_.resize(length);
+        }
+        if (guid != guid_ || offset > text_.size() || part.size() > text_.size() - offset) return;
+        std::copy(part.begin(), part.end(), text_.begin() + static_cast<std::ptrdiff_t>(offset));
+    }
+    std::string take() { return std::move(text_); }
+
+  private:
+    std::size_t maxBytes_;
+    string_view guid_;
+    std::string text_;
+};
+
+// The pictures after the first one (CIPA DC-007). Offsets count from the start of `index`.
+std::vector<string_view> furtherPictures(string_view file, std::size_t at, string_view index) {
+    std::vector<string_view> pictures;
+    if (index.size() < 8) return pictures;
+    const ByteReader reader(index, index[0] == 'I');
+    const ByteReader whole(file, false);
+    const std::uint64_t directory = reader.u32(4);
+    const unsigned entries = reader.u16(directory);
+    for (unsigned i = 0; i < std::min(entries, kMaxPictures); ++i) {
+        const std::uint64_t entry = directory + 2 + std::uint64_t{12} * i;
+        if (reader.u16(entry) != 0xb002) continue; // the list of pictures
+        const std::uint64_t count = reader.u32(entry + 4) / 16;
+        const std::uint64_t list = reader.u32(entry + 8);
+        for (std::uint64_t k = 1; k < std::min<std::uint64_t>(count, kMaxPictures); ++k) {
+            const std::uint64_t size = reader.u32(list + 16 * k + 4);
+            const std::uint64_t offset = reader.u32(list + 16 * k + 8);
+            const string_view picture = whole.text(at + offset, size);
+            if (offset != 0 && isPicture(picture)) pictures.push_back(picture);
+        }
+    }
+    return pictures;
+}
+
+JpegParts partsOf(string_view jpeg) {
+    JpegParts parts;
+    MoreXmp more(jpeg.size());
+    walkJpeg(jpeg, [&](unsigned marker, std::size_t at, string_view body) {
+        if (marker == 0xe1 && parts.xmp.empty() && startsWith(body, kXmpMark)) {
+            parts.xmp = body.substr(kXmpMark.size());
+        } else if (marker == 0xe1 && startsWith(body, kMoreXmpMark)) {
+            more.add(body.substr(kMoreXmpMark.size()));
+        } else if (marker == 0xe2 && parts.pictures.empty() && startsWith(body, kMpfMark)) {
+            parts.pictures =
+                furtherPictures(jpeg, at + kMpfMark.size(), body.substr(kMpfMark.size()));
+        }
+        return marker != 0xda;
+    });
+    parts.moreXmp = more.take();
+    return parts;
+}
+
+// The bytes of an item of Dynamic Depth. The items follow one another after the end of the photo,
+// whose length the file may state wrongly; if there is no picture at that place, they are at the
+// end of the file.
+string_view itemBytes(string_view jpeg, const std::vector<XmpItem>& items, std::size_t wanted) {
+    const ByteReader reader(jpeg, false);
+    const std::size_t end =
+        walkJpeg(jpeg, [](unsigned, std::size_t, string_view) { return true; }).after;
+    std::uint64_t before = items.front().padding;
+    std::uint64_t after = 0;
+    for (std::size_t i = 1; i < items.size(); ++i) {
+        const std::uint64_t length = items[i].length + items[i].padding;
+        if (items[i].length > jpeg.size() || items[i].padding > jpeg.size()) return {};
+        (i < wanted ? before : after) += length;
+    }
+    const std::uint64_t size = items[wanted].length;
+    const string_view found = reader.text(end + before, size);
+    if (isPicture(found)) return found;
+    const string_view last =
+        after <= jpeg.size() ? reader.text(jpeg.size() - after, size) : string_view();
+    return isPicture(last) ? last : string_view();
+}
+
+// The item with a meaning, or whose URI names it; 0, the photo itself, if there is none.
+std::size_t itemOf(const std::vector<XmpItem>& items, string_view semantic, string_view uri) {
+    for (std::size_t i = 1; i < items.size(); ++i) {
+        if (items[i].semantic == semantic ||
+            (items[i].semantic.empty() && items[i].uri.find(uri) != std::string::npos)) {
+            return i;
+        }
+    }
+    return 0;
+}
+
+// Format, Near and Far of GDepth and Dynamic Depth; the first description that has them counts.
+void readRange(const std::vector<const Xmp*>& descriptions, string_view space, DepthPart& part) {
+    for (const Xmp* const xmp : descriptions) {
+        if (!xmp->has(space, "Format")) continue;
+        part.isDistance = xmp->value(space, "Format") == "RangeLinear";
+        part.nearest = xmp->number(space, "Near");
+        part.farthest = xmp->number(space, "Far");
+        return;
+    }
+}
+
+std::optional<DepthPart> dynamicDepth(string_view jpeg, const std::vector<const Xmp*>& all) {
+    for (const Xmp* const xmp : all) {
+        const std::size_t index = itemOf(xmp->items(), "Depth", "depthmap");
+        if (index == 0) continue;
+        DepthPart part;
+        part.form = EmbeddedDepthForm::DynamicDepth;
+        part.coded = itemBytes(jpeg, xmp->items(), index);
+        readRange(all, kDynamicDepthMap, part);
+        if (!part.coded.empty()) return part;
+    }
+    return std::nullopt;
+}
+
+std::optional<DepthPart> gDepth(const std::vector<const Xmp*>& all) {
+    for (const Xmp* const xmp : all) {
+        const string_view data = xmp->value(kGDepth, "Data");
+        if (data.empty()) continue;
+        DepthPart part;
+        part.form = EmbeddedDepthForm::GDepth;
+        part.decoded = decodeBase64(data);
+        readRange(all, kGDepth, part);
+        if (isPicture(part.decoded)) return part;
+    }
+    return std::nullopt;
+}
+
+// Portrait mattes are "depth" with a subtype; gain maps have neither.
+std::optional<DepthPart> appleJpeg(const std::vector<string_view>& pictures) {
+    for (const string_view picture : pictures) {
+        const JpegParts parts = partsOf(picture);
+        const Xmp xmp(parts.xmp);
+        const string_view type = xmp.value(kPixelData, "AuxiliaryImageType");
+        const bool isDistance = type == "depth";
+        if ((type != "disparity" && !isDistance) || xmp.has(kPixelData, "AuxiliaryImageSubType")) {
+            continue;
+        }
+        DepthPart part;
+        part.form = EmbeddedDepthForm::AppleJpeg;
+        part.coded = picture;
+        part.isNearBright = !isDistance;
+        part.isDistance = isDistance;
+        part.nearest = xmp.number(kPixelData, "FloatMinValue");
+        part.farthest = xmp.number(kPixelData, "FloatMaxValue");
+        return part;
+    }
+    return std::nullopt;
+}
+
+// Sizes of the depth in a block of Samsung's "extra info": the indices of 32-bit numbers depend on
+// the version in its first 16 bits.
+void readSamsungSize(string_view info, DepthPart& part) {
+    struct Version {
+        unsigned number;
+        std::uint64_t columnsAt;
+        std::uint64_t rowsAt;
+    };
+    constexpr Version kVersions[] = {
+        {1, 9, 10}, {3, 12, 13}, {4, 17, 18}, {5, 20, 19}, {6, 22, 21}};
+    const ByteReader reader(info, true);
+    for (const Version& version : kVersions) {
+        if (reader.u16(0) != version.number) continue;
+        part.columns = reader.u32(4 * version.columnsAt);
+        part.rows = reader.u32(4 * version.rowsAt);
+    }
+}
+
+// "SEFH", u32 version, u32 count, entries {u16 0, u16 type, u32 distance back from SEFH, u32 size};
+// u32 length; "SEFT". A block is {u16 0, u16 type, u32 length of its name, name, data}.
+std::optional<DepthPart> samsung(string_view jpeg) {
+    const ByteReader reader(jpeg, true);
+    if (jpeg.size() < 20 || jpeg.substr(jpeg.size() - 4) != "SEFT") return std::nullopt;
+    const std::uint64_t length = reader.u32(jpeg.size() - 8);
+    if (length > jpeg.size() - 8) return std::nullopt;
+    const std::uint64_t directory = jpeg.size() - 8 - length;
+    if (reader.text(directory, 4) != "SEFH") return std::nullopt;
+    const unsigned count = std::min(reader.u32(directory + 8), kMaxBlocks);
+    DepthPart part;
+    part.form = EmbeddedDepthForm::Samsung;
+    for (unsigned i = 0; i < count; ++i) {
+        const std::uint64_t entry = directory + 12 + std::uint64_t{12} * i;
+        const unsigned type = reader.u16(entry + 2);
+        const std::uint64_t back = reader.u32(entry + 4);
+        const std::uint64_t size = reader.u32(entry + 8);
+        if ((type != 0x0ab1 && type != 0x0ab3 && type != 0x0b41) || back > directory) continue;
+        const string_view block = reader.text(directory - back, size);
+        const ByteReader inside(block, true);
+        const std::uint64_t nameLength = inside.u32(4);
+        if (inside.u16(2) != type || !inside.holds(8, nameLength)) continue;
+        const string_view name = inside.text(8, nameLength);
+        const string_view data = block.substr(static_cast<std::size_t>(8 + nameLength));
+        if (type == 0x0ab3) {
+            readSamsungSize(data, part);
+        } else if (part.raw.empty() && name.find("DepthMap") != string_view::npos) {
+            part.raw = data;
+        }
+    }
+    if (part.raw.empty() || std::uint64_t{part.columns} * part.rows != part.raw.size()) {
+        return std::nullopt;
+    }
+    return part;
+}
+
+// u32 length of a JPEG, "edof", u32 0; 64 bytes of header: orientation at 3, columns at 12, rows at
+// 14; numbers; u32 length since the header; "DepthEn\0".
+std::optional<DepthPart> huawei(string_view jpeg) {
+    constexpr string_view kEnd("DepthEn\0", 8);
+    constexpr std::uint64_t kHeader = 64;
+    const ByteReader reader(jpeg, true);
+    if (jpeg.size() < kEnd.size() + 4 || jpeg.substr(jpeg.size() - kEnd.size()) != kEnd) {
+        return std::nullopt;
+    }
+    const std::uint64_t lengthAt = jpeg.size() - kEnd.size() - 4;
+    const std::uint64_t length = reader.u32(lengthAt);
+    if (length > lengthAt || length < kHeader) return std::nullopt;
+    const std::uint64_t header = lengthAt - length;
+    DepthPart part;
+    part.form = EmbeddedDepthForm::Huawei;
+    part.columns = reader.u16(header + 12);
+    part.rows = reader.u16(header + 14);
+    part.raw = reader.text(header + kHeader, std::uint64_t{part.columns} * part.rows);
+    switch (reader.u8(header + 3)) {
+    case 0x11:
+        part.orientation = 8;
+        break;
+    case 0x12:
+        part.orientation = 3;
+        break;
+    case 0x13:
+        part.orientation = 6;
+        break;
+    default:
+        part.orientation = 1;
+        break;
+    }
+    if (part.raw.empty() || part.raw.size() > length - kHeader) return std::nullopt;
+    return part;
+}
+
+} // namespace
+
+std::optional<DepthPart> findDepthPart(string_view jpeg) {
+    const JpegParts parts = partsOf(jpeg);
+    const Xmp xmp(parts.xmp);
+    const Xmp more(parts.moreXmp);
+    const std::vector<const Xmp*> all{&xmp, &more};
+    if (auto part = dynamicDepth(jpeg, all)) return part;
+    if (auto part = gDepth(all)) return part;
+    if (auto part = appleJpeg(parts.pictures)) return part;
+    if (auto part = samsung(jpeg)) return part;
+    return huawei(jpeg);
+}
+
+string_view findUnblurred(string_view jpeg, std::string& decoded) {
+    const JpegParts parts = partsOf(jpeg);
+    const Xmp xmp(parts.xmp);
+    const Xmp more(parts.moreXmp);
+    for (const Xmp* const each : {&xmp, &more}) {
+        const std::size_t index = itemOf(each->items(), "Original", "original");
+        if (index > 0) {
+            const string_view original = itemBytes(jpeg, each->items(), index);
+            if (!original.empty()) return original;
+        }
+        const string_view data = each->value(kGImage, "Data");
+        if (data.empty()) continue;
+        decoded = decodeBase64(data);
+        if (isPicture(decoded)) return decoded;
+    }
+    return {};
+}
+
+} // namespace altiro3D

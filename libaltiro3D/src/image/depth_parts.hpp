@@ -1,0 +1,40 @@
+#pragma once
+
+#include "altiro3D/embedded_depth.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace altiro3D {
+
+/// The bytes of a depth picture inside a JPEG, and what they mean.
+struct DepthPart {
+    EmbeddedDepthForm form = EmbeddedDepthForm::DynamicDepth;
+    std::string_view coded; ///< A JPEG or PNG inside the file; empty: `decoded` or raw numbers.
+    std::string decoded;    ///< A JPEG or PNG that was base64.
+    std::string_view raw;   ///< columns x rows numbers of 8 bits.
+    std::uint32_t columns = 0;
+    std::uint32_t rows = 0;
+    bool isNearBright = false; ///< Large = near.
+    bool isDistance = false;   ///< The numbers grow with the distance, from nearest to farthest.
+    double nearest = 0;        ///< With isDistance: distance of 0; 0 = not stated.
+    double farthest = 0;       ///< With isDistance: distance of the largest number; 0 = not stated.
+    int orientation = 0;       ///< 1..8, EXIF; 0 = that of the photo.
+
+    /// The coded picture, wherever it is.
+    std::string_view picture() const { return coded.empty() ? std::string_view(decoded) : coded; }
+};
+
+/// Finds depth in a JPEG file: Dynamic Depth, GDepth, Apple's, Samsung's, Huawei's, in this order.
+/// Any bytes give a result. The result points into the bytes.
+std::optional<DepthPart> findDepthPart(std::string_view jpeg);
+
+/// Finds the sharp original in a JPEG file.
+/// @param decoded holds the result if it was base64
+/// @return a JPEG or PNG in the file or in `decoded`; empty if there is none
+std::string_view findUnblurred(std::string_view jpeg, std::string& decoded);
+
+} // namespace altiro3D

@@ -1,0 +1,292 @@
+#include "altiro3D/embedded_depth.hpp"
+
+#include "altiro3D/file_io.hpp"
+#include "altiro3D/image_io.hpp"
+#include "base/checks.hpp"
+#include "base/memory_errors.hpp"
+#include "base/text.hpp"
+#include "image/colour.hpp"
+#include "image/depth_parts.hpp"
+#include "image/heif_file.hpp"
+#include "image/image_header.hpp"
+#include "image/orientation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <vector>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using std::string_view;
+
+constexpr std::uintmax_t kMaxFileBytes = 0x7ffffff0u;
+constexpr double kMaxDepthPixels = 6.4e7; // the largest seen has 4e6
+constexpr double kShapeTolerance = 0.02;
+constexpr std::size_t kLeastLevels = 4; // of 256, between the percentiles 0.5 and 99.5
+
+const char* nameOf(EmbeddedDepthForm form) {
+    switch (form) {
+    case EmbeddedDepthForm::AppleHeic:
+        return "Apple HEIC";
+    case EmbeddedDepthForm::AppleJpeg:
+        return "Apple JPEG";
+    case EmbeddedDepthForm::GDepth:
+        return "GDepth";
+    case EmbeddedDepthForm::DynamicDepth:
+        return "Dynamic Depth";
+    case EmbeddedDepthForm::Avif:
+        return "AVIF";
+    case EmbeddedDepthForm::Samsung:
+        return "Samsung, experimental";
+    case EmbeddedDepthForm::Huawei:
+        break;
+    }
+    return "Huawei, experimental";
+}
+
+// Depth as it is in the file; the reason why it cannot be read instead of samples.
+struct RawDepth {
+    DepthPart part;
+    cv::Mat samples; // [CV_8UC1 or CV_16UC1], upright
+    std::string failure;
+};
+
+// A picture inside a file, as stored; empty if it is damaged or too large.
+cv::Mat decodePart(string_view bytes, double maxPixels, int flags) {
+    const ImageHeader header = readImageHeader(bytes, "");
+    const double pixels = static_cast<double>(header.columns) * static_cast<double>(header.rows);
+    const bool isKnown = header.format == ImageFormat::Jpeg || header.format == ImageFormat::Png;
+    if (!isKnown || !header.unreadable.empty() || header.isCutOff || pixels < 1 ||
+        pixels > maxPixels || std::max(header.columns, header.rows) > 65500) {
+        return {};
+    }
+    try {
+        const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
+                              const_cast<char*>(bytes.data()));
+        return cv::imdecode(encoded, flags | cv::IMREAD_IGNORE_ORIENTATION);
+    } catch (const cv::Exception& exception) {
+        if (exception.code == cv::Error::StsNoMem) throw;
+        return {};
+    }
+}
+
+cv::Mat samplesOf(const DepthPart& part) {
+    if (!part.raw.empty()) {
+        if (static_cast<double>(part.raw.size()) > kMaxDepthPixels) return {};
+        const cv::Mat raw(static_cast<int>(part.rows), static_cast<int>(part.columns), CV_8UC1,
+                          const_cast<char*>(part.raw.data()));
+        return raw.clone();
+    }
+    cv::Mat picture = decodePart(part.picture(), kMaxDepthPixels, cv::IMREAD_UNCHANGED);
+    if (picture.depth() != CV_8U && picture.depth() != CV_16U) return {};
+    if (picture.channels() >= 3) cv::extractChannel(picture, picture, 1); // grey in colours
+    return picture.channels() == 1 ? picture : cv::Mat();
+}
+
+RawDepth depthOfJpeg(DepthPart part, int photoOrientation) {
+    RawDepth raw;
+    raw.part = std::move(part);
+    const cv::Mat samples = samplesOf(raw.part);
+    const int orientation = raw.part.orientation == 0 ? photoOrientation : raw.part.orientation;
+    if (samples.empty()) {
+        raw.failure = "it is damaged";
+    } else {
+        raw.samples = upright(samples, orientation);
+    }
+    return raw;
+}
+
+std::optional<RawDepth> depthOfHeif(string_view bytes, ImageFormat format) {
+    RawDepth raw;
+    raw.part.form =
+        format == ImageFormat::Avif ? EmbeddedDepthForm::Avif : EmbeddedDepthForm::AppleHeic;
+    try {
+        const HeifFile file(bytes);
+        if (!file.hasDepth()) return std::nullopt;
+        const HeifDepth depth = file.decodeDepth(kMaxDepthPixels);
+        raw.samples = depth.samples;
+        raw.part.isNearBright = !depth.isDistance;
+        raw.part.isDistance = depth.isDistance;
+        raw.part.nearest = depth.zNear;
+        raw.part.farthest = depth.zFar;
+    } catch (const HeifFailure& failure) {
+        raw.failure = failure.what();
+    }
+    return raw;
+}
+
+// Relative inverse depth of a sample v of 0..1.
+//   RangeInverse: v = (1/near - 1/Z) / (1/near - 1/far)       -> 1 - v
+//   RangeLinear:  Z = near + v (far - near), (1/Z - 1/far) / (1/near - 1/far)
+//                                                             -> near (1 - v) / Z
+class Nearness {
+  public:
+    explicit Nearness(const DepthPart& part)
+        : isNearBright_(part.isNearBright),
+          isLinear_(part.isDistance && part.nearest > 0 && part.farthest > part.nearest &&
+                    std::isfinite(part.farthest / part.nearest)),
+          ratio_(isLinear_ ? part.farthest / part.nearest : 1) {}
+    float operator()(double v) const {
+        if (isNearBright_) return static_cast<float>(v);
+        return static_cast<float>(isLinear_ ? (1 - v) / (1 + v * (ratio_ - 1)) : 1 - v);
+    }
+
+  private:
+    bool isNearBright_;
+    bool isLinear_;
+    double ratio_;
+};
+
+cv::Mat depthMapOf(const RawDepth& raw) {
+    const Nearness nearness(raw.part);
+    const int levels = raw.samples.depth() == CV_8U ? 256 : 65536;
+    std::vector<float> table(static_cast<std::size_t>(levels));
+    for (int i = 0; i < levels; ++i)
+        table[static_cast<std::size_t>(i)] = nearness(i / (levels - 1.0));
+    cv::Mat depth(raw.samples.size(), CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y) {
+        float* const to = depth.ptr<float>(y);
+        for (int x = 0; x < depth.cols; ++x) {
+            to[x] = levels == 256 ? table[raw.samples.at<std::uint8_t>(y, x)]
+                                  : table[raw.samples.at<std::uint16_t>(y, x)];
+        }
+    }
+    return depth;
+}
+
+// Without the extremes, which may be single px.
+bool isFlat(const cv::Mat& depth) {
+    std::array<std::int64_t, 256> counts{};
+    for (int y = 0; y < depth.rows; ++y) {
+        const float* const row = depth.ptr<float>(y);
+        for (int x = 0; x < depth.cols; ++x)
+            ++counts[static_cast<std::size_t>(std::lround(row[x] * 255))];
+    }
+    const std::int64_t extremes = static_cast<std::int64_t>(depth.total()) / 200; // 0.5 %
+    std::size_t low = 0;
+    for (std::int64_t below = counts[low]; below <= extremes; below += counts[low])
+        ++low;
+    std::size_t high = 255;
+    for (std::int64_t above = counts[high]; above <= extremes; above += counts[high])
+        --high;
+    return high < low + kLeastLevels;
+}
+
+bool haveOneShape(cv::Size a, cv::Size b) {
+    const double ratio =
+        static_cast<double>(a.width) * b.height / (static_cast<double>(a.height) * b.width);
+    return std::abs(ratio - 1) <= kShapeTolerance;
+}
+
+cv::Size uprightSize(const ImageHeader& header) {
+    const cv::Size size(static_cast<int>(std::min<std::uint64_t>(header.columns, 65500)),
+                        static_cast<int>(std::min<std::uint64_t>(header.rows, 65500)));
+    return header.orientation >= 5 ? cv::Size(size.height, size.width) : size;
+}
+
+// Files that are read as a whole; empty for others.
+std::string bytesOf(const fs::path& path) {
+    std::error_code error;
+    const fs::file_type type = fs::status(path, error).type();
+    if (type == fs::file_type::fifo || type == fs::file_type::character ||
+        type == fs::file_type::socket) {
+        return {};
+    }
+    return readFile(path, kMaxFileBytes);
+}
+
+template <class Work>
+auto reading(const fs::path& path, const Work& work) {
+    return orOutOfMemory(path.string(), "does not fit into memory, expected a smaller picture",
+                         work);
+}
+
+void addUnused(Notes* notes, const std::string& what, const std::string& why) {
+    if (notes == nullptr) return;
+    notes->push_back({NoteCode::LeftOut, what + " in the file is not used: " + why});
+}
+
+} // namespace
+
+std::string EmbeddedDepth::text() const {
+    return std::string(nameOf(form)) + ", " + sizeText(depth.size()) + " px";
+}
+
+std::optional<EmbeddedDepth> readEmbeddedDepth(const fs::path& photo, Notes* notes) {
+    return reading(photo, [&]() -> std::optional<EmbeddedDepth> {
+        const std::string bytes = bytesOf(photo);
+        const ImageFormat format = imageFormat(bytes);
+        std::optional<RawDepth> raw;
+        cv::Size photoSize;
+        if (format == ImageFormat::Jpeg) {
+            std::optional<DepthPart> part = findDepthPart(bytes);
+            if (!part) return std::nullopt;
+            const ImageHeader header = readImageHeader(bytes, "");
+            photoSize = uprightSize(header);
+            raw = depthOfJpeg(std::move(*part), header.orientation);
+        } else if (format == ImageFormat::Heic || format == ImageFormat::Avif) {
+            raw = depthOfHeif(bytes, format);
+            if (raw) photoSize = uprightSize(readImageHeader(bytes, ""));
+        }
+        if (!raw || photoSize.empty()) return std::nullopt;
+        EmbeddedDepth found;
+        found.form = raw->part.form;
+        if (!raw->failure.empty()) {
+            addUnused(notes, std::string("the depth (") + nameOf(found.form) + ")", raw->failure);
+            return std::nullopt;
+        }
+        found.depth = depthMapOf(*raw);
+        const std::string what = "the depth (" + found.text() + ")";
+        if (!haveOneShape(found.depth.size(), photoSize)) {
+            addUnused(notes, what, "its shape is not the photo's " + sizeText(photoSize) + " px");
+            return std::nullopt;
+        }
+        if (isFlat(found.depth)) {
+            addUnused(notes, what, "it is flat");
+            return std::nullopt;
+        }
+        return found;
+    });
+}
+
+cv::Mat readUnblurredPhoto(const fs::path& photo, Notes* notes) {
+    return reading(photo, [&]() -> cv::Mat {
+        const std::string bytes = bytesOf(photo);
+        if (imageFormat(bytes) != ImageFormat::Jpeg) return {};
+        std::string decoded;
+        const string_view original = findUnblurred(bytes, decoded);
+        if (original.empty()) return {};
+        cv::Mat picture = decodePart(original, kMaxImagePixels, cv::IMREAD_COLOR);
+        ColourFacts colours = readColourFacts(original, imageFormat(original));
+        if (colours.icc.empty()) colours = readColourFacts(bytes, ImageFormat::Jpeg);
+        convertToSrgb(picture, colours, notes);
+        const ImageHeader header = readImageHeader(bytes, "");
+        cv::Mat result = upright(picture, header.orientation);
+        if (result.empty() || !haveOneShape(result.size(), uprightSize(header))) {
+            addUnused(notes, "the sharp original",
+                      result.empty() ? "it is damaged" : "its shape is not the photo's");
+            return {};
+        }
+        return result;
+    });
+}
+
+fs::path findDepthBeside(const fs::path& photo) {
+    for (const char* extension : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".pgm", ".pfm",
+                                  ".exr", ".PNG", ".JPG"}) {
+        fs::path depth = photo;
+        depth.replace_filename(photo.stem().string() + "_depth" + extension);
+        std::error_code error;
+        if (fs::is_regular_file(depth, error)) return depth;
+    }
+    return {};
+}
+
+} // namespace altiro3D

@@ -1,0 +1,269 @@
+#include "image/heif_file.hpp"
+
+#include "altiro3D/image_io.hpp"
+#include "base/text.hpp"
+#include "image/heif_boxes.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+#ifdef ALTIRO3D_HAVE_HEIF
+#include <libheif/heif.h>
+#endif
+
+namespace altiro3D {
+
+#ifdef ALTIRO3D_HAVE_HEIF
+
+namespace {
+
+using std::string_view;
+
+constexpr std::size_t kMaxMessage = 120;
+constexpr std::size_t kMaxMetadataBytes = std::size_t{16} << 20;
+
+struct Release {
+    void operator()(heif_context* context) const { heif_context_free(context); }
+    void operator()(const heif_image_handle* handle) const { heif_image_handle_release(handle); }
+    void operator()(const heif_image* image) const { heif_image_release(image); }
+};
+using Context = std::unique_ptr<heif_context, Release>;
+using Handle = std::unique_ptr<const heif_image_handle, Release>;
+using Image = std::unique_ptr<const heif_image, Release>;
+
+void require(const heif_error& error) {
+    if (error.code == heif_error_Ok) return;
+    if (error.code == heif_error_Memory_allocation_error &&
+        error.subcode != heif_suberror_Security_limit_exceeded) {
+        throw std::bad_alloc();
+    }
+    std::string text = error.message != nullptr ? error.message : "no reason given";
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    throw HeifFailure("libheif: " + text.substr(0, kMaxMessage));
+}
+
+// A private copy of a plane; 9 to 15 bits become 16.
+cv::Mat planeOf(const heif_image& image, heif_channel channel, int channels) {
+    int step = 0;
+    const std::uint8_t* const data = heif_image_get_plane_readonly(&image, channel, &step);
+    const int columns = heif_image_get_width(&image, channel);
+    const int rows = heif_image_get_height(&image, channel);
+    const int bits = heif_image_get_bits_per_pixel_range(&image, channel);
+    if (data == nullptr || columns < 1 || rows < 1 || bits < 1 || bits > 16 || step < 1) {
+        throw HeifFailure("the decoder gave no picture");
+    }
+    const int type = CV_MAKETYPE(bits > 8 ? CV_16U : CV_8U, channels);
+    const cv::Mat plane(rows, columns, type, const_cast<std::uint8_t*>(data),
+                        static_cast<std::size_t>(step));
+    cv::Mat result;
+    if (bits == 8 || bits == 16) {
+        plane.copyTo(result);
+    } else {
+        const double largest = bits > 8 ? 65535 : 255;
+        plane.convertTo(result, -1, largest / ((1 << bits) - 1));
+    }
+    return result;
+}
+
+Image decoded(const heif_image_handle& handle, heif_colorspace space, heif_chroma chroma) {
+    heif_image* image = nullptr;
+    require(heif_decode_image(&handle, &image, space, chroma, nullptr));
+    return Image(image);
+}
+
+Context contextOf(string_view bytes, heif_error& error) {
+    static const heif_error initialized = heif_init(nullptr); // loads decoders that are plugins
+    static_cast<void>(initialized);
+    Context context(heif_context_alloc());
+    if (!context) throw std::bad_alloc();
+    error = heif_context_read_from_memory_without_copy(context.get(), bytes.data(), bytes.size(),
+                                                       nullptr);
+    return context;
+}
+
+} // namespace
+
+struct HeifFile::Impl {
+    std::string repaired; // of iOS 18
+    Context context;
+    Handle handle; // of the main picture
+};
+
+bool hasHeif() {
+    return true;
+}
+
+HeifFile::HeifFile(string_view bytes) : impl_(std::make_unique<Impl>()) {
+    heif_error error{};
+    impl_->context = contextOf(bytes, error);
+    if (error.code != heif_error_Ok) {
+        impl_->repaired = repairedHeif(bytes);
+        if (!impl_->repaired.empty()) impl_->context = contextOf(impl_->repaired, error);
+    }
+    require(error);
+    const cv::Size coded = largestCodedPicture(bytes);
+    if (static_cast<double>(coded.width) * coded.height > kMaxImagePixels)
+        throw HeifFailure("its coded picture has " + sizeText(coded) + " px");
+    heif_image_handle* handle = nullptr;
+    require(heif_context_get_primary_image_handle(impl_->context.get(), &handle));
+    impl_->handle.reset(handle);
+}
+
+HeifFile::~HeifFile() = default;
+HeifFile::HeifFile(HeifFile&&) noexcept = default;
+HeifFile& HeifFile::operator=(HeifFile&&) noexcept = default;
+
+cv::Size HeifFile::size() const {
+    return {std::max(0, heif_image_handle_get_width(impl_->handle.get())),
+            std::max(0, heif_image_handle_get_height(impl_->handle.get()))};
+}
+
+unsigned HeifFile::pictures() const {
+    const int count = heif_context_get_number_of_top_level_images(impl_->context.get());
+    return static_cast<unsigned>(std::max(1, count));
+}
+
+std::string HeifFile::exif() const {
+    const heif_image_handle* const handle = impl_->handle.get();
+    heif_item_id id = 0;
+    if (heif_image_handle_get_list_of_metadata_block_IDs(handle, "Exif", &id, 1) < 1) return {};
+    std::string block(heif_image_handle_get_metadata_size(handle, id), '\0');
+    if (block.size() < 4 || block.size() > kMaxMetadataBytes) return {};
+    require(heif_image_handle_get_metadata(handle, id, block.data()));
+    std::size_t start = 0; // of the TIFF header, after these four bytes
+    for (int i = 0; i < 4; ++i)
+        start = start << 8 | static_cast<unsigned char>(block[static_cast<std::size_t>(i)]);
+    return start + 4 <= block.size() ? block.substr(start + 4) : std::string();
+}
+
+std::string HeifFile::iccProfile() const {
+    const heif_image_handle* const handle = impl_->handle.get();
+    const heif_color_profile_type type = heif_image_handle_get_color_profile_type(handle);
+    if (type != heif_color_profile_type_prof && type != heif_color_profile_type_rICC) return {};
+    std::string profile(heif_image_handle_get_raw_color_profile_size(handle), '\0');
+    if (profile.empty() || profile.size() > kMaxMetadataBytes) return {};
+    require(heif_image_handle_get_raw_color_profile(handle, profile.data()));
+    return profile;
+}
+
+std::optional<HeifColours> HeifFile::colours() const {
+    heif_color_profile_nclx* nclx = nullptr;
+    const heif_error error = heif_image_handle_get_nclx_color_profile(impl_->handle.get(), &nclx);
+    if (error.code != heif_error_Ok || nclx == nullptr) return std::nullopt;
+    const HeifColours colours{nclx->color_primaries, nclx->transfer_characteristics};
+    heif_nclx_color_profile_free(nclx);
+    return colours;
+}
+
+bool HeifFile::isPremultiplied() const {
+    return heif_image_handle_is_premultiplied_alpha(impl_->handle.get()) != 0;
+}
+
+bool HeifFile::hasDepth() const {
+    return heif_image_handle_has_depth_image(impl_->handle.get()) != 0;
+}
+
+cv::Mat HeifFile::decode() const {
+    const heif_image_handle* const handle = impl_->handle.get();
+    heif_context_set_max_decoding_threads(impl_->context.get(),
+                                          cv::getNumThreads() > 1 ? cv::getNumThreads() : 0);
+    const bool alpha = heif_image_handle_has_alpha_channel(handle) != 0;
+    const bool deep = heif_image_handle_get_luma_bits_per_pixel(handle) > 8;
+    const heif_chroma chroma =
+        deep ? (alpha ? heif_chroma_interleaved_RRGGBBAA_LE : heif_chroma_interleaved_RRGGBB_LE)
+             : (alpha ? heif_chroma_interleaved_RGBA : heif_chroma_interleaved_RGB);
+    const Image image = decoded(*handle, heif_colorspace_RGB, chroma);
+    cv::Mat picture = planeOf(*image, heif_channel_interleaved, alpha ? 4 : 3);
+    cv::cvtColor(picture, picture, alpha ? cv::COLOR_RGBA2BGRA : cv::COLOR_RGB2BGR);
+    return picture;
+}
+
+HeifDepth HeifFile::decodeDepth(double maxPixels) const {
+    const heif_image_handle* const photo = impl_->handle.get();
+    heif_item_id id = 0;
+    if (heif_image_handle_get_list_of_depth_image_IDs(photo, &id, 1) < 1) {
+        throw HeifFailure("it has no depth image");
+    }
+    heif_image_handle* opened = nullptr;
+    require(heif_image_handle_get_depth_image_handle(photo, id, &opened));
+    const Handle handle(opened);
+    const double columns = heif_image_handle_get_width(handle.get());
+    const double rows = heif_image_handle_get_height(handle.get());
+    if (columns < 1 || rows < 1 || columns * rows > maxPixels) {
+        throw HeifFailure("its depth image has " + numberText(columns) + " x " + numberText(rows) +
+                          " px");
+    }
+    HeifDepth depth;
+    const Image image = decoded(*handle, heif_colorspace_undefined, heif_chroma_undefined);
+    const bool isRgb = heif_image_get_colorspace(image.get()) == heif_colorspace_RGB;
+    depth.samples = planeOf(*image, isRgb ? heif_channel_G : heif_channel_Y, 1);
+    const heif_depth_representation_info* info = nullptr;
+    if (heif_image_handle_get_depth_image_representation_info(photo, id, &info) != 0 &&
+        info != nullptr) {
+        depth.isDistance =
+            info->depth_representation_type == heif_depth_representation_type_uniform_Z;
+        if (info->has_z_near != 0) depth.zNear = info->z_near;
+        if (info->has_z_far != 0) depth.zFar = info->z_far;
+        heif_depth_representation_info_free(info);
+    }
+    return depth;
+}
+
+#else // without libheif: every file fails
+
+struct HeifFile::Impl {};
+
+bool hasHeif() {
+    return false;
+}
+
+HeifFile::HeifFile(std::string_view /*bytes*/) {
+    throw HeifFailure("this build has no libheif");
+}
+
+HeifFile::~HeifFile() = default;
+HeifFile::HeifFile(HeifFile&&) noexcept = default;
+HeifFile& HeifFile::operator=(HeifFile&&) noexcept = default;
+
+cv::Size HeifFile::size() const {
+    return {};
+}
+
+unsigned HeifFile::pictures() const {
+    return 1;
+}
+
+std::string HeifFile::exif() const {
+    return {};
+}
+
+std::string HeifFile::iccProfile() const {
+    return {};
+}
+
+std::optional<HeifColours> HeifFile::colours() const {
+    return std::nullopt;
+}
+
+bool HeifFile::isPremultiplied() const {
+    return false;
+}
+
+bool HeifFile::hasDepth() const {
+    return false;
+}
+
+cv::Mat HeifFile::decode() const {
+    return {};
+}
+
+HeifDepth HeifFile::decodeDepth(double /*maxPixels*/) const {
+    return {};
+}
+
+#endif
+
+} // namespace altiro3D

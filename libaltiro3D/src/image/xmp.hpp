@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace altiro3D {
+
+/// One entry of a `Container:Directory`: a file that follows the picture (Dynamic Depth).
+struct XmpItem {
+    std::string mime;          ///< "image/jpeg"
+    std::string semantic;      ///< "Primary", "Depth", "Original", ...; may be empty.
+    std::string uri;           ///< "android/depthmap"; may be empty.
+    std::uint64_t length = 0;  ///< Bytes.
+    std::uint64_t padding = 0; ///< Bytes after it.
+};
+
+/// A property: the name of an attribute, or of an element that holds only text.
+struct XmpProperty {
+    std::string space; ///< URI of the namespace.
+    std::string name;  ///< Local name.
+    std::string value; ///< Text.
+};
+
+/// The properties of XMP data (XML), in document order. Attributes and elements count the same.
+///
+/// Long values, such as a picture in base64, are not copied: they are views into the text.
+class Xmp {
+  public:
+    /// Malformed XML gives the properties before the fault.
+    /// @param text XMP; must outlive the object
+    explicit Xmp(std::string_view text);
+
+    /// The value of the first property whose namespace contains `space`; empty if there is none.
+    std::string_view value(std::string_view space, std::string_view name) const;
+    /// Whether there is such a property.
+    bool has(std::string_view space, std::string_view name) const;
+    /// The value as a number; 0 if it is missing or no finite number.
+    double number(std::string_view space, std::string_view name) const;
+    /// The entries of `Container:Directory`.
+    const std::vector<XmpItem>& items() const { return items_; }
+
+  private:
+    const XmpProperty* find(std::string_view space, std::string_view name) const;
+
+    std::vector<XmpProperty> properties_;
+    std::vector<std::string_view> longValues_;
+    std::vector<XmpItem> items_;
+};
+
+/// Decodes base64. White space and character references (`&#xA;`) are skipped; the first other
+/// character ends it.
+std::string decodeBase64(std::string_view text);
+
+} // namespace altiro3D

@@ -1,0 +1,37 @@
+// Depth inside photos: segments, multi-picture index, XMP, trailers.
+
+#include "altiro3D/embedded_depth.hpp"
+#include "fuzz.hpp"
+#include "image/depth_parts.hpp"
+#include "image/image_header.hpp"
+
+#include <opencv2/core.hpp>
+
+using namespace altiro3D;
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    static const fuzz::Directory directory;
+    constexpr double kMaxPixels = 1e5; // time is for our code, not for decoders
+    const std::string_view bytes = fuzz::textOf(data, size);
+    std::string decoded;
+    findUnblurred(bytes, decoded);
+    const auto part = findDepthPart(bytes);
+    if (!part) return 0;
+    if (part->raw.empty()) {
+        const ImageHeader header = readImageHeader(part->picture(), "");
+        if (static_cast<double>(header.columns) * static_cast<double>(header.rows) > kMaxPixels)
+            return 0;
+    }
+    const std::filesystem::path file = directory.file("a.jpg", bytes);
+    Notes notes;
+    fuzz::reads([&] {
+        const auto depth = readEmbeddedDepth(file, &notes);
+        if (!depth) return;
+        double least = 0;
+        double most = 0;
+        cv::minMaxLoc(depth->depth, &least, &most);
+        fuzz::require(depth->depth.type() == CV_32FC1 && least >= 0 && most <= 1,
+                      "depth is float, 0..1");
+    });
+    return 0;
+}

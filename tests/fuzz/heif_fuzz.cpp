@@ -1,0 +1,18 @@
+// HEIC and AVIF: what they say about themselves, and the repair of files of iOS 18.
+
+#include "fuzz.hpp"
+#include "image/heif_boxes.hpp"
+#include "image/image_header.hpp"
+
+using namespace altiro3D;
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const std::string_view bytes = fuzz::textOf(data, size);
+    const std::string repaired = repairedHeif(bytes);
+    fuzz::require(repaired.empty() || repaired.size() == size, "a repair keeps all offsets");
+    if (!repaired.empty()) fuzz::require(repairedHeif(repaired).empty(), "one repair is enough");
+    fuzz::require(largestCodedPicture(bytes).width >= 0, "sizes are not negative");
+    const ImageHeader header = readImageHeader(bytes, ".heic");
+    fuzz::require(header.orientation >= 1 && header.orientation <= 8, "orientations are 1..8");
+    return 0;
+}

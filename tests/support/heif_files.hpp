@@ -1,0 +1,196 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// HEIC and AVIF files made box by box. The coded pictures in them are those of heif-enc (x265,
+/// aom) of a picture in four colours, and of a ramp.
+namespace altiro3D::test {
+
+inline std::string heifNumber(std::uint64_t value, unsigned bytes) {
+    std::string text;
+    for (unsigned i = bytes; i-- > 0;)
+        text.push_back(static_cast<char>(value >> (8 * i) & 0xffU));
+    return text;
+}
+
+inline std::string heifBox(const std::string& type, const std::string& body) {
+    return heifNumber(body.size() + 8, 4) + type + body;
+}
+
+/// A box with version and flags.
+inline std::string heifFullBox(const std::string& type, unsigned version, const std::string& body) {
+    return heifBox(type, heifNumber(version, 1) + std::string(3, '\0') + body);
+}
+
+/// Base64, without checks.
+inline std::string fromBase64(std::string_view text) {
+    constexpr std::string_view kDigits =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string bytes;
+    unsigned bits = 0;
+    int count = 0;
+    for (const char c : text) {
+        const std::size_t digit = kDigits.find(c);
+        if (digit == std::string_view::npos) break;
+        bits = bits << 6 | static_cast<unsigned>(digit);
+        if ((count += 6) < 8) continue;
+        count -= 8;
+        bytes.push_back(static_cast<char>(bits >> count & 0xffU));
+    }
+    return bytes;
+}
+
+struct HeifItem {
+    unsigned id = 1;
+    std::string type; ///< "hvc1", "av01", "Exif", "mime", "tmap", ...
+    std::string data;
+    std::vector<std::string> properties; ///< Boxes: ispe, hvcC, irot, auxC, ...
+    std::string contentType;             ///< Of "mime".
+};
+
+struct HeifReference {
+    std::string type;
+    unsigned from = 0;
+    std::vector<unsigned> to;
+};
+
+inline std::string ispe(unsigned columns, unsigned rows) {
+    return heifFullBox("ispe", 0, heifNumber(columns, 4) + heifNumber(rows, 4));
+}
+
+/// Turns by so many quarters, anticlockwise.
+inline std::string irot(unsigned quarters) {
+    return heifBox("irot", heifNumber(quarters, 1));
+}
+
+inline std::string auxC(const std::string& type) {
+    return heifFullBox("auxC", 0, type + '\0');
+}
+
+inline std::string nclx(unsigned primaries, unsigned transfer, unsigned matrix = 6) {
+    return heifBox("colr", "nclx" + heifNumber(primaries, 2) + heifNumber(transfer, 2) +
+                               heifNumber(matrix, 2) + '\x80');
+}
+
+inline std::string iccBox(const std::string& profile) {
+    return heifBox("colr", "prof" + profile);
+}
+
+/// 128 x 64 px: red (200, 40, 40), green (40, 180, 60); below, blue (40, 60, 200) and light grey
+/// 230.
+inline HeifItem hevcColours(unsigned id) {
+    const std::string settings =
+        "AQNwAAAAAAAAAAAAHvAA/P34+AAADwMgAAEAGEABDAH//wNwAAADAJAAAAMAAAMAHroCQCEAAQArQgEB"
+        "A3AAAAMAkAAAAwAAAwAeoBAgQWW6kkprm4EBAwIAAAMAAgAAAwACECIAAQAHRAHBcrAiQA==";
+    const std::string coded =
+        "AAAAhigBrwT47FrpOu3/39////SZjsv7Kw0nz+KD+JG1L/YlL//8rx0CnR+jLi/ihsK3R5E4ToAL8VeF"
+        "q7ZUgSwyhKap4RG+h86fonypPEfAtaArKtDNljdvDwxTiNN/TF+38qNmaBye197/Zd//8bo//04nt31U"
+        "hX+zvZxPjwC6+144FMn+DItQ";
+    return {
+        id, "hvc1", fromBase64(coded), {heifBox("hvcC", fromBase64(settings)), ispe(128, 64)}, ""};
+}
+
+/// 128 x 64 px: a ramp from black on the left to white.
+inline HeifItem hevcRamp(unsigned id) {
+    const std::string settings =
+        "AQNwAAAAAAAAAAAAHvAA/P34+AAADwMgAAEAGEABDAH//wNwAAADAJAAAAMAAAMAHroCQCEAAQArQgEB"
+        "A3AAAAMAkAAAAwAAAwAeoBAgQWW6kkprm4EBAwIAAAMAAgAAAwACECIAAQAHRAHBcrAiQA==";
+    const std::string coded =
+        "AAAAQSgBrwngI8Lhs57MR+09aKuvLp9Y/OSi1sDnCZBF9+sPzp9oIA82Yxh+UUR0N4aO3+3Mo5SSYNUG"
+        "X+9/2EDh4X/A";
+    return {
+        id, "hvc1", fromBase64(coded), {heifBox("hvcC", fromBase64(settings)), ispe(128, 64)}, ""};
+}
+
+/// As hevcColours(), as AV1.
+inline HeifItem av1Colours(unsigned id) {
+    const std::string settings = "gQAMAA==";
+    const std::string coded =
+        "EgAKCRgZf/7BAgIGhDIxEaABBBBCALRVVYPpKVyB9t52Ctq6/z4AUjK9+WUrcRF5qQJM9QL+tYP33lQL"
+        "fvJ1SA==";
+    return {
+        id, "av01", fromBase64(coded), {heifBox("av1C", fromBase64(settings)), ispe(128, 64)}, ""};
+}
+
+/// As hevcRamp(), as AV1.
+inline HeifItem av1Ramp(unsigned id) {
+    const std::string settings = "gQAMAA==";
+    const std::string coded =
+        "EgAKCRgZf/7BAgIGhDIsEyADDDDCALXEDruaE3aricswoAFbOLCwZ+CalEpu3bTNvAKcZjlheubJy4A=";
+    return {
+        id, "av01", fromBase64(coded), {heifBox("av1C", fromBase64(settings)), ispe(128, 64)}, ""};
+}
+
+/// The file. The first item is the main picture.
+inline std::string heifFile(const std::string& brand, const std::vector<HeifItem>& items,
+                            const std::vector<HeifReference>& references = {}) {
+    std::string infos;
+    std::string properties;
+    std::string associations;
+    std::string data;
+    unsigned propertyCount = 0;
+    for (const HeifItem& item : items) {
+        infos += heifFullBox("infe", 2,
+                             heifNumber(item.id, 2) + heifNumber(0, 2) + item.type + '\0' +
+                                 (item.contentType.empty() ? "" : item.contentType + '\0'));
+        associations += heifNumber(item.id, 2) + heifNumber(item.properties.size(), 1);
+        for (const std::string& property : item.properties) {
+            properties += property;
+            associations += heifNumber(++propertyCount, 1);
+        }
+        data += item.data;
+    }
+    std::string links;
+    for (const HeifReference& reference : references) {
+        std::string body = heifNumber(reference.from, 2) + heifNumber(reference.to.size(), 2);
+        for (const unsigned target : reference.to)
+            body += heifNumber(target, 2);
+        links += heifBox(reference.type, body);
+    }
+    const std::string ftyp = heifBox("ftyp", brand + std::string(4, '\0') + "mif1" + brand);
+    const auto metaAt = [&](std::size_t dataAt) { // its size does not depend on the offsets
+        std::string places = std::string("\x44\x00", 2) + heifNumber(items.size(), 2);
+        for (const HeifItem& item : items) {
+            places += heifNumber(item.id, 2) + heifNumber(0, 2) + heifNumber(1, 2) +
+                      heifNumber(dataAt, 4) + heifNumber(item.data.size(), 4);
+            dataAt += item.data.size();
+        }
+        return heifFullBox(
+            "meta", 0,
+            heifFullBox("hdlr", 0, std::string(4, '\0') + "pict" + std::string(13, '\0')) +
+                heifFullBox("pitm", 0, heifNumber(items.front().id, 2)) +
+                heifFullBox("iloc", 0, places) +
+                heifFullBox("iinf", 0, heifNumber(items.size(), 2) + infos) +
+                (links.empty() ? "" : heifFullBox("iref", 0, links)) +
+                heifBox("iprp",
+                        heifBox("ipco", properties) +
+                            heifFullBox("ipma", 0, heifNumber(items.size(), 4) + associations)));
+    };
+    const std::size_t dataAt = ftyp.size() + metaAt(0).size() + 8;
+    return ftyp + metaAt(dataAt) + heifBox("mdat", data);
+}
+
+/// A portrait of an iPhone: the picture, its depth, and the XMP of the depth.
+inline std::string appleHeic(bool isIos18 = false, const std::vector<std::string>& more = {}) {
+    HeifItem photo = hevcColours(1);
+    HeifItem depth = hevcRamp(2);
+    depth.properties.push_back(auxC("urn:mpeg:hevc:2015:auxid:2"));
+    photo.properties.insert(photo.properties.end(), more.begin(), more.end());
+    depth.properties.insert(depth.properties.end(), more.begin(), more.end());
+    const std::string xmp = "<x:xmpmeta xmlns:x='adobe:ns:meta/'/>";
+    if (!isIos18) {
+        return heifFile("heic", {photo, depth, {3, "mime", xmp, {}, "application/rdf+xml"}},
+                        {{"auxl", 2, {1}}, {"cdsc", 3, {2}}});
+    }
+    HeifItem gain = hevcRamp(5);
+    gain.properties.push_back(auxC("urn:com:apple:photo:2020:aux:hdrgainmap"));
+    HeifItem toneMapped{4, "tmap", std::string(62, '\0'), {ispe(128, 64)}, ""};
+    return heifFile(
+        "heic", {photo, depth, {3, "mime", xmp, {}, "application/rdf+xml"}, toneMapped, gain},
+        {{"auxl", 2, {1, 4}}, {"auxl", 5, {1}}, {"cdsc", 3, {1, 4}}, {"dimg", 4, {1, 5}}});
+}
+
+} // namespace altiro3D::test

@@ -1,0 +1,199 @@
+#pragma once
+
+#include "support/heif_files.hpp"
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// JPEG files with depth inside, made byte by byte as phones write them.
+namespace altiro3D::test {
+
+/// As heifNumber(), least significant byte first.
+inline std::string littleNumber(std::uint64_t value, unsigned bytes) {
+    const std::string text = heifNumber(value, bytes);
+    return {text.rbegin(), text.rend()};
+}
+
+inline std::string toBase64(std::string_view bytes) {
+    constexpr std::string_view kDigits =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        unsigned bits = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            bits =
+                bits << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+        for (std::size_t k = 0; k < 4; ++k)
+            text += i + k > bytes.size() ? '=' : kDigits[bits >> (18 - 6 * k) & 63U];
+    }
+    return text;
+}
+
+inline std::string jpegSegment(unsigned marker, const std::string& body) {
+    return '\xff' + heifNumber(marker, 1) + heifNumber(body.size() + 2, 2) + body;
+}
+
+/// The JPEG with segments directly after its start.
+inline std::string withSegments(const std::string& jpeg, const std::string& segments) {
+    return jpeg.substr(0, 2) + segments + jpeg.substr(2);
+}
+
+inline std::string exifSegment(unsigned orientation) {
+    return jpegSegment(0xe1, std::string("Exif\0\0II*\0\10\0\0\0\1\0\x12\1\3\0\1\0\0\0", 24) +
+                                 littleNumber(orientation, 4) + std::string(4, '\0'));
+}
+
+inline std::string xmpSegment(const std::string& xmp) {
+    return jpegSegment(0xe1, std::string("http://ns.adobe.com/xap/1.0/\0", 29) + xmp);
+}
+
+/// Extended XMP in parts of so many bytes.
+inline std::string moreXmpSegments(const std::string& xmp, std::size_t partBytes = 60000) {
+    const std::string guid = "0123456789ABCDEF0123456789ABCDEF";
+    std::string segments;
+    for (std::size_t at = 0; at < xmp.size(); at += partBytes) {
+        segments += jpegSegment(0xe1, std::string("http://ns.adobe.com/xmp/extension/\0", 35) +
+                                          guid + heifNumber(xmp.size(), 4) + heifNumber(at, 4) +
+                                          xmp.substr(at, partBytes));
+    }
+    return segments;
+}
+
+/// XMP around the attributes and elements of one description.
+inline std::string xmpOf(const std::string& attributes, const std::string& elements = "") {
+    return "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF "
+           "xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\"><rdf:Description " +
+           attributes + ">" + elements + "</rdf:Description></rdf:RDF></x:xmpmeta>";
+}
+
+struct DynamicItem {
+    std::string semantic; ///< "Depth", "GainMap", ...; empty: only the URI tells.
+    std::string bytes;
+    std::string uri;
+};
+
+/// A photo of a Pixel.
+/// @param isOld the first generation: another namespace, elements instead of attributes
+inline std::string dynamicDepthPhoto(const std::string& jpeg, const std::vector<DynamicItem>& items,
+                                     const std::string& format = "RangeInverse",
+                                     double nearest = 0.5, double farthest = 10,
+                                     bool isOld = false) {
+    const std::string space =
+        std::string("http://ns.google.com/photos/") + (isOld ? "dd/1.0/" : "1.0/") + "container/";
+    const auto entry = [&](const std::string& semantic, std::size_t length,
+                           const std::string& uri) {
+        if (isOld) {
+            return "<rdf:li rdf:parseType='Resource'><Item:Mime>image/jpeg</Item:Mime>"
+                   "<Item:Length>" +
+                   std::to_string(length) + "</Item:Length><Item:DataURI>" + uri +
+                   "</Item:DataURI></rdf:li>";
+        }
+        return "<rdf:li rdf:parseType='Resource'><Container:Item Item:Mime='image/jpeg' "
+               "Item:Length='" +
+               std::to_string(length) + "' Item:Semantic='" + semantic + "'/></rdf:li>";
+    };
+    std::string list = entry("Primary", 0, "primary_image");
+    std::string tail;
+    for (const DynamicItem& item : items) {
+        list += entry(item.semantic, item.bytes.size(), item.uri);
+        tail += item.bytes;
+    }
+    const std::string directory =
+        xmpOf("xmlns:Container='" + space + "' xmlns:Item='" + space + "item/'",
+              "<Container:Directory><rdf:Seq>" + list + "</rdf:Seq></Container:Directory>");
+    const std::string device =
+        xmpOf("xmlns:DepthMap='http://ns.google.com/photos/dd/1.0/depthmap/'",
+              "<DepthMap:Format>" + format + "</DepthMap:Format><DepthMap:Near>" +
+                  std::to_string(nearest) + "</DepthMap:Near><DepthMap:Far>" +
+                  std::to_string(farthest) + "</DepthMap:Far>");
+    return withSegments(jpeg, xmpSegment(directory) + moreXmpSegments(device)) + tail;
+}
+
+/// A photo by lens blur. `original`: the sharp one; empty: none.
+inline std::string gDepthPhoto(const std::string& jpeg, const std::string& depth,
+                               const std::string& format = "RangeInverse", double nearest = 0.5,
+                               double farthest = 10, const std::string& original = "") {
+    const std::string facts =
+        xmpOf("xmlns:GDepth='http://ns.google.com/photos/1.0/depthmap/' GDepth:Format='" + format +
+              "' GDepth:Near='" + std::to_string(nearest) + "' GDepth:Far='" +
+              std::to_string(farthest) + "' GDepth:Mime='image/png'");
+    std::string data = "xmlns:GDepth=\"http://ns.google.com/photos/1.0/depthmap/\" "
+                       "xmlns:GImage=\"http://ns.google.com/photos/1.0/image/\" ";
+    if (!original.empty()) data += "GImage:Data=\"" + toBase64(original) + "\" ";
+    data += "GDepth:Data=\"" + toBase64(depth) + "\"";
+    return withSegments(jpeg, xmpSegment(facts) + moreXmpSegments(xmpOf(data), 5000));
+}
+
+/// A JPEG whose XMP says what an iPhone's further pictures are.
+inline std::string appleAuxiliary(const std::string& jpeg, const std::string& type,
+                                  const std::string& subtype = "") {
+    return withSegments(
+        jpeg, xmpSegment(xmpOf("xmlns:apdi='http://ns.apple.com/pixeldatainfo/1.0/'",
+                               "<apdi:AuxiliaryImageType>" + type + "</apdi:AuxiliaryImageType>" +
+                                   (subtype.empty() ? ""
+                                                    : "<apdi:AuxiliaryImageSubType>" + subtype +
+                                                          "</apdi:AuxiliaryImageSubType>"))));
+}
+
+/// A multi-picture file of an iPhone: the photo, then further pictures.
+inline std::string appleJpeg(const std::string& jpeg, const std::vector<std::string>& pictures) {
+    const std::size_t count = pictures.size() + 1;
+    const auto index = [&](std::size_t photoBytes, std::size_t mpfAt) {
+        std::string list;
+        std::size_t at = photoBytes;
+        list += heifNumber(0x030000, 4) + heifNumber(photoBytes, 4) + std::string(8, '\0');
+        for (const std::string& picture : pictures) {
+            list += heifNumber(0, 4) + heifNumber(picture.size(), 4) + heifNumber(at - mpfAt, 4) +
+                    std::string(4, '\0');
+            at += picture.size();
+        }
+        return std::string("MPF\0MM\0*\0\0\0\10\0\1", 14) + heifNumber(0xb002, 2) +
+               heifNumber(7, 2) + heifNumber(16 * count, 4) + heifNumber(8 + 2 + 12 + 4, 4) +
+               std::string(4, '\0') + list;
+    };
+    const std::size_t photoBytes = jpeg.size() + 4 + index(0, 0).size();
+    std::string file = withSegments(jpeg, jpegSegment(0xe2, index(photoBytes, 10)));
+    for (const std::string& picture : pictures)
+        file += picture;
+    return file;
+}
+
+/// A portrait of a Samsung phone. @param version of the block with the size: 1, 3, 4, 5 or 6
+inline std::string samsungPhoto(const std::string& jpeg, const std::string& raw, unsigned columns,
+                                unsigned rows, unsigned version = 1) {
+    const auto block = [](unsigned type, const std::string& name, const std::string& data) {
+        return littleNumber(0, 2) + littleNumber(type, 2) + littleNumber(name.size(), 4) + name +
+               data;
+    };
+    const std::size_t places[][3] = {
+        {1, 9, 10}, {3, 12, 13}, {4, 17, 18}, {5, 20, 19}, {6, 22, 21}};
+    std::string info = littleNumber(version, 2) + std::string(98, '\0');
+    for (const auto& [number, columnsAt, rowsAt] : places) {
+        if (number != version) continue;
+        info.replace(4 * columnsAt, 4, littleNumber(columns, 4));
+        info.replace(4 * rowsAt, 4, littleNumber(rows, 4));
+    }
+    const std::string depth = block(0x0ab1, "DualShot_DepthMap_1", raw);
+    const std::string extra = block(0x0ab3, "DualShot_Extra_Info", info);
+    const std::string directory =
+        "SEFH" + littleNumber(106, 4) + littleNumber(2, 4) + littleNumber(0, 2) +
+        littleNumber(0x0ab1, 2) + littleNumber(depth.size() + extra.size(), 4) +
+        littleNumber(depth.size(), 4) + littleNumber(0, 2) + littleNumber(0x0ab3, 2) +
+        littleNumber(extra.size(), 4) + littleNumber(extra.size(), 4);
+    return jpeg + depth + extra + directory + littleNumber(directory.size(), 4) + "SEFT";
+}
+
+/// A photo of a Huawei phone. @param turn 0x10..0x13
+inline std::string huaweiPhoto(const std::string& jpeg, const std::string& raw, unsigned columns,
+                               unsigned rows, char turn = '\x10') {
+    std::string header(64, '\0');
+    header[3] = turn;
+    header.replace(12, 2, littleNumber(columns, 2));
+    header.replace(14, 2, littleNumber(rows, 2));
+    return jpeg + littleNumber(jpeg.size(), 4) + "edof" + std::string(4, '\0') + header + raw +
+           littleNumber(header.size() + raw.size(), 4) + std::string("DepthEn\0", 8);
+}
+
+} // namespace altiro3D::test

@@ -1,0 +1,322 @@
+#include "altiro3D/depth_refine.hpp"
+
+#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/trade.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+
+#include <cmath>
+#include <functional>
+#include <gtest/gtest.h>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D::test {
+namespace {
+
+struct World {
+    cv::Mat photo;
+    cv::Mat depth;
+};
+
+// Things of one colour and weak texture each, at several depths; every border of depth is one of
+// the photo, and the photo has borders of its own.
+World world(cv::Size size = {240, 200}) {
+    World made{cv::Mat(size, CV_8UC3, cv::Scalar(90, 130, 60)),
+               cv::Mat(size, CV_32FC1, cv::Scalar(0.2))};
+    const auto put = [&](const cv::Point& centre, const cv::Size& half, double angle, double depth,
+                         const cv::Scalar& color) {
+        cv::ellipse(made.photo, centre, half, angle, 0, 360, color, cv::FILLED);
+        if (depth >= 0)
+            cv::ellipse(made.depth, centre, half, angle, 0, 360, cv::Scalar(depth), cv::FILLED);
+    };
+    put({40, 150}, {18, 12}, 0, -1, {60, 60, 160}); // painted on the background
+    put({70, 60}, {42, 30}, 20, 0.5, {200, 180, 170});
+    put({60, 55}, {14, 10}, 0, -1, {120, 90, 200}); // painted on a thing
+    put({170, 80}, {30, 50}, -15, 0.65, {30, 60, 190});
+    put({110, 150}, {50, 26}, 5, 0.9, {20, 30, 40});
+    put({200, 160}, {22, 22}, 0, 0.4, {220, 220, 90});
+    cv::Mat noise(size, CV_8UC3);
+    cv::RNG random(7);
+    random.fill(noise, cv::RNG::UNIFORM, 0, 9);
+    made.photo += noise;
+    return made;
+}
+
+cv::Mat moved(const cv::Mat& depth, int pixels) {
+    const int side = 2 * std::abs(pixels) + 1;
+    const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side});
+    cv::Mat result;
+    if (pixels > 0) cv::dilate(depth, result, disc);
+    if (pixels < 0) cv::erode(depth, result, disc);
+    return result;
+}
+
+cv::Mat blurred(const cv::Mat& depth, double sigma) {
+    cv::Mat result;
+    cv::GaussianBlur(depth, result, {}, sigma);
+    return result;
+}
+
+cv::Mat refined(const cv::Mat& photo, const cv::Mat& depth,
+                const DepthRefineOptions& options = {}) {
+    cv::Mat result;
+    refineDepth(photo, depth, result, options);
+    return result;
+}
+
+// Part of the px whose depth is wrong by more than 0.03.
+double wrongPart(const cv::Mat& depth, const cv::Mat& truth) {
+    return cv::countNonZero(cv::abs(depth - truth) > 0.03) / static_cast<double>(truth.total());
+}
+
+TEST(DepthRefine, DepthThatFitsThePhotoStaysAsItIs) {
+    const World made = world();
+    const DepthFlaws flaws = measureDepthFlaws(made.photo, made.depth);
+    EXPECT_EQ(flaws.softnessPixels, 0);
+    EXPECT_EQ(flaws.growthPixels, 0);
+    EXPECT_EQ(flaws.shiftPixels, cv::Point());
+    EXPECT_EQ(flaws.noise, 0);
+    EXPECT_TRUE(samePicture(refined(made.photo, made.depth), made.depth));
+}
+
+TEST(DepthRefine, ThingsThatAreTooLargeOrTooSmallGetTheirSize) {
+    const World made = world();
+    for (const int pixels : {-3, -2, 2, 3}) {
+        const cv::Mat wrong = moved(made.depth, pixels);
+        EXPECT_NEAR(measureDepthFlaws(made.photo, wrong).growthPixels, pixels, 0.5);
+        const double before = wrongPart(wrong, made.depth);
+        const double after = wrongPart(refined(made.photo, wrong), made.depth);
+        EXPECT_GT(before, 0.03) << pixels;
+        EXPECT_LT(after, before / 10) << pixels;
+    }
+}
+
+TEST(DepthRefine, AShiftIsUndone) {
+    const World made = world();
+    for (const cv::Point shift : {cv::Point(2, 0), cv::Point(-1, 2), cv::Point(0, -3)}) {
+        const cv::Mat by = (cv::Mat_<double>(2, 3) << 1, 0, shift.x, 0, 1, shift.y);
+        cv::Mat wrong;
+        cv::warpAffine(made.depth, wrong, by, wrong.size(), cv::INTER_NEAREST,
+                       cv::BORDER_REPLICATE);
+        EXPECT_EQ(measureDepthFlaws(made.photo, wrong).shiftPixels, shift);
+        const cv::Rect inside(4, 4, made.depth.cols - 8, made.depth.rows - 8);
+        EXPECT_TRUE(
+            samePicture(refined(made.photo, wrong)(inside).clone(), made.depth(inside).clone()));
+    }
+}
+
+TEST(DepthRefine, SoftEdgesBecomeHardAtTheBorderOfThePhoto) {
+    const World made = world();
+    for (const double sigma : {1.0, 2.0, 4.0}) {
+        const cv::Mat wrong = blurred(made.depth, sigma);
+        const DepthFlaws flaws = measureDepthFlaws(made.photo, wrong);
+        EXPECT_NEAR(flaws.softnessPixels, 2.5 * sigma - 1, 0.3 * sigma + 0.2) << sigma;
+        EXPECT_EQ(flaws.growthPixels, 0) << sigma;
+        const double before = wrongPart(wrong, made.depth);
+        const double after = wrongPart(refined(made.photo, wrong), made.depth);
+        EXPECT_GT(before, 0.03) << sigma;
+        EXPECT_LT(after, before / (sigma < 4 ? 5 : 3)) << sigma;
+    }
+}
+
+TEST(DepthRefine, EnlargedDepthBecomesHard) {
+    const World made = world();
+    cv::Mat wrong;
+    cv::resize(made.depth, wrong, {60, 50}, 0, 0, cv::INTER_AREA);
+    cv::resize(wrong, wrong, made.depth.size(), 0, 0, cv::INTER_CUBIC);
+    EXPECT_GT(measureDepthFlaws(made.photo, wrong).overshoot, 0.02);
+    EXPECT_LT(wrongPart(refined(made.photo, wrong), made.depth), wrongPart(wrong, made.depth) / 4);
+}
+
+TEST(DepthRefine, NothingMovesWhereThePhotoHasNoEdge) {
+    const World made = world();
+    const cv::Mat plain(made.photo.size(), CV_8UC3, cv::Scalar(80, 90, 100));
+    for (const cv::Mat& depth :
+         {made.depth, blurred(made.depth, 2), moved(made.depth, 2), moved(made.depth, -2)}) {
+        EXPECT_TRUE(samePicture(refined(plain, depth), depth));
+    }
+    // also where other parts of the photo have edges
+    cv::Mat half = made.photo.clone();
+    half.rowRange(100, 200).setTo(cv::Scalar(80, 90, 100));
+    const cv::Mat soft = blurred(made.depth, 2);
+    DepthRefineOptions known;
+    known.flaws = measureDepthFlaws(half, soft);
+    EXPECT_GT(known.flaws->softnessPixels, 3);
+    const cv::Range lower(110, 200);
+    EXPECT_LT(
+        cv::norm(refined(half, soft, known).rowRange(lower), soft.rowRange(lower), cv::NORM_INF),
+        0.03);
+}
+
+TEST(DepthRefine, SlopesStaySlopes) {
+    World made = world();
+    for (int x = 0; x < made.depth.cols; ++x)
+        made.depth.col(x).setTo(cv::Scalar(x / 240.0));
+    EXPECT_TRUE(samePicture(refined(made.photo, made.depth), made.depth));
+    DepthRefineOptions soft;
+    soft.flaws.emplace();
+    soft.flaws->softnessPixels = 4;
+    const cv::Mat result = refined(made.photo, made.depth, soft);
+    const cv::Range inside(12, 228); // repeated px at the border bend it
+    EXPECT_LT(cv::norm(result.colRange(inside), made.depth.colRange(inside), cv::NORM_INF), 1e-5);
+}
+
+TEST(DepthRefine, NoiseIsSmoothedAndStepsStay) {
+    const World made = world();
+    cv::Mat noise(made.depth.size(), CV_32FC1);
+    cv::RNG random(3);
+    random.fill(noise, cv::RNG::NORMAL, 0, 1);
+    cv::GaussianBlur(noise, noise, {}, 3);
+    noise *= 0.016 / cv::norm(noise) * std::sqrt(static_cast<double>(noise.total()));
+    const cv::Mat wrong = made.depth + noise;
+    EXPECT_NEAR(measureDepthFlaws(made.photo, wrong).noise, 0.016, 0.005);
+    const cv::Mat result = refined(made.photo, wrong);
+    EXPECT_LT(cv::norm(result, made.depth), 0.6 * cv::norm(wrong, made.depth));
+    EXPECT_EQ(wrongPart(result, made.depth), 0);
+}
+
+TEST(DepthRefine, ThinThingsKeepTheirDepth) {
+    World made = world();
+    const cv::Rect bar(10, 0, 3, 100); // beside the other things
+    made.photo(bar).setTo(cv::Scalar(250, 250, 250));
+    made.depth(bar).setTo(1);
+    const cv::Mat wrong = blurred(made.depth, 2);
+    const cv::Rect inside(11, 10, 1, 80);
+    const double before = cv::mean(wrong(inside))[0];
+    const double after = cv::mean(refined(made.photo, wrong)(inside))[0];
+    EXPECT_LT(before, 0.7);
+    EXPECT_GT(after, before + 0.3 * (1 - before));
+}
+
+TEST(DepthRefine, ExtremesAreDefined) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const float infinity = std::numeric_limits<float>::infinity();
+    for (const cv::Size size :
+         {cv::Size(1, 1), cv::Size(2, 1), cv::Size(1, 40), cv::Size(17, 3), cv::Size(97, 61)}) {
+        const World made = world(size);
+        for (const float value : {nan, infinity, -infinity, 1e30F, 0.0F, 0.5F}) {
+            cv::Mat depth = made.depth.clone();
+            depth.at<float>(size.height / 2, size.width / 2) = value;
+            for (const cv::Mat& input : {depth, cv::Mat(size, CV_32FC1, cv::Scalar(value))}) {
+                const cv::Mat result = refined(made.photo, input);
+                EXPECT_TRUE(cv::checkRange(result, true, nullptr, 0, 1.001)) << value;
+            }
+        }
+        for (const double softness : {1.0, 64.0}) {
+            DepthRefineOptions extreme;
+            extreme.flaws.emplace(DepthFlaws{softness, -1, 7, {-7, 7}, 1});
+            const cv::Mat result = refined(made.photo, made.depth, extreme);
+            EXPECT_TRUE(cv::checkRange(result, true, nullptr, 0, 1.001)) << softness;
+        }
+    }
+}
+
+TEST(DepthRefine, ItDoesNotDependOnTheNumberOfThreads) {
+    const World made = world();
+    cv::Mat noise(made.depth.size(), CV_32FC1);
+    cv::RNG(5).fill(noise, cv::RNG::UNIFORM, -0.05, 0.05);
+    DepthRefineOptions all;
+    all.flaws.emplace(DepthFlaws{5, 0, 1, {1, -1}, 0.02});
+    const int threads = cv::getNumThreads();
+    for (const cv::Mat& depth : {cv::Mat(made.depth + noise), blurred(made.depth, 2)}) {
+        for (const DepthRefineOptions& options : {DepthRefineOptions(), all}) {
+            cv::setNumThreads(1);
+            const cv::Mat one = refined(made.photo, depth, options);
+            cv::setNumThreads(4);
+            EXPECT_TRUE(samePicture(refined(made.photo, depth, options), one));
+        }
+    }
+    cv::setNumThreads(threads);
+}
+
+TEST(DepthRefine, WorksInPlaceAndOnPartsOfPictures) {
+    const World made = world();
+    const cv::Mat soft = blurred(made.depth, 2);
+    const cv::Rect part(13, 7, 150, 120);
+    const cv::Mat expected = refined(made.photo(part).clone(), soft(part).clone());
+    EXPECT_TRUE(samePicture(refined(made.photo(part), soft(part)), expected));
+    cv::Mat place = soft(part).clone();
+    refineDepth(made.photo(part), place, place);
+    EXPECT_TRUE(samePicture(place, expected));
+    DepthRefineOptions off;
+    off.enabled = false;
+    EXPECT_TRUE(samePicture(refined(made.photo, soft, off), soft));
+}
+
+TEST(DepthRefine, WrongArgumentsAreNamed) {
+    const World made = world();
+    cv::Mat out;
+    const auto error = [&](const DepthFlaws& flaws) {
+        DepthRefineOptions options;
+        options.flaws = flaws;
+        return errorOf([&] { refineDepth(made.photo, made.depth, out, options); });
+    };
+    EXPECT_EQ(error({65, 0, 0, {}, 0}), "softness: is 65, expected 0..64 px");
+    EXPECT_EQ(error({0, 2, 0, {}, 0}), "overshoot: is 2, expected -1..1");
+    EXPECT_EQ(error({0, 0, -8, {}, 0}), "growth: is -8, expected -7..7 px");
+    EXPECT_EQ(error({0, 0, 0, {0, 8}, 0}), "shift: is 8, expected -7..7 px");
+    EXPECT_EQ(error({0, 0, 0, {}, std::nan("")}), "noise: is nan, expected 0..1");
+    EXPECT_NE(errorOf([&] { refineDepth(made.photo, made.depth.rowRange(0, 9), out); }),
+              "(no error)");
+    EXPECT_NE(errorOf([&] { refineDepth(made.depth, made.depth, out); }), "(no error)");
+    EXPECT_NE(errorOf([&] { refineDepth(made.photo, cv::Mat(), out); }), "(no error)");
+    EXPECT_NE(errorOf([&] { (void)measureDepthFlaws(cv::Mat(), cv::Mat()); }), "(no error)");
+}
+
+TEST(DepthRefine, FittedScenesAreRefinedInsideTheirBars) {
+    const World made = world();
+    const cv::Mat soft = blurred(made.depth, 2);
+    for (const FitMode mode : {FitMode::Cover, FitMode::Contain}) {
+        const PhotoFit fit = fitPhoto(made.photo.size(), 0.75, {150, 200}, mode);
+        Scene scene;
+        fitScene({made.photo, soft}, fit, 0.3, scene);
+        cv::Mat photo;
+        cv::Mat depth;
+        applyFit(made.photo, fit, photo);
+        applyFitToDepth(soft, made.photo.size(), fit, photo, 0.3, depth);
+        DepthRefineOptions off;
+        off.enabled = false;
+        Scene plain;
+        fitScene({made.photo, soft}, fit, 0.3, plain, off);
+        EXPECT_TRUE(samePicture(plain.depth, depth));
+        refined(photo(fit.target), depth(fit.target)).copyTo(depth(fit.target));
+        EXPECT_TRUE(samePicture(scene.depth, depth));
+        EXPECT_TRUE(samePicture(scene.photo, photo));
+    }
+}
+
+// What it is for: views that are nearer to true ones.
+TEST(DepthRefine, ViewsOfWrongDepthComeNearerToTrueOnes) {
+    ALTIRO3D_REQUIRE_DATA("middlebury/Teddy");
+    const auto read = [](const char* file, int flags) {
+        return cv::imread(dataPath("middlebury/Teddy") / file, flags);
+    };
+    cv::Mat disparity = read("disp2.png", cv::IMREAD_UNCHANGED);
+    disparity.convertTo(disparity, CV_32F);
+    const StereoScene scene = makeStereoScene("Teddy", read("im2.png", cv::IMREAD_COLOR), disparity,
+                                              4, read("im6.png", cv::IMREAD_COLOR));
+    const auto quality = [&](const cv::Mat& depth) {
+        cv::Mat view;
+        Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options({}))
+            .renderView(scene.photo, depth, 1, view);
+        return compareViews(view, scene.truth, scene.band());
+    };
+    EXPECT_TRUE(samePicture(refined(scene.photo, scene.depth), scene.depth));
+    struct Case {
+        cv::Mat depth;
+        double gain; // dB, at least; measured: 1.5, 1.5, 3.5, 1.7
+    };
+    for (const Case& wrong : {Case{blurred(scene.depth, 2), 1}, Case{blurred(scene.depth, 4), 1},
+                              Case{moved(scene.depth, -2), 2}, Case{moved(scene.depth, 2), 1}}) {
+        const ViewAccuracy before = quality(wrong.depth);
+        const ViewAccuracy after = quality(refined(scene.photo, wrong.depth));
+        EXPECT_GT(after.psnrInside, before.psnrInside + wrong.gain);
+        EXPECT_GT(after.ssimInside, before.ssimInside);
+    }
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,0 +1,354 @@
+// Colours: profiles, codes and gammas against closed forms; pictures that must keep their bytes.
+
+#include "image/colour.hpp"
+
+#include "altiro3D/image_io.hpp"
+#include "image/heif_file.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/photo_files.hpp"
+#include "support/random_pictures.hpp"
+#include "support/reference.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <lcms2.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <zlib.h>
+
+namespace altiro3D {
+namespace {
+
+using namespace test;
+
+using Primaries = std::array<double, 6>;
+
+constexpr Primaries kSrgb = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06};
+constexpr Primaries kSwapped = {0.30, 0.60, 0.64, 0.33, 0.15, 0.06}; // red and green
+constexpr Primaries kDisplayP3 = {0.680, 0.320, 0.265, 0.690, 0.150, 0.060};
+constexpr Primaries kRec2020 = {0.708, 0.292, 0.170, 0.797, 0.131, 0.046};
+constexpr Primaries kAdobe = {0.64, 0.33, 0.21, 0.71, 0.15, 0.06};
+
+std::string saved(cmsHPROFILE profile) {
+    cmsUInt32Number size = 0;
+    cmsSaveProfileToMem(profile, nullptr, &size);
+    std::string bytes(size, '\0');
+    cmsSaveProfileToMem(profile, bytes.data(), &size);
+    cmsCloseProfile(profile);
+    return bytes;
+}
+
+// exponent 0: the curve of sRGB
+std::string iccProfile(const Primaries& p, double exponent) {
+    const cmsCIExyY white{0.3127, 0.3290, 1};
+    const cmsCIExyYTRIPLE primaries{{p[0], p[1], 1}, {p[2], p[3], 1}, {p[4], p[5], 1}};
+    const double srgb[5] = {2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
+    cmsToneCurve* const curve = exponent > 0 ? cmsBuildGamma(nullptr, exponent)
+                                             : cmsBuildParametricToneCurve(nullptr, 4, srgb);
+    cmsToneCurve* const curves[3] = {curve, curve, curve};
+    const std::string bytes = saved(cmsCreateRGBProfile(&white, &primaries, curves));
+    cmsFreeToneCurve(curve);
+    return bytes;
+}
+
+std::string coded(const std::string& extension, const cv::Mat& picture) {
+    std::vector<unsigned char> bytes;
+    cv::imencode(extension, picture, bytes);
+    return {bytes.begin(), bytes.end()};
+}
+
+std::string pngChunk(const std::string& name, const std::string& data) {
+    const std::string body = name + data;
+    return heifNumber(data.size(), 4) + body +
+           heifNumber(crc32(0, reinterpret_cast<const Bytef*>(body.data()),
+                            static_cast<uInt>(body.size())),
+                      4);
+}
+
+std::string iccChunk(const std::string& profile) {
+    std::string packed(compressBound(static_cast<uLong>(profile.size())), '\0');
+    uLongf size = static_cast<uLongf>(packed.size());
+    compress(reinterpret_cast<Bytef*>(packed.data()), &size,
+             reinterpret_cast<const Bytef*>(profile.data()), static_cast<uLong>(profile.size()));
+    return pngChunk("iCCP", std::string("p\0\0", 3) + packed.substr(0, size));
+}
+
+std::string gammaChunk(double exponent) {
+    return pngChunk("gAMA", heifNumber(static_cast<unsigned>(std::lround(exponent * 1e5)), 4));
+}
+
+std::string primariesChunk(const Primaries& p) {
+    std::string data = heifNumber(31270, 4) + heifNumber(32900, 4);
+    for (const double value : p)
+        data += heifNumber(static_cast<unsigned>(std::lround(value * 1e5)), 4);
+    return pngChunk("cHRM", data);
+}
+
+std::string codeChunk(unsigned primaries, unsigned transfer) {
+    return pngChunk("cICP",
+                    heifNumber(primaries, 1) + heifNumber(transfer, 1) + std::string("\0\1", 2));
+}
+
+// The PNG with chunks after its header.
+std::string withChunks(const std::string& png, const std::string& chunks) {
+    return png.substr(0, 33) + chunks + png.substr(33);
+}
+
+// All colours of a grid, and greys.
+cv::Mat colourGrid() {
+    cv::Mat picture(27, 29, CV_8UC3);
+    for (int i = 0; i < 27 * 29; ++i) {
+        const int k = i % 729;
+        const auto level = [](int step) { return static_cast<std::uint8_t>(step * 255 / 8); };
+        picture.at<cv::Vec3b>(i / 29, i % 29) = {level(k % 9), level(k / 9 % 9), level(k / 81)};
+    }
+    return picture;
+}
+
+// The largest difference in levels from the reference of each px.
+template <class Reference>
+double worst(const cv::Mat& picture, const cv::Mat& source, const Reference& reference) {
+    double most = 0;
+    for (int y = 0; y < source.rows; ++y) {
+        for (int x = 0; x < source.cols; ++x) {
+            const cv::Vec3d expected = reference(cv::Vec3d(source.at<cv::Vec3b>(y, x)) / 255.0);
+            for (int c = 0; c < 3; ++c) {
+                most = std::max(most, std::abs(expected[c] * 255 - picture.at<cv::Vec3b>(y, x)[c]));
+            }
+        }
+    }
+    return most;
+}
+
+class ColourFiles : public testing::Test {
+  protected:
+    cv::Mat read(const std::string& contents) {
+        notes.clear();
+        spill(directory / "a.png", contents);
+        return readPhoto(directory / "a.png", &notes);
+    }
+    TemporaryDirectory directory;
+    Notes notes;
+    cv::Mat grid = colourGrid();
+    std::string png = coded(".png", grid);
+};
+
+TEST_F(ColourFiles, ProfilesAreConverted) {
+    const std::vector<std::tuple<const char*, Primaries, double>> profiles = {
+        {"Display P3", kDisplayP3, 0}, {"Adobe RGB", kAdobe, 2.19921875}, {"linear", kSrgb, 1}};
+    for (const auto& [name, primaries, exponent] : profiles) {
+        const cv::Mat picture = read(withChunks(png, iccChunk(iccProfile(primaries, exponent))));
+        EXPECT_TRUE(notes.empty());
+        // rounding, and lcms's tables of 8 bits
+        EXPECT_LE(worst(picture, grid,
+                        [&p = primaries, e = exponent](const cv::Vec3d& bgr) {
+                            return referenceSrgb(bgr, p, e);
+                        }),
+                  1.6)
+            << name;
+    }
+}
+
+TEST_F(ColourFiles, SixteenBitsAreConverted) {
+    cv::Mat deep;
+    grid.convertTo(deep, CV_16U, 257);
+    const std::string file = withChunks(coded(".png", deep), iccChunk(iccProfile(kDisplayP3, 0)));
+    spill(directory / "a.png", file);
+    const cv::Mat picture = readImage(directory / "a.png");
+    ASSERT_EQ(picture.type(), CV_16UC3);
+    double most = 0;
+    for (int y = 0; y < grid.rows; ++y) {
+        for (int x = 0; x < grid.cols; ++x) {
+            const cv::Vec3d expected =
+                referenceSrgb(cv::Vec3d(grid.at<cv::Vec3b>(y, x)) / 255.0, kDisplayP3, 0);
+            for (int c = 0; c < 3; ++c)
+                most = std::max(most,
+                                std::abs(expected[c] - picture.at<cv::Vec3w>(y, x)[c] / 65535.0));
+        }
+    }
+    EXPECT_LE(most * 255, 2); // lcms interpolates in a table of 33 steps
+}
+
+TEST_F(ColourFiles, AllFormatsWithProfilesAreConverted) {
+    const std::string profile = iccProfile(kSwapped, 0);
+    const cv::Mat plain(8, 8, CV_8UC3, cv::Scalar(30, 60, 200)); // BGR
+    const std::string jpeg = coded(".jpg", plain);
+    const std::string parted =
+        jpegSegment(0xe2, std::string("ICC_PROFILE\0\2\2", 14) + profile.substr(100)) +
+        jpegSegment(0xe2, std::string("ICC_PROFILE\0\1\2", 14) + profile.substr(0, 100));
+    std::vector<std::string> files = {withChunks(coded(".png", plain), iccChunk(profile)),
+                                      withSegments(jpeg, parted)};
+    const std::string webp = coded(".webp", plain); // a lossy or lossless chunk from byte 12
+    const std::string extended = "WEBPVP8X" + littleNumber(10, 4) + std::string("\x20\0\0\0", 4) +
+                                 littleNumber(7, 3) + littleNumber(7, 3) + "ICCP" +
+                                 littleNumber(profile.size(), 4) + profile +
+                                 std::string(profile.size() % 2, '\0') + webp.substr(12);
+    files.push_back("RIFF" + littleNumber(extended.size(), 4) + extended);
+    if (hasHeif()) {
+        HeifItem item = hevcColours(1);
+        item.properties.push_back(iccBox(profile));
+        files.push_back(heifFile("heic", {item}));
+    }
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        const cv::Mat picture = read(files[i]);
+        const cv::Vec3b colour = picture.at<cv::Vec3b>(4, 4); // red and green have changed places
+        if (i < 3) {
+            EXPECT_NEAR(colour[2], 60, 4) << i;
+            EXPECT_NEAR(colour[1], 200, 4) << i;
+            EXPECT_NEAR(colour[0], 30, 4) << i;
+        } else {
+            EXPECT_NEAR(colour[1], 200, 14);
+            EXPECT_NEAR(colour[2], 40, 14);
+        }
+    }
+}
+
+TEST_F(ColourFiles, WhatIsSrgbKeepsItsBytes) {
+    std::vector<std::string> chunks = {
+        "",
+        iccChunk(saved(cmsCreate_sRGBProfile())),
+        iccChunk(iccProfile({0.6401, 0.33, 0.30, 0.6001, 0.1499, 0.06}, 0)),
+        codeChunk(1, 13),
+        codeChunk(2, 2),
+        codeChunk(1, 1),
+        gammaChunk(0.45455),
+        gammaChunk(0.45455) + primariesChunk(kSrgb),
+        pngChunk("sRGB", std::string(1, '\0')) + gammaChunk(1) + primariesChunk(kSwapped)};
+    for (const std::string& chunk : chunks)
+        EXPECT_TRUE(samePicture(read(withChunks(png, chunk)), grid)) << chunk.substr(4, 4);
+    EXPECT_TRUE(notes.empty());
+}
+
+TEST_F(ColourFiles, GammaAndChromaticitiesOfPngCount) {
+    const auto error = [&](const std::string& chunks, const Primaries& primaries, double exponent) {
+        return worst(read(withChunks(png, chunks)), grid,
+                     [&](const cv::Vec3d& bgr) { return referenceSrgb(bgr, primaries, exponent); });
+    };
+    EXPECT_LE(error(gammaChunk(1), kSrgb, 1), 1.6);
+    EXPECT_LE(error(gammaChunk(1 / 1.8) + primariesChunk(kDisplayP3), kDisplayP3, 1.8), 1.6);
+    EXPECT_LE(error(gammaChunk(0.45455) + primariesChunk(kSwapped), kSwapped, 0), 1.6);
+    EXPECT_LE(error(primariesChunk(kSwapped), kSwapped, 0), 1.6);
+}
+
+TEST_F(ColourFiles, CodeGoesBeforeProfileBeforeSrgbBeforeGamma) {
+    const std::string profile = iccChunk(iccProfile(kSwapped, 0));
+    const cv::Mat p3 = read(withChunks(png, codeChunk(12, 13)));
+    EXPECT_LE(
+        worst(p3, grid, [](const cv::Vec3d& bgr) { return referenceSrgb(bgr, kDisplayP3, 0); }),
+        1.6);
+    EXPECT_TRUE(samePicture(read(withChunks(png, codeChunk(12, 13) + profile)), p3));
+    const cv::Mat swapped = read(withChunks(png, profile));
+    EXPECT_TRUE(samePicture(
+        read(withChunks(png, profile + pngChunk("sRGB", std::string(1, '\0')) + gammaChunk(1))),
+        swapped));
+    cv::Mat expected;
+    cv::mixChannels(std::vector<cv::Mat>{grid},
+                    std::vector<cv::Mat>{expected = cv::Mat(grid.size(), CV_8UC3)},
+                    std::vector<int>{0, 0, 1, 2, 2, 1});
+    EXPECT_LE(cv::norm(swapped, expected, cv::NORM_INF), 1);
+}
+
+TEST_F(ColourFiles, DepthIsNeverConverted) {
+    const std::string file = withChunks(png, iccChunk(iccProfile(kSrgb, 1)));
+    spill(directory / "d.png", file);
+    spill(directory / "e.png", png);
+    EXPECT_TRUE(
+        samePicture(readDepthImage(directory / "d.png"), readDepthImage(directory / "e.png")));
+}
+
+TEST_F(ColourFiles, HdrIsToneMapped) {
+    const std::vector<std::tuple<unsigned, unsigned, Primaries>> codes = {
+        {9, 16, kRec2020}, {12, 16, kDisplayP3}, {9, 18, kRec2020}};
+    for (const auto& [primaries, transfer, chromaticities] : codes) {
+        const cv::Mat picture = read(withChunks(png, codeChunk(primaries, transfer)));
+        ASSERT_EQ(notes.size(), 1U);
+        EXPECT_EQ(notes[0].code, NoteCode::Converted);
+        EXPECT_EQ(notes[0].text, std::string("the picture is HDR (") +
+                                     (transfer == 16 ? "PQ" : "HLG") +
+                                     "): its bright parts are compressed");
+        EXPECT_LE(worst(picture, grid,
+                        [&c = chromaticities, isHlg = transfer == 18](const cv::Vec3d& bgr) {
+                            return referenceToneMapped(bgr, c, isHlg);
+                        }),
+                  1.0); // rounding and tables
+    }
+}
+
+TEST(Colour, ToneMappingKeepsTheDarkAndEndsAtWhite) {
+    EXPECT_EQ(toneMapped(0), 0);
+    EXPECT_EQ(toneMapped(50), 50);
+    EXPECT_NEAR(toneMapped(1000), 203, 1e-6);
+    EXPECT_NEAR(toneMapped(10000), 203, 1e-6);
+    double last = 0;
+    for (double light = 0; light < 1200; light += 1) {
+        EXPECT_GE(toneMapped(light), last);
+        EXPECT_LE(toneMapped(light), light + 1e-9);
+        last = toneMapped(light);
+    }
+    EXPECT_EQ(linearLight(0, 16), 0);
+    EXPECT_NEAR(linearLight(1, 16), 1, 1e-9);
+    EXPECT_EQ(linearLight(0, 18), 0);
+    EXPECT_NEAR(linearLight(1, 18), 1, 1e-6);
+}
+
+TEST(Colour, AvifStatesColoursAsNumbers) {
+    if (!hasHeif()) GTEST_SKIP() << "needs libheif, which this build does not have";
+    const auto factsOf = [](const std::vector<std::string>& boxes) {
+        HeifItem item = av1Colours(1);
+        item.properties.insert(item.properties.end(), boxes.begin(), boxes.end());
+        return readColourFacts(heifFile("avif", {item}), ImageFormat::Avif);
+    };
+    const ColourFacts p3 = factsOf({nclx(12, 13)});
+    ASSERT_TRUE(p3.code);
+    EXPECT_EQ(p3.code->primaries, 12);
+    EXPECT_EQ(p3.code->transfer, 13);
+    EXPECT_EQ(factsOf({nclx(9, 16)}).code->transfer, 16);
+    EXPECT_FALSE(factsOf({nclx(9, 16), iccBox(iccProfile(kSrgb, 0))}).code) << "ICC goes first";
+}
+
+TEST_F(ColourFiles, DamagedAndForeignProfilesAreSaid) {
+    const std::string profile = iccProfile(kDisplayP3, 0);
+    EXPECT_TRUE(samePicture(read(withChunks(png, iccChunk("not a profile"))), grid));
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].code, NoteCode::AsItIs);
+    EXPECT_EQ(notes[0].text, "the colour profile is damaged: the colours are read as sRGB");
+    EXPECT_TRUE(
+        samePicture(read(withChunks(png, iccChunk(saved(cmsCreateLab4Profile(nullptr))))), grid));
+    ASSERT_EQ(notes.size(), 1U);
+    for (std::size_t size = 0; size < profile.size(); size += 11)
+        EXPECT_EQ(read(withChunks(png, iccChunk(profile.substr(0, size)))).size(), grid.size());
+    cv::RNG random(3);
+    for (int i = 0; i < 300; ++i) {
+        std::string broken = profile;
+        for (int k = 0; k < 3; ++k)
+            broken[static_cast<std::size_t>(random.uniform(0, static_cast<int>(profile.size())))] =
+                static_cast<char>(random.uniform(0, 256));
+        cv::Mat picture = grid.clone();
+        ColourFacts facts;
+        facts.icc = broken;
+        convertToSrgb(picture, facts, nullptr);
+        EXPECT_EQ(picture.size(), grid.size());
+    }
+    for (const Primaries& odd :
+         {Primaries{}, Primaries{0, 0, 0, 0, 0, 0}, Primaries{0.3, 0.3, 0.3, 0.3, 0.3, 0.3}})
+        EXPECT_EQ(read(withChunks(png, primariesChunk(odd) + gammaChunk(1))).size(), grid.size());
+    EXPECT_TRUE(samePicture(read(withChunks(png, gammaChunk(0.00001))), grid));
+}
+
+TEST_F(ColourFiles, ThreadsDoNotChangeTheResult) {
+    const cv::Mat photo = scenery({301, 211}, 5);
+    for (const std::string& chunk : {iccChunk(iccProfile(kDisplayP3, 0)), codeChunk(9, 18)}) {
+        const std::string file = withChunks(coded(".png", photo), chunk);
+        const int threads = cv::getNumThreads();
+        cv::setNumThreads(1);
+        const cv::Mat one = read(file);
+        cv::setNumThreads(5);
+        const cv::Mat five = read(file);
+        cv::setNumThreads(threads);
+        EXPECT_TRUE(samePicture(one, five));
+    }
+}
+
+} // namespace
+} // namespace altiro3D

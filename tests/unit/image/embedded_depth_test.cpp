@@ -1,0 +1,354 @@
+// Depth inside photos, in files made as phones write them.
+
+#include "altiro3D/embedded_depth.hpp"
+
+#include "altiro3D/depth_source.hpp"
+#include "altiro3D/image_io.hpp"
+#include "image/depth_parts.hpp"
+#include "image/heif_file.hpp"
+#include "image/xmp.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/photo_files.hpp"
+#include "support/random_pictures.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+namespace altiro3D {
+namespace {
+
+using namespace test;
+
+constexpr int kColumns = 40;
+constexpr int kRows = 30;
+
+// A ramp of 0..255 from left to right.
+cv::Mat ramp(int columns = kColumns, int rows = kRows) {
+    cv::Mat picture(rows, columns, CV_8UC1);
+    for (int y = 0; y < rows; ++y) {
+        for (int x = 0; x < columns; ++x)
+            picture.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(x * 255 / (columns - 1));
+    }
+    return picture;
+}
+
+std::string coded(const std::string& extension, const cv::Mat& picture) {
+    std::vector<unsigned char> bytes;
+    cv::imencode(extension, picture, bytes, {cv::IMWRITE_JPEG_QUALITY, 100});
+    return {bytes.begin(), bytes.end()};
+}
+
+std::string rawBytes(const cv::Mat& picture) {
+    return {reinterpret_cast<const char*>(picture.data), picture.total()};
+}
+
+class EmbeddedDepthFiles : public testing::Test {
+  protected:
+    std::filesystem::path file(const std::string& contents) const {
+        spill(directory / "a.jpg", contents);
+        return directory / "a.jpg";
+    }
+    std::optional<EmbeddedDepth> read(const std::string& contents) {
+        notes.clear();
+        return readEmbeddedDepth(file(contents), &notes);
+    }
+    // The depth is the ramp; a JPEG changes it by a level or two.
+    void expectRamp(const std::optional<EmbeddedDepth>& found, EmbeddedDepthForm form,
+                    bool nearIsRight) {
+        ASSERT_TRUE(found);
+        EXPECT_EQ(found->form, form);
+        EXPECT_TRUE(notes.empty());
+        ASSERT_EQ(found->depth.size(), cv::Size(kColumns, kRows));
+        ASSERT_EQ(found->depth.type(), CV_32FC1);
+        for (int x = 0; x < kColumns; ++x) {
+            const double share = (x * 255 / (kColumns - 1)) / 255.0;
+            EXPECT_NEAR(found->depth.at<float>(7, x), nearIsRight ? share : 1 - share, 2.5 / 255);
+        }
+    }
+    TemporaryDirectory directory;
+    Notes notes;
+    std::string photo = coded(".jpg", scenery({4 * kColumns, 4 * kRows}, 3));
+    std::string depthJpeg = coded(".jpg", ramp());
+    std::string depthPng = coded(".png", ramp());
+};
+
+TEST_F(EmbeddedDepthFiles, DynamicDepthIsNearDark) {
+    const std::string other = coded(".jpg", cv::Mat(3, 4, CV_8UC1, cv::Scalar(9)));
+    expectRamp(
+        read(dynamicDepthPhoto(
+            photo, {{"GainMap", other, ""}, {"Depth", depthJpeg, ""}, {"Confidence", other, ""}})),
+        EmbeddedDepthForm::DynamicDepth, false);
+    EXPECT_EQ(read(dynamicDepthPhoto(photo, {{"Depth", depthJpeg, ""}}))->text(),
+              "Dynamic Depth, 40 x 30 px");
+    // the first generation: elements, another namespace, no meaning but the URI
+    expectRamp(
+        read(dynamicDepthPhoto(
+            photo, {{"", other, "android/original_image"}, {"", depthJpeg, "android/depthmap"}},
+            "RangeInverse", 1, 2, true)),
+        EmbeddedDepthForm::DynamicDepth, false);
+}
+
+TEST_F(EmbeddedDepthFiles, ItemsAreFoundFromTheEndAfterForeignBytes) {
+    const std::string whole = dynamicDepthPhoto(photo, {{"Depth", depthJpeg, ""}});
+    const std::size_t tail = whole.size() - depthJpeg.size();
+    expectRamp(read(whole.substr(0, tail) + "foreign" + whole.substr(tail)),
+               EmbeddedDepthForm::DynamicDepth, false);
+}
+
+TEST_F(EmbeddedDepthFiles, GDepthOfAPngIsExact) {
+    const auto found = read(gDepthPhoto(photo, depthPng));
+    expectRamp(found, EmbeddedDepthForm::GDepth, false);
+    for (int x = 0; x < kColumns; ++x) {
+        EXPECT_FLOAT_EQ(found->depth.at<float>(0, x),
+                        static_cast<float>(1 - (x * 255 / (kColumns - 1)) / 255.0));
+    }
+    cv::Mat colours;
+    cv::merge(std::vector<cv::Mat>{ramp(), ramp(), ramp(), cv::Mat(kRows, kColumns, CV_8UC1, 255)},
+              colours);
+    expectRamp(read(gDepthPhoto(photo, coded(".png", colours))), EmbeddedDepthForm::GDepth, false);
+}
+
+// Z = near + v (far - near); relative inverse depth is (1/Z - 1/far) / (1/near - 1/far).
+TEST_F(EmbeddedDepthFiles, RangeLinearBecomesInverseDepth) {
+    const double nearest = 0.5;
+    const double farthest = 10;
+    const auto found = read(gDepthPhoto(photo, depthPng, "RangeLinear", nearest, farthest));
+    ASSERT_TRUE(found);
+    for (int x = 0; x < kColumns; ++x) {
+        const double z = nearest + (x * 255 / (kColumns - 1)) / 255.0 * (farthest - nearest);
+        EXPECT_NEAR(found->depth.at<float>(3, x),
+                    (1 / z - 1 / farthest) / (1 / nearest - 1 / farthest), 1e-6);
+    }
+    for (const auto& [badNear, badFar] : std::vector<std::pair<double, double>>{
+             {0, 10}, {-1, 10}, {5, 5}, {10, 1}, {0, 0}, {1e-300, 1e300}}) {
+        expectRamp(read(gDepthPhoto(photo, depthPng, "RangeLinear", badNear, badFar)),
+                   EmbeddedDepthForm::GDepth, false);
+    }
+}
+
+TEST_F(EmbeddedDepthFiles, AppleJpegsAreChosenByTheirOwnXmp) {
+    const std::string matte = appleAuxiliary(coded(".jpg", cv::Mat(kRows, kColumns, CV_8UC1, 5)),
+                                             "depth", "portraitEffectsMatte");
+    const std::string gain = coded(".jpg", ramp(8, 6));
+    const std::string depth = appleAuxiliary(depthJpeg, "disparity");
+    expectRamp(read(appleJpeg(photo, {depth})), EmbeddedDepthForm::AppleJpeg, true);
+    expectRamp(read(appleJpeg(photo, {gain, matte, depth})), EmbeddedDepthForm::AppleJpeg, true);
+    EXPECT_FALSE(read(appleJpeg(photo, {gain, matte})));
+    EXPECT_TRUE(notes.empty());
+}
+
+TEST_F(EmbeddedDepthFiles, TheOrientationOfThePhotoCountsForBoth) {
+    const auto found = read(
+        appleJpeg(withSegments(photo, exifSegment(6)), {appleAuxiliary(depthJpeg, "disparity")}));
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->depth.size(), cv::Size(kRows, kColumns));
+    EXPECT_LT(found->depth.at<float>(2, 5), 0.1F); // left becomes top
+    EXPECT_GT(found->depth.at<float>(kColumns - 2, 5), 0.9F);
+    EXPECT_EQ(readPhoto(directory / "a.jpg").size(), cv::Size(4 * kRows, 4 * kColumns));
+}
+
+TEST_F(EmbeddedDepthFiles, HeicAndAvifHoldDisparity) {
+    if (!hasHeif()) GTEST_SKIP() << "needs libheif, which this build does not have";
+    HeifItem depth = av1Ramp(2);
+    depth.properties.push_back(auxC("urn:mpeg:mpegB:cicp:systems:auxiliary:depth"));
+    const std::vector<std::pair<std::string, EmbeddedDepthForm>> files = {
+        {appleHeic(), EmbeddedDepthForm::AppleHeic},
+        {appleHeic(true), EmbeddedDepthForm::AppleHeic},
+        {heifFile("avif", {av1Colours(1), depth}, {{"auxl", 2, {1}}}), EmbeddedDepthForm::Avif}};
+    for (const auto& [bytes, form] : files) {
+        const auto found = read(bytes);
+        ASSERT_TRUE(found);
+        EXPECT_EQ(found->form, form);
+        ASSERT_EQ(found->depth.size(), cv::Size(128, 64));
+        for (int x = 0; x < 128; ++x) // the encoder loses some
+            EXPECT_NEAR(found->depth.at<float>(20, x), x / 127.0, 0.06) << x;
+    }
+    EXPECT_FALSE(read(heifFile("heic", {hevcColours(1)})));
+}
+
+TEST_F(EmbeddedDepthFiles, SamsungAndHuaweiAreExperimental) {
+    for (const unsigned version : {1U, 3U, 4U, 5U, 6U}) {
+        const auto found = read(samsungPhoto(photo, rawBytes(ramp()), kColumns, kRows, version));
+        expectRamp(found, EmbeddedDepthForm::Samsung, false);
+        EXPECT_EQ(found->text(), "Samsung, experimental, 40 x 30 px");
+    }
+    EXPECT_FALSE(read(samsungPhoto(photo, rawBytes(ramp()), kColumns, kRows, 9)));
+    expectRamp(read(huaweiPhoto(photo, rawBytes(ramp()), kColumns, kRows)),
+               EmbeddedDepthForm::Huawei, false);
+    cv::Mat turned; // stored a quarter anticlockwise of upright
+    cv::rotate(ramp(), turned, cv::ROTATE_90_COUNTERCLOCKWISE);
+    expectRamp(read(huaweiPhoto(photo, rawBytes(turned), kRows, kColumns, '\x13')),
+               EmbeddedDepthForm::Huawei, false);
+}
+
+TEST_F(EmbeddedDepthFiles, DepthOfAnotherShapeOrWithoutRangeIsNotUsed) {
+    EXPECT_FALSE(read(gDepthPhoto(photo, coded(".png", ramp(kColumns, kRows + 2)))));
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
+    EXPECT_EQ(notes[0].text, "the depth (GDepth, 40 x 32 px) in the file is not used: its shape is "
+                             "not the photo's 160 x 120 px");
+    cv::Mat flat(kRows, kColumns, CV_8UC1, cv::Scalar(77));
+    flat.at<std::uint8_t>(3, 3) = 255; // one px is no range
+    EXPECT_FALSE(read(gDepthPhoto(photo, coded(".png", flat))));
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_NE(notes[0].text.find("it is flat"), std::string::npos);
+    EXPECT_TRUE(read(gDepthPhoto(photo, coded(".png", ramp(800, 608))))) << "within 2 %";
+}
+
+TEST_F(EmbeddedDepthFiles, PhotosWithoutDepthHaveNone) {
+    EXPECT_FALSE(read(photo));
+    const std::string left = dynamicDepthPhoto(photo, {{"Depth", depthJpeg, ""}});
+    EXPECT_FALSE(read(left.substr(0, left.size() - depthJpeg.size()))) << "XMP stays behind";
+    EXPECT_TRUE(notes.empty());
+    EXPECT_FALSE(read(coded(".png", ramp())));
+    EXPECT_FALSE(read(""));
+    EXPECT_FALSE(read("text"));
+    EXPECT_EQ(errorOf([&] { static_cast<void>(readEmbeddedDepth(directory / "none.jpg")); }),
+              (directory / "none.jpg").string() + ": does not exist, expected a file");
+}
+
+TEST_F(EmbeddedDepthFiles, BrokenFilesGiveDepthOrNone) {
+    const std::vector<std::string> files = {
+        dynamicDepthPhoto(photo, {{"Depth", depthJpeg, ""}}), gDepthPhoto(photo, depthPng),
+        appleJpeg(photo, {appleAuxiliary(depthJpeg, "disparity")}),
+        samsungPhoto(photo, rawBytes(ramp()), kColumns, kRows),
+        huaweiPhoto(photo, rawBytes(ramp()), kColumns, kRows)};
+    cv::RNG random(5);
+    for (const std::string& whole : files) {
+        for (std::size_t size = 0; size < whole.size(); size += 97)
+            EXPECT_EQ(errorOf([&] { read(whole.substr(0, size)); }), "(no error)") << size;
+        for (int i = 0; i < 300; ++i) {
+            std::string broken = whole;
+            for (int k = 0; k < 4; ++k) {
+                // metadata are at the beginning and at the end
+                const std::size_t at = static_cast<std::size_t>(random.uniform(0, 1000));
+                broken[k % 2 == 0 ? at : broken.size() - 1 - at] =
+                    static_cast<char>(random.uniform(0, 256));
+            }
+            EXPECT_EQ(errorOf([&] { static_cast<void>(findDepthPart(broken)); }), "(no error)");
+        }
+    }
+}
+
+TEST_F(EmbeddedDepthFiles, TheSharpOriginalIsRead) {
+    const cv::Mat sharp = scenery({2 * kColumns, 2 * kRows}, 8);
+    EXPECT_TRUE(samePicture(readUnblurredPhoto(file(gDepthPhoto(photo, depthPng, "RangeInverse", 1,
+                                                                2, coded(".png", sharp)))),
+                            sharp));
+    const cv::Mat pixel = readUnblurredPhoto(file(dynamicDepthPhoto(
+        photo, {{"Original", coded(".jpg", sharp), ""}, {"Depth", depthJpeg, ""}})));
+    EXPECT_EQ(pixel.size(), sharp.size());
+    EXPECT_TRUE(readUnblurredPhoto(file(photo)).empty());
+    EXPECT_TRUE(readUnblurredPhoto(file(gDepthPhoto(photo, depthPng)), &notes).empty());
+    EXPECT_TRUE(notes.empty());
+    EXPECT_TRUE(
+        readUnblurredPhoto(
+            file(dynamicDepthPhoto(photo, {{"Original", coded(".jpg", ramp(9, 50)), ""}})), &notes)
+            .empty());
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].text,
+              "the sharp original in the file is not used: its shape is not the photo's");
+}
+
+TEST_F(EmbeddedDepthFiles, AWrittenPhotoIsReadBack) {
+    const cv::Mat picture = scenery({81, 60}, 4);
+    cv::Mat depth;
+    ramp(81, 60).convertTo(depth, CV_32F, 1 / 255.0);
+    depth.at<float>(0, 0) = std::numeric_limits<float>::quiet_NaN();
+    writePhotoWithDepth(directory / "w.jpg", picture, depth);
+    const auto found = readEmbeddedDepth(directory / "w.jpg", &notes);
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->form, EmbeddedDepthForm::DynamicDepth);
+    ASSERT_EQ(found->depth.size(), picture.size());
+    EXPECT_LT(cv::norm(found->depth.rowRange(16, 60), depth.rowRange(16, 60), cv::NORM_INF), 0.04);
+    writeImage(directory / "plain.jpg", picture);
+    EXPECT_TRUE(
+        samePicture(readPhoto(directory / "w.jpg", &notes), readPhoto(directory / "plain.jpg")));
+    EXPECT_TRUE(notes.empty());
+    EXPECT_EQ(errorOf([&] { writePhotoWithDepth(directory / "w.png", picture, depth); }),
+              (directory / "w.png").string() +
+                  ": a photo with depth is a JPEG, expected the extension .jpg");
+    EXPECT_EQ(errorOf([&] { writePhotoWithDepth(directory / "v.jpg", picture, depth.t()); }),
+              "depth: has 60 x 81 px, expected the shape of the photo's 81 x 60 px");
+    EXPECT_FALSE(std::filesystem::exists(directory / "v.jpg"));
+}
+
+TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {
+    const auto source = depthInPhoto(depthFromCues());
+    altiro3D::Scene scene;
+    const auto path = file(gDepthPhoto(photo, depthPng));
+    source->readScene(source->readImage(path), 0.5, scene);
+    EXPECT_EQ(source->description(), "depth in the photo's file (GDepth, 40 x 30 px)");
+    EXPECT_EQ(scene.depth.size(), cv::Size(kColumns, kRows));
+    EXPECT_GT(scene.depth.at<float>(5, 0), scene.depth.at<float>(5, kColumns - 1));
+
+    spill(directory / "a_depth.png", coded(".png", ramp(20, 15))); // what lies beside goes first
+    source->readScene(source->readImage(path), 0.5, scene);
+    EXPECT_EQ(source->description(),
+              "depth image beside the photo (" + (directory / "a_depth.png").string() + ")");
+    EXPECT_EQ(scene.depth.size(), cv::Size(20, 15));
+    EXPECT_LT(scene.depth.at<float>(5, 0), scene.depth.at<float>(5, 19));
+
+    spill(directory / "b.jpg", photo);
+    source->readScene(source->readImage(directory / "b.jpg"), 0.5, scene);
+    EXPECT_EQ(source->description(), "built-in estimator");
+    cv::Mat expected;
+    estimateDepthFromCues(readPhoto(directory / "b.jpg"), expected);
+    EXPECT_TRUE(samePicture(scene.depth, expected));
+
+    PhotoDepthOptions off;
+    off.useDepth = false;
+    const auto without = depthInPhoto(depthFromCues(), off);
+    without->readScene(without->readImage(path), 0.5, scene);
+    EXPECT_EQ(without->description(), "built-in estimator");
+}
+
+TEST(Xmp, AttributesAndElementsCountTheSame) {
+    const std::string text = xmpOf("xmlns:a='http://x/a/' a:one='1'",
+                                   "<a:two>2.5</a:two><a:three><a:in>x</a:in></a:three>");
+    const Xmp xmp(text);
+    EXPECT_EQ(xmp.value("x/a", "one"), "1");
+    EXPECT_EQ(xmp.number("x/a", "two"), 2.5);
+    EXPECT_EQ(xmp.value("x/a", "in"), "x");
+    EXPECT_FALSE(xmp.has("x/a", "three"));
+    EXPECT_FALSE(xmp.has("x/b", "one"));
+}
+
+TEST(Xmp, LongValuesAreViewsAndQuick) {
+    const std::string picture(1500000, 'x');
+    const std::string text = xmpOf("xmlns:a='u' a:Data=\"" + toBase64(picture) + "\" a:Mime='m'");
+    const auto start = std::chrono::steady_clock::now();
+    const Xmp xmp(text);
+    const std::string_view data = xmp.value("u", "Data");
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    EXPECT_GE(data.data(), text.data());
+    EXPECT_EQ(decodeBase64(data), picture);
+    EXPECT_EQ(xmp.value("u", "Mime"), "m");
+    EXPECT_LT(seconds.count(), 0.1) << "a few ms on an idle machine";
+}
+
+TEST(Xmp, DocumentTypesAndDepthAreRefused) {
+    EXPECT_FALSE(Xmp("<!DOCTYPE a [<!ENTITY b 'c'>]><a xmlns:s='u' s:v='&b;'/>").has("u", "v"));
+    std::string deep;
+    for (int i = 0; i < 200000; ++i)
+        deep += "<a>";
+    EXPECT_FALSE(Xmp(deep + "<b xmlns='u'>1</b>").has("u", "b"));
+    EXPECT_TRUE(Xmp("<a xmlns:s='u' s:v='1'><broken").has("u", "v")) << "what precedes a fault";
+}
+
+TEST(Xmp, Base64SkipsBlanksAndReferences) {
+    EXPECT_EQ(decodeBase64("TWFu"), "Man");
+    EXPECT_EQ(decodeBase64("TW&#xA;F\nu TQ=="), "ManM");
+    EXPECT_EQ(decodeBase64("TW&"), "M");
+    EXPECT_EQ(decodeBase64(""), "");
+    for (const std::string& text :
+         {std::string("a"), std::string("ab"), std::string("\0\xff\1", 3)})
+        EXPECT_EQ(decodeBase64(toBase64(text)), text);
+}
+
+} // namespace
+} // namespace altiro3D

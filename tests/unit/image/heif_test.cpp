@@ -1,0 +1,208 @@
+// HEIC and AVIF: pictures, turns, repaired files, broken files.
+
+#include "altiro3D/image_io.hpp"
+#include "image/heif_boxes.hpp"
+#include "image/heif_file.hpp"
+#include "image/image_header.hpp"
+#include "support/files.hpp"
+#include "support/heif_files.hpp"
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+namespace altiro3D {
+namespace {
+
+using namespace test;
+
+#define REQUIRE_HEIF()                                                                             \
+    if (!hasHeif()) GTEST_SKIP() << "needs libheif, which this build does not have"
+
+class Heif : public testing::Test {
+  protected:
+    std::filesystem::path file(const std::string& contents) const {
+        spill(directory / "a.heic", contents);
+        return directory / "a.heic";
+    }
+    TemporaryDirectory directory;
+};
+
+// The px are those of the picture that was encoded, up to what the encoder loses.
+void expectNear(const cv::Vec3b& bgr, int red, int green, int blue) {
+    constexpr int kLoss = 14; // chroma at half resolution, quality 80
+    EXPECT_NEAR(bgr[2], red, kLoss);
+    EXPECT_NEAR(bgr[1], green, kLoss);
+    EXPECT_NEAR(bgr[0], blue, kLoss);
+}
+
+void expectColours(const cv::Mat& picture) {
+    ASSERT_EQ(picture.size(), cv::Size(128, 64));
+    ASSERT_EQ(picture.type(), CV_8UC3);
+    expectNear(picture.at<cv::Vec3b>(16, 32), 200, 40, 40);
+    expectNear(picture.at<cv::Vec3b>(16, 96), 40, 180, 60);
+    expectNear(picture.at<cv::Vec3b>(48, 32), 40, 60, 200);
+    expectNear(picture.at<cv::Vec3b>(48, 96), 230, 230, 230);
+}
+
+TEST_F(Heif, HeicAndAvifAreRead) {
+    REQUIRE_HEIF();
+    Notes notes;
+    expectColours(readPhoto(file(heifFile("heic", {hevcColours(1)})), &notes));
+    expectColours(readPhoto(file(heifFile("avif", {av1Colours(1)})), &notes));
+    EXPECT_TRUE(notes.empty());
+}
+
+TEST_F(Heif, TheFormatsAreListed) {
+    EXPECT_EQ(readableFormats().find("HEIC, AVIF, ") != std::string::npos, hasHeif());
+}
+
+TEST_F(Heif, DepthAndMattesAreNoFurtherPictures) {
+    REQUIRE_HEIF();
+    Notes notes;
+    expectColours(readPhoto(file(appleHeic()), &notes));
+    EXPECT_TRUE(notes.empty());
+    readPhoto(file(heifFile("heic", {hevcColours(1), hevcColours(2)})), &notes);
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
+    EXPECT_EQ(notes[0].text, "the file holds 2 pictures: the main one is read");
+}
+
+TEST_F(Heif, TheContentsDecideTheFormat) {
+    REQUIRE_HEIF();
+    spill(directory / "a.jpg", heifFile("mif1", {hevcColours(1)}));
+    expectColours(readPhoto(directory / "a.jpg"));
+    EXPECT_EQ(imageFormat(heifFile("MiHB", {hevcColours(1)})), ImageFormat::Heic);
+    EXPECT_EQ(imageFormat(std::string("\0\0\0\x18", 4) + "ftypmif1\0\0\0\0mif1avif"),
+              ImageFormat::Heic)
+        << "the text ends at the first zero byte";
+    EXPECT_EQ(
+        imageFormat(std::string("\0\0\0\x18", 4) + std::string("ftypmif1\0\0\0\0mif1avif", 20)),
+        ImageFormat::Avif);
+    EXPECT_EQ(
+        imageFormat(std::string("\0\0\0\x18", 4) + std::string("ftypisom\0\0\0\0isommp42", 20)),
+        ImageFormat::Unknown);
+}
+
+// EXIF repeats the turn that the format has already stated.
+TEST_F(Heif, ThePictureIsTurnedOnce) {
+    REQUIRE_HEIF();
+    HeifItem photo = hevcColours(1);
+    photo.properties.push_back(irot(3)); // a quarter clockwise
+    const std::string exif =
+        heifNumber(0, 4) + std::string("II*\0\10\0\0\0\1\0\x12\1\3\0\1\0\0\0\6\0\0\0\0\0\0\0", 26);
+    const std::string bytes =
+        heifFile("heic", {photo, {2, "Exif", exif, {}, ""}}, {{"cdsc", 2, {1}}});
+    const cv::Mat turned = readPhoto(file(bytes));
+    ASSERT_EQ(turned.size(), cv::Size(64, 128));
+    expectNear(turned.at<cv::Vec3b>(32, 16), 40, 60, 200);
+    expectNear(turned.at<cv::Vec3b>(32, 48), 200, 40, 40);
+    EXPECT_EQ(readImageHeader(bytes, ".heic").columns, 64U);
+}
+
+TEST_F(Heif, FilesOfIos18AreRepaired) {
+    REQUIRE_HEIF();
+    const std::string bytes = appleHeic(true);
+    const std::string repaired = repairedHeif(bytes);
+    ASSERT_EQ(repaired.size(), bytes.size());
+    EXPECT_EQ(repaired.find("tmap"), bytes.find("tmap"));
+    EXPECT_EQ(repairedHeif(repaired), "");
+    expectColours(readPhoto(file(bytes)));
+    expectColours(readPhoto(file(repaired)));
+    EXPECT_TRUE(HeifFile(bytes).hasDepth());
+    EXPECT_EQ(repairedHeif(appleHeic()), "") << "nothing to repair";
+}
+
+TEST_F(Heif, BrokenFilesOfIos18AreLeftAlone) {
+    const std::string bytes = appleHeic(true);
+    for (std::size_t size = 0; size < bytes.size(); size += 3)
+        static_cast<void>(repairedHeif(bytes.substr(0, size)));
+    const std::size_t iref = bytes.find("iref");
+    for (std::size_t at = iref - 4; at < iref + 60; ++at) {
+        for (const char value : {'\0', '\1', '\x7f', '\xff'}) {
+            std::string broken = bytes;
+            broken[at] = value;
+            const std::string repaired = repairedHeif(broken);
+            EXPECT_TRUE(repaired.empty() || repaired.size() == bytes.size()) << at;
+        }
+    }
+}
+
+TEST_F(Heif, TheSizeIsLimitedBeforeDecoding) {
+    REQUIRE_HEIF();
+    HeifItem photo = hevcColours(1);
+    photo.properties.back() = ispe(30000, 30000);
+    EXPECT_EQ(errorOf([&] { readPhoto(file(heifFile("heic", {photo}))); }),
+              (directory / "a.heic").string() +
+                  ": has 30000 x 30000 px, expected at most 400 megapixels and sides of at most "
+                  "65500 px");
+}
+
+// The settings of a coded picture of so many px: a NAL unit as H.265 7.3.2.2 describes it.
+std::string hevcSettings(unsigned columns, unsigned rows) {
+    std::string bits = "0100001000000001"
+                       "0000"
+                       "000"
+                       "1" +
+                       std::string(96, '0');
+    for (const unsigned value : {0U, 1U, columns, rows}) { // exponential-Golomb codes
+        std::string digits;
+        for (unsigned rest = value + 1; rest > 0; rest /= 2)
+            digits.insert(digits.begin(), static_cast<char>('0' + rest % 2));
+        bits += std::string(digits.size() - 1, '0') + digits;
+    }
+    bits += std::string(8 - bits.size() % 8, '1');
+    std::string unit;
+    for (std::size_t i = 0; i < bits.size(); i += 8) {
+        const std::size_t end = unit.size();
+        if (end >= 2 && unit[end - 1] == 0 && unit[end - 2] == 0 &&
+            bits.compare(i, 6, "000000") == 0) {
+            unit.push_back(3);
+        }
+        unit.push_back(static_cast<char>(std::stoi(bits.substr(i, 8), nullptr, 2)));
+    }
+    return heifBox("hvcC", '\1' + std::string(21, '\0') + '\1' + '\x21' + heifNumber(1, 2) +
+                               heifNumber(unit.size(), 2) + unit);
+}
+
+TEST_F(Heif, TheCodedPictureIsLimitedAsWell) {
+    EXPECT_EQ(largestCodedPicture(appleHeic()), cv::Size(128, 64));
+    HeifItem photo = hevcColours(1);
+    photo.properties.push_back(hevcSettings(60000, 50000));
+    const std::string bytes = heifFile("heic", {photo});
+    EXPECT_EQ(largestCodedPicture(bytes), cv::Size(60000, 50000));
+    for (std::size_t size = 0; size < bytes.size(); size += 3)
+        static_cast<void>(largestCodedPicture(bytes.substr(0, size)));
+    EXPECT_TRUE(largestCodedPicture("").empty());
+    if (!hasHeif()) return;
+    EXPECT_EQ(errorOf([&] { readPhoto(file(bytes)); }),
+              (directory / "a.heic").string() +
+                  ": cannot be decoded (its coded picture has 60000 x 50000 px), expected a whole "
+                  "HEIC file");
+}
+
+TEST_F(Heif, CutOffFilesAreOneErrorOrAPicture) {
+    REQUIRE_HEIF();
+    for (const std::string& whole : {appleHeic(), heifFile("avif", {av1Colours(1)})}) {
+        int failures = 0;
+        for (std::size_t size = 12; size < whole.size(); size += 5) {
+            const std::string error = errorOf([&] { readPhoto(file(whole.substr(0, size))); });
+            if (error == "(no error)") continue;
+            ++failures;
+            EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+            EXPECT_NE(error.find("expected"), std::string::npos) << error;
+        }
+        EXPECT_GT(failures, 20);
+    }
+}
+
+TEST_F(Heif, WithoutLibheifTheErrorSaysSo) {
+    if (hasHeif()) GTEST_SKIP() << "needs a build without libheif (ALTIRO3D_WITH_HEIF=OFF)";
+    EXPECT_EQ(errorOf([&] { readPhoto(file(appleHeic())); }),
+              (directory / "a.heic").string() +
+                  ": HEIC pictures are not read, as libaltiro3D was built without libheif, "
+                  "expected PNG, JPEG, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000; convert "
+                  "it first");
+}
+
+} // namespace
+} // namespace altiro3D

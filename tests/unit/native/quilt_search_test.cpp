@@ -1,0 +1,238 @@
+#include "altiro3D/quilt_search.hpp"
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/image_io.hpp"
+#include "support/files.hpp"
+#include "support/random_pictures.hpp"
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D::test {
+namespace {
+
+// A scene with large and small things, and its depth.
+struct Seen {
+    cv::Mat photo;
+    cv::Mat depth;
+};
+
+Seen seenScene(cv::Size size, int seed) {
+    Seen seen;
+    cv::addWeighted(scenery(size, seed), 0.6, randomPhoto(size, seed + 1, 4), 0.4, 0, seen.photo);
+    cv::resize(randomDepth({5, 4}, seed + 2), seen.depth, size, 0, 0, cv::INTER_LINEAR);
+    return seen;
+}
+
+cv::Mat quiltOf(const QuiltLayout& layout, int seed, double strengthPercent) {
+    const Seen seen = seenScene(layout.tileSize, seed);
+    ViewOptions options;
+    options.method = ViewMethod::Fast;
+    options.strengthPercent = strengthPercent;
+    cv::Mat quilt;
+    Depth2Quilt(layout, options).render(seen.photo, seen.depth, quilt);
+    return quilt;
+}
+
+QuiltLayout layoutOf(int columns, int rows, cv::Size tile) {
+    return {columns, rows, tile, columns * rows};
+}
+
+cv::Mat scaled(const cv::Mat& picture, cv::Size size) {
+    cv::Mat result;
+    cv::resize(picture, result, size, 0, 0, cv::INTER_AREA);
+    return result;
+}
+
+cv::Mat compressed(const cv::Mat& picture, int quality) {
+    std::vector<uchar> bytes;
+    cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+    return cv::imdecode(bytes, cv::IMREAD_COLOR);
+}
+
+std::string text(const FoundQuilt& found) {
+    if (found.verdict == QuiltVerdict::NoQuilt) return "no quilt";
+    return std::to_string(found.layout.columns) + " x " + std::to_string(found.layout.rows) +
+           (found.verdict == QuiltVerdict::Unsure ? ", unsure" : "");
+}
+
+std::string textOf(const cv::Mat& picture) {
+    return text(findQuiltLayout(picture));
+}
+
+// Lines at every `period` px.
+cv::Mat grid(cv::Size size, int period) {
+    cv::Mat picture(size, CV_8UC3, cv::Scalar::all(240));
+    for (int x = 0; x < size.width; x += period)
+        cv::line(picture, {x, 0}, {x, size.height}, cv::Scalar::all(80), 2);
+    for (int y = 0; y < size.height; y += period)
+        cv::line(picture, {0, y}, {size.width, y}, cv::Scalar::all(80), 2);
+    return picture;
+}
+
+TEST(FindQuiltLayout, FindsColumnsAndRowsWhateverTheDepth) {
+    const std::pair<QuiltGrid, cv::Size> layouts[] = {
+        {{4, 8}, {160, 90}},  {{5, 9}, {150, 84}},  {{8, 6}, {105, 140}},
+        {{7, 5}, {90, 160}},  {{8, 5}, {96, 120}},  {{6, 8}, {128, 96}},
+        {{11, 6}, {84, 112}}, {{3, 3}, {200, 150}}, {{2, 2}, {300, 200}}};
+    int seed = 1;
+    for (const auto& [grid, tile] : layouts) {
+        for (const double strength : {0.0, 10.0, 30.0}) {
+            seed += 10;
+            const QuiltLayout layout = layoutOf(grid.columns, grid.rows, tile);
+            const FoundQuilt found = findQuiltLayout(quiltOf(layout, seed, strength));
+            EXPECT_EQ(found.layout, layout) << text(found) << " " << strength;
+            EXPECT_EQ(found.verdict, QuiltVerdict::Quilt) << found.confidence << " " << strength;
+        }
+    }
+}
+
+TEST(FindQuiltLayout, QuiltsMayBeScaledCompressedAndCropped) {
+    const cv::Mat quilt = quiltOf(layoutOf(5, 9, {300, 168}), 3, 10); // 1500 x 1512
+    for (const cv::Size size : {cv::Size(1024, 1024), cv::Size(1361, 1193), cv::Size(801, 977)}) {
+        const FoundQuilt found = findQuiltLayout(compressed(scaled(quilt, size), 60));
+        EXPECT_EQ(text(found), "5 x 9") << size;
+        EXPECT_EQ(found.layout.tileSize, cv::Size(size.width / 5, size.height / 9));
+    }
+    EXPECT_EQ(textOf(quilt(cv::Rect(3, 1, 1492, 1509))), "5 x 9");
+    EXPECT_EQ(textOf(quilt(cv::Rect(0, 0, 1497, 1505))), "5 x 9");
+}
+
+TEST(FindQuiltLayout, AMovingCameraIsNotNeeded) {
+    const cv::Mat quilt = quiltOf(layoutOf(6, 4, {150, 120}), 5, 0);
+    const FoundQuilt found = findQuiltLayout(quilt);
+    EXPECT_EQ(text(found), "6 x 4");
+    EXPECT_GT(found.confidence, 0.99);
+}
+
+TEST(FindQuiltLayout, TheOrderOfTheViewsCounts) {
+    // rows from the top: the end of a row does not go on in the row above
+    const QuiltLayout layout = layoutOf(5, 4, {150, 120});
+    const cv::Mat quilt = quiltOf(layout, 8, 40);
+    cv::Mat turned(quilt.size(), quilt.type());
+    for (int row = 0; row < 4; ++row)
+        quilt.rowRange(120 * (3 - row), 120 * (4 - row))
+            .copyTo(turned.rowRange(120 * row, 120 * (row + 1)));
+    EXPECT_LT(findQuiltLayout(turned).confidence, findQuiltLayout(quilt).confidence - 0.1);
+}
+
+TEST(FindQuiltLayout, PhotosAreNoQuilts) {
+    for (int seed = 1; seed < 6; ++seed) {
+        EXPECT_EQ(textOf(seenScene({1200, 900}, seed).photo), "no quilt");
+        EXPECT_EQ(textOf(seenScene({600, 1000}, seed).photo), "no quilt");
+    }
+    EXPECT_EQ(textOf(randomPhoto({800, 600}, 1, 0)), "no quilt");
+    const cv::Mat flat(700, 900, CV_8UC3, cv::Scalar(90, 120, 200));
+    EXPECT_EQ(findQuiltLayout(flat).verdict, QuiltVerdict::Unsure); // it may be one
+    EXPECT_EQ(findQuiltLayout(flat).confidence, 0);
+}
+
+TEST(FindQuiltLayout, AContactSheetOfDifferentPhotosIsNoQuilt) {
+    cv::Mat sheet(4 * 180, 5 * 240, CV_8UC3);
+    for (int i = 0; i < 20; ++i)
+        seenScene({240, 180}, 50 + 10 * i)
+            .photo.copyTo(sheet(cv::Rect(i % 5 * 240, i / 5 * 180, 240, 180)));
+    EXPECT_EQ(textOf(sheet), "no quilt");
+}
+
+TEST(FindQuiltLayout, IsNeverSureOfARegularPattern) {
+    for (const int period : {20, 37, 50, 64, 100, 150, 200}) {
+        EXPECT_NE(findQuiltLayout(grid({1000, 1000}, period)).verdict, QuiltVerdict::Quilt)
+            << period;
+        EXPECT_NE(findQuiltLayout(grid({1600, 1200}, period)).verdict, QuiltVerdict::Quilt)
+            << period;
+    }
+}
+
+TEST(FindQuiltLayout, PicturesOfAnySizeAreSearched) {
+    for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 3), cv::Size(127, 900),
+                                cv::Size(5000, 1), cv::Size(128, 128), cv::Size(131, 4999)}) {
+        const FoundQuilt found = findQuiltLayout(randomPhoto(size));
+        EXPECT_NE(found.verdict, QuiltVerdict::Quilt) << size;
+        EXPECT_EQ(found.verdict == QuiltVerdict::Unsure, std::min(size.width, size.height) < 128)
+            << size; // too small to tell
+    }
+    EXPECT_NE(errorOf([] { (void)findQuiltLayout(cv::Mat()); }).find("picture: is empty"),
+              std::string::npos);
+}
+
+TEST(FindQuiltLayout, APartOfAMatrixIsSearchedAsItsCopy) {
+    const cv::Mat quilt = quiltOf(layoutOf(4, 3, {150, 100}), 4, 10);
+    cv::Mat frame(quilt.rows + 20, quilt.cols + 31, CV_8UC3, cv::Scalar::all(0));
+    cv::Mat part = frame(cv::Rect(17, 9, quilt.cols, quilt.rows));
+    quilt.copyTo(part);
+    EXPECT_EQ(findQuiltLayout(part).confidence, findQuiltLayout(quilt).confidence);
+}
+
+TEST(FindQuiltLayout, IsTheSameForAnyNumberOfThreads) {
+    const cv::Mat quilt = quiltOf(layoutOf(5, 4, {160, 120}), 4, 10);
+    const int threads = cv::getNumThreads();
+    cv::setNumThreads(1);
+    const FoundQuilt serial = findQuiltLayout(quilt);
+    cv::setNumThreads(4);
+    const FoundQuilt parallel = findQuiltLayout(quilt);
+    cv::setNumThreads(threads);
+    EXPECT_EQ(serial.layout, parallel.layout);
+    EXPECT_EQ(serial.confidence, parallel.confidence);
+}
+
+TEST(LikenessOfViews, TellsViewsFromUnrelatedPhotos) {
+    const QuiltLayout layout = layoutOf(6, 2, {160, 120});
+    for (int seed = 1; seed < 6; ++seed) {
+        const cv::Mat quilt = quiltOf(layout, 100 * seed, 20);
+        std::vector<cv::Mat> views;
+        std::vector<cv::Mat> photos;
+        for (int i = 0; i < 12; ++i) {
+            views.push_back(quilt(layout.tile(i)));
+            photos.push_back(seenScene({160, 120}, 100 * seed + 7 * i).photo);
+        }
+        EXPECT_GT(likenessOfViews(views), 0.8) << seed;
+        EXPECT_LT(likenessOfViews(photos), 0.1) << seed;
+    }
+    const cv::Mat flat(50, 60, CV_8UC3, cv::Scalar::all(90));
+    EXPECT_EQ(likenessOfViews({flat, flat, flat}), 1);
+    EXPECT_EQ(likenessOfViews({randomPhoto({50, 60})}), 1);
+    EXPECT_EQ(likenessOfViews({}), 1);
+    EXPECT_NE(errorOf([] { (void)likenessOfViews({cv::Mat()}); }).find("picture: is empty"),
+              std::string::npos);
+}
+
+TEST(LikenessOfViews, RealViewsAreAlikeAndRealPhotosAreNot) {
+    ALTIRO3D_REQUIRE_DATA("lightfields/greenbuddha_33");
+    const auto likeness = [](const char* folder, std::size_t step) {
+        const auto files = listImages(dataPath(folder));
+        std::vector<cv::Mat> pictures;
+        for (std::size_t i = 0; i < files.size(); i += step)
+            pictures.push_back(readPhoto(files[i]));
+        return likenessOfViews(pictures);
+    };
+    EXPECT_GT(likeness("lightfields/greenbuddha_33", 1), 0.9);
+    EXPECT_GT(likeness("lightfields/greenbuddha_33", 8), 0.4);
+    EXPECT_LT(likeness("photos/kodak", 1), 0.1);
+}
+
+TEST(FindQuiltLayout, FindsThoseOfRealQuilts) {
+    ALTIRO3D_REQUIRE_DATA("quilts");
+    const std::pair<const char*, const char*> quilts[] = {
+        {"greenbuddha/GreenBuddha_qs7x5a0.5625.jpg", "7 x 5"},
+        {"kirurobo/example01.png", "4 x 8"},
+        {"kirurobo/example02.png", "4 x 8"},
+        {"kirurobo/startup.png", "4 x 8"},
+        {"lkg_sdk/example-quilt.jpg", "5 x 9"},
+        {"modprods/unity_quilt.png", "4 x 8"}};
+    for (const auto& [file, expected] : quilts)
+        EXPECT_EQ(textOf(readPhoto(dataPath(std::string("quilts/") + file))), expected) << file;
+}
+
+TEST(FindQuiltLayout, RealPhotosAreNoQuilts) {
+    ALTIRO3D_REQUIRE_DATA("photos/kodak");
+    for (const char* folder : {"photos/kodak", "photos/skimage"}) {
+        for (const auto& file : listImages(dataPath(folder)))
+            EXPECT_EQ(textOf(readPhoto(file)), "no quilt") << file;
+    }
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,0 +1,112 @@
+#include "common/depth_trade.hpp"
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/error.hpp"
+#include "common/run_tool.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <limits>
+
+namespace altiro3D::tools {
+
+namespace {
+
+constexpr int kRepetitions = 3;
+
+void addNetwork(const InstalledNetwork& network, cv::Size size,
+                std::vector<NamedDepthSource>& sources) {
+    const QuietStandardError quiet; // OpenCV and ONNX Runtime print by themselves
+    DepthNetwork loaded(network.file, network.profile, InferenceTarget::Cpu, size);
+    const cv::Size input = loaded.inputSize();
+    const std::string name =
+        network.profile.name + ", " + std::to_string(std::max(input.width, input.height)) + " px";
+    sources.push_back({name, depthFromNetwork(std::move(loaded))});
+}
+
+} // namespace
+
+std::vector<NamedDepthSource> depthSources(Messages& messages) {
+    std::vector<NamedDepthSource> sources;
+    sources.push_back({"built-in estimator", depthFromCues()});
+    for (const InstalledNetwork& network : installedNetworks()) {
+        const NetworkProfile& profile = network.profile;
+        if (profile.large || (profile.engine == InferenceEngine::OnnxRuntime && !hasOnnxRuntime()))
+            continue;
+        try {
+            addNetwork(network, {}, sources);
+        } catch (const Error& error) {
+            messages.warn(error.what());
+            continue;
+        }
+        const cv::Size half(profile.inputWidth / 2, profile.inputHeight / 2);
+        if (half.width % profile.multipleOf != 0 || half.height % profile.multipleOf != 0) continue;
+        try {
+            addNetwork(network, half, sources);
+        } catch (const Error&) { // its own size is all that it can do
+        }
+    }
+    return sources;
+}
+
+DepthRow measureDepth(const NamedDepthSource& source, const StereoScene& scene,
+                      const DepthRefineOptions& refine) {
+    DepthRow row;
+    row.scene = scene.name;
+    row.source = source.name;
+    row.milliseconds = std::numeric_limits<double>::infinity();
+    Scene estimated;
+    for (int i = 0; i < kRepetitions; ++i) {
+        const auto start = std::chrono::steady_clock::now();
+        source.source->readScene(scene.photo, 0.5, estimated);
+        const std::chrono::duration<double, std::milli> time =
+            std::chrono::steady_clock::now() - start;
+        row.milliseconds = std::min(row.milliseconds, time.count());
+    }
+    cv::Mat depth;
+    alignDepth(estimated.depth, scene.depth, depth);
+    row.rankCorrelation = rankCorrelation(depth, scene.depth);
+    refineDepth(scene.photo, depth, depth, refine);
+    ViewOptions layered;
+    layered.method = ViewMethod::Layered;
+    cv::Mat view;
+    Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options(layered))
+        .renderView(scene.photo, depth, 1, view);
+    row.accuracy = compareViews(view, scene.truth, scene.band());
+    return row;
+}
+
+std::vector<DepthRow> meansOf(const std::vector<DepthRow>& rows, std::size_t sources) {
+    std::vector<DepthRow> means;
+    const double share = static_cast<double>(sources) / static_cast<double>(rows.size());
+    for (std::size_t s = 0; s < sources; ++s) {
+        DepthRow mean;
+        mean.scene = "mean";
+        mean.source = rows[s].source;
+        for (std::size_t i = s; i < rows.size(); i += sources) {
+            const DepthRow& row = rows[i];
+            mean.milliseconds += share * row.milliseconds;
+            mean.rankCorrelation += share * row.rankCorrelation;
+            mean.accuracy.psnrWhole += share * row.accuracy.psnrWhole;
+            mean.accuracy.ssimWhole += share * row.accuracy.ssimWhole;
+            mean.accuracy.psnrInside += share * row.accuracy.psnrInside;
+            mean.accuracy.ssimInside += share * row.accuracy.ssimInside;
+        }
+        means.push_back(mean);
+    }
+    return means;
+}
+
+const char* const kDepthHeading =
+    "estimated depth          per photo   order     layered, whole        inside";
+
+std::string lineOf(const DepthRow& row) {
+    char text[256];
+    std::snprintf(text, sizeof text, "%-24s %6.1f ms %7.3f %9.2f dB %6.4f %9.2f dB %6.4f",
+                  row.source.c_str(), row.milliseconds, row.rankCorrelation, row.accuracy.psnrWhole,
+                  row.accuracy.ssimWhole, row.accuracy.psnrInside, row.accuracy.ssimInside);
+    return text;
+}
+
+} // namespace altiro3D::tools

@@ -13,6 +13,7 @@ import numpy as np
 import onnx
 import torch
 import torch.nn.functional as F
+from google.protobuf.message import DecodeError
 from onnx import numpy_helper
 from torch import nn
 
@@ -198,7 +199,11 @@ def load_encoder(encoder, file):
 
 def load_onnx(net, file):
     """Fills the network from an exported file. One made before `detail` leaves it at 0."""
-    values = {t.name: numpy_helper.to_array(t) for t in onnx.load(file).graph.initializer}
+    try:
+        graph = onnx.load(file).graph
+    except (OSError, DecodeError) as error:
+        raise ValueError(f"{file}: is missing or damaged, expected an ONNX file") from error
+    values = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
     state = net.state_dict()
     missing = [name for name in state if name not in values and name != "detail.weight"]
     if missing:

@@ -100,7 +100,10 @@ def main():
         optimizer.load_state_dict(state["optimizer"])
         step, seen = state["step"], state["seen"]
     elif args.start:
-        load_onnx(net, args.start)
+        try:
+            load_onnx(net, args.start)
+        except ValueError as error:
+            sys.exit(f"train.py: {error}")
         mean.load_state_dict(net.state_dict())
     elif args.encoder:
         load_encoder(net.encoder, args.encoder)

@@ -42,19 +42,19 @@ def read_frame(frame):
 
 
 def crop(random, picture, depth, shape):
-    """A random part, the picture in `shape`, the depth half as large. Keeps the aspect to 15 %."""
+    """A random part, picture and depth in `shape`. Keeps the aspect to 15 %."""
     rows, cols = depth.shape
     aspect = shape[1] / shape[0] * np.exp(random.uniform(-0.14, 0.14))
     height = min(rows, cols / aspect)
-    height *= random.uniform(0.55, 1) if random.random() < 0.6 else 1
+    height *= random.uniform(0.6, 1) if random.random() < 0.5 else 1
     h, w = max(16, int(height)), max(16, int(min(cols, height * aspect)))
     y, x = random.integers(0, rows - h + 1), random.integers(0, cols - w + 1)
     size = (shape[1], shape[0])
     area, linear = cv2.INTER_AREA, cv2.INTER_LINEAR
     how = area if w >= shape[1] else (cv2.INTER_CUBIC if random.random() < 0.5 else linear)
     picture = cv2.resize(picture[y:y + h, x:x + w], size, interpolation=how)
-    half = (shape[1] // 2, shape[0] // 2)
-    depth = cv2.resize(depth[y:y + h, x:x + w], half, interpolation=area if w >= half[0] else linear)
+    # the depth of one point of each pixel, so that its edges stay edges
+    depth = cv2.resize(depth[y:y + h, x:x + w], size, interpolation=cv2.INTER_NEAREST_EXACT)
     if random.random() < 0.5:
         picture, depth = picture[:, ::-1], depth[:, ::-1]
     return np.ascontiguousarray(picture), np.ascontiguousarray(depth)
@@ -110,7 +110,7 @@ def to_input(picture):
 
 
 class Batches(torch.utils.data.IterableDataset):
-    """Endless batches (pictures, inverse depths of half the size). Lists the folders again every 100 batches."""
+    """Endless batches (pictures, inverse depths). Lists the folders again every 100 batches."""
 
     def __init__(self, root, sets, batch, seed, first=0, only=0):
         self.root, self.sets, self.batch, self.seed = root, sets, batch, seed

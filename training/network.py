@@ -3,14 +3,18 @@
 Encoder: the layers of MobileNetV2 (Sandler et al. 2018) up to its last bottleneck. Its values come
 from a quantised TensorFlow Lite file, read and dequantised here (read_tflite, load_encoder).
 Decoder: top-down sums of 1 x 1 laterals, depthwise-separable 3 x 3 convolutions and bilinear
-upsampling by 2. Input: RGB, (value / 255 - 0.5) / 0.5, sides multiples of 32. Output: relative
+upsampling by 2. The last step to the full size adds a difference for each of the four pixels, so
+that an edge can be one pixel wide. Input: RGB, (value / 255 - 0.5) / 0.5, sides multiples of 32. Output: relative
 inverse depth, [1, 1, height, width].
 """
 import struct
 
 import numpy as np
+import onnx
 import torch
 import torch.nn.functional as F
+from google.protobuf.message import DecodeError
+from onnx import numpy_helper
 from torch import nn
 
 # expansion, channels, repeats, stride of the first (table 2 of the paper)
@@ -97,18 +101,16 @@ class DepthNet(nn.Module):
         self.narrow = nn.ModuleList(
             nn.Conv2d(widths[i + 1], widths[i], 1) for i in range(4))
         self.head = nn.Conv2d(widths[0], 1, 1)
+        self.detail = nn.ConvTranspose2d(widths[0], 1, 2, 2, bias=False)
+        nn.init.zeros_(self.detail.weight)
 
-    def half(self, x):
-        """Depth at half the size, which is all that is learned."""
+    def forward(self, x):
         features = self.encoder(x)
         y = self.refine[4](self.lateral[4](features[4]))
         for level in (3, 2, 1, 0):
             y = F.relu(up(self.narrow[level](y)) + self.lateral[level](features[level]))
             y = self.refine[level](y)
-        return self.head(y)
-
-    def forward(self, x):
-        return up(self.half(x))
+        return up(self.head(y)) + self.detail(y)
 
 
 class _Table:
@@ -193,3 +195,18 @@ def load_encoder(encoder, file):
             convolution.weight.copy_(torch.from_numpy(weights.copy()))
             convolution.bias.copy_(torch.from_numpy(bias.copy()))
     return read[len(own):]
+
+
+def load_onnx(net, file):
+    """Fills the network from an exported file. One made before `detail` leaves it at 0."""
+    try:
+        graph = onnx.load(file).graph
+    except (OSError, DecodeError) as error:
+        raise ValueError(f"{file}: is missing or damaged, expected an ONNX file") from error
+    values = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
+    state = net.state_dict()
+    missing = [name for name in state if name not in values and name != "detail.weight"]
+    if missing:
+        raise ValueError(f"{file}: has no {missing[0]}, expected a file written by export.py")
+    state.update({name: torch.from_numpy(values[name].copy()) for name in state if name in values})
+    net.load_state_dict(state)

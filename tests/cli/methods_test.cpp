@@ -226,7 +226,7 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
     const fs::path cache = cachedBudgets().front();
     // costs that no machine has: what is chosen by them was read
     Json kept = Json::parse(slurp(cache));
-    EXPECT_EQ(kept.at("format"), 2);
+    EXPECT_EQ(kept.at("format"), 3);
     const double milliseconds[] = {6000, 600, 60, 6};
     for (std::size_t i = 0; i < 4; ++i)
         kept.at("costs").at(i).at("milliseconds") = milliseconds[i];

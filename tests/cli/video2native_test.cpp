@@ -468,10 +468,11 @@ TEST(Video2NativeTool, AllWaysToGiveDepthMakeTheSameVideo) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(0.6);
     const auto frames = [&](const Arguments& arguments) {
-        const Outcome outcome = studio.run(kTool, studio.display() +
-                                                      Arguments{"-y", "-j", "1", "--codec", "ffv1",
-                                                                "--no-audio", "--no-subtitles"} +
-                                                      arguments + Arguments{"native.mkv"});
+        const Outcome outcome =
+            studio.run(kTool, studio.display() +
+                                  Arguments{"-y", "-j", "1", "--codec", "ffv1", "--no-audio",
+                                            "--no-subtitles", "--exact-depth"} +
+                                  arguments + Arguments{"native.mkv"});
         EXPECT_TRUE(isDone(outcome));
         return ffmpeg("-i " + arg(studio / "native.mkv") + " -map 0:v -f framemd5 -");
     };

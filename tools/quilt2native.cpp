@@ -89,11 +89,6 @@ int convertFolder(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.has("lg")) {
         throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
     }
-    if (!fs::is_directory(outputFolder, error) &&
-        (fs::exists(outputFolder, error) || canWriteImage(outputFolder))) {
-        throw UsageError(outputFolder.string() + ": names one file, expected a directory for the "
-                                                 "Natives of several quilts");
-    }
     FolderSearch search;
     search.pairDepth = false;
     search.outputs = {outputFolder};
@@ -113,6 +108,11 @@ int convertFolder(const CommandLine& commandLine, Messages& messages) {
     }
     if (quilts.empty()) {
         throw Error(ErrorCode::NotFound, folder.string(), "holds no pictures, expected quilts");
+    }
+    if (!fs::is_directory(outputFolder, error) &&
+        (fs::exists(outputFolder, error) || canWriteImage(outputFolder))) {
+        throw UsageError(outputFolder.string() + ": names one file, expected a directory for the "
+                                                 "Natives of several quilts");
     }
     const ChosenDisplay display = findDisplay(commandLine, messages);
     const bool skip = commandLine.has("skip-existing");

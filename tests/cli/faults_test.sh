@@ -239,7 +239,7 @@ for tool in "${tools_tried[@]}"; do
 
     # --- surroundings; glibc keeps what it makes of LOCPATH
     (exec env -i PATH=/usr/bin:/bin LOCPATH="$root" LC_ALL=de_DE.UTF-8 ASAN_OPTIONS=detect_leaks=0 \
-        "$tools/$tool" "${words[@]}") >out 2>err
+        ALTIRO3D_MODELS="$ALTIRO3D_MODELS" "$tools/$tool" "${words[@]}") >out 2>err
     status=$?
     check "$tool: no HOME" ends 0
     check "$tool: no HOME: the same output" same "$out" "$reference"

@@ -206,7 +206,8 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
                    {"photoWidth", photoSize.width},
                    {"photoHeight", photoSize.height},
                    {"native", item.native.string()}};
-    if (!item.depth.empty()) report["depthImage"] = item.depth.string();
+    const bool isPair = commandLine.has("stereo");
+    if (!item.depth.empty()) report[isPair ? "rightImage" : "depthImage"] = item.depth.string();
     report["depthSource"] = run.depth.used();
     const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
                                                        {"depth", item.savedDepth},
@@ -234,7 +235,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
         for (const auto& [key, file] : others)
             line += file.empty() ? "" : std::string(", ") + key;
         line += item.video.empty() ? "" : ", video";
-        if (!item.depth.empty()) line += "; depth of " + item.depth.filename().string();
+        if (!item.depth.empty() && !isPair) line += "; depth of " + item.depth.filename().string();
         const std::string cut = cutText(photoAspect, aspect, fitMode);
         line += cut.empty() ? "" : "; " + cut;
         messages.say(line);
@@ -341,6 +342,7 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
                           {"depth", run.depth.description()},
                           {"depthImages", run.depth.fromFiles()},
                           {"rgbdSide", given(commandLine, "rgbd")},
+                          {"stereo", given(commandLine, "stereo")},
                           {"network", networkJson(commandLine, run.depth)},
                           {"depthKind", commandLine.value("depth-kind").value_or("near-white")}};
     if (commandLine.has("lg")) {
@@ -451,6 +453,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] PHOTO OUT.png");
     commandLine.addUsage("[options] -d PHOTO DEPTH OUT.png");
     commandLine.addUsage("[options] --rgbd right RGBD OUT.png");
+    commandLine.addUsage("[options] --stereo left-right PAIR OUT.png");
     commandLine.addUsage("[options] PHOTO PHOTO... | DIR  OUTDIR");
     addDepthOptions(commandLine);
     addViewOptions(commandLine);

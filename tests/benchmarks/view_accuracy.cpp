@@ -3,12 +3,19 @@
 //
 // Usage: altiro3D_view_accuracy [folder of the test data [folder for the views]]
 //
-// Prints two Markdown tables. The first: the left picture of each Middlebury pair and its true
+// Prints Markdown tables. The first: the left picture of each Middlebury pair and its true
 // disparity are made into the right picture, over the full baseline; `inside` leaves out, at both
 // sides, the band that can come from outside the frame. Then the Stanford cards, from the centre to
-// the cameras at the sides. The second: time of one view in a quilt of 48, one thread, by the side
-// of method Fast. What is missing is named and left out.
+// the cameras at the sides. The second: views of stereo pairs by method Layered from the true
+// depth, from the depth found by matching the pair, and from estimated depth, which is scaled and
+// shifted to the true one (to the matched one where the truth is missing); at half the baseline and
+// beyond it where true views exist. The third: time of one view in a quilt of 48, one thread, by
+// the side of method Fast. What is missing is named and left out.
 
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/depth_refine.hpp"
+#include "altiro3D/depth_source.hpp"
+#include "altiro3D/stereo_depth.hpp"
 #include "altiro3D/trade.hpp"
 #include "support/files.hpp"
 #include "views/view_methods.hpp"
@@ -195,6 +202,144 @@ void printAccuracy(const std::string& title, const std::vector<Pair>& pairs,
     std::printf("\n");
 }
 
+// --- Stereo pairs --------------------------------------------------------------------------------
+
+// A view at a multiple of the baseline; the left picture is at 0, the right one at 1.
+struct TrueView {
+    double at = 1;
+    cv::Mat picture;
+};
+
+struct StereoScene {
+    std::string name;
+    cv::Mat left;
+    cv::Mat right;
+    std::vector<TrueView> views;
+    cv::Mat disparity; // true, px of the left picture; may be empty
+};
+
+std::vector<StereoScene> stereoScenes(const fs::path& data, const std::vector<Pair>& middlebury) {
+    std::vector<StereoScene> scenes;
+    for (const Pair& pair : middlebury)
+        scenes.push_back(
+            {pair.name, pair.photo, pair.truth, {{1, pair.truth}}, pair.depth * pair.shift});
+    const auto add = [&](const std::string& name, const fs::path& folder, const char* left,
+                         const char* right, std::vector<std::pair<double, const char*>> others) {
+        StereoScene scene{name,
+                          cv::imread((folder / left).string()),
+                          cv::imread((folder / right).string()),
+                          {},
+                          {}};
+        for (const auto& [at, file] : others)
+            scene.views.push_back({at, cv::imread((folder / file).string())});
+        scene.views.push_back({1, scene.right});
+        for (const TrueView& view : scene.views) {
+            if (view.picture.empty() || view.picture.size() != scene.left.size()) {
+                std::cout << "missing or unreadable: " << folder.string() << "\n\n";
+                return;
+            }
+        }
+        scenes.push_back(scene);
+    };
+    add("Stanford cards", data / "lightfields" / "stanford_cards", "r08_c04.jpg", "r08_c12.jpg",
+        {{0.5, "r08_c08.jpg"}, {1.5, "r08_c16.jpg"}});
+    add("GreenBuddha", data / "lightfields" / "greenbuddha_33", "GreenBuddha010.jpg",
+        "GreenBuddha018.jpg", {{0.5, "GreenBuddha014.jpg"}, {1.5, "GreenBuddha022.jpg"}});
+    return scenes;
+}
+
+// Disparities by matching in px, in the size of the picture.
+cv::Mat matchedDisparity(const StereoScene& scene, std::string& text) {
+    cv::Mat shares;
+    const altiro3D::StereoMatch match = altiro3D::matchStereo(scene.left, scene.right, shares);
+    char likeness[32];
+    std::snprintf(likeness, sizeof likeness, ", likeness %.2f", match.likeness);
+    text = match.text() + likeness;
+    double low = 0;
+    double high = 0;
+    cv::minMaxLoc(shares, &low, &high);
+    altiro3D::DepthNormalization whole;
+    whole.lowPercentile = 0;
+    whole.highPercentile = 100;
+    cv::Mat depth;
+    altiro3D::normalizeDepth(shares, depth, whole);
+    altiro3D::fitDepth(depth, {0, 0, double(depth.cols), double(depth.rows)}, scene.left, depth);
+    return (depth * (high - low) + low) * scene.left.cols;
+}
+
+struct ViewPsnr {
+    double whole = 0;
+    double inside = 0;
+};
+
+ViewPsnr measureView(const StereoScene& scene, const cv::Mat& disparity, const TrueView& truth) {
+    double low = 0;
+    double high = 0;
+    cv::minMaxLoc(disparity, &low, &high);
+    cv::Mat depth = (disparity - low) / (high - low);
+    altiro3D::refineDepth(scene.left, depth, depth);
+    LayeredSettings settings;
+    const double reach = truth.at * std::max(std::abs(low), std::abs(high));
+    settings.reachPixels = reach;
+    cv::Mat view(scene.left.size(), CV_8UC3);
+    altiro3D::makeLayeredRenderer(scene.left, depth, -low / (high - low), settings)
+        ->render(truth.at * (high - low), view);
+    const int band = static_cast<int>(std::ceil(reach)) + 2;
+    const cv::Range inside(band, view.cols - band);
+    return {altiro3D::psnr(view, truth.picture),
+            altiro3D::psnr(view.colRange(inside), truth.picture.colRange(inside))};
+}
+
+void printStereo(const std::vector<StereoScene>& scenes) {
+    std::printf("| pair | order, matched | order, estimated | view at | true | matched | estimated "
+                "|\n|---|---:|---:|---:|---:|---:|---:|\n");
+    const auto source = altiro3D::depthFromPhoto();
+    std::string notes;
+    for (const StereoScene& scene : scenes) {
+        std::string text;
+        const auto start = std::chrono::steady_clock::now();
+        const cv::Mat matched = matchedDisparity(scene, text);
+        const std::chrono::duration<double, std::milli> time =
+            std::chrono::steady_clock::now() - start;
+        notes += "- " + scene.name + ": " + text + "; " +
+                 std::to_string(static_cast<int>(time.count())) + " ms\n";
+        altiro3D::Scene guess;
+        source->readScene(scene.left, 0.5, guess);
+        altiro3D::fitDepth(guess.depth, {0, 0, double(guess.depth.cols), double(guess.depth.rows)},
+                           scene.left, guess.depth);
+        const cv::Mat& truth = scene.disparity.empty() ? matched : scene.disparity;
+        double low = 0;
+        double high = 0;
+        cv::minMaxLoc(truth, &low, &high);
+        cv::Mat estimated;
+        altiro3D::alignDepth(guess.depth, (truth - low) / (high - low), estimated);
+        estimated = estimated * (high - low) + low;
+        for (const TrueView& view : scene.views) {
+            std::printf("| %s |", scene.name.c_str());
+            if (scene.disparity.empty()) {
+                std::printf(" | |");
+            } else {
+                std::printf(" %.3f | %.3f |", altiro3D::rankCorrelation(matched, truth),
+                            altiro3D::rankCorrelation(estimated, truth));
+            }
+            std::printf(" %.1f |", view.at);
+            for (const cv::Mat& disparity : {scene.disparity, matched, estimated}) {
+                if (disparity.empty()) {
+                    std::printf(" |");
+                    continue;
+                }
+                const ViewPsnr psnr = measureView(scene, disparity, view);
+                std::printf(" %.2f / %.2f |", psnr.whole, psnr.inside);
+            }
+            std::printf("\n");
+        }
+    }
+    std::printf("\nPSNR in dB, whole / inside. %d threads.\n\n%s\n", cv::getNumThreads(),
+                notes.c_str());
+}
+
+// --- Times ---------------------------------------------------------------------------------------
+
 // Best of some runs, ms.
 double milliseconds(const std::function<void()>& work) {
     double best = 1e9;
@@ -247,6 +392,7 @@ int main(int argc, char** argv) {
         const std::vector<Pair> pairs = middlebury(data / "middlebury");
         printAccuracy("Middlebury", pairs, views);
         printAccuracy("Stanford", cards(data / "lightfields" / "stanford_cards"), views);
+        printStereo(stereoScenes(data, pairs));
         printTimes(pairs);
         return pairs.empty() ? 1 : 0;
     } catch (const std::exception& error) {

@@ -125,8 +125,10 @@ inline HeifItem av1Ramp(unsigned id) {
 }
 
 /// The file. The first item is the main picture.
+/// @param groups the box `grpl`; empty: none
 inline std::string heifFile(const std::string& brand, const std::vector<HeifItem>& items,
-                            const std::vector<HeifReference>& references = {}) {
+                            const std::vector<HeifReference>& references = {},
+                            const std::string& groups = "") {
     std::string infos;
     std::string properties;
     std::string associations;
@@ -167,10 +169,23 @@ inline std::string heifFile(const std::string& brand, const std::vector<HeifItem
                 (links.empty() ? "" : heifFullBox("iref", 0, links)) +
                 heifBox("iprp",
                         heifBox("ipco", properties) +
-                            heifFullBox("ipma", 0, heifNumber(items.size(), 4) + associations)));
+                            heifFullBox("ipma", 0, heifNumber(items.size(), 4) + associations)) +
+                groups);
     };
     const std::size_t dataAt = ftyp.size() + metaAt(0).size() + 8;
     return ftyp + metaAt(dataAt) + heifBox("mdat", data);
+}
+
+/// The group of the two eyes' pictures.
+inline std::string stereoGroup(unsigned left, unsigned right) {
+    return heifBox("grpl", heifFullBox("ster", 0,
+                                       heifNumber(77, 4) + heifNumber(2, 4) + heifNumber(left, 4) +
+                                           heifNumber(right, 4)));
+}
+
+/// A spatial photo. @param left, right 1 = hevcColours(), 2 = hevcRamp(); the main picture is 1
+inline std::string spatialHeic(unsigned left = 1, unsigned right = 2) {
+    return heifFile("heic", {hevcColours(1), hevcRamp(2)}, {}, stereoGroup(left, right));
 }
 
 /// A portrait of an iPhone: the picture, its depth, and the XMP of the depth.

@@ -137,16 +137,19 @@ inline std::string appleAuxiliary(const std::string& jpeg, const std::string& ty
                                                           "</apdi:AuxiliaryImageSubType>"))));
 }
 
-/// A multi-picture file of an iPhone: the photo, then further pictures.
-inline std::string appleJpeg(const std::string& jpeg, const std::vector<std::string>& pictures) {
+/// A multi-picture file: the photo, then further pictures, as by an iPhone.
+/// @param type of the pictures; 0x020002: several eyes
+inline std::string appleJpeg(const std::string& jpeg, const std::vector<std::string>& pictures,
+                             unsigned type = 0) {
     const std::size_t count = pictures.size() + 1;
     const auto index = [&](std::size_t photoBytes, std::size_t mpfAt) {
         std::string list;
         std::size_t at = photoBytes;
-        list += heifNumber(0x030000, 4) + heifNumber(photoBytes, 4) + std::string(8, '\0');
+        list += heifNumber(type == 0 ? 0x030000 : 0x20000000 + type, 4) +
+                heifNumber(photoBytes, 4) + std::string(8, '\0');
         for (const std::string& picture : pictures) {
-            list += heifNumber(0, 4) + heifNumber(picture.size(), 4) + heifNumber(at - mpfAt, 4) +
-                    std::string(4, '\0');
+            list += heifNumber(type, 4) + heifNumber(picture.size(), 4) +
+                    heifNumber(at - mpfAt, 4) + std::string(4, '\0');
             at += picture.size();
         }
         return std::string("MPF\0MM\0*\0\0\0\10\0\1", 14) + heifNumber(0xb002, 2) +
@@ -158,6 +161,11 @@ inline std::string appleJpeg(const std::string& jpeg, const std::vector<std::str
     for (const std::string& picture : pictures)
         file += picture;
     return file;
+}
+
+/// An MPO of a 3D camera.
+inline std::string mpoFile(const std::string& left, const std::string& right) {
+    return appleJpeg(left, {right}, 0x020002);
 }
 
 /// A portrait of a Samsung phone. @param version of the block with the size: 1, 3, 4, 5 or 6

@@ -73,6 +73,35 @@ cv::Size scaledInput(const NetworkProfile& profile, double longerSide) {
     return {side(profile.inputWidth), side(profile.inputHeight)};
 }
 
+// left-right | right-left | top-bottom, with :full or :squeezed | files
+struct StereoChoice {
+    bool fromFiles = false;
+    StereoInput input;
+};
+
+std::optional<StereoChoice> stereoOption(const CommandLine& commandLine) {
+    const auto value = commandLine.value("stereo");
+    if (!value) return std::nullopt;
+    StereoChoice choice;
+    const std::size_t colon = value->find(':');
+    const std::string layout = value->substr(0, colon);
+    const std::string halves = colon == std::string::npos ? "" : value->substr(colon + 1);
+    choice.fromFiles = *value == "files";
+    if (layout == "right-left") choice.input.layout = StereoLayout::RightLeft;
+    if (layout == "top-bottom") choice.input.layout = StereoLayout::TopBottom;
+    if (halves == "full") choice.input.halves = StereoHalves::Full;
+    if (halves == "squeezed") choice.input.halves = StereoHalves::Squeezed;
+    const bool isLayout =
+        layout == "left-right" || layout == "right-left" || layout == "top-bottom";
+    const bool areHalves = colon == std::string::npos || halves == "full" || halves == "squeezed";
+    if (!choice.fromFiles && !(isLayout && areHalves)) {
+        throw UsageError("--stereo is " + *value +
+                         ", expected left-right, right-left or top-bottom, with :full or :squeezed "
+                         "if needed, or files");
+    }
+    return choice;
+}
+
 InferenceEngine engineOption(const CommandLine& commandLine) {
     const auto choice = commandLine.choice("engine", {"opencv", "onnxruntime"});
     if (!choice) return InferenceEngine::Best;
@@ -141,10 +170,18 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                         " and depth are one RGB-D picture, with depth at this side.",
                     "right|left|top|bottom");
     if (!video) {
+        commandLine.add(
+            {"stereo"},
+            "The photo holds the pictures of both eyes: left-right, right-left or top-bottom. "
+            "Depth is found by matching them. Halves of a 16:9 picture count as squeezed; "
+            ":full or :squeezed after the order says so (left-right:full). files: LEFT RIGHT "
+            "instead of PHOTO. MPO and spatial HEIC need no option.",
+            "ORDER|files");
         commandLine.addAdvanced(
             {"embedded-depth"},
             "auto (default) uses the depth that comes with a photo, in its file (portraits of "
-            "phones) or beside it (name_depth.*); off ignores it. -d, --rgbd and -n go before it.",
+            "phones, MPO and spatial photos) or beside it (name_depth.*); off ignores it. -d, "
+            "--rgbd and -n go before it.",
             "auto|off");
         commandLine.addAdvanced({"unblurred"},
                                 "Use the sharp original of a portrait where the file has one.");
@@ -199,6 +236,14 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
 }
 
 void ChosenDepth::choosePhotoDepth(const CommandLine& commandLine) {
+    const auto stereo = stereoOption(commandLine);
+    if (stereo) {
+        for (const char* given : {"d", "rgbd", "embedded-depth", "unblurred"})
+            commandLine.exclude("stereo", given);
+        isStereoFiles_ = stereo->fromFiles;
+        if (!isStereoFiles_) source_ = depthFromStereo(stereo->input, source_);
+        return;
+    }
     PhotoDepthOptions options;
     const auto use = commandLine.choice("embedded-depth", {"auto", "off"});
     options.unblurred = commandLine.has("unblurred");
@@ -213,7 +258,7 @@ void ChosenDepth::choosePhotoDepth(const CommandLine& commandLine) {
                          "-l with it");
     }
     options.useDepth = !isNamed && use.value_or(0) == 0;
-    if (options.useDepth || options.unblurred) source_ = depthInPhoto(std::move(source_), options);
+    if (options.useDepth || options.unblurred) source_ = depthInPhoto(source_, options);
 }
 
 void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
@@ -323,7 +368,13 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
     refuseNative(photoFile, "a photo");
     if (!depthFile.empty()) refuseNative(depthFile, "a depth picture");
     warnIfQuilt(photoFile, "quilt2native", messages);
-    const auto given = depthFile.empty() ? nullptr : depthFromFile(depthFile, kind_);
+    std::unique_ptr<DepthSource> given;
+    if (isStereoFiles_) {
+        if (depthFile.empty()) throw UsageError("--stereo files takes LEFT RIGHT, got one picture");
+        given = depthFromStereo({StereoLayout::LeftRight, StereoHalves::Full, depthFile}, source_);
+    } else if (!depthFile.empty()) {
+        given = depthFromFile(depthFile, kind_);
+    }
     DepthSource& source = given ? *given : *source_;
     Scene scene;
     Notes notes;
@@ -332,7 +383,7 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
         scene.photo = source.readImage(photoFile, &notes);
     }
     messages.warn(notes);
-    used_ = given ? description_ : source.description();
+    used_ = given && !isStereoFiles_ ? description_ : source.description();
     if (used_ != description_ && !rgbdSide_)
         messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + used_);
     times.end("read");
@@ -344,7 +395,7 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
     }
     const double photoAspect = static_cast<double>(scene.photo.cols) / scene.photo.rows;
     const double depthAspect = static_cast<double>(scene.depth.cols) / scene.depth.rows;
-    if (given && !haveSameShape(photoAspect, depthAspect)) {
+    if (given && !isStereoFiles_ && !haveSameShape(photoAspect, depthAspect)) {
         messages.warn(depthFile.string() + ": its shape differs from the photo's (" +
                       std::to_string(scene.depth.cols) + " x " + std::to_string(scene.depth.rows) +
                       " and " + sizeText(scene.photo.size()) + "); it is stretched to fit");

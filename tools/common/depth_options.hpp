@@ -13,7 +13,8 @@ namespace altiro3D::tools {
 /// Input of the tool, for the wording and the choice of depth options.
 enum class Medium { Photo, Video };
 
-/// -n -l --net-profile --network-size --engine -d --rgbd --depth-kind --embedded-depth --unblurred;
+/// -n -l --net-profile --network-size --engine -d --rgbd --depth-kind --stereo --embedded-depth
+/// --unblurred;
 /// for videos also --depth
 void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 
@@ -40,7 +41,8 @@ class ChosenDepth {
 
     /// Reads the photo of one item and reads or estimates its depth, as the options say.
     /// @param photoFile photo, or RGB-D picture
-    /// @param depthFile depth image with `-d`, else empty
+    /// @param depthFile depth image with `-d`, the right eye's picture with `--stereo files`, else
+    ///        empty
     /// @param flatDepth value of the depth map if the depth has no range
     /// @return the photo and its depth map
     Scene read(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
@@ -58,9 +60,10 @@ class ChosenDepth {
     void choosePhotoDepth(const CommandLine& commandLine);
 
     bool fromFiles_ = false;
+    bool isStereoFiles_ = false;
     std::optional<DepthSide> rgbdSide_;
     DepthKind kind_ = DepthKind::NearWhite;
-    std::unique_ptr<DepthSource> source_; // null with fromFiles_
+    std::shared_ptr<DepthSource> source_; // null with fromFiles_
     std::string description_;
     std::string used_;
 };

@@ -81,16 +81,25 @@ bool isFileWithContents(const fs::path& file) {
     return fs::is_regular_file(file, error) && fs::file_size(file, error) > 0 && !error;
 }
 
+// Two names for each photo: its depth image, or the right eye's picture.
+bool takesPairs(const CommandLine& commandLine) {
+    return commandLine.has("d") || commandLine.value("stereo") == "files";
+}
+
+std::string pairName(const CommandLine& commandLine) {
+    return commandLine.has("d") ? "PHOTO DEPTH" : "LEFT RIGHT";
+}
+
 // The photos (and depths) among the names; the last name is the output.
 std::vector<FolderPhoto> inputsOf(const CommandLine& commandLine, PhotoPlan& plan,
                                   Messages& messages) {
     const std::vector<fs::path>& names = commandLine.files();
-    const bool pairs = commandLine.has("d");
+    const bool pairs = takesPairs(commandLine);
     std::vector<FolderPhoto> inputs;
     std::vector<fs::path> given(names.begin(), names.end() - 1);
     FolderSearch search;
     search.recursive = commandLine.has("recursive");
-    search.pairDepth = !pairs && !commandLine.has("rgbd");
+    search.pairDepth = !pairs && !commandLine.has("rgbd") && !commandLine.has("stereo");
     search.outputs = {names.back()};
     for (const char* option :
          {"save-quilt", "save-depth", "save-rgbd", "save-photo-with-depth", "save-views", "lg"}) {
@@ -111,7 +120,8 @@ std::vector<FolderPhoto> inputsOf(const CommandLine& commandLine, PhotoPlan& pla
         }
     } else if (pairs) {
         if (given.size() % 2 != 0) {
-            throw UsageError("-d takes pairs PHOTO DEPTH and one output, got " +
+            throw UsageError((commandLine.has("d") ? "-d" : "--stereo files") +
+                             (" takes pairs " + pairName(commandLine)) + " and one output, got " +
                              counted(names.size(), "name") + "; see photo2native --help");
         }
         for (std::size_t i = 0; i < given.size(); i += 2)
@@ -140,11 +150,11 @@ std::vector<FolderPhoto> inputsOf(const CommandLine& commandLine, PhotoPlan& pla
 PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& display,
                      const QuiltLayout& layout, Messages& messages) {
     const std::vector<fs::path>& names = commandLine.files();
-    const bool pairs = commandLine.has("d");
+    const bool pairs = takesPairs(commandLine);
     const std::size_t least = pairs ? 3 : 2;
     commandLine.exclude("y", "skip-existing");
     if (names.size() < least) {
-        commandLine.failNames(pairs ? "PHOTO DEPTH OUT" : "PHOTO and OUT", least);
+        commandLine.failNames(pairs ? pairName(commandLine) + " OUT" : "PHOTO and OUT", least);
     }
     for (std::size_t i = 0; i + 1 < names.size(); ++i)
         requirePhotoName(names[i]);

@@ -13,7 +13,7 @@ namespace altiro3D::tools {
 /// One photo and its outputs. An empty path: not requested.
 struct PhotoItem {
     std::filesystem::path photo;
-    std::filesystem::path depth; ///< its depth image
+    std::filesystem::path depth; ///< its depth image; with `--stereo files` the right eye's picture
     std::filesystem::path native;
     std::filesystem::path quilt;
     std::filesystem::path savedDepth;

@@ -62,6 +62,19 @@ std::optional<DepthSide> sideOf(Reading reading) {
     }
 }
 
+std::optional<StereoLayout> eyesOf(Reading reading) {
+    switch (reading) {
+    case Reading::EyesLeftRight:
+        return StereoLayout::LeftRight;
+    case Reading::EyesRightLeft:
+        return StereoLayout::RightLeft;
+    case Reading::EyesTopBottom:
+        return StereoLayout::TopBottom;
+    default:
+        return std::nullopt;
+    }
+}
+
 cv::Mat eightBit(const cv::Mat& picture) {
     if (picture.depth() == CV_8U) return picture;
     cv::Mat result;
@@ -88,6 +101,19 @@ Document documentOfViews(const Source& source, const Display& display) {
     return document;
 }
 
+// The left picture is shown; pairs that do not match have no depth.
+void addPair(Document& document, const StereoPair& pair, Notes& notes) {
+    document.picture = pair.left;
+    const StereoMatch match = matchStereo(pair.left, pair.right, document.rawDepth);
+    const Notes remarks = match.remarks(pair.origin);
+    notes.insert(notes.end(), remarks.begin(), remarks.end());
+    if (match.isReliable) {
+        document.depthOrigin = "of a stereo pair (" + pair.origin + "; " + match.text() + ")";
+    } else {
+        document.rawDepth.release();
+    }
+}
+
 // Depth that comes with the photo.
 void addPhotoDepth(Document& document, Notes& notes) {
     const fs::path beside = findDepthBeside(document.source.file);
@@ -97,6 +123,11 @@ void addPhotoDepth(Document& document, Notes& notes) {
     } else if (const auto depth = readEmbeddedDepth(document.source.file, &notes)) {
         document.rawDepth = depth->depth;
         document.depthOrigin = "in the file (" + depth->text() + ")";
+    } else if (const auto pair = readStereoPair(document.source.file, &notes)) {
+        notes.erase(std::remove_if(notes.begin(), notes.end(), // the second picture is used
+                                   [](const Note& note) { return note.code == NoteCode::LeftOut; }),
+                    notes.end());
+        addPair(document, *pair, notes);
     }
 }
 
@@ -151,7 +182,9 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
         return document;
     }
     document.picture = eightBit(picture);
-    if (reading == Reading::Quilt) {
+    if (const auto eyes = eyesOf(reading)) {
+        addPair(document, splitStereoPair(document.picture, *eyes), document.notes);
+    } else if (reading == Reading::Quilt) {
         QuiltRequest request;
         request.name = parseQuiltName(source.file);
         request.quiltSize = picture.size();
@@ -209,7 +242,8 @@ Document readDocument(const Source& source, const Display& display) {
         document = documentOf(source, readImage(source.file, &notes), display);
         if (!source.depth.empty()) {
             document.rawDepth = readDepthSamples(source.depth, &notes);
-        } else if (document.kind == Kind::Scene && document.rawDepth.empty()) {
+        } else if (document.kind == Kind::Scene && document.rawDepth.empty() &&
+                   !eyesOf(source.reading)) {
             addPhotoDepth(document, notes);
         }
     }

@@ -19,6 +19,9 @@ enum class Reading {
     RgbdLeft,
     RgbdTop,
     RgbdBottom,
+    EyesLeftRight, ///< The pictures of both eyes in one, see StereoLayout; the next two likewise.
+    EyesRightLeft,
+    EyesTopBottom,
     Quilt,
     Native
 };

@@ -137,6 +137,9 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
                                    {tr("Photo, depth left"), int(Reading::RgbdLeft)},
                                    {tr("Photo, depth above"), int(Reading::RgbdTop)},
                                    {tr("Photo, depth below"), int(Reading::RgbdBottom)},
+                                   {tr("Eyes, left beside right"), int(Reading::EyesLeftRight)},
+                                   {tr("Eyes, right beside left"), int(Reading::EyesRightLeft)},
+                                   {tr("Eyes, left above right"), int(Reading::EyesTopBottom)},
                                    {tr("Quilt"), int(Reading::Quilt)},
                                    {tr("Native"), int(Reading::Native)}});
     fit_ = choices("fit", {{tr("Fill, cut off the rest"), int(FitMode::Cover)},

@@ -69,6 +69,8 @@
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/quilt_search.hpp"
+#include "altiro3D/stereo_depth.hpp"
+#include "altiro3D/stereo_pair.hpp"
 #include "altiro3D/sway.hpp"
 #include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"

@@ -5,6 +5,7 @@
 #include "altiro3D/export.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/photo_fit.hpp"
+#include "altiro3D/stereo_pair.hpp"
 
 #include <filesystem>
 #include <memory>
@@ -122,13 +123,33 @@ struct PhotoDepthOptions {
 };
 
 /// Depth that comes with the photo: first the depth image beside it (findDepthBeside()), then depth
-/// in its file (readEmbeddedDepth()). Photos without either take their depth from another source.
-/// After readImage(), description() states what was found.
+/// in its file (readEmbeddedDepth()), then that of a stereo pair in its file (readStereoPair(),
+/// matchStereo()), whose left picture is the photo. Photos without these, and pairs that do not
+/// match, take their depth from another source. After readImage(), description() states what was
+/// found.
 /// @param otherwise the source for all other photos
 /// @param options what to take
 /// @return the source
 /// @throws Error InvalidArgument (`otherwise` is null)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
-depthInPhoto(std::unique_ptr<DepthSource> otherwise, const PhotoDepthOptions& options = {});
+depthInPhoto(std::shared_ptr<DepthSource> otherwise, const PhotoDepthOptions& options = {});
+
+/// Where the pictures of both eyes are.
+struct StereoInput {
+    StereoLayout layout = StereoLayout::LeftRight; ///< In one picture: order of the eyes.
+    StereoHalves halves = StereoHalves::Automatic; ///< In one picture: shape of the halves.
+    std::filesystem::path right; ///< The right eye's picture; empty: one picture holds both eyes.
+};
+
+/// Depth of stereo pairs by matching: splitStereoPair(), matchStereo(). readImage() gives the left
+/// eye's picture and matches; description() then states the result. A pair that does not match
+/// takes its depth from another source, and a remark says so.
+/// @param input where the pictures are
+/// @param otherwise the source for pairs that do not match
+/// @return the source; its readImage() also throws Error Mismatch (pictures of different shapes),
+///         InvalidArgument (too small to split)
+/// @throws Error InvalidArgument (`otherwise` is null)
+[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
+depthFromStereo(StereoInput input, std::shared_ptr<DepthSource> otherwise);
 
 } // namespace altiro3D

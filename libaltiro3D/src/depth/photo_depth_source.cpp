@@ -1,8 +1,11 @@
-// Depth in a photo's file or beside it, and another source for all other photos.
+// Depth that comes with a photo: beside it, in its file, or from the pictures of both eyes; and
+// another source for all other photos.
 
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/embedded_depth.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/stereo_depth.hpp"
+#include "altiro3D/stereo_pair.hpp"
 
 #include <future>
 #include <opencv2/core/utility.hpp>
@@ -21,13 +24,17 @@ struct Found {
     Notes notes;
 };
 
+void putNameBefore(Notes& notes, const fs::path& file) {
+    for (Note& note : notes)
+        note.text = file.string() + ": " + note.text;
+}
+
 Found findDepth(const fs::path& photo) {
     Found found;
     const fs::path beside = findDepthBeside(photo);
     if (!beside.empty()) {
         found.raw = readDepthSamples(beside, &found.notes);
-        for (Note& note : found.notes)
-            note.text = beside.string() + ": " + note.text;
+        putNameBefore(found.notes, beside);
         found.description = "depth image beside the photo (" + beside.string() + ")";
         return found;
     }
@@ -35,15 +42,29 @@ Found findDepth(const fs::path& photo) {
         found.raw = depth->depth;
         found.description = "depth in the photo's file (" + depth->text() + ")";
     }
-    for (Note& note : found.notes)
-        note.text = photo.string() + ": " + note.text;
+    putNameBefore(found.notes, photo);
     return found;
 }
 
-class PhotoDepthSource : public DepthSource {
+// Without a reliable match there is no depth, and a remark says why.
+Found matchPair(const StereoPair& pair, const fs::path& photo) {
+    Found found;
+    const StereoMatch match = matchStereo(pair.left, pair.right, found.raw);
+    found.notes = match.remarks(pair.origin);
+    if (match.isReliable) {
+        found.description = "stereo pair (" + pair.origin + "), depth by matching; " + match.text();
+    } else {
+        found.raw.release();
+    }
+    putNameBefore(found.notes, photo);
+    return found;
+}
+
+// What readImage() found for the next read(); if nothing, another source.
+class FoundDepthSource : public DepthSource {
   public:
-    PhotoDepthSource(std::unique_ptr<DepthSource> otherwise, const PhotoDepthOptions& options)
-        : otherwise_(std::move(otherwise)), options_(options) {}
+    explicit FoundDepthSource(std::shared_ptr<DepthSource> otherwise)
+        : otherwise_(std::move(otherwise)) {}
 
     std::string description() const override {
         return found_.description.empty() ? otherwise_->description() : found_.description;
@@ -52,19 +73,6 @@ class PhotoDepthSource : public DepthSource {
         return found_.description.empty() ? otherwise_->kind() : DepthKind::NearWhite;
     }
     const DepthNetwork* network() const override { return otherwise_->network(); }
-
-    cv::Mat readImage(const fs::path& file, Notes* notes) override {
-        found_ = {};
-        // each decoder is one thread's work
-        std::launch when = std::launch::deferred;
-        if (cv::getNumThreads() > 1) when |= std::launch::async;
-        std::future<Found> depth =
-            std::async(when, [&] { return options_.useDepth ? findDepth(file) : Found(); });
-        cv::Mat photo = readPhotoOf(file, notes); // of two that are broken it is named
-        found_ = depth.get();
-        if (notes != nullptr) notes->insert(notes->end(), found_.notes.begin(), found_.notes.end());
-        return photo;
-    }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         if (found_.raw.empty()) return otherwise_->read(image, photo, raw);
         raw = std::exchange(found_.raw, cv::Mat());
@@ -75,33 +83,122 @@ class PhotoDepthSource : public DepthSource {
         DepthSource::readScene(image, flatDepth, scene);
     }
 
+  protected:
+    DepthSource& otherwise() { return *otherwise_; }
+    void keep(Found found, Notes* notes) {
+        found_ = std::move(found);
+        if (notes != nullptr) notes->insert(notes->end(), found_.notes.begin(), found_.notes.end());
+    }
+
+  private:
+    std::shared_ptr<DepthSource> otherwise_;
+    Found found_;
+};
+
+class PhotoDepthSource : public FoundDepthSource {
+  public:
+    PhotoDepthSource(std::shared_ptr<DepthSource> otherwise, const PhotoDepthOptions& options)
+        : FoundDepthSource(std::move(otherwise)), options_(options) {}
+
+    cv::Mat readImage(const fs::path& file, Notes* notes) override {
+        keep({}, nullptr);
+        // each decoder is one thread's work
+        std::launch when = std::launch::deferred;
+        if (cv::getNumThreads() > 1) when |= std::launch::async;
+        std::future<Found> depth =
+            std::async(when, [&] { return options_.useDepth ? findDepth(file) : Found(); });
+        cv::Mat photo;
+        Notes pairNotes;
+        std::optional<StereoPair> pair;
+        if (options_.useDepth) pair = readStereoPair(file, &pairNotes);
+        putNameBefore(pairNotes, file);
+        if (notes != nullptr) notes->insert(notes->end(), pairNotes.begin(), pairNotes.end());
+        photo = pair ? pair->left : readPhotoOf(file, notes); // of two that are broken it is named
+        Found found = depth.get();
+        if (pair && found.raw.empty()) {
+            Found matched = matchPair(*pair, file);
+            matched.notes.insert(matched.notes.begin(), found.notes.begin(), found.notes.end());
+            found = std::move(matched);
+        }
+        keep(std::move(found), notes);
+        return photo;
+    }
+
   private:
     cv::Mat readPhotoOf(const fs::path& file, Notes* notes) {
         if (options_.unblurred) {
             Notes own;
             cv::Mat original = readUnblurredPhoto(file, &own);
-            if (notes != nullptr) {
-                for (const Note& note : own)
-                    notes->push_back({note.code, file.string() + ": " + note.text});
-            }
+            putNameBefore(own, file);
+            if (notes != nullptr) notes->insert(notes->end(), own.begin(), own.end());
             if (!original.empty()) return original;
         }
-        return otherwise_->readImage(file, notes);
+        return otherwise().readImage(file, notes);
     }
 
-    std::unique_ptr<DepthSource> otherwise_;
     PhotoDepthOptions options_;
-    Found found_; // by the last readImage()
+};
+
+class StereoSource : public FoundDepthSource {
+  public:
+    StereoSource(StereoInput input, std::shared_ptr<DepthSource> otherwise)
+        : FoundDepthSource(std::move(otherwise)), input_(std::move(input)) {}
+
+    cv::Mat readImage(const fs::path& file, Notes* notes) override {
+        keep({}, nullptr);
+        const StereoPair pair = readPair(file, notes);
+        try {
+            keep(matchPair(pair, file), notes);
+        } catch (const Error& error) {
+            if (input_.right.empty() || error.code() != ErrorCode::Mismatch) throw;
+            throw Error(error.code(), input_.right.string(), error.what());
+        }
+        return pair.left;
+    }
+
+  private:
+    StereoPair readPair(const fs::path& file, Notes* notes) {
+        if (input_.right.empty()) {
+            const cv::Mat picture = otherwise().readImage(file, notes);
+            try {
+                return splitStereoPair(picture, input_.layout, input_.halves);
+            } catch (const Error& error) {
+                throw Error(error.code(), file.string(), error.what());
+            }
+        }
+        Notes rightNotes;
+        std::launch when = std::launch::deferred;
+        if (cv::getNumThreads() > 1) when |= std::launch::async;
+        std::future<cv::Mat> right =
+            std::async(when, [&] { return readPhoto(input_.right, &rightNotes); });
+        StereoPair pair;
+        pair.left = otherwise().readImage(file, notes);
+        pair.right = right.get();
+        pair.origin = "two files";
+        putNameBefore(rightNotes, input_.right);
+        if (notes != nullptr) notes->insert(notes->end(), rightNotes.begin(), rightNotes.end());
+        return pair;
+    }
+
+    StereoInput input_;
 };
 
 } // namespace
 
-std::unique_ptr<DepthSource> depthInPhoto(std::unique_ptr<DepthSource> otherwise,
+std::unique_ptr<DepthSource> depthInPhoto(std::shared_ptr<DepthSource> otherwise,
                                           const PhotoDepthOptions& options) {
     if (!otherwise) {
         throw Error(ErrorCode::InvalidArgument, "otherwise", "is null, expected a source");
     }
     return std::make_unique<PhotoDepthSource>(std::move(otherwise), options);
+}
+
+std::unique_ptr<DepthSource> depthFromStereo(StereoInput input,
+                                             std::shared_ptr<DepthSource> otherwise) {
+    if (!otherwise) {
+        throw Error(ErrorCode::InvalidArgument, "otherwise", "is null, expected a source");
+    }
+    return std::make_unique<StereoSource>(std::move(input), std::move(otherwise));
 }
 
 } // namespace altiro3D

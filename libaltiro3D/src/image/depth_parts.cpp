@@ -18,8 +18,10 @@ using std::string_view;
 constexpr string_view kXmpMark("http://ns.adobe.com/xap/1.0/\0", 29);
 constexpr string_view kMoreXmpMark("http://ns.adobe.com/xmp/extension/\0", 35);
 constexpr string_view kMpfMark("MPF\0", 4);
-constexpr unsigned kMaxPictures = 100; // of a multi-picture file
-constexpr unsigned kMaxBlocks = 1000;  // of a Samsung trailer
+constexpr unsigned kMaxPictures = 100;        // of a multi-picture file
+constexpr std::uint32_t kTypeMask = 0xffffff; // of an entry's attribute: the type of the picture
+constexpr std::uint32_t kTypeDisparity = 0x020002; // one of several eyes
+constexpr unsigned kMaxBlocks = 1000;              // of a Samsung trailer
 constexpr std::size_t kMaxXmpBytes = std::size_t{256} << 20;
 
 // Namespaces, by the part that all their generations have.
@@ -38,6 +40,7 @@ struct JpegParts {
     string_view xmp;                   // of the first such segment
     std::string moreXmp;               // joined from its segments
     std::vector<string_view> pictures; // further ones of a multi-picture file
+    string_view secondEye;             // the first further one, if it belongs to a stereo pair
 };
 
 // Extended XMP: GUID, whole length, offset of this part, part.
@@ -66,10 +69,9 @@ class MoreXmp {
     std::string text_;
 };
 
-// The pictures after the first one (CIPA DC-007). Offsets count from the start of `index`.
-std::vector<string_view> furtherPictures(string_view file, std::size_t at, string_view index) {
-    std::vector<string_view> pictures;
-    if (index.size() < 8) return pictures;
+// Finds the pictures after the first one (CIPA DC-007). Offsets count from the start of `index`.
+void findFurtherPictures(string_view file, std::size_t at, string_view index, JpegParts& parts) {
+    if (index.size() < 8) return;
     const ByteReader reader(index, index[0] == 'I');
     const ByteReader whole(file, false);
     const std::uint64_t directory = reader.u32(4);
@@ -83,10 +85,12 @@ std::vector<string_view> furtherPictures(string_view file, std::size_t at, strin
             const std::uint64_t size = reader.u32(list + 16 * k + 4);
             const std::uint64_t offset = reader.u32(list + 16 * k + 8);
             const string_view picture = whole.text(at + offset, size);
-            if (offset != 0 && isPicture(picture)) pictures.push_back(picture);
+            if (offset == 0 || !isPicture(picture)) continue;
+            if (k == 1 && (reader.u32(list + 16 * k) & kTypeMask) == kTypeDisparity)
+                parts.secondEye = picture;
+            parts.pictures.push_back(picture);
         }
     }
-    return pictures;
 }
 
 JpegParts partsOf(string_view jpeg) {
@@ -98,8 +102,7 @@ JpegParts partsOf(string_view jpeg) {
         } else if (marker == 0xe1 && startsWith(body, kMoreXmpMark)) {
             more.add(body.substr(kMoreXmpMark.size()));
         } else if (marker == 0xe2 && parts.pictures.empty() && startsWith(body, kMpfMark)) {
-            parts.pictures =
-                furtherPictures(jpeg, at + kMpfMark.size(), body.substr(kMpfMark.size()));
+            findFurtherPictures(jpeg, at + kMpfMark.size(), body.substr(kMpfMark.size()), parts);
         }
         return marker != 0xda;
     });
@@ -301,6 +304,10 @@ std::optional<DepthPart> findDepthPart(string_view jpeg) {
     if (auto part = appleJpeg(parts.pictures)) return part;
     if (auto part = samsung(jpeg)) return part;
     return huawei(jpeg);
+}
+
+string_view findSecondEye(string_view jpeg) {
+    return partsOf(jpeg).secondEye;
 }
 
 string_view findUnblurred(string_view jpeg, std::string& decoded) {

@@ -32,6 +32,11 @@ struct DepthPart {
 /// Any bytes give a result. The result points into the bytes.
 std::optional<DepthPart> findDepthPart(std::string_view jpeg);
 
+/// Finds the right eye's picture in a JPEG file of a 3D camera (MPO): the picture after the first
+/// one, if the index of pictures gives its type as "multi-frame image, disparity".
+/// @return a JPEG or PNG in the file; empty if there is none
+std::string_view findSecondEye(std::string_view jpeg);
+
 /// Finds the sharp original in a JPEG file.
 /// @param decoded holds the result if it was base64
 /// @return a JPEG or PNG in the file or in `decoded`; empty if there is none

@@ -10,6 +10,7 @@
 #include "image/heif_file.hpp"
 #include "image/image_header.hpp"
 #include "image/orientation.hpp"
+#include "image/picture_part.hpp"
 
 #include <algorithm>
 #include <array>
@@ -57,25 +58,6 @@ struct RawDepth {
     cv::Mat samples; // [CV_8UC1 or CV_16UC1], upright
     std::string failure;
 };
-
-// A picture inside a file, as stored; empty if it is damaged or too large.
-cv::Mat decodePart(string_view bytes, double maxPixels, int flags) {
-    const ImageHeader header = readImageHeader(bytes, "");
-    const double pixels = static_cast<double>(header.columns) * static_cast<double>(header.rows);
-    const bool isKnown = header.format == ImageFormat::Jpeg || header.format == ImageFormat::Png;
-    if (!isKnown || !header.unreadable.empty() || header.isCutOff || pixels < 1 ||
-        pixels > maxPixels || std::max(header.columns, header.rows) > 65500) {
-        return {};
-    }
-    try {
-        const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
-                              const_cast<char*>(bytes.data()));
-        return cv::imdecode(encoded, flags | cv::IMREAD_IGNORE_ORIENTATION);
-    } catch (const cv::Exception& exception) {
-        if (exception.code == cv::Error::StsNoMem) throw;
-        return {};
-    }
-}
 
 cv::Mat samplesOf(const DepthPart& part) {
     if (!part.raw.empty()) {

@@ -211,4 +211,21 @@ cv::Size largestCodedPicture(string_view bytes) {
     return largest;
 }
 
+std::optional<HeifEyes> findHeifEyes(string_view bytes) {
+    const ByteReader reader(bytes, false);
+    const Box meta = findBox(reader, "meta", 0, bytes.size());
+    if (meta.size < kFullBoxHeader) return std::nullopt;
+    const Box groups = findBox(reader, "grpl", meta.at + kFullBoxHeader, meta.at + meta.size);
+    if (groups.size == 0) return std::nullopt;
+    const Box pair =
+        findBox(reader, "ster", groups.at + kBoxHeader, groups.at + std::uint64_t{groups.size});
+    // {version and flags, u32 number of the group, u32 count, u32 items...}
+    if (pair.size < kFullBoxHeader + 16 || reader.u32(pair.at + kFullBoxHeader + 4) != 2)
+        return std::nullopt;
+    const HeifEyes eyes{reader.u32(pair.at + kFullBoxHeader + 8),
+                        reader.u32(pair.at + kFullBoxHeader + 12)};
+    if (eyes.left == eyes.right) return std::nullopt;
+    return eyes;
+}
+
 } // namespace altiro3D

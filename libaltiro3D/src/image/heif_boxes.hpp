@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <opencv2/core/types.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -25,5 +27,17 @@ std::string repairedHeif(std::string_view bytes);
 /// @param bytes the whole file
 /// @return px; empty if the file has no such settings
 cv::Size largestCodedPicture(std::string_view bytes);
+
+/// The items of the two pictures of a stereo pair.
+struct HeifEyes {
+    std::uint32_t left = 0;
+    std::uint32_t right = 0;
+};
+
+/// The first stereo pair of a HEIC or AVIF file: the group `ster` in the box `grpl` (ISO/IEC
+/// 23008-12), whose first entity is the left eye's.
+/// @param bytes the whole file
+/// @return the pair; nothing if the file has none
+std::optional<HeifEyes> findHeifEyes(std::string_view bytes);
 
 } // namespace altiro3D

@@ -74,6 +74,29 @@ Image decoded(const heif_image_handle& handle, heif_colorspace space, heif_chrom
     return Image(image);
 }
 
+// @throws HeifFailure
+void requireSize(const heif_image_handle& handle, const std::string& what, double maxPixels) {
+    const double columns = heif_image_handle_get_width(&handle);
+    const double rows = heif_image_handle_get_height(&handle);
+    if (columns >= 1 && rows >= 1 && columns * rows <= maxPixels) return;
+    throw HeifFailure(what + " has " + numberText(columns) + " x " + numberText(rows) + " px");
+}
+
+// The picture as BGR or BGRA.
+cv::Mat pictureOf(heif_context& context, const heif_image_handle& handle) {
+    heif_context_set_max_decoding_threads(&context,
+                                          cv::getNumThreads() > 1 ? cv::getNumThreads() : 0);
+    const bool alpha = heif_image_handle_has_alpha_channel(&handle) != 0;
+    const bool deep = heif_image_handle_get_luma_bits_per_pixel(&handle) > 8;
+    const heif_chroma chroma =
+        deep ? (alpha ? heif_chroma_interleaved_RRGGBBAA_LE : heif_chroma_interleaved_RRGGBB_LE)
+             : (alpha ? heif_chroma_interleaved_RGBA : heif_chroma_interleaved_RGB);
+    const Image image = decoded(handle, heif_colorspace_RGB, chroma);
+    cv::Mat picture = planeOf(*image, heif_channel_interleaved, alpha ? 4 : 3);
+    cv::cvtColor(picture, picture, alpha ? cv::COLOR_RGBA2BGRA : cv::COLOR_RGB2BGR);
+    return picture;
+}
+
 Context contextOf(string_view bytes, heif_error& error) {
     static const heif_error initialized = heif_init(nullptr); // loads decoders that are plugins
     static_cast<void>(initialized);
@@ -167,18 +190,15 @@ bool HeifFile::hasDepth() const {
 }
 
 cv::Mat HeifFile::decode() const {
-    const heif_image_handle* const handle = impl_->handle.get();
-    heif_context_set_max_decoding_threads(impl_->context.get(),
-                                          cv::getNumThreads() > 1 ? cv::getNumThreads() : 0);
-    const bool alpha = heif_image_handle_has_alpha_channel(handle) != 0;
-    const bool deep = heif_image_handle_get_luma_bits_per_pixel(handle) > 8;
-    const heif_chroma chroma =
-        deep ? (alpha ? heif_chroma_interleaved_RRGGBBAA_LE : heif_chroma_interleaved_RRGGBB_LE)
-             : (alpha ? heif_chroma_interleaved_RGBA : heif_chroma_interleaved_RGB);
-    const Image image = decoded(*handle, heif_colorspace_RGB, chroma);
-    cv::Mat picture = planeOf(*image, heif_channel_interleaved, alpha ? 4 : 3);
-    cv::cvtColor(picture, picture, alpha ? cv::COLOR_RGBA2BGRA : cv::COLOR_RGB2BGR);
-    return picture;
+    return pictureOf(*impl_->context, *impl_->handle);
+}
+
+cv::Mat HeifFile::decodeItem(std::uint32_t item, double maxPixels) const {
+    heif_image_handle* opened = nullptr;
+    require(heif_context_get_image_handle(impl_->context.get(), item, &opened));
+    const Handle handle(opened);
+    requireSize(*handle, "its picture " + std::to_string(item), maxPixels);
+    return pictureOf(*impl_->context, *handle);
 }
 
 HeifDepth HeifFile::decodeDepth(double maxPixels) const {
@@ -190,12 +210,7 @@ HeifDepth HeifFile::decodeDepth(double maxPixels) const {
     heif_image_handle* opened = nullptr;
     require(heif_image_handle_get_depth_image_handle(photo, id, &opened));
     const Handle handle(opened);
-    const double columns = heif_image_handle_get_width(handle.get());
-    const double rows = heif_image_handle_get_height(handle.get());
-    if (columns < 1 || rows < 1 || columns * rows > maxPixels) {
-        throw HeifFailure("its depth image has " + numberText(columns) + " x " + numberText(rows) +
-                          " px");
-    }
+    requireSize(*handle, "its depth image", maxPixels);
     HeifDepth depth;
     const Image image = decoded(*handle, heif_colorspace_undefined, heif_chroma_undefined);
     const bool isRgb = heif_image_get_colorspace(image.get()) == heif_colorspace_RGB;
@@ -257,6 +272,10 @@ bool HeifFile::hasDepth() const {
 }
 
 cv::Mat HeifFile::decode() const {
+    return {};
+}
+
+cv::Mat HeifFile::decodeItem(std::uint32_t /*item*/, double /*maxPixels*/) const {
     return {};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
@@ -68,6 +69,13 @@ class HeifFile {
     ///         to 15 bits are scaled to 16
     /// @throws HeifFailure; std::bad_alloc
     cv::Mat decode() const;
+
+    /// Decodes another picture of the file, upright.
+    /// @param item its number
+    /// @param maxPixels larger ones are refused before allocation
+    /// @return as decode()
+    /// @throws HeifFailure (also without such a picture); std::bad_alloc
+    cv::Mat decodeItem(std::uint32_t item, double maxPixels) const;
 
     /// Decodes the depth image, upright.
     /// @param maxPixels larger ones are refused before allocation

@@ -18,6 +18,7 @@
 #include "altiro3D/stereo_depth.hpp"
 #include "altiro3D/trade.hpp"
 #include "support/files.hpp"
+#include "support/middlebury.hpp"
 #include "views/view_methods.hpp"
 #include "views/view_renderer.hpp"
 
@@ -27,13 +28,11 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <iostream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -87,55 +86,11 @@ std::vector<Method> methods() {
     return list;
 }
 
-// Unknown disparities take the smaller of their two neighbours in the row.
-void fillUnknown(cv::Mat& disparity) {
-    const auto known = [](float value) { return std::isfinite(value) && value > 0; };
-    for (int y = 0; y < disparity.rows; ++y) {
-        auto* row = disparity.ptr<float>(y);
-        for (int x = 0; x < disparity.cols; ++x) {
-            if (known(row[x])) continue;
-            int next = x;
-            while (next < disparity.cols && !known(row[next]))
-                ++next;
-            float value = 0;
-            if (x > 0) value = row[x - 1];
-            if (next < disparity.cols) value = x > 0 ? std::min(value, row[next]) : row[next];
-            std::fill(row + x, row + next, value);
-            x = next - 1;
-        }
-    }
-}
-
-// scenes.csv: scene, year, left, right, disparity of the left, of the right, scale, ...
 std::vector<Pair> middlebury(const fs::path& folder) {
     std::vector<Pair> pairs;
-    std::ifstream list(folder / "scenes.csv");
-    if (!list) std::cout << "missing: " << (folder / "scenes.csv").string() << "\n\n";
-    std::string line;
-    std::getline(list, line);
-    while (std::getline(list, line)) {
-        std::vector<std::string> fields;
-        std::stringstream stream(line);
-        for (std::string field; std::getline(stream, field, ',');)
-            fields.push_back(field);
-        if (fields.size() < 7) continue;
-        Pair pair;
-        pair.name = fields[0];
-        pair.photo = cv::imread((folder / fields[0] / fields[2]).string());
-        pair.truth = cv::imread((folder / fields[0] / fields[3]).string());
-        cv::Mat disparity =
-            cv::imread((folder / fields[0] / fields[4]).string(), cv::IMREAD_UNCHANGED);
-        if (pair.photo.empty() || pair.truth.size() != pair.photo.size() ||
-            disparity.size() != pair.photo.size() || disparity.channels() != 1) {
-            std::cout << "missing or unreadable: " << fields[0] << "\n\n";
-            continue;
-        }
-        disparity.convertTo(disparity, CV_32F, 1 / std::stod(fields[6]));
-        fillUnknown(disparity);
-        cv::minMaxLoc(disparity, nullptr, &pair.shift);
-        pair.depth = disparity / pair.shift;
-        pair.band = static_cast<int>(std::ceil(pair.shift)) + 2;
-        pairs.push_back(pair);
+    for (const altiro3D::StereoScene& scene : altiro3D::test::readMiddlebury(folder)) {
+        pairs.push_back({scene.name, scene.photo, scene.truth, scene.depth, 0,
+                         scene.largestDisparity, scene.band()});
     }
     return pairs;
 }
@@ -210,7 +165,7 @@ struct TrueView {
     cv::Mat picture;
 };
 
-struct StereoScene {
+struct EyesWithViews {
     std::string name;
     cv::Mat left;
     cv::Mat right;
@@ -218,21 +173,23 @@ struct StereoScene {
     cv::Mat disparity; // true, px of the left picture; may be empty
 };
 
-std::vector<StereoScene> stereoScenes(const fs::path& data, const std::vector<Pair>& middlebury) {
-    std::vector<StereoScene> scenes;
+std::vector<EyesWithViews> stereoScenes(const fs::path& data, const std::vector<Pair>& middlebury) {
+    std::vector<EyesWithViews> scenes;
     for (const Pair& pair : middlebury)
         scenes.push_back(
             {pair.name, pair.photo, pair.truth, {{1, pair.truth}}, pair.depth * pair.shift});
     const auto add = [&](const std::string& name, const fs::path& folder, const char* left,
                          const char* right, std::vector<std::pair<double, const char*>> others) {
-        StereoScene scene{name,
-                          cv::imread((folder / left).string()),
-                          cv::imread((folder / right).string()),
-                          {},
-                          {}};
+        EyesWithViews scene{name,
+                            cv::imread((folder / left).string()),
+                            cv::imread((folder / right).string()),
+                            {},
+                            {}};
         for (const auto& [at, file] : others)
             scene.views.push_back({at, cv::imread((folder / file).string())});
         scene.views.push_back({1, scene.right});
+        std::sort(scene.views.begin(), scene.views.end(),
+                  [](const TrueView& a, const TrueView& b) { return a.at < b.at; });
         for (const TrueView& view : scene.views) {
             if (view.picture.empty() || view.picture.size() != scene.left.size()) {
                 std::cout << "missing or unreadable: " << folder.string() << "\n\n";
@@ -249,7 +206,7 @@ std::vector<StereoScene> stereoScenes(const fs::path& data, const std::vector<Pa
 }
 
 // Disparities by matching in px, in the size of the picture.
-cv::Mat matchedDisparity(const StereoScene& scene, std::string& text) {
+cv::Mat matchedDisparity(const EyesWithViews& scene, std::string& text) {
     cv::Mat shares;
     const altiro3D::StereoMatch match = altiro3D::matchStereo(scene.left, scene.right, shares);
     char likeness[32];
@@ -272,7 +229,7 @@ struct ViewPsnr {
     double inside = 0;
 };
 
-ViewPsnr measureView(const StereoScene& scene, const cv::Mat& disparity, const TrueView& truth) {
+ViewPsnr measureView(const EyesWithViews& scene, const cv::Mat& disparity, const TrueView& truth) {
     double low = 0;
     double high = 0;
     cv::minMaxLoc(disparity, &low, &high);
@@ -290,12 +247,12 @@ ViewPsnr measureView(const StereoScene& scene, const cv::Mat& disparity, const T
             altiro3D::psnr(view.colRange(inside), truth.picture.colRange(inside))};
 }
 
-void printStereo(const std::vector<StereoScene>& scenes) {
+void printStereo(const std::vector<EyesWithViews>& scenes) {
     std::printf("| pair | order, matched | order, estimated | view at | true | matched | estimated "
                 "|\n|---|---:|---:|---:|---:|---:|---:|\n");
     const auto source = altiro3D::depthFromPhoto();
     std::string notes;
-    for (const StereoScene& scene : scenes) {
+    for (const EyesWithViews& scene : scenes) {
         std::string text;
         const auto start = std::chrono::steady_clock::now();
         const cv::Mat matched = matchedDisparity(scene, text);

@@ -1,7 +1,9 @@
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/photo_files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/stereo_scene.hpp"
 
 #include <csignal>
 #include <map>
@@ -1072,6 +1074,117 @@ TEST(Photo2Native, APhotoIsSavedWithItsDepth) {
         fails(studio.run(kTool, studio.display() + Arguments{"--save-photo-with-depth", "w.png",
                                                              "photo.png", "b.png"}),
               2, "expected FILE.jpg"));
+}
+
+namespace {
+
+// Mean brightness of the thing and of the wall at its right in a depth image of wallAndThing().
+std::pair<double, double> nearAndFar(const fs::path& file) {
+    const cv::Mat depth = readDepthImage(file);
+    const cv::Rect thing = thingInLeft();
+    return {cv::mean(depth(cv::Rect(thing.x + 20, thing.y + 20, 80, 70)))[0],
+            cv::mean(depth(cv::Rect(thing.x + thing.width + 20, thing.y, 80, 100)))[0]};
+}
+
+} // namespace
+
+TEST(Photo2Native, APairInOnePictureBecomesDepthByMatching) {
+    SmallStudio studio;
+    const Eyes eyes = wallAndThing(-6, 14);
+    writeImage(studio / "l.png", eyes.left);
+    writeImage(studio / "r.png", eyes.right);
+    cv::Mat both;
+    cv::hconcat(eyes.left, eyes.right, both);
+    writeImage(studio / "both.png", both);
+    const Outcome beside = studio.run(
+        kTool, studio.display() + Arguments{"--stereo", "left-right", "--report", "r.json",
+                                            "--save-depth", "d.png", "both.png", "a.png"});
+    EXPECT_TRUE(isDone(beside));
+    const std::string line = "stereo pair (left and right half), depth by matching; shift -1.5 %";
+    EXPECT_NE(beside.out.find("both.png: " + line), std::string::npos) << beside.out;
+    const Json report = Json::parse(slurp(studio / "r.json"));
+    EXPECT_EQ(report.at("settings").at("stereo"), "left-right");
+    EXPECT_EQ(report.at("pictures").at(0).at("depthSource").get<std::string>().find(line), 0u);
+    EXPECT_EQ(report.at("pictures").at(0).at("photoWidth"), eyes.left.cols);
+    const auto [near, far] = nearAndFar(studio / "d.png");
+    EXPECT_GT(near, 60000);
+    EXPECT_LT(far, 6000);
+
+    // in every other form the same pair gives the same picture
+    cv::hconcat(eyes.right, eyes.left, both);
+    writeImage(studio / "crossed.png", both);
+    cv::vconcat(eyes.left, eyes.right, both);
+    writeImage(studio / "stacked.png", both);
+    for (const Arguments& other : {Arguments{"--stereo", "right-left", "crossed.png"},
+                                   Arguments{"--stereo", "top-bottom:full", "stacked.png"},
+                                   Arguments{"--stereo", "files", "l.png", "r.png"}}) {
+        EXPECT_TRUE(isDone(
+            studio.run(kTool, studio.display() + Arguments{"-y"} + other + Arguments{"b.png"})));
+        EXPECT_EQ(slurp(studio / "b.png"), slurp(studio / "a.png")) << other[1];
+    }
+}
+
+TEST(Photo2Native, AnMpoIsUsedAsAPairByItself) {
+    SmallStudio studio;
+    const Eyes eyes = wallAndThing(6, 26);
+    writeImage(studio / "l.jpg", eyes.left);
+    writeImage(studio / "r.jpg", eyes.right);
+    fs::create_directory(studio / "photos");
+    spill(studio / "photos/p.mpo", mpoFile(slurp(studio / "l.jpg"), slurp(studio / "r.jpg")));
+    const Outcome one = studio.run(
+        kTool, studio.display() + Arguments{"--save-depth", "d.png", "photos/p.mpo", "a.png"});
+    EXPECT_TRUE(isDone(one));
+    EXPECT_NE(one.out.find("p.mpo: stereo pair (MPO), depth by matching; shift "),
+              std::string::npos)
+        << one.out;
+    EXPECT_EQ(one.err.find("several pictures"), std::string::npos) << one.err;
+    const auto [near, far] = nearAndFar(studio / "d.png");
+    EXPECT_GT(near, far + 50000);
+
+    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos", "out"})));
+    EXPECT_EQ(slurp(studio / "out/p_native.png"), slurp(studio / "a.png"));
+    for (const Arguments& other : {Arguments{"--embedded-depth", "off"}, Arguments{"-n", "cues"}}) {
+        const Outcome flat =
+            studio.run(kTool, studio.display() + other + Arguments{"-y", "photos/p.mpo", "b.png"});
+        EXPECT_TRUE(isDone(flat));
+        EXPECT_EQ(flat.out.find("stereo pair"), std::string::npos) << flat.out;
+        EXPECT_NE(slurp(studio / "b.png"), slurp(studio / "a.png"));
+    }
+}
+
+TEST(Photo2Native, APairThatDoesNotMatchIsNamedAndItsDepthEstimated) {
+    SmallStudio studio;
+    const Eyes eyes = wallAndThing(6, 26);
+    writeImage(studio / "l.png", eyes.left);
+    writeImage(studio / "other.png", randomPhoto(eyes.left.size(), 77));
+    writeImage(studio / "tall.png", randomPhoto({300, 400}, 77));
+    const Outcome run =
+        studio.run(kTool, studio.display() + Arguments{"-n", "cues", "--stereo", "files", "l.png",
+                                                       "other.png", "a.png"});
+    EXPECT_EQ(run.status, 0);
+    EXPECT_NE(run.err.find("the stereo pair (two files) is not used, as its pictures do not match"),
+              std::string::npos)
+        << run.err;
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, studio.display() + Arguments{"-n", "cues", "l.png", "b.png"})));
+    EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--stereo", "files", "l.png",
+                                                                     "tall.png", "c.png"}),
+                      1, "tall.png: right: has 300 x 400 px, expected the shape"));
+    EXPECT_FALSE(fs::exists(studio / "c.png"));
+    EXPECT_TRUE(fails(
+        studio.run(kTool, studio.display() + Arguments{"--stereo", "files", "l.png", "c.png"}), 2,
+        "expected LEFT RIGHT OUT"));
+    for (const char* wrong : {"sideways", "left-right:half", "files:full"}) {
+        EXPECT_TRUE(fails(
+            studio.run(kTool, studio.display() + Arguments{"--stereo", wrong, "l.png", "c.png"}), 2,
+            "expected left-right, right-left or top-bottom"))
+            << wrong;
+    }
+    EXPECT_TRUE(
+        fails(studio.run(kTool, studio.display() + Arguments{"--stereo", "left-right", "--rgbd",
+                                                             "right", "l.png", "c.png"}),
+              2, "--rgbd"));
 }
 
 } // namespace altiro3D::test

@@ -1,4 +1,4 @@
-// Depth inside photos: segments, multi-picture index, XMP, trailers.
+// Depth inside photos: segments, multi-picture index, XMP, trailers; pairs of 3D cameras.
 
 #include "altiro3D/embedded_depth.hpp"
 #include "fuzz.hpp"
@@ -15,6 +15,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::string_view bytes = fuzz::textOf(data, size);
     std::string decoded;
     findUnblurred(bytes, decoded);
+    const std::string_view eye = findSecondEye(bytes);
+    fuzz::require(eye.empty() || (eye.data() >= bytes.data() &&
+                                  eye.data() + eye.size() <= bytes.data() + bytes.size()),
+                  "the second eye's picture is a part of the file");
     const auto part = findDepthPart(bytes);
     if (!part) return 0;
     if (part->raw.empty()) {

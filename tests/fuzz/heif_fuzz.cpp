@@ -1,4 +1,4 @@
-// HEIC and AVIF: what they say about themselves, and the repair of files of iOS 18.
+// HEIC and AVIF: what they say about themselves, stereo pairs, and the repair of files of iOS 18.
 
 #include "fuzz.hpp"
 #include "image/heif_boxes.hpp"
@@ -12,6 +12,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     fuzz::require(repaired.empty() || repaired.size() == size, "a repair keeps all offsets");
     if (!repaired.empty()) fuzz::require(repairedHeif(repaired).empty(), "one repair is enough");
     fuzz::require(largestCodedPicture(bytes).width >= 0, "sizes are not negative");
+    const auto eyes = findHeifEyes(bytes);
+    fuzz::require(!eyes || eyes->left != eyes->right, "two eyes have two pictures");
     const ImageHeader header = readImageHeader(bytes, ".heic");
     fuzz::require(header.orientation >= 1 && header.orientation <= 8, "orientations are 1..8");
     return 0;

@@ -192,6 +192,7 @@ void addHeif(const fs::path& root) {
     seeds.add(test::appleHeic());
     seeds.add(test::appleHeic(true));
     seeds.add(test::heifFile("avif", {test::av1Colours(1)}));
+    seeds.add(test::spatialHeic());
 }
 
 void addEmbeddedDepth(const fs::path& root) {
@@ -211,6 +212,7 @@ void addEmbeddedDepth(const fs::path& root) {
                                       true));
     seeds.add(test::gDepthPhoto(photo, coded(".png", 8, 6), "RangeLinear", 1, 2, depth));
     seeds.add(test::appleJpeg(photo, {depth, test::appleAuxiliary(depth, "disparity")}));
+    seeds.add(test::mpoFile(photo, photo));
     seeds.add(test::samsungPhoto(photo, raw, 8, 6));
     seeds.add(test::huaweiPhoto(photo, raw, 8, 6));
 }

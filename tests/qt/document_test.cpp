@@ -2,7 +2,9 @@
 
 #include "altiro3D/depth2quilt.hpp"
 #include "support/compare.hpp"
+#include "support/photo_files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/stereo_scene.hpp"
 #include "viewer/knobs.hpp"
 #include "viewer_scenes.hpp"
 
@@ -70,6 +72,33 @@ TEST(ViewerDocument, DepthThatComesWithAPhotoIsUsed) {
     const Document beside = readDocument({directory / "a.jpg", {}, Reading::Automatic}, display);
     EXPECT_EQ(beside.facts(), "Photo, 90 x 60 px, with depth beside it (a_depth.png)");
     EXPECT_EQ(beside.rawDepth.size(), cv::Size(9, 6));
+}
+
+TEST(ViewerDocument, StereoPairsGetTheirDepthByMatching) {
+    const Display display = sampleDisplay({48, 64});
+    const TemporaryDirectory directory;
+    const Eyes eyes = wallAndThing(6, 26);
+    writeImage(directory / "l.jpg", eyes.left);
+    writeImage(directory / "r.jpg", eyes.right);
+    spill(directory / "a.mpo", mpoFile(slurp(directory / "l.jpg"), slurp(directory / "r.jpg")));
+    const Document mpo = readDocument({directory / "a.mpo", {}, Reading::Automatic}, display);
+    EXPECT_EQ(mpo.facts().find("Photo, 400 x 300 px, with depth of a stereo pair (MPO; shift "), 0u)
+        << mpo.facts();
+    EXPECT_TRUE(mpo.notes.empty()) << mpo.notes.front().text;
+    EXPECT_EQ(mpo.rawDepth.size(), eyes.left.size());
+
+    cv::Mat both;
+    cv::vconcat(eyes.left, eyes.right, both);
+    const Document stacked = documentOf({"x.png", {}, Reading::EyesTopBottom}, both, display);
+    EXPECT_TRUE(samePicture(stacked.picture, eyes.left));
+    EXPECT_GT(stacked.rawDepth.at<float>(150, 200), stacked.rawDepth.at<float>(150, 350));
+
+    // pictures that do not match are a photo with a remark
+    const Document other =
+        documentOf({"x.png", {}, Reading::EyesLeftRight}, randomPhoto({400, 150}, 3), display);
+    EXPECT_TRUE(other.rawDepth.empty());
+    ASSERT_EQ(other.notes.size(), 1u);
+    EXPECT_NE(other.notes[0].text.find("do not match"), std::string::npos);
 }
 
 TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {

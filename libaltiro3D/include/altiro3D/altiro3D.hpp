@@ -7,7 +7,8 @@
 ///                                                                ▼
 ///     photo ─► DepthSource ─► Scene (photo, depth map) ─► NativeMaker ─► Native
 ///                  ▲
-///                  └─ depth network | built-in estimator | depth image | RGB-D | photo's file
+///                  └─ depth network | built-in estimator | depth image | RGB-D | photo's file |
+///                     stereo pair
 ///
 ///     NativeMaker:
 ///     Scene ─► PhotoFit ─┬─► NativeRenderer ────────────────────────────────────┬─► Native

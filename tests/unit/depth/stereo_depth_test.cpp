@@ -3,45 +3,24 @@
 #include "depth/stereo_rows.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/middlebury.hpp"
 #include "support/random_pictures.hpp"
+#include "support/stereo_scene.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 #include <string>
 #include <vector>
 
 namespace altiro3D::test {
 namespace {
 
-const cv::Size kSize(400, 300);
-const cv::Rect kThing(150, 90, 120, 110); // in the left picture
-
-struct Eyes {
-    cv::Mat left;
-    cv::Mat right;
-};
-
-// A wall, and before it a thing of other colours. Disparities in whole px: the point at x of the
-// left picture is at x - disparity of the right one.
-Eyes wallAndThing(int wall, int thing) {
-    constexpr int kMargin = 150;
-    cv::Mat behind = randomPhoto({kSize.width + 2 * kMargin, kSize.height}, 5);
-    cv::Mat before = randomPhoto(kThing.size(), 6);
-    behind.convertTo(behind, -1, 0.4, 0);   // dark
-    before.convertTo(before, -1, 0.4, 150); // bright
-    Eyes eyes;
-    eyes.left = behind.colRange(kMargin, kMargin + kSize.width).clone();
-    eyes.right = behind.colRange(kMargin + wall, kMargin + wall + kSize.width).clone();
-    before.copyTo(eyes.left(kThing));
-    before.copyTo(eyes.right(kThing - cv::Point(thing, 0)));
-    return eyes;
-}
+const cv::Size kSize = eyesSize();
+const cv::Rect kThing = thingInLeft();
 
 // Share of the px of a part whose disparity is within a tolerance in px.
 double shareWithin(const cv::Mat& disparity, const cv::Rect& part, double px, double tolerance) {
@@ -262,26 +241,18 @@ TEST(FitRows, UprightStripesSayNothingAboutRows) {
 
 TEST(MatchStereo, RealPairsComeCloseToTheTruth) {
     ALTIRO3D_REQUIRE_DATA("middlebury/scenes.csv");
-    std::ifstream list(dataPath("middlebury/scenes.csv"));
-    std::string line;
-    std::getline(list, line);
     int scenes = 0;
-    while (std::getline(list, line)) {
-        std::vector<std::string> fields;
-        std::istringstream stream(line);
-        for (std::string field; std::getline(stream, field, ',');)
-            fields.push_back(field);
-        const auto folder = dataPath("middlebury/" + fields.at(0));
-        const cv::Mat left = cv::imread((folder / fields.at(2)).string());
-        const cv::Mat right = cv::imread((folder / fields.at(3)).string());
-        cv::Mat truth = cv::imread((folder / fields.at(4)).string(), cv::IMREAD_UNCHANGED);
+    for (const MiddleburyFiles& files : listMiddlebury(dataPath("middlebury"))) {
+        const cv::Mat left = cv::imread(files.left.string());
+        const cv::Mat right = cv::imread(files.right.string());
+        cv::Mat truth = cv::imread(files.disparity.string(), cv::IMREAD_UNCHANGED);
         if (left.empty() || right.empty() || truth.empty()) continue;
-        truth.convertTo(truth, CV_32F, 1 / std::stod(fields.at(6)));
+        truth.convertTo(truth, CV_32F, 1 / files.scale);
         cv::Mat disparity;
         const StereoMatch match = matchStereo(left, right, disparity);
-        EXPECT_TRUE(match.isReliable) << fields[0] << ' ' << match.text();
-        EXPECT_GT(match.likeness, 0.6) << fields[0];
-        EXPECT_FALSE(match.looksSwapped) << fields[0];
+        EXPECT_TRUE(match.isReliable) << files.name << ' ' << match.text();
+        EXPECT_GT(match.likeness, 0.6) << files.name;
+        EXPECT_FALSE(match.looksSwapped) << files.name;
         ASSERT_EQ(disparity.size(), left.size());
         int known = 0;
         int right1px = 0;
@@ -294,9 +265,9 @@ TEST(MatchStereo, RealPairsComeCloseToTheTruth) {
                 if (std::abs(found - real) <= 1) ++right1px;
             }
         }
-        EXPECT_GT(right1px, 0.72 * known) << fields[0]; // hidden px included
+        EXPECT_GT(right1px, 0.72 * known) << files.name; // hidden px included
         const StereoMatch swapped = matchStereo(right, left, disparity);
-        EXPECT_TRUE(swapped.looksSwapped) << fields[0];
+        EXPECT_TRUE(swapped.looksSwapped) << files.name;
         ++scenes;
     }
     EXPECT_GE(scenes, 1);

@@ -97,7 +97,8 @@ std::uint8_t weightedMedian(const cv::Mat& bins, const cv::Mat& photo, int x, in
 } // namespace
 
 void fillFromBehind(cv::Mat& disparity, const cv::Mat& photo) {
-    const cv::Mat known = disparity == disparity; // NaN differs from itself
+    cv::Mat known;
+    cv::compare(disparity, disparity, known, cv::CMP_EQ); // NaN differs from itself
     if (cv::countNonZero(known) == known.rows * known.cols) return;
     double low = 0;
     double high = 0;

@@ -234,8 +234,10 @@ RowFit fitRows(const cv::Mat& left, const cv::Mat& right) {
     std::vector<char> textured(kPlaces);
     cv::parallel_for_(cv::Range(0, kPlaces), [&](const cv::Range& range) {
         for (int i = range.start; i < range.end; ++i) {
-            const cv::Point2d middle((i % kBlocksAcross + 0.5) * left.cols / kBlocksAcross,
-                                     (i / kBlocksAcross + 0.5) * left.rows / kBlocksAcross);
+            const int column = i % kBlocksAcross;
+            const int row = i / kBlocksAcross;
+            const cv::Point2d middle((column + 0.5) * left.cols / kBlocksAcross,
+                                     (row + 0.5) * left.rows / kBlocksAcross);
             const cv::Point corner(
                 std::clamp(static_cast<int>(middle.x) - kFineBlock / 2, 0, left.cols - kFineBlock),
                 std::clamp(static_cast<int>(middle.y) - kFineBlock / 2, 0, left.rows - kFineBlock));

@@ -179,7 +179,8 @@ std::vector<EyesWithViews> stereoScenes(const fs::path& data, const std::vector<
         scenes.push_back(
             {pair.name, pair.photo, pair.truth, {{1, pair.truth}}, pair.depth * pair.shift});
     const auto add = [&](const std::string& name, const fs::path& folder, const char* left,
-                         const char* right, std::vector<std::pair<double, const char*>> others) {
+                         const char* right,
+                         const std::vector<std::pair<double, const char*>>& others) {
         EyesWithViews scene{name,
                             cv::imread((folder / left).string()),
                             cv::imread((folder / right).string()),

@@ -249,18 +249,33 @@ std::vector<Row> measureScenes(const CommandLine& commandLine, std::vector<Stere
     return rows;
 }
 
+// The sources of depth that can be loaded. A network that cannot run with half its size is left
+// out.
+std::vector<std::pair<std::string, std::unique_ptr<DepthSource>>>
+loadDepthSources(Messages& messages) {
+    std::vector<std::pair<std::string, std::unique_ptr<DepthSource>>> loaded;
+    for (const NamedDepthSource& source : depthSources(messages)) {
+        try {
+            loaded.emplace_back(source.name, source.load());
+        } catch (const Error& error) {
+            if (source.isUsual) messages.warn(error.what());
+        }
+    }
+    return loaded;
+}
+
 // What each source of depth would cost and give instead of the true disparity.
 std::vector<DepthRow> measureDepths(const CommandLine& commandLine,
                                     const std::vector<StereoScene>& scenes, Messages& messages) {
-    const std::vector<NamedDepthSource> sources = depthSources(messages);
+    const auto sources = loadDepthSources(messages);
     const DepthRefineOptions refine = refineOptions(commandLine);
     std::vector<DepthRow> rows;
     Progress progress(scenes.size() * sources.size());
     for (const StereoScene& scene : scenes) {
         messages.say(kDepthHeading + (scenes.size() > 1 ? ", " + scene.name : std::string()));
-        for (const NamedDepthSource& source : sources) {
-            progress.step(scene.name + ", " + source.name);
-            rows.push_back(measureDepth(source, scene, refine));
+        for (const auto& [name, source] : sources) {
+            progress.step(scene.name + ", " + name);
+            rows.push_back(measureDepth(name, *source, scene, refine));
             progress.clear();
             messages.say(lineOf(rows.back()));
         }

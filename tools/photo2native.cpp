@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "common/budget.hpp"
 #include "common/depth_options.hpp"
+#include "common/depth_trade.hpp"
 #include "common/display_options.hpp"
 #include "common/native_options.hpp"
 #include "common/outputs.hpp"
@@ -144,6 +145,46 @@ void requirePhoto(const PhotoItem& item, const cv::Mat& picture) {
                        " rows; quilt2native makes Natives of quilts"}};
 }
 
+// Chooses depth and method by the first photo, for all of them.
+// @return true if the depth must be estimated anew
+bool chooseByBudget(PhotoRun& run, const Scene& scene, const Scene& fitted, Messages& messages) {
+    std::vector<NamedDepthSource> sources;
+    std::vector<std::unique_ptr<DepthSource>> loaded;
+    std::vector<BudgetDepth> depths;
+    Scene estimated;
+    const double focus = run.maker.options().views.focus;
+    if (run.depth.isEstimated()) {
+        if (run.depth.isDefault()) {
+            sources = depthSources(messages);
+        } else {
+            depths.push_back({run.depth.description(), [] {},
+                              [&] { run.depth.estimateScene(scene.photo, focus, estimated); }});
+        }
+    }
+    loaded.resize(sources.size());
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        depths.push_back({sources[i].name, [&, i] { loaded[i] = sources[i].load(); },
+                          [&, i] { loaded[i]->readScene(scene.photo, focus, estimated); }});
+    }
+    const auto makeNative = [&](const ViewOptions& views) {
+        const NativeMaker maker = run.maker.withViews(views);
+        cv::Mat refined; // only for its time: the depth is refined already
+        refineDepth(fitted.photo, fitted.depth, refined, maker.options().refine);
+        cv::Mat quilt; // in new memory, as for a single photo
+        cv::Mat native;
+        if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);
+        maker.makeNative(fitted, quilt, native);
+    };
+    const BudgetSetting chosen =
+        run.budget.choose(run.maker.options().views, costKey(run.maker, fitted.photo.size()),
+                          depths, makeNative, messages);
+    run.maker = run.maker.withViews(chosen.views);
+    if (chosen.depth == 0 || sources.empty()) return false;
+    run.depth.use(loaded[chosen.depth] ? std::move(loaded[chosen.depth])
+                                       : sources[chosen.depth].load());
+    return true;
+}
+
 // Makes all outputs of one photo; returns their report.
 // @throws NoPhoto
 Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun& run,
@@ -157,27 +198,18 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     const cv::Size photoSize = scene.photo.size();
     const PhotoFit fit = run.maker.fit(photoSize, aspect);
     Scene fitted;
-    const DepthRefineOptions& refine = run.maker.options().refine;
-    fitScene(scene, fit, focus, fitted, refine);
+    fitScene(scene, fit, focus, fitted, run.maker.options().refine);
+    times.end("fit");
+    if (run.budget.mustChoose()) {
+        if (chooseByBudget(run, scene, fitted, messages)) {
+            run.depth.estimateScene(scene.photo, focus, scene);
+            fitScene(scene, fit, focus, fitted, run.maker.options().refine);
+        }
+        times.end("budget");
+    }
     if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
         item.video.empty())
         scene = {}; // large, and no longer needed
-    times.end("fit");
-    if (run.budget.mustChoose()) {
-        const auto makeNative = [&](const ViewOptions& views) {
-            const NativeMaker maker = run.maker.withViews(views);
-            cv::Mat refined; // only for its time: the depth is refined already
-            refineDepth(fitted.photo, fitted.depth, refined, maker.options().refine);
-            cv::Mat quilt; // in new memory, as for a single photo
-            cv::Mat native;
-            if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);
-            maker.makeNative(fitted, quilt, native);
-        };
-        run.maker = run.maker.withViews(run.budget.choose(run.maker.options().views,
-                                                          costKey(run.maker, fitted.photo.size()),
-                                                          makeNative, messages));
-        times.end("budget");
-    }
     const NativeMaker maker = makerOf(item, run, photoSize, fit, messages);
     const ViewOptions& views = maker.options().views;
     if (maker.path() == NativePath::OverQuilt || !item.quilt.empty() || !item.views.empty()) {

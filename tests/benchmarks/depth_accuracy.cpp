@@ -17,6 +17,7 @@
 #include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/middlebury.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -24,7 +25,6 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <iostream>
 #include <map>
@@ -34,7 +34,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -83,24 +82,12 @@ bool addScene(const std::string& set, const std::string& name, const fs::path& p
     return true;
 }
 
-// scenes.csv: name, year, left photo, right photo, left disparity, ... (see its README).
 void addMiddlebury(const fs::path& folder, std::vector<Scene>& scenes) {
-    std::ifstream list(folder / "scenes.csv");
-    if (!list) {
-        std::cout << "missing: " << (folder / "scenes.csv").string() << "\n\n";
-        return;
-    }
-    std::string line;
-    std::getline(list, line); // the head
-    while (std::getline(list, line)) {
-        std::istringstream fields(line);
-        std::vector<std::string> field;
-        for (std::string text; std::getline(fields, text, ',');)
-            field.push_back(text);
-        if (field.size() < 5) continue;
-        const fs::path scene = folder / field[0];
-        addScene("Middlebury", field[0], scene / field[2], scene / field[4], false, scenes);
-    }
+    const std::vector<altiro3D::test::MiddleburyFiles> listed =
+        altiro3D::test::listMiddlebury(folder);
+    if (listed.empty()) std::cout << "missing: " << (folder / "scenes.csv").string() << "\n\n";
+    for (const altiro3D::test::MiddleburyFiles& files : listed)
+        addScene("Middlebury", files.name, files.left, files.disparity, false, scenes);
 }
 
 void addRgbd(const fs::path& folder, std::vector<Scene>& scenes) {

@@ -14,20 +14,18 @@
 #include "altiro3D/depth_refine.hpp"
 #include "altiro3D/trade.hpp"
 #include "support/files.hpp"
+#include "support/middlebury.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <iostream>
 #include <memory>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -38,35 +36,6 @@ namespace fs = std::filesystem;
 using altiro3D::DepthNetwork;
 using altiro3D::StereoScene;
 using altiro3D::ViewMethod;
-
-// scenes.csv: scene, year, left, right, disparity of the left, of the right, scale, ...
-std::vector<StereoScene> readScenes(const fs::path& folder) {
-    std::vector<StereoScene> scenes;
-    std::ifstream list(folder / "scenes.csv");
-    if (!list) std::cout << "missing: " << (folder / "scenes.csv").string() << "\n\n";
-    std::string line;
-    std::getline(list, line);
-    while (std::getline(list, line)) {
-        std::vector<std::string> fields;
-        std::stringstream stream(line);
-        for (std::string field; std::getline(stream, field, ',');)
-            fields.push_back(field);
-        if (fields.size() < 7) continue;
-        const fs::path files = folder / fields[0];
-        const cv::Mat photo = cv::imread((files / fields[2]).string());
-        const cv::Mat truth = cv::imread((files / fields[3]).string());
-        cv::Mat disparity = cv::imread((files / fields[4]).string(), cv::IMREAD_UNCHANGED);
-        if (photo.empty() || truth.size() != photo.size() || disparity.size() != photo.size() ||
-            disparity.channels() != 1) {
-            std::cout << "missing or unreadable: " << fields[0] << "\n\n";
-            continue;
-        }
-        disparity.convertTo(disparity, CV_32F);
-        scenes.push_back(
-            altiro3D::makeStereoScene(fields[0], photo, disparity, std::stod(fields[6]), truth));
-    }
-    return scenes;
-}
 
 // A way in which depth is wrong: true depth -> wrong depth.
 struct Flaw {
@@ -266,7 +235,7 @@ int main(int argc, char** argv) {
         const fs::path folder = arguments.empty() ? altiro3D::test::dataPath("middlebury")
                                                   : fs::path(arguments.front());
         if (!arguments.empty()) arguments.erase(arguments.begin());
-        const std::vector<StereoScene> scenes = readScenes(folder);
+        const std::vector<StereoScene> scenes = altiro3D::test::readMiddlebury(folder);
         if (!scenes.empty()) printTable(scenes, arguments, perScene);
         return scenes.empty() ? 1 : 0;
     } catch (const std::exception& error) {

@@ -11,6 +11,7 @@
 
 #include "altiro3D/trade.hpp"
 #include "support/files.hpp"
+#include "support/middlebury.hpp"
 #include "views/view_methods.hpp"
 #include "views/view_renderer.hpp"
 
@@ -20,13 +21,11 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <iostream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -77,55 +76,11 @@ std::vector<Method> methods() {
     return list;
 }
 
-// Unknown disparities take the smaller of their two neighbours in the row.
-void fillUnknown(cv::Mat& disparity) {
-    const auto known = [](float value) { return std::isfinite(value) && value > 0; };
-    for (int y = 0; y < disparity.rows; ++y) {
-        auto* row = disparity.ptr<float>(y);
-        for (int x = 0; x < disparity.cols; ++x) {
-            if (known(row[x])) continue;
-            int next = x;
-            while (next < disparity.cols && !known(row[next]))
-                ++next;
-            float value = 0;
-            if (x > 0) value = row[x - 1];
-            if (next < disparity.cols) value = x > 0 ? std::min(value, row[next]) : row[next];
-            std::fill(row + x, row + next, value);
-            x = next - 1;
-        }
-    }
-}
-
-// scenes.csv: scene, year, left, right, disparity of the left, of the right, scale, ...
 std::vector<Pair> middlebury(const fs::path& folder) {
     std::vector<Pair> pairs;
-    std::ifstream list(folder / "scenes.csv");
-    if (!list) std::cout << "missing: " << (folder / "scenes.csv").string() << "\n\n";
-    std::string line;
-    std::getline(list, line);
-    while (std::getline(list, line)) {
-        std::vector<std::string> fields;
-        std::stringstream stream(line);
-        for (std::string field; std::getline(stream, field, ',');)
-            fields.push_back(field);
-        if (fields.size() < 7) continue;
-        Pair pair;
-        pair.name = fields[0];
-        pair.photo = cv::imread((folder / fields[0] / fields[2]).string());
-        pair.truth = cv::imread((folder / fields[0] / fields[3]).string());
-        cv::Mat disparity =
-            cv::imread((folder / fields[0] / fields[4]).string(), cv::IMREAD_UNCHANGED);
-        if (pair.photo.empty() || pair.truth.size() != pair.photo.size() ||
-            disparity.size() != pair.photo.size() || disparity.channels() != 1) {
-            std::cout << "missing or unreadable: " << fields[0] << "\n\n";
-            continue;
-        }
-        disparity.convertTo(disparity, CV_32F, 1 / std::stod(fields[6]));
-        fillUnknown(disparity);
-        cv::minMaxLoc(disparity, nullptr, &pair.shift);
-        pair.depth = disparity / pair.shift;
-        pair.band = static_cast<int>(std::ceil(pair.shift)) + 2;
-        pairs.push_back(pair);
+    for (const altiro3D::StereoScene& scene : altiro3D::test::readMiddlebury(folder)) {
+        pairs.push_back({scene.name, scene.photo, scene.truth, scene.depth, 0,
+                         scene.largestDisparity, scene.band()});
     }
     return pairs;
 }

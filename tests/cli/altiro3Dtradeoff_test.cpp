@@ -164,15 +164,16 @@ TEST_F(Tradeoff, SourcesOfDepthAreComparedWithTheTruth) {
     EXPECT_EQ(std::count(names.begin(), names.end(), "altiro3d, 256 px"), 1);
     EXPECT_EQ(std::count(names.begin(), names.end(), "altiro3d, 128 px"), 1);
 
-    // the first row, step by step
-    ASSERT_EQ(names.at(0), "built-in estimator");
+    // the last row, step by step
+    ASSERT_EQ(names.back(), "built-in estimator");
+    const Json& last = rows.back();
     const StereoScene stereo =
         makeStereoScene("L.png", readPhoto(sandbox_ / "L.png"), readDepthImage(sandbox_ / "D.png"),
                         10, readPhoto(sandbox_ / "R.png"));
     cv::Mat depth;
     estimateDepthFromCues(stereo.photo, depth);
     alignDepth(depth, stereo.depth, depth);
-    EXPECT_NEAR(rows[0].at("rankCorrelation").get<double>(), rankCorrelation(depth, stereo.depth),
+    EXPECT_NEAR(last.at("rankCorrelation").get<double>(), rankCorrelation(depth, stereo.depth),
                 1e-9);
     ViewOptions layered;
     layered.method = ViewMethod::Layered;
@@ -180,8 +181,8 @@ TEST_F(Tradeoff, SourcesOfDepthAreComparedWithTheTruth) {
     Depth2Quilt({1, 1, stereo.photo.size(), 1}, stereo.options(layered))
         .renderView(stereo.photo, depth, 1, view);
     const ViewAccuracy accuracy = compareViews(view, stereo.truth, stereo.band());
-    EXPECT_NEAR(rows[0].at("psnrInside").get<double>(), accuracy.psnrInside, 1e-9);
-    EXPECT_NEAR(rows[0].at("ssimWhole").get<double>(), accuracy.ssimWhole, 1e-9);
+    EXPECT_NEAR(last.at("psnrInside").get<double>(), accuracy.psnrInside, 1e-9);
+    EXPECT_NEAR(last.at("ssimWhole").get<double>(), accuracy.ssimWhole, 1e-9);
 }
 
 TEST_F(Tradeoff, ScenesOfATableGetMeans) {

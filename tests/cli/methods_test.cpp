@@ -5,6 +5,7 @@
 #include "common/budget.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/onnx.hpp"
 
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -229,7 +230,7 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
     const fs::path cache = cachedBudgets().front();
     // costs that no machine has: what is chosen by them was read
     Json kept = Json::parse(slurp(cache));
-    EXPECT_EQ(kept.at("format"), 3);
+    EXPECT_EQ(kept.at("format"), 4);
     const double milliseconds[] = {6000, 600, 60, 6};
     for (std::size_t i = 0; i < 4; ++i)
         kept.at("costs").at(i).at("milliseconds") = milliseconds[i];
@@ -258,7 +259,7 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
     kept["format"] = 1;
     const std::string older = kept.dump();
     for (const std::string& useless : {std::string(), std::string("{}"), std::string("[1, 2"),
-                                       std::string(R"({"format": 2, "costs": "none"})"), older}) {
+                                       std::string(R"({"format": 4, "costs": "none"})"), older}) {
         spill(cache, useless);
         EXPECT_TRUE(isDone(make({"--budget", "60000"})));
         EXPECT_EQ(Json::parse(slurp(cache)).at("costs").size(), 4U) << useless;
@@ -268,6 +269,62 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
     EXPECT_TRUE(isDone(make({"--budget", "60000"})));
     studio_.set("XDG_CACHE_HOME", "/proc/nothing");
     EXPECT_TRUE(isDone(make({"--budget", "60000"})));
+}
+
+// A network of 32 px that also runs with 16 px, one that does not, and the built-in estimator.
+TEST_F(Methods, ABudgetChoosesTheSourceOfEstimatedDepth) {
+    const fs::path models = studio_ / "net";
+    fs::create_directory(models);
+    studio_.set("ALTIRO3D_MODELS", models.string());
+    spill(models / "open.onnx", onnx::mixModel({0.2F, 0.3F, 0.5F}, {0, 0}));
+    spill(models / "fixed.onnx", onnx::mixModel({0.5F, 0.3F, 0.2F}, {32, 32}));
+    const std::string size = R"("inputWidth": 32, "inputHeight": 32, "multipleOf": 16})";
+    spill(models / "catalog.json", R"({"networks": [{"name": "open", "file": "open.onnx", )" +
+                                       size + R"(, {"name": "fixed", "file": "fixed.onnx", )" +
+                                       size + "]}");
+    const auto estimated = [&](const Arguments& options) {
+        return studio_.run(kTool, options + Arguments{"-y"} + studio_.display() +
+                                      Arguments{"photo.png", "a.png"});
+    };
+    const Outcome measured = estimated({"--budget", "60000", "--report", "r.json"});
+    ASSERT_TRUE(isDone(measured));
+    EXPECT_NE(measured.out.find("budget: open, 32 px; layered, depth and Native in "),
+              std::string::npos)
+        << measured.out;
+    const Json report = Json::parse(slurp(studio_ / "r.json"));
+    std::vector<std::string> sources;
+    for (const Json& cost : report.at("budget").at("measuredDepths"))
+        sources.push_back(cost.at("setting"));
+    EXPECT_EQ(sources, (std::vector<std::string>{"open, 32 px", "open, 16 px", "fixed, 32 px",
+                                                 "fixed, 16 px", "built-in estimator"}));
+    ASSERT_EQ(cachedBudgets().size(), 1U);
+    Json kept = Json::parse(slurp(cachedBudgets().front()));
+    const double costs[] = {4000, 400, 40, 4};
+    for (std::size_t i = 0; i < 4; ++i)
+        kept.at("costs").at(i).at("milliseconds") = costs[i];
+    const Json depths[] = {10000, 1000, 900, nullptr, 100};
+    for (std::size_t i = 0; i < 5; ++i)
+        kept.at("depths").at(i).at("milliseconds") = depths[i];
+    spill(cachedBudgets().front(), kept.dump());
+    const std::tuple<const char*, const char*, Arguments> cases[] = {
+        {"14000", "open, 32 px; layered, depth and Native in 14000 ms of", {"-n", "open"}},
+        {"13999",
+         "open, 16 px; layered, depth and Native in 5000 ms of",
+         {"-n", "open", "--network-size", "16"}},
+        {"4999", "fixed, 32 px; layered, depth and Native in 4900 ms of", {"-n", "fixed"}},
+        {"4899", "built-in estimator; layered, depth and Native in 4100 ms of", {"-n", "cues"}},
+        {"103",
+         "built-in estimator; fast, depth and Native in 104 ms of",
+         {"-n", "cues", "--method", "fast"}}};
+    for (const auto& [budget, line, same] : cases) {
+        EXPECT_NE(estimated({"--budget", budget}).out.find(line), std::string::npos) << line;
+        const cv::Mat chosen = readBack(studio_ / "a.png");
+        EXPECT_TRUE(isDone(estimated(same)));
+        EXPECT_TRUE(samePicture(chosen, readBack(studio_ / "a.png"))) << line;
+    }
+    const Outcome named = estimated({"--budget", "60000", "-n", "fixed"}); // its time counts
+    EXPECT_NE(named.out.find("budget: network fixed"), std::string::npos) << named.out;
+    EXPECT_NE(named.out.find("; layered, depth and Native in "), std::string::npos) << named.out;
 }
 
 TEST_F(Methods, CostsAreThoseOfThePathThatIsTaken) {
@@ -304,7 +361,8 @@ TEST_F(Methods, ABudgetIsForAllPicturesOfARun) {
     const std::size_t first = outcome.out.find("budget: ");
     EXPECT_NE(first, std::string::npos) << outcome.out;
     EXPECT_EQ(outcome.out.find("budget: ", first + 1), std::string::npos) << outcome.out;
-    EXPECT_EQ(Json::parse(slurp(studio_ / "r.json")).at("budget").at("chosen"), "layered");
+    EXPECT_EQ(Json::parse(slurp(studio_ / "r.json")).at("budget").at("chosen"),
+              "built-in estimator; layered");
     EXPECT_EQ(studio_
                   .run(kTool, Arguments{"-y", "--budget", "9", "--report", "r.json"} +
                                   studio_.display() + Arguments{"broken.png", "broken.png", "out"})

@@ -79,49 +79,51 @@ inline std::string iccBox(const std::string& profile) {
     return heifBox("colr", "prof" + profile);
 }
 
-/// 128 x 64 px: red (200, 40, 40), green (40, 180, 60); below, blue (40, 60, 200) and light grey
-/// 230.
-inline HeifItem hevcColours(unsigned id) {
+/// A picture of 128 x 64 px, HEVC. @param coded its data, base64
+inline HeifItem hevcItem(unsigned id, const std::string& coded) {
     const std::string settings =
         "AQNwAAAAAAAAAAAAHvAA/P34+AAADwMgAAEAGEABDAH//wNwAAADAJAAAAMAAAMAHroCQCEAAQArQgEB"
         "A3AAAAMAkAAAAwAAAwAeoBAgQWW6kkprm4EBAwIAAAMAAgAAAwACECIAAQAHRAHBcrAiQA==";
-    const std::string coded =
-        "AAAAhigBrwT47FrpOu3/39////SZjsv7Kw0nz+KD+JG1L/YlL//8rx0CnR+jLi/ihsK3R5E4ToAL8VeF"
-        "q7ZUgSwyhKap4RG+h86fonypPEfAtaArKtDNljdvDwxTiNN/TF+38qNmaBye197/Zd//8bo//04nt31U"
-        "hX+zvZxPjwC6+144FMn+DItQ";
     return {
         id, "hvc1", fromBase64(coded), {heifBox("hvcC", fromBase64(settings)), ispe(128, 64)}, ""};
+}
+
+/// As hevcItem(), as AV1.
+inline HeifItem av1Item(unsigned id, const std::string& coded) {
+    return {id,
+            "av01",
+            fromBase64(coded),
+            {heifBox("av1C", fromBase64("gQAMAA==")), ispe(128, 64)},
+            ""};
+}
+
+/// 128 x 64 px: red (200, 40, 40), green (40, 180, 60); below, blue (40, 60, 200) and light grey
+/// 230.
+inline HeifItem hevcColours(unsigned id) {
+    return hevcItem(
+        id, "AAAAhigBrwT47FrpOu3/39////SZjsv7Kw0nz+KD+JG1L/YlL//8rx0CnR+jLi/ihsK3R5E4ToAL8VeF"
+            "q7ZUgSwyhKap4RG+h86fonypPEfAtaArKtDNljdvDwxTiNN/TF+38qNmaBye197/Zd//8bo//04nt31U"
+            "hX+zvZxPjwC6+144FMn+DItQ");
 }
 
 /// 128 x 64 px: a ramp from black on the left to white.
 inline HeifItem hevcRamp(unsigned id) {
-    const std::string settings =
-        "AQNwAAAAAAAAAAAAHvAA/P34+AAADwMgAAEAGEABDAH//wNwAAADAJAAAAMAAAMAHroCQCEAAQArQgEB"
-        "A3AAAAMAkAAAAwAAAwAeoBAgQWW6kkprm4EBAwIAAAMAAgAAAwACECIAAQAHRAHBcrAiQA==";
-    const std::string coded =
-        "AAAAQSgBrwngI8Lhs57MR+09aKuvLp9Y/OSi1sDnCZBF9+sPzp9oIA82Yxh+UUR0N4aO3+3Mo5SSYNUG"
-        "X+9/2EDh4X/A";
-    return {
-        id, "hvc1", fromBase64(coded), {heifBox("hvcC", fromBase64(settings)), ispe(128, 64)}, ""};
+    return hevcItem(
+        id, "AAAAQSgBrwngI8Lhs57MR+09aKuvLp9Y/OSi1sDnCZBF9+sPzp9oIA82Yxh+UUR0N4aO3+3Mo5SSYNUG"
+            "X+9/2EDh4X/A");
 }
 
 /// As hevcColours(), as AV1.
 inline HeifItem av1Colours(unsigned id) {
-    const std::string settings = "gQAMAA==";
-    const std::string coded =
-        "EgAKCRgZf/7BAgIGhDIxEaABBBBCALRVVYPpKVyB9t52Ctq6/z4AUjK9+WUrcRF5qQJM9QL+tYP33lQL"
-        "fvJ1SA==";
-    return {
-        id, "av01", fromBase64(coded), {heifBox("av1C", fromBase64(settings)), ispe(128, 64)}, ""};
+    return av1Item(
+        id, "EgAKCRgZf/7BAgIGhDIxEaABBBBCALRVVYPpKVyB9t52Ctq6/z4AUjK9+WUrcRF5qQJM9QL+tYP33lQL"
+            "fvJ1SA==");
 }
 
 /// As hevcRamp(), as AV1.
 inline HeifItem av1Ramp(unsigned id) {
-    const std::string settings = "gQAMAA==";
-    const std::string coded =
-        "EgAKCRgZf/7BAgIGhDIsEyADDDDCALXEDruaE3aricswoAFbOLCwZ+CalEpu3bTNvAKcZjlheubJy4A=";
-    return {
-        id, "av01", fromBase64(coded), {heifBox("av1C", fromBase64(settings)), ispe(128, 64)}, ""};
+    return av1Item(
+        id, "EgAKCRgZf/7BAgIGhDIsEyADDDDCALXEDruaE3aricswoAFbOLCwZ+CalEpu3bTNvAKcZjlheubJy4A=");
 }
 
 /// The file. The first item is the main picture.

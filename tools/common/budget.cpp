@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
@@ -19,7 +21,7 @@ namespace {
 
 constexpr int kRepetitions = 3;     // the fastest one counts, because the machine may be busy
 constexpr double kEnoughTime = 500; // ms after which there is no further repetition
-constexpr int kCacheFormat = 3;
+constexpr int kCacheFormat = 4;
 
 double measured(const std::function<void()>& work) {
     double fastest = 0;
@@ -35,32 +37,31 @@ double measured(const std::function<void()>& work) {
     return fastest;
 }
 
+// null: cannot be used
 Json costsJson(const std::vector<SettingCost>& costs) {
     Json list = Json::array();
-    for (const SettingCost& cost : costs)
-        list.push_back({{"setting", cost.name}, {"milliseconds", cost.milliseconds}});
+    for (const SettingCost& cost : costs) {
+        list.push_back({{"setting", cost.name},
+                        {"milliseconds", std::isfinite(cost.milliseconds) ? Json(cost.milliseconds)
+                                                                          : Json(nullptr)}});
+    }
     return list;
 }
 
-// The costs of all settings, or nothing if the text does not hold them.
-std::vector<SettingCost> parseCosts(const std::string& text, const std::string& key,
-                                    const std::vector<NamedViewOptions>& settings) {
-    try {
-        const Json json = Json::parse(text);
-        if (json.at("format") != kCacheFormat || json.at("key") != key) return {};
-        const Json& list = json.at("costs");
-        if (list.size() != settings.size()) return {};
-        std::vector<SettingCost> costs;
-        for (std::size_t i = 0; i < settings.size(); ++i) {
-            const Json& entry = list.at(i);
-            SettingCost cost{entry.at("setting"), entry.at("milliseconds")};
-            if (cost.name != settings[i].name || !(cost.milliseconds >= 0)) return {};
-            costs.push_back(std::move(cost));
-        }
-        return costs;
-    } catch (const Json::exception&) {
-        return {};
+// @throws Json::exception if it does not hold the costs of these settings
+std::vector<SettingCost> parseCosts(const Json& list, const std::vector<std::string>& names) {
+    std::vector<SettingCost> costs;
+    for (const std::string& name : names) {
+        const Json& entry = list.at(costs.size());
+        if (entry.at("setting") != name) return {};
+        const Json& cost = entry.at("milliseconds");
+        const double milliseconds =
+            cost.is_null() ? std::numeric_limits<double>::infinity() : cost.get<double>();
+        if (!(milliseconds >= 0)) return {};
+        costs.push_back({name, milliseconds});
     }
+    if (list.size() != names.size()) return {};
+    return costs;
 }
 
 std::string wholeMilliseconds(double value) {
@@ -92,9 +93,10 @@ std::vector<NamedViewOptions> budgetSettings(const ViewOptions& base) {
 void Budget::add(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"budget"},
-        "Choose the best method that makes a Native from a photo with depth in MS milliseconds on "
-        "this machine, 0.1..1e6. The times are measured on the first picture and kept in the "
-        "user's cache directory. Not with --method, -g and their options.",
+        "Choose the best method that makes a Native in MS milliseconds on this machine, 0.1..1e6, "
+        "and, if depth is estimated and no network is named, the best network and input size. "
+        "Reading and writing of files do not count. The times are measured on the first picture "
+        "and kept in the user's cache directory. Not with --method, -g and their options.",
         "MS");
 }
 
@@ -108,64 +110,113 @@ Budget::Budget(const CommandLine& commandLine)
     if (commandLine.has("best")) advice_ = "it takes less without --best";
 }
 
-ViewOptions Budget::choose(const ViewOptions& base, const std::string& work,
-                           const std::function<void(const ViewOptions&)>& makeNative,
-                           Messages& messages) {
-    const std::vector<NamedViewOptions> settings = budgetSettings(base);
+void Budget::measure(const std::string& work, const std::vector<NamedViewOptions>& settings,
+                     const std::vector<BudgetDepth>& depths,
+                     const std::function<void(const ViewOptions&)>& makeNative,
+                     Messages& messages) {
     const std::string key = std::string(version()) + "-" + std::to_string(cv::getNumberOfCPUs()) +
                             "-" + std::to_string(cv::getNumThreads()) + "-" + work;
     const fs::path directory = cacheDirectory();
     const fs::path file = directory.empty() ? fs::path() : directory / ("budget-" + key + ".json");
-    std::vector<SettingCost> costs;
+    std::vector<std::string> names;
+    for (const NamedViewOptions& setting : settings)
+        names.push_back(setting.name);
+    std::vector<std::string> depthNames;
+    for (const BudgetDepth& depth : depths)
+        depthNames.push_back(depth.name);
     // the cache is optional: if anything is wrong with it, the costs are measured
     std::error_code error;
     if (!file.empty() && fs::exists(file, error)) {
         try {
-            costs = parseCosts(readFile(file, 1 << 16), key, settings);
+            const Json json = Json::parse(readFile(file, 1 << 16));
+            if (json.at("format") == kCacheFormat && json.at("key") == key) {
+                costs_ = parseCosts(json.at("costs"), names);
+                depthCosts_ = parseCosts(json.at("depths"), depthNames);
+                fromCache_ = !costs_.empty() && depthCosts_.size() == depths.size();
+            }
         } catch (const Error& problem) {
             messages.detail(std::string("costs in the cache are not used: ") + problem.what());
+        } catch (const Json::exception&) {
+            fromCache_ = false;
         }
     }
-    fromCache_ = !costs.empty();
     if (fromCache_) {
         messages.detail("costs: from the cache, " + file.string());
-    } else {
-        for (const NamedViewOptions& setting : settings)
-            costs.push_back({setting.name, measured([&] { makeNative(setting.options); })});
-        if (!file.empty()) {
-            try {
-                fs::create_directories(directory, error);
-                const Json json = {
-                    {"format", kCacheFormat}, {"key", key}, {"costs", costsJson(costs)}};
-                writeFile(file, json.dump(2) + "\n");
-                messages.detail("costs: measured and kept as " + file.string());
-            } catch (const Error& problem) {
-                messages.detail(std::string("costs: measured, not kept: ") + problem.what());
-            }
+        return;
+    }
+    costs_.clear();
+    depthCosts_.clear();
+    for (const BudgetDepth& depth : depths) {
+        double milliseconds = std::numeric_limits<double>::infinity();
+        try {
+            depth.prepare();
+            milliseconds = measured(depth.estimate);
+        } catch (const Error& problem) {
+            messages.detail("costs: depth by " + depth.name + " is left out: " + problem.what());
+        }
+        depthCosts_.push_back({depth.name, milliseconds});
+    }
+    for (const NamedViewOptions& setting : settings)
+        costs_.push_back({setting.name, measured([&] { makeNative(setting.options); })});
+    if (file.empty()) return;
+    try {
+        fs::create_directories(directory, error);
+        const Json json = {{"format", kCacheFormat},
+                           {"key", key},
+                           {"costs", costsJson(costs_)},
+                           {"depths", costsJson(depthCosts_)}};
+        writeFile(file, json.dump(2) + "\n");
+        messages.detail("costs: measured and kept as " + file.string());
+    } catch (const Error& problem) {
+        messages.detail(std::string("costs: measured, not kept: ") + problem.what());
+    }
+}
+
+BudgetSetting Budget::choose(const ViewOptions& base, const std::string& work,
+                             const std::vector<BudgetDepth>& depths,
+                             const std::function<void(const ViewOptions&)>& makeNative,
+                             Messages& messages) {
+    const std::vector<NamedViewOptions> settings = budgetSettings(base);
+    measure(work, settings, depths, makeNative, messages);
+    std::vector<SettingCost> totals;
+    std::vector<BudgetSetting> choices;
+    for (std::size_t i = 0; i < settings.size(); ++i) {
+        if (depths.empty()) {
+            totals.push_back(costs_[i]);
+            choices.push_back({settings[i].options, 0});
+        }
+        for (std::size_t d = 0; d < depths.size(); ++d) {
+            if (!std::isfinite(depthCosts_[d].milliseconds)) continue;
+            totals.push_back({depthCosts_[d].name + "; " + costs_[i].name,
+                              depthCosts_[d].milliseconds + costs_[i].milliseconds});
+            choices.push_back({settings[i].options, d});
         }
     }
-    choice_ = chooseWithinBudget(costs, *milliseconds_);
-    costs_ = std::move(costs);
-    const NamedViewOptions& chosen = settings[choice_.index];
-    const std::string taken = wholeMilliseconds(costs_[choice_.index].milliseconds);
+    const BudgetChoice choice = chooseWithinBudget(totals, *milliseconds_);
+    chosen_ = totals[choice.index];
+    fits_ = choice.fits;
+    const std::string taken = wholeMilliseconds(chosen_.milliseconds);
     const std::string budget = wholeMilliseconds(*milliseconds_);
-    messages.say("budget: " + chosen.name + ", Native in " + taken + " of " + budget);
-    if (!choice_.fits) {
-        messages.warn("no method keeps the budget of " + budget + ": " + chosen.name +
+    messages.say("budget: " + chosen_.name +
+                 (depths.empty() ? ", Native in " : ", depth and Native in ") + taken + " of " +
+                 budget);
+    if (!fits_) {
+        messages.warn("no method keeps the budget of " + budget + ": " + chosen_.name +
                       ", the quickest, takes " + taken + "; " + advice_);
     }
-    return chosen.options;
+    return choices[choice.index];
 }
 
 Json Budget::report() const {
     if (!milliseconds_) return nullptr;
     Json report = {{"milliseconds", *milliseconds_}};
     if (costs_.empty()) return report; // no picture so far
-    report["chosen"] = costs_[choice_.index].name;
-    report["chosenMilliseconds"] = costs_[choice_.index].milliseconds;
-    report["fits"] = choice_.fits;
+    report["chosen"] = chosen_.name;
+    report["chosenMilliseconds"] = chosen_.milliseconds;
+    report["fits"] = fits_;
     report["fromCache"] = fromCache_;
     report["measured"] = costsJson(costs_);
+    report["measuredDepths"] = costsJson(depthCosts_);
     return report;
 }
 

@@ -14,10 +14,10 @@ namespace altiro3D::tools {
 class CommandLine;
 class Messages;
 
-/// Time that one picture takes with one setting.
+/// Time that a stage takes on one picture with one setting.
 struct SettingCost {
     std::string name;        ///< Name of the setting.
-    double milliseconds = 0; ///< From the fitted photo and its depth to the Native.
+    double milliseconds = 0; ///< Infinite if the setting cannot be used.
 };
 
 /// The setting that was chosen.
@@ -40,7 +40,20 @@ inline BudgetChoice chooseWithinBudget(const std::vector<SettingCost>& costs,
 /// @param base strength and focus of all of them
 std::vector<NamedViewOptions> budgetSettings(const ViewOptions& base);
 
-/// --budget: the best setting that makes the Native of a picture in a given time.
+/// A source of depth that --budget can choose.
+struct BudgetDepth {
+    std::string name;
+    std::function<void()> prepare;  ///< Gets ready to estimate; its time does not count.
+    std::function<void()> estimate; ///< Estimates the depth of the first picture.
+};
+
+/// What --budget chose for all pictures of a run.
+struct BudgetSetting {
+    ViewOptions views;
+    std::size_t depth = 0; ///< Index of the source of depth.
+};
+
+/// --budget: the best depth and the best method that make the Native of a picture in a given time.
 class Budget {
   public:
     static void add(CommandLine& commandLine);
@@ -51,24 +64,34 @@ class Budget {
     bool mustChoose() const { return milliseconds_ && costs_.empty(); }
 
     /// Chooses the setting for all pictures of a run and reports it. The costs are measured, or
-    /// taken from the user's cache if they were measured before.
+    /// taken from the user's cache if they were measured before. A better method goes before a
+    /// better source of depth: where the depth is good it gains up to 9 dB, and where it is
+    /// estimated as much as a better source (docs/lab/views.md).
     ///
     /// @param base strength and focus
     /// @param work key of what the costs depend on besides setting, picture and machine; must be
     ///        usable in a file name
+    /// @param depths sources of depth, best first; empty if depth is given, which takes no time
     /// @param makeNative makes the Native of the first picture
-    ViewOptions choose(const ViewOptions& base, const std::string& work,
-                       const std::function<void(const ViewOptions&)>& makeNative,
-                       Messages& messages);
+    BudgetSetting choose(const ViewOptions& base, const std::string& work,
+                         const std::vector<BudgetDepth>& depths,
+                         const std::function<void(const ViewOptions&)>& makeNative,
+                         Messages& messages);
 
     /// The measured costs and the choice, for reports; null without a budget.
     nlohmann::ordered_json report() const;
 
   private:
+    void measure(const std::string& work, const std::vector<NamedViewOptions>& settings,
+                 const std::vector<BudgetDepth>& depths,
+                 const std::function<void(const ViewOptions&)>& makeNative, Messages& messages);
+
     std::optional<double> milliseconds_;
     std::string advice_; // a way to take less time
     std::vector<SettingCost> costs_;
-    BudgetChoice choice_;
+    std::vector<SettingCost> depthCosts_;
+    SettingCost chosen_; // of depth and Native together
+    bool fits_ = false;
     bool fromCache_ = false;
 };
 

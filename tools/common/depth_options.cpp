@@ -195,13 +195,15 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
     } else {
         chooseNetwork(commandLine, messages);
     }
+    isDefault_ = !fromFiles_ && !rgbdSide_;
+    for (const char* option : {"n", "l", "net-profile", "network-size", "engine"})
+        isDefault_ = isDefault_ && !commandLine.has(option);
     if (medium == Medium::Photo) choosePhotoDepth(commandLine);
 }
 
 void ChosenDepth::choosePhotoDepth(const CommandLine& commandLine) {
-    PhotoDepthOptions options;
     const auto use = commandLine.choice("embedded-depth", {"auto", "off"});
-    options.unblurred = commandLine.has("unblurred");
+    photoDepth_.unblurred = commandLine.has("unblurred");
     for (const char* given : {"d", "rgbd"}) {
         commandLine.exclude(given, "embedded-depth");
         commandLine.exclude(given, "unblurred");
@@ -212,8 +214,15 @@ void ChosenDepth::choosePhotoDepth(const CommandLine& commandLine) {
         throw UsageError("--embedded-depth auto uses the depth of the photo, expected no -n and no "
                          "-l with it");
     }
-    options.useDepth = !isNamed && use.value_or(0) == 0;
-    if (options.useDepth || options.unblurred) source_ = depthInPhoto(std::move(source_), options);
+    photoDepth_.useDepth = !isNamed && use.value_or(0) == 0;
+    this->use(std::move(source_));
+}
+
+void ChosenDepth::use(std::unique_ptr<DepthSource> estimator) {
+    source_ = std::move(estimator);
+    description_ = source_->description();
+    if (photoDepth_.useDepth || photoDepth_.unblurred)
+        source_ = depthInPhoto(std::move(source_), photoDepth_);
 }
 
 void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
@@ -355,6 +364,15 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
 
 DepthKind ChosenDepth::kind() const {
     return source_ ? source_->kind() : kind_;
+}
+
+bool ChosenDepth::isEstimated() const {
+    return !fromFiles_ && !rgbdSide_ && used_ == description_;
+}
+
+void ChosenDepth::estimateScene(const cv::Mat& photo, double flatDepth, Scene& scene) {
+    source_->readScene(photo, flatDepth, scene);
+    used_ = source_->description();
 }
 
 void ChosenDepth::estimate(const cv::Mat& picture, cv::Mat& raw) {

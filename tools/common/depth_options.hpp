@@ -31,6 +31,10 @@ class ChosenDepth {
     bool fromFiles() const { return fromFiles_; }
     /// The side of the depth if it is part of the picture (`--rgbd`).
     std::optional<DepthSide> rgbdSide() const { return rgbdSide_; }
+    /// True if no option chooses where estimated depth comes from.
+    bool isDefault() const { return isDefault_; }
+    /// Estimates depth with another source; depth that comes with a photo still goes before it.
+    void use(std::unique_ptr<DepthSource> estimator);
     /// The network; null if none is used.
     const DepthNetwork* network() const { return source_ ? source_->network() : nullptr; }
     /// The source as text, for people and reports.
@@ -48,10 +52,14 @@ class ChosenDepth {
 
     /// Meaning of the numbers of given depth, or of estimate().
     DepthKind kind() const;
+    /// True if the depth of the last photo was estimated, not given.
+    bool isEstimated() const;
     /// Estimates raw depth of a picture with the network or the built-in estimator.
     /// @param picture [rows x cols, CV_8UC3, BGR]
     /// @param raw [any size, CV_32FC1], see kind()
     void estimate(const cv::Mat& picture, cv::Mat& raw);
+    /// Estimates the depth of the last photo again. Requires isEstimated().
+    void estimateScene(const cv::Mat& photo, double flatDepth, Scene& scene);
 
   private:
     void chooseNetwork(const CommandLine& commandLine, Messages& messages);
@@ -60,6 +68,8 @@ class ChosenDepth {
     bool fromFiles_ = false;
     std::optional<DepthSide> rgbdSide_;
     DepthKind kind_ = DepthKind::NearWhite;
+    bool isDefault_ = false;
+    PhotoDepthOptions photoDepth_{false, false};
     std::unique_ptr<DepthSource> source_; // null with fromFiles_
     std::string description_;
     std::string used_;

@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/error.hpp"
+#include "common/network_trust.hpp"
 #include "common/run_tool.hpp"
 
 #include <algorithm>
@@ -15,51 +16,48 @@ namespace {
 
 constexpr int kRepetitions = 3;
 
-void addNetwork(const InstalledNetwork& network, cv::Size size,
-                std::vector<NamedDepthSource>& sources) {
-    const QuietStandardError quiet; // OpenCV and ONNX Runtime print by themselves
-    DepthNetwork loaded(network.file, network.profile, InferenceTarget::Cpu, size);
-    const cv::Size input = loaded.inputSize();
-    const std::string name =
-        network.profile.name + ", " + std::to_string(std::max(input.width, input.height)) + " px";
-    sources.push_back({name, depthFromNetwork(std::move(loaded))});
+NamedDepthSource networkSource(const InstalledNetwork& network, cv::Size size, Messages& messages) {
+    const NetworkProfile& profile = network.profile;
+    const int longer = size.empty() ? std::max(profile.inputWidth, profile.inputHeight)
+                                    : std::max(size.width, size.height);
+    return {profile.name + ", " + std::to_string(longer) + " px",
+            [network, size, &messages] {
+                requireHarmless(network.file, network.profile, modelCatalog(), size,
+                                InferenceEngine::Best, messages);
+                const QuietStandardError quiet; // OpenCV and ONNX Runtime print by themselves
+                return depthFromNetwork(
+                    DepthNetwork(network.file, network.profile, InferenceTarget::Cpu, size));
+            },
+            size.empty()};
 }
 
 } // namespace
 
 std::vector<NamedDepthSource> depthSources(Messages& messages) {
     std::vector<NamedDepthSource> sources;
-    sources.push_back({"built-in estimator", depthFromCues()});
     for (const InstalledNetwork& network : installedNetworks()) {
         const NetworkProfile& profile = network.profile;
         if (profile.large || (profile.engine == InferenceEngine::OnnxRuntime && !hasOnnxRuntime()))
             continue;
-        try {
-            addNetwork(network, {}, sources);
-        } catch (const Error& error) {
-            messages.warn(error.what());
-            continue;
-        }
+        sources.push_back(networkSource(network, {}, messages));
         const cv::Size half(profile.inputWidth / 2, profile.inputHeight / 2);
-        if (half.width % profile.multipleOf != 0 || half.height % profile.multipleOf != 0) continue;
-        try {
-            addNetwork(network, half, sources);
-        } catch (const Error&) { // its own size is all that it can do
-        }
+        if (half.width % profile.multipleOf == 0 && half.height % profile.multipleOf == 0)
+            sources.push_back(networkSource(network, half, messages));
     }
+    sources.push_back({"built-in estimator", depthFromCues, true});
     return sources;
 }
 
-DepthRow measureDepth(const NamedDepthSource& source, const StereoScene& scene,
+DepthRow measureDepth(const std::string& name, DepthSource& source, const StereoScene& scene,
                       const DepthRefineOptions& refine) {
     DepthRow row;
     row.scene = scene.name;
-    row.source = source.name;
+    row.source = name;
     row.milliseconds = std::numeric_limits<double>::infinity();
     Scene estimated;
     for (int i = 0; i < kRepetitions; ++i) {
         const auto start = std::chrono::steady_clock::now();
-        source.source->readScene(scene.photo, 0.5, estimated);
+        source.readScene(scene.photo, 0.5, estimated);
         const std::chrono::duration<double, std::milli> time =
             std::chrono::steady_clock::now() - start;
         row.milliseconds = std::min(row.milliseconds, time.count());

@@ -4,6 +4,7 @@
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/trade.hpp"
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,15 +13,17 @@ namespace altiro3D::tools {
 
 class Messages;
 
-/// A source of estimated depth, with a name for tables: "altiro3d, 256 px".
+/// A source of estimated depth that can be loaded, with a name for tables: "altiro3d, 256 px".
 struct NamedDepthSource {
     std::string name;
-    std::unique_ptr<DepthSource> source;
+    /// Loads the source. Throws Error if its network cannot be loaded or cannot run with this size.
+    std::function<std::unique_ptr<DepthSource>()> load;
+    bool isUsual = true; ///< False for a network with another input size than its own.
 };
 
-/// The sources worth comparing: the built-in estimator, and each installed network that is not
-/// large, with its own input size and with half of it if it can run with that. A network that
-/// cannot be loaded is left out with a warning.
+/// The sources worth comparing, best first: each installed network that is not large, with its own
+/// input size and with half of it, then the built-in estimator. The first one is the default.
+/// @param messages must outlive the sources, which report doubts about a network's file
 std::vector<NamedDepthSource> depthSources(Messages& messages);
 
 /// Cost and accuracy of one source on one scene.
@@ -34,7 +37,7 @@ struct DepthRow {
 };
 
 /// @param refine how the depth is refined before views are made
-DepthRow measureDepth(const NamedDepthSource& source, const StereoScene& scene,
+DepthRow measureDepth(const std::string& name, DepthSource& source, const StereoScene& scene,
                       const DepthRefineOptions& refine);
 
 /// The mean of each source over the scenes.

@@ -4,7 +4,6 @@
 #include "altiro3D/file_io.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdlib>
 #include <fstream>
 
@@ -23,22 +22,15 @@ std::optional<std::string> environment(const char* name) {
     return value != nullptr && *value != '\0' ? std::optional<std::string>(value) : std::nullopt;
 }
 
-bool sameWord(const std::string& a, const std::string& b) {
-    return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](char x, char y) {
-               return std::tolower(static_cast<unsigned char>(x)) ==
-                      std::tolower(static_cast<unsigned char>(y));
-           });
-}
-
 // The one volume of a display that is mounted, or the one that --serial names.
 std::optional<MountedCalibration> mountedVolume(const std::optional<std::string>& serial,
                                                 const VolumeSearch& search, Messages& messages) {
     const std::vector<MountedCalibration> volumes = search.find();
     if (serial) {
         const auto named = [&](const MountedCalibration& volume) {
-            if (sameWord(volume.volume, *serial)) return true;
+            if (lowerCase(volume.volume) == lowerCase(*serial)) return true;
             try {
-                return sameWord(readCalibration(volume.file).serial, *serial);
+                return lowerCase(readCalibration(volume.file).serial) == lowerCase(*serial);
             } catch (const Error&) {
                 return false;
             }
@@ -374,7 +366,7 @@ Calibration readChosenCalibration(const fs::path& file, const CommandLine& comma
     const auto serial = commandLine.value("serial");
     if (serial) {
         for (const Calibration& calibration : all) {
-            if (sameWord(calibration.serial, *serial)) return calibration;
+            if (lowerCase(calibration.serial) == lowerCase(*serial)) return calibration;
         }
         throw Error(ErrorCode::NotFound, file.string(),
                     "holds no calibration of " + *serial + ", expected the serial number of " +

@@ -48,7 +48,8 @@ std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size 
           static_cast<long long>(state.st_mtim.tv_nsec),
           static_cast<long long>(state.st_ctim.tv_sec),
           static_cast<long long>(state.st_ctim.tv_nsec), static_cast<long long>(profile.inputWidth),
-          static_cast<long long>(profile.inputHeight), static_cast<long long>(size.width),
+          static_cast<long long>(profile.inputHeight), static_cast<long long>(profile.inputShape),
+          static_cast<long long>(profile.multipleOf), static_cast<long long>(size.width),
           static_cast<long long>(size.height), static_cast<long long>(engine),
           static_cast<long long>(hasOnnxRuntime())}) {
         key += ' ' + std::to_string(number);

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <optional>
 #include <set>
 
@@ -17,17 +16,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string lower(std::string text) {
-    for (char& c : text)
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
-
 bool isClipName(const fs::path& file) {
     constexpr std::array<const char*, 14> kEndings = {".mp4", ".mov", ".m4v",  ".mkv", ".webm",
                                                       ".avi", ".mpg", ".mpeg", ".ts",  ".mts",
                                                       ".3gp", ".ogv", ".wmv",  ".flv"};
-    const std::string ending = lower(file.extension().string());
+    const std::string ending = lowerCase(file.extension().string());
     return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
 }
 
@@ -59,7 +52,7 @@ std::optional<fs::path> photoBeside(const fs::path& clip, const std::vector<fs::
     constexpr std::array<const char*, 6> kCameraEndings = {".heic", ".heif", ".avif",
                                                            ".jpg",  ".jpeg", ".png"};
     for (const fs::path& entry : entries) {
-        const std::string ending = lower(entry.extension().string());
+        const std::string ending = lowerCase(entry.extension().string());
         if (entry.stem() == clip.stem() &&
             std::find(kCameraEndings.begin(), kCameraEndings.end(), ending) != kCameraEndings.end())
             return entry;
@@ -76,7 +69,7 @@ LeftOutFile otherFile(const fs::path& file, const std::vector<fs::path>& entries
         }
         return {file, "video", "is a video; video2native makes Natives of videos"};
     }
-    const std::string ending = lower(file.extension().string());
+    const std::string ending = lowerCase(file.extension().string());
     return {file, ending.empty() ? "other file" : ending + " file",
             "is no picture of a format that can be read"};
 }
@@ -146,7 +139,7 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
 
 fs::path photoStemOf(const fs::path& depth) {
     const std::string stem = depth.stem().string();
-    const std::string small = lower(stem);
+    const std::string small = lowerCase(stem);
     for (const std::string ending : {"-depth", "_depth", ".depth", " depth", "-disparity"}) {
         if (small.size() > ending.size() &&
             small.compare(small.size() - ending.size(), ending.size(), ending) == 0)

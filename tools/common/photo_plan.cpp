@@ -5,7 +5,6 @@
 #include "altiro3D/video_io.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <map>
 
 namespace altiro3D::tools {
@@ -33,9 +32,7 @@ void requirePhotoName(const fs::path& name) {
 }
 
 bool isJpegName(const fs::path& name) {
-    std::string extension = name.extension().string();
-    for (char& c : extension)
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string extension = lowerCase(name.extension().string());
     return extension == ".jpg" || extension == ".jpeg";
 }
 

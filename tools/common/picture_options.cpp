@@ -4,7 +4,6 @@
 #include "altiro3D/image_io.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <initializer_list>
 
@@ -18,9 +17,7 @@ constexpr Extensions kLossyFormats = {".jpg", ".jpeg", ".jpe", ".jp2"};
 constexpr Extensions kEightBitFormats = {".webp", ".bmp", ".dib"};
 
 bool hasExtension(const std::filesystem::path& file, Extensions extensions) {
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = lowerCase(file.extension().string());
     return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
 }
 

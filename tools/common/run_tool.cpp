@@ -6,6 +6,7 @@
 
 #include <QCoreApplication>
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <clocale>
 #include <csignal>
@@ -185,6 +186,12 @@ QuietStandardError::~QuietStandardError() {
 std::string fixed(double value, int decimals) {
     char text[512]; // of any double
     std::snprintf(text, sizeof text, "%.*f", decimals, value);
+    return text;
+}
+
+std::string lowerCase(std::string text) {
+    for (char& c : text)
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return text;
 }
 

@@ -134,6 +134,9 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
 /// A number with the given number of decimals.
 std::string fixed(double value, int decimals);
 
+/// ASCII letters in lower case, all else as it is.
+std::string lowerCase(std::string text);
+
 /// The message of an exception on one line.
 std::string sentenceOf(const std::exception& error);
 

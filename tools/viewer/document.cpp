@@ -2,10 +2,10 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/photo_folder.hpp"
+#include "common/run_tool.hpp"
 #include "common/views_quilt.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <opencv2/core.hpp>
 #include <optional>
 
@@ -14,12 +14,6 @@ namespace altiro3D::viewer {
 namespace fs = std::filesystem;
 
 namespace {
-
-std::string lower(std::string text) {
-    for (char& c : text)
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
 
 bool contains(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
@@ -34,13 +28,14 @@ bool isOneOf(const std::string& word, std::initializer_list<const char*> words) 
 Reading guess(const fs::path& file, const cv::Mat& picture, const Display& display,
               std::optional<FoundQuilt>& found) {
     const cv::Size size = picture.size();
-    const std::string stem = lower(file.stem().string());
+    const std::string stem = tools::lowerCase(file.stem().string());
     if (size == display.panelSize() && isMarkedNative(file)) return Reading::Native;
     if (parseQuiltName(file)) return Reading::Quilt;
     if (contains(stem, "rgbd")) {
         return contains(stem, "topbottom") ? Reading::RgbdBottom : Reading::RgbdRight;
     }
-    const bool lossy = isOneOf(lower(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
+    const bool lossy =
+        isOneOf(tools::lowerCase(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
     if (size == display.panelSize() && (!lossy || contains(stem, "native"))) return Reading::Native;
     if (picture.type() != CV_8UC3) return Reading::Photo;
     found = findQuiltLayout(picture);
@@ -133,7 +128,7 @@ const std::vector<std::string>& videoEndings() {
 bool isVideoName(const fs::path& file) {
     std::error_code error;
     if (fs::is_character_file(file, error)) return true;
-    const std::string ending = lower(file.extension().string());
+    const std::string ending = tools::lowerCase(file.extension().string());
     const auto& all = videoEndings();
     return !ending.empty() && std::find(all.begin(), all.end(), ending.substr(1)) != all.end();
 }

@@ -14,9 +14,11 @@
 #include <utility>
 #include <vector>
 
-// docs/depth.md describes the cues and their accuracy. They are computed serially on a small copy
-// of the photo. Only two parts run in parallel: shrinking the photo, which uses integers, and the
-// computations for the photo and its mirror image. No sum depends on the number of threads.
+// docs/depth.md describes the cues and their accuracy. They are computed on a small copy of the
+// photo. Only two parts run in parallel: shrinking the photo, which uses integers, and finding
+// regions from the left and from the right. All sums over pixels are exact, because their terms are
+// integers or multiples of kGrid. So they depend neither on the number of threads nor on the
+// direction, and a mirrored photo has the mirrored depth.
 
 namespace altiro3D {
 
@@ -33,9 +35,9 @@ constexpr float kContactWeight = 3.0f;
 constexpr float kColourHeightWeight = 0.9f;
 constexpr float kSideWeight = 0.2f;
 
-// Regions are computed at four coarsenesses and their cues averaged. A single coarseness would turn
-// its region borders into hard steps.
-constexpr std::array<float, 4> kCoarseness{0.3f, 0.6f, 1.2f, 2.4f};
+// Regions are computed at three coarsenesses and their cues averaged. A single coarseness would
+// turn its region borders into hard steps. Two find fewer edges, four are not more accurate.
+constexpr std::array<float, 3> kCoarseness{0.3f, 0.85f, 2.4f};
 
 // One number per pixel of the small photo, row by row.
 struct Plane {
@@ -56,67 +58,70 @@ struct Plane {
     float operator[](std::size_t i) const { return values[i]; }
 };
 
-using Colour = std::array<Plane, 3>; // B, G, R, 0..1
+// 2^-26: sums of its multiples are exact in double up to 2^27.
+constexpr double kGrid = 1.0 / (1 << 26);
 
-Colour planesOf(const cv::Mat& picture) {
+// Rounds to a multiple of kGrid; |value| < 2^25.
+float onGrid(double value) {
+    constexpr double kShift = 1.5 * (1LL << 52) * kGrid; // the value of its last bit is kGrid
+    return static_cast<float>((value + kShift) - kShift);
+}
+
+cv::Mat matOf(Plane& plane) {
+    return {plane.rows, plane.columns, CV_32FC1, plane.values.data()};
+}
+
+// Windows of (2 * radius + 1)^2 px, clipped to the picture.
+class Windows {
+  public:
+    Windows(cv::Size size, int radius)
+        : side_(2 * radius + 1, 2 * radius + 1), width_(static_cast<std::size_t>(size.width)),
+          height_(static_cast<std::size_t>(size.height)) {
+        const auto fill = [radius](std::vector<double>& lengths) {
+            const int count = static_cast<int>(lengths.size());
+            for (int i = 0; i < count; ++i)
+                lengths[static_cast<std::size_t>(i)] =
+                    std::min(i + radius, count - 1) - std::max(i - radius, 0) + 1;
+        };
+        fill(width_);
+        fill(height_);
+    }
+    // Pixels in the window at a place.
+    double count(std::size_t x, std::size_t y) const { return width_[x] * height_[y]; }
+    // Sums over the windows, exact.
+    // @param values 8U or 16U; or CV_32FC1, multiples of kGrid
+    // @return CV_32S, or CV_64F of CV_32F
+    cv::Mat sums(const cv::Mat& values) const {
+        cv::Mat result;
+        cv::boxFilter(values, result, values.depth() == CV_32F ? CV_64F : CV_32S, side_, {-1, -1},
+                      false, cv::BORDER_CONSTANT);
+        return result;
+    }
+
+  private:
+    cv::Size side_;
+    std::vector<double> width_;
+    std::vector<double> height_;
+};
+
+using Colour = std::array<Plane, 3>; // B, G, R, 0..255
+
+// The mean colours of the windows.
+Colour meanColours(const cv::Mat& picture, int radius) {
+    const Windows windows(picture.size(), radius);
+    const cv::Mat sums = windows.sums(picture);
     const Plane empty(picture.cols, picture.rows);
     Colour colour{empty, empty, empty};
     for (int y = 0; y < picture.rows; ++y) {
-        const uchar* pixel = picture.ptr<uchar>(y);
-        for (int x = 0; x < picture.cols; ++x, pixel += 3)
+        const auto* sum = sums.ptr<int>(y);
+        for (int x = 0; x < picture.cols; ++x, sum += 3) {
+            const double count =
+                windows.count(static_cast<std::size_t>(x), static_cast<std::size_t>(y));
             for (std::size_t c = 0; c < 3; ++c)
-                colour[c].row(y)[x] = static_cast<float>(pixel[c]) / 255.0f;
-    }
-    return colour;
-}
-
-// Mean over the window of (2 * radius + 1)^2 px, clipped to the plane. Running sums in double lose
-// far less over a row than a float's last bit.
-Plane boxMean(const Plane& in, int radius) {
-    const int columns = in.columns;
-    const int rows = in.rows;
-    Plane out(columns, rows);
-    std::vector<double> sums(static_cast<std::size_t>(columns), 0.0);
-    std::vector<double> prefix(static_cast<std::size_t>(columns) + 1, 0.0);
-    const auto addRow = [&](int y, double sign) {
-        const float* row = in.row(y);
-        for (std::size_t x = 0; x < sums.size(); ++x)
-            sums[x] += sign * static_cast<double>(row[x]);
-    };
-    for (int y = 0; y < std::min(radius, rows); ++y)
-        addRow(y, 1);
-    for (int y = 0; y < rows; ++y) {
-        if (y + radius < rows) addRow(y + radius, 1);
-        if (y - radius - 1 >= 0) addRow(y - radius - 1, -1);
-        const int height = std::min(rows - 1, y + radius) - std::max(0, y - radius) + 1;
-        for (std::size_t x = 0; x < sums.size(); ++x)
-            prefix[x + 1] = prefix[x] + sums[x];
-        float* row = out.row(y);
-        for (int x = 0; x < columns; ++x) {
-            const int left = std::max(0, x - radius);
-            const int right = std::min(columns - 1, x + radius) + 1;
-            row[x] = static_cast<float>(
-                (prefix[static_cast<std::size_t>(right)] - prefix[static_cast<std::size_t>(left)]) /
-                (static_cast<double>(right - left) * height));
+                colour[c].row(y)[x] = static_cast<float>(sum[c] / count);
         }
     }
-    return out;
-}
-
-Plane product(const Plane& a, const Plane& b) {
-    Plane out = a;
-    for (std::size_t i = 0; i < out.size(); ++i)
-        out[i] *= b[i];
-    return out;
-}
-
-float colourDistance(const Colour& colour, std::size_t a, std::size_t b) {
-    float sum = 0;
-    for (const Plane& plane : colour) {
-        const float difference = plane[a] - plane[b];
-        sum += difference * difference;
-    }
-    return std::sqrt(sum);
+    return colour;
 }
 
 // The photo divided into regions of similar colour.
@@ -125,49 +130,61 @@ struct Regions {
     std::vector<int> index; // per px, 0..count-1
 };
 
+enum class Scan { FromLeft, FromRight };
+
 // Finds regions by merging neighbours in order of their colour difference, as long as the
 // difference is not larger than the largest difference inside each side plus coarseness / size (the
-// criterion of Felzenszwalb and Huttenlocher 2004).
+// criterion of Felzenszwalb and Huttenlocher 2004). Equal differences are taken in the order in
+// which the rows are scanned.
 class RegionFinder {
   public:
-    explicit RegionFinder(const Colour& colour) {
+    RegionFinder(const Colour& colour, Scan scan) : pixelCount_(colour[0].size()) {
         // Counting sort of the differences, quantized to 65536 steps.
         constexpr std::size_t kSteps = 65536;
+        constexpr double kLargest = 255 * 1.7320508075688772; // black to white
         const int rows = colour[0].rows;
         const int columns = colour[0].columns;
+        const auto stepsPerLevel = static_cast<float>((kSteps - 1) / kLargest);
         std::vector<Edge> edges;
-        edges.reserve(colour[0].size() * 2);
-        std::vector<std::size_t> begin(kSteps + 1, 0);
-        const float stepsPerUnit = static_cast<float>(kSteps - 1) / std::sqrt(3.0f);
+        edges.reserve(pixelCount_ * 2);
+        std::vector<std::uint32_t> begin(kSteps + 1, 0);
         const auto add = [&](std::size_t a, std::size_t b) {
+            float sum = 0;
+            for (const Plane& plane : colour) {
+                const float difference = plane[a] - plane[b];
+                sum += difference * difference;
+            }
             const auto step = static_cast<std::uint32_t>(
-                std::min(colourDistance(colour, a, b) * stepsPerUnit + 0.5f,
-                         static_cast<float>(kSteps - 1)));
+                std::min(std::sqrt(sum) * stepsPerLevel + 0.5f, static_cast<float>(kSteps - 1)));
             edges.push_back({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b), step});
             ++begin[step + 1];
         };
+        const int first = scan == Scan::FromLeft ? 0 : columns - 1;
+        const int forward = scan == Scan::FromLeft ? 1 : -1;
         for (int y = 0; y < rows; ++y) {
-            for (int x = 0; x < columns; ++x) {
-                const std::size_t i =
-                    static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
-                    static_cast<std::size_t>(x);
-                if (x + 1 < columns) add(i, i + 1);
-                if (y + 1 < rows) add(i, i + static_cast<std::size_t>(columns));
+            for (int i = 0; i < columns; ++i) {
+                const auto place = static_cast<std::ptrdiff_t>(y) * columns + first + i * forward;
+                const auto at = static_cast<std::size_t>(place);
+                if (i + 1 < columns) add(at, static_cast<std::size_t>(place + forward));
+                if (y + 1 < rows) add(at, static_cast<std::size_t>(place + columns));
             }
         }
         std::partial_sum(begin.begin(), begin.end(), begin.begin());
         sorted_.resize(edges.size());
         for (const Edge& edge : edges)
             sorted_[begin[edge.step]++] = edge;
-        pixelCount_ = colour[0].size();
-        unitsPerStep_ = 1.0f / stepsPerUnit;
+        unitsPerStep_ = 1 / (stepsPerLevel * 255);
     }
 
+    // @param coarseness in units of the range of a channel
     Regions find(float coarseness) const {
+        struct Region {
+            std::uint32_t size = 1;
+            float limit = 0;
+        };
+        std::vector<Region> found(pixelCount_, {1, coarseness}); // valid at roots
         std::vector<std::uint32_t> parent(pixelCount_);
         std::iota(parent.begin(), parent.end(), 0U);
-        std::vector<std::uint32_t> size(pixelCount_, 1U);
-        std::vector<float> limit(pixelCount_, coarseness);
         const auto root = [&](std::uint32_t i) {
             while (parent[i] != i) {
                 parent[i] = parent[parent[i]];
@@ -176,25 +193,32 @@ class RegionFinder {
             return i;
         };
         const auto merge = [&](std::uint32_t a, std::uint32_t b) {
-            if (size[a] < size[b]) std::swap(a, b);
+            if (found[a].size < found[b].size) std::swap(a, b);
             parent[b] = a;
-            size[a] += size[b];
+            found[a].size += found[b].size;
             return a;
         };
+        std::vector<Edge> borders; // between regions when they were looked at
+        borders.reserve(sorted_.size());
         for (const Edge& edge : sorted_) {
+            if (parent[edge.a] == parent[edge.b]) continue;
             const std::uint32_t a = root(edge.a);
             const std::uint32_t b = root(edge.b);
+            if (a == b) continue;
             const float difference = static_cast<float>(edge.step) * unitsPerStep_;
-            if (a == b || difference > limit[a] || difference > limit[b]) continue;
-            const std::uint32_t merged = merge(a, b);
-            limit[merged] = difference + coarseness / static_cast<float>(size[merged]);
+            if (difference > found[a].limit || difference > found[b].limit) {
+                borders.push_back(edge);
+                continue;
+            }
+            Region& merged = found[merge(a, b)];
+            merged.limit = difference + coarseness / static_cast<float>(merged.size);
         }
         // Smaller regions are remains of texture.
         const std::size_t smallest = pixelCount_ / 300;
-        for (const Edge& edge : sorted_) {
+        for (const Edge& edge : borders) {
             const std::uint32_t a = root(edge.a);
             const std::uint32_t b = root(edge.b);
-            if (a != b && (size[a] < smallest || size[b] < smallest)) merge(a, b);
+            if (a != b && (found[a].size < smallest || found[b].size < smallest)) merge(a, b);
         }
         Regions regions;
         regions.index.resize(pixelCount_);
@@ -219,6 +243,7 @@ class RegionFinder {
 };
 
 // Adds the mean of the cue over a region to each of its pixels.
+// @param cue multiples of kGrid
 void addRegionMean(const Regions& regions, const Plane& cue, float weight, Plane& sum) {
     std::vector<double> total(static_cast<std::size_t>(regions.count), 0.0);
     std::vector<double> count(total.size(), 0.0);
@@ -242,7 +267,7 @@ void addRegionMean(const Regions& regions, const Plane& cue, float weight, Plane
 void addContact(const Regions& regions, float weight, Plane& sum) {
     struct Shape {
         int size = 0;
-        double heights = 0;
+        std::int64_t heights = 0; // in units of 1 / (2 rows)
         int left = 0;
         int right = 0;
         bool touchesTop = false;
@@ -250,7 +275,7 @@ void addContact(const Regions& regions, float weight, Plane& sum) {
         double foot = 0;
     };
     std::vector<Shape> shapes(static_cast<std::size_t>(regions.count));
-    const auto height = [&](int y) { return (y + 0.5) / sum.rows; };
+    const double rows = sum.rows;
     const auto shapeAt = [&](int y, int x) -> Shape& {
         const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(sum.columns) +
                               static_cast<std::size_t>(x);
@@ -263,7 +288,7 @@ void addContact(const Regions& regions, float weight, Plane& sum) {
             shape.left = std::min(shape.left, x);
             shape.right = std::max(shape.right, x);
             shape.touchesTop = shape.touchesTop || y == 0;
-            shape.heights += height(y);
+            shape.heights += 2 * y + 1;
             ++shape.size;
         }
     }
@@ -272,13 +297,13 @@ void addContact(const Regions& regions, float weight, Plane& sum) {
     for (int y = sum.rows - 1; y >= 0; --y) {
         for (int x = 0; x < sum.columns; ++x) {
             Shape& shape = shapeAt(y, x);
-            if (++shape.counted == shape.size / 20 + 1) shape.foot = height(y);
+            if (++shape.counted == shape.size / 20 + 1) shape.foot = (y + 0.5) / rows;
         }
     }
     std::vector<float> value(shapes.size());
     for (std::size_t r = 0; r < shapes.size(); ++r) {
         const Shape& shape = shapes[r];
-        const double mean = shape.heights / shape.size;
+        const double mean = static_cast<double>(shape.heights) / (2 * rows * shape.size);
         const double width = static_cast<double>(shape.right - shape.left + 1) / sum.columns;
         const double stands = (1 - width) * (shape.touchesTop ? 0.25 : 1.0);
         value[r] = static_cast<float>(mean + stands * (shape.foot - mean));
@@ -288,24 +313,25 @@ void addContact(const Regions& regions, float weight, Plane& sum) {
 }
 
 // The mean height of all pixels of similar colour: the colour of the photo's ground is near, that
-// of its sky or wall is far. A table of 12^3 colours, smoothed and interpolated.
-Plane colourHeightCue(const Colour& colour) {
+// of its sky or wall is far. A table of 12^3 colours, smoothed and interpolated. The cue is a
+// multiple of kGrid.
+Plane colourHeightCue(const cv::Mat& picture) {
     constexpr std::size_t kSide = 12;
     constexpr std::size_t kCells = kSide * kSide * kSide;
     constexpr std::array<std::size_t, 3> kStride{1, kSide, kSide * kSide};
-    const int rows = colour[0].rows;
-    const int columns = colour[0].columns;
-    const std::size_t pixelCount = colour[0].size();
-    std::vector<double> heights(kCells, 0.0);
+    constexpr double kCellsPerLevel = (kSide - 1) / 255.0;
+    const int rows = picture.rows;
+    std::vector<double> heights(kCells, 0.0); // in units of 1 / (2 rows)
     std::vector<double> counts(kCells, 0.0);
-    for (std::size_t i = 0; i < pixelCount; ++i) {
-        std::size_t cell = 0;
-        for (std::size_t c = 0; c < 3; ++c)
-            cell += kStride[c] *
-                    static_cast<std::size_t>(colour[c][i] * static_cast<float>(kSide - 1) + 0.5f);
-        const auto y = static_cast<int>(i / static_cast<std::size_t>(columns));
-        heights[cell] += (y + 0.5) / rows;
-        counts[cell] += 1;
+    for (int y = 0; y < rows; ++y) {
+        const uchar* pixel = picture.ptr<uchar>(y);
+        for (int x = 0; x < picture.cols; ++x, pixel += 3) {
+            std::size_t cell = 0;
+            for (std::size_t c = 0; c < 3; ++c)
+                cell += kStride[c] * static_cast<std::size_t>(pixel[c] * kCellsPerLevel + 0.5);
+            heights[cell] += 2 * y + 1;
+            counts[cell] += 1;
+        }
     }
     for (std::vector<double>* table : {&heights, &counts}) {
         for (const std::size_t stride : kStride) {
@@ -319,117 +345,160 @@ Plane colourHeightCue(const Colour& colour) {
         }
     }
     // A rare colour is not informative; it is drawn to the middle.
-    const double doubt = 0.002 * static_cast<double>(pixelCount);
-    Plane cue(columns, rows);
-    for (std::size_t i = 0; i < pixelCount; ++i) {
-        std::size_t base = 0;
-        std::array<double, 3> fraction{};
-        for (std::size_t c = 0; c < 3; ++c) {
-            const double position = static_cast<double>(colour[c][i]) * (kSide - 1);
-            const std::size_t cell = std::min(kSide - 2, static_cast<std::size_t>(position));
-            fraction[c] = position - static_cast<double>(cell);
-            base += kStride[c] * cell;
-        }
-        double height = 0.5 * doubt;
-        double count = doubt;
-        for (std::size_t corner = 0; corner < 8; ++corner) {
-            double weight = 1;
-            std::size_t cell = base;
+    const double doubt = 0.002 * static_cast<double>(picture.total());
+    Plane cue(picture.cols, rows);
+    for (int y = 0; y < rows; ++y) {
+        const uchar* pixel = picture.ptr<uchar>(y);
+        for (int x = 0; x < picture.cols; ++x, pixel += 3) {
+            std::size_t base = 0;
+            std::array<double, 3> fraction{};
             for (std::size_t c = 0; c < 3; ++c) {
-                const bool upper = (corner >> c & 1U) != 0;
-                weight *= upper ? fraction[c] : 1 - fraction[c];
-                if (upper) cell += kStride[c];
+                const double position = pixel[c] * kCellsPerLevel;
+                const std::size_t cell = std::min(kSide - 2, static_cast<std::size_t>(position));
+                fraction[c] = position - static_cast<double>(cell);
+                base += kStride[c] * cell;
             }
-            height += weight * heights[cell];
-            count += weight * counts[cell];
+            double height = rows * doubt;
+            double count = doubt;
+            for (std::size_t corner = 0; corner < 8; ++corner) {
+                double weight = 1;
+                std::size_t cell = base;
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const bool upper = (corner >> c & 1U) != 0;
+                    weight *= upper ? fraction[c] : 1 - fraction[c];
+                    if (upper) cell += kStride[c];
+                }
+                height += weight * heights[cell];
+                count += weight * counts[cell];
+            }
+            cue.row(y)[x] = onGrid(height / (2.0 * rows * count));
         }
-        cue[i] = static_cast<float>(height / count);
     }
     return cue;
 }
 
 // Guided filter (He, Sun, Tang 2010) with the colours as guide: in each window the depth is a
 // linear function of the colour, so its steps move to the photo's edges and flat parts stay flat.
-Plane followEdges(const Plane& depth, const Colour& guide) {
+// @param depth multiples of kGrid
+// @param guide CV_8UC3
+Plane followEdges(Plane depth, const cv::Mat& guide) {
     constexpr int kRadius = 8;
-    constexpr float kFlatVariance = 0.003f; // windows with less variance are smoothed
-    const Plane meanDepth = boxMean(depth, kRadius);
-    const Plane empty(depth.columns, depth.rows);
-    Colour mean{empty, empty, empty};
-    Colour slope{empty, empty, empty}; // initially the covariance with the depth
+    constexpr double kFlatVariance = 0.003 * 255 * 255; // windows with less variance are smoothed
+    const Windows windows(guide.size(), kRadius);
+    std::array<cv::Mat, 3> channel;
+    cv::split(guide, channel.data());
+    std::array<cv::Mat, 3> sum;       // of a channel
+    std::array<cv::Mat, 3> withDepth; // of a channel times the depth
     for (std::size_t c = 0; c < 3; ++c) {
-        mean[c] = boxMean(guide[c], kRadius);
-        slope[c] = boxMean(product(guide[c], depth), kRadius);
-        for (std::size_t i = 0; i < depth.size(); ++i)
-            slope[c][i] -= mean[c][i] * meanDepth[i];
+        sum[c] = windows.sums(channel[c]);
+        cv::Mat product;
+        cv::multiply(channel[c], matOf(depth), product, 1, CV_32F);
+        withDepth[c] = windows.sums(product);
     }
     constexpr std::array<std::pair<std::size_t, std::size_t>, 6> kPairs{
         {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
-    std::array<Plane, 6> covariance{empty, empty, empty, empty, empty, empty};
+    std::array<cv::Mat, 6> squares;
     for (std::size_t p = 0; p < 6; ++p) {
-        const auto [a, b] = kPairs[p];
-        covariance[p] = boxMean(product(guide[a], guide[b]), kRadius);
-        for (std::size_t i = 0; i < depth.size(); ++i)
-            covariance[p][i] -= mean[a][i] * mean[b][i];
+        cv::Mat product;
+        cv::multiply(channel[kPairs[p].first], channel[kPairs[p].second], product, 1, CV_16U);
+        squares[p] = windows.sums(product);
     }
-    Plane offset = meanDepth;
-    for (std::size_t i = 0; i < depth.size(); ++i) {
-        // Cramer's rule in double; the matrix is positive definite thanks to kFlatVariance.
-        const double bb = static_cast<double>(covariance[0][i] + kFlatVariance);
-        const double gg = static_cast<double>(covariance[1][i] + kFlatVariance);
-        const double rr = static_cast<double>(covariance[2][i] + kFlatVariance);
-        const double bg = static_cast<double>(covariance[3][i]);
-        const double br = static_cast<double>(covariance[4][i]);
-        const double gr = static_cast<double>(covariance[5][i]);
-        const double b = static_cast<double>(slope[0][i]);
-        const double g = static_cast<double>(slope[1][i]);
-        const double r = static_cast<double>(slope[2][i]);
-        const double minorBB = gg * rr - gr * gr;
-        const double minorBG = br * gr - bg * rr;
-        const double minorBR = bg * gr - br * gg;
-        const double minorGG = bb * rr - br * br;
-        const double minorGR = bg * br - bb * gr;
-        const double minorRR = bb * gg - bg * bg;
-        const double determinant = bb * minorBB + bg * minorBG + br * minorBR;
-        slope[0][i] = static_cast<float>((minorBB * b + minorBG * g + minorBR * r) / determinant);
-        slope[1][i] = static_cast<float>((minorBG * b + minorGG * g + minorGR * r) / determinant);
-        slope[2][i] = static_cast<float>((minorBR * b + minorGR * g + minorRR * r) / determinant);
-        for (std::size_t c = 0; c < 3; ++c)
-            offset[i] -= slope[c][i] * mean[c][i];
+    const cv::Mat depthSum = windows.sums(matOf(depth));
+    const Plane empty(depth.columns, depth.rows);
+    Colour slope{empty, empty, empty};
+    Plane offset = empty;
+    for (int y = 0; y < depth.rows; ++y) {
+        for (int x = 0; x < depth.columns; ++x) {
+            const double share =
+                1 / windows.count(static_cast<std::size_t>(x), static_cast<std::size_t>(y));
+            const double mean = share * depthSum.at<double>(y, x);
+            std::array<double, 3> colour{};
+            std::array<double, 3> covariance{}; // with the depth
+            for (std::size_t c = 0; c < 3; ++c) {
+                colour[c] = share * sum[c].at<int>(y, x);
+                covariance[c] = share * withDepth[c].at<double>(y, x) - colour[c] * mean;
+            }
+            std::array<double, 6> m{}; // of the colours
+            for (std::size_t p = 0; p < 6; ++p) {
+                const auto [a, b] = kPairs[p];
+                m[p] = share * squares[p].at<int>(y, x) - colour[a] * colour[b] +
+                       (p < 3 ? kFlatVariance : 0.0);
+            }
+            // Cramer's rule; the matrix is positive definite thanks to kFlatVariance.
+            const auto [bb, gg, rr, bg, br, gr] = m;
+            const double minorBB = gg * rr - gr * gr;
+            const double minorBG = br * gr - bg * rr;
+            const double minorBR = bg * gr - br * gg;
+            const double minorGG = bb * rr - br * br;
+            const double minorGR = bg * br - bb * gr;
+            const double minorRR = bb * gg - bg * bg;
+            const double scale = 1 / (bb * minorBB + bg * minorBG + br * minorBR);
+            const auto [b, g, r] = covariance;
+            const std::array<double, 3> slopes{(minorBB * b + minorBG * g + minorBR * r) * scale,
+                                               (minorBG * b + minorGG * g + minorGR * r) * scale,
+                                               (minorBR * b + minorGR * g + minorRR * r) * scale};
+            double rest = mean;
+            for (std::size_t c = 0; c < 3; ++c) {
+                slope[c].row(y)[x] = onGrid(slopes[c]);
+                rest -= slopes[c] * colour[c];
+            }
+            offset.row(y)[x] = onGrid(rest);
+        }
     }
-    Plane out = boxMean(offset, kRadius);
-    for (std::size_t c = 0; c < 3; ++c) {
-        const Plane meanSlope = boxMean(slope[c], kRadius);
-        for (std::size_t i = 0; i < out.size(); ++i)
-            out[i] += meanSlope[i] * guide[c][i];
+    const cv::Mat offsets = windows.sums(matOf(offset));
+    for (std::size_t c = 0; c < 3; ++c)
+        withDepth[c] = windows.sums(matOf(slope[c]));
+    for (int y = 0; y < depth.rows; ++y) {
+        const uchar* pixel = guide.ptr<uchar>(y);
+        for (int x = 0; x < depth.columns; ++x, pixel += 3) {
+            double total = offsets.at<double>(y, x);
+            for (std::size_t c = 0; c < 3; ++c)
+                total += withDepth[c].at<double>(y, x) * pixel[c];
+            depth.row(y)[x] = static_cast<float>(
+                total / windows.count(static_cast<std::size_t>(x), static_cast<std::size_t>(y)));
+        }
     }
-    return out;
+    return depth;
+}
+
+// The two cues that need regions, averaged over all coarsenesses.
+struct RegionCues {
+    Plane contact;
+    Plane colourHeight;
+};
+
+RegionCues regionCues(const Colour& colour, const Plane& colourHeight, Scan scan) {
+    const Plane empty(colourHeight.columns, colourHeight.rows);
+    RegionCues cues{empty, empty};
+    const RegionFinder finder(colour, scan);
+    constexpr float kShare = 1.0f / static_cast<float>(kCoarseness.size());
+    for (const float coarseness : kCoarseness) {
+        const Regions regions = finder.find(coarseness);
+        addContact(regions, kShare, cues.contact);
+        addRegionMean(regions, colourHeight, kShare, cues.colourHeight);
+    }
+    return cues;
 }
 
 // The weighted sum of all cues, smoothed; any range.
 Plane combineCues(const cv::Mat& small) {
     // The median removes fine texture and keeps edges; on 8 bits it is exact.
-    cv::Mat calmPicture;
-    cv::medianBlur(small, calmPicture, 5);
-    const Colour calm = planesOf(calmPicture);
-
-    const Plane empty(small.cols, small.rows);
-    Plane contact = empty;
-    Plane colourHeight = empty;
-    {
-        const Plane colourHeightOfPixel = colourHeightCue(calm);
-        // A slight blur gives uniform surfaces differences below one grey level, so 8-bit steps in
-        // shading do not divide them.
-        const RegionFinder finder(
-            Colour{boxMean(calm[0], 1), boxMean(calm[1], 1), boxMean(calm[2], 1)});
-        constexpr float kShare = 1.0f / static_cast<float>(kCoarseness.size());
-        for (const float coarseness : kCoarseness) {
-            const Regions regions = finder.find(coarseness);
-            addContact(regions, kShare, contact);
-            addRegionMean(regions, colourHeightOfPixel, kShare, colourHeight);
-        }
-    }
-    Plane sum = empty;
+    cv::Mat calm;
+    cv::medianBlur(small, calm, 5);
+    const Plane colourHeight = colourHeightCue(calm);
+    // A slight blur gives uniform surfaces differences below one grey level, so 8-bit steps in
+    // shading do not divide them.
+    const Colour blurred = meanColours(calm, 1);
+    // Where differences are equal, merging regions prefers the direction of the scan. The mean of
+    // both directions has no preferred one and half the noise at region borders.
+    const RegionCues none{Plane(0, 0), Plane(0, 0)};
+    std::array<RegionCues, 2> scans{none, none};
+    cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& range) {
+        for (int i = range.start; i < range.end; ++i)
+            scans[static_cast<std::size_t>(i)] =
+                regionCues(blurred, colourHeight, i == 0 ? Scan::FromLeft : Scan::FromRight);
+    });
+    Plane sum(small.cols, small.rows);
     for (int y = 0; y < sum.rows; ++y) {
         const float height = (static_cast<float>(y) + 0.5f) / static_cast<float>(sum.rows);
         for (int x = 0; x < sum.columns; ++x) {
@@ -437,13 +506,15 @@ Plane combineCues(const cv::Mat& small) {
                 static_cast<std::size_t>(y) * static_cast<std::size_t>(sum.columns) +
                 static_cast<std::size_t>(x);
             const float aside =
-                (2 * static_cast<float>(x) + 1) / static_cast<float>(sum.columns) - 1;
-            sum[i] = kHeightWeight * height + kContactWeight * contact[i] +
-                     kColourHeightWeight * colourHeight[i] +
-                     kSideWeight * aside * aside * (1 - height);
+                static_cast<float>(2 * x + 1 - sum.columns) / static_cast<float>(sum.columns);
+            const float contact = 0.5f * (scans[0].contact[i] + scans[1].contact[i]);
+            const float colour = 0.5f * (scans[0].colourHeight[i] + scans[1].colourHeight[i]);
+            sum[i] =
+                onGrid(kHeightWeight * height + kContactWeight * contact +
+                       kColourHeightWeight * colour + kSideWeight * aside * aside * (1 - height));
         }
     }
-    return followEdges(sum, calm);
+    return followEdges(std::move(sum), calm);
 }
 
 } // namespace
@@ -456,20 +527,7 @@ void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth) {
                     "is " + cv::typeToString(photo.type()) + ", expected CV_8UC3 (BGR)");
 
     const cv::Mat small = downscale(photo, kLongSide);
-    cv::Mat mirrored;
-    cv::flip(small, mirrored, 1);
-    // Where differences are equal, merging regions prefers one direction. The mean of the depths of
-    // the photo and its mirror image has no preferred direction and half the noise at region
-    // borders.
-    std::array<Plane, 2> sides{Plane(0, 0), Plane(0, 0)};
-    cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& range) {
-        for (int side = range.start; side < range.end; ++side)
-            sides[static_cast<std::size_t>(side)] = combineCues(side == 0 ? small : mirrored);
-    });
-    Plane& sum = sides[0];
-    for (int y = 0; y < sum.rows; ++y)
-        for (int x = 0; x < sum.columns; ++x)
-            sum.row(y)[x] += sides[1].row(y)[sum.columns - 1 - x];
+    const Plane sum = combineCues(small);
 
     // Clips half a percent at either end.
     std::vector<float> values = sum.values;
@@ -480,7 +538,7 @@ void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth) {
     const float range = *(values.end() - 1 - cut) - farthest;
     depth.create(small.size(), CV_32FC1);
     for (int y = 0; y < sum.rows; ++y) {
-        float* out = depth.ptr<float>(y);
+        auto* out = depth.ptr<float>(y);
         for (int x = 0; x < sum.columns; ++x)
             out[x] =
                 range > 1e-4f ? std::clamp((sum.row(y)[x] - farthest) / range, 0.0f, 1.0f) : 0.5f;

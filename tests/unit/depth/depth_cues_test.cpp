@@ -4,6 +4,7 @@
 #include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/middlebury.hpp"
 #include "support/processors.hpp"
 
 #include <cmath>
@@ -253,21 +254,16 @@ TEST(DepthCues, AnEmptyOrWrongPhotoIsRefused) {
 
 TEST(DepthCues, OnTrueDepthItBeatsAVerticalGradient) {
     ALTIRO3D_REQUIRE_DATA("middlebury");
-    const std::vector<std::vector<std::string>> scenes{
-        {"Venus/im2.png", "Venus/disp2.pgm"},
-        {"Cones/im2.png", "Cones/disp2.png"},
-        {"Teddy/im2.png", "Teddy/disp2.png"},
-        {"Art/view1.png", "Art/disp1.png"},
-        {"Books/view1.png", "Books/disp1.png"},
-        {"Motorcycle/motorcycle_left.png", "Motorcycle/motorcycle_disp.pfm"}};
+    const std::vector<altiro3D::test::MiddleburyFiles> scenes =
+        altiro3D::test::listMiddlebury(dataPath("middlebury"));
+    ASSERT_FALSE(scenes.empty());
     double gain = 0;
-    for (const std::vector<std::string>& scene : scenes) {
-        const cv::Mat photo = cv::imread((dataPath("middlebury") / scene[0]).string());
-        const cv::Mat disparity =
-            cv::imread((dataPath("middlebury") / scene[1]).string(), cv::IMREAD_UNCHANGED);
-        ASSERT_FALSE(photo.empty() || disparity.empty()) << scene[0];
+    for (const altiro3D::test::MiddleburyFiles& scene : scenes) {
+        const cv::Mat photo = cv::imread(scene.left.string());
+        const cv::Mat disparity = cv::imread(scene.disparity.string(), cv::IMREAD_UNCHANGED);
+        ASSERT_FALSE(photo.empty() || disparity.empty()) << scene.name;
         const Score scored = score(photo, disparity);
-        EXPECT_GT(scored.builtIn, scored.gradient - 0.02) << scene[0];
+        EXPECT_GT(scored.builtIn, scored.gradient - 0.02) << scene.name;
         gain += scored.builtIn - scored.gradient;
     }
     EXPECT_GT(gain / static_cast<double>(scenes.size()), 0.02);

@@ -6,6 +6,7 @@
 #include "depth/depth_steps.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/middlebury.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
 
@@ -14,7 +15,6 @@
 #include <gtest/gtest.h>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D::test {
@@ -342,13 +342,7 @@ TEST(DepthRefine, FittedScenesAreRefinedInsideTheirBars) {
 // What it is for: views that are nearer to true ones.
 TEST(DepthRefine, ViewsOfWrongDepthComeNearerToTrueOnes) {
     ALTIRO3D_REQUIRE_DATA("middlebury/Teddy");
-    const auto read = [](const char* file, int flags) {
-        return cv::imread(dataPath("middlebury/Teddy") / file, flags);
-    };
-    cv::Mat disparity = read("disp2.png", cv::IMREAD_UNCHANGED);
-    disparity.convertTo(disparity, CV_32F);
-    const StereoScene scene = makeStereoScene("Teddy", read("im2.png", cv::IMREAD_COLOR), disparity,
-                                              4, read("im6.png", cv::IMREAD_COLOR));
+    const StereoScene scene = middleburyScene("Teddy");
     const auto quality = [&](const cv::Mat& depth) {
         cv::Mat view;
         Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options({}))

@@ -1,10 +1,10 @@
 #include "views/view_methods.hpp"
 #include "views/views_real_holes.hpp"
 
-#include "altiro3D/image_io.hpp"
 #include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/middlebury.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/scene.hpp"
@@ -519,47 +519,9 @@ TEST(ViewsReal, WrongInputsAreRefusedByName) {
 
 // --- Accuracy --------------------------------------------------------------------------------
 
-struct Pair {
-    cv::Mat left;
-    cv::Mat right;
-    cv::Mat depth;      // disparity / largest
-    double largest = 0; // px
-};
-
-Pair readPair(const std::string& folder, const char* left, const char* right, const char* disparity,
-              float scale) {
-    Pair pair;
-    const std::filesystem::path directory = dataPath("middlebury/" + folder);
-    pair.left = readPhoto(directory / left);
-    pair.right = readPhoto(directory / right);
-    pair.depth = readDepthImage(directory / disparity);
-    for (int y = 0; y < pair.depth.rows; ++y) {
-        float* row = pair.depth.ptr<float>(y);
-        const std::vector<float> raw(row, row + pair.depth.cols);
-        const auto known = [&](int x) {
-            const float value = raw[static_cast<std::size_t>(x)];
-            return std::isfinite(value) && value != 0;
-        };
-        for (int x = 0; x < pair.depth.cols; ++x) { // unknown: the farther of its neighbours
-            float value = std::numeric_limits<float>::infinity();
-            int a = x;
-            int b = x;
-            while (a >= 0 && !known(a))
-                --a;
-            while (b < pair.depth.cols && !known(b))
-                ++b;
-            if (a >= 0) value = raw[static_cast<std::size_t>(a)];
-            if (b < pair.depth.cols) value = std::min(value, raw[static_cast<std::size_t>(b)]);
-            row[x] = std::isfinite(value) ? value / scale : 0;
-        }
-    }
-    cv::minMaxLoc(pair.depth, nullptr, &pair.largest);
-    pair.depth /= pair.largest;
-    return pair;
-}
-
-double qualityOf(const Pair& pair, const RealOptions& options) {
-    return altiro3D::psnr(real(pair.left, pair.depth, pair.largest, 0, options), pair.right);
+double qualityOf(const StereoScene& scene, const RealOptions& options) {
+    return altiro3D::psnr(real(scene.photo, scene.depth, scene.largestDisparity, 0, options),
+                          scene.truth);
 }
 
 // True right views from left ones by true disparity. A plain forward warp by whole px with Telea
@@ -567,10 +529,9 @@ double qualityOf(const Pair& pair, const RealOptions& options) {
 // behind, 23.4, 25.4, 23.4.
 TEST(ViewsReal, ReachesItsAccuracyOnMiddleburyPairs) {
     ALTIRO3D_REQUIRE_DATA("middlebury");
-    const Pair cones = readPair("Cones", "im2.png", "im6.png", "disp2.png", 4);
-    const Pair teddy = readPair("Teddy", "im2.png", "im6.png", "disp2.png", 4);
-    const Pair motorcycle = readPair("Motorcycle", "motorcycle_left.png", "motorcycle_right.png",
-                                     "motorcycle_disp.pfm", 1);
+    const StereoScene cones = middleburyScene("Cones");
+    const StereoScene teddy = middleburyScene("Teddy");
+    const StereoScene motorcycle = middleburyScene("Motorcycle");
     EXPECT_GT(qualityOf(cones, {}), 22.8);
     EXPECT_GT(qualityOf(teddy, {}), 24.4);
     EXPECT_GT(qualityOf(motorcycle, {}), 23.4);

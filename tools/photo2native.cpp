@@ -321,7 +321,6 @@ Json networkJson(const CommandLine& commandLine, const ChosenDepth& source) {
 // The settings of the views besides strength and focus, by the names of the options.
 Json knobsJson(const CommandLine& commandLine, const ViewOptions& views) {
     return {{"refine", views.refinement},
-            {"soft-edges", views.layered.softEdgePixels},
             {"fill", views.layered.fill == LayeredFill::Continue ? "continue" : "background"},
             {"inpaint-from", views.real.backgroundOnly ? "behind" : "around"},
             {"camera", given(commandLine, "camera")}};
@@ -496,7 +495,8 @@ int main(int argc, char** argv) {
     commandLine.addSection("Output");
     commandLine.add({"save-quilt"}, "Also write the quilt (named ..._qs<columns>x<rows>a<aspect>).",
                     "FILE");
-    commandLine.add({"save-depth"}, "Also write the depth, 16-bit, near = white.", "FILE.png");
+    commandLine.add({"save-depth"}, "Also write the depth before refinement, 16-bit, near = white.",
+                    "FILE.png");
     commandLine.addAdvanced({"save-rgbd"}, "Also write photo and depth side by side.", "FILE");
     commandLine.addAdvanced({"save-photo-with-depth"},
                             "Also write the photo with its depth inside, as phones do (Dynamic "

@@ -240,17 +240,14 @@ void printDirect(const Paths& paths, const Truth& truth) {
         std::string name;
         ViewMethod method;
         int refinement;
-        int softEdges;
     };
-    const Method methods[] = {{"fast", ViewMethod::Fast, 0, 2},
-                              {"fast, refinement 2", ViewMethod::Fast, 2, 2},
-                              {"layered", ViewMethod::Layered, 0, 2},
-                              {"layered, soft edges 0", ViewMethod::Layered, 0, 0}};
+    const Method methods[] = {{"fast", ViewMethod::Fast, 0},
+                              {"fast, refinement 2", ViewMethod::Fast, 2},
+                              {"layered", ViewMethod::Layered, 0}};
     for (const Method& method : methods) {
         altiro3D::ViewOptions options = paths.options;
         options.method = method.method;
         options.refinement = method.refinement;
-        options.layered.softEdgePixels = method.softEdges;
         for (const Picture* picture : {&paths.inTile, &paths.onPanel}) {
             for (const auto positions : {ViewPositions::Discrete, ViewPositions::Continuous}) {
                 cv::Mat native;

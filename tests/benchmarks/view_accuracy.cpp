@@ -80,9 +80,6 @@ std::vector<Method> methods() {
     layered("Layered", options);
     options.fill = LayeredFill::Continue;
     layered("Layered, fill Continue", options);
-    options = {};
-    options.softEdgePixels = 0;
-    layered("Layered, depth taken as exact", options);
     return list;
 }
 

@@ -76,10 +76,9 @@ TEST_F(Methods, EachGivesTheNativeOfTheLibraryWithItsKnobs) {
         {{"--method", "layered"}, optionsOf(ViewMethod::Layered)},
         {{"--method", "fast"}, optionsOf(ViewMethod::Fast)},
         {{"--method", "real"}, optionsOf(ViewMethod::Real)},
-        {{"--soft-edges", "4", "--fill", "continue"}, {}},
+        {{"--fill", "continue"}, {}},
         {{"--method", "fast", "--refine", "2"}, optionsOf(ViewMethod::Fast)},
         {{"-g", "--inpaint-from", "behind"}, optionsOf(ViewMethod::Real)}};
-    cases[4].second.layered.softEdgePixels = 4;
     cases[4].second.layered.fill = LayeredFill::Continue;
     cases[5].second.refinement = 2;
     cases[6].second.real.backgroundOnly = true;
@@ -107,9 +106,11 @@ TEST_F(Methods, GeometricIsMethodReal) {
 
 TEST_F(Methods, BadValuesAreWrongUsage) {
     const std::pair<const char*, std::vector<const char*>> bad[] = {
-        {"--method", {"slow", "Fast", ""}}, {"--refine", {"-1", "17", "1.5", ""}},
-        {"--soft-edges", {"-1", "1e999"}},  {"--fill", {"paint", ""}},
-        {"--inpaint-from", {"before"}},     {"--budget", {"0", "1e7", "nan", "5ms", ""}}};
+        {"--method", {"slow", "Fast", ""}},
+        {"--refine", {"-1", "17", "1.5", ""}},
+        {"--fill", {"paint", ""}},
+        {"--inpaint-from", {"before"}},
+        {"--budget", {"0", "1e7", "nan", "5ms", ""}}};
     for (const auto& [option, values] : bad) {
         for (const char* value : values)
             EXPECT_TRUE(fails(make({option, value}), 2, option));
@@ -120,8 +121,10 @@ TEST_F(Methods, BadValuesAreWrongUsage) {
 TEST_F(Methods, OptionsOfEarlierVersionsWarnOnceAndChangeNothing) {
     for (const std::string method : {"layered", "real"}) {
         ASSERT_TRUE(isDone(make({"--method", method}, method + ".png")));
-        for (const auto& [option, value] :
-             {std::pair("--dilate", "3"), {"--inpaint", "ns"}, {"--fov", "60"}}) {
+        for (const auto& [option, value] : {std::pair("--dilate", "3"),
+                                            {"--inpaint", "ns"},
+                                            {"--soft-edges", "2"},
+                                            {"--fov", "60"}}) {
             const Outcome outcome = make({"--method", method, option, value});
             EXPECT_TRUE(warns(outcome, std::string(option) + " has no effect any more: "));
             EXPECT_EQ(outcome.errLines().size(), 1U) << outcome.text();
@@ -379,8 +382,8 @@ TEST_F(Methods, ABudgetChoosesByItself) {
     writeCamera();
     for (const Arguments& more :
          {Arguments{"--method", "fast"}, Arguments{"-g"}, Arguments{"--refine", "1"},
-          Arguments{"--soft-edges", "1"}, Arguments{"--fill", "continue"},
-          Arguments{"--inpaint-from", "behind"}, Arguments{"--camera", "camera.json"}}) {
+          Arguments{"--fill", "continue"}, Arguments{"--inpaint-from", "behind"},
+          Arguments{"--camera", "camera.json"}}) {
         EXPECT_TRUE(fails(make(more + Arguments{"--budget", "100"}), 2, "--budget and -"));
     }
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));

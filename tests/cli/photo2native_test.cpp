@@ -117,9 +117,9 @@ TEST(Photo2Native, BothPathsGiveTheSameNative) {
     };
     std::vector<cv::Mat> seen;
     for (const Arguments& options :
-         {Arguments{}, Arguments{"--soft-edges", "0", "--fill", "continue"},
-          Arguments{"--method", "fast"}, Arguments{"--method", "fast", "--refine", "2"},
-          Arguments{"--focus", "0.9"}, Arguments{"--fit", "contain"}}) {
+         {Arguments{}, Arguments{"--fill", "continue"}, Arguments{"--method", "fast"},
+          Arguments{"--method", "fast", "--refine", "2"}, Arguments{"--focus", "0.9"},
+          Arguments{"--fit", "contain"}}) {
         const Arguments strong = options + Arguments{"--strength", "40"};
         const cv::Mat direct = native(strong + studio.display(), "direct");
         EXPECT_TRUE(samePicture(direct, native(strong + Arguments{"-m", "a.map"}, "quilt")));
@@ -580,7 +580,7 @@ TEST(Photo2Native, TheReportIsEnoughToMakeThePictureAgain) {
     const Arguments strength{"--strength", "17.3"};
     const Case cases[] = {
         {"layered", strength},
-        {"layered", strength + Arguments{"--soft-edges", "0", "--fill", "continue"}},
+        {"layered", strength + Arguments{"--fill", "continue"}},
         {"fast", strength + Arguments{"--method", "fast"}},
         {"fast", strength + Arguments{"--method", "fast", "--refine", "3"}},
         {"real", strength + Arguments{"-g"}},
@@ -669,7 +669,7 @@ TEST(Photo2Native, ErrorsSuggestWhatWasMeant) {
         {{"-strength", "5", "photo.png", "o.png"}, "long options have two dashes: --strength"},
         {{"--save-quilt", "photo.png", "o.png"}, "got 1 name (--save-quilt took photo.png)"},
         {{"--refine", "2", "photo.png", "o.png"}, "--refine is an option of method fast"},
-        {{"-g", "--soft-edges", "3", "photo.png", "o.png"}, "expected --method layered"},
+        {{"-g", "--fill", "continue", "photo.png", "o.png"}, "expected --method layered"},
         {{"--method", "fast", "--inpaint-from", "behind", "photo.png", "o.png"}, "of method real"}};
     for (const auto& [arguments, message] : wrong)
         EXPECT_TRUE(fails(studio.run(kTool, arguments), 2, message));

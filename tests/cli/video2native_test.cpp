@@ -211,7 +211,6 @@ TEST(Video2NativeTool, EveryFrameIsTheNativeOfThePhotoAndItsDepth) {
         path.views.real.backgroundOnly = true;
     });
     add({"--focus", "0.3"}, [](LibraryPath& path) { path.views.focus = 0.3; });
-    add({"--soft-edges", "0"}, [](LibraryPath& path) { path.views.layered.softEdgePixels = 0; });
     add({"--fill", "continue"},
         [](LibraryPath& path) { path.views.layered.fill = LayeredFill::Continue; });
     add({"--fit", "stretch"}, [](LibraryPath& path) { path.fit = FitMode::Stretch; });

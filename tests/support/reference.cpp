@@ -273,4 +273,184 @@ cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const std::array<double, 6>&
     return encodedFromLinear(nits / 203, chromaticities);
 }
 
+namespace {
+
+// Binomial coefficients of 8.
+double binomial(int distance) {
+    constexpr double kWeights[] = {70, 56, 28, 8, 1};
+    return std::abs(distance) <= 4 ? kWeights[std::abs(distance)] / 256 : 0;
+}
+
+} // namespace
+
+cv::Mat referenceSmoothSurfaces(double noise, const cv::Mat& depth) {
+    const int side = std::max(8, std::max(depth.cols, depth.rows) / 64);
+    const int levels = std::clamp(static_cast<int>(1 / (1.5 * noise)), 1, 64);
+    const cv::Vec3i counts((depth.cols - 1) / side + 1, (depth.rows - 1) / side + 1, levels);
+    const auto levelOf = [&](float value) {
+        return std::min(static_cast<int>(value * static_cast<float>(levels)), levels - 1);
+    };
+    // the blurred sum and number of a cell
+    const auto cell = [&](const cv::Vec3i& at) {
+        cv::Vec2d sums;
+        for (int y = 0; y < depth.rows; ++y) {
+            for (int x = 0; x < depth.cols; ++x) {
+                const float value = depth.at<float>(y, x);
+                const double weight = binomial(x / side - at[0]) * binomial(y / side - at[1]) *
+                                      binomial(levelOf(value) - at[2]);
+                sums += weight * cv::Vec2d(static_cast<double>(value), 1);
+            }
+        }
+        return sums;
+    };
+    std::vector<cv::Vec2d> cells;
+    for (int row = 0; row < counts[1]; ++row)
+        for (int column = 0; column < counts[0]; ++column)
+            for (int level = 0; level < levels; ++level)
+                cells.push_back(cell({column, row, level}));
+    cv::Mat result(depth.size(), CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y) {
+        for (int x = 0; x < depth.cols; ++x) {
+            const cv::Vec3d place((x + 0.5) / side - 0.5, (y + 0.5) / side - 0.5,
+                                  static_cast<double>(depth.at<float>(y, x)) * levels - 0.5);
+            cv::Vec2d sums;
+            for (int corner = 0; corner < 8; ++corner) {
+                double weight = 1;
+                std::size_t index = 0;
+                for (const int axis : {1, 0, 2}) {
+                    const double at = std::clamp(place[axis], 0.0, counts[axis] - 1.0);
+                    const int first = static_cast<int>(at);
+                    const bool isSecond = (corner >> axis & 1) != 0;
+                    weight *= isSecond ? at - first : 1 - (at - first);
+                    const int used = std::min(first + (isSecond ? 1 : 0), counts[axis] - 1);
+                    index = index * static_cast<std::size_t>(counts[axis]) +
+                            static_cast<std::size_t>(used);
+                }
+                sums += weight * cells[index];
+            }
+            result.at<float>(y, x) =
+                static_cast<float>(sums[1] > 0 ? sums[0] / sums[1] : depth.at<float>(y, x));
+        }
+    }
+    return result;
+}
+
+namespace {
+
+double clampedAt(const cv::Mat& values, int x, int y) {
+    return values.at<double>(std::clamp(y, 0, values.rows - 1), std::clamp(x, 0, values.cols - 1));
+}
+
+// (4.7)
+cv::Mat deblurred(const cv::Mat& given, double sigma) {
+    const int radius = std::max(1, static_cast<int>(std::ceil(2.5 * sigma)));
+    cv::Mat result = given.clone();
+    for (int pass = 0; pass < 3; ++pass) {
+        const cv::Mat before = result.clone();
+        for (int y = 0; y < given.rows; ++y) {
+            for (int x = 0; x < given.cols; ++x) {
+                double sum = 0;
+                double weights = 0;
+                for (int j = -radius; j <= radius; ++j) {
+                    for (int i = -radius; i <= radius; ++i) {
+                        const double weight = std::exp(-(i * i + j * j) / (2 * sigma * sigma));
+                        sum += weight * clampedAt(before, x + i, y + j);
+                        weights += weight;
+                    }
+                }
+                const double value =
+                    before.at<double>(y, x) + given.at<double>(y, x) - sum / weights;
+                result.at<double>(y, x) = std::clamp(value, 0.0, 1.0);
+            }
+        }
+    }
+    return result;
+}
+
+// Means over the px of one side of a step.
+struct SideSums {
+    double weight = 0;
+    double depth = 0;
+    double color = 0;
+};
+
+// (4.8) to (4.11)
+double sharpenedPixel(const cv::Mat& photo, const cv::Mat& given, const cv::Mat& depth,
+                      const cv::Mat& squaredSlope, double width, cv::Point at) {
+    const int r = std::max(2, static_cast<int>(std::lround(0.8 * width)));
+    const double own = depth.at<double>(at);
+    double least = own;
+    double most = own;
+    double steepest = 0;
+    for (int y = at.y - r; y <= at.y + r; ++y) {
+        for (int x = at.x - r; x <= at.x + r; ++x) {
+            least = std::min(least, clampedAt(depth, x, y));
+            most = std::max(most, clampedAt(depth, x, y));
+            steepest = std::max(steepest, clampedAt(squaredSlope, x, y));
+        }
+    }
+    const double height = most - least;
+    if (height < 0.03 || height > 1.5 * (width + 1) * std::sqrt(steepest)) return own;
+    const int stride = (r + 5) / 6;
+    SideSums sides[2]; // far, near
+    for (int j = -(r / stride); j <= r / stride; ++j) {
+        for (int i = -(r / stride); i <= r / stride; ++i) {
+            const cv::Point q = at + stride * cv::Point(i, j);
+            if (!cv::Rect({}, depth.size()).contains(q)) continue;
+            const double d = depth.at<double>(q);
+            const double a = (2 * d - most - least) / height;
+            const double distance = stride * stride * (i * i + j * j);
+            const double weight = a * a * std::exp(-distance / (2.0 * r * r));
+            const cv::Vec3i difference =
+                cv::Vec3i(photo.at<cv::Vec3b>(at)) - cv::Vec3i(photo.at<cv::Vec3b>(q));
+            const int step = difference.dot(difference) / 16; // in steps of 16, 0 beyond 8192
+            const double similar =
+                step < 512 ? std::exp(-(step + 0.5) * 16 / (2 * 14.0 * 14.0)) : 0;
+            SideSums& side = sides[a > 0 ? 1 : 0];
+            side.weight += weight;
+            side.depth += weight * d;
+            side.color += weight * similar;
+        }
+    }
+    for (SideSums& side : sides) {
+        if (!(side.weight > 0)) return own;
+        side.depth /= side.weight;
+        side.color /= side.weight;
+    }
+    const auto& [far, near] = sides;
+    const double place = (own - far.depth) / (near.depth - far.depth);
+    if (place > 1.5 || place < -0.5) return own;
+    if (far.color > 0.8 && near.color > 0.8) return given.at<double>(at);
+    const double vote = 6 * (2 * place - 1) + std::log((near.color + 0.02) / (far.color + 0.02));
+    return far.depth + (near.depth - far.depth) * (std::clamp(vote, -1.0, 1.0) + 1) / 2;
+}
+
+} // namespace
+
+cv::Mat referenceSharpenSteps(const cv::Mat& photo, double softness, double overshoot,
+                              const cv::Mat& depth) {
+    cv::Mat given;
+    depth.convertTo(given, CV_64F);
+    cv::Mat source = given;
+    double width = softness;
+    if (overshoot < (softness < 3 ? 0.01 : 0.02)) {
+        source = deblurred(given, (softness + 1) / 2.5);
+        width /= 2;
+    }
+    cv::Mat squaredSlope(depth.size(), CV_64F);
+    cv::Mat result(depth.size(), CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y) {
+        for (int x = 0; x < depth.cols; ++x) {
+            const double across = clampedAt(source, x + 1, y) - clampedAt(source, x - 1, y);
+            const double down = clampedAt(source, x, y + 1) - clampedAt(source, x, y - 1);
+            squaredSlope.at<double>(y, x) = (across * across + down * down) / 4;
+        }
+    }
+    for (int y = 0; y < depth.rows; ++y)
+        for (int x = 0; x < depth.cols; ++x)
+            result.at<float>(y, x) = static_cast<float>(
+                sharpenedPixel(photo, given, source, squaredSlope, width, {x, y}));
+    return result;
+}
+
 } // namespace altiro3D::test

@@ -55,4 +55,16 @@ cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const std::array<double, 6>&
 /// @return [rows x cols of guide, CV_32FC1]
 cv::Mat referenceFit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide);
 
+/// smoothSurfaces(): each cell as one weighted sum over all px, in double, from the formulas of
+/// docs/mathematics.md, 4a.1.
+/// @param noise > 0 @param depth [CV_32FC1, 0..1]
+/// @return [as depth, CV_32FC1]
+cv::Mat referenceSmoothSurfaces(double noise, const cv::Mat& depth);
+
+/// sharpenSteps(): per px and in double, from the formulas of docs/mathematics.md, 4a.4.
+/// @param photo [CV_8UC3] @param depth [as photo, CV_32FC1, 0..1]
+/// @return [as photo, CV_32FC1]
+cv::Mat referenceSharpenSteps(const cv::Mat& photo, double softness, double overshoot,
+                              const cv::Mat& depth);
+
 } // namespace altiro3D::test

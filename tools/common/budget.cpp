@@ -102,8 +102,7 @@ void Budget::add(CommandLine& commandLine) {
 
 Budget::Budget(const CommandLine& commandLine)
     : milliseconds_(commandLine.number("budget", 0.1, 1e6)) {
-    for (const char* option :
-         {"method", "g", "soft-edges", "fill", "refine", "inpaint-from", "camera"}) {
+    for (const char* option : {"method", "g", "fill", "refine", "inpaint-from", "camera"}) {
         commandLine.exclude("budget", option);
     }
     advice_ = "smaller views (-r) take less";

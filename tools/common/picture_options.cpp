@@ -61,10 +61,6 @@ void addViewOptions(CommandLine& commandLine) {
         {"k", "keep"},
         "Compute views at the panel's resolution: more detail, more time. Only a Native that is "
         "made without a quilt keeps all of the detail.");
-    commandLine.addAdvanced({"soft-edges"},
-                            "Layered: sharpen depth edges up to about twice this width, 0..8 "
-                            "(default 2; use 0 if the depth is exact).",
-                            "PX");
     commandLine.addAdvanced({"fill"},
                             "Layered: fill what was hidden with a painted background (background, "
                             "default) or by repeating the border (continue, quicker).",
@@ -78,6 +74,7 @@ void addViewOptions(CommandLine& commandLine) {
         "from the background (behind, more accurate, slower).",
         "around|behind");
     commandLine.addDropped("dilate", "1 px is the most accurate, more and less lose detail", "PX");
+    commandLine.addDropped("soft-edges", "depth is refined before the views are made", "PX");
     commandLine.addDropped("inpaint", "telea is used, ns took as long and hardly differed",
                            "telea|ns");
 }
@@ -96,11 +93,8 @@ ViewOptions viewOptions(const CommandLine& commandLine) {
     options.strengthPercent =
         commandLine.number("strength", 0, 100).value_or(options.strengthPercent);
     options.focus = commandLine.number("focus", 0, 1).value_or(options.focus);
-    LayeredOptions& layered = options.layered;
-    layered.softEdgePixels =
-        commandLine.wholeNumber("soft-edges", 0, 8).value_or(layered.softEdgePixels);
     if (commandLine.choice("fill", {"background", "continue"}).value_or(0) == 1) {
-        layered.fill = LayeredFill::Continue;
+        options.layered.fill = LayeredFill::Continue;
     }
     options.refinement = commandLine.wholeNumber("refine", 0, 16).value_or(options.refinement);
     options.real.backgroundOnly =
@@ -129,8 +123,6 @@ void requireKnobsOf(const CommandLine& commandLine, ViewMethod method) {
         bool turned;
     };
     const Knob knobs[] = {
-        {"soft-edges", ViewMethod::Layered,
-         given.layered.softEdgePixels != usual.layered.softEdgePixels},
         {"fill", ViewMethod::Layered, given.layered.fill != usual.layered.fill},
         {"refine", ViewMethod::Fast, given.refinement != usual.refinement},
         {"inpaint-from", ViewMethod::Real, given.real.backgroundOnly != usual.real.backgroundOnly}};

@@ -175,7 +175,6 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     focus_ = new KnobSlider(0, 1, 2, standard.views.focus, {});
     focus_->setObjectName("focus");
     refinement_ = numbers("refinement", 0, 16, {});
-    softEdges_ = numbers("softEdges", 0, 8, tr(" px"));
     fill_ = choices("fill", {{tr("Painted background"), int(LayeredFill::BackgroundLayer)},
                              {tr("Continued rows"), int(LayeredFill::Continue)}});
     parallax_ = faintLabel("parallax");
@@ -203,7 +202,6 @@ void KnobPanel::connectKnobs() {
     onChoice(fill_, tr("fill"));
     connect(best_, &QCheckBox::toggled, this, [this] { turn(tr("best Native")); });
     onNumber(refinement_, tr("refinement"));
-    onNumber(softEdges_, tr("soft edges"));
     for (QSpinBox* box : {columns_, rows_}) {
         connect(box, qOverload<int>(&QSpinBox::valueChanged), this, [this] {
             if (updating_) return;
@@ -257,8 +255,6 @@ void KnobPanel::build() {
         ofMethod_.emplace_back(method, field);
         ofMethod_.emplace_back(method, form->labelForField(field));
     };
-    addFor(ViewMethod::Layered, tr("Soft edges"), softEdges_,
-           tr("Sharpen depth edges up to about twice this width"));
     addFor(ViewMethod::Layered, tr("Behind edges"), fill_,
            tr("Content of areas that are hidden in the photo"));
     addFor(ViewMethod::Fast, tr("Refinement"), refinement_,
@@ -301,7 +297,6 @@ Knobs KnobPanel::read() const {
     views.strengthPercent = strength_->value();
     views.focus = focus_->value();
     views.refinement = refinement_->value();
-    views.layered.softEdgePixels = softEdges_->value();
     views.layered.fill = static_cast<LayeredFill>(fill_->currentData().toInt());
     knobs.fit = static_cast<FitMode>(fit_->currentData().toInt());
     knobs.depth = depth_->currentData().toString().toStdString();
@@ -324,7 +319,6 @@ void KnobPanel::show(const Knobs& knobs) {
     strength_->setValue(views.strengthPercent);
     focus_->setValue(views.focus);
     refinement_->setValue(views.refinement);
-    softEdges_->setValue(views.layered.softEdgePixels);
     choose(*fill_, int(views.layered.fill));
     choose(*fit_, int(knobs.fit));
     choose(*depth_, QString::fromStdString(knobs.depth));

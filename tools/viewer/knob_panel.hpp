@@ -87,7 +87,6 @@ class KnobPanel : public QWidget {
     KnobSlider* strength_;
     KnobSlider* focus_;
     QSpinBox* refinement_;
-    QSpinBox* softEdges_;
     QComboBox* fill_;
     QLabel* parallax_;
     QLabel* display_;

@@ -9,9 +9,8 @@ namespace {
 auto parts(const Knobs& k) {
     const ViewOptions& v = k.views;
     return std::make_tuple(v.method, v.strengthPercent, v.focus, v.refinement,
-                           v.layered.edgeDilationPixels, v.layered.softEdgePixels, v.layered.fill,
-                           v.real.inpainting, v.real.backgroundOnly, k.fit, k.depth, k.best,
-                           k.columns, k.rows);
+                           v.layered.edgeDilationPixels, v.layered.fill, v.real.inpainting,
+                           v.real.backgroundOnly, k.fit, k.depth, k.best, k.columns, k.rows);
 }
 
 } // namespace

@@ -71,9 +71,9 @@ class ALTIRO3D_EXPORT Network2Quilt {
     Network2Quilt(DepthNetwork network, const QuiltLayout& layout, const ViewOptions& options,
                   double panelAspect, FitMode fit = FitMode::Cover);
 
-    /// Estimates the depth of the whole photo, fits photo and depth to the view's size and renders
-    /// the views. The depth may differ in the last digits for different numbers of threads, see
-    /// DepthNetwork::infer().
+    /// Estimates the depth of the whole photo, fits photo and depth to the view's size, refines the
+    /// depth (refineDepth()) and renders the views. The depth may differ in the last digits for
+    /// different numbers of threads, see DepthNetwork::infer().
     ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; reused if it fits
@@ -81,7 +81,7 @@ class ALTIRO3D_EXPORT Network2Quilt {
     ///         Depth2Quilt::render()
     void render(const cv::Mat& photo, cv::Mat& quilt);
 
-    /// The depth of the last photo.
+    /// The depth of the last photo as it was estimated, before fitting and refinement.
     /// @return [network's output size, CV_32FC1, 0..1, 1 = nearest]; empty before the first photo
     [[nodiscard]] const cv::Mat& depth() const { return depth_; }
 

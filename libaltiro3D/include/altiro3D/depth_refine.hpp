@@ -35,7 +35,7 @@ struct DepthRefineOptions {
 
 /// Measures how a depth map differs from its photo. A flaw counts if many edges of the picture show
 /// it; single edges may differ. Flaws that are too small to matter are reported as 0
-/// (docs/mathematics.md, 4).
+/// (docs/mathematics.md, 4a).
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; values beyond are clamped, NaN counts as 0

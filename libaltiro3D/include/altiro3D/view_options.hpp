@@ -47,9 +47,6 @@ struct LayeredOptions {
     /// Background pixels at a tear that move with the foreground, because they are mixed with its
     /// colour, px, 0..8. Where the photo shows the border clearly, the photo decides instead.
     int edgeDilationPixels = 1;
-    /// Depth steps spread over about twice as many px are sharpened, because networks blur them,
-    /// px, 0..8; 0 for exact depth.
-    int softEdgePixels = 2;
     /// What disocclusions show.
     LayeredFill fill = LayeredFill::BackgroundLayer;
 };

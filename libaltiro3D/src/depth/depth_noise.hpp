@@ -5,8 +5,8 @@
 namespace altiro3D {
 
 /// Smooths the surfaces of a depth map and keeps its steps: a bilateral filter of about 12 px and
-/// three standard deviations of the noise, over a coarse grid of place and depth (Paris and Durand
-/// 2006).
+/// two standard deviations of the noise, over a coarse grid of place and depth (Paris and Durand
+/// 2006; docs/mathematics.md, 4a.1).
 ///
 /// @param noise standard deviation of the noise, > 0
 /// @param depth [CV_32FC1, 0..1], changed in place; the same bytes for any number of threads

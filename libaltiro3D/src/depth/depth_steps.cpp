@@ -92,17 +92,19 @@ void deblur(double sigma, cv::Mat& depth) {
 // Squared slope.
 void slopes(const cv::Mat& depth, cv::Mat& result) {
     result.create(depth.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y) {
-        const auto* const above = depth.ptr<float>(std::max(y - 1, 0));
-        const auto* const row = depth.ptr<float>(y);
-        const auto* const below = depth.ptr<float>(std::min(y + 1, depth.rows - 1));
-        auto* const to = result.ptr<float>(y);
-        for (int x = 0; x < depth.cols; ++x) {
-            const float across = row[std::min(x + 1, depth.cols - 1)] - row[std::max(x - 1, 0)];
-            const float down = below[x] - above[x];
-            to[x] = (across * across + down * down) / 4;
+    cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
+        for (int y = range.start; y < range.end; ++y) {
+            const auto* const above = depth.ptr<float>(std::max(y - 1, 0));
+            const auto* const row = depth.ptr<float>(y);
+            const auto* const below = depth.ptr<float>(std::min(y + 1, depth.rows - 1));
+            auto* const to = result.ptr<float>(y);
+            for (int x = 0; x < depth.cols; ++x) {
+                const float across = row[std::min(x + 1, depth.cols - 1)] - row[std::max(x - 1, 0)];
+                const float down = below[x] - above[x];
+                to[x] = (across * across + down * down) / 4;
+            }
         }
-    }
+    });
 }
 
 // The neighbourhood of a px that decides to which side it belongs.
@@ -180,10 +182,18 @@ class Sharpener {
         const int radius = std::max(2, static_cast<int>(std::lround(0.8 * width)));
         taps_ = windowOf(radius);
         const cv::Mat window = cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8UC1);
-        cv::erode(depth, least_, window, {-1, -1}, 1, cv::BORDER_REPLICATE);
-        cv::dilate(depth, most_, window, {-1, -1}, 1, cv::BORDER_REPLICATE);
         slopes(depth, steepest_);
-        cv::dilate(steepest_, steepest_, window, {-1, -1}, 1, cv::BORDER_REPLICATE);
+        const auto prepare = [&](int which) {
+            constexpr int kBorder = cv::BORDER_REPLICATE;
+            if (which == 0) cv::erode(depth, least_, window, {-1, -1}, 1, kBorder);
+            if (which == 1) cv::dilate(depth, most_, window, {-1, -1}, 1, kBorder);
+            if (which == 2) cv::dilate(steepest_, steepest_, window, {-1, -1}, 1, kBorder);
+        };
+        // OpenCV uses one thread for each
+        cv::parallel_for_(cv::Range(0, 3), [&](const cv::Range& range) {
+            for (int which = range.start; which < range.end; ++which)
+                prepare(which);
+        });
     }
 
     // @param to row y of the result, which holds the depth

@@ -72,7 +72,6 @@ Json numbersOf(const ViewOptions& views) {
             views.real.backgroundOnly,
             views.layered.tearPixels,
             views.layered.edgeDilationPixels,
-            views.layered.softEdgePixels,
             static_cast<int>(views.layered.fill)};
 }
 

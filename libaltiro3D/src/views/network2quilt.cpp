@@ -13,12 +13,9 @@ Network2Quilt::Network2Quilt(DepthNetwork network, const QuiltLayout& layout,
 void Network2Quilt::render(const cv::Mat& photo, cv::Mat& quilt) {
     const PhotoFit fit = fitPhoto(photo.size(), panelAspect_, depth2quilt_.layout().tileSize, fit_);
     network_.estimate(photo, depth_);
-    cv::Mat fittedPhoto;
-    cv::Mat fittedDepth;
-    applyFit(photo, fit, fittedPhoto);
-    applyFitToDepth(depth_, photo.size(), fit, fittedPhoto, depth2quilt_.options().focus,
-                    fittedDepth);
-    depth2quilt_.render(fittedPhoto, fittedDepth, quilt);
+    Scene fitted;
+    fitScene({photo, depth_}, fit, depth2quilt_.options().focus, fitted);
+    depth2quilt_.render(fitted.photo, fitted.depth, quilt);
 }
 
 } // namespace altiro3D

@@ -80,7 +80,6 @@ std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base) {
     layered("layered, fill continue", [](LayeredOptions& o) { o.fill = LayeredFill::Continue; });
     layered("layered, dilation 0", [](LayeredOptions& o) { o.edgeDilationPixels = 0; });
     layered("layered, dilation 2", [](LayeredOptions& o) { o.edgeDilationPixels = 2; });
-    layered("layered, soft edges 0", [](LayeredOptions& o) { o.softEdgePixels = 0; });
     const auto real = [&](const std::string& name, const auto& change) {
         add(name, [&](ViewOptions& o) {
             o.method = ViewMethod::Real;

@@ -24,8 +24,6 @@ void validate(const ViewOptions& options) {
                 options.layered.tearPixels, "more than 0 and at most 1000 px");
     checkNumber(options.layered.edgeDilationPixels >= 0 && options.layered.edgeDilationPixels <= 8,
                 "edge dilation", options.layered.edgeDilationPixels, "0..8 px");
-    checkNumber(options.layered.softEdgePixels >= 0 && options.layered.softEdgePixels <= 8,
-                "soft edges", options.layered.softEdgePixels, "0..8 px");
 }
 
 AdjacentParallax adjacentParallax(const ViewOptions& options, const QuiltLayout& quilt,

@@ -1,4 +1,4 @@
-// Ends of surfaces: depth steps are sharpened and moved to the edges of the photo.
+// Ends of surfaces: depth steps are moved to the edges of the photo.
 
 #include "views/views_layered_scene.hpp"
 
@@ -10,65 +10,11 @@ namespace altiro3D {
 
 namespace {
 
-// Colours closer than this (sum over the channels) do not distinguish two sides.
-constexpr int kAlikeColours = 10;
 // A step has no visible border if its sides differ by less (distance in BGR).
 constexpr double kBorderContrast = 60;
-// Passes of sharpening; two passes reach twice as far.
-constexpr int kHardenPasses = 2;
-// If the range over twice the width is larger than this multiple of the step, it is a slope.
-constexpr double kSlope = 1.75;
-// A pixel within this fraction of a tear of both neighbours lies on a surface and is not a soft
-// step.
-constexpr double kFlat = 0.3;
 
 double at(const std::vector<float>& offsets, int x) {
     return static_cast<double>(offsets[static_cast<std::size_t>(x)]);
-}
-
-int unlike(const std::uint8_t* bgr, int a, int b) {
-    int sum = 0;
-    for (int c = 0; c < 3; ++c)
-        sum += std::abs(bgr[3 * a + c] - bgr[3 * b + c]);
-    return sum;
-}
-
-// Sharpens soft steps. A pixel between two depths, more than a tear from both, takes the depth of
-// the side whose colour it has, else the closer depth.
-void hardenSteps(const std::uint8_t* bgr, std::vector<float>& offsets, double tear, int radius,
-                 std::vector<float>& source) {
-    const int width = static_cast<int>(offsets.size());
-    source = offsets;
-    for (int x = 1; x + 1 < width; ++x) {
-        const double own = at(source, x);
-        const double step =
-            std::max(std::abs(own - at(source, x - 1)), std::abs(at(source, x + 1) - own));
-        if (step < kFlat * tear) continue;
-        const int begin = std::max(x - radius, 0);
-        const int end = std::min(x + radius, width - 1) + 1;
-        const auto range = std::minmax_element(source.begin() + begin, source.begin() + end);
-        const float far = *range.first;
-        const float near = *range.second;
-        const double above = static_cast<double>(near) - own;
-        const double below = own - static_cast<double>(far);
-        if (above <= tear || below <= tear) continue;
-        const auto wide =
-            std::minmax_element(source.begin() + std::max(x - 2 * radius, 0),
-                                source.begin() + std::min(x + 2 * radius, width - 1) + 1);
-        const double wideStep =
-            static_cast<double>(*wide.second) - static_cast<double>(*wide.first);
-        if (wideStep > kSlope * (above + below)) continue;
-        int unlikeNear = INT32_MAX;
-        int unlikeFar = INT32_MAX;
-        for (int other = begin; other < end; ++other) {
-            const float depth = source[static_cast<std::size_t>(other)];
-            if (depth == near) unlikeNear = std::min(unlikeNear, unlike(bgr, x, other));
-            if (depth == far) unlikeFar = std::min(unlikeFar, unlike(bgr, x, other));
-        }
-        const bool clear = std::abs(unlikeNear - unlikeFar) >= kAlikeColours;
-        const bool isNear = clear ? unlikeNear < unlikeFar : above <= below;
-        offsets[static_cast<std::size_t>(x)] = isNear ? near : far;
-    }
 }
 
 // Extends the near side of a tear by the adjacent pixels.
@@ -170,8 +116,6 @@ void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
     const int width = static_cast<int>(offsets.size());
     const double tear = options.tearStep();
     std::vector<float> buffer;
-    for (int pass = 0; pass < kHardenPasses && options.softEdgePixels > 0; ++pass)
-        hardenSteps(bgr, offsets, tear, options.softEdgePixels, buffer);
     dilateNear(offsets, tear, options.edgeDilationPixels, buffer);
     surfaces.clear();
     for (int first = 0; first < width;) {

@@ -67,8 +67,8 @@ struct LayeredScene {
 /// Mirrored input gives the mirrored surfaces.
 ///
 /// @param bgr the row of the photo
-/// @param offsets depth - focus of each pixel; on return, soft steps are sharpened, near surfaces
-///        are dilated, and mixed pixels at borders have the near depth
+/// @param offsets depth - focus of each pixel; on return, near surfaces are dilated, and
+///        mixed pixels at borders have the near depth
 /// @param surfaces result: first, last and extras are set; pixels between two surfaces are mixed
 ///        and belong to neither
 void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,

@@ -2,9 +2,13 @@
 
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/trade.hpp"
+#include "depth/depth_noise.hpp"
+#include "depth/depth_steps.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
+#include "support/random_pictures.hpp"
+#include "support/reference.hpp"
 
 #include <cmath>
 #include <functional>
@@ -162,6 +166,53 @@ TEST(DepthRefine, SlopesStaySlopes) {
     const cv::Mat result = refined(made.photo, made.depth, soft);
     const cv::Range inside(12, 228); // repeated px at the border bend it
     EXPECT_LT(cv::norm(result.colRange(inside), made.depth.colRange(inside), cv::NORM_INF), 1e-5);
+}
+
+// The part of px in which two maps differ by more than a tolerance.
+double differingPart(const cv::Mat& a, const cv::Mat& b, double tolerance) {
+    cv::Mat difference;
+    cv::absdiff(a, b, difference);
+    return cv::countNonZero(difference > tolerance) / static_cast<double>(a.total());
+}
+
+TEST(DepthRefine, SmoothingIsThatOfTheFormulas) {
+    for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 5), cv::Size(61, 47)}) {
+        cv::Mat depth = world(size).depth;
+        cv::Mat noise(size, CV_32FC1);
+        cv::RNG(11).fill(noise, cv::RNG::NORMAL, 0, 0.03);
+        depth = cv::min(cv::max(depth + noise, 0), 1);
+        for (const double deviation : {0.005, 0.03, 0.2, 1.0}) {
+            cv::Mat result = depth.clone();
+            smoothSurfaces(deviation, result);
+            // sums of floats against sums of doubles
+            EXPECT_TRUE(samePicture(result, referenceSmoothSurfaces(deviation, depth), 1e-5))
+                << size << " " << deviation;
+        }
+    }
+}
+
+TEST(DepthRefine, SharpeningIsThatOfTheFormulas) {
+    for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 5), cv::Size(61, 47)}) {
+        const World made = world(size);
+        const cv::Mat depths[] = {blurred(made.depth, 1.5), blurred(made.depth, 4), made.depth};
+        for (const cv::Mat& depth : depths) {
+            for (const cv::Mat& photo : {made.photo, randomPhoto(size)}) {
+                for (const double softness : {0.5, 2.75, 9.0}) {
+                    for (const double overshoot : {0.0, 0.5}) {
+                        cv::Mat result = depth.clone();
+                        sharpenSteps(photo, softness, overshoot, result);
+                        // float against double: a px at a threshold may fall on either side
+                        EXPECT_LE(
+                            differingPart(result,
+                                          referenceSharpenSteps(photo, softness, overshoot, depth),
+                                          1e-4),
+                            0.002)
+                            << size << " " << softness << " " << overshoot;
+                    }
+                }
+            }
+        }
+    }
 }
 
 TEST(DepthRefine, NoiseIsSmoothedAndStepsStay) {

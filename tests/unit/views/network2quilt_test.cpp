@@ -27,7 +27,7 @@ class Network2QuiltOfAFile : public ::testing::Test {
     const QuiltLayout layout_{3, 2, {30, 40}, 5};
 };
 
-TEST_F(Network2QuiltOfAFile, IsEstimateAndFitAndDepth2Quilt) {
+TEST_F(Network2QuiltOfAFile, IsEstimateAndFitSceneAndDepth2Quilt) {
     ViewOptions options;
     options.strengthPercent = 35;
     options.focus = 0.3;
@@ -40,14 +40,11 @@ TEST_F(Network2QuiltOfAFile, IsEstimateAndFitAndDepth2Quilt) {
             const cv::Mat photo = randomPhoto(size);
             maker.render(photo, quilt);
             cv::Mat depth;
-            cv::Mat fittedPhoto;
-            cv::Mat fittedDepth;
             cv::Mat expected;
+            Scene fitted;
             same.estimate(photo, depth);
-            const PhotoFit fit = fitPhoto(size, 0.75, {30, 40}, mode);
-            applyFit(photo, fit, fittedPhoto);
-            applyFitToDepth(depth, size, fit, fittedPhoto, 0.3, fittedDepth);
-            Depth2Quilt(layout_, options).render(fittedPhoto, fittedDepth, expected);
+            fitScene({photo, depth}, fitPhoto(size, 0.75, {30, 40}, mode), 0.3, fitted);
+            Depth2Quilt(layout_, options).render(fitted.photo, fitted.depth, expected);
             EXPECT_TRUE(samePicture(quilt, expected)) << size;
             EXPECT_TRUE(samePicture(maker.depth(), depth)) << size;
             EXPECT_EQ(maker.depth().size(), cv::Size(32, 24));

@@ -40,13 +40,11 @@ struct ALTIRO3D_EXPORT StereoMatch {
 /// rotation and a small difference of scale between them are found and undone, and brightness and
 /// contrast are made equal. Disparities are searched from -35 % to +35 % of the width, first
 /// coarsely. A px counts as matched if the match from the right picture leads back to it within 1
-/// px.
+/// px. Px without a match take the farther disparity beside them, because what one eye misses lies
+/// behind, and then the weighted median of px of similar colours around them.
 ///
 /// @param left [rows x cols, CV_8UC3, BGR]
 /// @param right as `left`; its shape may differ by 5 %, it is resized to the left picture's size
-/// Px without a match take the farther disparity beside them, as what one eye misses lies behind,
-/// and then the weighted median of px of similar colours around them.
-///
 /// @param disparity [the shrunk size, CV_32FC1, shares of the width, larger = nearer]; without any
 ///        match and for flat pairs, all values are `shift`
 /// @return what was found

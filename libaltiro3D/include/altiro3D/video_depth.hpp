@@ -42,8 +42,8 @@ class ALTIRO3D_EXPORT SceneCuts {
 
 /// How often the depth of a video is estimated and how steady it is kept.
 struct VideoDepthOptions {
-    /// The estimator runs on every n-th picture, 1..1000; 0 = when the pictures require it, as
-    /// longestGap and maxChangedShare say.
+    /// The estimator runs on every n-th picture, 1..1000; 0 = when the pictures require it:
+    /// longestGap and maxChangedShare define when.
     int every = 0;
     /// With every = 0: largest number of pictures from one inference to the next, 1..1000.
     int longestGap = 12;

@@ -166,6 +166,8 @@ StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
     StageTimes times;
     StereoScene scene;
     const fs::path depthFile = source.fromFiles() ? files[1] : fs::path();
+    if (autoChoices(commandLine).any())
+        throw UsageError("--strength and --focus: auto is not possible here, expected a number");
     const double focus = viewOptions(commandLine).focus;
     Scene fitted = source.read(files[0], depthFile, focus, messages, times);
     DepthRefineOptions later;

@@ -31,6 +31,7 @@ struct PhotoRun {
     ChosenDisplay display;
     CameraOptions camera;
     NativeMaker maker;
+    AutoChoices choices;
     Budget budget;
     ChosenDepth depth;
     SwayOptions sway;
@@ -71,12 +72,15 @@ AdjacentParallax tellParallax(const CommandLine& commandLine, const NativeMaker&
     return parallax;
 }
 
-// Writes the video that swings through the views of the whole photo; returns its size.
-cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const Scene& scene,
-                   Messages& messages) {
-    const NativeOptions& options = run.maker.options();
+// Writes the video that swings through the views; returns its size. It shows the whole photo, or
+// the part that was asked for.
+// @param shown the part of the photo on the panel
+cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
+                   const Scene& scene, const cv::Rect& shown, Messages& messages) {
     const cv::Size photoSize = scene.photo.size();
-    const PhotoFit fit = photoSwayFit(photoSize, options.fit, run.swaySize);
+    const bool isFramed = run.choices.framing || options.framing != Framing();
+    const PhotoFit fit = isFramed ? photoSwayFit(shown, options.fit, run.swaySize)
+                                  : photoSwayFit(photoSize, options.fit, run.swaySize);
     Scene fitted;
     fitScene(scene, fit, options.views.focus, fitted, options.refine);
     const ViewOptions views = run.camera.apply(options.views, item.photo, photoSize, fit, messages);
@@ -121,12 +125,31 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
     return !item.quilt.empty() || needsWholeDepth || !item.views.empty();
 }
 
-// The maker for one photo; with --camera each photo has its own strength.
-NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, cv::Size photoSize,
-                    const PhotoFit& fit, Messages& messages) {
+// Fits a photo. @param options the framing, focus and strength of this photo
+PhotoFit fitPicture(const PhotoRun& run, const Scene& scene, double aspect, NativeOptions& options,
+                    Scene& fitted) {
+    options = run.maker.options();
+    chooseFromScene(scene, aspect, options.fit, run.choices, options.framing, options.views.focus);
+    const PhotoFit fit =
+        fitPhoto(scene.photo.size(), aspect, run.maker.workSize(), options.fit, options.framing);
+    fitScene(scene, fit, options.views.focus, fitted, options.refine);
+    if (run.choices.strength) {
+        cv::Vec2d range;
+        cv::minMaxLoc(fitted.depth, &range[0], &range[1]);
+        options.views.strengthPercent =
+            chooseStrength(options.views.focus, run.maker.layout(), range);
+    }
+    return fit;
+}
+
+// The maker for one photo; with --camera or auto each photo has its own strength and focus.
+NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, const ViewOptions& wanted,
+                    cv::Size photoSize, const PhotoFit& fit, Messages& messages) {
     const ViewOptions& usual = run.maker.options().views;
-    const ViewOptions views = run.camera.apply(usual, item.photo, photoSize, fit, messages);
-    return views.strengthPercent == usual.strengthPercent ? run.maker : run.maker.withViews(views);
+    const ViewOptions views = run.camera.apply(wanted, item.photo, photoSize, fit, messages);
+    const bool isUsual =
+        views.strengthPercent == usual.strengthPercent && views.focus == usual.focus;
+    return isUsual ? run.maker : run.maker.withViews(views);
 }
 
 // A picture of a folder that is not a photo.
@@ -196,21 +219,21 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     double aspect = run.display.aspect();
     if (!item.quilt.empty()) aspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
     const cv::Size photoSize = scene.photo.size();
-    const PhotoFit fit = run.maker.fit(photoSize, aspect);
+    NativeOptions options;
     Scene fitted;
-    fitScene(scene, fit, focus, fitted, run.maker.options().refine);
+    PhotoFit fit = fitPicture(run, scene, aspect, options, fitted);
     times.end("fit");
     if (run.budget.mustChoose()) {
         if (chooseByBudget(run, scene, fitted, messages)) {
             run.depth.estimateScene(scene.photo, focus, scene);
-            fitScene(scene, fit, focus, fitted, run.maker.options().refine);
         }
+        fit = fitPicture(run, scene, aspect, options, fitted); // the views are others now
         times.end("budget");
     }
     if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
         item.video.empty())
         scene = {}; // large, and no longer needed
-    const NativeMaker maker = makerOf(item, run, photoSize, fit, messages);
+    const NativeMaker maker = makerOf(item, run, options.views, photoSize, fit, messages);
     const ViewOptions& views = maker.options().views;
     if (maker.path() == NativePath::OverQuilt || !item.quilt.empty() || !item.views.empty()) {
         maker.makeQuilt(fitted, run.quilt);
@@ -220,13 +243,15 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     times.end("native");
     const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;
     const FitMode fitMode = maker.options().fit;
-    if (!messages.hasSubject()) tellCut(photoAspect, aspect, fitMode, messages);
+    if (!messages.hasSubject()) tellCut(photoAspect, aspect, options, messages);
+    const std::string chosen = autoText(run.choices, options.framing, views);
+    if (!messages.hasSubject() && !chosen.empty()) messages.say("auto: " + chosen);
     const AdjacentParallax parallax = tellParallax(commandLine, maker, fitted.depth, messages);
 
     warnAboutNativeFormat(item.native, messages);
     cv::Size videoSize;
     if (!item.video.empty()) {
-        videoSize = saveVideo(item, run, scene, messages);
+        videoSize = saveVideo(item, run, options, scene, fit.source, messages);
         times.end("video");
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");
@@ -257,7 +282,9 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     }
     report["aspect"] = aspect;
     report["crop"] = {fit.source.x, fit.source.y, fit.source.width, fit.source.height};
+    report["center"] = {options.framing.centre.x, options.framing.centre.y};
     report["strengthPercent"] = views.strengthPercent;
+    report["focus"] = views.focus;
     report["adjacentParallax"] = parallaxJson(parallax);
     for (const auto& [stage, milliseconds] : times.milliseconds()) {
         report["milliseconds"][stage] = milliseconds;
@@ -270,6 +297,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
         if (!item.depth.empty() && !isPair) line += "; depth of " + item.depth.filename().string();
         const std::string cut = cutText(photoAspect, aspect, fitMode);
         line += cut.empty() ? "" : "; " + cut;
+        line += chosen.empty() ? "" : "; " + chosen;
         messages.say(line);
     } else {
         messages.say(line);
@@ -348,9 +376,11 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
     display["fingerprint"] =
         fingerprintText(run.display.map ? run.display.map->calibrationFingerprint()
                                         : fingerprint(run.display.calibration));
-    // with a camera each picture has its own strength, which is not an option
-    const Json strength =
-        commandLine.has("camera") ? Json(nullptr) : Json(options.views.strengthPercent);
+    // with a camera or auto each picture has its own
+    const Json strength = commandLine.has("camera") || run.choices.strength
+                              ? Json(nullptr)
+                              : Json(options.views.strengthPercent);
+    const Json focus = run.choices.focus ? Json(nullptr) : Json(options.views.focus);
     report["settings"] = {{"display", display},
                           {"invert", commandLine.value("invert").value_or("auto")},
                           {"viewFilter", commandLine.value("view-filter").value_or("nearest")},
@@ -365,8 +395,10 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
                           {"knobs", knobsJson(commandLine, options.views)},
                           {"exactDepth", !options.refine.enabled},
                           {"strengthPercent", strength},
-                          {"focus", options.views.focus},
-                          {"fit", fitName(options.fit)},
+                          {"focus", focus},
+                          {"fit", run.choices.framing ? "auto" : fitName(options.fit)},
+                          {"center", given(commandLine, "center")},
+                          {"zoom", options.framing.zoom},
                           {"keepResolution", options.keepResolution},
                           {"path", pathName(run.maker)},
                           {"continuous", options.positions == ViewPositions::Continuous},
@@ -409,6 +441,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     PhotoRun photoRun{display,
                       CameraOptions(commandLine),
                       makeNativeMaker(commandLine, display, layout, options, messages),
+                      autoChoices(commandLine),
                       budget,
                       std::move(depth),
                       sway,
@@ -491,7 +524,7 @@ int main(int argc, char** argv) {
     addNativeOptions(commandLine);
     CameraOptions::add(commandLine);
     Budget::add(commandLine);
-    addFitOption(commandLine, "cover");
+    addPhotoFitOptions(commandLine);
     commandLine.addSection("Output");
     commandLine.add({"save-quilt"}, "Also write the quilt (named ..._qs<columns>x<rows>a<aspect>).",
                     "FILE");
@@ -504,7 +537,9 @@ int main(int argc, char** argv) {
                             "FILE.jpg");
     commandLine.addAdvanced({"save-views"}, "Also write the single views, leftmost camera first.",
                             "DIR");
-    addSwayFileOption(commandLine, "It holds the whole photo in its own shape and");
+    addSwayFileOption(
+        commandLine,
+        "It holds the whole photo in its own shape, or the part of --center and --zoom, and");
     commandLine.addAdvanced({"report"},
                             "Write all settings used and the time of each stage, for programs.",
                             "FILE.json");

@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
         "N");
     addViewOptions(commandLine);
     addNativeOptions(commandLine);
-    addFitOption(commandLine, "cover");
+    addPhotoFitOptions(commandLine);
     commandLine.addSection("Input");
     commandLine.addAdvanced({"from-quilt"}, "The frames of IN are quilts.");
     addVideoInputOptions(commandLine);

@@ -453,4 +453,71 @@ cv::Mat referenceSharpenSteps(const cv::Mat& photo, double softness, double over
     return result;
 }
 
+cv::Mat referenceSubjectWeights(const cv::Mat& photo, const cv::Mat& depth) {
+    const auto nearAt = [&](int y, int x) {
+        const float d = depth.at<float>(static_cast<int>((y + 0.5) * depth.rows / photo.rows),
+                                        static_cast<int>((x + 0.5) * depth.cols / photo.cols));
+        return std::isnan(d) ? 0.0 : static_cast<double>(d);
+    };
+    const auto brightness = [&](int y, int x) {
+        const auto c =
+            photo.at<cv::Vec3b>(std::min(y, photo.rows - 1), std::min(x, photo.cols - 1));
+        return (29 * c[0] + 150 * c[1] + 77 * c[2] + 128) / 256;
+    };
+    cv::Mat weights(photo.size(), CV_32SC1);
+    for (int y = 0; y < photo.rows; ++y) {
+        for (int x = 0; x < photo.cols; ++x) {
+            double steps = 0;
+            int places = 0;
+            for (int v = std::max(0, y - 3); v <= std::min(photo.rows - 1, y + 3); ++v) {
+                for (int u = std::max(0, x - 3); u <= std::min(photo.cols - 1, x + 3); ++u) {
+                    steps += std::abs(brightness(v, u + 1) - brightness(v, u)) +
+                             std::abs(brightness(v + 1, u) - brightness(v, u));
+                    ++places;
+                }
+            }
+            std::vector<double> row;
+            for (int u = 0; u < photo.cols; ++u)
+                row.push_back(nearAt(y, u));
+            std::sort(row.begin(), row.end());
+            const double usual = row[(row.size() - 1) / 4];
+            const double d = nearAt(y, x);
+            const double right = 2 * (x + 0.5) / photo.cols - 1;
+            const double down = 2 * (y + 0.5) / photo.rows - 1;
+            const double weight = (0.2 + 0.8 * std::min(1.0, steps / places / 32)) *
+                                  (0.02 + 0.18 * d + 0.8 * std::max(0.0, d - usual)) *
+                                  (1 - 0.45 * (right * right + down * down));
+            weights.at<int>(y, x) = 1 + static_cast<int>(65534 * weight);
+        }
+    }
+    return weights;
+}
+
+cv::Rect referenceBestWindow(const cv::Mat& weights, cv::Size window) {
+    cv::Rect best;
+    double most = -1;
+    int leastAway = 0;
+    for (int y = 0; y + window.height <= weights.rows; ++y) {
+        for (int x = 0; x + window.width <= weights.cols; ++x) {
+            const int borderX = window.width / 4;
+            const int borderY = window.height / 4;
+            double sum = 0;
+            for (int v = 0; v < window.height; ++v) {
+                for (int u = 0; u < window.width; ++u) {
+                    const bool inMiddle = u >= borderX && u < window.width - borderX &&
+                                          v >= borderY && v < window.height - borderY;
+                    sum += (inMiddle ? 2.0 : 1.0) * weights.at<int>(y + v, x + u);
+                }
+            }
+            const int away = std::abs(2 * x + window.width - weights.cols) +
+                             std::abs(2 * y + window.height - weights.rows);
+            if (sum < most || (sum == most && away >= leastAway)) continue;
+            most = sum;
+            leastAway = away;
+            best = {cv::Point(x, y), window};
+        }
+    }
+    return best;
+}
+
 } // namespace altiro3D::test

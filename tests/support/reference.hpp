@@ -67,4 +67,12 @@ cv::Mat referenceSmoothSurfaces(double noise, const cv::Mat& depth);
 cv::Mat referenceSharpenSteps(const cv::Mat& photo, double softness, double overshoot,
                               const cv::Mat& depth);
 
+/// subjectWeights() of a photo of at most 320 px per side: per px, directly from the formula.
+/// @param photo [CV_8UC3] @param depth [CV_32FC1] @return [CV_32SC1]
+cv::Mat referenceSubjectWeights(const cv::Mat& photo, const cv::Mat& depth);
+
+/// The window with the largest sum of weights, its middle half counted twice; then the nearest to
+/// the middle, then the upper one, then the left one. @param weights [CV_32SC1]
+cv::Rect referenceBestWindow(const cv::Mat& weights, cv::Size window);
+
 } // namespace altiro3D::test

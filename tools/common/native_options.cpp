@@ -53,7 +53,8 @@ void checkNativeOptions(const CommandLine& commandLine) {
 NativeOptions nativeOptions(const CommandLine& commandLine) {
     NativeOptions options;
     options.views = viewOptions(commandLine);
-    options.fit = fitOption(commandLine, FitMode::Cover);
+    options.fit = photoFitOption(commandLine);
+    options.framing = framingOption(commandLine, options.fit);
     options.refine = refineOptions(commandLine);
     options.keepResolution = commandLine.has("k") || commandLine.has("best");
     if (!continuousOption(commandLine).empty()) options.positions = ViewPositions::Continuous;

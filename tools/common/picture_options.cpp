@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <initializer_list>
 
@@ -23,15 +24,22 @@ bool hasExtension(const std::filesystem::path& file, Extensions extensions) {
 
 } // namespace
 
-void addSceneOptions(CommandLine& commandLine) {
-    commandLine.add({"strength"},
-                    "Parallax of the whole depth range between the outermost views, in % of the "
-                    "picture's width, 0..100 (default 10).",
-                    "PERCENT");
-    commandLine.add({"focus"},
-                    "Depth that appears on the panel's surface, 0 farthest .. 1 nearest (default "
-                    "0.5).",
-                    "DEPTH");
+void addSceneOptions(CommandLine& commandLine, bool automatic) {
+    const std::string strengthAuto =
+        automatic ? "; auto: as much as the display carries, at most 20." : ".";
+    const std::string focusAuto = automatic ? "; auto: the depth of the subject." : ".";
+    commandLine.add(
+        {"strength"},
+        std::string("Parallax of the whole depth range between the outermost views, in % of the "
+                    "picture's width, 0..100 (default 10)") +
+            strengthAuto,
+        "PERCENT");
+    commandLine.add(
+        {"focus"},
+        std::string("Depth that appears on the panel's surface, 0 farthest .. 1 nearest (default "
+                    "0.5)") +
+            focusAuto,
+        "DEPTH");
 }
 
 void addRefineOption(CommandLine& commandLine) {
@@ -55,7 +63,7 @@ void addViewOptions(CommandLine& commandLine) {
         "method, soft at edges; real, the published geometric method, slow.",
         "layered|fast|real");
     commandLine.addAdvanced({"g", "geometric"}, "The same as --method real.");
-    addSceneOptions(commandLine);
+    addSceneOptions(commandLine, true);
     addRefineOption(commandLine);
     commandLine.addAdvanced(
         {"k", "keep"},
@@ -79,6 +87,21 @@ void addViewOptions(CommandLine& commandLine) {
                            "telea|ns");
 }
 
+AutoChoices autoChoices(const CommandLine& commandLine) {
+    const auto isAuto = [&](const char* option) { return commandLine.value(option) == "auto"; };
+    return {isAuto("fit"), isAuto("focus"), isAuto("strength")};
+}
+
+std::string autoText(const AutoChoices& choices, const Framing& framing, const ViewOptions& views) {
+    std::string text;
+    const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+    if (choices.framing)
+        add("center " + fixed(framing.centre.x, 2) + "," + fixed(framing.centre.y, 2));
+    if (choices.focus) add("focus " + fixed(views.focus, 2));
+    if (choices.strength) add("strength " + fixed(views.strengthPercent, 1) + " %");
+    return text;
+}
+
 ViewOptions viewOptions(const CommandLine& commandLine) {
     ViewOptions options;
     constexpr ViewMethod kMethods[] = {ViewMethod::Fast, ViewMethod::Real, ViewMethod::Layered};
@@ -90,9 +113,12 @@ ViewOptions viewOptions(const CommandLine& commandLine) {
         }
         options.method = ViewMethod::Real;
     }
-    options.strengthPercent =
-        commandLine.number("strength", 0, 100).value_or(options.strengthPercent);
-    options.focus = commandLine.number("focus", 0, 1).value_or(options.focus);
+    const AutoChoices choices = autoChoices(commandLine);
+    if (!choices.strength) {
+        options.strengthPercent =
+            commandLine.number("strength", 0, 100).value_or(options.strengthPercent);
+    }
+    if (!choices.focus) options.focus = commandLine.number("focus", 0, 1).value_or(options.focus);
     if (commandLine.choice("fill", {"background", "continue"}).value_or(0) == 1) {
         options.layered.fill = LayeredFill::Continue;
     }
@@ -194,6 +220,21 @@ void addFitOption(CommandLine& commandLine, const std::string& standard) {
         "cover|contain|stretch");
 }
 
+void addPhotoFitOptions(CommandLine& commandLine) {
+    commandLine.add(
+        {"fit"},
+        "Pictures of another shape than the panel's: cover (default), contain, stretch, "
+        "or auto: cover that keeps what is near and sharp.",
+        "cover|contain|stretch|auto");
+    addFramingOptions(commandLine);
+}
+
+FitMode photoFitOption(const CommandLine& commandLine) {
+    constexpr FitMode kModes[] = {FitMode::Cover, FitMode::Contain, FitMode::Stretch,
+                                  FitMode::Cover};
+    return kModes[commandLine.choice("fit", {"cover", "contain", "stretch", "auto"}).value_or(0)];
+}
+
 std::optional<FitMode> fitOption(const CommandLine& commandLine) {
     constexpr FitMode kModes[] = {FitMode::Cover, FitMode::Contain, FitMode::Stretch};
     const auto choice = commandLine.choice("fit", {"cover", "contain", "stretch"});
@@ -203,6 +244,43 @@ std::optional<FitMode> fitOption(const CommandLine& commandLine) {
 
 FitMode fitOption(const CommandLine& commandLine, FitMode standard) {
     return fitOption(commandLine).value_or(standard);
+}
+
+void addFramingOptions(CommandLine& commandLine) {
+    commandLine.add({"center"},
+                    "Centre of the part that is shown, in widths and heights of the picture: 0,0 "
+                    "is the top left, 1,1 the bottom right (default 0.5,0.5).",
+                    "X,Y");
+    commandLine.add({"zoom"},
+                    "Show a smaller part of the picture, enlarged, 1..1000 (default 1). Black "
+                    "bars of --fit contain become smaller first.",
+                    "FACTOR");
+}
+
+Framing framingOption(const CommandLine& commandLine, FitMode fit) {
+    Framing framing;
+    framing.zoom = commandLine.number("zoom", 1, 1000).value_or(1);
+    const auto centre = commandLine.value("center");
+    if (!centre) return framing;
+    const char* at = centre->data();
+    const char* const end = at + centre->size();
+    const auto read = [&](double& part) {
+        const auto parsed = std::from_chars(at, end, part);
+        at = parsed.ptr;
+        return parsed.ec == std::errc() && part >= 0 && part <= 1;
+    };
+    const auto skipComma = [&] { return at != end && *at++ == ','; };
+    if (!read(framing.centre.x) || !skipComma() || !read(framing.centre.y) || at != end) {
+        throw UsageError("--center is \"" + *centre +
+                         "\", expected two numbers 0..1 with a comma, such as 0.3,0.5");
+    }
+    if (autoChoices(commandLine).framing)
+        throw UsageError("--fit auto chooses the centre itself, expected no --center with it");
+    if (fit != FitMode::Cover && framing.zoom == 1) {
+        throw UsageError("--center has no effect, as --fit " + fitName(fit) +
+                         " shows all of the picture; expected --fit cover, or --zoom with it");
+    }
+    return framing;
 }
 
 std::string fitName(FitMode mode) {
@@ -226,10 +304,13 @@ std::string cutText(double seenAspect, double panelAspect, FitMode mode) {
            (ratio > 1 ? "width" : "height") + " is cut off";
 }
 
-void tellCut(double seenAspect, double panelAspect, FitMode mode, const Messages& messages) {
-    const std::string cut = cutText(seenAspect, panelAspect, mode);
-    if (!cut.empty())
-        messages.say("fit: " + cut + " to fill the panel; --fit contain keeps all of it");
+void tellCut(double seenAspect, double panelAspect, const NativeOptions& options,
+             const Messages& messages) {
+    const std::string cut = cutText(seenAspect, panelAspect, options.fit);
+    if (cut.empty() || options.framing.zoom > 1) return;
+    const bool isChosen = options.framing != Framing();
+    messages.say("fit: " + cut + " to fill the panel; " +
+                 (isChosen ? "" : "--center chooses the part, ") + "--fit contain keeps all of it");
 }
 
 void warnAboutParallax(const CommandLine& commandLine, const AdjacentParallax& parallax,

@@ -2,8 +2,10 @@
 
 #include "altiro3D/camera.hpp"
 #include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/native_maker.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/subject.hpp"
 #include "common/run_tool.hpp"
 
 #include <optional>
@@ -12,13 +14,18 @@
 namespace altiro3D::tools {
 
 /// --strength --focus
-void addSceneOptions(CommandLine& commandLine);
+/// @param automatic both take "auto", see autoChoices()
+void addSceneOptions(CommandLine& commandLine, bool automatic = false);
 /// --exact-depth
 void addRefineOption(CommandLine& commandLine);
 DepthRefineOptions refineOptions(const CommandLine& commandLine);
 /// --method -g --strength --focus --exact-depth -k, and the options of the methods
 void addViewOptions(CommandLine& commandLine);
-/// @throws UsageError
+/// Which of --fit, --focus and --strength are "auto".
+AutoChoices autoChoices(const CommandLine& commandLine);
+/// "focus 0.72, strength 8.4 %": what was chosen
+std::string autoText(const AutoChoices& choices, const Framing& framing, const ViewOptions& views);
+/// What is "auto" has its default value. @throws UsageError
 ViewOptions viewOptions(const CommandLine& commandLine);
 /// "fast", "real" or "layered"
 std::string methodName(ViewMethod method);
@@ -53,6 +60,14 @@ void addFitOption(CommandLine& commandLine, const std::string& standard);
 std::optional<FitMode> fitOption(const CommandLine& commandLine);
 /// @param standard result if the option is not given @throws UsageError
 FitMode fitOption(const CommandLine& commandLine, FitMode standard);
+/// --center --zoom
+void addFramingOptions(CommandLine& commandLine);
+/// --fit with auto, --center and --zoom
+void addPhotoFitOptions(CommandLine& commandLine);
+/// The fit of addPhotoFitOptions(); auto is Cover. @throws UsageError
+FitMode photoFitOption(const CommandLine& commandLine);
+/// @throws UsageError (also if --center has no effect with this fit)
+Framing framingOption(const CommandLine& commandLine, FitMode fit);
 /// "cover", "contain" or "stretch"
 std::string fitName(FitMode mode);
 
@@ -60,8 +75,9 @@ std::string fitName(FitMode mode);
 /// shape; empty if little is cut off.
 /// @param seenAspect width : height of the picture as shown @param panelAspect that of the panel
 std::string cutText(double seenAspect, double panelAspect, FitMode mode);
-/// Reports cutText(), unless it is empty.
-void tellCut(double seenAspect, double panelAspect, FitMode mode, const Messages& messages);
+/// Reports cutText(), unless it is empty, and how to see another part.
+void tellCut(double seenAspect, double panelAspect, const NativeOptions& options,
+             const Messages& messages);
 
 /// Warns if the parallax between adjacent views is so large that edges appear double.
 void warnAboutParallax(const CommandLine& commandLine, const AdjacentParallax& parallax,

@@ -138,7 +138,7 @@ void choosePath(const CommandLine& commandLine, VideoJob& job, double seenAspect
         const bool isBeside = *side == DepthSide::Left || *side == DepthSide::Right;
         seenAspect *= isBeside ? 0.5 : 2;
     }
-    tellCut(seenAspect, job.display.aspect(), native.fit, messages);
+    tellCut(seenAspect, job.display.aspect(), native, messages);
     if (job.plan.product == VideoProduct::Quilt) return;
     const NativeMaker maker =
         makeNativeMaker(commandLine, job.display, job.layout, native, messages, job.profile.keep);
@@ -182,6 +182,13 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     job.profile = videoProfile(commandLine);
     if (plan.show && !commandLine.has("profile")) job.profile = videoProfile("live");
     native = nativeOptions(commandLine);
+    const AutoChoices choices = autoChoices(commandLine);
+    if ((native.framing != Framing() || choices.any()) &&
+        (plan.fromQuilt || plan.product == VideoProduct::Rgbd)) {
+        throw UsageError(
+            std::string("--center, --zoom and auto are for the views of frames, expected no ") +
+            (plan.fromQuilt ? "--from-quilt" : "--rgbd-out") + " with them");
+    }
     if (job.profile.keep) native.keepResolution = true;
     if (plan.product != VideoProduct::Native) native.positions = ViewPositions::Discrete;
     if (!commandLine.has("method") && !commandLine.has("g"))
@@ -229,6 +236,7 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     conversion.map = job.display.map;
     conversion.layout = job.layout;
     conversion.native = native;
+    conversion.choices = choices;
     conversion.fromQuilt = plan.fromQuilt;
     takeDepth(job, conversion);
     conversion.depthOptions = job.depthOptions;

@@ -28,6 +28,18 @@ Json stagesJson(const PipelineReport& report) {
     return stages;
 }
 
+// What auto has chosen for each scene.
+Json choicesJson(const VideoConversionResult& result) {
+    Json scenes = Json::array();
+    for (const SceneChoice& choice : result.choices) {
+        scenes.push_back({{"start", choice.start},
+                          {"center", {choice.framing.centre.x, choice.framing.centre.y}},
+                          {"focus", choice.focus},
+                          {"strengthPercent", choice.strengthPercent}});
+    }
+    return scenes;
+}
+
 Json settingsJson(const CommandLine& commandLine, const VideoJob& job) {
     Json settings = {
         {"profile", job.profile.name},
@@ -37,8 +49,9 @@ Json settingsJson(const CommandLine& commandLine, const VideoJob& job) {
     if (job.depth) {
         const NativeOptions& native = job.native;
         settings["method"] = methodName(native.views.method);
-        settings["strengthPercent"] = native.views.strengthPercent;
-        settings["focus"] = native.views.focus;
+        const AutoChoices choices = autoChoices(commandLine); // those are in "choices"
+        if (!choices.strength) settings["strengthPercent"] = native.views.strengthPercent;
+        if (!choices.focus) settings["focus"] = native.views.focus;
         settings["path"] = job.path;
         settings["continuous"] = native.positions == ViewPositions::Continuous;
         settings["depth"] = job.depth->description();
@@ -87,6 +100,7 @@ std::string videoReport(const CommandLine& commandLine, const VideoJob& job,
                        {"repeatedFrames", result.repeated},
                        {"droppedFrames", result.pipeline.dropped},
                        {"sceneCuts", result.cuts},
+                       {"choices", choicesJson(result)},
                        {"corruptFrames", result.counts.corrupt},
                        {"repairedTimes", result.counts.repairedTimes},
                        {"truncated", result.counts.truncated},

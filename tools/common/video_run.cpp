@@ -62,10 +62,27 @@ void tellRemarks(const CommandLine& commandLine, const VideoJob& job, VideoOutco
         notes.erase(notes.begin());
     }
     messages.warn(notes);
+    const std::vector<SceneChoice>& choices = outcome.result.choices;
+    ViewOptions views = job.native.views;
+    if (!choices.empty()) {
+        views.focus = choices.front().focus;
+        views.strengthPercent = choices.front().strengthPercent;
+        const std::string first =
+            choices.size() == 1 ? "" : " (first of " + std::to_string(choices.size()) + " scenes)";
+        messages.say("auto: " + autoText(autoChoices(commandLine), choices.front().framing, views) +
+                     first);
+    }
     if (!job.depth || job.plan.product != VideoProduct::Native) return;
-    warnAboutParallax(
-        commandLine,
-        adjacentParallax(job.native.views, job.layout, job.display.panelSize(), {0, 1}), messages);
+    const auto parallaxOf = [&] {
+        return adjacentParallax(views, job.layout, job.display.panelSize(), {0, 1});
+    };
+    AdjacentParallax largest = parallaxOf();
+    for (const SceneChoice& choice : choices) {
+        views.focus = choice.focus;
+        views.strengthPercent = choice.strengthPercent;
+        if (parallaxOf().viewPixels > largest.viewPixels) largest = parallaxOf();
+    }
+    warnAboutParallax(commandLine, largest, messages);
 }
 
 // Makes the file.

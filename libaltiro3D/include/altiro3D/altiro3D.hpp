@@ -72,6 +72,7 @@
 #include "altiro3D/quilt_search.hpp"
 #include "altiro3D/stereo_depth.hpp"
 #include "altiro3D/stereo_pair.hpp"
+#include "altiro3D/subject.hpp"
 #include "altiro3D/sway.hpp"
 #include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"

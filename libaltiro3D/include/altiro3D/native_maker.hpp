@@ -18,6 +18,7 @@ namespace altiro3D {
 struct NativeOptions {
     ViewOptions views;            ///< Method, strength, focus and the options of each method.
     FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel if their shapes differ.
+    Framing framing;              ///< The part of a photo that is shown.
     DepthRefineOptions refine;    ///< How the depth of a fitted photo is refined.
     /// The photo is fitted to the size of the panel instead of the size of a view. The direct path
     /// then shows more detail; a quilt averages it away.

@@ -11,10 +11,31 @@ namespace altiro3D {
 
 /// How a picture is fitted to another shape.
 enum class FitMode {
-    Cover,   ///< Fills the panel; the excess is cropped equally on both sides.
+    Cover,   ///< Fills the panel; the excess is cropped, equally on both sides unless framed.
     Contain, ///< Shows all of the picture; black bars fill the rest.
     Stretch  ///< Shows all of the picture, distorted to the panel's shape.
 };
+
+/// The part of a picture that is shown. The centre is moved where the part would leave the picture.
+struct Framing {
+    /// Centre of the part, in widths and heights of the picture, each 0..1; (0, 0) is the top left
+    /// corner.
+    cv::Point2d centre{0.5, 0.5};
+    /// Enlargement, 1..1000; 1 shows what FitMode says.
+    double zoom = 1;
+};
+
+/// Whether two framings are equal. @return true if all fields are
+[[nodiscard]] inline bool operator==(const Framing& a, const Framing& b) {
+    return a.centre == b.centre && a.zoom == b.zoom;
+}
+/// Whether two framings differ. @return true if a field does
+[[nodiscard]] inline bool operator!=(const Framing& a, const Framing& b) {
+    return !(a == b);
+}
+
+/// With a zoom above 1 at least this many rows and columns of a picture must remain.
+constexpr int kLeastFramedPixels = 16;
 
 /// The source and target rectangles of a fit.
 struct PhotoFit {
@@ -24,16 +45,19 @@ struct PhotoFit {
 };
 
 /// Computes the fit to the panel's shape. The result may have another shape (square tiles for a
-/// wide panel); the display then stretches it.
+/// wide panel); the display then stretches it. docs/mathematics.md, (6.1) and (6.2).
 ///
 /// @param picture size of the picture in px, at least 1 x 1
 /// @param panelAspect width : height of the picture on the panel, 0.01..100
 /// @param result size of the result in px, at least 1 x 1
 /// @param mode crop, bars or distortion
+/// @param framing the part to show; with bars, zoom makes them smaller first
 /// @return the fit
-/// @throws Error InvalidArgument (out of these ranges)
+/// @throws Error InvalidArgument (out of these ranges; a zoom that leaves less than
+///         kLeastFramedPixels rows or columns)
 [[nodiscard]] ALTIRO3D_EXPORT PhotoFit fitPhoto(cv::Size picture, double panelAspect,
-                                                cv::Size result, FitMode mode = FitMode::Cover);
+                                                cv::Size result, FitMode mode = FitMode::Cover,
+                                                const Framing& framing = {});
 
 /// Resamples a picture by a fit: area average to shrink, cubic to enlarge.
 ///

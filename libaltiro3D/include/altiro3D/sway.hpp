@@ -80,6 +80,14 @@ ALTIRO3D_EXPORT void validate(const SwayOptions& options);
 [[nodiscard]] ALTIRO3D_EXPORT PhotoFit photoSwayFit(cv::Size photo, FitMode mode = FitMode::Cover,
                                                     cv::Size size = {});
 
+/// As above, for a part of a photo.
+/// @param part the part to show, in px of the photo, at least 1 x 1
+/// @param mode,size as above
+/// @return the fit; its source lies in `part`
+/// @throws Error InvalidArgument (an empty part)
+[[nodiscard]] ALTIRO3D_EXPORT PhotoFit photoSwayFit(cv::Rect part, FitMode mode = FitMode::Cover,
+                                                    cv::Size size = {});
+
 /// Renders the picture at a camera position. It is called from one thread.
 ///
 /// @param position -1 leftmost .. +1 rightmost; clamped

@@ -6,6 +6,7 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/native_maker.hpp"
+#include "altiro3D/subject.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
 
@@ -140,6 +141,11 @@ struct VideoConversion {
     /// How views are rendered and fitted. Only `fit` and `sampling` are used if `fromQuilt` is set,
     /// and only `views.focus` for Rgbd.
     NativeOptions native;
+    /// What is chosen at the first frame of each scene and stays during the scene, instead of what
+    /// `native` says. Given depth has no scenes; the first frame then decides for the whole video.
+    /// The strength suits depth of 0..1, because depth changes during a scene. Not for Rgbd and
+    /// quilts.
+    AutoChoices choices;
 
     /// The frames of the input are quilts. `product` must be Native; `depth` and `given` must not
     /// be set.
@@ -165,16 +171,25 @@ struct VideoConversion {
     bool threads = true; ///< See PipelineOptions::threads. Ignored if `show` is set.
 };
 
+/// What was chosen for a scene.
+struct SceneChoice {
+    double start = 0;           ///< First frame, s from the start of the part.
+    Framing framing;            ///< See NativeOptions::framing.
+    double focus = 0;           ///< See ViewOptions::focus.
+    double strengthPercent = 0; ///< See ViewOptions::strengthPercent.
+};
+
 /// Result of a conversion.
 struct VideoConversionResult {
-    std::int64_t frames = 0;     ///< Frames made, including those of an earlier run.
-    std::int64_t keptFrames = 0; ///< Frames of an earlier run, which were not made again.
-    double end = 0;              ///< End of the last frame made, s from the start of the part.
-    std::int64_t inferences = 0; ///< Frames of this run for which depth was estimated.
-    std::int64_t repeated = 0;   ///< Frames of this run that equal the frame before.
-    std::vector<double> cuts;    ///< Scene cuts in this run, s from the start of the part.
-    bool cancelled = false;      ///< The progress function or `show` has cancelled the run.
-    bool keepsWork = false;      ///< A later run can resume, see VideoConverter::keepsWork().
+    std::int64_t frames = 0;          ///< Frames made, including those of an earlier run.
+    std::int64_t keptFrames = 0;      ///< Frames of an earlier run, which were not made again.
+    double end = 0;                   ///< End of the last frame made, s from the start of the part.
+    std::int64_t inferences = 0;      ///< Frames of this run for which depth was estimated.
+    std::int64_t repeated = 0;        ///< Frames of this run that equal the frame before.
+    std::vector<double> cuts;         ///< Scene cuts in this run, s from the start of the part.
+    std::vector<SceneChoice> choices; ///< The choices of this run, see VideoConversion::choices.
+    bool cancelled = false;           ///< The progress function or `show` has cancelled the run.
+    bool keepsWork = false;           ///< A later run can resume, see VideoConverter::keepsWork().
     /// Times of the stages "decode", "depth" (not if frames are quilts), "render", and "encode" or
     /// "show".
     PipelineReport pipeline;

@@ -14,11 +14,32 @@ namespace altiro3D {
 
 namespace {
 
-// `part` of `whole`, at least 1 px, centred.
-cv::Range centred(int whole, double part) {
-    const int length = std::clamp(static_cast<int>(std::lround(part)), 1, whole);
-    const int start = (whole - length) / 2;
-    return {start, start + length};
+// `part` of `whole`, at least 1 px, around `centre` as far as the ends allow.
+cv::Range around(int whole, double part, double centre) {
+    const int length = static_cast<int>(std::lround(std::clamp<double>(part, 1, whole)));
+    constexpr double kRounding = 1e-6; // px; a centre made of whole px gives them back
+    const double start = std::floor(centre * whole - length / 2.0 + kRounding);
+    const int first = static_cast<int>(std::clamp<double>(start, 0, whole - length));
+    return {first, first + length};
+}
+
+// One axis of a fit.
+struct Axis {
+    cv::Range source; // part of the picture
+    cv::Range target; // part of the result
+};
+
+// @param window length of the picture that fills the panel, in its px; may exceed it
+Axis placed(int picture, double window, double centre, int result) {
+    return {around(picture, window, centre), around(result, result * (picture / window), 0.5)};
+}
+
+void checkFraming(const Framing& framing) {
+    for (const double part : {framing.centre.x, framing.centre.y}) {
+        checkNumber(part >= 0 && part <= 1, "centre", part,
+                    "a part of the picture of 0 (left, top) .. 1 (right, bottom)");
+    }
+    checkNumber(framing.zoom >= 1 && framing.zoom <= 1000, "zoom", framing.zoom, "1..1000");
 }
 
 bool isInside(const cv::Rect& part, cv::Size whole) {
@@ -42,7 +63,8 @@ void checkFit(const PhotoFit& fit, cv::Size photo) {
 
 } // namespace
 
-PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode mode) {
+PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode mode,
+                  const Framing& framing) {
     if (picture.width < 1 || picture.height < 1 || result.width < 1 || result.height < 1) {
         throw Error(ErrorCode::InvalidArgument, "picture",
                     "of " + sizeText(picture) + " px cannot be brought to " + sizeText(result) +
@@ -50,29 +72,33 @@ PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode
     }
     checkNumber(panelAspect >= 0.01 && panelAspect <= 100, "panel aspect", panelAspect,
                 "0.01..100");
-    PhotoFit fit;
-    fit.size = result;
-    cv::Range columns(0, picture.width);
-    cv::Range rows(0, picture.height);
-    cv::Range targetColumns(0, result.width);
-    cv::Range targetRows(0, result.height);
-    const double aspect = static_cast<double>(picture.width) / picture.height;
-    const bool wider = aspect > panelAspect;
-    if (mode == FitMode::Cover) {
-        if (wider) {
-            columns = centred(picture.width, picture.height * panelAspect);
+    checkFraming(framing);
+    // Sides of the window that fills the panel, in px of the picture; larger than it if bars show.
+    cv::Size2d window = picture;
+    const bool wider = static_cast<double>(picture.width) / picture.height > panelAspect;
+    if (mode != FitMode::Stretch) {
+        if (wider == (mode == FitMode::Cover)) {
+            window.width = picture.height * panelAspect;
         } else {
-            rows = centred(picture.height, picture.width / panelAspect);
-        }
-    } else if (mode == FitMode::Contain) {
-        if (wider) {
-            targetRows = centred(result.height, result.height * panelAspect / aspect);
-        } else {
-            targetColumns = centred(result.width, result.width * aspect / panelAspect);
+            window.height = picture.width / panelAspect;
         }
     }
-    fit.source = {columns.start, rows.start, columns.size(), rows.size()};
-    fit.target = {targetColumns.start, targetRows.start, targetColumns.size(), targetRows.size()};
+    const Axis columns =
+        placed(picture.width, window.width / framing.zoom, framing.centre.x, result.width);
+    const Axis rows =
+        placed(picture.height, window.height / framing.zoom, framing.centre.y, result.height);
+    const PhotoFit fit{
+        {columns.source.start, rows.source.start, columns.source.size(), rows.source.size()},
+        {columns.target.start, rows.target.start, columns.target.size(), rows.target.size()},
+        result};
+    const int least = std::min(fit.source.width, fit.source.height);
+    if (framing.zoom > 1 && least < kLeastFramedPixels) {
+        throw Error(ErrorCode::InvalidArgument, "zoom",
+                    numberText(framing.zoom) + " leaves " + sizeText(fit.source.size()) +
+                        " px of a picture of " + sizeText(picture) +
+                        " px, expected a smaller one that leaves at least " +
+                        std::to_string(kLeastFramedPixels) + " px on each side");
+    }
     return fit;
 }
 

@@ -108,7 +108,7 @@ cv::Size NativeMaker::workSize() const {
 PhotoFit NativeMaker::fit(cv::Size photo, double aspect) const {
     const cv::Size panel = impl_->panelSize;
     const double shown = aspect == 0 ? static_cast<double>(panel.width) / panel.height : aspect;
-    return fitPhoto(photo, shown, workSize(), impl_->options.fit);
+    return fitPhoto(photo, shown, workSize(), impl_->options.fit, impl_->options.framing);
 }
 
 void NativeMaker::makeQuilt(const Scene& fitted, cv::Mat& quilt) const {

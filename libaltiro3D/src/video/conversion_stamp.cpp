@@ -81,7 +81,10 @@ Json numbersOf(const NativeOptions& native) {
             static_cast<int>(native.positions),
             static_cast<int>(native.sampling.views),
             static_cast<int>(native.sampling.inTile),
-            native.refine.enabled};
+            native.refine.enabled,
+            native.framing.centre.x,
+            native.framing.centre.y,
+            native.framing.zoom};
 }
 
 Json numbersOf(const VideoDepthOptions& depth) {
@@ -137,6 +140,8 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
                  conversion.part.formatOptions});
     add("views", numbersOf(conversion.native.views));
     add("ways of rendering", numbersOf(conversion.native));
+    const AutoChoices& choices = conversion.choices;
+    add("choices", {choices.framing, choices.focus, choices.strength});
     add("steps of depth", numbersOf(conversion.depthOptions));
     add("encoder", encodingOf(conversion.encoding));
     const int threads = conversion.encoding.threads; // encoders divide frames among threads

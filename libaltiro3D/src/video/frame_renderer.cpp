@@ -22,7 +22,6 @@ const DepthRefineOptions kAsItIs{false, {}};
 
 // DepthFlaws as numbers.
 using FlawValues = std::array<double, 6>;
-constexpr std::size_t kFlawBytes = (1 + std::tuple_size_v<FlawValues>)*sizeof(std::uint64_t);
 
 FlawValues valuesOf(const DepthFlaws& flaws) {
     return {flaws.softnessPixels,
@@ -38,12 +37,43 @@ DepthFlaws flawsOf(const FlawValues& values) {
             cv::Point(static_cast<int>(values[3]), static_cast<int>(values[4])), values[5]};
 }
 
+// Appends whether numbers are known, and the numbers.
+template <typename Values>
+void keepNumbers(SavedState& state, bool areKnown, const Values& values) {
+    append(state.bytes, areKnown ? 1 : 0);
+    for (const double value : values) {
+        std::uint64_t bits = 0;
+        std::memcpy(&bits, &value, sizeof bits);
+        append(state.bytes, bits);
+    }
+}
+
+// Removes what keepNumbers() appended last. @return whether they are known
+template <typename Values>
+bool takeNumbers(SavedState& state, Values& values) {
+    constexpr std::size_t kBytes = (1 + std::tuple_size_v<Values>)*sizeof(std::uint64_t);
+    if (state.bytes.size() < kBytes) {
+        throw Error(ErrorCode::BadFormat, "state", "is damaged, expected what an earlier run kept");
+    }
+    const std::string kept = state.bytes.substr(state.bytes.size() - kBytes);
+    state.bytes.resize(state.bytes.size() - kBytes);
+    std::string_view rest = kept;
+    std::uint64_t isKnown = 0;
+    take(rest, isKnown);
+    for (double& value : values) {
+        std::uint64_t bits = 0;
+        take(rest, bits);
+        std::memcpy(&value, &bits, sizeof value);
+    }
+    return isKnown != 0;
+}
+
 // Natives and quilts of photos with depth.
 class ViewsRenderer : public FrameRenderer {
   public:
     ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, double seenAspect)
         : options_(conversion.native), target_(target), seenAspect_(seenAspect),
-          isGiven_(conversion.given.has_value()),
+          isGiven_(conversion.given.has_value()), wanted_(conversion.choices),
           workSize_(options_.keepResolution ? target.panelSize : target.layout.tileSize) {
         if (conversion.product == VideoProduct::Quilt) {
             quilter_.emplace(target.layout, options_.views);
@@ -66,8 +96,14 @@ class ViewsRenderer : public FrameRenderer {
         const Scene scene{frame.source.picture, frame.depth};
         // the shape as displayed, because px of the frame need not be square
         const double pixelAspect = seenAspect_ * scene.photo.rows / scene.photo.cols;
+        const double aspect = target_.aspect() / pixelAspect;
+        if (wanted_.any() && (!isChosen_ || frame.step.cut)) {
+            choose(scene, aspect);
+            choices_.push_back({static_cast<double>(frame.source.pts), options_.framing,
+                                options_.views.focus, options_.views.strengthPercent});
+        }
         const PhotoFit fit =
-            fitPhoto(scene.photo.size(), target_.aspect() / pixelAspect, workSize_, options_.fit);
+            fitPhoto(scene.photo.size(), aspect, workSize_, options_.fit, options_.framing);
         fitScene(scene, fit, options_.views.focus, fitted_, kAsItIs);
         refine(frame, fit.target);
         if (quilter_) {
@@ -79,36 +115,53 @@ class ViewsRenderer : public FrameRenderer {
         last_ = result;
     }
 
+    std::vector<SceneChoice> choices() const override { return choices_; }
+
     void keepState(SavedState& state) const override {
-        append(state.bytes, flaws_ ? 1 : 0);
-        for (const double value : valuesOf(flaws_.value_or(DepthFlaws()))) {
-            std::uint64_t bits = 0;
-            std::memcpy(&bits, &value, sizeof bits);
-            append(state.bytes, bits);
-        }
+        keepNumbers(state, flaws_.has_value(), valuesOf(flaws_.value_or(DepthFlaws())));
+        if (wanted_.any()) keepNumbers(state, isChosen_, chosenValues());
     }
 
     void takeState(SavedState& state) override {
-        if (state.bytes.size() < kFlawBytes) {
-            throw Error(ErrorCode::BadFormat, "state",
-                        "is damaged, expected what an earlier run kept");
+        if (wanted_.any()) {
+            ChoiceValues values{};
+            isChosen_ = takeNumbers(state, values);
+            if (isChosen_) {
+                options_.framing.centre = {values[0], values[1]};
+                options_.views.focus = values[2];
+                options_.views.strengthPercent = values[3];
+                useChosen();
+            }
         }
-        const std::string kept = state.bytes.substr(state.bytes.size() - kFlawBytes);
-        state.bytes.resize(state.bytes.size() - kFlawBytes);
-        std::string_view rest = kept;
-        std::uint64_t isKnown = 0;
-        take(rest, isKnown);
         FlawValues values{};
-        for (double& value : values) {
-            std::uint64_t bits = 0;
-            take(rest, bits);
-            std::memcpy(&value, &bits, sizeof value);
-        }
         flaws_.reset();
-        if (isKnown != 0) flaws_ = flawsOf(values);
+        if (takeNumbers(state, values)) flaws_ = flawsOf(values);
     }
 
   private:
+    using ChoiceValues = std::array<double, 4>;
+
+    ChoiceValues chosenValues() const {
+        return {options_.framing.centre.x, options_.framing.centre.y, options_.views.focus,
+                options_.views.strengthPercent};
+    }
+
+    void choose(const Scene& scene, double aspect) {
+        chooseFromScene(scene, aspect, options_.fit, wanted_, options_.framing,
+                        options_.views.focus);
+        if (wanted_.strength) {
+            options_.views.strengthPercent =
+                chooseStrength(options_.views.focus, target_.layout, {0, 1});
+        }
+        useChosen();
+        isChosen_ = true;
+    }
+
+    void useChosen() {
+        if (maker_) maker_ = maker_->withViews(options_.views);
+        if (quilter_) quilter_.emplace(target_.layout, options_.views);
+    }
+
     // What is wrong with the depth belongs to its source. It is measured at the start of a scene,
     // so edges do not waver from frame to frame; as given depth has no scenes, now and then.
     void refine(const PipelineFrame& frame, const cv::Rect& part) {
@@ -128,6 +181,9 @@ class ViewsRenderer : public FrameRenderer {
     VideoTarget target_;
     double seenAspect_;
     bool isGiven_;
+    AutoChoices wanted_;
+    bool isChosen_ = false; // options_ hold the choices for the scene
+    std::vector<SceneChoice> choices_;
     std::optional<DepthFlaws> flaws_;
     cv::Mat refined_;
     cv::Size workSize_;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <vector>
 
 namespace altiro3D {
 
@@ -32,6 +33,8 @@ class FrameRenderer {
     virtual void keepState(SavedState& /*state*/) const {}
     /// Removes what keepState() appended and continues from it. @throws Error BadFormat
     virtual void takeState(SavedState& /*state*/) {}
+    /// The choices for the scenes of this run; `start` is in units of the frames' times.
+    virtual std::vector<SceneChoice> choices() const { return {}; }
     /// Remarks, for people.
     virtual Notes notes() const { return {}; }
 };

@@ -142,6 +142,12 @@ PhotoFit photoSwayFit(cv::Size photo, FitMode mode, cv::Size size) {
     return swayFit(photo, std::clamp(aspect, 0.01, 100.0), size, mode);
 }
 
+PhotoFit photoSwayFit(cv::Rect part, FitMode mode, cv::Size size) {
+    PhotoFit fit = photoSwayFit(part.size(), mode, size);
+    fit.source += part.tl();
+    return fit;
+}
+
 SwayView photoViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOptions& options) {
     validate(options);
     const auto scene = std::make_shared<const PhotoScene>(photo, depth, options);

@@ -39,6 +39,11 @@ void checkFields(const VideoConversion& conversion) {
     check(!conversion.map || (conversion.native.sampling.views == ViewFilter::Nearest &&
                               conversion.native.sampling.inTile == TileSampling::Nearest),
           "sampling", "blends, but a look-up table holds single px, expected nearest");
+    check(!conversion.choices.framing || conversion.native.fit == FitMode::Cover, "framing",
+          "is chosen, but the fit is not cover, expected cover");
+    check((conversion.native.framing == Framing() && !conversion.choices.any()) ||
+              (!conversion.fromQuilt && conversion.product != VideoProduct::Rgbd),
+          "framing", "or a choice is set, but the frames are not rendered as views");
     if (!conversion.fromQuilt) return;
     check(conversion.product == VideoProduct::Native, "product",
           "is not Native, but frames are quilts");
@@ -238,6 +243,9 @@ void VideoConverter::Impl::finish(VideoConversionResult& result) {
         result.finishSeconds = std::chrono::duration<double>(Clock::now() - start).count();
         result.keepsWork = sink->keepsWork();
     }
+    result.choices = renderer->choices();
+    for (SceneChoice& choice : result.choices)
+        choice.start *= unit_;
     result.counts = reader->counts();
     result.notes = reader->notes();
     const Notes more[] = {renderer->notes(), depth_ ? depth_->notes() : Notes()};

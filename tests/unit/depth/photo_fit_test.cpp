@@ -30,6 +30,45 @@ TEST(PhotoFit, ContainLeavesBarsAndStretchTakesAll) {
     EXPECT_EQ(stretched.source, cv::Rect(0, 0, 100, 1000));
 }
 
+TEST(PhotoFit, FramingChoosesThePartAndNeverShowsABorder) {
+    const auto source = [](Framing framing, FitMode mode = FitMode::Cover) {
+        return fitPhoto({1000, 300}, 0.75, {420, 560}, mode, framing).source;
+    };
+    EXPECT_EQ(source({{0.3, 0.5}, 1}), cv::Rect(187, 0, 225, 300));
+    EXPECT_EQ(source({{0, 0}, 1}), cv::Rect(0, 0, 225, 300));
+    EXPECT_EQ(source({{1, 1}, 1}), cv::Rect(775, 0, 225, 300));
+    EXPECT_EQ(source({{0.5, 0.5}, 3}), cv::Rect(462, 100, 75, 100));
+    EXPECT_EQ(source({{1, 0}, 3}), cv::Rect(925, 0, 75, 100));
+    EXPECT_EQ(source({{0.25, 1}, 2}, FitMode::Stretch), cv::Rect(0, 150, 500, 150));
+}
+
+TEST(PhotoFit, ZoomMakesBarsSmallerBeforeItCrops) {
+    const auto fit = [](double zoom) {
+        return fitPhoto({1000, 500}, 0.75, {420, 560}, FitMode::Contain, {{0.5, 0.5}, zoom});
+    };
+    EXPECT_EQ(fit(2).source, cv::Rect(250, 0, 500, 500));
+    EXPECT_EQ(fit(2).target, cv::Rect(0, 70, 420, 420));
+    const PhotoFit full = fit(4); // 1000 x 1333 px of the panel, a quarter of it
+    EXPECT_EQ(full.source, cv::Rect(375, 83, 250, 333));
+    EXPECT_EQ(full.target, cv::Rect(0, 0, 420, 560));
+}
+
+TEST(PhotoFit, ImpossibleFramingsAreNamed) {
+    const auto error = [](cv::Size photo, Framing framing) {
+        return errorOf([&] { static_cast<void>(fitPhoto(photo, 1, {8, 8}, {}, framing)); });
+    };
+    EXPECT_EQ(error({100, 100}, {{0.5, 0.5}, 6}), "(no error)");
+    EXPECT_NE(error({100, 100}, {{0.5, 0.5}, 7}).find("leaves 14 x 14 px"), std::string::npos);
+    EXPECT_NE(error({100, 100}, {{0.5, 0.5}, 1000}).find("zoom"), std::string::npos);
+    EXPECT_EQ(error({1, 1}, {}), "(no error)");
+    EXPECT_NE(error({1, 1}, {{0.5, 0.5}, 1.5}).find("zoom"), std::string::npos);
+    EXPECT_NE(error({100, 100}, {{-0.1, 0.5}, 1}).find("centre"), std::string::npos);
+    for (const double odd : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+        EXPECT_NE(error({100, 100}, {{0.5, odd}, 1}).find("centre"), std::string::npos);
+        EXPECT_NE(error({100, 100}, {{0.5, 0.5}, odd}).find("zoom"), std::string::npos);
+    }
+}
+
 TEST(PhotoFit, TheShapeThatCountsIsThePanelsNotTheTiles) {
     // a square tile of a 16:9 panel: a 16:9 photo is used whole
     EXPECT_EQ(fitPhoto({1600, 900}, 16.0 / 9, {857, 857}).source, cv::Rect(0, 0, 1600, 900));

@@ -28,7 +28,8 @@ altiro3D::Scene photoWithDepth() {
 cv::Mat overQuilt(const Display& display, const altiro3D::Scene& scene,
                   const NativeOptions& options) {
     const cv::Size work = options.keepResolution ? display.panelSize() : display.quilt.tileSize;
-    const PhotoFit fit = fitPhoto(scene.photo.size(), display.aspect(), work, options.fit);
+    const PhotoFit fit =
+        fitPhoto(scene.photo.size(), display.aspect(), work, options.fit, options.framing);
     cv::Mat photo;
     cv::Mat depth;
     applyFit(scene.photo, fit, photo);
@@ -65,6 +66,31 @@ TEST(NativeMaker, GivesWhatTheStepsGiveForEachMethodFitAndSampling) {
             }
         }
     }
+}
+
+TEST(NativeMaker, FramingIsTheSameOnBothPathsAndShowsThatPartAlone) {
+    const Display display = smallDisplay();
+    const altiro3D::Scene scene = photoWithDepth();
+    NativeOptions options;
+    cv::Mat usual;
+    NativeMaker(display, options).makeNative(scene, usual);
+    options.framing = {{0.2, 0.7}, 1.7};
+    const NativeMaker maker(display, options);
+    EXPECT_EQ(maker.path(), NativePath::Direct);
+    cv::Mat native;
+    maker.makeNative(scene, native);
+    EXPECT_TRUE(samePicture(native, overQuilt(display, scene, options)));
+    EXPECT_FALSE(samePicture(native, usual));
+    // px outside of the part do not matter; given whole depth px, nor does depth
+    altiro3D::Scene other{scene.photo.clone(), cv::Mat(scene.photo.size(), CV_32FC1, 0.4F)};
+    maker.makeNative(other, usual);
+    cv::Mat inside;
+    const PhotoFit fit = maker.fit(scene.photo.size());
+    other.photo(fit.source).copyTo(inside);
+    other.photo.setTo(cv::Scalar(1, 2, 3));
+    inside.copyTo(other.photo(fit.source));
+    maker.makeNative(other, native);
+    EXPECT_TRUE(samePicture(native, usual));
 }
 
 TEST(NativeMaker, KeepsThePanelsResolutionAndTakesContinuousPositions) {

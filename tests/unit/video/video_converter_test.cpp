@@ -170,6 +170,45 @@ TEST_F(VideoConverterTest, TheFramesOfAPartAreEstimatedFromItsLength) {
     EXPECT_EQ(converter.run().frames, 8);
 }
 
+TEST_F(VideoConverterTest, ChoicesAreThoseOfTheFirstFrameAndSurviveAnInterruption) {
+    const auto of = [&](const char* name, UnfinishedRun unfinished) {
+        VideoConversion made = conversion(name);
+        made.choices = {true, true, true};
+        made.unfinished = unfinished;
+        return made;
+    };
+    const VideoConversionResult result =
+        VideoConverter(of("whole.mkv", UnfinishedRun::Refuse)).run();
+    ASSERT_EQ(result.choices.size(), 1U);
+    const altiro3D::Scene first = scenes().front();
+    const Display display = smallDisplay();
+    NativeOptions options;
+    chooseFromScene(first, display.aspect(), FitMode::Cover, {true, true, false}, options.framing,
+                    options.views.focus);
+    options.views.strengthPercent = chooseStrength(options.views.focus, display.quilt, {0, 1});
+    EXPECT_EQ(result.choices.front().framing, options.framing);
+    EXPECT_EQ(result.choices.front().focus, options.views.focus);
+    EXPECT_EQ(result.choices.front().strengthPercent, options.views.strengthPercent);
+    EXPECT_NE(options.views.focus, 0.5);
+    const NativeMaker maker(display, withFlaws(options));
+    const std::vector<cv::Mat> natives = pictures("whole.mkv");
+    const std::vector<altiro3D::Scene> expected = scenes();
+    for (const std::size_t i : {std::size_t{0}, natives.size() - 1}) {
+        cv::Mat native;
+        maker.makeNative(expected[i], native);
+        EXPECT_TRUE(samePicture(natives[i], native)) << i;
+    }
+    VideoConverter(of("out.mkv", UnfinishedRun::Refuse)).run([](const VideoProgress& progress) {
+        return progress.frames < kSegmentFrames + 2;
+    });
+    const VideoConversionResult rest = VideoConverter(of("out.mkv", UnfinishedRun::Resume)).run();
+    EXPECT_GT(rest.keptFrames, 0);
+    const std::vector<cv::Mat> resumed = pictures("out.mkv");
+    ASSERT_EQ(resumed.size(), natives.size());
+    for (std::size_t i = 0; i < natives.size(); ++i)
+        EXPECT_TRUE(samePicture(resumed[i], natives[i])) << i;
+}
+
 TEST_F(VideoConverterTest, AMapGivesTheNativesOverTheQuilt) {
     const Display display = smallDisplay();
     VideoConversion made = conversion("native.mkv");

@@ -53,7 +53,7 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
         Arguments arguments;
         LibraryPath path;
     };
-    std::vector<Case> cases(12);
+    std::vector<Case> cases(14);
     cases[1] = {{"-k"}, {}};
     cases[1].path.keep = true;
     cases[1].path.quilt = false;
@@ -86,6 +86,13 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
     cases[11].path.views.method = ViewMethod::Fast;
     cases[11].path.views.refinement = 2;
     cases[11].path.keep = true;
+    cases[12] = {{"--center", "0.2,1", "--zoom", "1.5"}, {}};
+    cases[12].path.framing = {{0.2, 1}, 1.5};
+    cases[13] = {{"--fit", "contain", "--zoom", "1.2", "-k"}, {}};
+    cases[13].path.fit = FitMode::Contain;
+    cases[13].path.framing.zoom = 1.2;
+    cases[13].path.keep = true;
+    cases[13].path.quilt = false;
     for (const auto& [arguments, path] : cases) {
         const Outcome outcome =
             studio.run(kTool, arguments + Arguments{"-y"} + studio.display() +
@@ -94,6 +101,37 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
         EXPECT_TRUE(samePicture(readBack(studio / "native.png"), libraryNative(studio, path)))
             << outcome.call;
     }
+}
+
+TEST(Photo2Native, AutoSaysAndReportsWhatTheLibraryChooses) {
+    SmallStudio studio;
+    const cv::Mat photo = madePhoto(150, 110);
+    writeImage(studio / "photo.png", photo);
+    const cv::Mat depth16 = madeDepth(75, 55);
+    writeImage(studio / "depth.png", depth16);
+    const Outcome outcome = studio.run(
+        kTool,
+        Arguments{"--fit", "auto", "--focus", "auto", "--strength", "auto", "--report", "r.json"} +
+            studio.display() + Arguments{"-d", "photo.png", "depth.png", "native.png"});
+    ASSERT_EQ(outcome.status, 0) << outcome.text();
+    EXPECT_NE(outcome.text().find("auto: center "), std::string::npos) << outcome.text();
+    const Json report = Json::parse(slurp(studio / "r.json"));
+    EXPECT_TRUE(report.at("settings").at("focus").is_null());
+    EXPECT_EQ(report.at("settings").at("fit"), "auto");
+    cv::Mat depth;
+    depth16.convertTo(depth, CV_32F);
+    normalizeDepth(cv::Mat(depth), depth);
+    LibraryPath path;
+    chooseFromScene({photo, depth}, 0.75, FitMode::Cover, {true, true, false}, path.framing,
+                    path.views.focus);
+    const Json& picture = report.at("pictures").at(0);
+    EXPECT_NEAR(picture.at("focus").get<double>(), path.views.focus, 1e-6);
+    EXPECT_NEAR(picture.at("center").at(0).get<double>(), path.framing.centre.x, 1e-9);
+    path.views.focus = picture.at("focus");
+    path.views.strengthPercent = picture.at("strengthPercent");
+    EXPECT_GT(path.views.strengthPercent, 0);
+    EXPECT_LE(path.views.strengthPercent, kMaxAutoStrength);
+    EXPECT_TRUE(samePicture(readBack(studio / "native.png"), libraryNative(studio, path)));
 }
 
 TEST(Photo2Native, BothPathsGiveTheSameNative) {
@@ -313,7 +351,13 @@ TEST(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
         {{"--strength", "nan"}, "--strength is \"nan\", expected a number 0..100"},
         {{"--strength", "1e999"}, "--strength is \"1e999\", expected a number 0..100"},
         {{"--focus", "1.01"}, "--focus is \"1.01\", expected a number 0..1"},
-        {{"--fit", "fill"}, "--fit is \"fill\", expected cover, contain or stretch"},
+        {{"--fit", "fill"}, "--fit is \"fill\", expected cover, contain, stretch or auto"},
+        {{"--center", "0.5"}, "--center is \"0.5\", expected two numbers 0..1 with a comma"},
+        {{"--center", "0.5,2"}, "--center is \"0.5,2\", expected two numbers"},
+        {{"--center", "0.5,0.5,1"}, "--center is \"0.5,0.5,1\", expected two numbers"},
+        {{"--center", "0,0", "--fit", "contain"}, "--center has no effect"},
+        {{"--center", "0,0", "--fit", "auto"}, "--fit auto chooses the centre itself"},
+        {{"--zoom", "0.5"}, "--zoom is \"0.5\", expected a number 1..1000"},
         {{"--sampling", "cubic"}, "--sampling is \"cubic\", expected nearest or linear"}};
     for (const auto& [more, sentence] : cases) {
         Arguments call = more + studio.display() + Arguments{"photo.png"};

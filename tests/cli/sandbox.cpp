@@ -289,7 +289,7 @@ cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, cons
     const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
     const cv::Size size =
         path.keep ? cv::Size(calibration.screenW, calibration.screenH) : path.layout.tileSize;
-    const PhotoFit fit = fitPhoto(photo.size(), aspect, size, path.fit);
+    const PhotoFit fit = fitPhoto(photo.size(), aspect, size, path.fit, path.framing);
     altiro3D::Scene fitted;
     cv::Mat quilt;
     cv::Mat native;

@@ -144,6 +144,7 @@ QuiltLayout smallLayout();
 struct LibraryPath {
     ViewOptions views;
     FitMode fit = FitMode::Cover;
+    Framing framing;
     bool refine = true;                                ///< The depth is refined.
     bool keep = false;                                 ///< At the panel's resolution, not a view's.
     bool quilt = true;                                 ///< Over a quilt; false: by NativeRenderer.

@@ -25,11 +25,11 @@ struct Framing {
     double zoom = 1;
 };
 
-/// Whether two framings are equal. @return true if all fields are
+/// Whether two framings are equal. @param a one @param b the other @return true if all fields are
 [[nodiscard]] inline bool operator==(const Framing& a, const Framing& b) {
     return a.centre == b.centre && a.zoom == b.zoom;
 }
-/// Whether two framings differ. @return true if a field does
+/// Whether two framings differ. @param a one @param b the other @return true if a field does
 [[nodiscard]] inline bool operator!=(const Framing& a, const Framing& b) {
     return !(a == b);
 }

@@ -56,7 +56,7 @@ cat >"$work/wanted" <<'TEXT'
 7: scripts/gone.sh: no such script
 10: altiro3Dvideo: has no option --lg
 11: altiro3Dvideo: --method has no value 'slow', only fast|layered|real
-12: photo2native: --fit has no value 'crop', only contain|cover|stretch
+12: photo2native: --fit has no value 'crop', only auto|contain|cover|stretch
 15: --fill has no value 'nothing', only background|continue
 15: --invert has no value 'maybe', only auto|off|on
 TEXT

@@ -429,8 +429,8 @@ void MainWindow::showFrame() {
     } else if (canFocus) {
         text += tr("    Click to focus there, drag to move the frame, turn the wheel to zoom");
     }
-    const Framing& framing = frame.request.knobs.framing;
-    if (document->kind == Kind::Scene && framing != Framing()) {
+    const Framing framing = document->kind == Kind::Scene ? framingOf(frame.setup) : Framing();
+    if (framing != Framing()) {
         text += tr("    center %1,%2, zoom %3")
                     .arg(framing.centre.x, 0, 'f', 3)
                     .arg(framing.centre.y, 0, 'f', 3)

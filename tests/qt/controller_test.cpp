@@ -292,6 +292,81 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
     EXPECT_EQ(slurp(folder_ / "views/view_47.png"), slurp(folder_ / "tool-views/view_47.png"));
 }
 
+TEST_F(ViewerController, ExportsThePartThatTheToolShows) {
+    writeImage(folder_ / "photo.png", detailedPhoto({640, 400}));
+    writeImage(folder_ / "photo-depth.png", boxDepth({640, 400}));
+    openPhoto();
+    controller_.moveFrame({0.3, 0}, 1); // the left part comes in
+    for (const double zoom : {1.0, 1.7}) {
+        controller_.zoomFrame({0.2, 0.9}, zoom, 2);
+        const Framing& framing = controller_.knobs().framing;
+        EXPECT_LT(framing.centre.x, 0.5);
+        EXPECT_DOUBLE_EQ(framing.zoom, zoom);
+        const auto text = [](double value) { return QString::number(value, 'g', 17); };
+        for (const Product product : {Product::Native, Product::Quilt, Product::Depth})
+            EXPECT_EQ(exportTo(product, folder_ / (std::to_string(int(product)) + ".png")), "");
+        EXPECT_EQ(exportTo(Product::SwayVideo, folder_ / "sway.mkv"), "");
+        photo2native({"-y", "--center", text(framing.centre.x) + "," + text(framing.centre.y),
+                      "--zoom", text(framing.zoom), "--save-quilt", at("tool.png"), "--save-depth",
+                      at("tool-d.png"), "--lg", at("tool.mkv")},
+                     "tool-n.png");
+        EXPECT_EQ(slurp(folder_ / "0.png"), slurp(folder_ / "tool-n.png")) << zoom;
+        EXPECT_EQ(slurp(folder_ / "1_qs8x6a0.75.png"), slurp(folder_ / "tool_qs8x6a0.75.png"));
+        EXPECT_EQ(slurp(folder_ / "3.png"), slurp(folder_ / "tool-d.png"));
+        VideoReader ours(folder_ / "sway.mkv");
+        VideoReader theirs(folder_ / "tool.mkv");
+        VideoFrame a;
+        VideoFrame b;
+        for (int i = 0; i < 3; ++i) {
+            ASSERT_TRUE(ours.read(a) && theirs.read(b));
+            EXPECT_TRUE(samePicture(a.picture, b.picture)) << zoom;
+        }
+    }
+}
+
+TEST_F(ViewerController, ContentFollowsTheMouse) {
+    // 600 x 400 on 3 : 4: half of the width is seen, px by px
+    const cv::Mat photo = detailedPhoto({600, 400});
+    writeImage(folder_ / "photo.png", photo);
+    writeImage(folder_ / "photo-depth.png", cv::Mat(400, 600, CV_8UC1, cv::Scalar(90)));
+    openPhoto();
+    EXPECT_TRUE(samePicture(picture(), photo(cv::Rect(150, 0, 300, 400))));
+    controller_.moveFrame({40 / 300.0, 0.2}, 1); // only along the axis that is cut
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_TRUE(samePicture(picture(), photo(cv::Rect(110, 0, 300, 400))));
+    controller_.moveFrame({-9, 0}, 1); // to the photo's end, and back from there
+    controller_.moveFrame({10 / 300.0, 0}, 1);
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_TRUE(samePicture(picture(), photo(cv::Rect(290, 0, 300, 400))));
+    controller_.zoomFrame({1, 0}, 2, 2); // the right upper corner stays
+    ASSERT_TRUE(waitForFrame());
+    const PhotoFit fit = fitPhoto({600, 400}, 0.75, {300, 400}, FitMode::Cover,
+                                  framingOf(controller_.frame().setup));
+    EXPECT_EQ(fit.source, cv::Rect(440, 0, 150, 200));
+    controller_.resetFrame();
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_TRUE(samePicture(picture(), photo(cv::Rect(150, 0, 300, 400))));
+    EXPECT_EQ(controller_.undoStack().count(), 3); // a drag, a zoom, a reset
+}
+
+TEST_F(ViewerController, ASmallPhotoIsShownWithTheZoomOfALargeOne) {
+    openPhoto();
+    for (int i = 0; i < 20; ++i)
+        controller_.zoomFrame({0.3, 0.4}, 2, 1);
+    EXPECT_NEAR(controller_.knobs().framing.zoom, 300 / 16.0, 0.01); // 16 columns are left
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_EQ(controller_.problem(), "");
+    for (const cv::Size size : {cv::Size(1, 1), cv::Size(15, 400), cv::Size(40, 30)}) {
+        writeImage(folder_ / "small.png", detailedPhoto(size));
+        controller_.open(std::vector<fs::path>{folder_ / "small.png"});
+        ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+        EXPECT_EQ(controller_.problem(), "") << size;
+        controller_.moveFrame({0.1, 0.1}, 2);
+        ASSERT_TRUE(waitForFrame());
+        EXPECT_EQ(controller_.problem(), "") << size;
+    }
+}
+
 TEST_F(ViewerController, TheBestNativeIsThatOfTheTool) {
     openPhoto();
     controller_.setMode(Mode::Native);

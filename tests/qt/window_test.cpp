@@ -203,6 +203,60 @@ TEST_F(ViewerWindow, AClickOnThePictureFocuses) {
     EXPECT_EQ(knobs().views.focus, 1);
 }
 
+TEST_F(ViewerWindow, DraggingAndTheWheelFrameThePhoto) {
+    writeImage(folder_ / "photo.png", detailedPhoto({600, 400}));
+    writeImage(folder_ / "photo-depth.png", boxDepth({600, 400}));
+    openPhoto();
+    const QPoint middle = picture().rect().center();
+    const double focus = knobs().views.focus;
+    const auto drag = [&](const QPoint& by) {
+        QTest::mousePress(&picture(), Qt::LeftButton, Qt::NoModifier, middle);
+        for (int i = 1; i <= 4; ++i) { // QTest::mouseMove() holds no button
+            const QPoint at = middle + by * i / 4;
+            QMouseEvent move(QEvent::MouseMove, at, Qt::NoButton, Qt::LeftButton, Qt::NoModifier);
+            QCoreApplication::sendEvent(&picture(), &move);
+        }
+        QTest::mouseRelease(&picture(), Qt::LeftButton, Qt::NoModifier, middle + by);
+    };
+    drag({60, 40});
+    const Framing dragged = knobs().framing;
+    // the window shows half of the photo's width
+    EXPECT_NEAR(dragged.centre.x, 0.5 - 0.5 * 60 / picture().target().width(), 1e-9);
+    EXPECT_EQ(dragged.centre.y, 0.5);
+    EXPECT_EQ(dragged.zoom, 1);
+    EXPECT_EQ(knobs().views.focus, focus); // that was no click
+    EXPECT_EQ(window_->controller().undoStack().count(), 1);
+    drag({-20, 0});
+    EXPECT_EQ(window_->controller().undoStack().count(), 2);
+    entry("Undo frame")->trigger();
+    EXPECT_EQ(knobs().framing, dragged);
+
+    const auto turn = [&](const QPoint& at, int angle) {
+        QWheelEvent event(at, picture().mapToGlobal(at), {}, {0, angle}, Qt::NoButton,
+                          Qt::NoModifier, Qt::NoScrollPhase, false);
+        QCoreApplication::sendEvent(&picture(), &event);
+    };
+    for (int i = 0; i < 4; ++i)
+        turn(middle, 120);
+    EXPECT_NEAR(knobs().framing.zoom, 2, 1e-9);
+    EXPECT_NEAR(knobs().framing.centre.x, dragged.centre.x, 1e-3);
+    EXPECT_EQ(window_->controller().undoStack().count(), 2); // the drag, all turns
+    QTest::qWait(600);
+    turn(middle, 120);
+    EXPECT_EQ(window_->controller().undoStack().count(), 3);
+    turn({2, 2}, 120); // beside the picture: nothing
+    turn(middle, -120 * 100);
+    EXPECT_EQ(knobs().framing.zoom, 1); // as a step with the one before
+    EXPECT_EQ(window_->controller().undoStack().count(), 3);
+    entry("Undo zoom")->trigger();
+    entry("Undo zoom")->trigger();
+    EXPECT_EQ(knobs().framing, dragged);
+    QTest::keyClick(window_.get(), Qt::Key_0);
+    EXPECT_EQ(knobs().framing, Framing());
+    entry("Undo frame")->trigger();
+    EXPECT_EQ(knobs().framing, dragged);
+}
+
 TEST_F(ViewerWindow, TheMouseMovesTheCameraIfItMay) {
     openPhoto();
     entry("Follow the mouse")->trigger();

@@ -356,6 +356,36 @@ void Controller::focusAt(double x, double y) {
     turn(knobs, tr("focus"));
 }
 
+bool Controller::canFrame() const {
+    const Request& shown = frame_.request;
+    return document_ && frameReading_ == readings_ && document_->kind == Kind::Scene &&
+           (shown.mode == Mode::Sway || shown.mode == Mode::Depth || shown.mode == Mode::Lens);
+}
+
+FramedPhoto Controller::framedPhoto() const {
+    return {document_->picture.size(), display_->aspect(), knobs_.fit};
+}
+
+void Controller::moveFrame(cv::Point2d by, int gesture) {
+    if (!canFrame()) return;
+    Knobs knobs = knobs_;
+    knobs.framing = moved(knobs.framing, framedPhoto(), by);
+    turn(knobs, tr("frame"), gesture);
+}
+
+void Controller::zoomFrame(cv::Point2d at, double factor, int gesture) {
+    if (!canFrame()) return;
+    Knobs knobs = knobs_;
+    knobs.framing = zoomed(knobs.framing, framedPhoto(), at, factor);
+    turn(knobs, tr("zoom"), gesture);
+}
+
+void Controller::resetFrame() {
+    Knobs knobs = knobs_;
+    knobs.framing = {};
+    turn(knobs, tr("frame"));
+}
+
 void Controller::requestFrame() {
     // no frames of the previous file while another one is read: they would be taken for frames of
     // the new file

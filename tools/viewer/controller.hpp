@@ -1,5 +1,6 @@
 #pragma once
 
+#include "viewer/framing.hpp"
 #include "viewer/studio.hpp"
 #include "viewer/video_player.hpp"
 #include "viewer/worker.hpp"
@@ -83,6 +84,17 @@ class Controller : public QObject {
     /// Sets the focus to the depth at a position of the picture, x and y 0..1.
     void focusAt(double x, double y);
 
+    /// Whether the picture in the window is a photo whose frame can be moved.
+    bool canFrame() const;
+    /// Moves the frame: content follows the mouse, up to the photo's ends.
+    /// @param by in widths and heights of the picture in the window @param gesture as for turn()
+    void moveFrame(cv::Point2d by, int gesture);
+    /// Enlarges the content around a place of the picture, x and y 0..1.
+    /// @param factor > 0 @param gesture as for turn()
+    void zoomFrame(cv::Point2d at, double factor, int gesture);
+    /// Shows the middle without zoom again.
+    void resetFrame();
+
     /// If true, also makes the whole Native after every change and emits nativeReady().
     void setPresenting(bool presenting);
 
@@ -125,6 +137,7 @@ class Controller : public QObject {
     void requestFrame();
     void requestNative();
     void takeFrame(const Frame& frame);
+    FramedPhoto framedPhoto() const;
     void swing();
     void play();
     void takePicture();

@@ -24,11 +24,6 @@ namespace {
 
 constexpr double kMaxStrength = 40; // of the slider; files and tools allow more
 
-int nextGesture() {
-    static int last = 0;
-    return ++last;
-}
-
 // A combo box that holds a number of an enumeration with each of its words.
 QComboBox* choices(const QString& name, const std::vector<std::pair<QString, int>>& words) {
     auto* box = new QComboBox;

@@ -10,10 +10,16 @@ auto parts(const Knobs& k) {
     const ViewOptions& v = k.views;
     return std::make_tuple(v.method, v.strengthPercent, v.focus, v.refinement,
                            v.layered.edgeDilationPixels, v.layered.fill, v.real.inpainting,
-                           v.real.backgroundOnly, k.fit, k.depth, k.best, k.columns, k.rows);
+                           v.real.backgroundOnly, k.fit, k.framing.centre.x, k.framing.centre.y,
+                           k.framing.zoom, k.depth, k.best, k.columns, k.rows);
 }
 
 } // namespace
+
+int nextGesture() {
+    static int last = 0;
+    return ++last;
+}
 
 bool operator==(const Knobs& a, const Knobs& b) {
     return parts(a) == parts(b);

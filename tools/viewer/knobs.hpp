@@ -20,11 +20,15 @@ constexpr const char* kBuiltInDepth = "built-in";
 struct Knobs {
     ViewOptions views;              ///< Method, strength, focus and the method's options.
     FitMode fit = FitMode::Cover;   ///< How a photo is fitted to the panel's shape.
+    Framing framing;                ///< The part of a photo that is shown, if it allows that.
     std::string depth = kBestDepth; ///< One of the three names above, or a network's name.
     bool best = false;              ///< See makesBestNative().
     int columns = 0;                ///< Columns of the quilt; 0: the display's default.
     int rows = 0;                   ///< Rows of the quilt; 0: the display's default.
 };
+
+/// A new number for changes that are undone together.
+int nextGesture();
 
 bool operator==(const Knobs& a, const Knobs& b);
 inline bool operator!=(const Knobs& a, const Knobs& b) {

@@ -28,6 +28,7 @@
 #include <QToolBar>
 #include <QToolButton>
 #include <algorithm>
+#include <cmath>
 
 namespace altiro3D::viewer {
 
@@ -165,6 +166,8 @@ void MainWindow::buildActions() {
     edit.addAction(undo);
     edit.addAction(redo);
     edit.addSeparator();
+    action(edit, tr("Reset the &frame"), QKeySequence(Qt::Key_0),
+           [this] { controller_.resetFrame(); });
     action(edit, tr("Reset &all settings"), QKeySequence(tr("Ctrl+R")),
            [this] { controller_.resetKnobs(); });
 
@@ -210,7 +213,8 @@ void MainWindow::buildActions() {
         QMessageBox::about(this, tr("altiro3D"),
                            tr("<h3>altiro3D %1</h3><p>Photos and flat video as glasses-free 3D "
                               "pictures for light-field displays.</p><p>Click on the picture to "
-                              "focus there. Double-click a slider to reset it.</p>")
+                              "focus there. Drag it to move the frame, turn the wheel to "
+                              "zoom; 0 resets both. Double-click a slider to reset it.</p>")
                                .arg(version()));
     });
 
@@ -315,9 +319,17 @@ void MainWindow::connectController() {
     });
     connect(picture_, &PictureView::clicked, this,
             [this](double x, double y) { controller_.focusAt(x, y); });
-    connect(picture_, &PictureView::dragged, this, [this](const QPoint& by) {
+    connect(picture_, &PictureView::dragged, this, [this](const QPoint& by, int gesture) {
+        const QSize size = picture_->target();
         controller_.panBy({by.x(), by.y()});
+        controller_.moveFrame({double(by.x()) / size.width(), double(by.y()) / size.height()},
+                              gesture);
     });
+    connect(picture_, &PictureView::wheeled, this,
+            [this](double x, double y, double notches, int gesture) {
+                constexpr double kNotchesToDouble = 4;
+                controller_.zoomFrame({x, y}, std::exp2(notches / kNotchesToDouble), gesture);
+            });
     connect(picture_, &PictureView::hovered, this, [this](double x) {
         if (!follow_->isChecked()) return;
         controller_.setSwinging(false);
@@ -415,7 +427,14 @@ void MainWindow::showFrame() {
             frame.request.position * viewConeDegrees(frame.request.display->calibration) / 2;
         text += tr("    seen from %1°").arg(angle, 0, 'f', 1);
     } else if (canFocus) {
-        text += tr("    Click on the picture to focus there");
+        text += tr("    Click to focus there, drag to move the frame, turn the wheel to zoom");
+    }
+    const Framing framing = document->kind == Kind::Scene ? framingOf(frame.setup) : Framing();
+    if (framing != Framing()) {
+        text += tr("    center %1,%2, zoom %3")
+                    .arg(framing.centre.x, 0, 'f', 3)
+                    .arg(framing.centre.y, 0, 'f', 3)
+                    .arg(framing.zoom, 0, 'f', 2);
     }
     facts_ = text;
     showStatus();

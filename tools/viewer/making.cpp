@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
+#include "viewer/framing.hpp"
 
 #include <opencv2/core.hpp>
 
@@ -87,6 +88,17 @@ bool writeViews(const Setup& setup, const fs::path& directory, const Progress& p
     return true;
 }
 
+// Fits a photo to its sway video: all of it, or the part that was framed, as in photo2native.
+PhotoFit swayFitOf(const Setup& setup) {
+    const cv::Size photo = setup.document->picture.size();
+    const FitMode mode = setup.knobs.fit;
+    const Framing framing = framingOf(setup);
+    if (framing == Framing()) return photoSwayFit(photo, mode);
+    const PhotoFit panel =
+        fitPhoto(photo, setup.display->aspect(), quiltLayout(setup).tileSize, mode, framing);
+    return photoSwayFit(panel.source, mode);
+}
+
 // As photo2native and quilt2video make it: a photo in its own shape.
 bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& progress) {
     const auto tell = [&progress](const VideoProgress& video) {
@@ -95,7 +107,7 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
     };
     if (setup.document->kind == Kind::Scene) {
         const cv::Mat& photo = setup.document->picture;
-        const PhotoFit fit = photoSwayFit(photo.size(), setup.knobs.fit);
+        const PhotoFit fit = swayFitOf(setup);
         Scene scene;
         fitScene({photo, setup.depth}, fit, setup.knobs.views.focus, scene);
         return writeSway(file, fit.size, {},
@@ -130,11 +142,17 @@ QuiltLayout quiltLayout(const Setup& setup) {
                                                : layoutOf(setup.knobs, *setup.display);
 }
 
+Framing framingOf(const Setup& setup) {
+    return allowed(setup.knobs.framing,
+                   {setup.document->picture.size(), setup.display->aspect(), setup.knobs.fit});
+}
+
 Scene fitted(const Setup& setup, cv::Size size) {
     Scene scene;
     if (setup.document->kind != Kind::Scene) return scene; // quilts and Natives need none
     const cv::Mat& photo = setup.document->picture;
-    const PhotoFit fit = fitPhoto(photo.size(), setup.display->aspect(), size, setup.knobs.fit);
+    const PhotoFit fit =
+        fitPhoto(photo.size(), setup.display->aspect(), size, setup.knobs.fit, framingOf(setup));
     fitScene({photo, setup.depth}, fit, setup.knobs.views.focus, scene);
     return scene;
 }

@@ -27,6 +27,9 @@ void layFlatDepth(Setup& setup);
 /// The layout of the quilt: the document's own if it is a quilt, else layoutOf().
 QuiltLayout quiltLayout(const Setup& setup);
 
+/// The part of a photo that the panel shows.
+Framing framingOf(const Setup& setup);
+
 /// Photo and depth fitted to the panel's shape; empty for quilts and Natives.
 Scene fitted(const Setup& setup, cv::Size size);
 

@@ -1,8 +1,11 @@
 #include "viewer/picture_view.hpp"
 
+#include "viewer/knobs.hpp"
+
 #include <QApplication>
 #include <QMouseEvent>
 #include <QPainter>
+#include <QWheelEvent>
 
 namespace altiro3D::viewer {
 
@@ -11,6 +14,10 @@ namespace {
 const QColor kGround(26, 27, 30);
 const QColor kText(225, 226, 230);
 const QColor kFaintText(150, 152, 160);
+
+bool isInside(const QPointF& at) {
+    return at.x() >= 0 && at.x() < 1 && at.y() >= 0 && at.y() < 1;
+}
 
 } // namespace
 
@@ -44,6 +51,12 @@ QRect PictureView::pictureRect() const {
     const QSize area = deviceSize();
     return {QPoint((area.width() - target_.width()) / 2, (area.height() - target_.height()) / 2),
             target_};
+}
+
+QPointF PictureView::inPicture(const QPointF& place) const {
+    const QRect picture = pictureRect();
+    const QPointF at = place * devicePixelRatioF() - picture.topLeft();
+    return {at.x() / qMax(1, picture.width()), at.y() / qMax(1, picture.height())};
 }
 
 void PictureView::paintEvent(QPaintEvent* /*event*/) {
@@ -102,20 +115,32 @@ void PictureView::mouseMoveEvent(QMouseEvent* event) {
         if (!dragging_ &&
             (event->pos() - pressed_).manhattanLength() < QApplication::startDragDistance())
             return;
+        if (!dragging_) dragGesture_ = nextGesture();
         dragging_ = true;
-        emit dragged((event->pos() - last_) * devicePixelRatioF());
+        emit dragged((event->pos() - last_) * devicePixelRatioF(), dragGesture_);
         last_ = event->pos();
+        return;
     }
     emit hovered(2.0 * event->x() / qMax(1, width() - 1) - 1);
 }
 
 void PictureView::mouseReleaseEvent(QMouseEvent* event) {
     if (event->button() != Qt::LeftButton || dragging_ || picture_.isNull()) return;
-    const QRect place = pictureRect();
-    const QPointF at = QPointF(event->pos()) * devicePixelRatioF() - place.topLeft();
-    const double x = at.x() / place.width();
-    const double y = at.y() / place.height();
-    if (x >= 0 && x < 1 && y >= 0 && y < 1) emit clicked(x, y);
+    const QPointF at = inPicture(event->pos());
+    if (isInside(at)) emit clicked(at.x(), at.y());
+}
+
+void PictureView::wheelEvent(QWheelEvent* event) {
+    constexpr int kPauseMilliseconds = 500;
+    const int turned = event->angleDelta().y();
+    if (turned == 0 || picture_.isNull()) return;
+    const QPointF at = inPicture(event->position());
+    if (!isInside(at)) return;
+    if (!sinceWheel_.isValid() || sinceWheel_.elapsed() > kPauseMilliseconds)
+        wheelGesture_ = nextGesture();
+    sinceWheel_.start();
+    emit wheeled(at.x(), at.y(), static_cast<double>(turned) / QWheelEvent::DefaultDeltasPerStep,
+                 wheelGesture_);
 }
 
 } // namespace altiro3D::viewer

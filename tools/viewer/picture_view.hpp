@@ -1,5 +1,6 @@
 #pragma once
 
+#include <QElapsedTimer>
 #include <QImage>
 #include <QWidget>
 
@@ -16,6 +17,8 @@ class PictureView : public QWidget {
     /// Shows a headline and advice instead of a picture.
     void setWords(const QString& headline, const QString& advice);
 
+    /// Size of the picture in px of the screen.
+    QSize target() const { return target_; }
     const QImage& picture() const { return picture_; }
     const QString& headline() const { return headline_; }
     /// Size of the widget in px of the screen.
@@ -30,8 +33,12 @@ class PictureView : public QWidget {
     void clicked(double x, double y);
     /// The mouse moves over the widget; x is -1 at its left border, +1 at the right one.
     void hovered(double x);
-    /// The picture is dragged, px of the screen.
-    void dragged(const QPoint& by);
+    /// The picture is dragged, px of the screen. All steps of one drag have the same gesture
+    /// number.
+    void dragged(const QPoint& by, int gesture);
+    /// The wheel turns over the picture; x and y as in clicked(), notches > 0 away from the user.
+    /// Turns within half a second have the same gesture number.
+    void wheeled(double x, double y, double notches, int gesture);
 
   protected:
     void paintEvent(QPaintEvent* event) override;
@@ -39,9 +46,12 @@ class PictureView : public QWidget {
     void mousePressEvent(QMouseEvent* event) override;
     void mouseMoveEvent(QMouseEvent* event) override;
     void mouseReleaseEvent(QMouseEvent* event) override;
+    void wheelEvent(QWheelEvent* event) override;
 
   private:
     QRect pictureRect() const; // px of the screen
+    /// A place of the widget, in widths and heights of the picture.
+    QPointF inPicture(const QPointF& place) const;
     void paintWords(QPainter& painter) const;
 
     QImage picture_;
@@ -51,6 +61,9 @@ class PictureView : public QWidget {
     QPoint pressed_;
     QPoint last_;
     bool dragging_ = false;
+    int dragGesture_ = 0;
+    int wheelGesture_ = 0;
+    QElapsedTimer sinceWheel_;
 };
 
 } // namespace altiro3D::viewer

@@ -82,8 +82,8 @@ struct Studio::State {
 
     Kept<std::tuple<DocumentPointer, std::string>, DepthMap> depth;
     std::string how; // depth of the picture that is being made
-    using FitKey =
-        std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, int, int, double>;
+    using FitKey = std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, Framing, int,
+                              int, double>;
     Kept<FitKey, Scene> preview;
     Kept<FitKey, Scene> tiles;
     Kept<FitKey, Scene> panel; // for the best Native
@@ -128,9 +128,9 @@ struct Studio::State {
         // the bars of Contain lie at the focus, and so does flat depth
         const bool atFocus = setup.knobs.fit == FitMode::Contain || setup.flat;
         const double level = atFocus ? setup.knobs.views.focus : 0;
-        return kept.get(
-            {how, setup.document, setup.display, setup.knobs.fit, size.width, size.height, level},
-            [&] { return fitted(setup, size); });
+        return kept.get({how, setup.document, setup.display, setup.knobs.fit, framingOf(setup),
+                         size.width, size.height, level},
+                        [&] { return fitted(setup, size); });
     }
 
     // Of a photo at the tiles' size; else nothing, which quilts and Natives need.

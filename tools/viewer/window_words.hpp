@@ -24,6 +24,7 @@ constexpr KeyWords kKeys[] = {
     {"Space", "Start or stop the swing of the camera."},
     {"M", "Let the camera follow the mouse, or stop that."},
     {"P", "Play or stop the video."},
+    {"0", "Reset the frame. Drag a photo to move it, turn the wheel to zoom (1..100)."},
     {"F11", "Show the Native on the light-field display."},
     {"Escape", "Leave the display; F11 and a double click do the same."},
     {"Ctrl+O, Ctrl+Shift+O, Ctrl+D", "Open a file, a folder of views, the depth of this photo."},

@@ -1,5 +1,6 @@
 #include "common/depth_options.hpp"
 
+#include "altiro3D/depth_direction.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "common/display_options.hpp"
@@ -412,8 +413,20 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
                       std::to_string(scene.depth.cols) + " x " + std::to_string(scene.depth.rows) +
                       " and " + sizeText(scene.photo.size()) + "); it is stretched to fit");
     }
+    const bool isMatched = isStereoFiles_ || stereo_;
+    if (!isEstimated() && !isMatched && looksInverted(scene.photo, scene.depth)) {
+        const fs::path& file = depthFile.empty() ? photoFile : depthFile;
+        messages.warn(file.string() + ": near and far look exchanged; " + remedy());
+    }
     times.end("depth");
     return scene;
+}
+
+std::string ChosenDepth::remedy() const {
+    const std::string hollow = "if the picture is hollow, use ";
+    const std::string other = kind_ == DepthKind::NearWhite ? "far-white" : "near-white";
+    if (fromFiles_ || rgbdSide_) return hollow + "--depth-kind " + other;
+    return hollow + "-d with --depth-kind " + other + ", or --embedded-depth off";
 }
 
 DepthKind ChosenDepth::kind() const {

@@ -64,6 +64,8 @@ class ChosenDepth {
     void estimateScene(const cv::Mat& photo, double flatDepth, Scene& scene);
 
   private:
+    /// What to do if near and far of given depth are exchanged, for people.
+    std::string remedy() const;
     void chooseNetwork(const CommandLine& commandLine, Messages& messages);
     void choosePhotoDepth(const CommandLine& commandLine);
 

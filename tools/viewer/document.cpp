@@ -109,6 +109,19 @@ void addPair(Document& document, const StereoPair& pair, Notes& notes) {
     }
 }
 
+// Says so if near and far of the photo's depth look exchanged.
+void checkDirection(const Document& document, Notes& notes) {
+    if (document.kind != Kind::Scene || document.rawDepth.empty()) return;
+    cv::Mat depth;
+    normalizeDepth(document.rawDepth, depth);
+    if (!looksInverted(document.picture, depth)) return;
+    const Source& source = document.source;
+    const fs::path& file = source.depth.empty() ? source.file : source.depth;
+    notes.push_back({NoteCode::Inverted,
+                     file.string() + ": near and far look exchanged; if the picture is hollow, "
+                                     "photo2native --depth-kind far-white turns it round"});
+}
+
 // Depth that comes with the photo.
 void addPhotoDepth(Document& document, Notes& notes) {
     const fs::path beside = findDepthBeside(document.source.file);
@@ -241,6 +254,7 @@ Document readDocument(const Source& source, const Display& display) {
                    !eyesOf(source.reading)) {
             addPhotoDepth(document, notes);
         }
+        if (!eyesOf(source.reading)) checkDirection(document, notes);
     }
     document.notes.insert(document.notes.begin(), notes.begin(), notes.end());
     return document;

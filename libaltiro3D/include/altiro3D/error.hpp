@@ -46,7 +46,8 @@ enum class NoteCode {
     Converted, ///< A part is converted to a form that the output can hold.
     Repaired,  ///< Damaged parts are left out or replaced.
     AsItIs,    ///< A property is not corrected: interlaced pictures, HDR, fringe.
-    Doubtful   ///< A value is unlikely, or the file does not say how to read it.
+    Doubtful,  ///< A value is unlikely, or the file does not say how to read it.
+    Inverted   ///< Near and far of given depth look exchanged (looksInverted()).
 };
 
 /// A remark on something unusual that does not prevent the work.

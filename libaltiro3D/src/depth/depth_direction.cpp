@@ -1,0 +1,96 @@
+#include "altiro3D/depth_direction.hpp"
+
+#include "altiro3D/depth_source.hpp"
+#include "base/checks.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr int kSide = 64;             // places per row and column
+constexpr int kBorder = kSide / 8;    // width of the border
+constexpr int kMiddle = kSide / 4;    // the middle begins here
+constexpr double kAgainst = -0.3;     // correlation of a contradiction
+constexpr double kLeastSpread = 0.02; // standard deviation of depth that has a direction
+
+using Samples = std::vector<double>; // [kSide * kSide], by rows
+
+Samples samplesOf(const cv::Mat& depth) {
+    Samples samples;
+    samples.reserve(std::size_t{kSide} * kSide);
+    const auto placeOf = [](int i, int size) {
+        return static_cast<int>((2 * static_cast<long>(i) + 1) * size / (2 * kSide));
+    };
+    for (int y = 0; y < kSide; ++y) {
+        const float* const row = depth.ptr<float>(placeOf(y, depth.rows));
+        for (int x = 0; x < kSide; ++x) {
+            const float value = row[placeOf(x, depth.cols)];
+            samples.push_back(value > 0 ? (value < 1 ? value : 1.0) : 0.0); // NaN becomes 0
+        }
+    }
+    return samples;
+}
+
+double meanOf(const Samples& samples) {
+    double sum = 0;
+    for (const double sample : samples)
+        sum += sample;
+    return sum / static_cast<double>(samples.size());
+}
+
+// The mean product of the deviations from the means.
+double covariance(const Samples& a, const Samples& b) {
+    const double meanA = meanOf(a);
+    const double meanB = meanOf(b);
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        sum += (a[i] - meanA) * (b[i] - meanB);
+    return sum / static_cast<double>(a.size());
+}
+
+// -1..1; 0 if one of them is constant
+double correlation(const Samples& a, const Samples& b) {
+    const double spread = std::sqrt(covariance(a, a) * covariance(b, b));
+    return spread > 0 ? covariance(a, b) / spread : 0;
+}
+
+Samples rowNumbers() {
+    Samples rows;
+    for (int i = 0; i < kSide * kSide; ++i)
+        rows.push_back(i / kSide);
+    return rows;
+}
+
+bool isBorderNearer(const Samples& depth) {
+    Samples border;
+    Samples middle;
+    const auto isInside = [](int i, int margin) { return i >= margin && i < kSide - margin; };
+    for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x) {
+            const double sample = depth[static_cast<std::size_t>(y * kSide + x)];
+            if (isInside(y, kMiddle) && isInside(x, kMiddle)) middle.push_back(sample);
+            const bool isBorder = !isInside(y, kBorder) || !isInside(x, kBorder);
+            if (isBorder && y < kSide / 2) border.push_back(sample);
+        }
+    }
+    return meanOf(border) > meanOf(middle);
+}
+
+} // namespace
+
+bool looksInverted(const cv::Mat& photo, const cv::Mat& depth) {
+    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
+    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
+    const Samples samples = samplesOf(depth);
+    if (std::sqrt(covariance(samples, samples)) < kLeastSpread) return false;
+    if (correlation(samples, rowNumbers()) > kAgainst || !isBorderNearer(samples)) return false;
+    cv::Mat cues;
+    estimateDepthFromCues(photo, cues);
+    return correlation(samples, samplesOf(cues)) <= kAgainst;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,181 @@
+#include "altiro3D/depth_direction.hpp"
+
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/depth_source.hpp"
+#include "altiro3D/image_io.hpp"
+#include "support/files.hpp"
+#include "support/middlebury.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <gtest/gtest.h>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <string>
+
+using altiro3D::DepthKind;
+using altiro3D::looksInverted;
+using altiro3D::Scene;
+using altiro3D::test::dataPath;
+using altiro3D::test::errorOf;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// A photo without any content: its cues say that the bottom is near.
+const cv::Mat kGrey(120, 160, CV_8UC3, cv::Scalar::all(128));
+
+// Depth by a formula of the place, x and y in 0..1.
+cv::Mat depthBy(const std::function<double(double, double)>& formula, cv::Size size = {160, 120}) {
+    cv::Mat depth(size, CV_32FC1);
+    for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) {
+            depth.at<float>(y, x) =
+                static_cast<float>(formula((x + 0.5) / size.width, (y + 0.5) / size.height));
+        }
+    }
+    return depth;
+}
+
+cv::Mat turned(const cv::Mat& depth) {
+    return 1.0 - depth;
+}
+
+struct Count {
+    int asItIs = 0;
+    int turnedRound = 0;
+    int all = 0;
+};
+
+void count(const Scene& scene, Count& counts) {
+    ++counts.all;
+    counts.asItIs += looksInverted(scene.photo, scene.depth) ? 1 : 0;
+    counts.turnedRound += looksInverted(scene.photo, turned(scene.depth)) ? 1 : 0;
+}
+
+Count countPair(const std::string& photo, const std::string& depth, DepthKind kind, Count counts) {
+    Scene scene;
+    altiro3D::DepthNormalization normalization;
+    normalization.kind = kind;
+    scene.photo = altiro3D::readPhoto(dataPath(photo));
+    altiro3D::normalizeDepth(altiro3D::readDepthSamples(dataPath(depth)), scene.depth,
+                             normalization);
+    count(scene, counts);
+    return counts;
+}
+
+} // namespace
+
+TEST(DepthDirection, TellsAFloorFromAFloorTurnedRound) {
+    const cv::Mat floor = depthBy([](double, double y) { return y; });
+    EXPECT_FALSE(looksInverted(kGrey, floor));
+    EXPECT_TRUE(looksInverted(kGrey, turned(floor)));
+}
+
+TEST(DepthDirection, DoesNotDependOnTheSizeOfTheDepth) {
+    for (const cv::Size size : {cv::Size(64, 64), cv::Size(97, 301), cv::Size(7, 5)}) {
+        const cv::Mat floor = depthBy([](double, double y) { return y; }, size);
+        EXPECT_FALSE(looksInverted(kGrey, floor)) << size;
+        EXPECT_TRUE(looksInverted(kGrey, turned(floor))) << size;
+    }
+}
+
+TEST(DepthDirection, DoesNotDependOnScaleAndOffset) {
+    const cv::Mat floor = depthBy([](double, double y) { return 0.4 + 0.1 * y; }); // spread 0.029
+    EXPECT_FALSE(looksInverted(kGrey, floor));
+    EXPECT_TRUE(looksInverted(kGrey, turned(floor)));
+}
+
+TEST(DepthDirection, SaysNothingAboutDepthWithoutDirection) {
+    const double faint = 0.06; // 0.06 / sqrt(12) = 0.017 is the spread of this ramp
+    for (const cv::Mat& depth :
+         {cv::Mat(cv::Mat::zeros(120, 160, CV_32FC1)), cv::Mat(cv::Mat::ones(120, 160, CV_32FC1)),
+          cv::Mat(120, 160, CV_32FC1, cv::Scalar(std::numeric_limits<float>::quiet_NaN())),
+          cv::Mat(1, 1, CV_32FC1, cv::Scalar(0.5)),
+          depthBy([&](double, double y) { return 0.5 - faint * y; }),
+          depthBy([](double x, double) { return x; })}) {
+        EXPECT_FALSE(looksInverted(kGrey, depth));
+        EXPECT_FALSE(looksInverted(kGrey, turned(depth)));
+    }
+}
+
+TEST(DepthDirection, DoubtsOnlyIfTheBorderIsNearToo) {
+    // a lamp that hangs from above, before everything: the top is nearer, but not the border
+    const auto lamp = [](double x, double y) {
+        return std::abs(x - 0.5) < 0.25 && y < 0.75 ? 1.0 : 0.2;
+    };
+    EXPECT_FALSE(looksInverted(kGrey, depthBy(lamp)));
+}
+
+TEST(DepthDirection, ClampsAndCountsNanAsFar) {
+    cv::Mat depth = depthBy([](double, double y) { return y < 0.5 ? 1e30 : -1e30; });
+    EXPECT_TRUE(looksInverted(kGrey, depth));
+    depth = depthBy([](double, double y) { return y < 0.5 ? 1.0 : std::nan(""); });
+    EXPECT_TRUE(looksInverted(kGrey, depth));
+}
+
+TEST(DepthDirection, RefusesOtherTypes) {
+    const cv::Mat depth(4, 4, CV_32FC1, cv::Scalar(0));
+    const cv::Mat bytes(4, 4, CV_8UC1, cv::Scalar(0));
+    const auto call = [](const cv::Mat& photo, const cv::Mat& map) {
+        return errorOf([&] { static_cast<void>(looksInverted(photo, map)); });
+    };
+    EXPECT_EQ(call(bytes, depth), "photo: is 4 x 4 px of CV_8UC1, expected CV_8UC3 (8-bit BGR)");
+    EXPECT_EQ(call(kGrey, bytes), "depth: is 4 x 4 px of CV_8UC1, expected CV_32FC1");
+    EXPECT_EQ(call(kGrey, {}), "depth: is empty, expected CV_32FC1");
+}
+
+TEST(DepthDirection, KnowsTheTruthOfMiddlebury) {
+    ALTIRO3D_REQUIRE_DATA("middlebury/scenes.csv");
+    Count counts;
+    for (const auto& files : altiro3D::test::listMiddlebury(dataPath("middlebury"))) {
+        Scene scene;
+        scene.photo = altiro3D::readPhoto(files.left);
+        altiro3D::normalizeDepth(altiro3D::readDepthSamples(files.disparity), scene.depth);
+        count(scene, counts);
+    }
+    ASSERT_GE(counts.all, 6);
+    EXPECT_EQ(counts.asItIs, 0);
+    EXPECT_EQ(counts.turnedRound, counts.all);
+}
+
+TEST(DepthDirection, RaisesNoFalseAlarmOnMeasuredDepth) {
+    ALTIRO3D_REQUIRE_DATA("rgbd/slambook2");
+    ALTIRO3D_REQUIRE_DATA("rgbd/moon_3dphoto/depth/moon.png");
+    Count counts;
+    for (const std::string i : {"1", "2", "3", "4", "5"}) {
+        const std::string kinect = "rgbd/slambook2/ch5_rgbd/";
+        const std::string room = "rgbd/slambook2/ch12_dense_rgbd/";
+        counts = countPair(kinect + "color/" + i + ".png", kinect + "depth/" + i + ".pgm",
+                           DepthKind::Metric, counts);
+        counts = countPair(room + "color/" + i + ".png", room + "depth/" + i + ".png",
+                           DepthKind::Metric, counts);
+    }
+    counts = countPair("rgbd/moon_3dphoto/image/moon.jpg", "rgbd/moon_3dphoto/depth/moon.png",
+                       DepthKind::NearWhite, counts);
+    EXPECT_EQ(counts.asItIs, 0) << "of " << counts.all;
+    EXPECT_GE(counts.turnedRound, 4) << "of " << counts.all; // the camera looks level in most
+    RecordProperty("turnedRound", counts.turnedRound);
+}
+
+TEST(DepthDirection, RaisesNoFalseAlarmOnEstimatedDepth) {
+    ALTIRO3D_REQUIRE_DATA("photos/kodak");
+    Count counts;
+    const auto network = altiro3D::depthFromPhoto();
+    const auto cues = altiro3D::depthFromCues();
+    for (const char* folder : {"photos/kodak", "photos/skimage"}) {
+        for (const fs::path& photo : altiro3D::listImages(dataPath(folder))) {
+            for (altiro3D::DepthSource* source : {network.get(), cues.get()}) {
+                Scene scene;
+                source->readScene(source->readImage(photo), 0.5, scene);
+                count(scene, counts);
+            }
+        }
+    }
+    EXPECT_EQ(counts.asItIs, 0) << "of " << counts.all;
+    EXPECT_GE(counts.turnedRound, counts.all * 9 / 10);
+    RecordProperty("all", counts.all);
+    RecordProperty("turnedRound", counts.turnedRound);
+}

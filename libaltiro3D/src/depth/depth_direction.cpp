@@ -60,8 +60,8 @@ double correlation(const Samples& a, const Samples& b) {
 
 Samples rowNumbers() {
     Samples rows;
-    for (int i = 0; i < kSide * kSide; ++i)
-        rows.push_back(i / kSide);
+    for (int row = 0; row < kSide; ++row)
+        rows.insert(rows.end(), kSide, row);
     return rows;
 }
 

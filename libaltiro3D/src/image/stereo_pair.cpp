@@ -18,7 +18,6 @@
 
 #include <fstream>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 #include <utility>
@@ -77,7 +76,7 @@ cv::Mat readFirst(const fs::path& photo, Notes* notes) {
 std::optional<StereoPair> pairOfJpeg(const fs::path& photo, string_view bytes, Notes* notes) {
     const string_view second = findSecondEye(bytes);
     if (second.empty()) return std::nullopt;
-    cv::Mat right = decodePart(second, kMaxImagePixels, cv::IMREAD_COLOR);
+    cv::Mat right = decodePart(second, kMaxImagePixels, ImageChannels::Colour);
     if (right.empty()) {
         addUnused(notes, "it is damaged or too large");
         return std::nullopt;

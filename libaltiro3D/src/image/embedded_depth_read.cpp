@@ -1,7 +1,6 @@
-#include "altiro3D/embedded_depth.hpp"
+#include "altiro3D/image_io.hpp"
 
 #include "altiro3D/file_io.hpp"
-#include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
 #include "base/text.hpp"

@@ -1,6 +1,6 @@
 // Dynamic Depth 1.0: a JPEG whose XMP lists what follows it.
 
-#include "altiro3D/embedded_depth.hpp"
+#include "altiro3D/image_io.hpp"
 
 #include "altiro3D/file_io.hpp"
 #include "base/byte_reader.hpp"

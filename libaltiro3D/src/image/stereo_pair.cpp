@@ -1,7 +1,6 @@
-#include "altiro3D/stereo_pair.hpp"
+#include "altiro3D/image_io.hpp"
 
 #include "altiro3D/file_io.hpp"
-#include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "base/image_format.hpp"
 #include "base/memory_errors.hpp"

@@ -426,13 +426,15 @@ int run(const CommandLine& commandLine, Messages& messages) {
             readScene(photo.filename().string(), photo, *commandLine.value("disparity"),
                       commandLine.number("disparity-scale", 1e-6, 1e6).value_or(1),
                       *commandLine.value("truth"))};
+        const std::vector<StereoScene> exact = scene; // the depth that rows are made of is refined
         rows = measureScenes(commandLine, scene, messages);
-        depths = measureDepths(commandLine, scene, messages);
+        depths = measureDepths(commandLine, exact, messages);
         if (views) saveViews(scene.front(), *views);
     } else if (collection) {
         std::vector<StereoScene> scenes = readScenes(*commandLine.value("scenes"));
+        const std::vector<StereoScene> exact = scenes;
         rows = measureScenes(commandLine, scenes, messages);
-        depths = measureDepths(commandLine, scenes, messages);
+        depths = measureDepths(commandLine, exact, messages);
     } else {
         rows = measurePhoto(commandLine, messages);
     }

@@ -265,6 +265,7 @@ void printStereo(const std::vector<EyesWithViews>& scenes) {
         double high = 0;
         cv::minMaxLoc(truth, &low, &high);
         cv::Mat estimated;
+        const double estimatedOrder = altiro3D::rankCorrelation(guess.depth, truth);
         altiro3D::alignDepth(guess.depth, (truth - low) / (high - low), estimated);
         estimated = estimated * (high - low) + low;
         for (const TrueView& view : scene.views) {
@@ -273,7 +274,7 @@ void printStereo(const std::vector<EyesWithViews>& scenes) {
                 std::printf(" | |");
             } else {
                 std::printf(" %.3f | %.3f |", altiro3D::rankCorrelation(matched, truth),
-                            altiro3D::rankCorrelation(estimated, truth));
+                            estimatedOrder);
             }
             std::printf(" %.1f |", view.at);
             for (const cv::Mat& disparity : {scene.disparity, matched, estimated}) {

@@ -50,8 +50,8 @@ inline std::string xmpSegment(const std::string& xmp) {
 }
 
 /// Extended XMP in parts of so many bytes.
-inline std::string moreXmpSegments(const std::string& xmp, std::size_t partBytes = 60000) {
-    const std::string guid = "0123456789ABCDEF0123456789ABCDEF";
+inline std::string moreXmpSegments(const std::string& xmp, std::size_t partBytes = 60000,
+                                   const std::string& guid = "0123456789ABCDEF0123456789ABCDEF") {
     std::string segments;
     for (std::size_t at = 0; at < xmp.size(); at += partBytes) {
         segments += jpegSegment(0xe1, std::string("http://ns.adobe.com/xmp/extension/\0", 35) +

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdio>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D::tools {
 
@@ -63,8 +64,9 @@ DepthRow measureDepth(const std::string& name, DepthSource& source, const Stereo
         row.milliseconds = std::min(row.milliseconds, time.count());
     }
     cv::Mat depth;
-    alignDepth(estimated.depth, scene.depth, depth);
+    cv::resize(estimated.depth, depth, scene.depth.size(), 0, 0, cv::INTER_LINEAR);
     row.rankCorrelation = rankCorrelation(depth, scene.depth);
+    alignDepth(depth, scene.depth, depth);
     refineDepth(scene.photo, depth, depth, refine);
     ViewOptions layered;
     layered.method = ViewMethod::Layered;

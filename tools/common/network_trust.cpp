@@ -51,7 +51,7 @@ std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size 
           static_cast<long long>(profile.inputHeight), static_cast<long long>(profile.inputShape),
           static_cast<long long>(profile.multipleOf), static_cast<long long>(size.width),
           static_cast<long long>(size.height), static_cast<long long>(engine),
-          static_cast<long long>(hasOnnxRuntime())}) {
+          static_cast<long long>(profile.engine), static_cast<long long>(hasOnnxRuntime())}) {
         key += ' ' + std::to_string(number);
     }
     QCryptographicHash hash(QCryptographicHash::Sha256);

@@ -250,8 +250,7 @@ readStereoPair(const std::filesystem::path& photo, Notes* notes = nullptr);
 /// @param layout order of the eyes
 /// @param halves shape of the halves
 /// @return the pair; full halves share the memory of `picture`
-/// @throws Error InvalidArgument (empty, wrong type, too small to split), TooLarge (stretched
-///         halves of more than 65500 px a side)
+/// @throws Error InvalidArgument (empty, wrong type, too small to split)
 [[nodiscard]] ALTIRO3D_EXPORT StereoPair splitStereoPair(
     const cv::Mat& picture, StereoLayout layout, StereoHalves halves = StereoHalves::Automatic);
 

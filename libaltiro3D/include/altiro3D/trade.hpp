@@ -36,7 +36,7 @@ namespace altiro3D {
 /// @param b [as a], finite
 /// @param mask [as a, CV_8UC1], 0: the pixel does not count; empty: all count
 /// @return -1 (reversed) .. 1 (the same order); 0 if the values of one picture are all equal
-/// @throws Error InvalidArgument (empty, wrong type), Mismatch (sizes differ)
+/// @throws Error InvalidArgument (empty, wrong type, not finite), Mismatch (sizes differ)
 [[nodiscard]] ALTIRO3D_EXPORT double rankCorrelation(const cv::Mat& a, const cv::Mat& b,
                                                      const cv::Mat& mask = {});
 
@@ -45,7 +45,8 @@ namespace altiro3D {
 ///
 /// @param estimate [any size, CV_32FC1, 0..1], resampled to the size of `truth`
 /// @param truth [rows x cols, CV_32FC1, 0..1]
-/// @param aligned [as truth], clamped to 0..1; the mean of `truth` if the estimate has no range
+/// @param aligned [as truth], clamped to 0..1; the mean of `truth` if the estimate has no range, or
+///        near and far exchanged, which no view could forgive
 /// @throws Error InvalidArgument (empty, wrong type)
 ALTIRO3D_EXPORT void alignDepth(const cv::Mat& estimate, const cv::Mat& truth, cv::Mat& aligned);
 

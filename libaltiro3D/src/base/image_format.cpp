@@ -148,7 +148,8 @@ ImageFormat imageFormat(string_view bytes) {
     if (startsWith(bytes, "BM") && bytes.size() >= 18 && !containsOnlyText(bytes)) {
         return ImageFormat::Bmp;
     }
-    if (bytes.size() >= 3 && bytes[0] == 'P' && std::strchr(" \t\r\n#", bytes[2]) != nullptr) {
+    if (bytes.size() >= 3 && bytes[0] == 'P' &&
+        string_view(" \t\r\n#").find(bytes[2]) != string_view::npos) {
         if (bytes[1] >= '1' && bytes[1] <= '6') return ImageFormat::Pnm;
         if (bytes[1] == 'f' || bytes[1] == 'F') return ImageFormat::Pfm;
     }

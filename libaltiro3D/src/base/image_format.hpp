@@ -22,6 +22,11 @@ enum class ImageFormat {
     Avif
 };
 
+/// Whether libheif reads a format.
+inline bool isHeif(ImageFormat format) {
+    return format == ImageFormat::Heic || format == ImageFormat::Avif;
+}
+
 /// The format by the first bytes of a file. Any bytes give a result, at worst Unknown.
 ImageFormat imageFormat(std::string_view bytes);
 

@@ -39,6 +39,13 @@ FileHandle openFile(const fs::path& path, int flags, mode_t mode) {
     return FileHandle(number);
 }
 
+bool givesBytesOnce(const fs::path& path) {
+    std::error_code error;
+    const fs::file_type type = fs::status(path, error).type();
+    return type == fs::file_type::fifo || type == fs::file_type::character ||
+           type == fs::file_type::socket;
+}
+
 bool lockFile(const FileHandle& file) {
     return ::flock(file.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
 }

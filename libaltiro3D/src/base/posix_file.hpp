@@ -46,6 +46,9 @@ class FileHandle {
 /// Opens a file and retries after signals. @return if not open, errno is set
 FileHandle openFile(const std::filesystem::path& path, int flags, mode_t mode = 0);
 
+/// Whether a file can be read only once, as a pipe can; a second read might wait forever.
+bool givesBytesOnce(const std::filesystem::path& path);
+
 /// Locks an open file or directory against other processes until it is closed.
 /// @return false if another process holds the lock; true also where the file system has no locks
 bool lockFile(const FileHandle& file);

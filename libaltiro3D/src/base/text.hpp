@@ -32,6 +32,21 @@ inline std::string shortened(const std::string& text) {
     return text.size() <= kMaxShown ? text : text.substr(0, kMaxShown) + "...";
 }
 
+/// The words of another program about an error, on one line of at most 200 bytes.
+inline std::string oneLine(const std::string& words) {
+    constexpr std::size_t kMaxShown = 200;
+    std::string text;
+    for (const char c : words) {
+        const bool space = static_cast<unsigned char>(c) <= 0x20;
+        if (text.empty() && (space || c == '>'))
+            continue; // OpenCV's mark of a text of several lines
+        if (!space) text += c;
+        if (space && text.back() != ' ') text += ' ';
+        if (text.size() > kMaxShown) return text + "...";
+    }
+    return text.substr(0, text.find_last_not_of(' ') + 1);
+}
+
 /// Whether a text begins with another one.
 inline bool startsWith(std::string_view text, std::string_view prefix) {
     return text.substr(0, prefix.size()) == prefix;

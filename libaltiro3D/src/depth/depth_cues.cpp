@@ -1,6 +1,7 @@
 #include "altiro3D/depth_source.hpp"
 
 #include "altiro3D/error.hpp"
+#include "base/checks.hpp"
 #include "image/downscale.hpp"
 
 #include <algorithm>
@@ -520,12 +521,7 @@ Plane combineCues(const cv::Mat& small) {
 } // namespace
 
 void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth) {
-    if (photo.empty())
-        throw Error(ErrorCode::InvalidArgument, "photo", "is empty, expected a picture");
-    if (photo.type() != CV_8UC3)
-        throw Error(ErrorCode::InvalidArgument, "photo",
-                    "is " + cv::typeToString(photo.type()) + ", expected CV_8UC3 (BGR)");
-
+    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     const cv::Mat small = downscale(photo, kLongSide);
     const Plane sum = combineCues(small);
 

@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_source.hpp"
 #include "base/checks.hpp"
+#include "depth/depth_values.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -11,28 +12,17 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kSide = 64;             // places per row and column
-constexpr int kBorder = kSide / 8;    // width of the border
-constexpr int kMiddle = kSide / 4;    // the middle begins here
-constexpr double kAgainst = -0.3;     // correlation of a contradiction
-constexpr double kLeastSpread = 0.02; // standard deviation of depth that has a direction
+constexpr int kSide = 64;                  // places per row and column
+constexpr int kBorder = kSide / 8;         // width of the border
+constexpr int kMiddle = kSide / 4;         // the middle begins here
+constexpr double kMaxContradiction = -0.3; // correlation of a contradiction
+constexpr double kLeastSpread = 0.02;      // standard deviation of depth that has a direction
 
 using Samples = std::vector<double>; // [kSide * kSide], by rows
 
 Samples samplesOf(const cv::Mat& depth) {
-    Samples samples;
-    samples.reserve(std::size_t{kSide} * kSide);
-    const auto placeOf = [](int i, int size) {
-        return static_cast<int>((2 * static_cast<long>(i) + 1) * size / (2 * kSide));
-    };
-    for (int y = 0; y < kSide; ++y) {
-        const float* const row = depth.ptr<float>(placeOf(y, depth.rows));
-        for (int x = 0; x < kSide; ++x) {
-            const float value = row[placeOf(x, depth.cols)];
-            samples.push_back(value > 0 ? (value < 1 ? value : 1.0) : 0.0); // NaN becomes 0
-        }
-    }
-    return samples;
+    const cv::Mat sampled = sampledDepth(depth, {kSide, kSide});
+    return {sampled.begin<float>(), sampled.end<float>()};
 }
 
 double meanOf(const Samples& samples) {
@@ -87,10 +77,11 @@ bool looksInverted(const cv::Mat& photo, const cv::Mat& depth) {
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     const Samples samples = samplesOf(depth);
     if (std::sqrt(covariance(samples, samples)) < kLeastSpread) return false;
-    if (correlation(samples, rowNumbers()) > kAgainst || !isBorderNearer(samples)) return false;
+    if (correlation(samples, rowNumbers()) > kMaxContradiction || !isBorderNearer(samples))
+        return false;
     cv::Mat cues;
     estimateDepthFromCues(photo, cues);
-    return correlation(samples, samplesOf(cues)) <= kAgainst;
+    return correlation(samples, samplesOf(cues)) <= kMaxContradiction;
 }
 
 } // namespace altiro3D

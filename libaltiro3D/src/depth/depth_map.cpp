@@ -1,6 +1,7 @@
 #include "altiro3D/depth_map.hpp"
 
 #include "base/checks.hpp"
+#include "depth/unknown_depth.hpp"
 #include "image/pixel_values.hpp"
 
 #include <algorithm>
@@ -216,25 +217,6 @@ bool normalizeRow(const T* raw, float* depth, int columns, DepthKind kind, const
     return true;
 }
 
-// Rows without known samples become copies of the nearest row that has some (of two, the upper).
-void fillRows(cv::Mat& depth, const std::vector<char>& known) {
-    const int rows = depth.rows;
-    std::vector<int> below(static_cast<std::size_t>(rows), -1);
-    for (int y = rows - 1, next = -1; y >= 0; --y) {
-        if (known[static_cast<std::size_t>(y)] != 0) next = y;
-        below[static_cast<std::size_t>(y)] = next;
-    }
-    for (int y = 0, above = -1; y < rows; ++y) {
-        if (known[static_cast<std::size_t>(y)] != 0) {
-            above = y;
-            continue;
-        }
-        const int next = below[static_cast<std::size_t>(y)];
-        const bool takeAbove = next < 0 || (above >= 0 && y - above <= next - y);
-        depth.row(takeAbove ? above : next).copyTo(depth.row(y));
-    }
-}
-
 template <typename T, typename Place>
 void normalizeRows(const cv::Mat& raw, cv::Mat& depth, DepthKind kind, const Place& place) {
     std::vector<char> known(static_cast<std::size_t>(raw.rows), 0);
@@ -244,7 +226,7 @@ void normalizeRows(const cv::Mat& raw, cv::Mat& depth, DepthKind kind, const Pla
                 normalizeRow(raw.ptr<T>(y), depth.ptr<float>(y), raw.cols, kind, place));
         }
     });
-    fillRows(depth, known);
+    fillUnknownRows(depth, known);
 }
 
 template <typename T>

@@ -43,10 +43,6 @@ const char* familiarKind(std::string_view contents) {
     return nullptr;
 }
 
-std::string sizeText(std::int64_t width, std::int64_t height) {
-    return std::to_string(width) + " x " + std::to_string(height) + " px";
-}
-
 std::string listed(const std::vector<std::int64_t>& shape) {
     constexpr std::size_t kMaxShown = 8;
     std::string text = "[";
@@ -106,8 +102,8 @@ void checkInput(const fs::path& file, const OnnxFacts& facts, const NetworkProfi
     }
     if (!open(shape[2], profile.inputHeight) || !open(shape[3], profile.inputWidth)) {
         throw Error(ErrorCode::Mismatch, name,
-                    "takes pictures of " + sizeText(shape[3], shape[2]) + ", expected " +
-                        sizeText(profile.inputWidth, profile.inputHeight) +
+                    "takes pictures of " + pairText(shape[3], shape[2]) + " px, expected " +
+                        pairText(profile.inputWidth, profile.inputHeight) + " px" +
                         " as in the profile \"" + profile.name + '"');
     }
 }
@@ -296,8 +292,8 @@ DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, Inferen
         return side >= 1 && side <= 4096 && side % profile.multipleOf == 0;
     };
     check(fits(inputSize.width) && fits(inputSize.height), "inputSize",
-          "is " + sizeText(inputSize.width, inputSize.height) + ", expected sides of 1..4096 px, " +
-              "multiples of " + std::to_string(profile.multipleOf));
+          "is " + sizeText(inputSize) + " px, expected sides of 1..4096 px, " + "multiples of " +
+              std::to_string(profile.multipleOf));
     impl_->nominal = inputSize;
     impl_->file = file;
     impl_->profile = std::move(profile);
@@ -329,7 +325,7 @@ cv::Size DepthNetwork::inputSize() const {
 
 cv::Size DepthNetwork::inputSize(cv::Size photo) const {
     check(photo.width > 0 && photo.height > 0, "photo",
-          "is " + sizeText(photo.width, photo.height) + ", expected at least 1 x 1");
+          "is " + sizeText(photo) + " px, expected at least 1 x 1");
     return impl_->sizeFor(photo);
 }
 
@@ -346,11 +342,7 @@ InferenceEngine DepthNetwork::engine() const {
 }
 
 void DepthNetwork::infer(const cv::Mat& photo, cv::Mat& raw) {
-    if (photo.empty() || photo.type() != CV_8UC3) {
-        throw Error(ErrorCode::InvalidArgument, "photo",
-                    photo.empty() ? "is empty, expected a picture"
-                                  : "is " + cv::typeToString(photo.type()) + ", expected CV_8UC3");
-    }
+    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     orOutOfMemory(impl_->file.string(), kNoMemory, [&] { impl_->infer(photo, raw); });
 }
 

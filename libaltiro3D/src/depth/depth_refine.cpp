@@ -30,14 +30,10 @@ void validate(const DepthFlaws& flaws) {
 
 // Moves the map back; px at the border are repeated.
 cv::Mat unshifted(const cv::Mat& depth, cv::Point shift) {
-    cv::Mat result(depth.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y) {
-        const auto* const from = depth.ptr<float>(std::clamp(y + shift.y, 0, depth.rows - 1));
-        auto* const to = result.ptr<float>(y);
-        for (int x = 0; x < depth.cols; ++x)
-            to[x] = from[std::clamp(x + shift.x, 0, depth.cols - 1)];
-    }
-    return result;
+    const int margin = std::max(std::abs(shift.x), std::abs(shift.y));
+    cv::Mat wide;
+    cv::copyMakeBorder(depth, wide, margin, margin, margin, margin, cv::BORDER_REPLICATE);
+    return wide(cv::Rect({margin + shift.x, margin + shift.y}, depth.size())).clone();
 }
 
 // Makes near things smaller on each side, larger if negative.
@@ -69,7 +65,7 @@ void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
     if (flaws.softnessPixels > 0) {
         sharpenSteps(photo, flaws.softnessPixels, flaws.overshoot, result);
     }
-    refined = result;
+    result.copyTo(refined);
 }
 
 } // namespace altiro3D

@@ -233,6 +233,7 @@ class Sharpener {
             (side > 0 ? nearSide : farSide).add(depth, weight, similarity);
         }
         if (!nearSide.finish() || !farSide.finish()) return here;
+        if (!(nearSide.depth > farSide.depth)) return here; // equal but for rounding
         const float place = (here - farSide.depth) / (nearSide.depth - farSide.depth);
         if (place > 1 + kOvershoot || place < -kOvershoot) return here;
         if (nearSide.color > kSimilar && farSide.color > kSimilar) return given_.ptr<float>(y)[x];

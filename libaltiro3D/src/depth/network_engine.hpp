@@ -32,7 +32,4 @@ std::unique_ptr<NetworkEngine> loadWithOpenCv(const std::string& file, const std
 std::unique_ptr<NetworkEngine> loadWithOnnxRuntime(const std::string& file,
                                                    const std::string& contents);
 
-/// An engine's own words about an error, on one line and not longer than a line.
-std::string firstWords(const std::string& words);
-
 } // namespace altiro3D

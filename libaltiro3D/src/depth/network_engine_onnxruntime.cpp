@@ -2,9 +2,12 @@
 
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
+#include "base/text.hpp"
 #include "depth/network_engine.hpp"
 
 #ifdef ALTIRO3D_HAVE_ONNXRUNTIME
+#include <algorithm>
+#include <limits>
 #include <new>
 #include <onnxruntime_cxx_api.h>
 #include <opencv2/core/utility.hpp>
@@ -71,7 +74,7 @@ OnnxRuntimeEngine::OnnxRuntimeEngine(std::string file, const std::string& conten
     } catch (const Ort::Exception& exception) {
         passOnLackOfMemory(exception);
         throw Error(ErrorCode::BadFormat, file_,
-                    engineName() + " cannot load this graph (" + firstWords(exception.what()) +
+                    engineName() + " cannot load this graph (" + oneLine(exception.what()) +
                         "), expected one it can");
     }
     if (output_.empty())
@@ -92,19 +95,23 @@ cv::Mat OnnxRuntimeEngine::run(const cv::Mat& blob) {
             session_.Run(Ort::RunOptions(nullptr), inputs, &input, 1, outputs, 1);
         result_ = std::move(results.front());
         const auto facts = result_.GetTensorTypeAndShapeInfo();
-        std::vector<int> sides;
-        for (const std::int64_t side : facts.GetShape())
-            sides.push_back(static_cast<int>(side));
-        if (facts.GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT || sides.empty()) {
+        const std::vector<std::int64_t> shapeOut = facts.GetShape();
+        const auto isSide = [](std::int64_t side) {
+            return side >= 1 && side <= std::numeric_limits<int>::max();
+        };
+        if (facts.GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT || shapeOut.empty() ||
+            shapeOut.size() > CV_MAX_DIM ||
+            !std::all_of(shapeOut.begin(), shapeOut.end(), isSide)) {
             throw Error(ErrorCode::NetworkFailed, file_,
                         "puts out no 32-bit floats, expected [1, height, width] or [1, 1, height, "
                         "width] of them");
         }
+        const std::vector<int> sides(shapeOut.begin(), shapeOut.end());
         return cv::Mat(sides, CV_32F, result_.GetTensorMutableData<float>());
     } catch (const Ort::Exception& exception) {
         passOnLackOfMemory(exception);
         throw Error(ErrorCode::NetworkFailed, file_,
-                    engineName() + " cannot run this graph (" + firstWords(exception.what()) +
+                    engineName() + " cannot run this graph (" + oneLine(exception.what()) +
                         "), expected one it can; try its profile's size or another network");
     }
 }

@@ -1,6 +1,7 @@
 // Networks on OpenCV's DNN module.
 
 #include "altiro3D/error.hpp"
+#include "base/text.hpp"
 #include "depth/network_engine.hpp"
 
 #include <new>
@@ -13,8 +14,8 @@ namespace altiro3D {
 
 namespace {
 
-std::string firstWords(const cv::Exception& exception) {
-    return altiro3D::firstWords(exception.err.empty() ? exception.msg : exception.err);
+std::string wordsOf(const cv::Exception& exception) {
+    return oneLine(exception.err.empty() ? exception.msg : exception.err);
 }
 
 // Disables the layers at the end of the graph that only change the shape of the output. Files made
@@ -72,9 +73,9 @@ OpenCvEngine::OpenCvEngine(std::string file, const std::string& contents, bool c
         throw;
     } catch (const cv::Exception& exception) {
         if (exception.code == cv::Error::StsNoMem) throw;
-        fail(firstWords(exception));
+        fail(wordsOf(exception));
     } catch (const std::exception& exception) {
-        fail(std::string(exception.what()).substr(0, 200));
+        fail(oneLine(exception.what()));
     }
     if (outputLayer_.empty())
         throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth image");
@@ -87,26 +88,12 @@ cv::Mat OpenCvEngine::run(const cv::Mat& blob) {
     } catch (const cv::Exception& exception) {
         if (exception.code == cv::Error::StsNoMem) throw;
         throw Error(ErrorCode::NetworkFailed, file_,
-                    "OpenCV " CV_VERSION " cannot run this graph (" + firstWords(exception) +
+                    "OpenCV " CV_VERSION " cannot run this graph (" + wordsOf(exception) +
                         "), expected one it can; try its profile's size or another network");
     }
 }
 
 } // namespace
-
-std::string firstWords(const std::string& words) {
-    constexpr std::size_t kMaxShown = 200;
-    std::string text;
-    for (const char c : words) {
-        const bool space = static_cast<unsigned char>(c) <= 0x20;
-        if (text.empty() && (space || c == '>'))
-            continue; // OpenCV's mark of a text of several lines
-        if (!space) text += c;
-        if (space && text.back() != ' ') text += ' ';
-        if (text.size() > kMaxShown) return text + "...";
-    }
-    return text.substr(0, text.find_last_not_of(' ') + 1);
-}
 
 std::unique_ptr<NetworkEngine> loadWithOpenCv(const std::string& file, const std::string& contents,
                                               bool cuda, bool anySize) {

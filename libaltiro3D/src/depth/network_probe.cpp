@@ -77,9 +77,6 @@ void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size 
                   double seconds, InferenceEngine engine) {
     check(seconds >= 0.1 && seconds <= 3600, "seconds",
           "is " + numberText(seconds) + ", expected 0.1..3600");
-    const InferenceEngine wanted = engine != InferenceEngine::Best ? engine : profile.engine;
-    const bool byOpenCv = wanted == InferenceEngine::OpenCv || !hasOnnxRuntime();
-    const std::string program = byOpenCv ? "OpenCV " CV_VERSION : "ONNX Runtime";
     int ends[2] = {-1, -1};
     const auto refuse = [&] {
         throw Error(ErrorCode::ReadFailed, file.string(),
@@ -106,14 +103,14 @@ void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size 
     if (!inTime) {
         throw Error(ErrorCode::NetworkFailed, file.string(),
                     "does not finish within " + numberText(seconds) +
-                        " s, expected a depth network that " + program + " can run");
+                        " s, expected a depth network that the engine can run");
     }
     if (answer == kSurvived) return;
     const std::string signal =
         WIFSIGNALED(status) ? std::string(" (") + strsignal(WTERMSIG(status)) + ")" : "";
     throw Error(ErrorCode::NetworkFailed, file.string(),
-                "crashes " + program + " when it is loaded or run" + signal +
-                    ", expected a depth network that it can run");
+                "crashes when it is loaded or run" + signal +
+                    ", expected a depth network that the engine can run");
 }
 
 } // namespace altiro3D

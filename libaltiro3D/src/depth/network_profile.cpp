@@ -33,13 +33,6 @@ std::string inQuotes(const std::string& text) {
     return '"' + shortened(text) + '"';
 }
 
-std::string shown(double value) {
-    std::ostringstream text;
-    text.imbue(std::locale::classic());
-    text << value;
-    return text.str();
-}
-
 bool isPlainName(const std::string& text) {
     const auto allowed = [](char c) {
         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
@@ -93,20 +86,22 @@ std::optional<Problem> findProblem(const NetworkProfile& profile) {
         return found;
     }
     if (!std::isfinite(profile.scale) || profile.scale == 0) {
-        return Problem{"scale", "is " + shown(profile.scale) + ", expected a number other than 0"};
+        return Problem{"scale",
+                       "is " + numberText(profile.scale) + ", expected a number other than 0"};
     }
     for (std::size_t i = 0; i < 3; ++i) {
         const std::string index = '[' + std::to_string(i) + ']';
         if (!std::isfinite(profile.mean[i])) {
-            return Problem{"mean" + index, "is " + shown(profile.mean[i]) + ", expected a number"};
+            return Problem{"mean" + index,
+                           "is " + numberText(profile.mean[i]) + ", expected a number"};
         }
         if (!std::isfinite(profile.std[i]) || profile.std[i] == 0) {
             return Problem{"std" + index,
-                           "is " + shown(profile.std[i]) + ", expected a number other than 0"};
+                           "is " + numberText(profile.std[i]) + ", expected a number other than 0"};
         }
     }
     if (!(profile.cuesShare >= 0 && profile.cuesShare < 1)) {
-        return Problem{"cuesShare", "is " + shown(profile.cuesShare) +
+        return Problem{"cuesShare", "is " + numberText(profile.cuesShare) +
                                         ", expected a number from 0 up to, not including, 1"};
     }
     return std::nullopt;

@@ -131,13 +131,58 @@ GraphInput readGraphInput(std::string_view message, bool& broken) {
     return input;
 }
 
-// NodeProto: constants may hold their tensor here.
-void readNode(std::string_view message, OnnxFacts& facts) {
+constexpr int kMaxDepth = 16; // of graphs in graphs
+
+void readGraph(std::string_view message, int depth, OnnxFacts& facts,
+               std::set<std::string>& weights);
+
+// SparseTensorProto: its values and indices are tensors.
+std::string readSparseTensor(std::string_view message, OnnxFacts& facts) {
+    std::string name;
+    forEachField(message, facts.broken, [&](const Field& field) {
+        if (field.number == 1) name = readTensor(field.bytes, facts);
+        if (field.number == 2) readTensor(field.bytes, facts);
+    });
+    return name;
+}
+
+// NodeProto: attributes may hold tensors, and the graphs of conditions and loops.
+void readNode(std::string_view message, int depth, OnnxFacts& facts) {
+    std::set<std::string> inner;
     forEachField(message, facts.broken, [&](const Field& node) {
         if (node.number != 5) return;
         forEachField(node.bytes, facts.broken, [&](const Field& attribute) {
-            if (attribute.number == 5) readTensor(attribute.bytes, facts);
+            switch (attribute.number) {
+            case 5:
+            case 10:
+                readTensor(attribute.bytes, facts);
+                break;
+            case 6:
+            case 11:
+                readGraph(attribute.bytes, depth + 1, facts, inner);
+                break;
+            case 22:
+            case 23:
+                readSparseTensor(attribute.bytes, facts);
+                break;
+            default:
+                break;
+            }
         });
+    });
+}
+
+// GraphProto, without its inputs.
+void readGraph(std::string_view message, int depth, OnnxFacts& facts,
+               std::set<std::string>& weights) {
+    if (depth > kMaxDepth) {
+        facts.broken = true;
+        return;
+    }
+    forEachField(message, facts.broken, [&](const Field& graph) {
+        if (graph.number == 1) readNode(graph.bytes, depth, facts);
+        if (graph.number == 5) weights.insert(readTensor(graph.bytes, facts));
+        if (graph.number == 15) weights.insert(readSparseTensor(graph.bytes, facts));
     });
 }
 
@@ -147,11 +192,15 @@ OnnxFacts readOnnxFacts(std::string_view model) {
     OnnxFacts facts;
     std::set<std::string> weights;
     forEachField(model, facts.broken, [&](const Field& field) {
+        if (field.number == 25) { // FunctionProto: its nodes
+            forEachField(field.bytes, facts.broken, [&](const Field& function) {
+                if (function.number == 7) readNode(function.bytes, 0, facts);
+            });
+        }
         if (field.number != 7 || field.bytes.empty()) return;
         facts.hasGraph = true;
+        readGraph(field.bytes, 0, facts, weights);
         forEachField(field.bytes, facts.broken, [&](const Field& graph) {
-            if (graph.number == 1) readNode(graph.bytes, facts);
-            if (graph.number == 5) weights.insert(readTensor(graph.bytes, facts));
             if (graph.number == 11) {
                 facts.inputs.push_back(readGraphInput(graph.bytes, facts.broken));
             }

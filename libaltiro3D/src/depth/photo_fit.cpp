@@ -150,13 +150,8 @@ void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitt
     applyFit(scene.photo, fit, fitted.photo);
     applyFitToDepth(scene.depth, photoSize, fit, fitted.photo, focus, fitted.depth);
     if (!refine.enabled) return;
-    cv::Mat refined;
-    refineDepth(fitted.photo(fit.target), fitted.depth(fit.target), refined, refine);
-    if (fit.target.size() == fit.size) {
-        fitted.depth = refined;
-    } else {
-        refined.copyTo(fitted.depth(fit.target));
-    }
+    cv::Mat inside = fitted.depth(fit.target);
+    refineDepth(fitted.photo(fit.target), inside, inside, refine);
 }
 
 void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,

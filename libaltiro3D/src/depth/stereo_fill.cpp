@@ -1,5 +1,7 @@
 #include "depth/stereo_fill.hpp"
 
+#include "depth/unknown_depth.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,41 +21,13 @@ constexpr int kPasses = 2;
 constexpr int kBins = 256;       // of the range of disparities
 constexpr int kColourScale = 24; // sum of the differences of B, G and R with weight 1/2
 
-// In rows; a row without any known value takes the next one that has some.
 void fillRows(cv::Mat& disparity) {
-    std::vector<int> unknownRows;
-    int lastKnown = -1;
+    std::vector<char> known(static_cast<std::size_t>(disparity.rows));
     for (int y = 0; y < disparity.rows; ++y) {
-        auto* const row = disparity.ptr<float>(y);
-        bool hasKnown = false;
-        for (int x = 0; x < disparity.cols; ++x) {
-            if (!std::isnan(row[x])) {
-                hasKnown = true;
-                continue;
-            }
-            int end = x;
-            while (end < disparity.cols && std::isnan(row[end]))
-                ++end;
-            const float before = x > 0 ? row[x - 1] : std::numeric_limits<float>::infinity();
-            const float after =
-                end < disparity.cols ? row[end] : std::numeric_limits<float>::infinity();
-            const float behind = std::min(before, after);
-            if (std::isinf(behind)) break;
-            std::fill(row + x, row + end, behind);
-            x = end - 1;
-            hasKnown = true;
-        }
-        if (hasKnown) {
-            for (const int unknown : unknownRows)
-                disparity.row(y).copyTo(disparity.row(unknown));
-            unknownRows.clear();
-            lastKnown = y;
-        } else if (lastKnown >= 0) {
-            disparity.row(lastKnown).copyTo(disparity.row(y));
-        } else {
-            unknownRows.push_back(y);
-        }
+        known[static_cast<std::size_t>(y)] =
+            static_cast<char>(fillUnknown(disparity.ptr<float>(y), disparity.cols));
     }
+    fillUnknownRows(disparity, known);
 }
 
 using Weights = std::array<std::int32_t, 3 * 256>; // by difference of colours

@@ -117,14 +117,16 @@ Match bestMatch(const cv::Mat& left, cv::Point at, const cv::Mat& right, int sid
     return best;
 }
 
+// The upper left corner of a square around a place, inside the picture.
+cv::Point cornerOf(cv::Point2d middle, int side, const cv::Mat& picture) {
+    return {std::clamp(static_cast<int>(middle.x) - side / 2, 0, picture.cols - side),
+            std::clamp(static_cast<int>(middle.y) - side / 2, 0, picture.rows - side)};
+}
+
 // Finds a block of the left picture in the right one, coarsely and then at full size.
 std::optional<Block> findBlock(const cv::Mat& left, const cv::Mat& right, const cv::Mat& smallLeft,
                                const cv::Mat& smallRight, cv::Point2d middle) {
     const double scale = static_cast<double>(smallLeft.cols) / left.cols;
-    const auto cornerOf = [](cv::Point2d at, int side, const cv::Mat& picture) {
-        return cv::Point(std::clamp(static_cast<int>(at.x) - side / 2, 0, picture.cols - side),
-                         std::clamp(static_cast<int>(at.y) - side / 2, 0, picture.rows - side));
-    };
     const cv::Point coarse = cornerOf(middle * scale, kCoarseBlock, smallLeft);
     const int columns = static_cast<int>(smallLeft.cols * kSearchColumns);
     const int rows = static_cast<int>(std::ceil(smallLeft.rows * kSearchRows));
@@ -238,11 +240,8 @@ RowFit fitRows(const cv::Mat& left, const cv::Mat& right) {
             const int row = i / kBlocksAcross;
             const cv::Point2d middle((column + 0.5) * left.cols / kBlocksAcross,
                                      (row + 0.5) * left.rows / kBlocksAcross);
-            const cv::Point corner(
-                std::clamp(static_cast<int>(middle.x) - kFineBlock / 2, 0, left.cols - kFineBlock),
-                std::clamp(static_cast<int>(middle.y) - kFineBlock / 2, 0, left.rows - kFineBlock));
             const auto place = static_cast<std::size_t>(i);
-            if (!hasTexture(left, corner, kFineBlock)) continue;
+            if (!hasTexture(left, cornerOf(middle, kFineBlock, left), kFineBlock)) continue;
             textured[place] = 1;
             found[place] = findBlock(left, right, smallLeft, smallRight, middle);
         }

@@ -1,13 +1,12 @@
 #include "image/colour.hpp"
 
 #include "base/byte_reader.hpp"
+#include "base/inflate.hpp"
 #include "base/text.hpp"
-#include "image/heif_file.hpp"
 #include "image/jpeg_walk.hpp"
 
 #include <algorithm>
 #include <map>
-#include <zlib.h>
 
 namespace altiro3D {
 
@@ -17,43 +16,29 @@ using std::string_view;
 
 constexpr std::size_t kMaxProfileBytes = std::size_t{16} << 20; // the largest in use have 3 MB
 
-// A zlib stream; empty if it is damaged or longer than a profile may be.
-std::string inflated(string_view packed) {
-    z_stream stream{};
-    if (inflateInit(&stream) != Z_OK) return {};
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
-    stream.avail_in = static_cast<uInt>(packed.size());
-    std::string text;
-    int result = Z_OK;
-    while (result == Z_OK && text.size() <= kMaxProfileBytes) {
-        constexpr std::size_t kStep = std::size_t{1} << 16;
-        const std::size_t done = text.size();
-        text.resize(done + kStep);
-        stream.next_out = reinterpret_cast<Bytef*>(text.data() + done);
-        stream.avail_out = static_cast<uInt>(kStep);
-        result = inflate(&stream, Z_NO_FLUSH);
-        text.resize(text.size() - stream.avail_out);
-    }
-    inflateEnd(&stream);
-    return result == Z_STREAM_END ? text : std::string();
+// A copy of a profile; empty if it is longer than one may be.
+std::string profileOf(string_view part) {
+    return part.size() <= kMaxProfileBytes ? std::string(part) : std::string();
 }
 
 ColourFacts ofPng(string_view bytes) {
     const ByteReader reader(bytes, false);
     ColourFacts facts;
+    bool hasProfile = false;
     for (std::uint64_t at = 8; reader.holds(at, 12);) {
         const std::uint64_t size = reader.u32(at);
         const std::uint64_t data = at + 8;
         const string_view name = reader.text(at + 4, 4);
         if (!reader.holds(data, size + 4) || name == "IDAT") break; // colours come first
         if (name == "cICP" && size == 4) {
-            facts.code = ColourFacts::Code{static_cast<int>(reader.u8(data)),
-                                           static_cast<int>(reader.u8(data + 1))};
-        } else if (name == "iCCP" && facts.icc.empty()) {
+            facts.code = ColourCode{static_cast<int>(reader.u8(data)),
+                                    static_cast<int>(reader.u8(data + 1))};
+        } else if (name == "iCCP" && !hasProfile) {
+            hasProfile = true;
             const string_view chunk = reader.text(data, size);
             const std::size_t end = chunk.find('\0');
             if (end != string_view::npos && end + 2 <= chunk.size())
-                facts.icc = inflated(chunk.substr(end + 2));
+                facts.icc = inflated(chunk.substr(end + 2), kMaxProfileBytes);
         } else if (name == "sRGB") {
             facts.isSrgb = true;
         } else if (name == "gAMA" && size == 4) {
@@ -88,7 +73,7 @@ std::string iccOfWebP(string_view bytes) {
     const ByteReader reader(bytes, true);
     for (std::uint64_t at = 12; reader.holds(at, 8);) {
         const std::uint64_t size = reader.u32(at + 4);
-        if (reader.text(at, 4) == "ICCP") return std::string(reader.text(at + 8, size));
+        if (reader.text(at, 4) == "ICCP") return profileOf(reader.text(at + 8, size));
         at += 8 + size + (size & 1);
     }
     return {};
@@ -104,22 +89,17 @@ std::string iccOfTiff(string_view bytes) {
         const std::uint64_t entry = directory + 2 + std::uint64_t{12} * i;
         if (!reader.holds(entry, 12)) break;
         if (reader.u16(entry) == 34675)
-            return std::string(reader.text(reader.u32(entry + 8), reader.u32(entry + 4)));
+            return profileOf(reader.text(reader.u32(entry + 8), reader.u32(entry + 4)));
     }
     return {};
 }
 
 ColourFacts ofHeif(string_view bytes) {
-    ColourFacts facts;
     try {
-        const HeifFile file(bytes);
-        facts.icc = file.iccProfile();
-        const auto code = file.colours();
-        if (facts.icc.empty() && code)
-            facts.code = ColourFacts::Code{code->primaries, code->transfer};
+        return readColourFacts(HeifFile(bytes));
     } catch (const HeifFailure&) { // decoding reports it
+        return {};
     }
-    return facts;
 }
 
 } // namespace
@@ -146,7 +126,13 @@ ColourFacts readColourFacts(string_view bytes, ImageFormat format) {
     default:
         break;
     }
-    if (facts.icc.size() > kMaxProfileBytes) facts.icc.clear();
+    return facts;
+}
+
+ColourFacts readColourFacts(const HeifFile& file, std::optional<std::uint32_t> item) {
+    ColourFacts facts;
+    facts.icc = file.iccProfile(item);
+    if (facts.icc.empty()) facts.code = file.colours(item);
     return facts;
 }
 

@@ -2,8 +2,10 @@
 
 #include "altiro3D/error.hpp"
 #include "base/image_format.hpp"
+#include "image/heif_file.hpp"
 
 #include <array>
+#include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -13,15 +15,9 @@ namespace altiro3D {
 
 /// What a picture file states about its colours. Later members count only without the earlier ones.
 struct ColourFacts {
-    /// Numbers of ITU-T H.273 (PNG's cICP, nclx of HEIC and AVIF).
-    struct Code {
-        int primaries =
-            2; ///< 1 = Rec. 709 and sRGB, 9 = Rec. 2020, 12 = Display P3, 2 = not stated.
-        int transfer = 2; ///< 13 = sRGB, 16 = PQ, 18 = HLG, 2 = not stated.
-    };
-    std::optional<Code> code;
-    std::string icc;     ///< ICC profile.
-    bool isSrgb = false; ///< PNG's sRGB chunk.
+    std::optional<ColourCode> code; ///< PNG's cICP, nclx of HEIC and AVIF.
+    std::string icc;                ///< ICC profile.
+    bool isSrgb = false;            ///< PNG's sRGB chunk.
     double gamma = 0; ///< PNG's gAMA: exponent of the encoding, 0.45455 for most; 0 = not stated.
     /// PNG's cHRM: x and y of white, red, green, blue.
     std::optional<std::array<double, 8>> chromaticities;
@@ -30,6 +26,11 @@ struct ColourFacts {
 /// Reads what a PNG, JPEG, TIFF, WebP, HEIC or AVIF file states; nothing for other formats. Any
 /// bytes give a result.
 ColourFacts readColourFacts(std::string_view bytes, ImageFormat format);
+
+/// The same for a picture of a HEIC or AVIF file.
+/// @param item its number; not given: the main picture
+/// @throws HeifFailure (no such picture)
+ColourFacts readColourFacts(const HeifFile& file, std::optional<std::uint32_t> item = std::nullopt);
 
 /// Converts a picture to sRGB: relative colorimetric with black point compensation (lcms2). PQ and
 /// HLG are tone-mapped to the range of sRGB by the curve of ITU-R BT.2390 for a source of 1000

@@ -22,7 +22,7 @@ constexpr Chromaticities kDciP3 = {0.314, 0.351, 0.680, 0.320, 0.265, 0.690, 0.1
 constexpr Chromaticities kRec601Pal = {0.3127, 0.3290, 0.64, 0.33, 0.29, 0.60, 0.15, 0.06};
 constexpr Chromaticities kRec601Ntsc = {0.3127, 0.3290, 0.630, 0.340, 0.310, 0.595, 0.155, 0.070};
 constexpr double kUsualGamma = 0.45455; // PNG's gAMA beside sRGB, and taken as sRGB
-constexpr int kSameLevels = 2;          // of 255: profiles that differ by less are the same
+constexpr int kMaxSameLevels = 2;       // of 255: profiles that differ by at most this are the same
 
 constexpr int kPq = 16;
 constexpr int kHlg = 18;
@@ -120,7 +120,7 @@ bool changesLittle(const Profile& profile, bool isGrey) {
     std::vector<std::uint8_t> to(wanted.size());
     cmsDoTransform(transform.get(), from.data(), to.data(), static_cast<cmsUInt32Number>(count));
     for (std::size_t i = 0; i < to.size(); ++i) {
-        if (std::abs(int{to[i]} - int{wanted[i]}) > kSameLevels) return false;
+        if (std::abs(int{to[i]} - int{wanted[i]}) > kMaxSameLevels) return false;
     }
     return true;
 }

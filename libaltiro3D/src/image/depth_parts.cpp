@@ -16,7 +16,7 @@ namespace {
 using std::string_view;
 
 constexpr string_view kXmpMark("http://ns.adobe.com/xap/1.0/\0", 29);
-constexpr string_view kMoreXmpMark("http://ns.adobe.com/xmp/extension/\0", 35);
+constexpr string_view kExtendedXmpMark("http://ns.adobe.com/xmp/extension/\0", 35);
 constexpr string_view kMpfMark("MPF\0", 4);
 constexpr unsigned kMaxPictures = 100;        // of a multi-picture file
 constexpr std::uint32_t kTypeMask = 0xffffff; // of an entry's attribute: the type of the picture
@@ -28,6 +28,7 @@ constexpr std::size_t kMaxXmpBytes = std::size_t{256} << 20;
 constexpr string_view kGDepth = "google.com/photos/1.0/depthmap";
 constexpr string_view kGImage = "google.com/photos/1.0/image";
 constexpr string_view kDynamicDepthMap = "google.com/photos/dd/1.0/depthmap";
+constexpr string_view kXmpNote = "adobe.com/xmp/note";
 constexpr string_view kPixelData = "apple.com/pixeldatainfo";
 
 bool isPicture(string_view bytes) {
@@ -38,36 +39,32 @@ bool isPicture(string_view bytes) {
 // What precedes the first scan of a JPEG.
 struct JpegParts {
     string_view xmp;                   // of the first such segment
-    std::string moreXmp;               // joined from its segments
+    std::vector<string_view> extended; // segments of the extended XMP
     std::vector<string_view> pictures; // further ones of a multi-picture file
     string_view secondEye;             // the first further one, if it belongs to a stereo pair
 };
 
-// Extended XMP: GUID, whole length, offset of this part, part.
-class MoreXmp {
-  public:
-    explicit MoreXmp(std::size_t fileBytes) : maxBytes_(std::min(fileBytes, kMaxXmpBytes)) {}
-    void add(string_view body) {
-        const ByteReader reader(body, false);
-        if (!reader.holds(0, 40)) return;
-        const string_view guid = body.substr(0, 32);
+// Extended XMP: each segment has a GUID, the whole length, the offset of its part, and the part.
+// Segments of other GUIDs are left over from other versions of the file.
+std::string extendedXmp(const JpegParts& parts, const Xmp& main, std::size_t fileBytes) {
+    constexpr std::size_t kHeader = 40;
+    const std::size_t maxBytes = std::min(fileBytes, kMaxXmpBytes);
+    string_view guid = main.value(kXmpNote, "HasExtendedXMP");
+    std::string text;
+    for (const string_view segment : parts.extended) {
+        const ByteReader reader(segment, false);
+        if (!reader.holds(0, kHeader)) continue;
+        if (guid.empty()) guid = segment.substr(0, 32);
+        if (segment.substr(0, 32) != guid) continue;
         const std::size_t length = reader.u32(32);
         const std::size_t offset = reader.u32(36);
-        const string_view part = body.substr(40);
-        if (guid_.empty() && length <= maxBytes_) {
-            guid_ = guid;
-            text_.resize(length);
-        }
-        if (guid != guid_ || offset > text_.size() || part.size() > text_.size() - offset) return;
-        std::copy(part.begin(), part.end(), text_.begin() + static_cast<std::ptrdiff_t>(offset));
+        const string_view part = segment.substr(kHeader);
+        if (text.empty() && length <= maxBytes) text.resize(length);
+        if (offset > text.size() || part.size() > text.size() - offset) continue;
+        std::copy(part.begin(), part.end(), text.begin() + static_cast<std::ptrdiff_t>(offset));
     }
-    std::string take() { return std::move(text_); }
-
-  private:
-    std::size_t maxBytes_;
-    string_view guid_;
-    std::string text_;
-};
+    return text;
+}
 
 // Finds the pictures after the first one (CIPA DC-007). Offsets count from the start of `index`.
 void findFurtherPictures(string_view file, std::size_t at, string_view index, JpegParts& parts) {
@@ -81,32 +78,34 @@ void findFurtherPictures(string_view file, std::size_t at, string_view index, Jp
         if (reader.u16(entry) != 0xb002) continue; // the list of pictures
         const std::uint64_t count = reader.u32(entry + 4) / 16;
         const std::uint64_t list = reader.u32(entry + 8);
+        std::uint64_t bytes = 0; // pictures do not overlap
         for (std::uint64_t k = 1; k < std::min<std::uint64_t>(count, kMaxPictures); ++k) {
             const std::uint64_t size = reader.u32(list + 16 * k + 4);
             const std::uint64_t offset = reader.u32(list + 16 * k + 8);
             const string_view picture = whole.text(at + offset, size);
             if (offset == 0 || !isPicture(picture)) continue;
+            bytes += size;
+            if (bytes > file.size()) return;
             if (k == 1 && (reader.u32(list + 16 * k) & kTypeMask) == kTypeDisparity)
                 parts.secondEye = picture;
             parts.pictures.push_back(picture);
         }
+        return;
     }
 }
 
 JpegParts partsOf(string_view jpeg) {
     JpegParts parts;
-    MoreXmp more(jpeg.size());
     walkJpeg(jpeg, [&](unsigned marker, std::size_t at, string_view body) {
         if (marker == 0xe1 && parts.xmp.empty() && startsWith(body, kXmpMark)) {
             parts.xmp = body.substr(kXmpMark.size());
-        } else if (marker == 0xe1 && startsWith(body, kMoreXmpMark)) {
-            more.add(body.substr(kMoreXmpMark.size()));
+        } else if (marker == 0xe1 && startsWith(body, kExtendedXmpMark)) {
+            parts.extended.push_back(body.substr(kExtendedXmpMark.size()));
         } else if (marker == 0xe2 && parts.pictures.empty() && startsWith(body, kMpfMark)) {
             findFurtherPictures(jpeg, at + kMpfMark.size(), body.substr(kMpfMark.size()), parts);
         }
         return marker != 0xda;
     });
-    parts.moreXmp = more.take();
     return parts;
 }
 
@@ -297,7 +296,8 @@ std::optional<DepthPart> huawei(string_view jpeg) {
 std::optional<DepthPart> findDepthPart(string_view jpeg) {
     const JpegParts parts = partsOf(jpeg);
     const Xmp xmp(parts.xmp);
-    const Xmp more(parts.moreXmp);
+    const std::string extended = extendedXmp(parts, xmp, jpeg.size());
+    const Xmp more(extended);
     const std::vector<const Xmp*> all{&xmp, &more};
     if (auto part = dynamicDepth(jpeg, all)) return part;
     if (auto part = gDepth(all)) return part;
@@ -313,7 +313,8 @@ string_view findSecondEye(string_view jpeg) {
 string_view findUnblurred(string_view jpeg, std::string& decoded) {
     const JpegParts parts = partsOf(jpeg);
     const Xmp xmp(parts.xmp);
-    const Xmp more(parts.moreXmp);
+    const std::string extended = extendedXmp(parts, xmp, jpeg.size());
+    const Xmp more(extended);
     for (const Xmp* const each : {&xmp, &more}) {
         const std::size_t index = itemOf(each->items(), "Original", "original");
         if (index > 0) {

@@ -3,6 +3,7 @@
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
+#include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "image/colour.hpp"
 #include "image/depth_parts.hpp"
@@ -25,7 +26,6 @@ namespace {
 
 using std::string_view;
 
-constexpr std::uintmax_t kMaxFileBytes = 0x7ffffff0u;
 constexpr double kMaxDepthPixels = 6.4e7; // the largest seen has 4e6
 constexpr double kShapeTolerance = 0.02;
 constexpr std::size_t kLeastLevels = 4; // of 256, between the percentiles 0.5 and 99.5
@@ -166,20 +166,15 @@ bool haveOneShape(cv::Size a, cv::Size b) {
 }
 
 cv::Size uprightSize(const ImageHeader& header) {
-    const cv::Size size(static_cast<int>(std::min<std::uint64_t>(header.columns, 65500)),
-                        static_cast<int>(std::min<std::uint64_t>(header.rows, 65500)));
+    const cv::Size size(static_cast<int>(std::min<std::uint64_t>(header.columns, kMaxImageSide)),
+                        static_cast<int>(std::min<std::uint64_t>(header.rows, kMaxImageSide)));
     return header.orientation >= 5 ? cv::Size(size.height, size.width) : size;
 }
 
 // Files that are read as a whole; empty for others.
 std::string bytesOf(const fs::path& path) {
-    std::error_code error;
-    const fs::file_type type = fs::status(path, error).type();
-    if (type == fs::file_type::fifo || type == fs::file_type::character ||
-        type == fs::file_type::socket) {
-        return {};
-    }
-    return readFile(path, kMaxFileBytes);
+    if (givesBytesOnce(path)) return {};
+    return readFile(path, kMaxImageFileBytes);
 }
 
 template <class Work>

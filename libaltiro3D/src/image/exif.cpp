@@ -1,10 +1,11 @@
 #include "image/exif.hpp"
 
+#include "base/inflate.hpp"
+
 #include <libexif/exif-data.h>
 #include <memory>
 #include <optional>
 #include <string>
-#include <zlib.h>
 
 namespace altiro3D {
 
@@ -53,18 +54,6 @@ std::string rawProfile(string_view text) {
     return bytes;
 }
 
-// Text of a zTXt chunk; empty if it is damaged or too long.
-std::string inflateText(string_view packed) {
-    std::string text(2 * kMaxExifBytes + 1024, '\0');
-    uLongf size = static_cast<uLongf>(text.size());
-    const int result = uncompress(reinterpret_cast<Bytef*>(text.data()), &size,
-                                  reinterpret_cast<const Bytef*>(packed.data()),
-                                  static_cast<uLong>(packed.size()));
-    if (result != Z_OK) return {};
-    text.resize(size);
-    return text;
-}
-
 } // namespace
 
 int validOrientation(unsigned value) {
@@ -96,7 +85,7 @@ ExifFacts readExifInPngText(string_view chunk, bool compressed) {
     if (keyword != "Raw profile type exif" && keyword != "Raw profile type APP1") return {};
     if (!compressed) return readExif(rawProfile(chunk.substr(end + 1)));
     if (chunk.size() < end + 2 || chunk[end + 1] != 0) return {}; // 0: deflate, the only method
-    return readExif(rawProfile(inflateText(chunk.substr(end + 2))));
+    return readExif(rawProfile(inflated(chunk.substr(end + 2), 2 * kMaxExifBytes + 1024)));
 }
 
 } // namespace altiro3D

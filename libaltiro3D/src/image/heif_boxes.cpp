@@ -13,26 +13,45 @@ namespace {
 using std::string_view;
 
 constexpr std::size_t kBoxHeader = 8;
-constexpr std::size_t kFullBoxHeader = 12; // with version and flags
-constexpr int kMaxBoxes = 10000;
+constexpr std::size_t kVersion = 4; // bytes of version and flags, at the start of some bodies
 
 // A box inside a file; empty if it was not found.
 struct Box {
-    std::size_t at = 0;
-    std::size_t size = 0; // with the header
+    std::uint64_t at = 0;
+    std::uint64_t body = 0; // after the header of 8 or 16 bytes
+    std::uint64_t end = 0;
+    bool isFound() const { return end > 0; }
 };
 
-// The first box of a type between two positions. Boxes with 64-bit sizes hold only media data.
+// The first box of a type between two positions. A size of 0 reaches to the end.
 Box findBox(const ByteReader& reader, string_view type, std::uint64_t at, std::uint64_t end) {
-    for (int i = 0; i < kMaxBoxes && at + kBoxHeader <= end; ++i) {
-        const std::uint64_t size = reader.u32(at) == 1 ? reader.u64(at + 8) : reader.u32(at);
-        if (size < kBoxHeader || size > end - at) break;
-        if (reader.text(at + 4, 4) == type) {
-            return {static_cast<std::size_t>(at), static_cast<std::size_t>(size)};
-        }
+    while (at + kBoxHeader <= end) {
+        const std::uint64_t stated = reader.u32(at);
+        const std::uint64_t header = stated == 1 ? 2 * kBoxHeader : kBoxHeader;
+        const std::uint64_t size = stated == 1   ? reader.u64(at + kBoxHeader)
+                                   : stated == 0 ? end - at
+                                                 : stated;
+        if (size < header || size > end - at) break;
+        if (reader.text(at + 4, 4) == type) return {at, at + header, at + size};
         at += size;
     }
     return {};
+}
+
+Box findBox(const ByteReader& reader, string_view type, const Box& inside, std::uint64_t skip = 0) {
+    return findBox(reader, type, inside.body + skip, inside.end);
+}
+
+// Calls `visit(box)` for every box of a type inside another one.
+template <class Visit>
+void forEachBox(const ByteReader& reader, string_view type, const Box& inside, std::uint64_t skip,
+                const Visit& visit) {
+    for (std::uint64_t at = inside.body + skip;;) {
+        const Box box = findBox(reader, type, at, inside.end);
+        if (!box.isFound()) return;
+        visit(box);
+        at = box.end;
+    }
 }
 
 void append(std::string& bytes, std::uint64_t value, unsigned size) {
@@ -43,17 +62,12 @@ void append(std::string& bytes, std::uint64_t value, unsigned size) {
 // The items of the type "tmap" (tone-mapped pictures).
 std::set<std::uint64_t> toneMappedItems(const ByteReader& reader, const Box& iinf) {
     std::set<std::uint64_t> items;
-    const unsigned version = reader.u8(iinf.at + kBoxHeader);
-    std::uint64_t at = iinf.at + kFullBoxHeader + (version == 0 ? 2 : 4);
-    const std::uint64_t end = iinf.at + iinf.size;
-    for (int i = 0; i < kMaxBoxes; ++i) {
-        const Box infe = findBox(reader, "infe", at, end);
-        if (infe.size == 0) break;
-        const unsigned idSize = reader.u8(infe.at + kBoxHeader) >= 3 ? 4 : 2;
-        const std::uint64_t id = infe.at + kFullBoxHeader;
+    const unsigned version = reader.u8(iinf.body);
+    forEachBox(reader, "infe", iinf, kVersion + (version == 0 ? 2 : 4), [&](const Box& infe) {
+        const unsigned idSize = reader.u8(infe.body) >= 3 ? 4 : 2;
+        const std::uint64_t id = infe.body + kVersion;
         if (reader.text(id + idSize + 2, 4) == "tmap") items.insert(reader.number(id, idSize));
-        at = infe.at + infe.size;
-    }
+    });
     return items;
 }
 
@@ -119,32 +133,56 @@ cv::Size sizeOfSequence(string_view nal) {
     return {columns, side()};
 }
 
+// The largest size in the parameter sets of a picture's settings (hvcC).
+cv::Size sizeOfSettings(const ByteReader& reader, const Box& settings) {
+    constexpr unsigned kSequence = 33; // type of the unit
+    cv::Size largest;
+    std::uint64_t unit = settings.body + 22;
+    for (unsigned arrays = reader.u8(unit++); arrays > 0 && unit < settings.end; --arrays) {
+        const unsigned type = reader.u8(unit) & 0x3fU;
+        unsigned count = reader.u16(unit + 1);
+        for (unit += 3; count > 0 && unit < settings.end; --count) {
+            const unsigned length = reader.u16(unit);
+            if (type == kSequence) {
+                const cv::Size size = sizeOfSequence(reader.text(unit + 2, length));
+                if (static_cast<double>(size.width) * size.height >
+                    static_cast<double>(largest.width) * largest.height) {
+                    largest = size;
+                }
+            }
+            unit += 2 + length;
+        }
+    }
+    return largest;
+}
+
 } // namespace
 
 std::string repairedHeif(string_view bytes) {
     const ByteReader reader(bytes, false);
     const Box meta = findBox(reader, "meta", 0, bytes.size());
-    if (meta.size < kFullBoxHeader) return {};
-    const std::uint64_t inside = meta.at + kFullBoxHeader;
-    const std::uint64_t end = meta.at + meta.size;
-    const Box iref = findBox(reader, "iref", inside, end);
-    const Box pitm = findBox(reader, "pitm", inside, end);
-    const Box iinf = findBox(reader, "iinf", inside, end);
-    if (iref.size < kFullBoxHeader || pitm.size < kFullBoxHeader + 2 || iinf.size == 0) return {};
-    const unsigned pitmId = reader.u8(pitm.at + kBoxHeader) == 0 ? 2 : 4;
-    const std::uint64_t primary = reader.number(pitm.at + kFullBoxHeader, pitmId);
+    const Box iref = findBox(reader, "iref", meta, kVersion);
+    const Box pitm = findBox(reader, "pitm", meta, kVersion);
+    const Box iinf = findBox(reader, "iinf", meta, kVersion);
+    // libheif reads iref with the usual header
+    if (iref.end < iref.at + kBoxHeader + kVersion || iref.body != iref.at + kBoxHeader ||
+        pitm.end < pitm.body + kVersion + 2 || !pitm.isFound() || !iinf.isFound()) {
+        return {};
+    }
+    const unsigned pitmId = reader.u8(pitm.body) == 0 ? 2 : 4;
+    const std::uint64_t primary = reader.number(pitm.body + kVersion, pitmId);
     const std::set<std::uint64_t> toneMapped = toneMappedItems(reader, iinf);
 
-    const unsigned idSize = reader.u8(iref.at + kBoxHeader) == 0 ? 2 : 4;
-    std::string kept(bytes.substr(iref.at, kFullBoxHeader));
-    std::uint64_t at = iref.at + kFullBoxHeader;
-    const std::uint64_t irefEnd = iref.at + iref.size;
-    while (at < irefEnd) {
+    const unsigned idSize = reader.u8(iref.body) == 0 ? 2 : 4;
+    const std::size_t irefSize = static_cast<std::size_t>(iref.end - iref.at);
+    std::string kept(reader.text(iref.at, kBoxHeader + kVersion));
+    std::uint64_t at = iref.body + kVersion;
+    while (at < iref.end) {
         const std::uint64_t size = reader.u32(at);
         const std::uint64_t from = at + kBoxHeader;
         const std::uint64_t count = reader.u16(from + idSize);
         const std::uint64_t targets = from + idSize + 2;
-        if (size < kBoxHeader + idSize + 2 || size > irefEnd - at ||
+        if (size < kBoxHeader + idSize + 2 || size > iref.end - at ||
             count * idSize > at + size - targets) {
             return {};
         }
@@ -163,67 +201,47 @@ std::string repairedHeif(string_view bytes) {
         }
         at += size;
     }
-    const std::size_t left = iref.size - kept.size();
+    const std::size_t left = irefSize - kept.size();
     if (left < kBoxHeader) return {};
     std::string length;
     append(length, kept.size(), 4);
     kept.replace(0, 4, length);
     append(kept, left, 4);
     kept += "free";
-    kept.resize(iref.size, '\0');
+    kept.resize(irefSize, '\0');
     std::string repaired(bytes);
-    repaired.replace(iref.at, iref.size, kept);
+    repaired.replace(static_cast<std::size_t>(iref.at), irefSize, kept);
     return repaired;
 }
 
 cv::Size largestCodedPicture(string_view bytes) {
-    constexpr unsigned kSequence = 33; // type of the unit
     const ByteReader reader(bytes, false);
-    const Box meta = findBox(reader, "meta", 0, bytes.size());
-    if (meta.size < kFullBoxHeader) return {};
-    const Box iprp =
-        findBox(reader, "iprp", meta.at + kFullBoxHeader, meta.at + std::uint64_t{meta.size});
-    if (iprp.size == 0) return {};
-    const Box ipco = findBox(reader, "ipco", iprp.at + kBoxHeader, iprp.at + iprp.size);
     cv::Size largest;
-    std::uint64_t at = ipco.at + kBoxHeader;
-    for (int i = 0; ipco.size > 0 && i < kMaxBoxes; ++i) {
-        const Box settings = findBox(reader, "hvcC", at, ipco.at + ipco.size);
-        if (settings.size == 0) break;
-        at = settings.at + settings.size;
-        std::uint64_t unit = settings.at + kBoxHeader + 22;
-        for (unsigned arrays = reader.u8(unit++); arrays > 0 && unit < at; --arrays) {
-            const unsigned type = reader.u8(unit) & 0x3fU;
-            unsigned count = reader.u16(unit + 1);
-            for (unit += 3; count > 0 && unit < at; --count) {
-                const unsigned length = reader.u16(unit);
-                if (type == kSequence) {
-                    const cv::Size size = sizeOfSequence(reader.text(unit + 2, length));
-                    if (static_cast<double>(size.width) * size.height >
-                        static_cast<double>(largest.width) * largest.height) {
-                        largest = size;
-                    }
-                }
-                unit += 2 + length;
-            }
+    const auto readSettings = [&](const Box& settings) {
+        const cv::Size size = sizeOfSettings(reader, settings);
+        if (static_cast<double>(size.width) * size.height >
+            static_cast<double>(largest.width) * largest.height) {
+            largest = size;
         }
-    }
+    };
+    forEachBox(reader, "meta", {0, 0, bytes.size()}, 0, [&](const Box& meta) {
+        forEachBox(reader, "iprp", meta, kVersion, [&](const Box& properties) {
+            forEachBox(reader, "ipco", properties, 0,
+                       [&](const Box& all) { forEachBox(reader, "hvcC", all, 0, readSettings); });
+        });
+    });
     return largest;
 }
 
 std::optional<HeifEyes> findHeifEyes(string_view bytes) {
     const ByteReader reader(bytes, false);
     const Box meta = findBox(reader, "meta", 0, bytes.size());
-    if (meta.size < kFullBoxHeader) return std::nullopt;
-    const Box groups = findBox(reader, "grpl", meta.at + kFullBoxHeader, meta.at + meta.size);
-    if (groups.size == 0) return std::nullopt;
-    const Box pair =
-        findBox(reader, "ster", groups.at + kBoxHeader, groups.at + std::uint64_t{groups.size});
+    const Box groups = findBox(reader, "grpl", meta, kVersion);
+    const Box pair = findBox(reader, "ster", groups);
     // {version and flags, u32 number of the group, u32 count, u32 items...}
-    if (pair.size < kFullBoxHeader + 16 || reader.u32(pair.at + kFullBoxHeader + 4) != 2)
-        return std::nullopt;
-    const HeifEyes eyes{reader.u32(pair.at + kFullBoxHeader + 8),
-                        reader.u32(pair.at + kFullBoxHeader + 12)};
+    const std::uint64_t facts = pair.body + kVersion;
+    if (!pair.isFound() || pair.end < facts + 16 || reader.u32(facts + 4) != 2) return std::nullopt;
+    const HeifEyes eyes{reader.u32(facts + 8), reader.u32(facts + 12)};
     if (eyes.left == eyes.right) return std::nullopt;
     return eyes;
 }

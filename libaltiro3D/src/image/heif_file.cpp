@@ -107,6 +107,13 @@ Context contextOf(string_view bytes, heif_error& error) {
     return context;
 }
 
+// @throws HeifFailure (no such picture)
+Handle handleOf(heif_context& context, std::uint32_t item) {
+    heif_image_handle* opened = nullptr;
+    require(heif_context_get_image_handle(&context, item, &opened));
+    return Handle(opened);
+}
+
 } // namespace
 
 struct HeifFile::Impl {
@@ -162,8 +169,9 @@ std::string HeifFile::exif() const {
     return start + 4 <= block.size() ? block.substr(start + 4) : std::string();
 }
 
-std::string HeifFile::iccProfile() const {
-    const heif_image_handle* const handle = impl_->handle.get();
+std::string HeifFile::iccProfile(std::optional<std::uint32_t> item) const {
+    const Handle other = item ? handleOf(*impl_->context, *item) : Handle();
+    const heif_image_handle* const handle = item ? other.get() : impl_->handle.get();
     const heif_color_profile_type type = heif_image_handle_get_color_profile_type(handle);
     if (type != heif_color_profile_type_prof && type != heif_color_profile_type_rICC) return {};
     std::string profile(heif_image_handle_get_raw_color_profile_size(handle), '\0');
@@ -172,11 +180,13 @@ std::string HeifFile::iccProfile() const {
     return profile;
 }
 
-std::optional<HeifColours> HeifFile::colours() const {
+std::optional<ColourCode> HeifFile::colours(std::optional<std::uint32_t> item) const {
+    const Handle other = item ? handleOf(*impl_->context, *item) : Handle();
     heif_color_profile_nclx* nclx = nullptr;
-    const heif_error error = heif_image_handle_get_nclx_color_profile(impl_->handle.get(), &nclx);
+    const heif_error error =
+        heif_image_handle_get_nclx_color_profile(item ? other.get() : impl_->handle.get(), &nclx);
     if (error.code != heif_error_Ok || nclx == nullptr) return std::nullopt;
-    const HeifColours colours{nclx->color_primaries, nclx->transfer_characteristics};
+    const ColourCode colours{nclx->color_primaries, nclx->transfer_characteristics};
     heif_nclx_color_profile_free(nclx);
     return colours;
 }
@@ -194,9 +204,7 @@ cv::Mat HeifFile::decode() const {
 }
 
 cv::Mat HeifFile::decodeItem(std::uint32_t item, double maxPixels) const {
-    heif_image_handle* opened = nullptr;
-    require(heif_context_get_image_handle(impl_->context.get(), item, &opened));
-    const Handle handle(opened);
+    const Handle handle = handleOf(*impl_->context, item);
     requireSize(*handle, "its picture " + std::to_string(item), maxPixels);
     return pictureOf(*impl_->context, *handle);
 }
@@ -255,11 +263,11 @@ std::string HeifFile::exif() const {
     return {};
 }
 
-std::string HeifFile::iccProfile() const {
+std::string HeifFile::iccProfile(std::optional<std::uint32_t> /*item*/) const {
     return {};
 }
 
-std::optional<HeifColours> HeifFile::colours() const {
+std::optional<ColourCode> HeifFile::colours(std::optional<std::uint32_t> /*item*/) const {
     return std::nullopt;
 }
 

@@ -20,8 +20,8 @@ class HeifFailure : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Colours of a HEIC or AVIF picture as ITU-T H.273 numbers them.
-struct HeifColours {
+/// Colours as ITU-T H.273 numbers them.
+struct ColourCode {
     int primaries = 2; ///< 1 = Rec. 709 and sRGB, 9 = Rec. 2020, 12 = Display P3, 2 = not stated.
     int transfer = 2;  ///< 13 = sRGB, 16 = PQ, 18 = HLG, 2 = not stated.
 };
@@ -55,10 +55,12 @@ class HeifFile {
     unsigned pictures() const;
     /// The EXIF data as a TIFF file; empty if there is none.
     std::string exif() const;
-    /// The ICC profile; empty if there is none.
-    std::string iccProfile() const;
-    /// The colours if the file states them as numbers.
-    std::optional<HeifColours> colours() const;
+    /// The ICC profile of a picture; empty if there is none.
+    /// @param item its number; not given: the main picture
+    /// @throws HeifFailure (no such picture)
+    std::string iccProfile(std::optional<std::uint32_t> item = std::nullopt) const;
+    /// The colours of a picture if the file states them as numbers. @param item as iccProfile()
+    std::optional<ColourCode> colours(std::optional<std::uint32_t> item = std::nullopt) const;
     /// Whether the colours are multiplied by alpha.
     bool isPremultiplied() const;
     /// Whether there is a depth image.

@@ -10,6 +10,10 @@
 
 namespace altiro3D {
 
+/// OpenCV accepts encoded pictures as one row of at most 2^31 - 1 bytes. Two bytes are reserved.
+constexpr std::uintmax_t kMaxImageFileBytes = 0x7ffffff0u;
+constexpr int kMaxImageSide = 65500; ///< The longest side of a JPEG.
+
 /// How the colours of a picture with alpha are stored.
 enum class AlphaKind {
     Straight,      ///< Colours are independent of alpha.

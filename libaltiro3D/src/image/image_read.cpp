@@ -4,6 +4,7 @@
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
+#include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "image/colour.hpp"
 #include "image/heif_file.hpp"
@@ -24,13 +25,6 @@ namespace altiro3D {
 namespace fs = std::filesystem;
 
 namespace {
-
-// OpenCV accepts encoded pictures as one row of at most 2^31 - 1 bytes. Two bytes are reserved.
-constexpr std::uintmax_t kMaxFileBytes = 0x7ffffff0u;
-constexpr std::uint64_t kMaxImageSide = 65500; // the longest side of a JPEG
-bool isHeif(ImageFormat format) {
-    return format == ImageFormat::Heic || format == ImageFormat::Avif;
-}
 
 const char* nameOf(ImageFormat format) {
     switch (format) {
@@ -321,7 +315,7 @@ enum class Colours { ToSrgb, AsStored };
 
 LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
     const std::string extension = lowerExtension(path);
-    std::string bytes = readFile(path, kMaxFileBytes);
+    std::string bytes = readFile(path, kMaxImageFileBytes);
     if (bytes.empty()) {
         throw Error(ErrorCode::BadFormat, path.string(), "is empty, expected a picture");
     }
@@ -378,14 +372,6 @@ cv::Mat greyOf(const cv::Mat& bgr, Notes* notes) {
     return grey;
 }
 
-// A pipe can be read only once; a second read might wait forever.
-bool givesBytesOnce(const fs::path& path) {
-    std::error_code error;
-    const fs::file_type type = fs::status(path, error).type();
-    return type == fs::file_type::fifo || type == fs::file_type::character ||
-           type == fs::file_type::socket;
-}
-
 } // namespace
 
 std::string readableFormats() {
@@ -440,7 +426,8 @@ cv::Mat readPhoto(const fs::path& path, Notes* notes) {
 
 double readFocalLength35mm(const fs::path& path) {
     if (givesBytesOnce(path)) return 0;
-    return readImageHeader(readFile(path, kMaxFileBytes), lowerExtension(path)).focalLength35mm;
+    return readImageHeader(readFile(path, kMaxImageFileBytes), lowerExtension(path))
+        .focalLength35mm;
 }
 
 bool hasColours(const cv::Mat& picture) {

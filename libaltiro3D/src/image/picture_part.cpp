@@ -12,7 +12,7 @@ cv::Mat decodePart(std::string_view bytes, double maxPixels, ImageChannels chann
     const double pixels = static_cast<double>(header.columns) * static_cast<double>(header.rows);
     const bool isKnown = header.format == ImageFormat::Jpeg || header.format == ImageFormat::Png;
     if (!isKnown || !header.unreadable.empty() || header.isCutOff || pixels < 1 ||
-        pixels > maxPixels || std::max(header.columns, header.rows) > 65500) {
+        pixels > maxPixels || std::max(header.columns, header.rows) > kMaxImageSide) {
         return {};
     }
     try {

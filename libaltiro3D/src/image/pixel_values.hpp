@@ -30,6 +30,23 @@ T toWhole(float value, float largest) {
     return static_cast<T>(inRange * largest + 0.5f);
 }
 
+/// Rec. 601 luma of a px, BGR, in whole numbers.
+inline std::uint8_t brightnessOf(const std::uint8_t* bgr) {
+    return static_cast<std::uint8_t>((29 * bgr[0] + 150 * bgr[1] + 77 * bgr[2] + 128) / 256);
+}
+
+/// Rec. 601 luma of a picture in whole numbers. [rows x cols, CV_8UC3 -> CV_8UC1]
+inline cv::Mat brightnessOf(const cv::Mat& picture) {
+    cv::Mat result(picture.size(), CV_8UC1);
+    for (int y = 0; y < picture.rows; ++y) {
+        const std::uint8_t* from = picture.ptr(y);
+        std::uint8_t* const to = result.ptr(y);
+        for (int x = 0; x < picture.cols; ++x, from += 3)
+            to[x] = brightnessOf(from);
+    }
+    return result;
+}
+
 /// The grey values of a BGR row: the value itself where the channels agree, else Rec. 601 luma.
 template <typename T>
 void greyRow(const T* bgr, float* grey, int columns) {

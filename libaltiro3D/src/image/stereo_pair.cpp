@@ -4,6 +4,7 @@
 #include "base/checks.hpp"
 #include "base/image_format.hpp"
 #include "base/memory_errors.hpp"
+#include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "image/colour.hpp"
 #include "image/depth_parts.hpp"
@@ -29,16 +30,6 @@ namespace {
 
 using std::string_view;
 
-constexpr std::uintmax_t kMaxFileBytes = 0x7ffffff0u;
-constexpr int kMaxSide = 65500; // as readImage()
-
-bool givesBytesOnce(const fs::path& path) {
-    std::error_code error;
-    const fs::file_type type = fs::status(path, error).type();
-    return type == fs::file_type::fifo || type == fs::file_type::character ||
-           type == fs::file_type::socket;
-}
-
 // Files of other formats are not read as a whole.
 bool canHoldPair(const fs::path& path) {
     std::string start(512, '\0');
@@ -46,8 +37,7 @@ bool canHoldPair(const fs::path& path) {
     file.read(start.data(), static_cast<std::streamsize>(start.size()));
     start.resize(static_cast<std::size_t>(file.gcount()));
     const ImageFormat format = imageFormat(start);
-    return format == ImageFormat::Jpeg || format == ImageFormat::Heic ||
-           format == ImageFormat::Avif;
+    return format == ImageFormat::Jpeg || isHeif(format);
 }
 
 void addUnused(Notes* notes, const std::string& why) {
@@ -80,7 +70,7 @@ std::optional<StereoPair> pairOfJpeg(const fs::path& photo, string_view bytes, N
         addUnused(notes, "it is damaged or too large");
         return std::nullopt;
     }
-    ColourFacts colours = readColourFacts(second, ImageFormat::Jpeg);
+    ColourFacts colours = readColourFacts(second, imageFormat(second));
     if (colours.icc.empty()) colours = readColourFacts(bytes, ImageFormat::Jpeg);
     convertToSrgb(right, colours, nullptr);
     const int orientation = readImageHeader(second, "").orientation;
@@ -92,10 +82,12 @@ std::optional<StereoPair> pairOfJpeg(const fs::path& photo, string_view bytes, N
     return checked(std::move(pair), notes);
 }
 
-cv::Mat eyeOf(const HeifFile& file, std::uint32_t item, const ColourFacts& colours) {
+cv::Mat eyeOf(const HeifFile& file, std::uint32_t item, Notes* notes) {
     cv::Mat picture = file.decodeItem(item, kMaxImagePixels);
     if (picture.channels() == 4) cv::cvtColor(picture, picture, cv::COLOR_BGRA2BGR);
-    convertToSrgb(picture, colours, nullptr);
+    ColourFacts colours = readColourFacts(file, item);
+    if (colours.icc.empty() && !colours.code) colours = readColourFacts(file);
+    convertToSrgb(picture, colours, notes);
     return picture.depth() == CV_16U ? toEightBits(picture) : picture;
 }
 
@@ -104,10 +96,9 @@ std::optional<StereoPair> pairOfHeif(string_view bytes, ImageFormat format, Note
     if (!eyes || !hasHeif()) return std::nullopt;
     try {
         const HeifFile file(bytes);
-        const ColourFacts colours = readColourFacts(bytes, format);
         StereoPair pair;
-        pair.left = eyeOf(file, eyes->left, colours);
-        pair.right = eyeOf(file, eyes->right, colours);
+        pair.left = eyeOf(file, eyes->left, notes);
+        pair.right = eyeOf(file, eyes->right, nullptr);
         pair.origin = format == ImageFormat::Avif ? "stereo AVIF" : "spatial HEIC";
         return checked(std::move(pair), notes);
     } catch (const HeifFailure& failure) {
@@ -130,12 +121,11 @@ std::optional<StereoPair> readStereoPair(const fs::path& photo, Notes* notes) {
     if (givesBytesOnce(photo) || !canHoldPair(photo)) return std::nullopt;
     return orOutOfMemory(photo.string(), "does not fit into memory, expected a smaller picture",
                          [&]() -> std::optional<StereoPair> {
-                             const std::string bytes = readFile(photo, kMaxFileBytes);
+                             const std::string bytes = readFile(photo, kMaxImageFileBytes);
                              const ImageFormat format = imageFormat(bytes);
                              if (format == ImageFormat::Jpeg)
                                  return pairOfJpeg(photo, bytes, notes);
-                             if (format == ImageFormat::Heic || format == ImageFormat::Avif)
-                                 return pairOfHeif(bytes, format, notes);
+                             if (isHeif(format)) return pairOfHeif(bytes, format, notes);
                              return std::nullopt;
                          });
 }
@@ -157,11 +147,6 @@ StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHa
     if (areSqueezed(picture.size(), halves)) {
         const cv::Size size(isTopBottom ? half.width : 2 * half.width,
                             isTopBottom ? 2 * half.height : half.height);
-        if (size.width > kMaxSide || size.height > kMaxSide) {
-            throw Error(ErrorCode::TooLarge, "picture",
-                        shapeText(picture) + ", expected stretched halves of at most 65500 px a "
-                                             "side");
-        }
         cv::resize(pair.left, pair.left, size, 0, 0, cv::INTER_LINEAR);
         cv::resize(pair.right, pair.right, size, 0, 0, cv::INTER_LINEAR);
         pair.origin += ", squeezed";

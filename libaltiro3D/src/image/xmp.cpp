@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <exception>
 #include <expat.h>
 #include <memory>
 #include <utility>
@@ -40,6 +41,16 @@ std::string withoutLongValues(string_view text, std::vector<string_view>& values
         const std::size_t tag = end(text.find('<', at));
         add(text.substr(at, tag - at));
         at = tag;
+        // Quotes mean nothing in comments and raw text.
+        for (const auto& [begin, close] :
+             {std::pair<string_view, string_view>{"<!--", "-->"}, {"<![CDATA[", "]]>"}}) {
+            if (!startsWith(text.substr(at), begin)) continue;
+            const std::size_t after = end(text.find(close, at + begin.size()));
+            const std::size_t next = std::min(after + close.size(), text.size());
+            rest += text.substr(at, next - at);
+            at = next;
+        }
+        if (at > tag) continue;
         while (at < text.size()) { // inside the tag
             const std::size_t next = end(text.find_first_of("\"'>", at));
             rest += text.substr(at, next - at);
@@ -77,13 +88,15 @@ class Collector {
         : parser_(parser), properties_(properties), items_(items) {}
 
     static void start(void* self, const XML_Char* name, const XML_Char** attributes) {
-        static_cast<Collector*>(self)->begin(name, attributes);
+        guarded(self, [&](Collector& collector) { collector.begin(name, attributes); });
     }
     static void end(void* self, const XML_Char* name) {
-        static_cast<Collector*>(self)->close(name);
+        guarded(self, [&](Collector& collector) { collector.close(name); });
     }
     static void text(void* self, const XML_Char* text, int size) {
-        static_cast<Collector*>(self)->text_.append(text, static_cast<std::size_t>(size));
+        guarded(self, [&](Collector& collector) {
+            collector.text_.append(text, static_cast<std::size_t>(size));
+        });
     }
     // XMP has no document type, and one could define entities that grow without limit.
     static void refuse(void* self, const XML_Char* /*name*/, const XML_Char* /*system*/,
@@ -91,7 +104,23 @@ class Collector {
         static_cast<Collector*>(self)->stop();
     }
 
+    /// Throws what was thrown in an event: exceptions must not pass through expat.
+    void rethrow() const {
+        if (thrown_) std::rethrow_exception(thrown_);
+    }
+
   private:
+    template <class Work>
+    static void guarded(void* self, const Work& work) {
+        auto& collector = *static_cast<Collector*>(self);
+        try {
+            if (!collector.thrown_) work(collector);
+        } catch (...) {
+            collector.thrown_ = std::current_exception();
+            collector.stop();
+        }
+    }
+
     void stop() { XML_StopParser(parser_, XML_FALSE); }
 
     void begin(const XML_Char* name, const XML_Char** attributes) {
@@ -129,6 +158,7 @@ class Collector {
     std::vector<XmpProperty>& properties_;
     std::vector<XmpItem>& items_;
     std::string text_;
+    std::exception_ptr thrown_;
     bool isLeaf_ = false;
     int depth_ = 0;
     int directoryDepth_ = 0;
@@ -150,6 +180,7 @@ Xmp::Xmp(string_view text) {
     // what comes before a fault is kept
     static_cast<void>(
         XML_Parse(parser.get(), rest.data(), static_cast<int>(rest.size()), XML_TRUE));
+    collector.rethrow();
 }
 
 const XmpProperty* Xmp::find(string_view space, string_view name) const {

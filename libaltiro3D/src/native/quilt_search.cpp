@@ -2,6 +2,7 @@
 
 #include "base/checks.hpp"
 #include "image/downscale.hpp"
+#include "image/pixel_values.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -41,24 +42,13 @@ constexpr double kCandidate = 0.55;  // of the best likeness
 constexpr double kFinerMargin = 0.12;
 constexpr double kClearBorder = 6;    // grey levels
 constexpr double kBorderShare = 0.35; // of the clearest border
-constexpr double kSure = 0.6;
-constexpr double kAlike = 0.35;     // below, nothing is alike
-constexpr double kMinGap = 0.1;     // to another layout
-constexpr double kMinDetail = 0.05; // share of a view that is not a pattern of rows and columns
+constexpr double kMinConfidence = 0.6;
+constexpr double kMinLikeness = 0.35; // below, nothing is alike
+constexpr double kMinGap = 0.1;       // to another layout
+constexpr double kMinDetail = 0.05;   // share of a view that is not a pattern of rows and columns
 
 using Grey = cv::Mat_<std::uint16_t>; // in steps of 1 / kUnit grey levels
 using Features = cv::Mat_<std::int16_t>;
-
-cv::Mat_<uchar> greyOf(const cv::Mat& picture) {
-    cv::Mat_<uchar> grey(picture.size());
-    for (int y = 0; y < grey.rows; ++y) {
-        const auto* in = picture.ptr<uchar>(y);
-        uchar* out = grey.ptr(y);
-        for (int x = 0; x < grey.cols; ++x, in += 3)
-            out[x] = static_cast<uchar>((29 * in[0] + 150 * in[1] + 77 * in[2] + 128) >> 8);
-    }
-    return grey;
-}
 
 // The mean of each of `count` equal parts of a row of `length` samples; parts need not be whole.
 template <class Sample>
@@ -338,7 +328,7 @@ Candidate examine(const cv::Mat_<uchar>& grey, const Count& columns, const Count
     }
     candidate.likeness =
         std::min(tiles.likeness(inRows), tiles.likeness(betweenRows, kMaxRowShift));
-    if (candidate.likeness >= kAlike) candidate.detail = tiles.detail();
+    if (candidate.likeness >= kMinLikeness) candidate.detail = tiles.detail();
     return candidate;
 }
 
@@ -378,7 +368,7 @@ FoundQuilt findQuiltLayout(const cv::Mat& picture) {
         found.verdict = QuiltVerdict::Unsure;
         return found;
     }
-    const cv::Mat_<uchar> grey = greyOf(downscale(picture, kWorkSide));
+    const cv::Mat_<uchar> grey = brightnessOf(downscale(picture, kWorkSide));
     double darkest = 0;
     double lightest = 0;
     cv::minMaxLoc(grey, &darkest, &lightest);
@@ -404,7 +394,7 @@ FoundQuilt findQuiltLayout(const cv::Mat& picture) {
         [](const Candidate& a, const Candidate& b) { return a.likeness > b.likeness; });
     const Candidate& quilt = finest(candidates);
     found.confidence = std::clamp(quilt.likeness, 0.0, 1.0);
-    if (found.confidence < kAlike) return found;
+    if (found.confidence < kMinLikeness) return found;
     double other = 0;
     for (const Candidate& candidate : candidates) {
         if (!candidate.divides(quilt) && !quilt.divides(candidate))
@@ -412,7 +402,7 @@ FoundQuilt findQuiltLayout(const cv::Mat& picture) {
     }
     found.confidence *= std::clamp((quilt.likeness - other) / kMinGap, 0.0, 1.0);
     found.confidence *= std::min(1.0, quilt.detail / kMinDetail);
-    found.verdict = found.confidence >= kSure ? QuiltVerdict::Quilt : QuiltVerdict::Unsure;
+    found.verdict = found.confidence >= kMinConfidence ? QuiltVerdict::Quilt : QuiltVerdict::Unsure;
     found.layout.columns = quilt.columns.count;
     found.layout.rows = quilt.rows.count;
     found.layout.tileSize = {picture.cols / quilt.columns.count, picture.rows / quilt.rows.count};
@@ -427,7 +417,8 @@ double likenessOfViews(const std::vector<cv::Mat>& pictures) {
     for (int i = 0; i < count; ++i) {
         const cv::Mat& picture = pictures[static_cast<std::size_t>(i)];
         checkType(picture, {CV_8UC3}, "picture", "CV_8UC3 (8-bit BGR)");
-        const Grey wide = scaleRows(greyOf(downscale(picture, kWorkSide)), kTile, kUnit);
+        const Grey wide =
+            scaleRows<uchar>(brightnessOf(downscale(picture, kWorkSide)), kTile, kUnit);
         turned(scaleRows(turned(wide), kTile, 1))
             .copyTo(strip.colRange(i * kTile, (i + 1) * kTile));
         if (i > 0) pairs.emplace_back(i - 1, i);

@@ -75,6 +75,12 @@ Json numbersOf(const ViewOptions& views) {
             static_cast<int>(views.layered.fill)};
 }
 
+Json numbersOf(const std::optional<DepthFlaws>& flaws) {
+    if (!flaws) return nullptr; // they are measured
+    return {flaws->softnessPixels, flaws->overshoot,     flaws->growthPixels,
+            flaws->shiftPixels.x,  flaws->shiftPixels.y, flaws->noise};
+}
+
 Json numbersOf(const NativeOptions& native) {
     return {static_cast<int>(native.fit),
             native.keepResolution,
@@ -82,6 +88,7 @@ Json numbersOf(const NativeOptions& native) {
             static_cast<int>(native.sampling.views),
             static_cast<int>(native.sampling.inTile),
             native.refine.enabled,
+            numbersOf(native.refine.flaws),
             native.framing.centre.x,
             native.framing.centre.y,
             native.framing.zoom};

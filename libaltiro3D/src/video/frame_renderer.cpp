@@ -168,13 +168,14 @@ class ViewsRenderer : public FrameRenderer {
         constexpr int kFramesPerMeasurement = 100;
         if (!options_.refine.enabled) return;
         const cv::Mat photo = fitted_.photo(part);
+        cv::Mat depth = fitted_.depth(part);
         const bool isDue = isGiven_ && frame.number % kFramesPerMeasurement == 0;
-        if (!flaws_ || frame.step.cut || isDue)
-            flaws_ = measureDepthFlaws(photo, fitted_.depth(part));
         DepthRefineOptions options = options_.refine;
-        options.flaws = flaws_;
-        refineDepth(photo, fitted_.depth(part), refined_, options);
-        refined_.copyTo(fitted_.depth(part));
+        if (!options.flaws) {
+            if (!flaws_ || frame.step.cut || isDue) flaws_ = measureDepthFlaws(photo, depth);
+            options.flaws = flaws_;
+        }
+        refineDepth(photo, depth, depth, options);
     }
 
     NativeOptions options_;
@@ -185,7 +186,6 @@ class ViewsRenderer : public FrameRenderer {
     bool isChosen_ = false; // options_ hold the choices for the scene
     std::vector<SceneChoice> choices_;
     std::optional<DepthFlaws> flaws_;
-    cv::Mat refined_;
     cv::Size workSize_;
     std::optional<NativeMaker> maker_;
     std::optional<Depth2Quilt> quilter_; // used instead of the maker

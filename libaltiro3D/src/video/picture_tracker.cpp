@@ -1,6 +1,7 @@
 #include "video/picture_tracker.hpp"
 
 #include "image/downscale.hpp"
+#include "image/pixel_values.hpp"
 #include "video/motion_metrics.hpp"
 #include "video/motion_search.hpp"
 #include "video/small_image.hpp"
@@ -51,7 +52,7 @@ PictureTracker::Step PictureTracker::next(const cv::Mat& picture) {
     rows_ = picture.rows;
     cols_ = picture.cols;
 
-    const cv::Mat grey = greyOf(smallImage(picture));
+    const cv::Mat grey = brightnessOf(smallImage(picture));
     step.cut = !sameSize;
     step.blank = sameSize && contrastOf(grey) < kBlank;
     if (step.blank) return step;

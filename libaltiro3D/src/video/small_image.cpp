@@ -55,18 +55,6 @@ cv::Mat smallImage(const cv::Mat& picture) {
     return downscale(picture, kSmallSide);
 }
 
-cv::Mat greyOf(const cv::Mat& small) {
-    cv::Mat grey(small.size(), CV_8UC1);
-    for (int y = 0; y < small.rows; ++y) {
-        const uchar* pixel = small.ptr(y);
-        uchar* out = grey.ptr(y);
-        for (int x = 0; x < small.cols; ++x, pixel += 3)
-            out[x] =
-                static_cast<uchar>((29 * pixel[0] + 150 * pixel[1] + 77 * pixel[2] + 128) / 256);
-    }
-    return grey;
-}
-
 cv::Mat halved(const cv::Mat& grey) {
     cv::Mat half((grey.rows + 1) / 2, (grey.cols + 1) / 2, CV_8UC1);
     for (int y = 0; y < half.rows; ++y) {

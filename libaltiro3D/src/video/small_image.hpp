@@ -14,9 +14,6 @@ constexpr int kSmallSide = 192;
 /// @return [small rows x cols, CV_8UC3, BGR]
 cv::Mat smallImage(const cv::Mat& picture);
 
-/// Its brightness (BT.601). @param small [any size, CV_8UC3, BGR] @return [CV_8UC1]
-cv::Mat greyOf(const cv::Mat& small);
-
 /// Half the size, each px the mean of four. @param grey [CV_8UC1] @return [CV_8UC1]
 cv::Mat halved(const cv::Mat& grey);
 

@@ -116,14 +116,21 @@ double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) 
     checkDepth(a, "a");
     checkDepth(b, "b");
     requireSameSize(a, b, "b");
-    if (!mask.empty()) requireSameSize(a, mask, "mask");
+    if (!mask.empty()) {
+        checkType(mask, {CV_8UC1}, "mask", "CV_8UC1");
+        requireSameSize(a, mask, "mask");
+    }
     std::vector<float> valuesA;
     std::vector<float> valuesB;
     for (int y = 0; y < a.rows; ++y) {
         for (int x = 0; x < a.cols; ++x) {
             if (!mask.empty() && mask.at<uchar>(y, x) == 0) continue;
-            valuesA.push_back(a.at<float>(y, x));
-            valuesB.push_back(b.at<float>(y, x));
+            const float valueA = a.at<float>(y, x);
+            const float valueB = b.at<float>(y, x);
+            check(std::isfinite(valueA), "a", "holds NaN or infinity, expected finite values");
+            check(std::isfinite(valueB), "b", "holds NaN or infinity, expected finite values");
+            valuesA.push_back(valueA);
+            valuesB.push_back(valueB);
         }
     }
     const std::vector<double> ranksA = ranksOf(valuesA);
@@ -156,7 +163,7 @@ void alignDepth(const cv::Mat& estimate, const cv::Mat& truth, cv::Mat& aligned)
             square += difference * difference;
         }
     }
-    const double scale = square > 0 ? product / square : 0;
+    const double scale = square > 0 ? std::max(product / square, 0.0) : 0;
     sized.convertTo(sized, CV_32F, scale, meanTruth - scale * meanEstimate);
     cv::min(cv::max(sized, 0), 1, aligned);
 }

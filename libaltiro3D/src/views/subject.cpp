@@ -1,7 +1,9 @@
 #include "altiro3D/view_options.hpp"
 
 #include "base/checks.hpp"
+#include "depth/depth_values.hpp"
 #include "image/downscale.hpp"
+#include "image/pixel_values.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,22 +18,6 @@ namespace {
 
 constexpr int kLongestSide = 320;
 constexpr int kNeighbours = 3; // px to each side in which sharpness is measured
-
-// `depth` at `size`, read at the centres of the px. NaN becomes 0.
-cv::Mat sampled(const cv::Mat& depth, cv::Size size) {
-    cv::Mat result(size, CV_32FC1);
-    for (int y = 0; y < size.height; ++y) {
-        const int row =
-            static_cast<int>((2 * std::int64_t{y} + 1) * depth.rows / (2 * size.height));
-        for (int x = 0; x < size.width; ++x) {
-            const int column =
-                static_cast<int>((2 * std::int64_t{x} + 1) * depth.cols / (2 * size.width));
-            const float value = depth.at<float>(row, column);
-            result.at<float>(y, x) = value > 0 ? std::min(value, 1.0F) : 0;
-        }
-    }
-    return result;
-}
 
 // Sums of rectangles of whole numbers.
 class Sums {
@@ -67,9 +53,8 @@ class Sums {
 // Differences of brightness to the right and below, 0..510.
 cv::Mat steps(const cv::Mat& photo) {
     const auto brightness = [&](int y, int x) {
-        const auto& colour =
-            photo.at<cv::Vec3b>(std::min(y, photo.rows - 1), std::min(x, photo.cols - 1));
-        return (29 * colour[0] + 150 * colour[1] + 77 * colour[2] + 128) / 256;
+        return int{
+            brightnessOf(photo.ptr(std::min(y, photo.rows - 1), std::min(x, photo.cols - 1)))};
     };
     cv::Mat result(photo.size(), CV_32SC1);
     for (int y = 0; y < photo.rows; ++y) {
@@ -105,7 +90,7 @@ void subjectWeights(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& weights
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     const cv::Mat small = downscale(photo, kLongestSide);
-    const cv::Mat near = sampled(depth, small.size());
+    const cv::Mat near = sampledDepth(depth, small.size());
     const cv::Mat step = steps(small);
     const Sums stepSums(small.size(), [&](int y, int x) { return step.at<int>(y, x); });
     const cv::Rect whole({}, small.size());
@@ -178,7 +163,7 @@ double subjectDepth(const cv::Mat& weights, const cv::Mat& depth, const cv::Rect
     };
     const cv::Range rows = range(part.y, part.height, weights.rows);
     const cv::Range columns = range(part.x, part.width, weights.cols);
-    const cv::Mat near = sampled(depth, weights.size());
+    const cv::Mat near = sampledDepth(depth, weights.size());
     std::vector<std::pair<float, std::int64_t>> places;
     std::int64_t all = 0;
     for (int y = rows.start; y < rows.end; ++y) {

@@ -2,6 +2,7 @@
 
 #include "base/checks.hpp"
 #include "base/text.hpp"
+#include "depth/unknown_depth.hpp"
 #include "views/view_methods.hpp"
 
 #include <algorithm>
@@ -20,27 +21,12 @@ void requireSize(const cv::Mat& picture, cv::Size size, const std::string& name)
                     " px, expected equal sizes");
 }
 
-// Disparity in px; unknown values take the smaller (farther) of the known values beside them.
+// Disparity in px; NaN where it is unknown.
 void disparityRow(const float* raw, int width, double scale, float* row) {
-    constexpr float kUnknown = -1;
     for (int x = 0; x < width; ++x) {
         const bool known = std::isfinite(raw[x]) && raw[x] > 0;
-        row[x] = known ? static_cast<float>(static_cast<double>(raw[x]) / scale) : kUnknown;
-    }
-    for (int x = 0; x < width;) {
-        if (row[x] >= 0) {
-            ++x;
-            continue;
-        }
-        int end = x;
-        while (end < width && row[end] < 0)
-            ++end;
-        const float left = x > 0 ? row[x - 1] : std::numeric_limits<float>::max();
-        const float right = end < width ? row[end] : std::numeric_limits<float>::max();
-        const float smaller = std::min(left, right);
-        const float value = smaller < std::numeric_limits<float>::max() ? smaller : 0.0F;
-        std::fill(row + x, row + end, value);
-        x = end;
+        row[x] = known ? static_cast<float>(static_cast<double>(raw[x]) / scale)
+                       : std::numeric_limits<float>::quiet_NaN();
     }
 }
 
@@ -130,7 +116,7 @@ ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth, int band) {
     accuracy.psnrWhole = psnr(view, truth);
     accuracy.ssimWhole = ssim(view, truth);
     const cv::Range columns =
-        2 * band < view.cols ? cv::Range(band, view.cols - band) : cv::Range::all();
+        band < view.cols - band ? cv::Range(band, view.cols - band) : cv::Range::all();
     accuracy.psnrInside = psnr(view.colRange(columns), truth.colRange(columns));
     accuracy.ssimInside = ssim(view.colRange(columns), truth.colRange(columns));
     return accuracy;
@@ -161,13 +147,25 @@ StereoScene makeStereoScene(const std::string& name, const cv::Mat& photo,
     scene.photo = photo;
     scene.truth = truth;
     scene.depth.create(photo.size(), CV_32FC1);
+    std::vector<char> known(static_cast<std::size_t>(photo.rows));
     float largest = 0;
     for (int y = 0; y < photo.rows; ++y) {
         float* row = scene.depth.ptr<float>(y);
         disparityRow(rawDisparity.ptr<float>(y), photo.cols, scale, row);
-        largest = std::max(largest, *std::max_element(row, row + photo.cols));
+        const bool isKnown = fillUnknown(row, photo.cols);
+        known[static_cast<std::size_t>(y)] = static_cast<char>(isKnown);
+        if (isKnown) largest = std::max(largest, *std::max_element(row, row + photo.cols));
+    }
+    if (largest > 0) {
+        fillUnknownRows(scene.depth, known);
+    } else {
+        scene.depth.setTo(0); // nothing is known
     }
     scene.largestDisparity = static_cast<double>(largest);
+    check(largest <= static_cast<float>(photo.cols), "disparity",
+          "reaches " + numberText(static_cast<double>(largest)) +
+              " px, expected at most the photo's " + std::to_string(photo.cols) +
+              " px; is the scale right?");
     if (largest > 0) scene.depth.convertTo(scene.depth, CV_32F, 1.0 / scene.largestDisparity);
     return scene;
 }

@@ -1039,6 +1039,23 @@ TEST_F(DepthNetworkFile, WeightsInAnotherFileAreNamed) {
     EXPECT_EQ(errorOfLoading(model(graph + constant)),
               "keeps its weights in another file, \"c.data\", which is missing (and 1 more), "
               "expected one ONNX file that holds its weights");
+    // also in the graphs of conditions and loops, and in functions
+    const std::string inner = bytes(5, tensor("v", {1}, {}) + external("inner.data"));
+    std::string deep = inner;
+    for (int i = 0; i < 8; ++i)
+        deep = node("Loop", {}, {"l"}, bytes(5, bytes(1, "body") + bytes(6, deep)));
+    for (const std::string& hidden :
+         {node("If", {"c"}, {"z"}, bytes(5, bytes(1, "then_branch") + bytes(6, inner))),
+          node("If", {"c"}, {"z"}, bytes(5, bytes(1, "graphs") + bytes(11, inner))),
+          node("Constant", {}, {"c"},
+               bytes(5, bytes(1, "values") + bytes(10, tensor("v", {1}, {}) + external("t")))),
+          bytes(15, bytes(1, tensor("s", {1}, {}) + external("s"))), deep}) {
+        EXPECT_NE(errorOfLoading(model(graph + hidden)).find("(and 1 more)"), std::string::npos);
+    }
+    const std::string function =
+        bytes(25, bytes(7, bytes(5, bytes(1, "value") +
+                                        bytes(5, tensor("v", {1}, {}) + external("f.data")))));
+    EXPECT_NE(errorOfLoading(model(graph) + function).find("(and 1 more)"), std::string::npos);
     const std::string longName =
         node("Constant", {}, {"c"},
              bytes(5, bytes(1, "value") + bytes(5, external(std::string(100000, 'a')))));

@@ -111,6 +111,24 @@ TEST_F(EmbeddedDepthFiles, GDepthOfAPngIsExact) {
     expectRamp(read(gDepthPhoto(photo, coded(".png", colours))), EmbeddedDepthForm::GDepth, false);
 }
 
+TEST_F(EmbeddedDepthFiles, ExtendedXmpOfAnotherVersionIsLeftAlone) {
+    const std::string now = "0123456789ABCDEF0123456789ABCDEF";
+    const std::string stale = "FEDCBA9876543210FEDCBA9876543210";
+    const std::string facts =
+        xmpOf("xmlns:GDepth='http://ns.google.com/photos/1.0/depthmap/' GDepth:Format="
+              "'RangeInverse' xmlns:xmpNote='http://ns.adobe.com/xmp/note/' "
+              "xmpNote:HasExtendedXMP='" +
+              now + "'");
+    const std::string data = xmpOf("xmlns:GDepth='http://ns.google.com/photos/1.0/depthmap/' "
+                                   "GDepth:Data='" +
+                                   toBase64(depthPng) + "'");
+    expectRamp(read(withSegments(photo, xmpSegment(facts) +
+                                            moreXmpSegments("<old/>", 60000, stale) +
+                                            moreXmpSegments(data, 5000, now))),
+               EmbeddedDepthForm::GDepth, false);
+    EXPECT_FALSE(read(withSegments(photo, xmpSegment(facts) + moreXmpSegments(data, 5000, stale))));
+}
+
 // Z = near + v (far - near); relative inverse depth is (1/Z - 1/far) / (1/near - 1/far).
 TEST_F(EmbeddedDepthFiles, RangeLinearBecomesInverseDepth) {
     const double nearest = 0.5;
@@ -137,6 +155,19 @@ TEST_F(EmbeddedDepthFiles, AppleJpegsAreChosenByTheirOwnXmp) {
     expectRamp(read(appleJpeg(photo, {depth})), EmbeddedDepthForm::AppleJpeg, true);
     expectRamp(read(appleJpeg(photo, {gain, matte, depth})), EmbeddedDepthForm::AppleJpeg, true);
     EXPECT_FALSE(read(appleJpeg(photo, {gain, matte})));
+    // Many entries that name one long picture are not searched one by one.
+    std::string list = heifNumber(0x030000, 4) + std::string(12, '\0');
+    for (int i = 0; i < 99; ++i)
+        list += heifNumber(0, 4) + heifNumber(40'000'000, 4) + heifNumber(2000, 4) + heifNumber(0, 4);
+    std::string index = std::string("MPF\0MM\0*\0\0\0\10\0\144", 14);
+    for (int i = 0; i < 100; ++i)
+        index += heifNumber(0xb002, 2) + heifNumber(7, 2) + heifNumber(list.size(), 4) +
+                 heifNumber(8 + 2 + 1200 + 4, 4);
+    std::string hostile = withSegments(photo, jpegSegment(0xe2, index + std::string(4, '\0') + list));
+    const std::size_t listed = 2 + 4 + 4 + 2000; // where the entries point
+    hostile.resize(std::max(hostile.size(), listed + 40'000'000), '\0');
+    hostile.replace(listed, 2, "\xff\xd8");
+    EXPECT_FALSE(read(hostile)) << "and soon";
     EXPECT_TRUE(notes.empty());
 }
 
@@ -328,6 +359,18 @@ TEST(Xmp, LongValuesAreViewsAndQuick) {
     EXPECT_EQ(decodeBase64(data), picture);
     EXPECT_EQ(xmp.value("u", "Mime"), "m");
     EXPECT_LT(seconds.count(), 0.1) << "a few ms on an idle machine";
+}
+
+TEST(Xmp, QuotesInCommentsAndRawTextMeanNothing) {
+    const std::string data = "xmlns:a='u' a:Data=\"" + std::string(3000, 'x') + "\"";
+    const std::string raw = "<b xmlns='v'><![CDATA[it's \"<]]></b>";
+    for (const std::string& text :
+         {"<!-- photographer's copy -->" + xmpOf(data), xmpOf(data, raw + "<!--'-->" + raw)}) {
+        EXPECT_EQ(Xmp(text).value("u", "Data").size(), 3000U) << text.substr(0, 100);
+    }
+    EXPECT_EQ(Xmp(xmpOf(data, raw)).value("v", "b"), "it's \"<");
+    for (const std::string unfinished : {"<!-- '", "<![CDATA[ '", "<!--", "<"})
+        EXPECT_FALSE(Xmp(unfinished).has("u", "Data"));
 }
 
 TEST(Xmp, DocumentTypesAndDepthAreRefused) {

@@ -173,6 +173,27 @@ TEST_F(Heif, TheCodedPictureIsLimitedAsWell) {
     for (std::size_t size = 0; size < bytes.size(); size += 3)
         static_cast<void>(largestCodedPicture(bytes.substr(0, size)));
     EXPECT_TRUE(largestCodedPicture("").empty());
+    // Unusual sizes and places hide nothing.
+    const auto longBox = [](const std::string& type, const std::string& body) {
+        return heifNumber(1, 4) + type + heifNumber(16 + body.size(), 8) + body;
+    };
+    const std::string settings = hevcSettings(60000, 50000);
+    const std::string body = settings.substr(8);
+    const std::string zeros(4, '\0'); // version and flags
+    const std::string ipco = heifBox("ipco", settings);
+    for (const std::string& hidden :
+         {longBox("meta", zeros + longBox("iprp", longBox("ipco", longBox("hvcC", body)))),
+          heifBox("meta", zeros) + heifBox("meta", zeros + heifBox("iprp", ipco)),
+          heifNumber(0, 4) + "meta" + zeros + heifBox("iprp", heifNumber(0, 4) + ipco.substr(4)),
+          heifBox("meta",
+                  zeros + heifBox("iprp", heifBox("ipco", [&] {
+                                       std::string many;
+                                       for (int i = 0; i < 20000; ++i)
+                                           many += heifBox("free", "");
+                                       return many + settings;
+                                   }())))}) {
+        EXPECT_EQ(largestCodedPicture(hidden), cv::Size(60000, 50000));
+    }
     if (!hasHeif()) return;
     EXPECT_EQ(errorOf([&] { readPhoto(file(bytes)); }),
               (directory / "a.heic").string() +

@@ -158,16 +158,26 @@ TEST(RankCorrelation, IsThatOfTheDefinition) {
     EXPECT_EQ(errorOf([&] { rankCorrelation(a, cv::Mat(2, 3, CV_32FC1)); }),
               "b: has 3 x 2 px, expected 17 x 13");
     EXPECT_NE(errorOf([&] { rankCorrelation(cv::Mat(), a); }).find("a: "), std::string::npos);
+    cv::Mat unknown = a.clone();
+    unknown.at<float>(2, 3) = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(errorOf([&] { rankCorrelation(a, unknown); }),
+              "b: holds NaN or infinity, expected finite values");
+    cv::Mat mask(a.size(), CV_8UC1, cv::Scalar(1));
+    mask.at<uchar>(2, 3) = 0;
+    EXPECT_NEAR(rankCorrelation(a, unknown, mask), 1, 1e-12);
+    EXPECT_NE(errorOf([&] { rankCorrelation(a, a, a); }).find("mask: "), std::string::npos);
 }
 
 TEST(AlignedDepth, UndoesScaleAndShift) {
     const cv::Mat truth = 0.2 + 0.6 * randomDepth({30, 20});
     cv::Mat aligned;
-    alignDepth(0.9 - 0.7 * truth, truth, aligned);
+    alignDepth(0.2 + 0.7 * truth, truth, aligned);
     EXPECT_TRUE(samePicture(aligned, truth, 1e-5)); // floats
+    const cv::Mat mean(truth.size(), CV_32FC1, cv::Scalar(cv::mean(truth)[0]));
     alignDepth(cv::Mat(3, 3, CV_32FC1, cv::Scalar(0.3)), truth, aligned);
-    EXPECT_TRUE(samePicture(aligned,
-                            cv::Mat(truth.size(), CV_32FC1, cv::Scalar(cv::mean(truth)[0])), 1e-6));
+    EXPECT_TRUE(samePicture(aligned, mean, 1e-6));
+    alignDepth(0.9 - 0.7 * truth, truth, aligned); // near and far exchanged
+    EXPECT_TRUE(samePicture(aligned, mean, 1e-6));
     cv::Mat steep(1, 4, CV_32FC1, cv::Scalar(0));
     steep.at<float>(0, 3) = 1;
     cv::Mat other(1, 4, CV_32FC1, cv::Scalar(0));

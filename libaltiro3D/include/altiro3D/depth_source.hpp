@@ -17,8 +17,8 @@ namespace altiro3D {
 /// Estimates depth from one photo without any network or download.
 ///
 /// The function combines monocular cues and smooths the result along the photo's edges;
-/// docs/depth.md lists the cues and their accuracy. It gives a depth map for every photo, and the
-/// same one for any number of threads. depthFromPhoto() combines it with a network.
+/// docs/lab/depth.md lists the cues, docs/depth.md their accuracy. It gives a depth map for every
+/// photo, and the same one for any number of threads. depthFromPhoto() combines it with a network.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR], any size from 1 x 1
 /// @param depth [size of the photo, scaled down to at most 320 px per side, CV_32FC1, 0..1,

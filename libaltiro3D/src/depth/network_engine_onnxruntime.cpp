@@ -72,10 +72,10 @@ OnnxRuntimeEngine::OnnxRuntimeEngine(std::string file, const std::string& conten
         passOnLackOfMemory(exception);
         throw Error(ErrorCode::BadFormat, file_,
                     engineName() + " cannot load this graph (" + firstWords(exception.what()) +
-                        "), expected one it can");
+                        "), expected one that it can load");
     }
     if (output_.empty())
-        throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth image");
+        throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth map");
 }
 
 cv::Mat OnnxRuntimeEngine::run(const cv::Mat& blob) {
@@ -97,15 +97,16 @@ cv::Mat OnnxRuntimeEngine::run(const cv::Mat& blob) {
             sides.push_back(static_cast<int>(side));
         if (facts.GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT || sides.empty()) {
             throw Error(ErrorCode::NetworkFailed, file_,
-                        "puts out no 32-bit floats, expected [1, height, width] or [1, 1, height, "
-                        "width] of them");
+                        "has an output that is not 32-bit floats, expected [1, height, width] or "
+                        "[1, 1, height, width] of 32-bit floats");
         }
         return cv::Mat(sides, CV_32F, result_.GetTensorMutableData<float>());
     } catch (const Ort::Exception& exception) {
         passOnLackOfMemory(exception);
         throw Error(ErrorCode::NetworkFailed, file_,
                     engineName() + " cannot run this graph (" + firstWords(exception.what()) +
-                        "), expected one it can; try its profile's size or another network");
+                        "), expected one that it can run; try the input size of its profile, or "
+                        "another network");
     }
 }
 

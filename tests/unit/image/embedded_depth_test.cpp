@@ -251,7 +251,7 @@ TEST_F(EmbeddedDepthFiles, TheSharpOriginalIsRead) {
             .empty());
     ASSERT_EQ(notes.size(), 1U);
     EXPECT_EQ(notes[0].text,
-              "the sharp original in the file is not used: its shape is not the photo's");
+              "the sharp original in the file is not used: its shape is not that of the photo");
 }
 
 TEST_F(EmbeddedDepthFiles, AWrittenPhotoIsReadBack) {

@@ -252,7 +252,7 @@ void addFramingOptions(CommandLine& commandLine) {
                     "X,Y");
     commandLine.add({"zoom"},
                     "Show a smaller part of the picture, enlarged, 1..1000 (default 1). With "
-                    "--fit contain, the black bars shrink first.",
+                    "--fit contain, the bars shrink first.",
                     "FACTOR");
 }
 

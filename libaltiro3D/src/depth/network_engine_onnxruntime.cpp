@@ -72,7 +72,7 @@ OnnxRuntimeEngine::OnnxRuntimeEngine(std::string file, const std::string& conten
         passOnLackOfMemory(exception);
         throw Error(ErrorCode::BadFormat, file_,
                     engineName() + " cannot load this graph (" + firstWords(exception.what()) +
-                        "), expected one that it can load");
+                        "), expected a loadable graph");
     }
     if (output_.empty())
         throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth map");

@@ -53,7 +53,7 @@ OpenCvEngine::OpenCvEngine(std::string file, const std::string& contents, bool c
     const auto fail = [&](const std::string& words) {
         throw Error(ErrorCode::BadFormat, file_,
                     "OpenCV " CV_VERSION " cannot load this graph (" + words +
-                        "), expected one that it can load; export it for ONNX opset 11");
+                        "), expected a loadable graph; export it for ONNX opset 11");
     };
     try {
         net_ = cv::dnn::readNetFromONNX(contents.data(), contents.size());

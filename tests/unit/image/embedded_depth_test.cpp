@@ -190,7 +190,7 @@ TEST_F(EmbeddedDepthFiles, DepthOfAnotherShapeOrWithoutRangeIsNotUsed) {
     ASSERT_EQ(notes.size(), 1U);
     EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
     EXPECT_EQ(notes[0].text, "the depth (GDepth, 40 x 32 px) in the file is not used: its shape is "
-                             "not the photo's 160 x 120 px");
+                             "not that of the photo, 160 x 120 px");
     cv::Mat flat(kRows, kColumns, CV_8UC1, cv::Scalar(77));
     flat.at<std::uint8_t>(3, 3) = 255; // one px is no range
     EXPECT_FALSE(read(gDepthPhoto(photo, coded(".png", flat))));

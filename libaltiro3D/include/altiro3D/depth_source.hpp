@@ -68,7 +68,7 @@ class ALTIRO3D_EXPORT DepthSource {
     /// @param image [rows x cols, CV_8UC3, BGR]; for depthFromRgbd() also CV_16UC3
     /// @param photo the image itself (shares its memory); for depthFromRgbd() its photo half
     ///        [CV_8UC3, BGR]; may be `image`
-    /// @param raw raw depth numbers of the photo [any size, one channel]; kind() tells their
+    /// @param raw raw depth numbers of the photo [any size, one channel]; kind() states their
     ///        meaning
     /// @throws Error as the function that each source calls, see depthFromCues() and below
     virtual void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) = 0;
@@ -96,8 +96,8 @@ class ALTIRO3D_EXPORT DepthSource {
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
 
-/// Depth from the photo alone by the best means at hand: from standardNetwork(), or
-/// depthFromCues() if no network is installed. The tools do the same if no depth is named.
+/// Depth from the photo alone, by the best available source: standardNetwork(), or depthFromCues()
+/// if no network is installed. The tools do the same if no source is given.
 /// @return the source
 /// @throws Error as standardNetwork() and DepthNetwork::DepthNetwork()
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromPhoto();

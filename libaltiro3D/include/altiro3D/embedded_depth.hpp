@@ -21,7 +21,7 @@ enum class EmbeddedDepthForm {
     Huawei        ///< Raw numbers after the photo. Experimental: no original was tested.
 };
 
-/// Depth out of a photo's file. It is small and soft compared with the photo; fitScene() aligns it.
+/// Depth from a photo's file. It is small and soft compared with the photo; fitScene() aligns it.
 struct EmbeddedDepth {
     EmbeddedDepthForm form = EmbeddedDepthForm::DynamicDepth; ///< Where it was.
     cv::Mat depth; ///< [any size, CV_32FC1, 0..1, 1 = nearest], relative inverse depth, upright.
@@ -33,12 +33,11 @@ struct EmbeddedDepth {
 /// Reads the depth that phones store in their photos.
 ///
 /// Depth is used only if its shape is the photo's (2 %) and it is not flat. Portrait mattes and
-/// gain maps are not depth. If XMP describes depth that is no longer in the file, there is none. No
-/// fault in it makes a photo unreadable: damaged depth is reported in `notes` and left out.
+/// gain maps are not depth. If the file describes depth in XMP but does not hold it, there is no
+/// depth. Damaged depth never makes the photo unreadable: it is left out and reported in `notes`.
 ///
-/// @param photo JPEG, HEIC or AVIF; other formats have none, and a pipe, which can be read only
-/// once,
-///        is not read
+/// @param photo JPEG, HEIC or AVIF; other formats hold no depth; a pipe is not read, because it can
+///        be read only once
 /// @param notes if given, receives a remark if the file has depth that is not used
 /// @return the depth; nothing if there is none that can be used
 /// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
@@ -70,8 +69,7 @@ findDepthBeside(const std::filesystem::path& photo);
 /// @param depth [any size of the photo's shape, CV_32FC1, 0..1, 1 = nearest]; clamped, NaN counts
 ///        as 0
 /// @throws Error InvalidArgument (empty, wrong type), Unsupported (extension, too many px),
-/// Mismatch
-///         (shapes differ by more than 2 %), WriteFailed, OutOfMemory
+///         Mismatch (shapes differ by more than 2 %), WriteFailed, OutOfMemory
 ALTIRO3D_EXPORT void writePhotoWithDepth(const std::filesystem::path& path, const cv::Mat& photo,
                                          const cv::Mat& depth);
 

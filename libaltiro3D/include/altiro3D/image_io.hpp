@@ -20,21 +20,20 @@ constexpr double kMaxImagePixels = 4.0e8;
 /// warnings on stderr.
 ///
 /// Colours of 8 and 16 bits are converted to sRGB: by ICC profiles (PNG, JPEG, TIFF, WebP, HEIC,
-/// AVIF), PNG's cICP, gAMA and cHRM, and the colour codes of HEIC and AVIF. Pictures that are sRGB
-/// in all but the name of their profile keep their bytes. PQ and HLG are tone-mapped by the curve
-/// of ITU-R BT.2390. Gain maps are left alone: the base picture is used. Depth is never converted.
+/// AVIF), PNG's cICP, gAMA and cHRM, and the colour codes of HEIC and AVIF. Pictures whose profile
+/// is equal to sRGB keep their bytes. PQ and HLG are tone-mapped by the curve of ITU-R BT.2390.
+/// Gain maps are ignored: the base picture is used. Depth is never converted.
 ///
-/// HEIC and AVIF need libheif at build time. They state turns and mirroring themselves; EXIF, which
-/// repeats them, is ignored there.
+/// HEIC and AVIF need libheif at build time. Their own rotation and mirroring are applied; the EXIF
+/// orientation, which repeats them, is ignored.
 ///
 /// @param path PNG, JPEG (also MPO: its first picture), HEIC, AVIF, TIFF, WebP, BMP, PNM/PFM, EXR,
 ///        HDR or JPEG 2000
 /// @param notes if given, receives remarks (a cut-off JPEG, several pages, ...), without the name
 ///        of the file
 /// @return [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
-/// @throws Error NotFound, ReadFailed, Unsupported (names the format: GIF, PCX, ...; HEIC and
-///         AVIF without libheif),
-///         TooLarge, BadFormat, OutOfMemory
+/// @throws Error NotFound, ReadFailed, Unsupported (names the format: GIF, PCX, ...; HEIC and AVIF
+///         without libheif), TooLarge, BadFormat, OutOfMemory
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readImage(const std::filesystem::path& path,
                                                 Notes* notes = nullptr);
 
@@ -54,10 +53,10 @@ constexpr double kMaxImagePixels = 4.0e8;
                                                 Notes* notes = nullptr);
 
 /// Reads the focal length in mm of a 35 mm camera with the same field of view from a photo's EXIF
-/// data. The file is read once more; a pipe can be read only once, so it is left untouched.
+/// data. The file is opened again, so a pipe is not read: it can be read only once.
 ///
 /// @param path as for readImage(); other files give 0
-/// @return mm; 0 if the file does not state it (most do not) or is a pipe
+/// @return mm; 0 if the file does not state it or is a pipe
 /// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
 [[nodiscard]] ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
 

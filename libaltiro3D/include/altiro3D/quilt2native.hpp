@@ -34,10 +34,10 @@ struct QuiltSampling {
     TileSampling inTile = TileSampling::Nearest; ///< Inside a view.
 };
 
-/// Gives the views of a quilt whole px. If the quilt's size is not a multiple of its columns and
-/// rows, as of 4096 px with 5 columns, views have a fractional size and begin at fractional px:
-/// 819.2 px here. Each view is then sampled where it lies, at the nearest px. None of it is cut
-/// off.
+/// Resamples a quilt so that its views have whole px. If the quilt's size is not a multiple of its
+/// columns and rows, views have a fractional size and begin at fractional px: 819.2 px each for
+/// 4096 px with 5 columns. Each view is sampled at its own position, at the nearest px. Nothing is
+/// cut off.
 ///
 /// @param quilt [rows x cols, any type]
 /// @param layout the layout that the quilt should have; its views have the quilt's size divided by
@@ -47,9 +47,9 @@ struct QuiltSampling {
 ///         InvalidArgument or TooLarge (layout)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout);
 
-/// Cuts a quilt to views of whole px, as a `.map` expects them. If the quilt's size is not a
-/// multiple of its columns and rows, the rest counts as an unused border: 4096 px hold 5 views of
-/// 819 px and one px more. The unused columns are at the right, the unused rows at the top.
+/// Crops a quilt to views of whole px, which a `.map` requires. If the quilt's size is not a
+/// multiple of its columns and rows, the remainder counts as an unused border: 4096 px hold 5 views
+/// of 819 px and one unused px. Unused columns are at the right, unused rows at the top.
 ///
 /// @param quilt as for fitQuilt()
 /// @param layout as for fitQuilt()
@@ -122,7 +122,7 @@ class ALTIRO3D_EXPORT QuiltShape {
     QuiltShape(const std::filesystem::path& file, const QuiltLayout& layout, const Display& display,
                std::optional<FitMode> fit = std::nullopt);
 
-    /// Gives the views whole px, see fitQuilt(), and fits them to the panel.
+    /// Resamples the views to whole px, see fitQuilt(), and fits them to the panel.
     /// @param picture the quilt [a size that fitQuilt() accepts, CV_8UC3, BGR]
     /// @return the quilt for Quilt2Native [layout size, CV_8UC3, BGR]; may share memory with
     ///         `picture`
@@ -141,7 +141,7 @@ class ALTIRO3D_EXPORT QuiltShape {
     /// How the views are fitted. @return as given to the constructor, else as chosen by it
     [[nodiscard]] FitMode fit() const { return fit_; }
 
-    /// Whether the constructor chose black bars itself. Tools tell the user then.
+    /// Whether the constructor chose black bars itself, so that tools can report it.
     /// @return true if `fit` was not given and the fit is Contain
     [[nodiscard]] bool fitsUnasked() const { return isFittedUnasked_; }
 

@@ -24,27 +24,27 @@ struct FoundQuilt {
                            ///< fits as well, or if the views hold nothing but a regular pattern.
 };
 
-/// Finds columns and rows of a quilt in the picture itself.
+/// Finds the columns and rows of a quilt by comparing parts of the picture.
 ///
 /// Neighbouring views of a quilt resemble each other: those side by side, and the last one of a row
-/// and the first one of the row above. The function looks for the division of the picture for which
-/// they do, up to 20 columns and 20 rows, and takes the finest one. Quilts may be scaled,
-/// compressed, and cropped by some px. Of drawn grids and other regular patterns the verdict is
-/// Unsure, because any multiple of their period fits.
+/// and the first one of the row above. The function searches divisions of the picture of up to 20
+/// columns and 20 rows, and takes the finest one whose parts resemble each other in this way.
+/// Quilts may be scaled, compressed, and cropped by some px. For drawn grids and other regular
+/// patterns the verdict is Unsure, because any multiple of their period fits.
 ///
 /// @param picture [rows x cols, CV_8UC3, BGR]
-/// @return verdict, layout and confidence; Unsure, with confidence 0, for pictures of one colour,
-/// or
+/// @return verdict, layout and confidence; Unsure with confidence 0 for pictures of one colour or
 ///         with a side below 128 px
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT FoundQuilt findQuiltLayout(const cv::Mat& picture);
 
-/// How alike pictures are that follow each other, as views of neighbouring cameras should be.
-/// Shifts of up to a tenth of the width do not matter. Measured: 0.9 and more for rendered and
-/// captured views, below 0.1 for unrelated photos.
+/// How much consecutive pictures resemble each other, as views of neighbouring cameras do. Shifts
+/// of up to a tenth of the width do not count. Measured: 0.9 and more for rendered and captured
+/// views, below 0.1 for unrelated photos.
 ///
-/// @param pictures in the order of the cameras [any size, CV_8UC3, BGR]; small copies will do
-/// @return 0..1; 1 if there is nothing to compare: fewer than two pictures, or nothing to see
+/// @param pictures in the order of the cameras [any size, CV_8UC3, BGR]; small copies are
+///        sufficient
+/// @return 0..1; 1 if there is nothing to compare: fewer than two pictures, or no contrast
 /// @throws Error InvalidArgument (an empty picture or a wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT double likenessOfViews(const std::vector<cv::Mat>& pictures);
 

@@ -36,10 +36,10 @@ struct StereoPair {
 /// a group `ster`). Both are upright and in sRGB.
 ///
 /// The contents decide, not the name. Other multi-picture files (bursts, panoramas, portraits) are
-/// not pairs. Nothing in the second picture makes the file unreadable: if it is damaged, there is a
-/// remark and no pair.
+/// not pairs. A damaged second picture does not make the file unreadable: the function then returns
+/// no pair and adds a remark.
 ///
-/// @param photo any picture; a pipe, which can be read only once, is not read
+/// @param photo any picture; a pipe is not read, because it can be read only once
 /// @param notes if given, receives a remark if the file has a pair that is not used
 /// @return the pair; nothing for other files
 /// @throws Error as readPhoto(), for a file that is a pair

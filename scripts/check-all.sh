@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The slow checks, for before a release: everything of .ci/run and more.
+# Runs the checks for a release: those of .ci/run and the slow ones.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/test.sh
@@ -15,7 +15,7 @@ ctest --preset asan -j "$(nproc)" -LE install
 
 # Data races: video stages, readers and writers in several threads, the viewer, video2native.
 scripts/check-tsan.sh
-# Unset or foreign memory in five tools, with the kernels for AVX2.
+# Memory errors in five tools, with the kernels for AVX2.
 scripts/check-valgrind.sh
 
 echo "== Clang, shared library"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs cppcheck on all sources that are in the build, and on the fuzz targets; whatever it finds fails.
+# Runs cppcheck on all sources that are in the build, and on the fuzz targets. Fails on any finding.
 #
 #   scripts/check-cppcheck.sh
 set -euo pipefail

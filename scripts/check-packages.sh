@@ -56,7 +56,7 @@ for picture in native given with-quilt from-quilt view image; do
 done
 expect sway.mp4 "ISO Media"
 expect native.mkv "Matroska"
-# only recommended: what needs it must say so
+# this package is only recommended: a tool that needs it must say so
 inside '! timeout 120 video2native --input-format lavfi testsrc=duration=0.2 device.mkv 2>message &&
     grep "capture devices need libavdevice" message'
 

@@ -1,12 +1,11 @@
 #!/usr/bin/env bash
-# Runs what has threads of its own under ThreadSanitizer: the stages of a video side by side, readers and
-# writers in different threads, videos that are resumed, files written at the same time, the viewer
-# (worker, player, exports) and video2native with all of its threads. Any data race fails.
+# Runs the code with its own threads under ThreadSanitizer: the stages of a video in parallel, readers
+# and writers in different threads, resumed videos, files written at the same time, the viewer (worker,
+# player, exports) and video2native with all of its threads. Any data race fails.
 #
-# On one processor, so that OpenCV's pool (TBB, not instrumented) starts no threads: that rows are
-# independent is not looked at here but by the tests that compare numbers of threads. What others'
-# libraries do is left out by tests/tsan.supp, and tests/qt/tsan_events.cpp shows how Qt's events order
-# threads.
+# Runs on one processor, so that OpenCV's pool (TBB, not instrumented) starts no threads. The tests that
+# compare numbers of threads check that rows are independent. tests/tsan.supp leaves out other libraries;
+# tests/qt/tsan_events.cpp declares how Qt's events order threads.
 #
 #   scripts/check-tsan.sh
 set -euo pipefail
@@ -14,7 +13,7 @@ cd "$(dirname "$0")/.."
 [[ -f build/tsan/build.ninja ]] || cmake --preset tsan >/dev/null
 cmake --build --preset tsan --target altiro3D_unit_tests altiro3D_qt_tests video2native
 work=$(mktemp -d)
-# Reports into files: tools silence standard error while foreign libraries read.
+# Writes reports to files, because tools silence standard error while other libraries read.
 export TSAN_OPTIONS="suppressions=$PWD/tests/tsan.supp history_size=4 log_path=$work/report"
 trap 'cat "$work"/report.* 2>/dev/null || true; rm -rf -- "$work"' EXIT
 export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
@@ -44,7 +43,7 @@ for more in "" "--preview 1" --quilt-out --rgbd-out; do
     # shellcheck disable=SC2086 # several arguments
     convert -y $more "$work/clip.mp4" >/dev/null
 done
-# A run that is killed after its first segment, and one that goes on from there.
+# A run that is killed after its first segment, and a run that continues it.
 ffmpeg -nostdin -v error -stream_loop 19 -i "$work/clip.mp4" -c copy "$work/long.mp4"
 rm "$work/out.mkv"
 convert "$work/long.mp4" >/dev/null &

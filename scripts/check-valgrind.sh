@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Runs the tools of build/dev once under valgrind (memcheck) on small inputs: no use of memory that is
-# not theirs or was never set, nothing lost. What they write must be what they write without valgrind,
-# which knows no AVX-512, so that Highway's kernels for AVX2 run.
+# Runs the tools of build/dev once under valgrind (memcheck) on small inputs. Fails if they use memory that
+# is not allocated or not initialized, if they leak memory, or if their outputs differ from those without
+# valgrind. valgrind does not support AVX-512, so Highway's kernels for AVX2 run.
 #
 #   scripts/check-valgrind.sh [TOOLS]       TOOLS: directory of the tools (default: build/dev/tools)
 set -euo pipefail

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Holds builds against each other, and the first against itself with one thread and with each lesser
-# instruction set that Highway knows on this processor: look-up tables, views, quilts, depth of the
-# built-in estimator, Natives (PNG and video) must have the same bytes.
+# Compares builds with each other, and the first build with itself on one thread and with each lower
+# instruction set that Highway supports on this processor. Look-up tables, views, quilts, depth by the
+# built-in estimator and Natives (PNG and video) must have the same bytes.
 #
 #   scripts/compare-builds.sh build/dev [build/clang]
 #
 # Videos are compared frame by frame: containers name the program that wrote them. Videos of
-# ../shared/data and its small depth network take part where they are there.
+# ../shared/data and its small depth network are compared as well if they exist.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 if [[ $# -lt 1 || ! -x $1/tools/photo2native ]]; then

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Which lines of each reader its fuzz target has reached: runs the inputs that scripts/fuzz.sh has
+# Reports which lines of each reader its fuzz target has reached. Runs the inputs that scripts/fuzz.sh has
 # gathered (build/fuzz/seeds and build/fuzz/corpus, or those below DIR) once, with Clang's coverage.
 # Fails if less than 80 % of a reader's lines are reached.
 #

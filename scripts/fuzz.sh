@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs the fuzz targets (tests/fuzz) under AddressSanitizer and UndefinedBehaviorSanitizer. What is
-# learnt stays in build/fuzz/corpus; an input that breaks something stays in build/fuzz/findings.
+# Runs the fuzz targets (tests/fuzz) under AddressSanitizer and UndefinedBehaviorSanitizer. New
+# inputs are kept in build/fuzz/corpus, inputs that fail in build/fuzz/findings.
 #
 #   scripts/fuzz.sh [SECONDS] [TARGET...]
 #

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Makes the Debian packages in build/package/ and holds them against lintian.
+# Makes the Debian packages in build/package/ and checks them with lintian.
 #
-#   scripts/make-packages.sh [-DALTIRO3D_PACKAGE_CONTACT="NAME <MAIL>"]    who answers for them
+#   scripts/make-packages.sh [-DALTIRO3D_PACKAGE_CONTACT="NAME <MAIL>"]    the contact of the packages
 #
-# The build of scripts/quickstart.sh is used if it is there. Only one file knows where programs find
-# their data: it is compiled for /usr, and for the source tree again at the end.
+# Uses the build of scripts/quickstart.sh if it exists. One source file holds the place of the data: it is
+# compiled for /usr, and at the end again for the source tree.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/install-dependencies.sh package
@@ -23,7 +23,7 @@ cmake --build --preset deb
 rm -f build/package/*.deb
 cpack --config build/package/CPackConfig.cmake -B build/package
 
-# What lintian need not say:
+# Tags of lintian that are suppressed:
 #   initial-upload-closes-no-bugs       no bug asks for the package
 #   maintscript-calls-ldconfig          CPack's own scripts, beside the trigger
 accepted=initial-upload-closes-no-bugs,maintscript-calls-ldconfig

@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
-# Lets one process make many photos and another one a long video, and watches what they hold: a row
-# now and then of memory, open files and threads. Nothing of it may grow from the first half to the
-# second, or the script fails.
+# Converts many photos in one process and a long video in another one. Prints their memory, open files and
+# threads at intervals, and fails if one of these grows during the run (see judge below).
 #
 #   scripts/soak.sh [PHOTOS [SECONDS]]      1000 photos, an hour of video
 #
@@ -54,10 +53,10 @@ watch() {
     done
 }
 
-# judge WHAT: fails if the last quarter of the samples holds more than the second, which ends at half
-# time: over 10 % more memory, or over two more open files or threads (a photo that is being read is
-# one). Medians, as a single sample hangs on which photo is in work, and the last ones on how segments
-# are joined; the first quarter is left out, in which the C library's free memory still grows.
+# judge WHAT: compares the medians of the last and the second quarter of the samples. Fails for over 10 %
+# more memory, or over two more open files or threads (a photo that is being read is one open file).
+# Medians are used because single samples depend on the current photo, and the last ones on the joining
+# of segments. The first quarter is not used, because the C library's free memory still grows in it.
 judge() {
     python3 - "$1" "$place/samples" <<'PYTHON'
 import statistics, sys

@@ -471,7 +471,8 @@ int main(int argc, char** argv) {
     commandLine.add({"report"}, "Write all numbers, for programs.", "FILE.json");
     commandLine.addOldName("report", "json");
     commandLine.addAdvanced({"csv"}, "Write all numbers as a table.", "FILE");
-    commandLine.add({"plot"}, "Draw accuracy over time, the best settings marked.", "FILE.svg");
+    commandLine.add({"plot"}, "Draw accuracy over time, with the best settings marked.",
+                    "FILE.svg");
     commandLine.add({"save-views"}, "Write the view of each method with default options.", "DIR");
     commandLine.add({"y"}, "Replace outputs that exist.");
     addDepthOptions(commandLine);
@@ -481,8 +482,8 @@ int main(int argc, char** argv) {
     commandLine.addNote(
         "Without a true view the most accurate setting is the reference: the numbers "
         "are the differences from it. Times are those of a set of 48 "
-        "views, divided by 48; -j 1 shows the work of one thread. \"Inside\" leaves "
-        "out what came from outside the frame; inf dB means no difference.");
+        "views, divided by 48; -j 1 measures one thread. \"Inside\" leaves "
+        "out the borders that the photo does not show; inf dB means no difference.");
     commandLine.addNote(
         "With a true view a second table compares the sources of estimated depth on this machine: "
         "the time per photo, Spearman's rank correlation with the true disparity, and the accuracy "

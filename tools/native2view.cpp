@@ -177,13 +177,13 @@ int main(int argc, char** argv) {
     commandLine.addSection("Eye");
     commandLine.add({"angle"},
                     "Angle from which the panel is seen, in degrees: 0 (default) is straight "
-                    "ahead, negative angles are to the left. As through a sharp lens, the eye "
-                    "sees the width of one sub-pixel, about three views of a Portrait.",
+                    "ahead, negative angles are to the left. Under each lens the eye sees a spot "
+                    "one sub-pixel wide, which holds about three views of a Portrait.",
                     "DEGREES");
     commandLine.add({"view"},
-                    "Views by number, 0 = leftmost: exactly the sub-pixels that show them. One "
-                    "view is written to a file, several to a directory; all: all views of the "
-                    "quilt.",
+                    "Views by number, 0 = leftmost, each from exactly the sub-pixels that show it. "
+                    "One view is written to a file, several to a directory; all: all views of "
+                    "the quilt.",
                     "LIST");
     commandLine.add({"quilt-out"},
                     "All views in one quilt (named ..._qs<columns>x<rows>a<aspect>).");

@@ -545,8 +545,8 @@ int main(int argc, char** argv) {
                             "FILE.json");
     commandLine.add({"y"}, "Replace outputs that exist.");
     commandLine.addAdvanced({"skip-existing"},
-                            "Continue a run that ended early: leave out each photo whose outputs "
-                            "all exist and are not empty, even if other options made them.");
+                            "Continue a run that ended early: skip each photo whose outputs all "
+                            "exist and are not empty. Which options made them is not checked.");
     commandLine.add({"recursive"}, "Also convert the photos in the subfolders of DIR.");
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);

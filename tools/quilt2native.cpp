@@ -264,8 +264,7 @@ int main(int argc, char** argv) {
     commandLine.addSection("Output");
     addSwayFileOption(commandLine, "It shows them in the shape that they have in the Native and");
     commandLine.add({"y"}, "Replace outputs that exist.");
-    commandLine.addAdvanced({"skip-existing"},
-                            "Of a folder: leave out quilts whose Native exists.");
+    commandLine.addAdvanced({"skip-existing"}, "With a folder: skip quilts whose Native exists.");
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
     commandLine.addSection("Videos");

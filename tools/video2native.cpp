@@ -59,10 +59,10 @@ int main(int argc, char** argv) {
     commandLine.addDropped("in-turn", "the frames are the same with and without it");
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
-    commandLine.addNote(
-        "IN is anything that FFmpeg reads, - for standard input, or a capture "
-        "device. Ctrl-C ends the file properly (exit status 130). An interrupted run "
-        "leaves OUT.parts; the same command with --resume continues it.");
+    commandLine.addNote("IN is anything that FFmpeg reads, - for standard input, or a capture "
+                        "device. After Ctrl-C the file is complete up to that time (exit status "
+                        "130). An interrupted run "
+                        "leaves OUT.parts; the same command with --resume continues it.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "clip.mp4 native.mp4",
                         "Make a Native video for the display that is connected.");
     commandLine.addTerm(CommandLine::Chapter::Examples,

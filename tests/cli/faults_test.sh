@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# What can go wrong around the tools: inputs that are not what they should be, outputs that cannot be
-# written, memory that is not there, processes that die. Whatever happens, a tool ends with 0, 1 or 2,
-# says one line, and leaves an output whole: as it was, or new.
+# Runs the tools under faults: bad inputs, outputs that cannot be written, too little memory, killed
+# processes. In all cases a tool must end with 0, 1 or 2, print one line if it fails, and leave each
+# output complete, either the old one or the new one.
 #
 #   faults_test.sh DIRECTORY-OF-TOOLS SOURCE-TREE [KILLS [TOOL|inputs]]
 #
-# With TOOL only that one is tried, with "inputs" only inputs that are made to hurt; else all.
+# With TOOL only that tool is tested, with "inputs" only malicious inputs; otherwise everything.
 set -uo pipefail
 tools=$1
 source=$2
@@ -328,7 +328,7 @@ for tool in "${tools_tried[@]}"; do
     check "$tool: nothing is left anywhere" holds_no_leftovers "$root"
 done
 
-# --- the viewer, which writes nothing by itself: on a desktop that nobody sees
+# --- the viewer, on an offscreen desktop
 run_viewer() { # file for its standard input, arguments...
     local input=$1
     shift
@@ -480,7 +480,7 @@ check "a map of terabytes" ends 1
 check "a map of terabytes: one line" one_error quilt2native "terabytes.map"
 check "a map of terabytes: $megabytes MB" test "$sanitized" -gt 0 -o "$megabytes" -lt 200
 
-# --- names that give a terminal orders
+# --- names with terminal escape sequences
 if script -qc true /dev/null >/dev/null 2>&1; then
     mkdir orders
     for order in $'\x1b]0;order\x07' $'\xc2\x9b31m'; do

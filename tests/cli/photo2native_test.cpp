@@ -1207,8 +1207,9 @@ TEST(Photo2Native, APairThatDoesNotMatchIsNamedAndItsDepthEstimated) {
         studio.run(kTool, studio.display() + Arguments{"-n", "cues", "--stereo", "files", "l.png",
                                                        "other.png", "a.png"});
     EXPECT_EQ(run.status, 0);
-    EXPECT_NE(run.err.find("the stereo pair (two files) is not used, as its pictures do not match"),
-              std::string::npos)
+    EXPECT_NE(
+        run.err.find("the stereo pair (two files) is not used, because its pictures do not match"),
+        std::string::npos)
         << run.err;
     EXPECT_TRUE(
         isDone(studio.run(kTool, studio.display() + Arguments{"-n", "cues", "l.png", "b.png"})));

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Manual pages are sound, name every option, and shells complete what --help-all names.
+# Checks that manual pages are valid and name every option, and that shells complete what --help-all names.
 #
 #   manual_test.sh TOOLS_DIRECTORY
 set -euo pipefail

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Compares the symbols that the library exports with a list, so that a change of the ABI is never an
+# Compares the symbols that the library exports with a list, so that the ABI does not change by
 # accident.
 #
 #   exported_symbols_test.sh LIBRARY LIST [--update]

@@ -201,7 +201,7 @@ BudgetSetting Budget::choose(const ViewOptions& base, const std::string& work,
                  (depths.empty() ? ", Native in " : ", depth and Native in ") + taken + " of " +
                  budget);
     if (!fits_) {
-        messages.warn("no method keeps the budget of " + budget + ": " + chosen_.name +
+        messages.warn("no method meets the budget of " + budget + ": " + chosen_.name +
                       ", the quickest, takes " + taken + "; " + advice_);
     }
     return choices[choice.index];

@@ -26,7 +26,7 @@ const std::pair<const char*, const char*> kWords[] = {
     {"view", "the scene from one camera position; view 0 is the leftmost"},
     {"quilt", "a collage of all views, view 0 at the bottom left"},
     {"depth", "a grey picture that shows how near each pixel is; near is white"},
-    {"RGB-D", "a photo and its depth side by side in one picture"},
+    {"RGB-D", "a photo and its depth side by side in one image"},
     {"parallax", "how far a thing moves between two views"},
     {"calibration",
      "the file visual.json: the geometry of the lenses of one display; its USB volume holds "
@@ -312,7 +312,7 @@ std::vector<std::string> CommandLine::warnings() const {
     std::vector<std::string> all;
     for (const auto& [option, why] : dropped_) {
         if (parser_.isSet(fromBytes(option)))
-            all.push_back(dashed(option) + " has no effect any more: " + why);
+            all.push_back(dashed(option) + " has no effect: " + why);
     }
     return all;
 }

@@ -168,7 +168,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
     }
     commandLine.add({"rgbd"},
                     std::string(video ? "Frame" : "Photo") +
-                        " and depth are one RGB-D picture, with depth at this side.",
+                        " and depth are one RGB-D image, with depth at this side.",
                     "right|left|top|bottom");
     if (!video) {
         commandLine.add(
@@ -423,10 +423,10 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
 }
 
 std::string ChosenDepth::remedy() const {
-    const std::string hollow = "if the picture is hollow, use ";
+    const std::string condition = "if near things look far, use ";
     const std::string other = kind_ == DepthKind::NearWhite ? "far-white" : "near-white";
-    if (fromFiles_ || rgbdSide_) return hollow + "--depth-kind " + other;
-    return hollow + "-d with --depth-kind " + other + ", or --embedded-depth off";
+    if (fromFiles_ || rgbdSide_) return condition + "--depth-kind " + other;
+    return condition + "-d with --depth-kind " + other + ", or --embedded-depth off";
 }
 
 DepthKind ChosenDepth::kind() const {

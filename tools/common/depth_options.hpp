@@ -44,7 +44,7 @@ class ChosenDepth {
     const std::string& used() const { return used_; }
 
     /// Reads the photo of one item and reads or estimates its depth, as the options say.
-    /// @param photoFile photo, or RGB-D picture
+    /// @param photoFile photo, or RGB-D image
     /// @param depthFile depth image with `-d`, the right eye's picture with `--stereo files`, else
     ///        empty
     /// @param flatDepth value of the depth map if the depth has no range

@@ -265,8 +265,8 @@ fs::path cacheDirectory() {
 void addInvertOption(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"invert"},
-        "Order of the views under a lens: on, off or auto (default: as the calibration "
-        "says; always on with sub-pixel cells).",
+        "Reverse the order of the views under a lens: on, off or auto (default: as the "
+        "calibration states; always on for panels with sub-pixel cells).",
         "auto|on|off");
 }
 

@@ -26,7 +26,7 @@ bool hasExtension(const std::filesystem::path& file, Extensions extensions) {
 
 void addSceneOptions(CommandLine& commandLine, bool automatic) {
     const std::string strengthAuto =
-        automatic ? "; auto: as much as the display carries, at most 20." : ".";
+        automatic ? "; auto: as much as the display shows without double edges, at most 20." : ".";
     const std::string focusAuto = automatic ? "; auto: the depth of the subject." : ".";
     commandLine.add(
         {"strength"},
@@ -164,8 +164,7 @@ void CameraOptions::add(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"camera"},
         "Real: the camera of the photo and the distances in it, JSON with fx fy cx cy "
-        "(px of the photo), zNear zFar baseline (one unit); takes the place of "
-        "--strength.",
+        "(px of the photo), zNear zFar baseline (one unit); replaces --strength.",
         "FILE.json");
     commandLine.addDropped("fov", "the views depend on --strength alone", "DEGREES");
 }
@@ -252,8 +251,8 @@ void addFramingOptions(CommandLine& commandLine) {
                     "is the top left, 1,1 the bottom right (default 0.5,0.5).",
                     "X,Y");
     commandLine.add({"zoom"},
-                    "Show a smaller part of the picture, enlarged, 1..1000 (default 1). Black "
-                    "bars of --fit contain become smaller first.",
+                    "Show a smaller part of the picture, enlarged, 1..1000 (default 1). With "
+                    "--fit contain, the bars shrink first.",
                     "FACTOR");
 }
 

@@ -23,9 +23,9 @@ void addSwayOptions(CommandLine& commandLine) {
         {"turns"}, "Turns in the video, 1..1000 (default 2). It loops without a seam.", "N");
     commandLine.addAdvanced({"fps"}, "Frames per second, 1..240 (default 30).", "RATE");
     commandLine.addAdvanced({"size"},
-                            "Size of the video in px, width x height (-r is height x width), even "
-                            "(default: the picture's own in "
-                            "its own shape, at most 1920 px long and 1080 px wide).",
+                            "Size of the video in px, width x height (-r is height x width), both "
+                            "even (default: the size of the picture, reduced to at most 1920 px "
+                            "on the longer and 1080 px on the shorter side).",
                             "WxH");
 }
 

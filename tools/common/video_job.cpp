@@ -186,7 +186,8 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     if ((native.framing != Framing() || choices.any()) &&
         (plan.fromQuilt || plan.product == VideoProduct::Rgbd)) {
         throw UsageError(
-            std::string("--center, --zoom and auto are for the views of frames, expected no ") +
+            std::string(
+                "--center, --zoom and auto apply to views that are made of frames, expected no ") +
             (plan.fromQuilt ? "--from-quilt" : "--rgbd-out") + " with them");
     }
     if (job.profile.keep) native.keepResolution = true;

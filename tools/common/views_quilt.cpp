@@ -63,7 +63,7 @@ ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& 
     if (likenessOfViews(looks) < kLeastLikeness) {
         throw Error(ErrorCode::BadFormat, directory.string(),
                     "holds pictures that do not resemble each other, expected views of one scene "
-                    "from cameras beside each other (photo2native makes Natives of photos)");
+                    "from neighbouring cameras (photo2native makes Natives of photos)");
     }
     return result;
 }

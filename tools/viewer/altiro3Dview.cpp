@@ -116,7 +116,7 @@ int main(int argc, char** argv) {
     commandLine.addTerm(CommandLine::Chapter::Examples, "--show native.png",
                         "Show a Native on the display.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--list-displays",
-                        "List the displays found and what each one lacks.");
+                        "List the displays found and the problems of each.");
     for (const KeyWords& key : kKeys)
         commandLine.addTerm(CommandLine::Chapter::Keys, key.keys, key.text);
     for (const char* variable : {"DISPLAY", "WAYLAND_DISPLAY"}) {

@@ -35,8 +35,11 @@ void requireHarmless(const std::string& name) {
         if (!said.empty()) std::fprintf(stderr, "%s\n", said.c_str());
         return;
     }
-    throw Error(ErrorCode::NetworkFailed, name,
-                said.empty() ? "cannot be tested in a separate process" : said);
+    throw Error(
+        ErrorCode::NetworkFailed, name,
+        said.empty()
+            ? "cannot be tested: the separate process did not end normally, expected exit status 0"
+            : said);
 }
 
 } // namespace
@@ -45,7 +48,7 @@ DepthMaker::DepthMaker() {
     try {
         networks_ = installedNetworks();
     } catch (const Error&) {
-        // a damaged catalogue is reported where the list of networks is built
+        // the list of networks in the window reports a damaged catalogue
     }
 }
 
@@ -89,7 +92,9 @@ int tryNetwork(const std::string& name) {
     try {
         const std::vector<InstalledNetwork> networks = installedNetworks();
         const InstalledNetwork* const network = findIn(networks, name);
-        if (network == nullptr) throw Error(ErrorCode::NotFound, name, "is not there");
+        if (network == nullptr)
+            throw Error(ErrorCode::NotFound, name,
+                        "was not found, expected the name of a network of the catalogue");
         std::vector<NetworkProfile> catalog;
         for (const InstalledNetwork& ready : networks)
             catalog.push_back(ready.profile);

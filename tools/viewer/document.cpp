@@ -118,8 +118,8 @@ void checkDirection(const Document& document, Notes& notes) {
     const Source& source = document.source;
     const fs::path& file = source.depth.empty() ? source.file : source.depth;
     notes.push_back({NoteCode::Inverted,
-                     file.string() + ": near and far look exchanged; if the picture is hollow, "
-                                     "photo2native --depth-kind far-white turns it round"});
+                     file.string() + ": near and far look exchanged; if near things look far, "
+                                     "use photo2native --depth-kind far-white"});
 }
 
 // Depth that comes with the photo.

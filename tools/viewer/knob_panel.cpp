@@ -126,17 +126,18 @@ bool KnobSlider::eventFilter(QObject* object, QEvent* event) {
 
 KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     const Knobs standard;
-    reading_ = choices("reading", {{tr("Automatic"), int(Reading::Automatic)},
-                                   {tr("Photo"), int(Reading::Photo)},
-                                   {tr("Photo, depth right"), int(Reading::RgbdRight)},
-                                   {tr("Photo, depth left"), int(Reading::RgbdLeft)},
-                                   {tr("Photo, depth above"), int(Reading::RgbdTop)},
-                                   {tr("Photo, depth below"), int(Reading::RgbdBottom)},
-                                   {tr("Eyes, left beside right"), int(Reading::EyesLeftRight)},
-                                   {tr("Eyes, right beside left"), int(Reading::EyesRightLeft)},
-                                   {tr("Eyes, left above right"), int(Reading::EyesTopBottom)},
-                                   {tr("Quilt"), int(Reading::Quilt)},
-                                   {tr("Native"), int(Reading::Native)}});
+    reading_ =
+        choices("reading", {{tr("Automatic"), int(Reading::Automatic)},
+                            {tr("Photo"), int(Reading::Photo)},
+                            {tr("Photo, depth right"), int(Reading::RgbdRight)},
+                            {tr("Photo, depth left"), int(Reading::RgbdLeft)},
+                            {tr("Photo, depth above"), int(Reading::RgbdTop)},
+                            {tr("Photo, depth below"), int(Reading::RgbdBottom)},
+                            {tr("Stereo pair, left beside right"), int(Reading::EyesLeftRight)},
+                            {tr("Stereo pair, right beside left"), int(Reading::EyesRightLeft)},
+                            {tr("Stereo pair, left above right"), int(Reading::EyesTopBottom)},
+                            {tr("Quilt"), int(Reading::Quilt)},
+                            {tr("Native"), int(Reading::Native)}});
     fit_ = choices("fit", {{tr("Fill, cut off the rest"), int(FitMode::Cover)},
                            {tr("Show all, with bars"), int(FitMode::Contain)},
                            {tr("Stretch"), int(FitMode::Stretch)}});

@@ -37,8 +37,8 @@
 ///   All other results are returned, also images that are read from a file or are a part of another
 ///   image.
 /// - A wrong argument or file is reported as altiro3D::Error; nothing is printed.
-/// - Remarks (Notes) report what is odd but is no failure. A parameter `notes` may be null; remarks
-///   are appended to it.
+/// - Remarks (Notes) report unusual findings that are not failures. A parameter `notes` may be
+///   null; remarks are appended to it.
 /// - A failed allocation is reported as Error OutOfMemory while reading or writing a file, loading
 ///   or running a network, and allocating a quilt or a look-up table. Elsewhere std::bad_alloc, or
 ///   cv::Exception with the code StsNoMem, passes through.

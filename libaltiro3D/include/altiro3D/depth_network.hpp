@@ -35,7 +35,7 @@ enum class ResizeKernel { Nearest, Linear, Cubic, Area };
 
 /// The program that runs the graph of a network.
 enum class InferenceEngine {
-    Best,       ///< What the profile says, else OnnxRuntime where it can be used, else OpenCv.
+    Best,       ///< The profile's engine; without one, OnnxRuntime if possible, else OpenCv.
     OpenCv,     ///< OpenCV's DNN module.
     OnnxRuntime ///< ONNX Runtime, several times faster, on the CPU only; see hasOnnxRuntime().
 };
@@ -125,8 +125,8 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// @param inputSize size of the network's input, each side 1..4096 px and a multiple of the
     ///        profile's `multipleOf`; empty: the profile's size. Most networks accept sizes other
     ///        than the one they were trained for: a smaller input is faster and resolves less
-    ///        detail. If the input's size can differ from the profile's, reshaping at the end of
-    ///        the graph is skipped, because it may be fixed to the profile's size.
+    ///        detail. For sizes other than the profile's, a reshape at the end of the graph is
+    ///        skipped, because it may be fixed to the profile's size.
     /// @param engine program that runs the graph. ONNX Runtime cannot run a file with a fixed size
     ///        at another size; InferenceEngine::Best then chooses OpenCV.
     /// @throws Error NotFound; BadFormat (not an ONNX file, external weights missing, not one input
@@ -164,9 +164,9 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// Runs the network on a photo and returns its output unchanged. If the network has several
     /// outputs, the last one is used.
     ///
-    /// The output depends on the number of threads and on the processor, because OpenCV runs the
-    /// network: with 2 and with 3 threads it may differ in the 7th digit (docs/reliability.md, "The
-    /// same bytes").
+    /// The output depends on the number of threads and on the processor, because OpenCV or ONNX
+    /// Runtime runs the network: with 2 and with 3 threads OpenCV's output may differ in the 7th
+    /// digit (docs/reliability.md, "The same bytes").
     ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param raw [network's output size, CV_32FC1, finite, see NetworkProfile::output]
@@ -188,7 +188,7 @@ class ALTIRO3D_EXPORT DepthNetwork {
 };
 
 /// Tests a network in a child process: loads it and runs it once. Some malformed files crash OpenCV
-/// or make it run forever; such a file then ends the child, not this process.
+/// or make it run forever. Such a file then ends the child and not this process.
 ///
 /// Returns normally for errors that DepthNetwork reports as an Error (not an ONNX file, a graph
 /// that OpenCV rejects, ...). Call it before the process has other threads: fork() copies only the

@@ -17,8 +17,8 @@ namespace altiro3D {
 /// Estimates depth from one photo without any network or download.
 ///
 /// The function combines monocular cues and smooths the result along the photo's edges;
-/// docs/depth.md lists the cues and their accuracy. It gives a depth map for every photo, and the
-/// same one for any number of threads. depthFromPhoto() combines it with a network.
+/// docs/lab/depth.md lists the cues, docs/depth.md their accuracy. It gives a depth map for every
+/// photo, and the same one for any number of threads. depthFromPhoto() combines it with a network.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR], any size from 1 x 1
 /// @param depth [size of the photo, scaled down to at most 320 px per side, CV_32FC1, 0..1,
@@ -30,7 +30,7 @@ ALTIRO3D_EXPORT void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth)
 /// left picture - x in the right one) / width. Larger = nearer. 3D cameras shift the pictures
 /// against each other, so disparities may have both signs.
 struct ALTIRO3D_EXPORT StereoMatch {
-    double shift = 0;    ///< Median disparity, of px with detail as the next two.
+    double shift = 0;    ///< Median disparity. This and the next two are of px with detail.
     double farthest = 0; ///< Smallest disparity: percentile 0.5.
     double nearest = 0;  ///< Largest disparity: percentile 99.5.
     /// By how much the right picture is lower than the left one in its middle, as share of the
@@ -40,15 +40,15 @@ struct ALTIRO3D_EXPORT StereoMatch {
     double matchedShare = 0;   ///< Share of the left picture's px that have a match, 0..1.
     double likeness = 0;       ///< Correlation of the fine detail of matched px, -1..1.
     bool isReliable = false;   ///< Enough px match and are alike; otherwise do not use the depth.
-    bool isFlat = false;       ///< The disparities have no range to speak of: less than 0.15 %.
-    bool looksSwapped = false; ///< Background appears in front of foreground: change the eyes.
+    bool isFlat = false;       ///< The range of the disparities is below 0.15 %.
+    bool looksSwapped = false; ///< Background appears in front of foreground: exchange the eyes.
 
-    /// For people: "shift -12.0 %, 93 % matched", with what else is remarkable.
+    /// For people: "shift -12.0 %, 93 % matched", and further findings that are unusual.
     /// @return the text
     [[nodiscard]] std::string text() const;
-    /// What a user should know: the pictures do not match, the eyes look swapped.
+    /// Remarks for the user: the pictures do not match, the eyes look swapped.
     /// @param pair name of the pair for the text, for example StereoPair::origin
-    /// @return the remarks, mostly none
+    /// @return the remarks, usually none
     [[nodiscard]] Notes remarks(const std::string& pair) const;
 };
 
@@ -58,8 +58,9 @@ struct ALTIRO3D_EXPORT StereoMatch {
 /// rotation and a small difference of scale between them are found and undone, and brightness and
 /// contrast are made equal. Disparities are searched from -35 % to +35 % of the width, first
 /// coarsely. A px counts as matched if the match from the right picture leads back to it within 1
-/// px. Px without a match take the farther disparity beside them, because what one eye misses lies
-/// behind, and then the weighted median of px of similar colours around them.
+/// px. Px without a match take the farther disparity beside them, because px that one eye does not
+/// see belong to the background. A median of the surrounding px, weighted by similarity of colour,
+/// then smooths them.
 ///
 /// @param left [rows x cols, CV_8UC3, BGR]
 /// @param right as `left`; its shape may differ by 5 %, it is resized to the left picture's size
@@ -112,7 +113,7 @@ class ALTIRO3D_EXPORT DepthSource {
     /// @param image [rows x cols, CV_8UC3, BGR]; for depthFromRgbd() also CV_16UC3
     /// @param photo the image itself (shares its memory); for depthFromRgbd() its photo half
     ///        [CV_8UC3, BGR]; may be `image`
-    /// @param raw raw depth numbers of the photo [any size, one channel]; kind() tells their
+    /// @param raw raw depth numbers of the photo [any size, one channel]; kind() states their
     ///        meaning
     /// @throws Error as the function that each source calls, see depthFromCues() and below
     virtual void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) = 0;
@@ -140,8 +141,8 @@ class ALTIRO3D_EXPORT DepthSource {
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
 
-/// Depth from the photo alone by the best means at hand: from standardNetwork(), or
-/// depthFromCues() if no network is installed. The tools do the same if no depth is named.
+/// Depth from the photo alone, by the best available source: standardNetwork(), or depthFromCues()
+/// if no network is installed. The tools do the same if no source is given.
 /// @return the source
 /// @throws Error as standardNetwork() and DepthNetwork::DepthNetwork()
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromPhoto();

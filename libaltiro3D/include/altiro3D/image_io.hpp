@@ -21,21 +21,20 @@ constexpr double kMaxImagePixels = 4.0e8;
 /// warnings on stderr.
 ///
 /// Colours of 8 and 16 bits are converted to sRGB: by ICC profiles (PNG, JPEG, TIFF, WebP, HEIC,
-/// AVIF), PNG's cICP, gAMA and cHRM, and the colour codes of HEIC and AVIF. Pictures that are sRGB
-/// in all but the name of their profile keep their bytes. PQ and HLG are tone-mapped by the curve
-/// of ITU-R BT.2390. Gain maps are left alone: the base picture is used. Depth is never converted.
+/// AVIF), PNG's cICP, gAMA and cHRM, and the colour codes of HEIC and AVIF. Pictures whose profile
+/// is equal to sRGB keep their bytes. PQ and HLG are tone-mapped by the curve of ITU-R BT.2390.
+/// Gain maps are ignored: the base picture is used. Depth is never converted.
 ///
-/// HEIC and AVIF need libheif at build time. They state turns and mirroring themselves; EXIF, which
-/// repeats them, is ignored there.
+/// HEIC and AVIF need libheif at build time. Their own rotation and mirroring are applied; the EXIF
+/// orientation, which repeats them, is ignored.
 ///
 /// @param path PNG, JPEG (also MPO: its first picture), HEIC, AVIF, TIFF, WebP, BMP, PNM/PFM, EXR,
 ///        HDR or JPEG 2000
 /// @param notes if given, receives remarks (a cut-off JPEG, several pages, ...), without the name
 ///        of the file
 /// @return [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
-/// @throws Error NotFound, ReadFailed, Unsupported (names the format: GIF, PCX, ...; HEIC and
-///         AVIF without libheif),
-///         TooLarge, BadFormat, OutOfMemory
+/// @throws Error NotFound, ReadFailed, Unsupported (names the format: GIF, PCX, ...; HEIC and AVIF
+///         without libheif), TooLarge, BadFormat, OutOfMemory
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readImage(const std::filesystem::path& path,
                                                 Notes* notes = nullptr);
 
@@ -55,10 +54,10 @@ constexpr double kMaxImagePixels = 4.0e8;
                                                 Notes* notes = nullptr);
 
 /// Reads the focal length in mm of a 35 mm camera with the same field of view from a photo's EXIF
-/// data. The file is read once more; a pipe can be read only once, so it is left untouched.
+/// data. The file is opened again, so a pipe is not read: it can be read only once.
 ///
 /// @param path as for readImage(); other files give 0
-/// @return mm; 0 if the file does not state it (most do not) or is a pipe
+/// @return mm; 0 if the file does not state it or is a pipe
 /// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
 [[nodiscard]] ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
 
@@ -153,7 +152,7 @@ enum class EmbeddedDepthForm {
     Huawei        ///< Raw numbers after the photo. Experimental: no original was tested.
 };
 
-/// Depth out of a photo's file. It is small and soft compared with the photo; fitScene() aligns it.
+/// Depth from a photo's file. It is small and soft compared with the photo; fitScene() aligns it.
 struct EmbeddedDepth {
     EmbeddedDepthForm form = EmbeddedDepthForm::DynamicDepth; ///< Where it was.
     cv::Mat depth; ///< [any size, CV_32FC1, 0..1, 1 = nearest], relative inverse depth, upright.
@@ -165,12 +164,11 @@ struct EmbeddedDepth {
 /// Reads the depth that phones store in their photos.
 ///
 /// Depth is used only if its shape is the photo's (2 %) and it is not flat. Portrait mattes and
-/// gain maps are not depth. If XMP describes depth that is no longer in the file, there is none. No
-/// fault in it makes a photo unreadable: damaged depth is reported in `notes` and left out.
+/// gain maps are not depth. If the file describes depth in XMP but does not hold it, there is no
+/// depth. Damaged depth never makes the photo unreadable: it is left out and reported in `notes`.
 ///
-/// @param photo JPEG, HEIC or AVIF; other formats have none, and a pipe, which can be read only
-/// once,
-///        is not read
+/// @param photo JPEG, HEIC or AVIF; other formats hold no depth; a pipe is not read, because it can
+///        be read only once
 /// @param notes if given, receives a remark if the file has depth that is not used
 /// @return the depth; nothing if there is none that can be used
 /// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
@@ -233,10 +231,10 @@ struct StereoPair {
 /// a group `ster`). Both are upright and in sRGB.
 ///
 /// The contents decide, not the name. Other multi-picture files (bursts, panoramas, portraits) are
-/// not pairs. Nothing in the second picture makes the file unreadable: if it is damaged, there is a
-/// remark and no pair.
+/// not pairs. A damaged second picture does not make the file unreadable: the function then returns
+/// no pair and adds a remark.
 ///
-/// @param photo any picture; a pipe, which can be read only once, is not read
+/// @param photo any picture; a pipe is not read, because it can be read only once
 /// @param notes if given, receives a remark if the file has a pair that is not used
 /// @return the pair; nothing for other files
 /// @throws Error as readPhoto(), for a file that is a pair

@@ -35,8 +35,8 @@ enum class NativePath {
     OverQuilt ///< Makes all views first (Depth2Quilt), then interlaces them (Quilt2Native).
 };
 
-/// Makes Natives of photos with depth for one display. It takes the direct path if the options
-/// allow it, else the path over a quilt. With discrete positions, nearest sampling and without
+/// Makes Natives of photos with depth for one display. It uses the direct path if the options allow
+/// it, else the path through a quilt. With discrete positions, nearest sampling and without
 /// keepResolution, both paths give the same bytes.
 ///
 /// makeNative(scene, native) does all steps. To also get the quilt, do the steps one by one:
@@ -67,7 +67,7 @@ class ALTIRO3D_EXPORT NativeMaker {
 
     /// Why the direct path is not possible.
     /// @param layout layout of the quilts
-    /// @param options method and sampling count
+    /// @param options only method and sampling matter
     /// @return a clause for people, such as "views are blended"; empty if the direct path is
     ///         possible
     [[nodiscard]] static std::string obstacle(const QuiltLayout& layout,

@@ -16,12 +16,13 @@ enum class FitMode {
     Stretch  ///< Shows all of the picture, distorted to the panel's shape.
 };
 
-/// The part of a picture that is shown. The centre is moved where the part would leave the picture.
+/// The part of a picture that is shown. If the part would extend beyond the picture, it is moved
+/// inside.
 struct Framing {
     /// Centre of the part, in widths and heights of the picture, each 0..1; (0, 0) is the top left
     /// corner.
     cv::Point2d centre{0.5, 0.5};
-    /// Enlargement, 1..1000; 1 shows what FitMode says.
+    /// Enlargement, 1..1000, relative to the fit by FitMode.
     double zoom = 1;
 };
 
@@ -34,7 +35,7 @@ struct Framing {
     return !(a == b);
 }
 
-/// With a zoom above 1 at least this many rows and columns of a picture must remain.
+/// With a zoom above 1, the part that is shown must have at least this many rows and columns.
 constexpr int kLeastFramedPixels = 16;
 
 /// The source and target rectangles of a fit.
@@ -51,7 +52,7 @@ struct PhotoFit {
 /// @param panelAspect width : height of the picture on the panel, 0.01..100
 /// @param result size of the result in px, at least 1 x 1
 /// @param mode crop, bars or distortion
-/// @param framing the part to show; with bars, zoom makes them smaller first
+/// @param framing the part to show; with FitMode::Contain, zooming first shrinks the bars
 /// @return the fit
 /// @throws Error InvalidArgument (out of these ranges; a zoom that leaves less than
 ///         kLeastFramedPixels rows or columns)

@@ -35,10 +35,10 @@ struct QuiltSampling {
     TileSampling inTile = TileSampling::Nearest; ///< Inside a view.
 };
 
-/// Gives the views of a quilt whole px. If the quilt's size is not a multiple of its columns and
-/// rows, as of 4096 px with 5 columns, views have a fractional size and begin at fractional px:
-/// 819.2 px here. Each view is then sampled where it lies, at the nearest px. None of it is cut
-/// off.
+/// Resamples a quilt so that its views have whole px. If the quilt's size is not a multiple of its
+/// columns and rows, views have a fractional size and begin at fractional px: 819.2 px each for
+/// 4096 px with 5 columns. Each view is sampled at its own position, at the nearest px. Nothing is
+/// cut off.
 ///
 /// @param quilt [rows x cols, any type]
 /// @param layout the layout that the quilt should have; its views have the quilt's size divided by
@@ -48,9 +48,9 @@ struct QuiltSampling {
 ///         InvalidArgument or TooLarge (layout)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout);
 
-/// Cuts a quilt to views of whole px, as a `.map` expects them. If the quilt's size is not a
-/// multiple of its columns and rows, the rest counts as an unused border: 4096 px hold 5 views of
-/// 819 px and one px more. The unused columns are at the right, the unused rows at the top.
+/// Crops a quilt to views of whole px, which a `.map` requires. If the quilt's size is not a
+/// multiple of its columns and rows, the remainder counts as an unused border: 4096 px hold 5 views
+/// of 819 px and one unused px. Unused columns are at the right, unused rows at the top.
 ///
 /// @param quilt as for fitQuilt()
 /// @param layout as for fitQuilt()
@@ -123,7 +123,7 @@ class ALTIRO3D_EXPORT QuiltShape {
     QuiltShape(const std::filesystem::path& file, const QuiltLayout& layout, const Display& display,
                std::optional<FitMode> fit = std::nullopt);
 
-    /// Gives the views whole px, see fitQuilt(), and fits them to the panel.
+    /// Resamples the views to whole px, see fitQuilt(), and fits them to the panel.
     /// @param picture the quilt [a size that fitQuilt() accepts, CV_8UC3, BGR]
     /// @return the quilt for Quilt2Native [layout size, CV_8UC3, BGR]; may share memory with
     ///         `picture`
@@ -142,7 +142,7 @@ class ALTIRO3D_EXPORT QuiltShape {
     /// How the views are fitted. @return as given to the constructor, else as chosen by it
     [[nodiscard]] FitMode fit() const { return fit_; }
 
-    /// Whether the constructor chose black bars itself. Tools tell the user then.
+    /// Whether the constructor chose black bars itself, so that tools can report it.
     /// @return true if `fit` was not given and the fit is Contain
     [[nodiscard]] bool fitsUnasked() const { return isFittedUnasked_; }
 
@@ -170,13 +170,13 @@ struct FoundQuilt {
                            ///< fits as well, or if the views hold nothing but a regular pattern.
 };
 
-/// Finds columns and rows of a quilt in the picture itself.
+/// Finds the columns and rows of a quilt by comparing parts of the picture.
 ///
 /// Neighbouring views of a quilt resemble each other: those side by side, and the last one of a row
-/// and the first one of the row above. The function looks for the division of the picture for which
-/// they do, up to 20 columns and 20 rows, and takes the finest one. Quilts may be scaled,
-/// compressed, and cropped by some px. Of drawn grids and other regular patterns the verdict is
-/// Unsure, because any multiple of their period fits.
+/// and the first one of the row above. The function searches divisions of the picture of up to 20
+/// columns and 20 rows, and takes the finest one whose parts resemble each other in this way.
+/// Quilts may be scaled, compressed, and cropped by some px. For drawn grids and other regular
+/// patterns the verdict is Unsure, because any multiple of their period fits.
 ///
 /// @param picture [rows x cols, CV_8UC3, BGR]
 /// @return verdict, layout and confidence; Unsure, with confidence 0, for pictures of one colour,
@@ -185,12 +185,13 @@ struct FoundQuilt {
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT FoundQuilt findQuiltLayout(const cv::Mat& picture);
 
-/// How alike pictures are that follow each other, as views of neighbouring cameras should be.
-/// Shifts of up to a tenth of the width do not matter. Measured: 0.9 and more for rendered and
-/// captured views, below 0.1 for unrelated photos.
+/// How much consecutive pictures resemble each other, as views of neighbouring cameras do. Shifts
+/// of up to a tenth of the width do not count. Measured: 0.9 and more for rendered and captured
+/// views, below 0.1 for unrelated photos.
 ///
-/// @param pictures in the order of the cameras [any size, CV_8UC3, BGR]; small copies will do
-/// @return 0..1; 1 if there is nothing to compare: fewer than two pictures, or nothing to see
+/// @param pictures in the order of the cameras [any size, CV_8UC3, BGR]; small copies are
+///        sufficient
+/// @return 0..1; 1 if there is nothing to compare: fewer than two pictures, or no contrast
 /// @throws Error InvalidArgument (an empty picture or a wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT double likenessOfViews(const std::vector<cv::Mat>& pictures);
 

@@ -29,8 +29,8 @@ namespace altiro3D {
 ///         differ)
 [[nodiscard]] ALTIRO3D_EXPORT double ssim(const cv::Mat& picture, const cv::Mat& truth);
 
-/// Spearman's rank correlation of two pictures: how far they order the pixels alike. Equal values
-/// share the mean of their ranks.
+/// Spearman's rank correlation of two pictures: to what extent both put the pixels in the same
+/// order. Equal values share the mean of their ranks.
 ///
 /// @param a [rows x cols, CV_32FC1], finite
 /// @param b [as a], finite
@@ -40,8 +40,8 @@ namespace altiro3D {
 [[nodiscard]] ALTIRO3D_EXPORT double rankCorrelation(const cv::Mat& a, const cv::Mat& b,
                                                      const cv::Mat& mask = {});
 
-/// Scales and shifts an estimated depth map so that it fits the true one best (least squares), as
-/// relative depth has no scale of its own (Ranftl et al. 2020).
+/// Scales and shifts an estimated depth map to fit the true one (least squares), because relative
+/// depth has an unknown scale and shift (Ranftl et al. 2020).
 ///
 /// @param estimate [any size, CV_32FC1, 0..1], resampled to the size of `truth`
 /// @param truth [rows x cols, CV_32FC1, 0..1]

@@ -132,7 +132,7 @@ struct VideoConversion {
     VideoProduct product = VideoProduct::Native; ///< Kind of video to make.
     /// The display for which Natives and quilts are made. Not needed for Rgbd, or if `map` is set.
     std::optional<Display> display;
-    /// Look-up table for the Natives. If set, Natives are made over quilts, and `native` must have
+    /// Look-up table for the Natives. If set, Natives are made from quilts, and `native` must have
     /// discrete positions and nearest sampling.
     std::optional<NativeLut> map;
     /// Layout of the quilts. Default: that of `map`, else that of `display`. Must equal that of
@@ -141,10 +141,10 @@ struct VideoConversion {
     /// How views are rendered and fitted. Only `fit` and `sampling` are used if `fromQuilt` is set,
     /// and only `views.focus` for Rgbd.
     NativeOptions native;
-    /// What is chosen at the first frame of each scene and stays during the scene, instead of what
-    /// `native` says. Given depth has no scenes; the first frame then decides for the whole video.
-    /// The strength suits depth of 0..1, because depth changes during a scene. Not for Rgbd and
-    /// quilts.
+    /// Settings that are chosen at the first frame of each scene and replace those of `native`
+    /// during the scene. Given depth has no scenes; the first frame then decides for the whole
+    /// video. The strength is chosen for depth of 0..1, because depth changes during a scene. Not
+    /// for Rgbd and quilts.
     AutoChoices choices;
 
     /// The frames of the input are quilts. `product` must be Native; `depth` and `given` must not
@@ -254,7 +254,7 @@ class ALTIRO3D_EXPORT VideoConverter {
     /// @return the remarks, complete after run()
     [[nodiscard]] const Notes& notes() const;
     /// Whether a later run can resume, also after an exception of run().
-    /// @return true if a segment is complete and the output is not; so false for a run that was
+    /// @return true if a segment is complete and the output is not; false for a run that was
     ///         cancelled before its first complete segment
     [[nodiscard]] bool keepsWork() const;
 

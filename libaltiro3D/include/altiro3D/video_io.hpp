@@ -285,8 +285,8 @@ class ALTIRO3D_EXPORT VideoReader {
     [[nodiscard]] bool read(VideoFrame& frame);
 
     /// Counts the frames that `VideoReaderOptions::from` skips. Call it before the first frame is
-    /// read. It counts the packets of the file, which is fast; where that is not reliable, it
-    /// decodes the video from the start.
+    /// read. It counts the packets of the file, which is fast. If this is not reliable, it decodes
+    /// the video from the start.
     ///
     /// @return number of the first delivered frame in the whole video, from 0
     /// @throws Error InvalidArgument (a frame has been read), and as next()
@@ -328,11 +328,10 @@ class ALTIRO3D_EXPORT VideoReader {
 /// into .mkv. Further video streams, cover pictures and data streams are left out, see notes(). The
 /// source's rotation is not written, because its reader has applied it.
 ///
-/// Times are exact in .mp4 and .mov and rounded to 1 ms in .mkv. The file is written as
-/// `NAME.part` beside the target and renamed in finish(); without finish() it is removed. An
-/// existing file is replaced without a question; symbolic links are followed. The same frames give
-/// the same bytes: for H264, H264Rgb and Hevc with a fixed number of encoder threads, for the other
-/// codecs with any number.
+/// Times are exact in .mp4 and .mov and rounded to 1 ms in .mkv. The file is written as `NAME.part`
+/// beside the target and renamed in finish(); without finish() it is removed. An existing file is
+/// replaced; symbolic links are followed. The same frames give the same bytes: for H264, H264Rgb
+/// and Hevc with a fixed number of encoder threads, for the other codecs with any number.
 ///
 /// One thread at a time per object. The source's reader may run in another thread.
 class ALTIRO3D_EXPORT VideoWriter {

@@ -103,20 +103,20 @@ constexpr double kParallaxBudgetPixels = 5;
 struct AutoChoices {
     bool framing = false;  ///< Centre of the part that is shown; needs FitMode::Cover.
     bool focus = false;    ///< The depth of the subject.
-    bool strength = false; ///< As much parallax as the display carries.
+    bool strength = false; ///< As much parallax as the display shows without double edges.
 
     /// Whether something is chosen. @return true if a field is
     [[nodiscard]] bool any() const { return framing || focus || strength; }
 };
 
-/// chooseStrength() never gives more, %.
+/// Limit of the result of chooseStrength(), %.
 constexpr double kMaxAutoStrength = 20;
 /// With chooseStrength(), content moves by at most this part of the width between the outermost
 /// views, %: as with strength 10 and focus 0.5.
 constexpr double kMaxAutoParallax = 5;
 
-/// How much each place of a scene belongs to its subject: what is near, nearer than other places
-/// of its row, sharp, and rather in the middle; (7.1).
+/// How likely each place of a scene belongs to its subject: places that are sharp, near, nearer
+/// than others in their row, and close to the middle have large weights; (7.1).
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [any size, CV_32FC1, 0..1, 1 = nearest]; shows all of the photo. NaN counts as 0.
@@ -125,7 +125,7 @@ constexpr double kMaxAutoParallax = 5;
 /// @throws Error InvalidArgument (empty or wrong type)
 ALTIRO3D_EXPORT void subjectWeights(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& weights);
 
-/// The part of a scene, of the size that fits the panel, that holds most of the subject; (7.2).
+/// The part of a scene that fills the panel and has the largest weights; (7.2).
 ///
 /// @param weights from subjectWeights()
 /// @param picture size of the photo in px
@@ -146,9 +146,9 @@ ALTIRO3D_EXPORT void subjectWeights(const cv::Mat& photo, const cv::Mat& depth, 
 [[nodiscard]] ALTIRO3D_EXPORT double subjectDepth(const cv::Mat& weights, const cv::Mat& depth,
                                                   const cv::Rect2d& part = {0, 0, 1, 1});
 
-/// The largest strength that a display carries: parallax between adjacent views stays within
-/// kParallaxBudgetPixels, content moves by at most kMaxAutoParallax, and the strength is at most
-/// kMaxAutoStrength; (7.3). Arguments are not checked.
+/// The largest strength that a display shows without double edges: parallax between adjacent views
+/// stays within kParallaxBudgetPixels, content moves by at most kMaxAutoParallax, and the strength
+/// is at most kMaxAutoStrength; (7.3). Arguments are not checked.
 ///
 /// @param focus depth on the panel's surface, 0..1
 /// @param quilt layout: view count and view size
@@ -157,7 +157,7 @@ ALTIRO3D_EXPORT void subjectWeights(const cv::Mat& photo, const cv::Mat& depth, 
 [[nodiscard]] ALTIRO3D_EXPORT double chooseStrength(double focus, const QuiltLayout& quilt,
                                                     cv::Vec2d depthRange);
 
-/// Chooses framing and focus of a scene, as far as they are to be chosen.
+/// Chooses framing and focus of a scene, if `choices` requests them.
 ///
 /// @param scene photo and depth, before the fit
 /// @param panelAspect width : height of what fills the panel, in px of the photo, 0.01..100

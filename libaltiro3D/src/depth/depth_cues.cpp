@@ -15,11 +15,11 @@
 #include <utility>
 #include <vector>
 
-// docs/depth.md describes the cues and their accuracy. They are computed on a small copy of the
-// photo. Only two parts run in parallel: shrinking the photo, which uses integers, and finding
-// regions from the left and from the right. All sums over pixels are exact, because their terms are
-// integers or multiples of kGrid. So they depend neither on the number of threads nor on the
-// direction, and a mirrored photo has the mirrored depth.
+// docs/lab/depth.md describes the cues, docs/depth.md their accuracy. They are computed on a small
+// copy of the photo. Only two parts run in parallel: shrinking the photo, which uses integers, and
+// finding regions from the left and from the right. All sums over pixels are exact, because their
+// terms are integers or multiples of kGrid. So they depend neither on the number of threads nor on
+// the direction, and a mirrored photo has the mirrored depth.
 
 namespace altiro3D {
 

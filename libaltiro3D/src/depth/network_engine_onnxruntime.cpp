@@ -75,10 +75,10 @@ OnnxRuntimeEngine::OnnxRuntimeEngine(std::string file, const std::string& conten
         passOnLackOfMemory(exception);
         throw Error(ErrorCode::BadFormat, file_,
                     engineName() + " cannot load this graph (" + oneLine(exception.what()) +
-                        "), expected one it can");
+                        "), expected a loadable graph");
     }
     if (output_.empty())
-        throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth image");
+        throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth map");
 }
 
 cv::Mat OnnxRuntimeEngine::run(const cv::Mat& blob) {
@@ -103,8 +103,8 @@ cv::Mat OnnxRuntimeEngine::run(const cv::Mat& blob) {
             shapeOut.size() > CV_MAX_DIM ||
             !std::all_of(shapeOut.begin(), shapeOut.end(), isSide)) {
             throw Error(ErrorCode::NetworkFailed, file_,
-                        "puts out no 32-bit floats, expected [1, height, width] or [1, 1, height, "
-                        "width] of them");
+                        "has an output that is not 32-bit floats, expected [1, height, width] or "
+                        "[1, 1, height, width] of 32-bit floats");
         }
         const std::vector<int> sides(shapeOut.begin(), shapeOut.end());
         return cv::Mat(sides, CV_32F, result_.GetTensorMutableData<float>());
@@ -112,7 +112,8 @@ cv::Mat OnnxRuntimeEngine::run(const cv::Mat& blob) {
         passOnLackOfMemory(exception);
         throw Error(ErrorCode::NetworkFailed, file_,
                     engineName() + " cannot run this graph (" + oneLine(exception.what()) +
-                        "), expected one it can; try its profile's size or another network");
+                        "), expected one that it can run; try the input size of its profile, or "
+                        "another network");
     }
 }
 

@@ -54,7 +54,7 @@ OpenCvEngine::OpenCvEngine(std::string file, const std::string& contents, bool c
     const auto fail = [&](const std::string& words) {
         throw Error(ErrorCode::BadFormat, file_,
                     "OpenCV " CV_VERSION " cannot load this graph (" + words +
-                        "), expected one it can; export it for ONNX opset 11");
+                        "), expected a loadable graph; export it for ONNX opset 11");
     };
     try {
         net_ = cv::dnn::readNetFromONNX(contents.data(), contents.size());
@@ -78,7 +78,7 @@ OpenCvEngine::OpenCvEngine(std::string file, const std::string& contents, bool c
         fail(oneLine(exception.what()));
     }
     if (outputLayer_.empty())
-        throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth image");
+        throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth map");
 }
 
 cv::Mat OpenCvEngine::run(const cv::Mat& blob) {
@@ -89,7 +89,8 @@ cv::Mat OpenCvEngine::run(const cv::Mat& blob) {
         if (exception.code == cv::Error::StsNoMem) throw;
         throw Error(ErrorCode::NetworkFailed, file_,
                     "OpenCV " CV_VERSION " cannot run this graph (" + wordsOf(exception) +
-                        "), expected one it can; try its profile's size or another network");
+                        "), expected one that it can run; try the input size of its profile, or "
+                        "another network");
     }
 }
 

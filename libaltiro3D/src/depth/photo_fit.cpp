@@ -37,7 +37,7 @@ Axis placed(int picture, double window, double centre, int result) {
 void checkFraming(const Framing& framing) {
     for (const double part : {framing.centre.x, framing.centre.y}) {
         checkNumber(part >= 0 && part <= 1, "centre", part,
-                    "a part of the picture of 0 (left, top) .. 1 (right, bottom)");
+                    "0 (left or top edge) .. 1 (right or bottom edge)");
     }
     checkNumber(framing.zoom >= 1 && framing.zoom <= 1000, "zoom", framing.zoom, "1..1000");
 }

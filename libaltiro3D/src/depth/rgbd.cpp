@@ -38,11 +38,11 @@ void greyOf(const cv::Mat& bgr, cv::Mat& grey) {
 } // namespace
 
 void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo, cv::Mat& rawDepth) {
-    checkType(picture, {CV_8UC3, CV_16UC3}, "RGB-D picture", "three channels of 8 or 16 bits");
+    checkType(picture, {CV_8UC3, CV_16UC3}, "RGB-D image", "three channels of 8 or 16 bits");
     const cv::Mat source = picture;
     const cv::Size half(isBeside(side) ? source.cols / 2 : source.cols,
                         isBeside(side) ? source.rows : source.rows / 2);
-    check(!half.empty(), "RGB-D picture",
+    check(!half.empty(), "RGB-D image",
           shapeText(source) + ", too small to split, expected at least 2 px " +
               (isBeside(side) ? "across" : "down"));
     const Halves halves = halvesOf(side, half, source.size());

@@ -318,13 +318,13 @@ std::string StereoMatch::text() const {
 Notes StereoMatch::remarks(const std::string& pair) const {
     Notes notes;
     if (!isReliable) {
-        notes.push_back({NoteCode::LeftOut, "the stereo pair (" + pair +
-                                                ") is not used, as its pictures do not match (" +
-                                                text() + ")"});
+        notes.push_back({NoteCode::LeftOut,
+                         "the stereo pair (" + pair +
+                             ") is not used, because its pictures do not match (" + text() + ")"});
     } else if (looksSwapped) {
-        notes.push_back(
-            {NoteCode::Doubtful, "the eyes of the stereo pair (" + pair +
-                                     ") look swapped: what is behind appears in front"});
+        notes.push_back({NoteCode::Doubtful,
+                         "the eyes of the stereo pair (" + pair +
+                             ") look swapped: the background appears in front of the foreground"});
     }
     return notes;
 }

@@ -220,7 +220,8 @@ std::optional<EmbeddedDepth> readEmbeddedDepth(const fs::path& photo, Notes* not
         found.depth = depthMapOf(*raw);
         const std::string what = "the depth (" + found.text() + ")";
         if (!haveOneShape(found.depth.size(), photoSize)) {
-            addUnused(notes, what, "its shape is not the photo's " + sizeText(photoSize) + " px");
+            addUnused(notes, what,
+                      "its shape is not that of the photo, " + sizeText(photoSize) + " px");
             return std::nullopt;
         }
         if (isFlat(found.depth)) {
@@ -246,7 +247,7 @@ cv::Mat readUnblurredPhoto(const fs::path& photo, Notes* notes) {
         cv::Mat result = upright(picture, header.orientation);
         if (result.empty() || !haveOneShape(result.size(), uprightSize(header))) {
             addUnused(notes, "the sharp original",
-                      result.empty() ? "it is damaged" : "its shape is not the photo's");
+                      result.empty() ? "it is damaged" : "its shape is not that of the photo");
             return {};
         }
         return result;

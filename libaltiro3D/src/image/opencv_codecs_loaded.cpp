@@ -13,10 +13,11 @@ const OpenCvCodecs& openCvCodecs() {
         void* const found = library != nullptr ? dlsym(library, "altiro3d_opencv_codecs") : nullptr;
         if (found == nullptr) {
             const char* const problem = dlerror();
-            throw Error(ErrorCode::Unsupported, kLibrary,
-                        std::string("cannot be loaded (") + (problem != nullptr ? problem : "") +
-                            "), expected it beside libaltiro3D; only JPEG, PNG, HEIC and AVIF "
-                            "pictures can do without it");
+            throw Error(
+                ErrorCode::Unsupported, kLibrary,
+                std::string("cannot be loaded (") + (problem != nullptr ? problem : "") +
+                    "), expected it beside libaltiro3D; without it, only JPEG, PNG, HEIC and "
+                    "AVIF pictures can be read");
         }
         return static_cast<const OpenCvCodecs*>(found);
     }();

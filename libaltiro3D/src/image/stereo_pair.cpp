@@ -48,7 +48,7 @@ void addUnused(Notes* notes, const std::string& why) {
 // Nothing and a remark if a pair cannot be of one scene.
 std::optional<StereoPair> checked(StereoPair pair, Notes* notes) {
     if (canBeEyes(pair.left.size(), pair.right.size())) return pair;
-    addUnused(notes, "its shape is not the left one's");
+    addUnused(notes, "its shape is not that of the left picture");
     return std::nullopt;
 }
 

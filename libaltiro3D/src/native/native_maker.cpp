@@ -68,7 +68,7 @@ NativeMaker::NativeMaker(const Display& display, const QuiltLayout& layout,
 
 NativeMaker::NativeMaker(NativeLut map, const NativeOptions& options) {
     check(!blends(options.sampling), "sampling",
-          "blends, but a look-up table holds single px, expected nearest");
+          "is linear, but a look-up table holds single px, expected nearest");
     requireDirect(options, "a look-up table holds whole views");
     const auto impl = std::make_shared<Impl>(options, map.quilt(), map.panelSize());
     impl->overQuilt.emplace(std::move(map));

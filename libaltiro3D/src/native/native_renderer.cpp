@@ -60,7 +60,7 @@ NativeRenderer::NativeRenderer(const Calibration& calibration, int viewCount,
     check(viewCount >= 1 && viewCount <= kMaxViews, "view count",
           "is " + std::to_string(viewCount) + ", expected 1.." + std::to_string(kMaxViews));
     check(options.method != ViewMethod::Real, "method",
-          "is real, which makes whole views; expected fast or layered, or the path over a quilt");
+          "is real, which makes only whole views, expected fast or layered, or a quilt");
     impl_ = std::make_shared<const Impl>(
         Impl{LensPhases(lensGeometry(calibration, invert)), viewCount, options, positions});
 }

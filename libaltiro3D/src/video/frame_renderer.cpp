@@ -53,7 +53,8 @@ template <typename Values>
 bool takeNumbers(SavedState& state, Values& values) {
     constexpr std::size_t kBytes = (1 + std::tuple_size_v<Values>)*sizeof(std::uint64_t);
     if (state.bytes.size() < kBytes) {
-        throw Error(ErrorCode::BadFormat, "state", "is damaged, expected what an earlier run kept");
+        throw Error(ErrorCode::BadFormat, "state",
+                    "is damaged, expected the state of an earlier run");
     }
     const std::string kept = state.bytes.substr(state.bytes.size() - kBytes);
     state.bytes.resize(state.bytes.size() - kBytes);

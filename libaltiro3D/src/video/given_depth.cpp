@@ -26,7 +26,7 @@ GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& p
         pictures_ = listImages(given_.source);
         if (pictures_.empty()) {
             throw Error(ErrorCode::NotFound, name,
-                        "holds no pictures, expected one depth picture per frame");
+                        "holds no pictures, expected one depth image per frame");
         }
         return;
     }

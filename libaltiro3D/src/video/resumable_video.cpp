@@ -103,7 +103,7 @@ std::uintmax_t sizeOf(const fs::path& file) {
     const std::uintmax_t bytes = fs::file_size(file, error);
     if (error) {
         throw Error(ErrorCode::WriteFailed, file.string(),
-                    "cannot be looked at: " + error.message() + ", expected a whole segment");
+                    "cannot be examined: " + error.message() + ", expected a whole segment");
     }
     return bytes;
 }

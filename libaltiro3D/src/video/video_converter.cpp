@@ -38,12 +38,12 @@ void checkFields(const VideoConversion& conversion) {
     }
     check(!conversion.map || (conversion.native.sampling.views == ViewFilter::Nearest &&
                               conversion.native.sampling.inTile == TileSampling::Nearest),
-          "sampling", "blends, but a look-up table holds single px, expected nearest");
+          "sampling", "is linear, but a look-up table holds single px, expected nearest");
     check(!conversion.choices.framing || conversion.native.fit == FitMode::Cover, "framing",
-          "is chosen, but the fit is not cover, expected cover");
+          "cannot be chosen automatically with this fit, expected cover");
     check((conversion.native.framing == Framing() && !conversion.choices.any()) ||
               (!conversion.fromQuilt && conversion.product != VideoProduct::Rgbd),
-          "framing", "or a choice is set, but the frames are not rendered as views");
+          "framing", "or an automatic choice is set, expected frames that are rendered as views");
     if (!conversion.fromQuilt) return;
     check(conversion.product == VideoProduct::Native, "product",
           "is not Native, but frames are quilts");

@@ -177,15 +177,15 @@ Notes VideoReader::notes() const {
                                      " frames were missing or ran backwards and were replaced");
     }
     if (impl.decoder.times().beginsAgain()) {
-        note(NoteCode::Doubtful,
-             "times begin again in it, as where files were put together; sound is out of step from "
-             "there on (ffmpeg -f concat puts files together properly)");
+        note(NoteCode::Doubtful, "its times begin again, as in files that were simply appended to "
+                                 "each other; from there "
+                                 "on the sound is out of step");
     }
     if (impl.decoder.hasInterlaced())
-        note(NoteCode::AsItIs, "holds interlaced pictures, which are used as they are");
+        note(NoteCode::AsItIs, "holds interlaced frames, which are not deinterlaced");
     if (impl.resized)
         note(NoteCode::Converted,
-             "changes the size of its pictures; all are scaled to the first one's");
+             "the frame size changes; all frames are scaled to the size of the first one");
     const int transfer = impl.facts.colour.transfer;
     if (transfer == AVCOL_TRC_SMPTE2084 || transfer == AVCOL_TRC_ARIB_STD_B67) {
         note(NoteCode::AsItIs, "is HDR video, which is not tone-mapped");

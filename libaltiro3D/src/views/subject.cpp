@@ -155,7 +155,7 @@ double subjectDepth(const cv::Mat& weights, const cv::Mat& depth, const cv::Rect
     constexpr double kRounding = 1e-9;
     check(part.x >= 0 && part.y >= 0 && part.width > 0 && part.height > 0 &&
               part.x + part.width <= 1 + kRounding && part.y + part.height <= 1 + kRounding,
-          "part", "is not inside of the scene, expected 0..1 on each axis");
+          "part", "is not inside the scene, expected 0..1 on each axis");
     const auto range = [](double start, double length, int all) {
         const int first = std::min(static_cast<int>(std::floor(start * all)), all - 1);
         const int end = static_cast<int>(std::ceil((start + length) * all));
@@ -197,7 +197,7 @@ void chooseFromScene(const Scene& scene, double panelAspect, FitMode fit,
                      const AutoChoices& choices, Framing& framing, double& focus) {
     if (!choices.framing && !choices.focus) return;
     check(!choices.framing || fit == FitMode::Cover, "framing",
-          "is chosen, but the fit is not cover, expected cover");
+          "cannot be chosen automatically with this fit, expected cover");
     cv::Mat weights;
     subjectWeights(scene.photo, scene.depth, weights);
     const cv::Size size = scene.photo.size();

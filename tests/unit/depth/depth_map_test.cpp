@@ -541,13 +541,13 @@ TEST(DepthMap, PicturesTooSmallToSplitAndUnequalHalvesAreRefused) {
     cv::Mat photo;
     cv::Mat depth;
     EXPECT_EQ(errorOf([&] { splitRgbd(cv::Mat(5, 1, CV_8UC3), DepthSide::Left, photo, depth); }),
-              "RGB-D picture: is 1 x 5 px of CV_8UC3, too small to split, expected at least 2 px "
+              "RGB-D image: is 1 x 5 px of CV_8UC3, too small to split, expected at least 2 px "
               "across");
     EXPECT_EQ(errorOf([&] { splitRgbd(cv::Mat(1, 5, CV_8UC3), DepthSide::Top, photo, depth); }),
-              "RGB-D picture: is 5 x 1 px of CV_8UC3, too small to split, expected at least 2 px "
+              "RGB-D image: is 5 x 1 px of CV_8UC3, too small to split, expected at least 2 px "
               "down");
     EXPECT_EQ(errorOf([&] { splitRgbd(cv::Mat(4, 4, CV_8UC1), DepthSide::Top, photo, depth); }),
-              "RGB-D picture: is 4 x 4 px of CV_8UC1, expected three channels of 8 or 16 bits");
+              "RGB-D image: is 4 x 4 px of CV_8UC1, expected three channels of 8 or 16 bits");
     cv::Mat picture;
     EXPECT_EQ(errorOf([&] {
                   joinRgbd(cv::Mat(2, 3, CV_8UC3), cv::Mat(3, 2, CV_32FC1), DepthSide::Right,

@@ -158,13 +158,13 @@ TEST_F(EmbeddedDepthFiles, AppleJpegsAreChosenByTheirOwnXmp) {
     // Many entries that name one long picture are not searched one by one.
     std::string list = heifNumber(0x030000, 4) + std::string(12, '\0');
     for (int i = 0; i < 99; ++i)
-        list += heifNumber(0, 4) + heifNumber(40'000'000, 4) + heifNumber(2000, 4) + heifNumber(0, 4);
+        list += heifNumber(0, 4) + heifNumber(40'000'000, 4) + heifNumber(8000, 4) + heifNumber(0, 4);
     std::string index = std::string("MPF\0MM\0*\0\0\0\10\0\144", 14);
     for (int i = 0; i < 100; ++i)
         index += heifNumber(0xb002, 2) + heifNumber(7, 2) + heifNumber(list.size(), 4) +
                  heifNumber(8 + 2 + 1200 + 4, 4);
     std::string hostile = withSegments(photo, jpegSegment(0xe2, index + std::string(4, '\0') + list));
-    const std::size_t listed = 2 + 4 + 4 + 2000; // where the entries point
+    const std::size_t listed = 2 + 4 + 4 + 8000; // where the entries point
     hostile.resize(std::max(hostile.size(), listed + 40'000'000), '\0');
     hostile.replace(listed, 2, "\xff\xd8");
     EXPECT_FALSE(read(hostile)) << "and soon";
@@ -220,7 +220,7 @@ TEST_F(EmbeddedDepthFiles, DepthOfAnotherShapeOrWithoutRangeIsNotUsed) {
     ASSERT_EQ(notes.size(), 1U);
     EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
     EXPECT_EQ(notes[0].text, "the depth (GDepth, 40 x 32 px) in the file is not used: its shape is "
-                             "not the photo's 160 x 120 px");
+                             "not that of the photo, 160 x 120 px");
     cv::Mat flat(kRows, kColumns, CV_8UC1, cv::Scalar(77));
     flat.at<std::uint8_t>(3, 3) = 255; // one px is no range
     EXPECT_FALSE(read(gDepthPhoto(photo, coded(".png", flat))));
@@ -281,7 +281,7 @@ TEST_F(EmbeddedDepthFiles, TheSharpOriginalIsRead) {
             .empty());
     ASSERT_EQ(notes.size(), 1U);
     EXPECT_EQ(notes[0].text,
-              "the sharp original in the file is not used: its shape is not the photo's");
+              "the sharp original in the file is not used: its shape is not that of the photo");
 }
 
 TEST_F(EmbeddedDepthFiles, AWrittenPhotoIsReadBack) {

@@ -394,7 +394,7 @@ TEST_F(VideoConverterTest, PartsWithoutFramesAndFieldsThatDoNotGoTogetherAreErro
              c.map = NativeLut(c.display->calibration, c.display->quilt);
              c.native.sampling.views = ViewFilter::Linear;
          },
-         "sampling: blends"},
+         "sampling: is linear"},
         {[](VideoConversion& c) {
              c.fromQuilt = true;
              c.given.reset();

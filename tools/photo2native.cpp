@@ -563,8 +563,7 @@ int main(int argc, char** argv) {
     commandLine.addTerm(CommandLine::Chapter::Examples,
                         "-k --continuous -c visual.json holiday.jpg best.png",
                         "Make the best picture, for the display of that calibration.");
-    commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "-d holiday.jpg holiday-depth.png given.png",
+    commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg painted.png given.png",
                         "Take the depth from an image.");
     commandLine.addTerm(CommandLine::Chapter::Examples,
                         "--save-quilt holiday.png --lg holiday.mp4 holiday.jpg all.png",

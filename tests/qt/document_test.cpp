@@ -221,6 +221,10 @@ TEST(ViewerDocument, PhotosAndTheirDepthImagesBecomeOne) {
     EXPECT_TRUE(sources[2].depth.empty());
     EXPECT_EQ(sources[3].file, "depth.png");
     EXPECT_EQ(pairUp({"clip.mp4", "clip-depth.mp4"}).size(), 2U); // a photo's, or none
+    const auto twins = pairUp({"a.heic", "a.jpg", "a disparity.png"});
+    ASSERT_EQ(twins.size(), 2U);
+    for (const Source& twin : twins)
+        EXPECT_EQ(twin.depth, "a disparity.png");
 }
 
 // The volume that the window chooses, in a directory of its own.

@@ -181,8 +181,8 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
         commandLine.addAdvanced(
             {"embedded-depth"},
             "auto (default) uses the depth that comes with a photo, in its file (portraits of "
-            "phones, MPO and spatial photos) or beside it (name_depth.*); off ignores it. -d, "
-            "--rgbd and -n go before it.",
+            "phones, MPO and spatial photos) or beside it (a.jpg and a-depth.png, a_depth.png, "
+            "a.disparity.png, ...); off ignores it. -d, --rgbd and -n go before it.",
             "auto|off");
         commandLine.addAdvanced({"unblurred"},
                                 "Use the sharp original of a portrait where the file has one.");

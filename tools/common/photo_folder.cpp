@@ -1,5 +1,6 @@
 #include "common/photo_folder.hpp"
 
+#include "altiro3D/embedded_depth.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/quilt.hpp"
@@ -96,25 +97,30 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
         } else if (isQuiltName(entry)) {
             leaveOut(entry, "quilt",
                      "is a quilt by its name; quilt2native makes Natives of quilts");
-        } else if (how.pairDepth && !photoStemOf(entry).empty()) {
+        } else if (how.pairDepth && !photoOfDepthName(entry).empty()) {
             depths.push_back(entry);
         } else {
             photos.push_back({entry, {}, relative});
         }
     }
     for (const fs::path& depth : depths) {
-        const auto photo =
-            std::find_if(photos.begin(), photos.end(),
-                         [stem = photoStemOf(depth)](const FolderPhoto& candidate) {
-                             return candidate.depth.empty() &&
-                                    candidate.photo.parent_path() / candidate.photo.stem() == stem;
-                         });
-        if (photo == photos.end()) {
-            leaveOut(depth, "depth image",
-                     "is a depth image by its name, but its photo is missing");
-        } else {
-            photo->depth = depth;
+        const fs::path stem = photoOfDepthName(depth);
+        std::optional<fs::path> other; // depth image of the photo
+        bool isUsed = false;
+        for (FolderPhoto& photo : photos) {
+            if (photo.photo.parent_path() / photo.photo.stem() != stem) continue;
+            if (photo.depth.empty()) {
+                photo.depth = depth;
+                isUsed = true;
+            } else {
+                other = photo.depth;
+            }
         }
+        if (isUsed) continue;
+        leaveOut(depth, "depth image",
+                 other ? "is a depth image by its name, but " + other->filename().string() +
+                             " is used"
+                       : "is a depth image by its name, but its photo is missing");
     }
     found.photos.insert(found.photos.end(), photos.begin(), photos.end());
     for (const fs::path& subfolder : folders) {
@@ -136,17 +142,6 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
 }
 
 } // namespace
-
-fs::path photoStemOf(const fs::path& depth) {
-    const std::string stem = depth.stem().string();
-    const std::string small = lowerCase(stem);
-    for (const std::string ending : {"-depth", "_depth", ".depth", " depth", "-disparity"}) {
-        if (small.size() > ending.size() &&
-            small.compare(small.size() - ending.size(), ending.size(), ending) == 0)
-            return depth.parent_path() / stem.substr(0, stem.size() - ending.size());
-    }
-    return {};
-}
 
 PhotoFolder searchFolder(const fs::path& folder, const FolderSearch& how) {
     PhotoFolder found;

@@ -39,10 +39,6 @@ struct FolderSearch {
 /// @throws Error as listImages()
 PhotoFolder searchFolder(const std::filesystem::path& folder, const FolderSearch& search);
 
-/// The photo that a depth image is for by its name, without extension: "a" of a-depth.png,
-/// a_depth.png, a.depth.png and a-disparity.png; empty for other names.
-std::filesystem::path photoStemOf(const std::filesystem::path& depth);
-
 /// "3 .heic files, 1 video"
 std::string kindsText(const std::vector<LeftOutFile>& files);
 

@@ -111,7 +111,7 @@ int main(int argc, char** argv) {
                         "with the maker's software and give it with -c.");
     commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg", "Open a photo.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg holiday-depth.png",
+    commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg painted.png",
                         "Open a photo with its depth.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--show native.png",
                         "Show a Native on the display.");

@@ -1,7 +1,6 @@
 #include "viewer/document.hpp"
 
 #include "altiro3D/altiro3D.hpp"
-#include "common/photo_folder.hpp"
 #include "common/run_tool.hpp"
 #include "common/views_quilt.hpp"
 
@@ -264,14 +263,14 @@ std::vector<Source> pairUp(const std::vector<fs::path>& files) {
     std::vector<fs::path> depthOf(files.size());
     std::vector<bool> isDepth(files.size());
     for (std::size_t d = 0; d < files.size(); ++d) {
-        const fs::path stem = tools::photoStemOf(files[d]);
+        const fs::path stem = photoOfDepthName(files[d]);
         if (stem.empty()) continue;
         for (std::size_t p = 0; p < files.size(); ++p) {
-            if (p == d || isVideoName(files[p]) || files[p].parent_path() / files[p].stem() != stem)
+            if (p == d || isVideoName(files[p]) || !depthOf[p].empty() ||
+                files[p].parent_path() / files[p].stem() != stem)
                 continue;
             depthOf[p] = files[d];
             isDepth[d] = true;
-            break;
         }
     }
     std::vector<Source> sources;

@@ -75,8 +75,8 @@ Document readDocument(const Source& source, const Display& display);
 /// @param picture [CV_8UC3 or CV_16UC3, BGR]
 Document documentOf(const Source& source, const cv::Mat& picture, const Display& display);
 
-/// Pairs photos with their depth images: "a.jpg" and "a-depth.png" (or a_depth, a.depth) become one
-/// source.
+/// Pairs photos with their depth images, see photoOfDepthName(): "a.jpg" and "a-depth.png" become
+/// one source.
 std::vector<Source> pairUp(const std::vector<std::filesystem::path>& files);
 
 } // namespace altiro3D::viewer

@@ -277,6 +277,43 @@ TEST_F(EmbeddedDepthFiles, AWrittenPhotoIsReadBack) {
     EXPECT_FALSE(std::filesystem::exists(directory / "v.jpg"));
 }
 
+TEST(DepthNames, TellThePhotoThatADepthImageIsFor) {
+    for (const char* separator : {"-", "_", ".", " "}) {
+        for (const char* word : {"depth", "Depth", "DEPTH", "depthmap", "depth_map", "disparity"}) {
+            const std::string name = std::string("d/a") + separator + word + ".png";
+            EXPECT_EQ(photoOfDepthName(name), "d/a") << name;
+        }
+    }
+    EXPECT_EQ(photoOfDepthName("a.b-depth.tif"), "a.b");
+    EXPECT_EQ(photoOfDepthName("/d.e/My photo 1-depth-depth.pfm"), "/d.e/My photo 1-depth");
+    for (const char* name : {"a.png", "depth.png", "-depth.png", "_depth_map.png", "adepth.png",
+                             "a-depths.png", "a-depth1.png", "a-depth/b.png", "", "depth"})
+        EXPECT_EQ(photoOfDepthName(name), "") << name;
+}
+
+TEST_F(EmbeddedDepthFiles, TheDepthBesideAPhotoIsFoundByEveryName) {
+    const auto photoFile = directory / "a.jpg";
+    for (const char* other : {"b-depth.png", "a-depth.txt", "aa-depth.png", "a-depth-depth.png",
+                              "A-depth.png", "a2_depth.png"})
+        spill(directory / other, "not of this photo");
+    std::filesystem::create_directory(directory / "a_depth.tif");
+    std::filesystem::create_symlink("nowhere", directory / "a_depth.exr");
+    EXPECT_EQ(findDepthBeside(photoFile), "");
+    for (const char* name :
+         {"a-depth.png", "a_depth.jpg", "a.depth.TIFF", "a DEPTH.pfm", "a-disparity.png",
+          "a_disparity.webp", "a.depthmap.heic", "a-depth_map.exr"}) {
+        spill(directory / name, "x");
+        EXPECT_EQ(findDepthBeside(photoFile), directory / name);
+        EXPECT_EQ(findDepthBeside(directory / "a.HEIC"), directory / name); // of any format
+        std::filesystem::remove(directory / name);
+    }
+    for (const char* name : {"a_depth.png", "a_Depth.bmp", "a-disparity.png"})
+        spill(directory / name, "x");
+    EXPECT_EQ(findDepthBeside(photoFile), directory / "a-disparity.png"); // natural order
+    EXPECT_EQ(findDepthBeside(directory / "none" / "a.jpg"), "");
+    EXPECT_EQ(findDepthBeside(""), "");
+}
+
 TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {
     const auto source = depthInPhoto(depthFromCues());
     altiro3D::Scene scene;

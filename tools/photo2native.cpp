@@ -158,14 +158,23 @@ struct NoPhoto {
 };
 
 // Pictures that were not named are converted only if they are photos.
-void requirePhoto(const PhotoItem& item, const cv::Mat& picture) {
+// @param isEstimated no depth came with the picture
+void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimated) {
     if (!item.isFromFolder || !item.depth.empty()) return;
     const FoundQuilt found = findQuiltLayout(picture);
-    if (found.verdict != QuiltVerdict::Quilt) return;
-    throw NoPhoto{{item.photo, "quilt",
-                   "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
-                       std::to_string(found.layout.rows) +
-                       " rows; quilt2native makes Natives of quilts"}};
+    if (found.verdict == QuiltVerdict::Quilt) {
+        throw NoPhoto{{item.photo, "quilt",
+                       "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
+                           std::to_string(found.layout.rows) +
+                           " rows; quilt2native makes Natives of quilts"}};
+    }
+    if (!isEstimated || hasColours(picture)) return;
+    const QuietStandardError quiet;
+    if (looksLikeDepthImage(readImage(item.photo))) { // with all its bits
+        throw NoPhoto{{item.photo, "depth image",
+                       "looks like a depth image, as it is grey and smooth; a photo is converted "
+                       "if it is named itself"}};
+    }
 }
 
 // Chooses depth and method by the first photo, for all of them.
@@ -215,7 +224,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     StageTimes times;
     const double focus = run.maker.options().views.focus;
     Scene scene = run.depth.read(item.photo, item.depth, focus, messages, times);
-    requirePhoto(item, scene.photo);
+    requirePhoto(item, scene.photo, run.depth.isEstimated());
     double aspect = run.display.aspect();
     if (!item.quilt.empty()) aspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
     const cv::Size photoSize = scene.photo.size();
@@ -556,7 +565,9 @@ int main(int argc, char** argv) {
                         "outputs, and so are the names of --save-... and --lg; one bad photo does "
                         "not stop the rest. Of a directory only photos are converted, with their "
                         "depth image if one lies beside them (a.jpg and a-depth.png). Natives, "
-                        "quilts, videos and other files are named, counted and left out.");
+                        "quilts, depth images without a photo, videos and other files are named, "
+                        "counted and left out. A picture that is grey and smooth counts as a depth "
+                        "image; name it itself if it is a photo.");
     commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg native.png",
                         "Make a Native for the display that is connected.");

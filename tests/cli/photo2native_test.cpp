@@ -817,7 +817,7 @@ TEST(Photo2Native, NothingInAFolderIsLostSilently) {
     for (const char* name :
          {"in/a.png", "in/b.jpg", "in/trip/a.png", "in/q_qs3x2a0.75.png", "in/lone_depth.png"})
         writeImage(studio / name, photo);
-    for (const char* name : {"in/a-depth.png", "in/a_disparity.png"})
+    for (const char* name : {"in/a-depth.png", "in/a_disparity.png", "in/z.png"})
         fs::copy(studio / "depth.png", studio / name);
     cv::Mat web; // a quilt whose name does not say it
     Depth2Quilt({4, 5, {140, 100}, 20})
@@ -837,10 +837,12 @@ TEST(Photo2Native, NothingInAFolderIsLostSilently) {
           "\nin/lone_depth.png: is a depth image by its name, but its photo is missing\n",
           "\nin/q_qs3x2a0.75.png: is a quilt by its name",
           "\nin/trip: is a folder; --recursive converts its photos too\n",
+          "\nz.png: looks like a depth image, as it is grey and smooth; a photo is converted if "
+          "it is named itself\n",
           "\nweb.png: is a quilt of 4 columns x 5 rows; quilt2native"})
         EXPECT_NE(outcome.out.find(line), std::string::npos) << line << outcome.out;
-    EXPECT_NE(outcome.out.find("\n2 photos made, 9 left out (1 Live Photo clip, 1 video, 2 .xyz "
-                               "files, 2 quilts, 2 depth images, 1 folder), in "),
+    EXPECT_NE(outcome.out.find("\n2 photos made, 10 left out (1 Live Photo clip, 1 video, 2 .xyz "
+                               "files, 2 quilts, 3 depth images, 1 folder), in "),
               std::string::npos)
         << outcome.out;
     EXPECT_EQ(outcome.out.find("hidden"), std::string::npos);

@@ -73,6 +73,17 @@ photoOfDepthName(const std::filesystem::path& depth);
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 findDepthBeside(const std::filesystem::path& photo);
 
+/// Whether a picture looks like a depth image rather than a photo: it shows no colours
+/// (hasColours()), at least 70 % of it is smooth, and it has several greys. Grey photos with that
+/// little detail, such as fog, also look so; depth that is noisy or has few levels does not
+/// (docs/depth.md).
+///
+/// @param picture [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR], as of readImage(); pictures
+///        below 16 px a side never look so
+/// @return true if it does
+/// @throws Error InvalidArgument (empty or wrong type)
+[[nodiscard]] ALTIRO3D_EXPORT bool looksLikeDepthImage(const cv::Mat& picture);
+
 /// Writes a photo with its depth as one JPEG in the form Dynamic Depth 1.0: both with quality 95,
 /// the depth as RangeInverse (near = dark), after the photo. The file appears complete or not at
 /// all. readEmbeddedDepth() reads it back, as do programs that take depth photos of phones.

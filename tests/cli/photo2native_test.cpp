@@ -833,10 +833,10 @@ TEST(Photo2Native, NothingInAFolderIsLostSilently) {
           "\nin/a_disparity.png: is a depth image by its name, but a-depth.png is used\n",
           "\nin/b.MOV: is the clip of the Live Photo b.jpg\n",
           "\nin/c.mp4: is a video; video2native makes Natives of videos\n",
-          "\nin/d.xyz: is no picture of a format that can be read\n",
+          "\nin/d.xyz: is no picture or video of a format that can be read\n",
           "\nin/lone_depth.png: is a depth image by its name, but its photo is missing\n",
           "\nin/q_qs3x2a0.75.png: is a quilt by its name",
-          "\nin/trip: is a folder; --recursive converts its photos too\n",
+          "\nin/trip: is a folder; --recursive also converts what it holds\n",
           "\nz.png: looks like a depth image, as it is grey and smooth; a photo is converted if "
           "it is named itself\n",
           "\nweb.png: is a quilt of 4 columns x 5 rows; quilt2native"})

@@ -1131,6 +1131,170 @@ TEST(Video2NativeTool, ColoursOfGivenDepthAreWarnedOf) {
         "clip.mp4: has colours, and depth has none"));
 }
 
+// --- folders ---------------------------------------------------------------------------------
+
+// Names of all files below a folder, sorted.
+std::vector<std::string> filesBelow(const fs::path& folder) {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        if (entry.is_regular_file()) names.push_back(fs::relative(entry, folder).string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+// in/ holds short clips and what phones and people put beside them.
+class FolderStudio : public SmallStudio {
+  public:
+    explicit FolderStudio(double seconds = 0.2) {
+        fs::create_directories(*this / "in/trip");
+        for (const char* name : {"in/a.mp4", "in/a.mov", "in/trip/a.mkv"}) {
+            ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=25:duration=" + std::to_string(seconds) +
+                   " -c:v libx264 " + arg(*this / name));
+        }
+    }
+    Outcome make(const Arguments& more, int signal = 0,
+                 const std::function<bool()>& when = {}) const {
+        const Arguments quick{"-n", "cues", "--method", "fast", "--preset", "ultrafast", "-j", "1"};
+        return run(kTool, display() + quick + more, signal, when);
+    }
+};
+
+TEST(Video2NativeFolder, NothingIsLostSilently) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio;
+    const fs::path clip = studio / "in/a.mp4";
+    for (const char* name : {"in/IMG_1.MOV", "in/a-depth.mp4", "in/q_qs3x2a0.75.mp4"})
+        fs::copy(clip, studio / name);
+    for (const char* name : {"in/IMG_1.HEIC", "in/broken.mp4", "in/notes.txt", "in/.hidden.mp4"})
+        spill(studio / name, "not a video");
+    fs::copy(studio / "photo.png", studio / "in/photo.png");
+    ffmpeg("-f lavfi -i testsrc2=size=96x128:rate=25:duration=0.2 -c:v libx264 -pix_fmt yuv444p " +
+           arg(studio / "in/shown.mp4"));
+    const Outcome outcome = studio.make({"--recursive", "--report", "r.json", "in", "in/out"});
+    EXPECT_TRUE(fails(outcome, 1, "in/broken.mp4"));
+    EXPECT_EQ(
+        filesBelow(studio / "in/out"),
+        (std::vector<std::string>{"a.mov_native.mp4", "a.mp4_native.mp4", "trip/a_native.mkv"}));
+    for (const char* line :
+         {"\nin/IMG_1.MOV: is the clip of the Live Photo IMG_1.HEIC\n",
+          "\nin/a-depth.mp4: is the depth of a video by its name; video2native --depth takes it",
+          "\nin/notes.txt: is no picture or video of a format that can be read\n",
+          "\nin/photo.png: is a picture; photo2native makes Natives of photos\n",
+          "\nin/q_qs3x2a0.75.mp4: is a video of quilts by its name; quilt2native",
+          "\nshown.mp4: has the panel's size and 4:4:4 colour, like a Native video",
+          "\na.mp4: 64 x 48 px, 25.00 fps, ",
+          "\na.mp4: in/out/a.mp4_native.mp4: Native video, 96 x 128 px, 5 frames, "})
+        EXPECT_NE(("\n" + outcome.out).find(line), std::string::npos) << line << outcome.out;
+    EXPECT_NE(outcome.out.find("\n3 videos made, 1 failed, 7 left out (1 depth video, 2 photos, 1 "
+                               "Live Photo clip, 1 .txt file, 1 quilt video, 1 Native video), in "),
+              std::string::npos)
+        << outcome.out;
+    EXPECT_EQ(outcome.out.find("hidden"), std::string::npos);
+
+    const Json report = Json::parse(slurp(studio / "r.json"));
+    std::map<std::string, std::string> states;
+    for (const Json& video : report.at("videos")) {
+        const char* state = video.contains("error")     ? "error"
+                            : video.contains("leftOut") ? "leftOut"
+                                                        : "state";
+        states[video.at("input")] = *state == 's' ? video.at(state).get<std::string>() : state;
+    }
+    EXPECT_EQ(states, (std::map<std::string, std::string>{{"in/a.mov", "done"},
+                                                          {"in/a.mp4", "done"},
+                                                          {"in/broken.mp4", "error"},
+                                                          {"in/shown.mp4", "leftOut"},
+                                                          {"in/trip/a.mkv", "done"}}));
+    // alone it is the same video
+    ASSERT_TRUE(isDone(studio.make({"in/a.mov", "alone.mp4"})));
+    EXPECT_EQ(slurp(studio / "alone.mp4"), slurp(studio / "in/out/a.mov_native.mp4"));
+}
+
+TEST(Video2NativeFolder, OutputsThatExistAreKeptUnlessReplaced) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio;
+    spill(studio / "in/b.mp4", "broken");
+    fs::create_directory(studio / "out");
+    spill(studio / "out/a.mp4_native.mp4", "old");
+    spill(studio / "out/b_native.mp4", "old");
+    const auto contents = [&](const char* name) { return slurp(studio / "out" / name); };
+    EXPECT_TRUE(fails(studio.make({"in", "out"}), 1,
+                      "out/a.mp4_native.mp4: exists, and so do more: 1, expected new names"));
+    EXPECT_EQ(filesBelow(studio / "out").size(), 2U);
+
+    const Outcome resumed = studio.make({"--resume", "in", "out"}); // complete ones stay
+    EXPECT_EQ(resumed.status, 0) << resumed.text();
+    EXPECT_NE(resumed.out.find("\n1 video made, 2 skipped as the outputs exist, 1 left out (1 "
+                               "folder), in "),
+              std::string::npos)
+        << resumed.out;
+    EXPECT_EQ(contents("a.mp4_native.mp4"), "old");
+
+    EXPECT_TRUE(fails(studio.make({"-y", "in", "out"}), 1, "in/b.mp4"));
+    EXPECT_EQ(contents("b_native.mp4"), "old"); // the new one failed
+    EXPECT_EQ(frameCount(studio / "out/a.mp4_native.mp4"), 5U);
+    EXPECT_EQ(filesBelow(studio / "out").size(), 3U);
+}
+
+TEST(Video2NativeFolder, CtrlCEndsTheRunAndResumeCompletesIt) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio(30);
+    const auto begun = [&] { return fs::exists(studio / "out/a.mp4_native.mp4.parts/000002.mp4"); };
+    const Arguments call{"--to", "20", "in", "out"};
+    const Outcome stopped = studio.make(call, SIGINT, begun);
+    EXPECT_EQ(stopped.status, 130) << stopped.text();
+    EXPECT_NE(stopped.out.find("\n1 video made, 1 stopped, 1 left out (1 folder), in "),
+              std::string::npos)
+        << stopped.text();
+    EXPECT_NE(stopped.err.find("a.mp4_native.mp4 is whole up to there, --resume continues"),
+              std::string::npos)
+        << stopped.text();
+    EXPECT_EQ(frameCount(studio / "out/a.mov_native.mp4"), 500U);
+    EXPECT_LT(frameCount(studio / "out/a.mp4_native.mp4"), 500U);
+    const Outcome resumed = studio.make(Arguments{"--resume"} + call);
+    EXPECT_TRUE(isDone(resumed));
+    EXPECT_NE(resumed.out.find("\n1 video made, 1 skipped as the outputs exist, "),
+              std::string::npos);
+    EXPECT_EQ(frameCount(studio / "out/a.mp4_native.mp4"), 500U);
+    EXPECT_EQ(filesBelow(studio / "out").size(), 2U);
+}
+
+TEST(Video2NativeFolder, QuiltAndRgbdVideosAreNamedAsSuch) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio;
+    EXPECT_TRUE(isDone(studio.make({"--quilt-out", "in", "quilts"})));
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, {"-n", "cues", "--rgbd-out", "--codec", "ffv1", "in", "rgbd"})));
+    EXPECT_EQ(filesBelow(studio / "quilts"),
+              (std::vector<std::string>{"a.mov_qs3x2a0.75.mp4", "a.mp4_qs3x2a0.75.mp4"}));
+    EXPECT_EQ(filesBelow(studio / "rgbd"),
+              (std::vector<std::string>{"a.mov_rgbd.mkv", "a.mp4_rgbd.mkv"}));
+    const Outcome natives =
+        studio.run(kTool, studio.display() + Arguments{"--from-quilt", "quilts", "natives"});
+    EXPECT_EQ(natives.status, 0) << natives.text();
+    EXPECT_EQ(filesBelow(studio / "natives").size(), 2U);
+}
+
+TEST(Video2NativeFolder, WrongCallsSayWhatToDo) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio;
+    fs::create_directory(studio / "empty");
+    fs::copy(studio / "photo.png", studio / "empty/photo.png");
+    EXPECT_TRUE(
+        fails(studio.make({"in", "out.mp4"}), 2, "out.mp4: names one file, expected a dir"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--depth", "depth.png", "in", "out"}), 2,
+                      "--depth applies to one video, expected a single video instead of a folder"));
+    EXPECT_TRUE(fails(studio.make({"empty", "out"}), 1,
+                      "empty: holds no videos to convert, expected videos (left out: 1 photo)"));
+    EXPECT_FALSE(fs::exists(studio / "out"));
+    const Outcome json = studio.make({"--progress", "json", "in", "out"});
+    EXPECT_TRUE(isDone(json));
+    std::set<std::string> inputs;
+    for (const std::string& line : lines(json.out))
+        inputs.insert(Json::parse(line).at("input").get<std::string>());
+    EXPECT_EQ(inputs, (std::set<std::string>{"in/a.mov", "in/a.mp4"}));
+}
+
 // --- calls -----------------------------------------------------------------------------------
 
 TEST(Video2NativeTool, WrongCallsSayWhatToDo) {

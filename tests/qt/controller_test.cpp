@@ -2,6 +2,7 @@
 
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/random_pictures.hpp"
 #include "viewer/depth_maker.hpp"
 #include "viewer_scenes.hpp"
 
@@ -229,6 +230,34 @@ TEST_F(ViewerController, ABrokenFileIsNamedAndTheNextOneOpens) {
     controller_.close(0);
     EXPECT_EQ(controller_.current(), -1);
     EXPECT_EQ(controller_.document(), nullptr);
+}
+
+TEST_F(ViewerController, AFolderOfPhotosIsReplacedByItsFiles) {
+    fs::create_directory(folder_ / "in");
+    for (int i = 0; i < 3; ++i)
+        writeImage(folder_ / ("in/p" + std::to_string(i) + ".png"), scenery({90, 60}, 7 * i + 1));
+    spill(folder_ / "in/notes.txt", "x");
+    controller_.open(std::vector<fs::path>{folder_ / "photo.png", folder_ / "in"});
+    ASSERT_TRUE(waitForFrame());
+    ASSERT_EQ(controller_.sources().size(), 2U);
+    controller_.select(1);
+    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    ASSERT_EQ(controller_.sources().size(), 4U);
+    EXPECT_EQ(controller_.current(), 1);
+    EXPECT_EQ(controller_.document()->source.file, folder_ / "in/p0.png");
+    EXPECT_EQ(controller_.document()->kind, Kind::Scene);
+    ASSERT_EQ(controller_.document()->notes.size(), 1U);
+    EXPECT_NE(controller_.document()->notes[0].text.find("not opened: 1 .txt file"),
+              std::string::npos);
+    EXPECT_EQ(controller_.sources()[3].file, folder_ / "in/p2.png");
+    controller_.select(2); // said once
+    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    EXPECT_TRUE(controller_.document()->notes.empty());
+
+    fs::create_directory(folder_ / "empty");
+    controller_.open(std::vector<fs::path>{folder_ / "empty"});
+    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy(); }));
+    EXPECT_NE(controller_.problem().indexOf("holds no pictures and no videos"), -1);
 }
 
 TEST_F(ViewerController, ClosingAnotherFileLeavesTheCurrentOneAsItIs) {

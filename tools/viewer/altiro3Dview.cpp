@@ -106,6 +106,8 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced({"json"}, "With --list-displays: write JSON, for programs.");
     addDisplayOptions(commandLine);
     commandLine.addNote("A photo and its depth image, a.jpg and a-depth.png, are opened as one. "
+                        "FILE may be a folder: views of one scene are opened as a quilt, other "
+                        "files each on its own. "
                         "Displays of the first generation (8.9\", 15.6\", 8K) keep their "
                         "calibration in a USB memory that is not read: save it as visual.json "
                         "with the maker's software and give it with -c.");

@@ -32,6 +32,12 @@ QString textOf(const std::exception& error) {
     return QString::fromStdString(tools::sentenceOf(error));
 }
 
+// Whether a source is a folder that may hold unrelated files.
+bool isFolderOfFiles(const Source& source) {
+    std::error_code error;
+    return source.reading == Reading::Automatic && fs::is_directory(source.file, error);
+}
+
 // The depth of a playing flat video: steady, inferred as often as the pictures require.
 class PlayedDepth {
   public:
@@ -166,11 +172,24 @@ void Controller::readCurrent() {
     playerProblem_.clear();
     emit documentChanged();
     const Source source = sources_[static_cast<std::size_t>(current_)];
-    endPlayer([this, number, source, display = display_] {
-        std::shared_ptr<const Document> document;
+    endPlayer([this, number, source, display = display_, notes = std::exchange(folderNotes_, {})] {
+        std::shared_ptr<Document> document;
         QString problem;
         try {
-            document = std::make_shared<const Document>(readDocument(source, *display));
+            if (isFolderOfFiles(source)) {
+                const FolderFiles found = filesOfFolder(source.file);
+                if (found.files.size() != 1 || found.files.front().file != source.file) {
+                    QMetaObject::invokeMethod(
+                        this,
+                        [this, number, source, found] {
+                            if (number == readings_) takeFiles(source, found);
+                        },
+                        Qt::QueuedConnection);
+                    return;
+                }
+            }
+            document = std::make_shared<Document>(readDocument(source, *display));
+            document->notes.insert(document->notes.end(), notes.begin(), notes.end());
         } catch (const std::exception& error) {
             problem = textOf(error);
         }
@@ -198,6 +217,15 @@ void Controller::readCurrent() {
             },
             Qt::QueuedConnection);
     });
+}
+
+void Controller::takeFiles(const Source& folder, const FolderFiles& found) {
+    const auto at = sources_.begin() + current_;
+    if (at->file != folder.file) return; // cannot be: such a change begins another reading
+    sources_.insert(sources_.erase(at), found.files.begin(), found.files.end());
+    folderNotes_ = found.notes;
+    emit sourcesChanged();
+    readCurrent();
 }
 
 void Controller::turn(const Knobs& knobs, const QString& what, int gesture) {

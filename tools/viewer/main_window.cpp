@@ -135,7 +135,7 @@ void MainWindow::buildActions() {
     QMenu& file = *menuBar()->addMenu(tr("&File"));
     QAction* open = action(file, tr("&Open…"), QKeySequence::Open, [this] { openDialog(); });
     open->setIconText(tr("Open"));
-    action(file, tr("Open a folder of &views…"), QKeySequence(tr("Ctrl+Shift+O")),
+    action(file, tr("Open a &folder…"), QKeySequence(tr("Ctrl+Shift+O")),
            [this] { openDirectoryDialog(); });
     depthImage_ = action(file, tr("&Depth image for this photo…"), QKeySequence(tr("Ctrl+D")),
                          [this] { openDepthDialog(); });
@@ -368,7 +368,7 @@ void MainWindow::showDocument() {
     } else if (!any) {
         picture_->setWords(tr("Drop a photo here"),
                            tr("or press Ctrl+O. Photos, photos with depth, quilts, Natives, "
-                              "folders of views and videos can be opened."));
+                              "videos and folders can be opened."));
     } else if (!document && controller_.isBusy()) {
         picture_->setWords(tr("Opening…"), toName(source->file.filename()));
     }

@@ -353,6 +353,93 @@ TEST_F(ViewerController, ExportsThePartThatTheToolShows) {
     }
 }
 
+TEST_F(ViewerController, AutomaticSettingsAreThoseOfTheTool) {
+    cv::Mat photo = detailedPhoto({640, 400});
+    cv::GaussianBlur(photo, photo, {15, 15}, 6); // sharp is only the subject, on the right
+    const cv::Rect subject(430, 120, 120, 260);
+    detailedPhoto({640, 400})(subject).copyTo(photo(subject));
+    cv::Mat depth(400, 640, CV_8UC1, cv::Scalar(30));
+    depth(subject) = 200;
+    writeImage(folder_ / "photo.png", photo);
+    writeImage(folder_ / "photo-depth.png", depth);
+    openPhoto();
+    for (const bool best : {false, true}) {
+        Knobs knobs = controller_.knobs();
+        knobs.automatic = {true, true, true};
+        knobs.best = best;
+        controller_.turn(knobs, "all");
+        ASSERT_TRUE(waitForFrame());
+        const Knobs chosen = controller_.frame().setup.knobs;
+        EXPECT_GT(chosen.framing.centre.x, 0.6);
+        EXPECT_GT(chosen.views.focus, 0.8);
+        EXPECT_NE(chosen.views.strengthPercent, 10);
+        EXPECT_EQ(exportTo(Product::Native, folder_ / "n.png"), "");
+        EXPECT_EQ(exportTo(Product::SwayVideo, folder_ / "sway.mkv"), "");
+        QStringList options{"-y",   "--fit", "auto",         "--focus",  "auto",      "--strength",
+                            "auto", "--lg",  at("tool.mkv"), "--report", at("r.json")};
+        if (best) {
+            options << "--best";
+        } else {
+            EXPECT_EQ(exportTo(Product::Quilt, folder_ / "q.png"), "");
+            options << "--save-quilt" << at("tool.png");
+        }
+        photo2native(options, "tool-n.png");
+        EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png")) << best;
+        if (!best) {
+            EXPECT_EQ(slurp(folder_ / "q_qs8x6a0.75.png"), slurp(folder_ / "tool_qs8x6a0.75.png"));
+        }
+        VideoReader ours(folder_ / "sway.mkv");
+        VideoReader theirs(folder_ / "tool.mkv");
+        VideoFrame a;
+        VideoFrame b;
+        for (int i = 0; i < 3; ++i) {
+            ASSERT_TRUE(ours.read(a) && theirs.read(b));
+            EXPECT_TRUE(samePicture(a.picture, b.picture)) << best;
+        }
+    }
+    // the user takes over from what is shown
+    const Framing shownFrame = controller_.frame().setup.knobs.framing;
+    controller_.moveFrame({0.1, 0}, 1);
+    EXPECT_FALSE(controller_.knobs().automatic.framing);
+    EXPECT_LT(controller_.knobs().framing.centre.x, shownFrame.centre.x);
+    EXPECT_GT(controller_.knobs().framing.centre.x, 0.5);
+    ASSERT_TRUE(waitForFrame());
+    controller_.focusAt(0.05, 0.05);
+    EXPECT_FALSE(controller_.knobs().automatic.focus);
+    EXPECT_TRUE(controller_.knobs().automatic.strength);
+    controller_.undoStack().undo();
+    EXPECT_TRUE(controller_.knobs().automatic.focus);
+}
+
+TEST(ViewerStudio, AVideoKeepsWhatWasChosenForItsFirstPicture) {
+    const auto display = std::make_shared<const Display>(sampleDisplay({150, 200}));
+    const auto framesOf = [&](bool video) {
+        Studio studio(std::make_shared<DepthMaker>());
+        std::vector<double> centres;
+        for (const int left : {40, 430}) { // the subject moves
+            const auto document = std::make_shared<Document>();
+            document->source.file = "v.mp4";
+            document->video = video;
+            document->picture = detailedPhoto({640, 400});
+            document->depth = cv::Mat(400, 640, CV_32FC1, cv::Scalar(0.1));
+            document->depth(cv::Rect(left, 120, 120, 260)) = 0.9;
+            Request request;
+            request.document = document;
+            request.display = display;
+            request.area = {150, 200};
+            request.knobs.automatic = {true, true, true};
+            centres.push_back(studio.render(request).setup.knobs.framing.centre.x);
+        }
+        return centres;
+    };
+    const std::vector<double> photos = framesOf(false);
+    const std::vector<double> video = framesOf(true);
+    EXPECT_LT(photos[0], 0.4);
+    EXPECT_GT(photos[1], 0.6);
+    EXPECT_EQ(video[0], photos[0]);
+    EXPECT_EQ(video[1], video[0]);
+}
+
 TEST_F(ViewerController, ContentFollowsTheMouse) {
     // 600 x 400 on 3 : 4: half of the width is seen, px by px
     const cv::Mat photo = detailedPhoto({600, 400});

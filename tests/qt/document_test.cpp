@@ -367,6 +367,12 @@ TEST(ViewerKnobs, AnyDifferenceCounts) {
     b = a;
     b.best = true;
     EXPECT_NE(a, b);
+    for (bool AutoChoices::*choice :
+         {&AutoChoices::framing, &AutoChoices::focus, &AutoChoices::strength}) {
+        b = a;
+        b.automatic.*choice = true;
+        EXPECT_NE(a, b);
+    }
 }
 
 } // namespace

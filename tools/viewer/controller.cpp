@@ -379,8 +379,9 @@ void Controller::focusAt(double x, double y) {
     const cv::Point at(static_cast<int>(x * depth.cols), static_cast<int>(y * depth.rows));
     Knobs knobs = knobs_;
     const double position = frame_.request.mode == Mode::Sway ? frame_.request.position : 0;
-    const double seen = depthSeenAt(depth, frame_.request.knobs.views, position, at);
+    const double seen = depthSeenAt(depth, frame_.setup.knobs.views, position, at);
     knobs.views.focus = std::round(seen * 100) / 100; // as the knob has it
+    knobs.automatic.focus = false;
     turn(knobs, tr("focus"));
 }
 
@@ -394,16 +395,23 @@ FramedPhoto Controller::framedPhoto() const {
     return {document_->picture.size(), display_->aspect(), knobs_.fit};
 }
 
+Knobs Controller::withFrame() const {
+    Knobs knobs = knobs_;
+    if (knobs.automatic.framing) knobs.framing = frame_.setup.knobs.framing;
+    knobs.automatic.framing = false;
+    return knobs;
+}
+
 void Controller::moveFrame(cv::Point2d by, int gesture) {
     if (!canFrame()) return;
-    Knobs knobs = knobs_;
+    Knobs knobs = withFrame();
     knobs.framing = moved(knobs.framing, framedPhoto(), by);
     turn(knobs, tr("frame"), gesture);
 }
 
 void Controller::zoomFrame(cv::Point2d at, double factor, int gesture) {
     if (!canFrame()) return;
-    Knobs knobs = knobs_;
+    Knobs knobs = withFrame();
     knobs.framing = zoomed(knobs.framing, framedPhoto(), at, factor);
     turn(knobs, tr("zoom"), gesture);
 }
@@ -411,6 +419,7 @@ void Controller::zoomFrame(cv::Point2d at, double factor, int gesture) {
 void Controller::resetFrame() {
     Knobs knobs = knobs_;
     knobs.framing = {};
+    knobs.automatic.framing = false;
     turn(knobs, tr("frame"));
 }
 
@@ -491,6 +500,7 @@ QString Controller::exportObstacle() const {
 Setup Controller::exportSetup() const {
     Setup setup = frame_.setup;
     setup.knobs = knobs_;
+    setup.isChosen = false;
     layFlatDepth(setup);
     return setup;
 }

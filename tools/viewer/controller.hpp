@@ -140,6 +140,8 @@ class Controller : public QObject {
     void requestNative();
     void takeFrame(const Frame& frame);
     FramedPhoto framedPhoto() const;
+    /// The settings with the frame that is shown, which the user moves from now on.
+    Knobs withFrame() const;
     void swing();
     void play();
     void takePicture();

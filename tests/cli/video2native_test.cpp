@@ -3,6 +3,7 @@
 #include "support/compare.hpp"
 #include "support/onnx.hpp"
 #include "support/processors.hpp"
+#include "support/random_pictures.hpp"
 #include "support/video.hpp"
 
 #include <chrono>
@@ -239,6 +240,94 @@ TEST(Video2NativeTool, EveryFrameIsTheNativeOfThePhotoAndItsDepth) {
                        arguments + Arguments{"clip.mp4", "native.mkv"});
         ASSERT_EQ(outcome.status, 0) << outcome.text();
         expectNatives(studio, otherDisplay ? other : small, depths, path, outcome.call);
+    }
+}
+
+// Writes pictures as a video without losses, 25 per second.
+void writeLossless(const fs::path& file, const std::vector<cv::Mat>& pictures) {
+    VideoWriterOptions options;
+    options.size = pictures.front().size();
+    options.codec = VideoCodec::Ffv1;
+    options.timeBase = {1, 25};
+    options.frameRate = {25, 1};
+    VideoWriter writer(file, options);
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+        VideoFrame frame;
+        frame.picture = pictures[i];
+        frame.pts = static_cast<std::int64_t>(i);
+        frame.duration = 1;
+        writer.write(frame);
+    }
+    writer.finish();
+}
+
+// Frames of two scenes. In each a sharp near thing moves: first on the left, then on the right.
+struct TwoScenes {
+    static constexpr std::size_t kCut = 8; // first frame of the second scene
+    std::vector<cv::Mat> pictures;
+    std::vector<cv::Mat> depths; // 8 bits, as colours
+    TwoScenes() {
+        for (int i = 0; i < 2 * static_cast<int>(kCut); ++i) {
+            const bool second = i >= static_cast<int>(kCut);
+            cv::Mat picture = scenery({160, 120}, second ? 11 : 3);
+            const cv::Rect thing((second ? 100 : 10) + 2 * (i % static_cast<int>(kCut)), 40, 30,
+                                 70);
+            randomPhoto(thing.size(), 9, 0.8).copyTo(picture(thing));
+            cv::Mat depth(picture.size(), CV_8UC3, cv::Scalar::all(second ? 60 : 20));
+            depth(thing).setTo(cv::Scalar::all(second ? 180 : 230));
+            pictures.push_back(picture);
+            depths.push_back(depth);
+        }
+    }
+};
+
+TEST(Video2NativeTool, AutoChoosesOnceForEachSceneWhatTheLibraryChooses) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    SmallStudio studio;
+    const TwoScenes scenes;
+    writeLossless(studio / "clip.mkv", scenes.pictures);
+    writeLossless(studio / "depth.mkv", scenes.depths);
+    const Outcome outcome =
+        studio.run(kTool, kLossless + studio.display() +
+                              Arguments{"--exact-depth", "--depth", "depth.mkv", "--fit", "auto",
+                                        "--focus", "auto", "--strength", "auto", "--report",
+                                        "r.json", "clip.mkv", "native.mkv"});
+    ASSERT_EQ(outcome.status, 0) << outcome.text();
+    EXPECT_NE(outcome.out.find("(first of 2 scenes)"), std::string::npos) << outcome.out;
+    const Json choices = Json::parse(slurp(studio / "r.json")).at("choices");
+    ASSERT_EQ(choices.size(), 2U);
+    EXPECT_DOUBLE_EQ(choices[0].at("start"), 0);
+    EXPECT_NEAR(choices[1].at("start").get<double>(), TwoScenes::kCut / 25.0, 1e-6);
+
+    VideoReader clip(studio / "clip.mkv");
+    VideoReader depths(studio / "depth.mkv");
+    VideoReader natives(studio / "native.mkv");
+    LibraryPath path;
+    path.refine = false;
+    for (std::size_t i = 0; i < scenes.pictures.size(); ++i) {
+        const auto frame = clip.next();
+        const auto depthFrame = depths.next();
+        const auto native = natives.next();
+        ASSERT_TRUE(frame && depthFrame && native);
+        cv::Mat depth;
+        cv::cvtColor(depthFrame->picture, depth, cv::COLOR_BGR2GRAY);
+        depth.convertTo(depth, CV_32F, 1 / 255.0);
+        if (i == 0 || i == TwoScenes::kCut) {
+            const Json& choice = choices[i == 0 ? 0 : 1];
+            path.framing = {};
+            chooseFromScene({frame->picture, depth}, 0.75, FitMode::Cover, {true, true, true},
+                            path.framing, path.views.focus);
+            EXPECT_EQ(choice.at("focus"), path.views.focus);
+            EXPECT_EQ(choice.at("center").at(0), path.framing.centre.x);
+            EXPECT_EQ(path.framing.centre.x < 0.5, i == 0); // where the thing is
+            // later frames of the scene may hold any depth
+            path.views.strengthPercent = chooseStrength(path.views.focus, smallLayout(), {0, 1});
+            EXPECT_EQ(choice.at("strengthPercent"), path.views.strengthPercent);
+        }
+        EXPECT_TRUE(
+            samePicture(native->picture, libraryNative(readCalibration(studio / "small.json"),
+                                                       frame->picture, depth, path)))
+            << i;
     }
 }
 

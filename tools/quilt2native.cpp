@@ -257,6 +257,9 @@ int main(int argc, char** argv) {
         "picture. A Native video is "
         "H.264 4:4:4 in .mp4, .mov or .mkv, which keeps the colour of every "
         "sub-pixel; sound, subtitles, chapters and tags are copied.");
+    commandLine.addNote("Of a directory only quilts are converted; one bad quilt does not stop the "
+                        "rest. Photos, Natives, videos and other files are named, counted and left "
+                        "out.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday_qs8x6a0.75.png native.png",
                         "Make a Native of a quilt whose name states its layout.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "-q 6x8 quilt.png native-q.png",

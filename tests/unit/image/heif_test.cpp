@@ -185,13 +185,12 @@ TEST_F(Heif, TheCodedPictureIsLimitedAsWell) {
          {longBox("meta", zeros + longBox("iprp", longBox("ipco", longBox("hvcC", body)))),
           heifBox("meta", zeros) + heifBox("meta", zeros + heifBox("iprp", ipco)),
           heifNumber(0, 4) + "meta" + zeros + heifBox("iprp", heifNumber(0, 4) + ipco.substr(4)),
-          heifBox("meta",
-                  zeros + heifBox("iprp", heifBox("ipco", [&] {
-                                       std::string many;
-                                       for (int i = 0; i < 20000; ++i)
-                                           many += heifBox("free", "");
-                                       return many + settings;
-                                   }())))}) {
+          heifBox("meta", zeros + heifBox("iprp", heifBox("ipco", [&] {
+                                              std::string many;
+                                              for (int i = 0; i < 20000; ++i)
+                                                  many += heifBox("free", "");
+                                              return many + settings;
+                                          }())))}) {
         EXPECT_EQ(largestCodedPicture(hidden), cv::Size(60000, 50000));
     }
     if (!hasHeif()) return;

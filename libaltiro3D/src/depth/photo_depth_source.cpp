@@ -26,20 +26,32 @@ void putNameBefore(Notes& notes, const fs::path& file) {
         note.text = file.string() + ": " + note.text;
 }
 
-Found findDepth(const fs::path& photo) {
+// A damaged depth image beside the photo, which nobody named, is reported and left out.
+Found findBeside(const fs::path& photo) {
     Found found;
     const fs::path beside = findDepthBeside(photo);
-    if (!beside.empty()) {
+    if (beside.empty()) return found;
+    try {
         found.raw = readDepthSamples(beside, &found.notes);
         putNameBefore(found.notes, beside);
         found.description = "depth image beside the photo (" + beside.string() + ")";
-        return found;
+    } catch (const Error& error) {
+        if (error.code() == ErrorCode::OutOfMemory) throw;
+        found.notes = {{NoteCode::LeftOut, std::string(error.what()) + "; it is not used"}};
     }
+    return found;
+}
+
+Found findDepth(const fs::path& photo) {
+    Found found = findBeside(photo);
+    if (!found.raw.empty()) return found;
+    const Notes notes = std::exchange(found.notes, {});
     if (const auto depth = readEmbeddedDepth(photo, &found.notes)) {
         found.raw = depth->depth;
         found.description = "depth in the photo's file (" + depth->text() + ")";
     }
     putNameBefore(found.notes, photo);
+    found.notes.insert(found.notes.begin(), notes.begin(), notes.end());
     return found;
 }
 
@@ -72,7 +84,7 @@ class FoundDepthSource : public DepthSource {
     const DepthNetwork* network() const override { return otherwise_->network(); }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         if (found_.raw.empty()) return otherwise_->read(image, photo, raw);
-        raw = std::exchange(found_.raw, cv::Mat());
+        found_.raw.copyTo(raw); // may be read again
         photo = image;
     }
     void readScene(const cv::Mat& image, double flatDepth, Scene& scene) override {

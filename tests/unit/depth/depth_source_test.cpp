@@ -247,5 +247,68 @@ TEST(DepthSource, NotesNameTheirFile) {
         << notes[0].text;
 }
 
+TEST(DepthSource, DepthBesideAPhotoIsUsedOrReported) {
+    const TemporaryDirectory directory;
+    const cv::Mat photo = randomPhoto({64, 48});
+    writeImage(directory / "photo.png", photo);
+    cv::Mat ramp(48, 64, CV_8UC1);
+    for (int x = 0; x < ramp.cols; ++x)
+        ramp.col(x).setTo(4 * x);
+    writeImage(directory / "photo_depth.png", ramp);
+    const auto source = depthInPhoto(depthFromCues());
+    Notes notes;
+    const cv::Mat image = source->readImage(directory / "photo.png", &notes);
+    EXPECT_TRUE(notes.empty());
+    for (int i = 0; i < 2; ++i) { // it may be read again
+        Scene scene;
+        source->readScene(image, 0.5, scene);
+        EXPECT_EQ(scene.depth.at<float>(7, 0), 0) << i;
+        EXPECT_EQ(scene.depth.at<float>(7, 63), 1) << i;
+        EXPECT_EQ(source->description(), "depth image beside the photo (" +
+                                             (directory / "photo_depth.png").string() + ")");
+    }
+    for (const std::string damage : {"", "no picture at all"}) {
+        spill(directory / "photo_depth.png", damage);
+        notes.clear();
+        Scene scene;
+        source->readScene(source->readImage(directory / "photo.png", &notes), 0.5, scene);
+        EXPECT_EQ(source->description(), "built-in estimator");
+        EXPECT_TRUE(samePicture(scene.photo, photo));
+        ASSERT_EQ(notes.size(), 1U);
+        EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
+        EXPECT_EQ(notes[0].text.rfind((directory / "photo_depth.png").string() + ": is ", 0), 0U)
+            << notes[0].text;
+        EXPECT_NE(notes[0].text.find("; it is not used"), std::string::npos);
+    }
+}
+
+TEST(DepthSource, APairThatDoesNotMatchTakesItsDepthElsewhere) {
+    const TemporaryDirectory directory;
+    const cv::Mat left = scenery({320, 240}, 4);
+    writeImage(directory / "left.png", left);
+    writeImage(directory / "right.png", scenery({320, 240}, 5));
+    writeImage(directory / "tall.png", scenery({100, 240}, 5));
+    StereoInput input;
+    input.right = directory / "right.png";
+    const auto source = depthFromStereo(input, depthFromCues());
+    Notes notes;
+    const cv::Mat image = source->readImage(directory / "left.png", &notes);
+    EXPECT_TRUE(samePicture(image, left));
+    EXPECT_EQ(source->description(), "built-in estimator");
+    EXPECT_EQ(notes.size(), 1U);
+    Scene scene;
+    source->readScene(image, 0.5, scene);
+    cv::Mat cues;
+    estimateDepthFromCues(left, cues);
+    EXPECT_TRUE(samePicture(scene.depth, cues));
+
+    input.right = directory / "tall.png";
+    const std::string error = errorOf(
+        [&] { depthFromStereo(input, depthFromCues())->readImage(directory / "left.png"); });
+    EXPECT_EQ(error.rfind((directory / "tall.png").string() + ": ", 0), 0U) << error;
+    EXPECT_NE(errorOf([&] { depthFromStereo(input, nullptr); }).find("otherwise: "),
+              std::string::npos);
+}
+
 } // namespace
 } // namespace altiro3D::test

@@ -1,6 +1,7 @@
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
 #include "image/downscale.hpp"
+#include "image/pixel_values.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
@@ -47,7 +48,7 @@ cv::Mat seenFrom(const cv::Mat& world, int x, int y, cv::Size size = {320, 180})
 }
 
 cv::Mat greyNoise(cv::Size size, int seed) {
-    return greyOf(randomPhoto(size, seed, 3));
+    return brightnessOf(randomPhoto(size, seed, 3));
 }
 
 } // namespace

@@ -367,6 +367,45 @@ cv::Mat deblurred(const cv::Mat& given, double sigma) {
     return result;
 }
 
+cv::Mat squaredSlopes(const cv::Mat& depth) {
+    cv::Mat result(depth.size(), CV_64F);
+    for (int y = 0; y < depth.rows; ++y) {
+        for (int x = 0; x < depth.cols; ++x) {
+            const double across = clampedAt(depth, x + 1, y) - clampedAt(depth, x - 1, y);
+            const double down = clampedAt(depth, x, y + 1) - clampedAt(depth, x, y - 1);
+            result.at<double>(y, x) = (across * across + down * down) / 4;
+        }
+    }
+    return result;
+}
+
+// (4.7a)
+cv::Mat withHardSteps(const cv::Mat& given, const cv::Mat& deblurred, double sigma) {
+    const int r = static_cast<int>(std::lround(2 * sigma));
+    const cv::Mat squares = squaredSlopes(given);
+    cv::Mat result = deblurred.clone();
+    for (int y = 0; y < given.rows; ++y) {
+        for (int x = 0; x < given.cols; ++x) {
+            double least = given.at<double>(y, x);
+            double most = least;
+            double steepest = 0;
+            for (int j = -r; j <= r; ++j) {
+                for (int i = -r; i <= r; ++i) {
+                    least = std::min(least, clampedAt(given, x + i, y + j));
+                    most = std::max(most, clampedAt(given, x + i, y + j));
+                    steepest = std::max(steepest, clampedAt(squares, x + i, y + j));
+                }
+            }
+            if (most == least) continue;
+            const double hardness = std::sqrt(2 * CV_PI * steepest) * sigma / (most - least);
+            const double keep = std::clamp((hardness - 1.8) / 0.6, 0.0, 1.0);
+            result.at<double>(y, x) =
+                keep * given.at<double>(y, x) + (1 - keep) * deblurred.at<double>(y, x);
+        }
+    }
+    return result;
+}
+
 // Means over the px of one side of a step.
 struct SideSums {
     double weight = 0;
@@ -434,18 +473,12 @@ cv::Mat referenceSharpenSteps(const cv::Mat& photo, double softness, double over
     cv::Mat source = given;
     double width = softness;
     if (overshoot < (softness < 3 ? 0.01 : 0.02)) {
-        source = deblurred(given, (softness + 1) / 2.5);
+        const double sigma = (softness + 1) / 2.5;
+        source = withHardSteps(given, deblurred(given, sigma), sigma);
         width /= 2;
     }
-    cv::Mat squaredSlope(depth.size(), CV_64F);
+    const cv::Mat squaredSlope = squaredSlopes(source);
     cv::Mat result(depth.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y) {
-        for (int x = 0; x < depth.cols; ++x) {
-            const double across = clampedAt(source, x + 1, y) - clampedAt(source, x - 1, y);
-            const double down = clampedAt(source, x, y + 1) - clampedAt(source, x, y - 1);
-            squaredSlope.at<double>(y, x) = (across * across + down * down) / 4;
-        }
-    }
     for (int y = 0; y < depth.rows; ++y)
         for (int x = 0; x < depth.cols; ++x)
             result.at<float>(y, x) = static_cast<float>(

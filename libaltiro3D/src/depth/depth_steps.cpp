@@ -107,6 +107,56 @@ void slopes(const cv::Mat& depth, cv::Mat& result) {
     });
 }
 
+// What a square window around each px holds.
+struct Surroundings {
+    cv::Mat least;    // depth
+    cv::Mat most;     // depth
+    cv::Mat steepest; // largest squared slope
+};
+
+Surroundings surroundingsOf(const cv::Mat& depth, int radius) {
+    const cv::Mat window = cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8UC1);
+    Surroundings result;
+    slopes(depth, result.steepest);
+    const auto prepare = [&](int which) {
+        constexpr int kBorder = cv::BORDER_REPLICATE;
+        if (which == 0) cv::erode(depth, result.least, window, {-1, -1}, 1, kBorder);
+        if (which == 1) cv::dilate(depth, result.most, window, {-1, -1}, 1, kBorder);
+        if (which == 2) cv::dilate(result.steepest, result.steepest, window, {-1, -1}, 1, kBorder);
+    };
+    // OpenCV uses one thread for each
+    cv::parallel_for_(cv::Range(0, 3), [&](const cv::Range& range) {
+        for (int which = range.start; which < range.end; ++which)
+            prepare(which);
+    });
+    return result;
+}
+
+// Takes deblurred depth back where the given depth is steeper than a blur leaves it: there a hard
+// step would get a rim on both sides. Formula (4.7a) of docs/mathematics.md.
+void keepHardSteps(const cv::Mat& given, double sigma, cv::Mat& depth) {
+    constexpr float kSoft = 1.8F; // a blurred step has 1, a blurred line 1.5
+    constexpr float kHard = 2.4F;
+    const Surroundings around = surroundingsOf(given, static_cast<int>(std::lround(2 * sigma)));
+    const auto stepWidth = static_cast<float>(std::sqrt(2 * CV_PI) * sigma);
+    cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
+        for (int y = range.start; y < range.end; ++y) {
+            const auto* const least = around.least.ptr<float>(y);
+            const auto* const most = around.most.ptr<float>(y);
+            const auto* const steepest = around.steepest.ptr<float>(y);
+            const auto* const from = given.ptr<float>(y);
+            auto* const to = depth.ptr<float>(y);
+            for (int x = 0; x < depth.cols; ++x) {
+                const float height = most[x] - least[x];
+                if (!(height > 0)) continue;
+                const float hardness = std::sqrt(steepest[x]) * stepWidth / height;
+                const float keep = std::clamp((hardness - kSoft) / (kHard - kSoft), 0.0F, 1.0F);
+                to[x] += keep * (from[x] - to[x]);
+            }
+        }
+    });
+}
+
 // The neighbourhood of a px that decides to which side it belongs.
 struct Tap {
     int x;
@@ -181,19 +231,7 @@ class Sharpener {
         : photo_(photo), given_(given), depth_(depth), width_(static_cast<float>(width)) {
         const int radius = std::max(2, static_cast<int>(std::lround(0.8 * width)));
         taps_ = windowOf(radius);
-        const cv::Mat window = cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8UC1);
-        slopes(depth, steepest_);
-        const auto prepare = [&](int which) {
-            constexpr int kBorder = cv::BORDER_REPLICATE;
-            if (which == 0) cv::erode(depth, least_, window, {-1, -1}, 1, kBorder);
-            if (which == 1) cv::dilate(depth, most_, window, {-1, -1}, 1, kBorder);
-            if (which == 2) cv::dilate(steepest_, steepest_, window, {-1, -1}, 1, kBorder);
-        };
-        // OpenCV uses one thread for each
-        cv::parallel_for_(cv::Range(0, 3), [&](const cv::Range& range) {
-            for (int which = range.start; which < range.end; ++which)
-                prepare(which);
-        });
+        around_ = surroundingsOf(depth, radius);
     }
 
     // @param to row y of the result, which holds the depth
@@ -206,15 +244,15 @@ class Sharpener {
   private:
     // A slope is not a step: it is higher than its steepest place makes a step of this width.
     bool isStep(int x, int y) const {
-        const float height = most_.ptr<float>(y)[x] - least_.ptr<float>(y)[x];
+        const float height = around_.most.ptr<float>(y)[x] - around_.least.ptr<float>(y)[x];
         const float ramp = 1.5F * (width_ + 1);
         return height >= kLeastHeight &&
-               height * height <= ramp * ramp * steepest_.ptr<float>(y)[x];
+               height * height <= ramp * ramp * around_.steepest.ptr<float>(y)[x];
     }
 
     float pixel(int x, int y) const {
-        const float low = least_.ptr<float>(y)[x];
-        const float high = most_.ptr<float>(y)[x];
+        const float low = around_.least.ptr<float>(y)[x];
+        const float high = around_.most.ptr<float>(y)[x];
         const float middle = (high + low) / 2;
         const float scale = 2 / (high - low);
         const float here = depth_.ptr<float>(y)[x];
@@ -252,9 +290,7 @@ class Sharpener {
     cv::Mat depth_;
     float width_;
     std::vector<Tap> taps_;
-    cv::Mat least_;    // in the window around each px
-    cv::Mat most_;     // in the window around each px
-    cv::Mat steepest_; // largest squared slope in the window around each px
+    Surroundings around_;
 };
 
 } // namespace
@@ -265,7 +301,9 @@ void sharpenSteps(const cv::Mat& photo, double softness, double overshoot, cv::M
     const cv::Mat given = depth.clone();
     double width = softness;
     if (overshoot < overshootOfBlur) {
-        deblur((softness + 1) / 2.5, depth);
+        const double sigma = (softness + 1) / 2.5;
+        deblur(sigma, depth);
+        keepHardSteps(given, sigma, depth);
         width /= 2;
     }
     const Sharpener sharpener(photo, given, depth.clone(), width);

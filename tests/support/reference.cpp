@@ -415,7 +415,7 @@ struct SideSums {
 
 // (4.8) to (4.11)
 double sharpenedPixel(const cv::Mat& photo, const cv::Mat& given, const cv::Mat& depth,
-                      const cv::Mat& squaredSlope, double width, cv::Point at) {
+                      const cv::Mat& squaredSlope, double width, double part, cv::Point at) {
     const int r = std::max(2, static_cast<int>(std::lround(0.8 * width)));
     const double own = depth.at<double>(at);
     double least = own;
@@ -458,7 +458,7 @@ double sharpenedPixel(const cv::Mat& photo, const cv::Mat& given, const cv::Mat&
     }
     const auto& [far, near] = sides;
     const double place = (own - far.depth) / (near.depth - far.depth);
-    if (place > 1.5 || place < -0.5) return own;
+    if (std::abs(place - 0.5) > part) return own;
     if (far.color > 0.8 && near.color > 0.8) return given.at<double>(at);
     const double vote = 6 * (2 * place - 1) + std::log((near.color + 0.02) / (far.color + 0.02));
     return far.depth + (near.depth - far.depth) * (std::clamp(vote, -1.0, 1.0) + 1) / 2;
@@ -477,12 +477,18 @@ cv::Mat referenceSharpenSteps(const cv::Mat& photo, double softness, double over
         source = withHardSteps(given, deblurred(given, sigma), sigma);
         width /= 2;
     }
-    const cv::Mat squaredSlope = squaredSlopes(source);
-    cv::Mat result(depth.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y)
-        for (int x = 0; x < depth.cols; ++x)
-            result.at<float>(y, x) = static_cast<float>(
-                sharpenedPixel(photo, given, source, squaredSlope, width, {x, y}));
+    const auto pass = [&](const cv::Mat& flat, const cv::Mat& from, double ramp, double part) {
+        const cv::Mat squares = squaredSlopes(from);
+        cv::Mat to(from.size(), CV_64F);
+        for (int y = 0; y < from.rows; ++y)
+            for (int x = 0; x < from.cols; ++x)
+                to.at<double>(y, x) =
+                    sharpenedPixel(photo, flat, from, squares, ramp, part, {x, y});
+        return to;
+    };
+    const cv::Mat once = pass(given, source, width, 1);
+    cv::Mat result;
+    pass(once, once, 2, 0.3).convertTo(result, CV_32F);
     return result;
 }
 

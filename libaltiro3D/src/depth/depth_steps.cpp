@@ -210,7 +210,9 @@ struct StepSide {
 
 // Parameters that were measured on the scenes of docs/lab/views.md.
 constexpr float kLeastHeight = 0.03F; // of a step, in units of depth
-constexpr float kOvershoot = 0.5F;    // px that lie farther beyond a side belong to something else
+constexpr float kWholeStep = 1;       // px farther from the middle belong to something else
+constexpr float kMiddle = 0.3F;       // px that are left between the sides after the first pass
+constexpr double kLeftWidth = 2;      // width of what is left
 constexpr float kSimilar = 0.8F;      // a px that is so similar to both sides is no edge
 constexpr float kHardness = 6;        // weight of the depth of a px against its colour
 
@@ -227,8 +229,11 @@ class Sharpener {
   public:
     // @param given the depth that stays where the photo has no edge
     // @param depth the depth of which steps are made
-    Sharpener(const cv::Mat& photo, const cv::Mat& given, const cv::Mat& depth, double width)
-        : photo_(photo), given_(given), depth_(depth), width_(static_cast<float>(width)) {
+    // @param part px within this part of a step's height from its middle are decided
+    Sharpener(const cv::Mat& photo, const cv::Mat& given, const cv::Mat& depth, double width,
+              float part)
+        : photo_(photo), given_(given), depth_(depth), width_(static_cast<float>(width)),
+          part_(part) {
         const int radius = std::max(2, static_cast<int>(std::lround(0.8 * width)));
         taps_ = windowOf(radius);
         around_ = surroundingsOf(depth, radius);
@@ -272,7 +277,7 @@ class Sharpener {
         }
         if (!nearSide.finish() || !farSide.finish()) return here;
         const float place = (here - farSide.depth) / (nearSide.depth - farSide.depth);
-        if (place > 1 + kOvershoot || place < -kOvershoot) return here;
+        if (std::abs(place - 0.5F) > part_) return here;
         if (nearSide.color > kSimilar && farSide.color > kSimilar) return given_.ptr<float>(y)[x];
         return farSide.depth + (nearSide.depth - farSide.depth) * sideOf(place, nearSide, farSide);
     }
@@ -289,6 +294,7 @@ class Sharpener {
     cv::Mat given_;
     cv::Mat depth_;
     float width_;
+    float part_;
     std::vector<Tap> taps_;
     Surroundings around_;
 };
@@ -306,11 +312,15 @@ void sharpenSteps(const cv::Mat& photo, double softness, double overshoot, cv::M
         keepHardSteps(given, sigma, depth);
         width /= 2;
     }
-    const Sharpener sharpener(photo, given, depth.clone(), width);
-    cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
-        for (int y = range.start; y < range.end; ++y)
-            sharpener.row(y, depth.ptr<float>(y));
-    });
+    const auto sharpen = [&](const cv::Mat& flat, double ramp, float part) {
+        const Sharpener sharpener(photo, flat, depth.clone(), ramp, part);
+        cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
+            for (int y = range.start; y < range.end; ++y)
+                sharpener.row(y, depth.ptr<float>(y));
+        });
+    };
+    sharpen(given, width, kWholeStep);
+    sharpen(depth.clone(), kLeftWidth, kMiddle);
 }
 
 } // namespace altiro3D

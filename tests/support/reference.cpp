@@ -396,8 +396,9 @@ cv::Mat withHardSteps(const cv::Mat& given, const cv::Mat& deblurred, double sig
                     steepest = std::max(steepest, clampedAt(squares, x + i, y + j));
                 }
             }
-            if (most == least) continue;
-            const double hardness = std::sqrt(2 * CV_PI * steepest) * sigma / (most - least);
+            const double width = std::sqrt(2 * CV_PI * steepest) * sigma; // of a step of height 1
+            if (width <= 1.8 * (most - least)) continue;
+            const double hardness = width / (most - least);
             const double keep = std::clamp((hardness - 1.8) / 0.6, 0.0, 1.0);
             result.at<double>(y, x) =
                 keep * given.at<double>(y, x) + (1 - keep) * deblurred.at<double>(y, x);

@@ -114,9 +114,9 @@ struct Surroundings {
     cv::Mat steepest; // largest squared slope
 };
 
-Surroundings surroundingsOf(const cv::Mat& depth, int radius) {
+// @param result its memory is reused
+void findSurroundings(const cv::Mat& depth, int radius, Surroundings& result) {
     const cv::Mat window = cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8UC1);
-    Surroundings result;
     slopes(depth, result.steepest);
     const auto prepare = [&](int which) {
         constexpr int kBorder = cv::BORDER_REPLICATE;
@@ -129,15 +129,14 @@ Surroundings surroundingsOf(const cv::Mat& depth, int radius) {
         for (int which = range.start; which < range.end; ++which)
             prepare(which);
     });
-    return result;
 }
 
 // Takes deblurred depth back where the given depth is steeper than a blur leaves it: there a hard
 // step would get a rim on both sides. Formula (4.7a) of docs/mathematics.md.
-void keepHardSteps(const cv::Mat& given, double sigma, cv::Mat& depth) {
+void keepHardSteps(const cv::Mat& given, double sigma, Surroundings& around, cv::Mat& depth) {
     constexpr float kSoft = 1.8F; // a blurred step has 1, a blurred line 1.5
     constexpr float kHard = 2.4F;
-    const Surroundings around = surroundingsOf(given, static_cast<int>(std::lround(2 * sigma)));
+    findSurroundings(given, static_cast<int>(std::lround(2 * sigma)), around);
     const auto stepWidth = static_cast<float>(std::sqrt(2 * CV_PI) * sigma);
     cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
         for (int y = range.start; y < range.end; ++y) {
@@ -148,8 +147,9 @@ void keepHardSteps(const cv::Mat& given, double sigma, cv::Mat& depth) {
             auto* const to = depth.ptr<float>(y);
             for (int x = 0; x < depth.cols; ++x) {
                 const float height = most[x] - least[x];
-                if (!(height > 0)) continue;
-                const float hardness = std::sqrt(steepest[x]) * stepWidth / height;
+                const float slope2 = steepest[x] * stepWidth * stepWidth;
+                if (slope2 <= kSoft * kSoft * height * height) continue; // most px
+                const float hardness = std::sqrt(slope2) / height;
                 const float keep = std::clamp((hardness - kSoft) / (kHard - kSoft), 0.0F, 1.0F);
                 to[x] += keep * (from[x] - to[x]);
             }
@@ -230,13 +230,14 @@ class Sharpener {
     // @param given the depth that stays where the photo has no edge
     // @param depth the depth of which steps are made
     // @param part px within this part of a step's height from its middle are decided
+    // @param around its memory is used
     Sharpener(const cv::Mat& photo, const cv::Mat& given, const cv::Mat& depth, double width,
-              float part)
+              float part, Surroundings& around)
         : photo_(photo), given_(given), depth_(depth), width_(static_cast<float>(width)),
-          part_(part) {
+          part_(part), around_(around) {
         const int radius = std::max(2, static_cast<int>(std::lround(0.8 * width)));
         taps_ = windowOf(radius);
-        around_ = surroundingsOf(depth, radius);
+        findSurroundings(depth, radius, around);
     }
 
     // @param to row y of the result, which holds the depth
@@ -261,6 +262,10 @@ class Sharpener {
         const float middle = (high + low) / 2;
         const float scale = 2 / (high - low);
         const float here = depth_.ptr<float>(y)[x];
+        // The means of the sides lie in their halves of low..high, so px that are farther from the
+        // middle than this are not within part_.
+        constexpr float kRounding = 0.01F;
+        if (std::abs(here - middle) * scale > part_ + 0.5F + kRounding) return here;
         const std::uint8_t* const color = photo_.ptr<std::uint8_t>(y) + 3 * x;
         StepSide nearSide;
         StepSide farSide;
@@ -296,7 +301,7 @@ class Sharpener {
     float width_;
     float part_;
     std::vector<Tap> taps_;
-    Surroundings around_;
+    const Surroundings& around_;
 };
 
 } // namespace
@@ -305,22 +310,26 @@ void sharpenSteps(const cv::Mat& photo, double softness, double overshoot, cv::M
     // More shows that depth was enlarged, not blurred. Among wide steps other things add to it.
     const double overshootOfBlur = softness < 3 ? 0.01 : 0.02;
     const cv::Mat given = depth.clone();
+    Surroundings around;
     double width = softness;
     if (overshoot < overshootOfBlur) {
         const double sigma = (softness + 1) / 2.5;
         deblur(sigma, depth);
-        keepHardSteps(given, sigma, depth);
+        keepHardSteps(given, sigma, around, depth);
         width /= 2;
     }
+    cv::Mat before;
     const auto sharpen = [&](const cv::Mat& flat, double ramp, float part) {
-        const Sharpener sharpener(photo, flat, depth.clone(), ramp, part);
+        const Sharpener sharpener(photo, flat, before, ramp, part, around);
         cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
             for (int y = range.start; y < range.end; ++y)
                 sharpener.row(y, depth.ptr<float>(y));
         });
     };
+    depth.copyTo(before);
     sharpen(given, width, kWholeStep);
-    sharpen(depth.clone(), kLeftWidth, kMiddle);
+    depth.copyTo(before);
+    sharpen(before, kLeftWidth, kMiddle);
 }
 
 } // namespace altiro3D

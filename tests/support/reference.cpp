@@ -367,6 +367,46 @@ cv::Mat deblurred(const cv::Mat& given, double sigma) {
     return result;
 }
 
+cv::Mat squaredSlopes(const cv::Mat& depth) {
+    cv::Mat result(depth.size(), CV_64F);
+    for (int y = 0; y < depth.rows; ++y) {
+        for (int x = 0; x < depth.cols; ++x) {
+            const double across = clampedAt(depth, x + 1, y) - clampedAt(depth, x - 1, y);
+            const double down = clampedAt(depth, x, y + 1) - clampedAt(depth, x, y - 1);
+            result.at<double>(y, x) = (across * across + down * down) / 4;
+        }
+    }
+    return result;
+}
+
+// (4.7a)
+cv::Mat withHardSteps(const cv::Mat& given, const cv::Mat& deblurred, double sigma) {
+    const int r = static_cast<int>(std::lround(2 * sigma));
+    const cv::Mat squares = squaredSlopes(given);
+    cv::Mat result = deblurred.clone();
+    for (int y = 0; y < given.rows; ++y) {
+        for (int x = 0; x < given.cols; ++x) {
+            double least = given.at<double>(y, x);
+            double most = least;
+            double steepest = 0;
+            for (int j = -r; j <= r; ++j) {
+                for (int i = -r; i <= r; ++i) {
+                    least = std::min(least, clampedAt(given, x + i, y + j));
+                    most = std::max(most, clampedAt(given, x + i, y + j));
+                    steepest = std::max(steepest, clampedAt(squares, x + i, y + j));
+                }
+            }
+            const double width = std::sqrt(2 * CV_PI * steepest) * sigma; // of a step of height 1
+            if (width <= 1.8 * (most - least)) continue;
+            const double hardness = width / (most - least);
+            const double keep = std::clamp((hardness - 1.8) / 0.6, 0.0, 1.0);
+            result.at<double>(y, x) =
+                keep * given.at<double>(y, x) + (1 - keep) * deblurred.at<double>(y, x);
+        }
+    }
+    return result;
+}
+
 // Means over the px of one side of a step.
 struct SideSums {
     double weight = 0;
@@ -376,7 +416,7 @@ struct SideSums {
 
 // (4.8) to (4.11)
 double sharpenedPixel(const cv::Mat& photo, const cv::Mat& given, const cv::Mat& depth,
-                      const cv::Mat& squaredSlope, double width, cv::Point at) {
+                      const cv::Mat& squaredSlope, double width, double part, cv::Point at) {
     const int r = std::max(2, static_cast<int>(std::lround(0.8 * width)));
     const double own = depth.at<double>(at);
     double least = own;
@@ -419,7 +459,7 @@ double sharpenedPixel(const cv::Mat& photo, const cv::Mat& given, const cv::Mat&
     }
     const auto& [far, near] = sides;
     const double place = (own - far.depth) / (near.depth - far.depth);
-    if (place > 1.5 || place < -0.5) return own;
+    if (std::abs(place - 0.5) > part) return own;
     if (far.color > 0.8 && near.color > 0.8) return given.at<double>(at);
     const double vote = 6 * (2 * place - 1) + std::log((near.color + 0.02) / (far.color + 0.02));
     return far.depth + (near.depth - far.depth) * (std::clamp(vote, -1.0, 1.0) + 1) / 2;
@@ -434,22 +474,22 @@ cv::Mat referenceSharpenSteps(const cv::Mat& photo, double softness, double over
     cv::Mat source = given;
     double width = softness;
     if (overshoot < (softness < 3 ? 0.01 : 0.02)) {
-        source = deblurred(given, (softness + 1) / 2.5);
+        const double sigma = (softness + 1) / 2.5;
+        source = withHardSteps(given, deblurred(given, sigma), sigma);
         width /= 2;
     }
-    cv::Mat squaredSlope(depth.size(), CV_64F);
-    cv::Mat result(depth.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y) {
-        for (int x = 0; x < depth.cols; ++x) {
-            const double across = clampedAt(source, x + 1, y) - clampedAt(source, x - 1, y);
-            const double down = clampedAt(source, x, y + 1) - clampedAt(source, x, y - 1);
-            squaredSlope.at<double>(y, x) = (across * across + down * down) / 4;
-        }
-    }
-    for (int y = 0; y < depth.rows; ++y)
-        for (int x = 0; x < depth.cols; ++x)
-            result.at<float>(y, x) = static_cast<float>(
-                sharpenedPixel(photo, given, source, squaredSlope, width, {x, y}));
+    const auto pass = [&](const cv::Mat& flat, const cv::Mat& from, double ramp, double part) {
+        const cv::Mat squares = squaredSlopes(from);
+        cv::Mat to(from.size(), CV_64F);
+        for (int y = 0; y < from.rows; ++y)
+            for (int x = 0; x < from.cols; ++x)
+                to.at<double>(y, x) =
+                    sharpenedPixel(photo, flat, from, squares, ramp, part, {x, y});
+        return to;
+    };
+    const cv::Mat once = pass(given, source, width, 1);
+    cv::Mat result;
+    pass(once, once, 2, 0.3).convertTo(result, CV_32F);
     return result;
 }
 

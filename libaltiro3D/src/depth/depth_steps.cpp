@@ -107,6 +107,56 @@ void slopes(const cv::Mat& depth, cv::Mat& result) {
     });
 }
 
+// What a square window around each px holds.
+struct Surroundings {
+    cv::Mat least;    // depth
+    cv::Mat most;     // depth
+    cv::Mat steepest; // largest squared slope
+};
+
+// @param result its memory is reused
+void findSurroundings(const cv::Mat& depth, int radius, Surroundings& result) {
+    const cv::Mat window = cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8UC1);
+    slopes(depth, result.steepest);
+    const auto prepare = [&](int which) {
+        constexpr int kBorder = cv::BORDER_REPLICATE;
+        if (which == 0) cv::erode(depth, result.least, window, {-1, -1}, 1, kBorder);
+        if (which == 1) cv::dilate(depth, result.most, window, {-1, -1}, 1, kBorder);
+        if (which == 2) cv::dilate(result.steepest, result.steepest, window, {-1, -1}, 1, kBorder);
+    };
+    // OpenCV uses one thread for each
+    cv::parallel_for_(cv::Range(0, 3), [&](const cv::Range& range) {
+        for (int which = range.start; which < range.end; ++which)
+            prepare(which);
+    });
+}
+
+// Takes deblurred depth back where the given depth is steeper than a blur leaves it: there a hard
+// step would get a rim on both sides. Formula (4.7a) of docs/mathematics.md.
+void keepHardSteps(const cv::Mat& given, double sigma, Surroundings& around, cv::Mat& depth) {
+    constexpr float kSoft = 1.8F; // a blurred step has 1, a blurred line 1.5
+    constexpr float kHard = 2.4F;
+    findSurroundings(given, static_cast<int>(std::lround(2 * sigma)), around);
+    const auto stepWidth = static_cast<float>(std::sqrt(2 * CV_PI) * sigma);
+    cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
+        for (int y = range.start; y < range.end; ++y) {
+            const auto* const least = around.least.ptr<float>(y);
+            const auto* const most = around.most.ptr<float>(y);
+            const auto* const steepest = around.steepest.ptr<float>(y);
+            const auto* const from = given.ptr<float>(y);
+            auto* const to = depth.ptr<float>(y);
+            for (int x = 0; x < depth.cols; ++x) {
+                const float height = most[x] - least[x];
+                const float slope2 = steepest[x] * stepWidth * stepWidth;
+                if (slope2 <= kSoft * kSoft * height * height) continue; // most px
+                const float hardness = std::sqrt(slope2) / height;
+                const float keep = std::clamp((hardness - kSoft) / (kHard - kSoft), 0.0F, 1.0F);
+                to[x] += keep * (from[x] - to[x]);
+            }
+        }
+    });
+}
+
 // The neighbourhood of a px that decides to which side it belongs.
 struct Tap {
     int x;
@@ -160,7 +210,9 @@ struct StepSide {
 
 // Parameters that were measured on the scenes of docs/lab/views.md.
 constexpr float kLeastHeight = 0.03F; // of a step, in units of depth
-constexpr float kOvershoot = 0.5F;    // px that lie farther beyond a side belong to something else
+constexpr float kWholeStep = 1;       // px farther from the middle belong to something else
+constexpr float kMiddle = 0.3F;       // px that are left between the sides after the first pass
+constexpr double kLeftWidth = 2;      // width of what is left
 constexpr float kSimilar = 0.8F;      // a px that is so similar to both sides is no edge
 constexpr float kHardness = 6;        // weight of the depth of a px against its colour
 
@@ -177,23 +229,15 @@ class Sharpener {
   public:
     // @param given the depth that stays where the photo has no edge
     // @param depth the depth of which steps are made
-    Sharpener(const cv::Mat& photo, const cv::Mat& given, const cv::Mat& depth, double width)
-        : photo_(photo), given_(given), depth_(depth), width_(static_cast<float>(width)) {
+    // @param part px within this part of a step's height from its middle are decided
+    // @param around its memory is used
+    Sharpener(const cv::Mat& photo, const cv::Mat& given, const cv::Mat& depth, double width,
+              float part, Surroundings& around)
+        : photo_(photo), given_(given), depth_(depth), width_(static_cast<float>(width)),
+          part_(part), around_(around) {
         const int radius = std::max(2, static_cast<int>(std::lround(0.8 * width)));
         taps_ = windowOf(radius);
-        const cv::Mat window = cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8UC1);
-        slopes(depth, steepest_);
-        const auto prepare = [&](int which) {
-            constexpr int kBorder = cv::BORDER_REPLICATE;
-            if (which == 0) cv::erode(depth, least_, window, {-1, -1}, 1, kBorder);
-            if (which == 1) cv::dilate(depth, most_, window, {-1, -1}, 1, kBorder);
-            if (which == 2) cv::dilate(steepest_, steepest_, window, {-1, -1}, 1, kBorder);
-        };
-        // OpenCV uses one thread for each
-        cv::parallel_for_(cv::Range(0, 3), [&](const cv::Range& range) {
-            for (int which = range.start; which < range.end; ++which)
-                prepare(which);
-        });
+        findSurroundings(depth, radius, around);
     }
 
     // @param to row y of the result, which holds the depth
@@ -206,18 +250,22 @@ class Sharpener {
   private:
     // A slope is not a step: it is higher than its steepest place makes a step of this width.
     bool isStep(int x, int y) const {
-        const float height = most_.ptr<float>(y)[x] - least_.ptr<float>(y)[x];
+        const float height = around_.most.ptr<float>(y)[x] - around_.least.ptr<float>(y)[x];
         const float ramp = 1.5F * (width_ + 1);
         return height >= kLeastHeight &&
-               height * height <= ramp * ramp * steepest_.ptr<float>(y)[x];
+               height * height <= ramp * ramp * around_.steepest.ptr<float>(y)[x];
     }
 
     float pixel(int x, int y) const {
-        const float low = least_.ptr<float>(y)[x];
-        const float high = most_.ptr<float>(y)[x];
+        const float low = around_.least.ptr<float>(y)[x];
+        const float high = around_.most.ptr<float>(y)[x];
         const float middle = (high + low) / 2;
         const float scale = 2 / (high - low);
         const float here = depth_.ptr<float>(y)[x];
+        // The means of the sides lie in their halves of low..high, so px that are farther from the
+        // middle than this are not within part_.
+        constexpr float kRounding = 0.01F;
+        if (std::abs(here - middle) * scale > part_ + 0.5F + kRounding) return here;
         const std::uint8_t* const color = photo_.ptr<std::uint8_t>(y) + 3 * x;
         StepSide nearSide;
         StepSide farSide;
@@ -235,7 +283,7 @@ class Sharpener {
         if (!nearSide.finish() || !farSide.finish()) return here;
         if (!(nearSide.depth > farSide.depth)) return here; // equal but for rounding
         const float place = (here - farSide.depth) / (nearSide.depth - farSide.depth);
-        if (place > 1 + kOvershoot || place < -kOvershoot) return here;
+        if (std::abs(place - 0.5F) > part_) return here;
         if (nearSide.color > kSimilar && farSide.color > kSimilar) return given_.ptr<float>(y)[x];
         return farSide.depth + (nearSide.depth - farSide.depth) * sideOf(place, nearSide, farSide);
     }
@@ -252,10 +300,9 @@ class Sharpener {
     cv::Mat given_;
     cv::Mat depth_;
     float width_;
+    float part_;
     std::vector<Tap> taps_;
-    cv::Mat least_;    // in the window around each px
-    cv::Mat most_;     // in the window around each px
-    cv::Mat steepest_; // largest squared slope in the window around each px
+    const Surroundings& around_;
 };
 
 } // namespace
@@ -264,16 +311,26 @@ void sharpenSteps(const cv::Mat& photo, double softness, double overshoot, cv::M
     // More shows that depth was enlarged, not blurred. Among wide steps other things add to it.
     const double overshootOfBlur = softness < 3 ? 0.01 : 0.02;
     const cv::Mat given = depth.clone();
+    Surroundings around;
     double width = softness;
     if (overshoot < overshootOfBlur) {
-        deblur((softness + 1) / 2.5, depth);
+        const double sigma = (softness + 1) / 2.5;
+        deblur(sigma, depth);
+        keepHardSteps(given, sigma, around, depth);
         width /= 2;
     }
-    const Sharpener sharpener(photo, given, depth.clone(), width);
-    cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
-        for (int y = range.start; y < range.end; ++y)
-            sharpener.row(y, depth.ptr<float>(y));
-    });
+    cv::Mat before;
+    const auto sharpen = [&](const cv::Mat& flat, double ramp, float part) {
+        const Sharpener sharpener(photo, flat, before, ramp, part, around);
+        cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
+            for (int y = range.start; y < range.end; ++y)
+                sharpener.row(y, depth.ptr<float>(y));
+        });
+    };
+    depth.copyTo(before);
+    sharpen(given, width, kWholeStep);
+    depth.copyTo(before);
+    sharpen(before, kLeftWidth, kMiddle);
 }
 
 } // namespace altiro3D

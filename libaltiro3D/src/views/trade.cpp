@@ -147,21 +147,13 @@ StereoScene makeStereoScene(const std::string& name, const cv::Mat& photo,
     scene.photo = photo;
     scene.truth = truth;
     scene.depth.create(photo.size(), CV_32FC1);
-    std::vector<char> known(static_cast<std::size_t>(photo.rows));
     float largest = 0;
     for (int y = 0; y < photo.rows; ++y) {
         float* row = scene.depth.ptr<float>(y);
         disparityRow(rawDisparity.ptr<float>(y), photo.cols, scale, row);
-        const bool isKnown = fillUnknown(row, photo.cols);
-        known[static_cast<std::size_t>(y)] = static_cast<char>(isKnown);
-        if (isKnown) largest = std::max(largest, *std::max_element(row, row + photo.cols));
+        if (!fillUnknown(row, photo.cols)) std::fill(row, row + photo.cols, 0.0F);
+        largest = std::max(largest, *std::max_element(row, row + photo.cols));
     }
-    if (largest > 0) {
-        fillUnknownRows(scene.depth, known);
-    } else {
-        scene.depth.setTo(0); // nothing is known
-    }
-    scene.largestDisparity = static_cast<double>(largest);
     check(largest <= static_cast<float>(photo.cols), "disparity",
           "reaches " + numberText(static_cast<double>(largest)) +
               " px, expected at most the photo's " + std::to_string(photo.cols) +

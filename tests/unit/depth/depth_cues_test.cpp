@@ -244,12 +244,12 @@ TEST(DepthCues, SpeckleOnASurfaceDoesNotShowInItsDepth) {
 TEST(DepthCues, AnEmptyOrWrongPhotoIsRefused) {
     cv::Mat depth;
     EXPECT_EQ(errorOf([&] { estimateDepthFromCues(cv::Mat(), depth); }),
-              "photo: is empty, expected a picture");
+              "photo: is empty, expected CV_8UC3 (8-bit BGR)");
     EXPECT_EQ(errorOf([&] { estimateDepthFromCues(cv::Mat(4, 4, CV_8UC1, cv::Scalar(0)), depth); }),
-              "photo: is CV_8UC1, expected CV_8UC3 (BGR)");
+              "photo: is 4 x 4 px of CV_8UC1, expected CV_8UC3 (8-bit BGR)");
     EXPECT_EQ(
         errorOf([&] { estimateDepthFromCues(cv::Mat(4, 4, CV_32FC3, cv::Scalar(0)), depth); }),
-        "photo: is CV_32FC3, expected CV_8UC3 (BGR)");
+        "photo: is 4 x 4 px of CV_32FC3, expected CV_8UC3 (8-bit BGR)");
 }
 
 TEST(DepthCues, OnTrueDepthItBeatsAVerticalGradient) {

@@ -1131,9 +1131,9 @@ TEST_F(DepthNetworkFile, OnlyEightBitColourPhotosAreTaken) {
     DepthNetwork network(write(mixModel({1, 0, 0}, cv::Size(8, 6))), profileOf(8, 6));
     cv::Mat raw;
     EXPECT_EQ(errorOf([&] { network.infer(cv::Mat(), raw); }),
-              "photo: is empty, expected a picture");
+              "photo: is empty, expected CV_8UC3 (8-bit BGR)");
     EXPECT_EQ(errorOf([&] { network.infer(cv::Mat::zeros(4, 4, CV_8UC1), raw); }),
-              "photo: is CV_8UC1, expected CV_8UC3");
+              "photo: is 4 x 4 px of CV_8UC1, expected CV_8UC3 (8-bit BGR)");
 }
 
 TEST_F(DepthNetworkFile, CudaIsRefusedWhereOpenCvHasNone) {
@@ -1154,7 +1154,7 @@ TEST_F(DepthNetworkFile, AProbeSurvivesFilesThatCrashOpenCv) {
               bytes(5, tensor("w", {1, 3, 3000, 3000}, {0})) +
               bytes(11, valueInfo("x", {1, 3, 8, 8})) + bytes(12, valueInfo("y", {1, 1, 8, 8}))));
     const std::string error = errorOf([&] { probeNetwork(file, profileOf(8, 8)); });
-    EXPECT_NE(error.find("crashes OpenCV"), std::string::npos) << error;
+    EXPECT_NE(error.find("crashes when"), std::string::npos) << error;
 }
 
 TEST_F(DepthNetworkFile, AProbeIgnoresErrorsThatTheNetworkReports) {

@@ -126,6 +126,27 @@ TEST(DepthRefine, SoftEdgesBecomeHardAtTheBorderOfThePhoto) {
     }
 }
 
+// A network's depth has hard steps beside soft ones. Deblurred, a hard step would get a rim that
+// stands before the near thing, and a ditch behind it.
+TEST(DepthRefine, HardStepsAmongSoftOnesGetNoRims) {
+    World made = world();
+    cv::Mat wrong = blurred(made.depth, 4);
+    const cv::Rect corner(0, 0, 40, 30); // away from the other things
+    wrong(corner).setTo(0.2);
+    wrong(corner).colRange(20, 40).setTo(0.4);
+    made.photo(corner).setTo(cv::Scalar(90, 130, 60));
+    made.photo(corner).colRange(20, 40).setTo(cv::Scalar(30, 60, 190));
+    DepthRefineOptions options;
+    options.flaws = DepthFlaws();
+    options.flaws->softnessPixels = 9;
+    const cv::Mat result = refined(made.photo, wrong, options);
+    const cv::Rect step(14, 4, 12, 14);
+    EXPECT_LT(cv::norm(result(step), wrong(step), cv::NORM_INF), 1e-6); // of means, rounded
+    const cv::Rect around(4, 4, 32, 14);
+    EXPECT_EQ(wrongPart(result(around), wrong(around)), 0);
+    EXPECT_LT(wrongPart(result, made.depth), 0.7 * wrongPart(wrong, made.depth)); // soft steps
+}
+
 TEST(DepthRefine, EnlargedDepthBecomesHard) {
     const World made = world();
     cv::Mat wrong;

@@ -34,7 +34,7 @@ echo "== altiro3d: install, make a Native"
 install './altiro3d_*.deb ./libaltiro3d[0-9]*.deb'
 inside 'test -s /usr/share/doc/altiro3d/README.md && test -s /usr/share/doc/altiro3d/docs/guide.md'
 inside 'ldd /usr/bin/photo2native /usr/bin/video2native | { ! grep "not found"; }'
-inside 'photo2native sample.jpg native.png 2>&1; photo2native -d sample.jpg sample-depth.png given.png 2>&1'
+inside 'photo2native sample.jpg native.png 2>&1; photo2native -d sample.jpg sample-depth.png given.tif 2>&1'
 inside 'for tool in $(dpkg -L altiro3d | grep ^/usr/bin/.); do "$tool" --version >/dev/null; done'
 inside 'test "$(/usr/share/altiro3D/get-models.sh --help | head -c 6)" = "Usage:"'
 

@@ -8,8 +8,8 @@
 # The output of apt goes to build/packages.log, or to the file that $ALTIRO3D_LOG names.
 set -euo pipefail
 
-build=(g++ cmake ninja-build pkg-config libopencv-dev libexif-dev libheif-dev liblcms2-dev libhwy-dev zlib1g-dev libexpat1-dev qtbase5-dev
-       libqt5svg5
+build=(g++ cmake ninja-build pkg-config libopencv-dev libturbojpeg0-dev libpng-dev libexif-dev libheif-dev
+       liblcms2-dev libhwy-dev zlib1g-dev libexpat1-dev qtbase5-dev libqt5svg5
        nlohmann-json3-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libavdevice-dev
        python3 curl ca-certificates)
 tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valgrind doxygen graphviz

@@ -11,7 +11,6 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
-#include "altiro3D/depth_refine.hpp"
 #include "altiro3D/trade.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"

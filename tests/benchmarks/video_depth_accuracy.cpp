@@ -9,7 +9,6 @@
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
-#include "altiro3D/depth_refine.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/trade.hpp"

@@ -13,9 +13,7 @@
 // the side of method Fast. What is missing is named and left out.
 
 #include "altiro3D/depth_map.hpp"
-#include "altiro3D/depth_refine.hpp"
 #include "altiro3D/depth_source.hpp"
-#include "altiro3D/stereo_depth.hpp"
 #include "altiro3D/trade.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"

@@ -1,6 +1,6 @@
 // Depth inside photos: segments, multi-picture index, XMP, trailers; pairs of 3D cameras.
 
-#include "altiro3D/embedded_depth.hpp"
+#include "altiro3D/image_io.hpp"
 #include "fuzz.hpp"
 #include "image/depth_parts.hpp"
 #include "image/image_header.hpp"

@@ -100,6 +100,7 @@ echo "== the installed tool"
 sed -i 's/1536/768/; s/2048/1024/' "$calibration"
 "$prefix/bin/photo2native" -v "$source/docs/examples/sample.jpg" "$work/native.png" >"$work/said"
 grep -q "panel 768 x 1024 px" "$work/said" || { cat "$work/said"; exit 1; }
+"$prefix/bin/photo2native" "$source/docs/examples/sample.jpg" "$work/native.tif" >/dev/null # by OpenCV
 ! "$prefix/bin/photo2native" -n no-network "$source/docs/examples/sample.jpg" "$work/b.png" 2>"$work/said"
 grep -q "midas-small" "$work/said" || { cat "$work/said"; exit 1; }
 ! strings -a "$libraries"/libaltiro3D.* "$prefix"/bin/* | grep -F "$source/libaltiro3D/src"

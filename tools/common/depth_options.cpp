@@ -1,6 +1,6 @@
 #include "common/depth_options.hpp"
 
-#include "altiro3D/depth_direction.hpp"
+#include "altiro3D/depth_map.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "common/display_options.hpp"

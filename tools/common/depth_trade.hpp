@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/depth_refine.hpp"
+#include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/trade.hpp"
 

@@ -4,7 +4,6 @@
 #include "altiro3D/display.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/quilt2native.hpp"
-#include "altiro3D/quilt_search.hpp"
 #include "common/run_tool.hpp"
 
 #include <functional>

@@ -1,6 +1,5 @@
 #include "common/folder_search.hpp"
 
-#include "altiro3D/embedded_depth.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/quilt.hpp"

@@ -5,7 +5,7 @@
 #include "altiro3D/native_maker.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
-#include "altiro3D/subject.hpp"
+#include "altiro3D/view_options.hpp"
 #include "common/run_tool.hpp"
 
 #include <optional>

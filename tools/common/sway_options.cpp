@@ -1,8 +1,8 @@
 #include "common/sway_options.hpp"
 
+#include <QRegularExpression>
 #include <cmath>
 #include <cstdio>
-#include <regex>
 
 namespace altiro3D::tools {
 
@@ -69,10 +69,9 @@ SwayOptions swayOptions(const CommandLine& commandLine) {
 std::optional<cv::Size> swaySizeOption(const CommandLine& commandLine) {
     const auto text = commandLine.value("size");
     if (!text) return std::nullopt;
-    static const std::regex kPair("([0-9]{1,5})[xX]([0-9]{1,5})");
-    std::smatch match;
-    const bool read = std::regex_match(*text, match, kPair);
-    const cv::Size size = read ? cv::Size(std::stoi(match[1]), std::stoi(match[2])) : cv::Size();
+    static const QRegularExpression kPair("\\A([0-9]{1,5})[xX]([0-9]{1,5})\\z");
+    const QRegularExpressionMatch match = kPair.match(QString::fromStdString(*text));
+    const cv::Size size(match.captured(1).toInt(), match.captured(2).toInt()); // 0 x 0: no match
     const auto good = [](int side) {
         return side >= kLeastSide && side <= kLargestSide && side % 2 == 0;
     };

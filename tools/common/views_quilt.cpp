@@ -1,7 +1,7 @@
 #include "common/views_quilt.hpp"
 
 #include "altiro3D/error.hpp"
-#include "altiro3D/quilt_search.hpp"
+#include "altiro3D/quilt2native.hpp"
 #include "common/picture_options.hpp"
 
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/photo_fit.hpp"
-#include "altiro3D/subject.hpp"
+#include "altiro3D/view_options.hpp"
 #include "common/display_options.hpp"
 
 #include <string>

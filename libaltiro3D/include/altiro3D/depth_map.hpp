@@ -4,6 +4,7 @@
 
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
+#include <optional>
 
 namespace altiro3D {
 
@@ -94,5 +95,70 @@ ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthS
 /// @return [rows x cols, CV_16UC1]
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat depthTo16Bit(const cv::Mat& depth);
+
+/// How a depth map as a whole differs from its photo. All zero: no flaw was found.
+struct DepthFlaws {
+    /// Width over which depth steps are spread, px, 0..64; 0 for hard steps. A Gaussian blur of
+    /// sigma s gives 2.5 s - 1.
+    double softnessPixels = 0;
+    /// Soft steps overshoot on both sides, by this part of their height, -1..1. Enlarged depth
+    /// does, blurred depth does not (0 or less).
+    double overshoot = 0;
+    /// Near things are too large by this on each side, px, -7..7; negative: too small.
+    double growthPixels = 0;
+    /// The depth map lies this far to the right of the photo and below it, px, each -7..7.
+    cv::Point shiftPixels;
+    /// Standard deviation of the noise on surfaces, in units of depth, 0..1.
+    double noise = 0;
+};
+
+/// Options of refineDepth().
+struct DepthRefineOptions {
+    /// false: the depth map is exact and stays as it is.
+    bool enabled = true;
+    /// Flaws to correct, for example those of an earlier frame of a scene; not set: they are
+    /// measured.
+    std::optional<DepthFlaws> flaws;
+};
+
+/// Measures how a depth map differs from its photo. A flaw counts if many edges of the picture show
+/// it; single edges may differ. Flaws that are too small to matter are reported as 0
+/// (docs/mathematics.md, 4a).
+///
+/// @param photo [rows x cols, CV_8UC3, BGR]
+/// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; values beyond are clamped, NaN counts as 0
+/// @return the flaws; the same for any number of threads
+/// @throws Error InvalidArgument (empty, wrong type), Mismatch (sizes differ)
+[[nodiscard]] ALTIRO3D_EXPORT DepthFlaws measureDepthFlaws(const cv::Mat& photo,
+                                                           const cv::Mat& depth);
+
+/// Corrects the flaws of a depth map: smooths noise on surfaces, moves edges to the edges of the
+/// photo, and turns soft steps into hard ones where the photo has an edge. A depth map without
+/// flaws stays as it is.
+///
+/// @param photo [rows x cols, CV_8UC3, BGR]
+/// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; values beyond are clamped, NaN counts as 0
+/// @param refined [as depth]; may be `depth` itself. The same bytes for any number of threads.
+/// @param options which flaws; with `enabled` false the depth is copied unchanged
+/// @throws Error InvalidArgument (empty, wrong type, flaws out of range), Mismatch (sizes differ)
+ALTIRO3D_EXPORT void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
+                                 const DepthRefineOptions& options = {});
+
+/// Whether the near and the far of a depth map look exchanged: far = 1 instead of near = 1.
+///
+/// Three signs must agree, because a false alarm is worse than a missed one (docs/depth.md):
+/// - the depth falls from the top to the bottom: its correlation with the row is -0.3 or less;
+/// - the border of the upper half is nearer than the middle, on average;
+/// - the depth contradicts the photo: its correlation with estimateDepthFromCues() is -0.3 or less.
+///
+/// All are measured at 64 x 64 places. Depth whose standard deviation there is below 0.02 never
+/// looks exchanged. The third sign takes about 30 ms, and is examined only if the first two agree.
+///
+/// @param photo [rows x cols, CV_8UC3, BGR]
+/// @param depth depth map of the photo [any size, CV_32FC1, 0..1, 1 = nearest]; clamped, NaN counts
+///        as 0
+/// @return true if near and far are probably exchanged
+/// @throws Error InvalidArgument (empty or wrong type)
+[[nodiscard]] ALTIRO3D_EXPORT bool looksInverted(const cv::Mat& photo, const cv::Mat& depth);
 
 } // namespace altiro3D

@@ -2,10 +2,10 @@
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
+#include "altiro3D/error.hpp"
 #include "altiro3D/export.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/photo_fit.hpp"
-#include "altiro3D/stereo_pair.hpp"
 
 #include <filesystem>
 #include <memory>
@@ -25,6 +25,50 @@ namespace altiro3D {
 ///        1 = nearest]; fitDepth() or fitScene() resamples it to the photo
 /// @throws Error InvalidArgument (empty or wrong type)
 ALTIRO3D_EXPORT void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth);
+
+/// What matchStereo() found. Disparities are shares of the picture's width: (x of a point in the
+/// left picture - x in the right one) / width. Larger = nearer. 3D cameras shift the pictures
+/// against each other, so disparities may have both signs.
+struct ALTIRO3D_EXPORT StereoMatch {
+    double shift = 0;    ///< Median disparity, of px with detail as the next two.
+    double farthest = 0; ///< Smallest disparity: percentile 0.5.
+    double nearest = 0;  ///< Largest disparity: percentile 99.5.
+    /// By how much the right picture is lower than the left one in its middle, as share of the
+    /// width; it was moved back before matching.
+    double lower = 0;
+    double rollDegrees = 0;    ///< Rotation of the right picture, clockwise; it was undone.
+    double matchedShare = 0;   ///< Share of the left picture's px that have a match, 0..1.
+    double likeness = 0;       ///< Correlation of the fine detail of matched px, -1..1.
+    bool isReliable = false;   ///< Enough px match and are alike; otherwise do not use the depth.
+    bool isFlat = false;       ///< The disparities have no range to speak of: less than 0.15 %.
+    bool looksSwapped = false; ///< Background appears in front of foreground: change the eyes.
+
+    /// For people: "shift -12.0 %, 93 % matched", with what else is remarkable.
+    /// @return the text
+    [[nodiscard]] std::string text() const;
+    /// What a user should know: the pictures do not match, the eyes look swapped.
+    /// @param pair name of the pair for the text, for example StereoPair::origin
+    /// @return the remarks, mostly none
+    [[nodiscard]] Notes remarks(const std::string& pair) const;
+};
+
+/// Finds the depth of a stereo pair by matching (OpenCV's semi-global matching).
+///
+/// The pictures are shrunk to at most 1000 px a side and 750 000 px; a vertical offset, a small
+/// rotation and a small difference of scale between them are found and undone, and brightness and
+/// contrast are made equal. Disparities are searched from -35 % to +35 % of the width, first
+/// coarsely. A px counts as matched if the match from the right picture leads back to it within 1
+/// px. Px without a match take the farther disparity beside them, because what one eye misses lies
+/// behind, and then the weighted median of px of similar colours around them.
+///
+/// @param left [rows x cols, CV_8UC3, BGR]
+/// @param right as `left`; its shape may differ by 5 %, it is resized to the left picture's size
+/// @param disparity [the shrunk size, CV_32FC1, shares of the width, larger = nearer]; without any
+///        match and for flat pairs, all values are `shift`
+/// @return what was found
+/// @throws Error InvalidArgument (empty, wrong type), Mismatch (shapes)
+[[nodiscard]] ALTIRO3D_EXPORT StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right,
+                                                      cv::Mat& disparity);
 
 /// A source of depth for photos and video frames: an estimator, a network, a file, or the depth
 /// half of an RGB-D image. For one photo, call readImage(), then readScene():

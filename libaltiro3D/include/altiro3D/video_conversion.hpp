@@ -6,9 +6,9 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/native_maker.hpp"
-#include "altiro3D/subject.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
+#include "altiro3D/view_options.hpp"
 
 #include <cstdint>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include "altiro3D/depth_direction.hpp"
+#include "altiro3D/depth_map.hpp"
 
 #include "altiro3D/depth_source.hpp"
 #include "base/checks.hpp"

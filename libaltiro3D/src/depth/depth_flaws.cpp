@@ -1,7 +1,7 @@
-// Measures how a depth map differs from its photo: measureDepthFlaws() of depth_refine.hpp.
+// Measures how a depth map differs from its photo: measureDepthFlaws() of depth_map.hpp.
 // Everything is counted in whole numbers, so the order of the threads does not matter.
 
-#include "altiro3D/depth_refine.hpp"
+#include "altiro3D/depth_map.hpp"
 #include "base/checks.hpp"
 #include "depth/depth_noise.hpp"
 #include "depth/depth_values.hpp"

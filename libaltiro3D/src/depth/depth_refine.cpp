@@ -1,6 +1,6 @@
-// Corrects the flaws of a depth map: refineDepth() of depth_refine.hpp.
+// Corrects the flaws of a depth map: refineDepth() of depth_map.hpp.
 
-#include "altiro3D/depth_refine.hpp"
+#include "altiro3D/depth_map.hpp"
 
 #include "base/checks.hpp"
 #include "depth/depth_noise.hpp"

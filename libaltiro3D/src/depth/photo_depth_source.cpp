@@ -2,10 +2,7 @@
 // another source for all other photos.
 
 #include "altiro3D/depth_source.hpp"
-#include "altiro3D/embedded_depth.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/stereo_depth.hpp"
-#include "altiro3D/stereo_pair.hpp"
 
 #include <future>
 #include <opencv2/core/utility.hpp>

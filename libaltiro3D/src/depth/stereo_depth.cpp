@@ -1,4 +1,4 @@
-#include "altiro3D/stereo_depth.hpp"
+#include "altiro3D/depth_source.hpp"
 
 #include "base/checks.hpp"
 #include "base/text.hpp"

@@ -3,10 +3,8 @@
 #include "altiro3D/error.hpp"
 #include "base/text.hpp"
 
-#include <cctype>
 #include <charconv>
 #include <cmath>
-#include <regex>
 
 namespace altiro3D {
 
@@ -18,16 +16,80 @@ constexpr double kAspectTolerance = 0.05;
 constexpr const char* kGrid = "quilt grid";
 constexpr const char* kTile = "view size";
 
+bool isDigit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+// What is left of a text that is read from its beginning.
+struct Reading {
+    std::string_view left;
+
+    bool take(char lowerCaseLetter) {
+        if (left.empty() || lowerCase(left.front()) != lowerCaseLetter) return false;
+        left.remove_prefix(1);
+        return true;
+    }
+    // All digits that follow, and no more than `most`.
+    std::optional<int> whole(std::size_t most) {
+        std::size_t digits = 0;
+        while (digits < left.size() && isDigit(left[digits]))
+            ++digits;
+        if (digits == 0 || digits > most) return std::nullopt;
+        int number = 0;
+        std::from_chars(left.data(), left.data() + digits, number);
+        left.remove_prefix(digits);
+        return number;
+    }
+    // "0.75", not ".75" nor "1e3".
+    std::optional<double> number() {
+        double number = 0;
+        if (left.empty() || !isDigit(left.front())) return std::nullopt;
+        const auto [end, error] = std::from_chars(left.data(), left.data() + left.size(), number,
+                                                  std::chars_format::fixed);
+        if (error != std::errc()) return std::nullopt;
+        left.remove_prefix(static_cast<std::size_t>(end - left.data()));
+        return number;
+    }
+};
+
 // Parses "AxB", whole numbers of at most five digits; the error explains the order.
 std::pair<int, int> parsePair(const std::string& text, const char* subject, const char* expected) {
-    static const std::regex kPair("([0-9]{1,5})[xX]([0-9]{1,5})");
-    std::smatch match;
-    if (!std::regex_match(text, match, kPair) || std::stoi(match[1]) < 1 ||
-        std::stoi(match[2]) < 1) {
+    constexpr std::size_t kMaxDigits = 5;
+    Reading reading{text};
+    const std::optional<int> first = reading.whole(kMaxDigits);
+    const std::optional<int> second =
+        first && reading.take('x') ? reading.whole(kMaxDigits) : std::nullopt;
+    if (!second || !reading.left.empty() || *first < 1 || *second < 1) {
         throw Error(ErrorCode::InvalidArgument, subject,
                     "\"" + text + "\" is not understood, expected " + expected);
     }
-    return {std::stoi(match[1]), std::stoi(match[2])};
+    return {*first, *second};
+}
+
+// `_qs8x6`, `_qs8x6a0.75` at the beginning of a text, not followed by a letter or a digit.
+struct QuiltSuffix {
+    QuiltName name;
+    std::string text;
+};
+
+std::optional<QuiltSuffix> parseSuffix(std::string_view text) {
+    constexpr std::size_t kMaxDigits = 4;
+    Reading reading{text};
+    QuiltSuffix suffix;
+    if (!reading.take('_') || !reading.take('q') || !reading.take('s')) return std::nullopt;
+    const std::optional<int> columns = reading.whole(kMaxDigits);
+    if (!columns || !reading.take('x')) return std::nullopt;
+    const std::optional<int> rows = reading.whole(kMaxDigits);
+    if (!rows) return std::nullopt;
+    suffix.name.grid = {*columns, *rows};
+    if (reading.take('a')) {
+        suffix.name.aspect = reading.number();
+        if (!suffix.name.aspect) return std::nullopt;
+    }
+    const char next = reading.left.empty() ? '\0' : lowerCase(reading.left.front());
+    if (isDigit(next) || (next >= 'a' && next <= 'z')) return std::nullopt;
+    suffix.text = text.substr(0, text.size() - reading.left.size());
+    return suffix;
 }
 
 double aspectOf(cv::Size size) {
@@ -116,32 +178,20 @@ cv::Size parseTileSize(const std::string& text) {
 }
 
 std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file) {
-    static const std::regex kSuffix(
-        "_qs([0-9]{1,4})x([0-9]{1,4})(?:a([0-9]+(?:\\.[0-9]+)?))?(?![0-9a-z])", std::regex::icase);
     // `photo_qs8x6a0.75` without an extension: ".75" is the end of the aspect, not an extension
     const std::string extension = file.extension().string();
-    const bool number =
-        extension.size() > 1 && std::isdigit(static_cast<unsigned char>(extension[1]));
-    std::string stem = number ? file.filename().string() : file.stem().string();
-    // std::regex uses stack for each byte; file names are not longer.
-    constexpr std::size_t kMaxBytes = 255;
-    if (stem.size() > kMaxBytes) stem.erase(0, stem.size() - kMaxBytes);
-    std::optional<std::smatch> last;
-    for (std::sregex_iterator it(stem.begin(), stem.end(), kSuffix), end; it != end; ++it) {
-        last = *it;
+    const bool number = extension.size() > 1 && isDigit(extension[1]);
+    const std::string stem = number ? file.filename().string() : file.stem().string();
+    std::optional<QuiltSuffix> last;
+    for (std::size_t at = stem.rfind('_'); at != std::string::npos && !last;
+         at = at > 0 ? stem.rfind('_', at - 1) : std::string::npos) {
+        last = parseSuffix(std::string_view(stem).substr(at));
     }
     if (!last) return std::nullopt;
-    QuiltName name;
-    name.grid = {std::stoi((*last)[1]), std::stoi((*last)[2])};
-    if ((*last)[3].matched) {
-        const std::string text = (*last)[3];
-        double aspect = 0;
-        std::from_chars(text.data(), text.data() + text.size(), aspect);
-        name.aspect = aspect;
-    }
+    const QuiltName& name = last->name;
     if (!holdsTiles(name.grid) || !isNamed(name.aspect.value_or(1))) {
         throw Error(ErrorCode::InvalidArgument, file.string(),
-                    "its name says \"" + last->str() +
+                    "its name says \"" + shortened(last->text) +
                         "\", expected _qs<columns>x<rows>a<aspect> with 1..1024 columns and rows "
                         "and an aspect of 0.1..10");
     }

@@ -1,7 +1,6 @@
 // Depth images in files of their own: which photo one is for, which one lies beside a photo, and
 // which pictures look like one.
 
-#include "altiro3D/embedded_depth.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"

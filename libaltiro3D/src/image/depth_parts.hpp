@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/embedded_depth.hpp"
+#include "altiro3D/image_io.hpp"
 
 #include <cstddef>
 #include <cstdint>

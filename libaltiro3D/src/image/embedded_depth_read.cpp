@@ -1,7 +1,6 @@
-#include "altiro3D/embedded_depth.hpp"
+#include "altiro3D/image_io.hpp"
 
 #include "altiro3D/file_io.hpp"
-#include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
 #include "base/text.hpp"
@@ -16,7 +15,6 @@
 #include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <vector>
 
 namespace altiro3D {
@@ -66,7 +64,7 @@ cv::Mat samplesOf(const DepthPart& part) {
                           const_cast<char*>(part.raw.data()));
         return raw.clone();
     }
-    cv::Mat picture = decodePart(part.picture(), kMaxDepthPixels, cv::IMREAD_UNCHANGED);
+    cv::Mat picture = decodePart(part.picture(), kMaxDepthPixels, ImageChannels::AsStored);
     if (picture.depth() != CV_8U && picture.depth() != CV_16U) return {};
     if (picture.channels() >= 3) cv::extractChannel(picture, picture, 1); // grey in colours
     return picture.channels() == 1 ? picture : cv::Mat();
@@ -245,7 +243,7 @@ cv::Mat readUnblurredPhoto(const fs::path& photo, Notes* notes) {
         std::string decoded;
         const string_view original = findUnblurred(bytes, decoded);
         if (original.empty()) return {};
-        cv::Mat picture = decodePart(original, kMaxImagePixels, cv::IMREAD_COLOR);
+        cv::Mat picture = decodePart(original, kMaxImagePixels, ImageChannels::Colour);
         ColourFacts colours = readColourFacts(original, imageFormat(original));
         if (colours.icc.empty()) colours = readColourFacts(bytes, ImageFormat::Jpeg);
         convertToSrgb(picture, colours, notes);

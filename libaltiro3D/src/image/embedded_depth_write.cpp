@@ -1,29 +1,23 @@
 // Dynamic Depth 1.0: a JPEG whose XMP lists what follows it.
 
-#include "altiro3D/embedded_depth.hpp"
+#include "altiro3D/image_io.hpp"
 
 #include "altiro3D/file_io.hpp"
 #include "base/byte_reader.hpp"
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
 #include "base/text.hpp"
+#include "image/image_codecs.hpp"
 
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 
 namespace altiro3D {
 
 namespace {
-
-std::vector<unsigned char> jpegOf(const cv::Mat& picture) {
-    std::vector<unsigned char> bytes;
-    if (!cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, 95})) bytes.clear();
-    return bytes;
-}
 
 // Near and Far are not metres: the depth is relative, and 1 and 1000 keep inverse depth nearly
 // linear from 1 to 0.
@@ -115,8 +109,8 @@ void writePhotoWithDepth(const std::filesystem::path& path, const cv::Mat& photo
         cv::Mat dark = depth.clone();
         cv::patchNaNs(dark, 0);
         dark.convertTo(dark, CV_8U, -255, 255); // RangeInverse: near = dark
-        const std::vector<unsigned char> coded = jpegOf(photo);
-        const std::vector<unsigned char> codedDepth = jpegOf(dark);
+        const std::vector<unsigned char> coded = encodeJpeg(photo);
+        const std::vector<unsigned char> codedDepth = encodeJpeg(dark);
         if (coded.empty() || codedDepth.empty()) {
             throw Error(ErrorCode::WriteFailed, path.string(), "cannot be encoded as JPEG");
         }

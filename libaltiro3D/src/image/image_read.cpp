@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "image/colour.hpp"
 #include "image/heif_file.hpp"
+#include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
 #include "image/orientation.hpp"
 #include "image/pixel_values.hpp"
@@ -15,7 +16,6 @@
 #include <cstdint>
 #include <fstream>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <type_traits>
 
@@ -186,10 +186,8 @@ cv::Mat decode(const fs::path& path, ImageHeader& header, std::string& bytes) {
     std::string detail;
     cv::Mat picture;
     try {
-        const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1, bytes.data());
-        const int flags = header.isPalette ? cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION
-                                           : cv::IMREAD_UNCHANGED;
-        picture = cv::imdecode(encoded, flags);
+        picture = decodeImage(bytes, header.format,
+                              header.isPalette ? ImageChannels::Colour : ImageChannels::AsStored);
     } catch (const cv::Exception& exception) {
         if (exception.code == cv::Error::StsNoMem) throw;
         detail = exception.err;

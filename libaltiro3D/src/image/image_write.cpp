@@ -4,6 +4,7 @@
 #include "altiro3D/file_io.hpp"
 #include "base/memory_errors.hpp"
 #include "base/text.hpp"
+#include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
 #include "image/pixel_values.hpp"
 #include "image/png_encode.hpp"
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
@@ -64,12 +64,10 @@ std::vector<std::vector<unsigned char>> encode(const cv::Mat& picture, const Wri
     if (writer.channels == 3 && suited.channels() == 1) {
         cv::cvtColor(suited, suited, cv::COLOR_GRAY2BGR);
     }
-    std::vector<int> settings;
-    if (format == "JPEG") settings = {cv::IMWRITE_JPEG_QUALITY, 95};
-    std::vector<std::vector<unsigned char>> pieces(1);
-    if (!cv::imencode(writer.extension, suited, pieces[0], settings) || pieces[0].empty()) {
-        pieces.clear();
-    }
+    std::vector<unsigned char> bytes =
+        format == "JPEG" ? encodeJpeg(suited) : encodeImage(suited, writer.extension);
+    std::vector<std::vector<unsigned char>> pieces;
+    if (!bytes.empty()) pieces.push_back(std::move(bytes));
     return pieces;
 }
 

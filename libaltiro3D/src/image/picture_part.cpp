@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 namespace altiro3D {
 
-cv::Mat decodePart(std::string_view bytes, double maxPixels, int flags) {
+cv::Mat decodePart(std::string_view bytes, double maxPixels, ImageChannels channels) {
     const ImageHeader header = readImageHeader(bytes, "");
     const double pixels = static_cast<double>(header.columns) * static_cast<double>(header.rows);
     const bool isKnown = header.format == ImageFormat::Jpeg || header.format == ImageFormat::Png;
@@ -17,9 +16,7 @@ cv::Mat decodePart(std::string_view bytes, double maxPixels, int flags) {
         return {};
     }
     try {
-        const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
-                              const_cast<char*>(bytes.data()));
-        return cv::imdecode(encoded, flags | cv::IMREAD_IGNORE_ORIENTATION);
+        return decodeImage(bytes, header.format, channels);
     } catch (const cv::Exception& exception) {
         if (exception.code == cv::Error::StsNoMem) throw;
         return {};

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "image/image_codecs.hpp"
+
 #include <opencv2/core/mat.hpp>
 #include <string_view>
 
@@ -7,8 +9,7 @@ namespace altiro3D {
 
 /// Decodes a JPEG or PNG inside a file, as stored: neither turned nor in other colours.
 /// @param maxPixels larger ones are refused before allocation
-/// @param flags of cv::imdecode()
 /// @return the picture; empty if it is damaged, cut off or too large
-cv::Mat decodePart(std::string_view bytes, double maxPixels, int flags);
+cv::Mat decodePart(std::string_view bytes, double maxPixels, ImageChannels channels);
 
 } // namespace altiro3D

@@ -1,7 +1,6 @@
-#include "altiro3D/stereo_pair.hpp"
+#include "altiro3D/image_io.hpp"
 
 #include "altiro3D/file_io.hpp"
-#include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "base/image_format.hpp"
 #include "base/memory_errors.hpp"
@@ -18,7 +17,6 @@
 
 #include <fstream>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 #include <utility>
@@ -77,7 +75,7 @@ cv::Mat readFirst(const fs::path& photo, Notes* notes) {
 std::optional<StereoPair> pairOfJpeg(const fs::path& photo, string_view bytes, Notes* notes) {
     const string_view second = findSecondEye(bytes);
     if (second.empty()) return std::nullopt;
-    cv::Mat right = decodePart(second, kMaxImagePixels, cv::IMREAD_COLOR);
+    cv::Mat right = decodePart(second, kMaxImagePixels, ImageChannels::Colour);
     if (right.empty()) {
         addUnused(notes, "it is damaged or too large");
         return std::nullopt;

@@ -1,4 +1,4 @@
-#include "altiro3D/quilt_search.hpp"
+#include "altiro3D/quilt2native.hpp"
 
 #include "base/checks.hpp"
 #include "image/downscale.hpp"

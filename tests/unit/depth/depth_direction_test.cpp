@@ -1,6 +1,5 @@
-#include "altiro3D/depth_direction.hpp"
-
 #include "altiro3D/depth_map.hpp"
+
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/image_io.hpp"
 #include "support/files.hpp"

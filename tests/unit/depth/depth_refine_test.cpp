@@ -1,4 +1,4 @@
-#include "altiro3D/depth_refine.hpp"
+#include "altiro3D/depth_map.hpp"
 
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/trade.hpp"

@@ -1,6 +1,5 @@
 #include "altiro3D/depth_source.hpp"
 
-#include "altiro3D/embedded_depth.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "support/compare.hpp"

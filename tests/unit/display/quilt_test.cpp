@@ -77,13 +77,19 @@ TEST(QuiltName, IsTheLastSuffixOfTheName) {
     EXPECT_EQ(text("dir_qs2x2/photo.png"), "none");
     EXPECT_EQ(text("qs8x6.png"), "none");
     EXPECT_EQ(text("a_qs8x6b.png"), "none");
+    EXPECT_EQ(text("a_qs8x6a0.75b.png"), "none");
+    EXPECT_EQ(text("a_qs8x6a.75.png"), "none");
+    EXPECT_EQ(text("a_qs8x6ab.png"), "none");
+    EXPECT_EQ(text("a_qs8x60000.png"), "none");
+    EXPECT_EQ(text("a_QS8X6A0.75-2.png"), "8,6,0.750000");
+    EXPECT_EQ(text("a_qs8x6_qs5.png"), "8,6,none");
     EXPECT_EQ(text("a_qs8x6a0.75"), "8,6,0.750000");
     EXPECT_NE(errorOf([] { parseQuiltName("_qs0x6a1.png"); }).find("1..1024 columns"),
               std::string::npos);
     EXPECT_NE(errorOf([] { parseQuiltName("a_qs8x6a99.png"); }).find("0.1..10"), std::string::npos);
 }
 
-TEST(QuiltName, NamesOfAnyLengthAreRead) { // a regular expression would run out of stack
+TEST(QuiltName, NamesOfAnyLengthAreRead) {
     const std::string digits(100000, '1');
     EXPECT_FALSE(parseQuiltName("a_qs8x6a" + digits + ".png"));
     EXPECT_FALSE(parseQuiltName(digits + ".png"));

@@ -1,9 +1,8 @@
 // Depth inside photos, in files made as phones write them.
 
-#include "altiro3D/embedded_depth.hpp"
+#include "altiro3D/image_io.hpp"
 
 #include "altiro3D/depth_source.hpp"
-#include "altiro3D/image_io.hpp"
 #include "image/depth_parts.hpp"
 #include "image/heif_file.hpp"
 #include "image/xmp.hpp"

@@ -1,4 +1,4 @@
-#include "altiro3D/subject.hpp"
+#include "altiro3D/view_options.hpp"
 
 #include "support/compare.hpp"
 #include "support/files.hpp"

@@ -1,0 +1,17 @@
+#include "image/opencv_codecs.hpp"
+
+#include <opencv2/imgcodecs.hpp>
+
+namespace {
+
+cv::Mat decode(const cv::Mat& encoded, int flags) {
+    return cv::imdecode(encoded, flags);
+}
+
+bool encode(const std::string& extension, const cv::Mat& image, std::vector<unsigned char>& bytes) {
+    return cv::imencode(extension, image, bytes);
+}
+
+} // namespace
+
+const altiro3D::OpenCvCodecs altiro3d_opencv_codecs = {decode, encode};

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+namespace altiro3D {
+
+/// cv::imdecode() and cv::imencode(), behind pointers: OpenCV's image formats bring more than a
+/// hundred libraries, which would take two thirds of the start of every program. The shared library
+/// loads them with the first picture that is neither JPEG nor PNG; a static one links them.
+struct OpenCvCodecs {
+    /// @param encoded [1 x bytes, CV_8UC1]
+    cv::Mat (*decode)(const cv::Mat& encoded, int flags);
+    bool (*encode)(const std::string& extension, const cv::Mat& image,
+                   std::vector<unsigned char>& bytes);
+};
+
+/// @throws Error Unsupported if their library cannot be loaded
+const OpenCvCodecs& openCvCodecs();
+
+} // namespace altiro3D
+
+/// What the loaded library exports.
+extern "C" __attribute__((visibility("default")))
+const altiro3D::OpenCvCodecs altiro3d_opencv_codecs;

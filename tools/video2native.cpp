@@ -68,8 +68,8 @@ int main(int argc, char** argv) {
                         "130). An interrupted run "
                         "leaves OUT.parts; the same command with --resume continues it.");
     commandLine.addNote(
-        "Of a directory only videos are converted; one bad video does not stop the rest. Depth is "
-        "estimated. Clips of Live Photos, videos of quilts and of depth, Native videos, pictures "
+        "Of a directory only videos are converted; one bad video does not stop the rest. Clips of "
+        "Live Photos, videos of quilts and of depth, Native videos, pictures "
         "and other files are named, counted and left out.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "clip.mp4 native.mp4",
                         "Make a Native video for the display that is connected.");

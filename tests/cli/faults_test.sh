@@ -516,6 +516,6 @@ for tool in photo2native video2native; do
     call "$tool" "$(input_of "$tool")" "$root/crashed.$(ending_of "$tool")"
     run "$tool" -n crash.onnx --net-profile crash.json "${words[@]}"
     check "$tool: a network that crashes OpenCV" ends 1
-    check "$tool: a network that crashes OpenCV: one line" one_error "$tool" "crash.onnx: crashes OpenCV"
+    check "$tool: a network that crashes OpenCV: one line" one_error "$tool" "crash.onnx: crashes when"
 done
 finish

@@ -88,7 +88,7 @@ TEST_F(NetworkTrust, AKnownNameDoesNotSaveAFileThatCrashesOpenCv) {
                           bytes(5, tensor("w", {1, 3, 3000, 3000}, {0})) +
                           bytes(11, valueInfo("x", {1, 3, 32, 32})) +
                           bytes(12, valueInfo("y", {1, 1, 32, 32}))));
-    EXPECT_TRUE(fails(run("a.png"), 1, "crashes OpenCV"));
+    EXPECT_TRUE(fails(run("a.png"), 1, "crashes when"));
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 

@@ -108,9 +108,9 @@ int runVideoFolder(const CommandLine& commandLine, Messages& messages) {
     }
     VideoJob job;
     job.plan = planVideo(commandLine);
-    requireDirectoryName(job.plan.output, "videos");
     std::vector<LeftOutFile> leftOut;
     const std::vector<FolderFile> videos = listVideos(commandLine, leftOut, messages);
+    requireDirectoryName(job.plan.output, "videos");
     prepareVideo(commandLine, job, messages);
     const fs::path report = job.plan.report;
     std::vector<VideoPlan> plans = planVideos(commandLine, job, videos, messages);

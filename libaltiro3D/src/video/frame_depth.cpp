@@ -74,10 +74,7 @@ SavedState FrameDepth::state() const {
 }
 
 void FrameDepth::setState(const SavedState& state) {
-    if (state.bytes.size() < 2 * kDigestBytes) {
-        throw Error(ErrorCode::BadFormat, "state",
-                    "is damaged, expected the state of an earlier run");
-    }
+    if (state.bytes.size() < 2 * kDigestBytes) throw damagedState();
     depth_->setState({state.bytes.substr(2 * kDigestBytes)});
     kept_ = state.bytes.substr(0, 2 * kDigestBytes);
 }

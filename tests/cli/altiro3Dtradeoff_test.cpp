@@ -209,9 +209,10 @@ TEST_F(Tradeoff, ASourceOfDepthThatFailsIsLeftOutOfAllScenes) {
     const Outcome outcome = run(call);
     EXPECT_TRUE(warns(outcome, "depth by hot, 32 px is left out"));
     EXPECT_TRUE(isIn("\nhot, 32 px ", outcome.out)) << "it was measured on the dark scene";
-    EXPECT_EQ(json().at("rows").size(), 3 * tradeSettings().size());
+    const Json report = json();
+    EXPECT_EQ(report.at("rows").size(), 3 * tradeSettings().size());
     std::vector<std::string> measured;
-    for (const Json& row : json().at("estimatedDepth"))
+    for (const Json& row : report.at("estimatedDepth"))
         measured.push_back(row.at("scene").get<std::string>() + ": " +
                            row.at("source").get<std::string>());
     EXPECT_EQ(measured,

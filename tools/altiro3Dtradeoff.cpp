@@ -496,7 +496,7 @@ int main(int argc, char** argv) {
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg",
                         "Compare the methods on a photo, with estimated depth.");
     commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "--plot trade.svg -d holiday.jpg holiday-depth.png",
+                        "--plot trade.svg -d holiday.jpg painted.png",
                         "Compare them with given depth, and draw the result.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "-j 1 --report trade.json holiday.jpg",
                         "Measure one thread, and write all numbers.");

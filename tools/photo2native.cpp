@@ -5,6 +5,7 @@
 #include "common/depth_options.hpp"
 #include "common/depth_trade.hpp"
 #include "common/display_options.hpp"
+#include "common/folder_run.hpp"
 #include "common/native_options.hpp"
 #include "common/outputs.hpp"
 #include "common/photo_plan.hpp"
@@ -13,7 +14,6 @@
 #include "common/sway_options.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <ctime>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -152,20 +152,24 @@ NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, const ViewOption
     return isUsual ? run.maker : run.maker.withViews(views);
 }
 
-// A picture of a folder that is not a photo.
-struct NoPhoto {
-    LeftOutFile file;
-};
-
 // Pictures that were not named are converted only if they are photos.
-void requirePhoto(const PhotoItem& item, const cv::Mat& picture) {
+// @param isEstimated no depth came with the picture
+void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimated) {
     if (!item.isFromFolder || !item.depth.empty()) return;
     const FoundQuilt found = findQuiltLayout(picture);
-    if (found.verdict != QuiltVerdict::Quilt) return;
-    throw NoPhoto{{item.photo, "quilt",
-                   "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
-                       std::to_string(found.layout.rows) +
-                       " rows; quilt2native makes Natives of quilts"}};
+    if (found.verdict == QuiltVerdict::Quilt) {
+        throw NotTaken{{item.photo, "quilt",
+                        "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
+                            std::to_string(found.layout.rows) +
+                            " rows; quilt2native makes Natives of quilts"}};
+    }
+    if (!isEstimated || hasColours(picture)) return;
+    const QuietStandardError quiet;
+    if (looksLikeDepthImage(readImage(item.photo))) { // with all its bits
+        throw NotTaken{{item.photo, "depth image",
+                        "looks like a depth image, as it is grey and smooth; a photo is converted "
+                        "if it is named itself"}};
+    }
 }
 
 // Chooses depth and method by the first photo, for all of them.
@@ -209,13 +213,13 @@ bool chooseByBudget(PhotoRun& run, const Scene& scene, const Scene& fitted, Mess
 }
 
 // Makes all outputs of one photo; returns their report.
-// @throws NoPhoto
+// @throws NotTaken
 Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun& run,
                  Messages& messages) {
     StageTimes times;
     const double focus = run.maker.options().views.focus;
     Scene scene = run.depth.read(item.photo, item.depth, focus, messages, times);
-    requirePhoto(item, scene.photo);
+    requirePhoto(item, scene.photo, run.depth.isEstimated());
     double aspect = run.display.aspect();
     if (!item.quilt.empty()) aspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
     const cv::Size photoSize = scene.photo.size();
@@ -311,24 +315,6 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     return report;
 }
 
-// The numbers of photos that were made, skipped and failed.
-struct Tally {
-    std::size_t made = 0;
-    std::size_t skipped = 0;
-    std::size_t failed = 0;
-};
-
-// "197 photos made, 2 skipped as they exist, 1 failed, in 83 s"
-std::string summaryOf(const Tally& tally, const std::vector<LeftOutFile>& leftOut, double seconds) {
-    std::string text = counted(tally.made, "photo") + " made";
-    if (tally.skipped > 0)
-        text += ", " + std::to_string(tally.skipped) + " skipped as the outputs exist";
-    if (tally.failed > 0) text += ", " + std::to_string(tally.failed) + " failed";
-    if (!leftOut.empty())
-        text += ", " + std::to_string(leftOut.size()) + " left out (" + kindsText(leftOut) + ")";
-    return text + ", in " + fixed(seconds, seconds < 10 ? 1 : 0) + " s";
-}
-
 // The value of an option, or null.
 Json given(const CommandLine& commandLine, const std::string& option) {
     const auto value = commandLine.value(option);
@@ -418,8 +404,45 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
     return report;
 }
 
+// A run of one photo.
+int makeOnly(const CommandLine& commandLine, const PhotoPlan& plan, PhotoRun& run, Json& pictures,
+             Messages& messages) {
+    const PhotoItem& item = plan.items.front();
+    if (item.isMade) {
+        messages.say(item.photo.string() + ": skipped, as " + item.native.string() + " exists");
+        pictures.push_back({{"photo", item.photo.string()}, {"skipped", true}});
+    } else {
+        pictures.push_back(makePicture(commandLine, item, run, messages));
+    }
+    return kExitDone;
+}
+
+// A run of many photos.
+int makePictures(const CommandLine& commandLine, const PhotoPlan& plan, PhotoRun& run,
+                 Json& pictures, Messages& messages) {
+    const auto toMake = std::count_if(plan.items.begin(), plan.items.end(),
+                                      [](const PhotoItem& item) { return !item.isMade; });
+    FolderRun folder("photo", static_cast<std::size_t>(toMake), plan.leftOut, messages);
+    for (const PhotoItem& item : plan.items) {
+        const std::string photo = item.photo.string();
+        if (item.isMade) {
+            folder.skip(item.photo, item.native);
+            pictures.push_back({{"photo", photo}, {"skipped", true}});
+            continue;
+        }
+        const FolderRun::Outcome outcome = folder.convert(item.photo, [&] {
+            pictures.push_back(makePicture(commandLine, item, run, messages));
+            return kExitDone;
+        });
+        if (!outcome.leftOut.empty())
+            pictures.push_back({{"photo", photo}, {"leftOut", outcome.leftOut}});
+        if (!outcome.error.empty())
+            pictures.push_back({{"photo", photo}, {"error", outcome.error}});
+    }
+    return folder.end();
+}
+
 int run(const CommandLine& commandLine, Messages& messages) {
-    const auto start = std::chrono::steady_clock::now();
     StageTimes
         setup; // "start" is the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
@@ -452,50 +475,11 @@ int run(const CommandLine& commandLine, Messages& messages) {
     messages.detail("ready: " + setup.text());
     outputs.makeDirectories();
 
-    if (plan.batch) messages.flushWarnings(); // these belong to no photo
     Json pictures = Json::array();
-    Tally tally;
-    Progress progress(static_cast<std::size_t>(std::count_if(
-        plan.items.begin(), plan.items.end(), [](const PhotoItem& item) { return !item.isMade; })));
-    for (const PhotoItem& item : plan.items) {
-        if (plan.batch) messages.setSubject(item.photo.filename().string());
-        if (item.isMade) {
-            const std::string line = "skipped, as " + item.native.string() + " exists";
-            if (plan.batch) {
-                messages.detail(line);
-            } else {
-                messages.say(item.photo.string() + ": " + line);
-            }
-            pictures.push_back({{"photo", item.photo.string()}, {"skipped", true}});
-            ++tally.skipped;
-            continue;
-        }
-        progress.step(item.photo.filename().string());
-        try {
-            pictures.push_back(makePicture(commandLine, item, photoRun, messages));
-            ++tally.made;
-            if (plan.batch) messages.flushWarnings();
-        } catch (const NoPhoto& other) {
-            messages.dropWarnings();
-            messages.say(other.file.why);
-            pictures.push_back({{"photo", item.photo.string()}, {"leftOut", other.file.why}});
-            plan.leftOut.push_back(other.file);
-        } catch (const std::exception& error) {
-            if (!plan.batch) throw;
-            messages.dropWarnings();
-            messages.fail(sentenceOf(error));
-            pictures.push_back({{"photo", item.photo.string()}, {"error", sentenceOf(error)}});
-            ++tally.failed;
-        }
-    }
-    progress.clear();
-    messages.setSubject({});
+    const int status = plan.batch ? makePictures(commandLine, plan, photoRun, pictures, messages)
+                                  : makeOnly(commandLine, plan, photoRun, pictures, messages);
     const double peak = peakMegabytes();
     if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
-    if (plan.batch) {
-        const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-        messages.say(summaryOf(tally, plan.leftOut, time.count()));
-    }
     if (!plan.report.empty()) {
         Json report = reportOf(commandLine, photoRun, messages);
         for (const auto& [stage, milliseconds] : setup.milliseconds())
@@ -504,7 +488,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         report["pictures"] = std::move(pictures);
         writeFile(plan.report, report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     }
-    return tally.failed == 0 ? kExitDone : kExitFailed;
+    return status;
 }
 
 } // namespace
@@ -547,7 +531,7 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced({"skip-existing"},
                             "Continue a run that ended early: leave out each photo whose outputs "
                             "all exist and are not empty, even if other options made them.");
-    commandLine.add({"recursive"}, "Also convert the photos in the subfolders of DIR.");
+    addRecursiveOption(commandLine, "photos");
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
     addDisplayOptions(commandLine);
@@ -556,15 +540,16 @@ int main(int argc, char** argv) {
                         "outputs, and so are the names of --save-... and --lg; one bad photo does "
                         "not stop the rest. Of a directory only photos are converted, with their "
                         "depth image if one lies beside them (a.jpg and a-depth.png). Natives, "
-                        "quilts, videos and other files are named, counted and left out.");
+                        "quilts, depth images without a photo, videos and other files are named, "
+                        "counted and left out. A picture that is grey and smooth counts as a depth "
+                        "image; name it itself if it is a photo.");
     commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg native.png",
                         "Make a Native for the display that is connected.");
     commandLine.addTerm(CommandLine::Chapter::Examples,
                         "-k --continuous -c visual.json holiday.jpg best.png",
                         "Make the best picture, for the display of that calibration.");
-    commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "-d holiday.jpg holiday-depth.png given.png",
+    commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg painted.png given.png",
                         "Take the depth from an image.");
     commandLine.addTerm(CommandLine::Chapter::Examples,
                         "--save-quilt holiday.png --lg holiday.mp4 holiday.jpg all.png",

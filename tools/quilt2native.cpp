@@ -2,8 +2,8 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
+#include "common/folder_run.hpp"
 #include "common/outputs.hpp"
-#include "common/photo_folder.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/sway_options.hpp"
@@ -11,7 +11,7 @@
 #include "common/video_progress.hpp"
 #include "common/video_run.hpp"
 
-#include <chrono>
+#include <algorithm>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
@@ -43,15 +43,19 @@ bool isVideo(const fs::path& file) {
     }
 }
 
-// False if a picture of a folder is not a quilt.
-bool convertPicture(const Job& job, const ChosenDisplay& display, Messages& messages) {
+// @throws NotTaken if a picture of a folder is not a quilt
+void convertPicture(const Job& job, const ChosenDisplay& display, Messages& messages) {
     StageTimes times;
     refuseNative(job.quilt, "a quilt");
     const cv::Mat picture = readPhotoFile(job.quilt, messages);
     times.end("read");
     std::optional<FoundQuilt> found;
     if (!isLayoutStated(job.commandLine, job.quilt)) found = findQuiltLayout(picture);
-    if (job.isFromFolder && found && found->verdict == QuiltVerdict::NoQuilt) return false;
+    if (job.isFromFolder && found && found->verdict == QuiltVerdict::NoQuilt) {
+        throw NotTaken{{job.quilt, "photo",
+                        "is a photo or another picture of one view; photo2native makes Natives of "
+                        "photos"}};
+    }
     const QuiltLayout layout =
         chooseQuilt(job.commandLine, display, messages, job.quilt, picture.size(), found);
     const QuiltShape shape(job.quilt, layout, display, job.fit);
@@ -76,93 +80,60 @@ bool convertPicture(const Job& job, const ChosenDisplay& display, Messages& mess
     if (!job.swayFile.empty())
         messages.say(job.swayFile.string() + ": video, " + swayText(job.sway, swaySize));
     messages.detail(times.text());
-    return true;
 }
 
 // Converts the quilts of a folder; one that cannot be converted does not stop the rest. Exit
 // status.
 int convertFolder(const CommandLine& commandLine, Messages& messages) {
-    const auto start = std::chrono::steady_clock::now();
     const fs::path& folder = commandLine.files()[0];
     const fs::path& outputFolder = commandLine.files()[1];
-    std::error_code error;
     if (commandLine.has("lg")) {
         throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
     }
+    commandLine.exclude("y", "skip-existing");
     FolderSearch search;
+    search.wanted = {FileKind::Photo, FileKind::Quilt}; // a quilt need not be named as one
+    search.recursive = commandLine.has("recursive");
     search.pairDepth = false;
     search.outputs = {outputFolder};
-    std::vector<fs::path> quilts;
     std::vector<LeftOutFile> leftOut;
-    const PhotoFolder found = searchFolder(folder, search);
-    for (const FolderPhoto& picture : found.photos)
-        quilts.push_back(picture.photo);
-    for (const LeftOutFile& file : found.leftOut) {
-        if (file.kind == "quilt") {
-            quilts.push_back(file.file);
-            continue;
-        }
-        leftOut.push_back(file);
-        messages.say(file.file.string() + ": " +
-                     (file.kind == "folder" ? "is a folder, which is not searched" : file.why));
-    }
+    const std::vector<FolderFile> quilts = listFiles(folder, search, leftOut, messages);
     if (quilts.empty()) {
         throw Error(ErrorCode::NotFound, folder.string(), "holds no pictures, expected quilts");
     }
-    if (!fs::is_directory(outputFolder, error) &&
-        (fs::exists(outputFolder, error) || canWriteImage(outputFolder))) {
-        throw UsageError(outputFolder.string() + ": names one file, expected a directory for the "
-                                                 "Natives of several quilts");
-    }
+    requireDirectoryName(outputFolder, "quilts");
     const ChosenDisplay display = findDisplay(commandLine, messages);
     const bool skip = commandLine.has("skip-existing");
     Outputs outputs(commandLine.has("y") || skip);
     for (const fs::path& file : display.files)
         outputs.addInput(file);
     std::vector<fs::path> natives;
-    for (const fs::path& quilt : quilts) {
-        natives.push_back(outputFolder / (quilt.stem().string() + "_native.png"));
-        outputs.addInput(quilt);
-        outputs.addOutput(natives.back());
+    for (const std::string& stem : outputStems(quilts))
+        natives.push_back(outputFolder / (stem + "_native.png"));
+    for (std::size_t i = 0; i < quilts.size(); ++i) {
+        outputs.addInput(quilts[i].file);
+        outputs.addDirectory(natives[i].parent_path());
+        outputs.addOutput(natives[i]);
     }
-    outputs.addDirectory(outputFolder);
     outputs.check();
     outputs.makeDirectories();
-    std::size_t made = 0;
-    std::size_t skipped = 0;
-    bool failed = false;
+    const auto isMade = [&](const fs::path& native) { return skip && isFileWithContents(native); };
+    const auto made = std::count_if(natives.begin(), natives.end(), isMade);
+    FolderRun run("quilt", quilts.size() - static_cast<std::size_t>(made), leftOut, messages);
     for (std::size_t i = 0; i < quilts.size(); ++i) {
-        if (skip && fs::is_regular_file(natives[i], error)) {
-            ++skipped;
+        if (isMade(natives[i])) {
+            run.skip(quilts[i].file, natives[i]);
             continue;
         }
-        messages.setSubject(quilts[i].filename().string());
-        try {
-            const Job job{commandLine, quilts[i], natives[i], fitOption(commandLine),
-                          {},          {},        {},         ViewFilter::Nearest,
-                          true};
-            if (convertPicture(job, display, messages)) {
-                ++made;
-            } else {
-                messages.say("is a photo or another picture of one view; photo2native makes "
-                             "Natives of photos");
-                leftOut.push_back({quilts[i], "photo", {}});
-            }
-            messages.flushWarnings();
-        } catch (const std::exception& problem) {
-            messages.dropWarnings();
-            messages.fail(sentenceOf(problem));
-            failed = true;
-        }
+        run.convert(quilts[i].file, [&] {
+            const Job job{
+                commandLine, quilts[i].file,      natives[i], fitOption(commandLine), {}, {},
+                {},          ViewFilter::Nearest, true};
+            convertPicture(job, display, messages);
+            return kExitDone;
+        });
     }
-    messages.setSubject({});
-    std::string text = counted(made, "quilt") + " made";
-    if (skipped > 0) text += ", " + std::to_string(skipped) + " skipped as the outputs exist";
-    if (!leftOut.empty())
-        text += ", " + std::to_string(leftOut.size()) + " left out (" + kindsText(leftOut) + ")";
-    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-    messages.say(text + ", in " + fixed(time.count(), 1) + " s");
-    return failed ? kExitFailed : kExitDone;
+    return run.end();
 }
 
 // Returns the exit status.
@@ -266,6 +237,7 @@ int main(int argc, char** argv) {
     commandLine.add({"y"}, "Replace outputs that exist.");
     commandLine.addAdvanced({"skip-existing"},
                             "Of a folder: leave out quilts whose Native exists.");
+    addRecursiveOption(commandLine, "quilts");
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
     commandLine.addSection("Videos");
@@ -285,6 +257,9 @@ int main(int argc, char** argv) {
         "picture. A Native video is "
         "H.264 4:4:4 in .mp4, .mov or .mkv, which keeps the colour of every "
         "sub-pixel; sound, subtitles, chapters and tags are copied.");
+    commandLine.addNote("Of a directory only quilts are converted; one bad quilt does not stop the "
+                        "rest. Photos, Natives, videos and other files are named, counted and left "
+                        "out.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday_qs8x6a0.75.png native.png",
                         "Make a Native of a quilt whose name states its layout.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "-q 6x8 quilt.png native-q.png",

@@ -2,6 +2,7 @@
 
 #include "common/depth_options.hpp"
 #include "common/display_options.hpp"
+#include "common/folder_run.hpp"
 #include "common/native_options.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
@@ -22,6 +23,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] --rgbd right RGBD.mp4 OUT.mp4");
     commandLine.addUsage("[options] --depth DEPTH IN OUT.mp4");
     commandLine.addUsage("[options] --from-quilt QUILT_qs8x6a0.75.mp4 OUT.mp4");
+    commandLine.addUsage("[options] DIR OUTDIR");
     commandLine.addUsage("--profile live /dev/video0 OUT.mkv");
     commandLine.addUsage("[options] --show IN");
     commandLine.addSection("Profile");
@@ -50,8 +52,10 @@ int main(int argc, char** argv) {
                     "Show the video on the display with altiro3Dview and profile live; write "
                     "no file.");
     commandLine.addAdvanced({"screen"}, "Screen for --show, instead of the display's own.", "NAME");
-    commandLine.add({"resume"}, "Continue an interrupted run of the same command.");
+    commandLine.add({"resume"}, "Continue an interrupted run of the same command. Of a folder: "
+                                "leave out videos whose output is complete.");
     commandLine.add({"y"}, "Replace outputs that exist, and start from the beginning.");
+    addRecursiveOption(commandLine, "videos");
     VideoProgressLine::add(commandLine);
     commandLine.addAdvanced({"report"},
                             "Write settings, counts and the time of each stage, for programs.",
@@ -63,6 +67,10 @@ int main(int argc, char** argv) {
         "IN is anything that FFmpeg reads, - for standard input, or a capture "
         "device. Ctrl-C ends the file properly (exit status 130). An interrupted run "
         "leaves OUT.parts; the same command with --resume continues it.");
+    commandLine.addNote(
+        "Of a directory only videos are converted; one bad video does not stop the rest. Clips of "
+        "Live Photos, videos of quilts and of depth, Native videos, pictures "
+        "and other files are named, counted and left out.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "clip.mp4 native.mp4",
                         "Make a Native video for the display that is connected.");
     commandLine.addTerm(CommandLine::Chapter::Examples,
@@ -71,6 +79,7 @@ int main(int argc, char** argv) {
     commandLine.addTerm(CommandLine::Chapter::Examples, "--depth clip-depth.mp4 clip.mp4 given.mp4",
                         "Take the depth from a video.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
-        return runVideo(given, planVideo(given), messages);
+        return takesFolder(given) ? runVideoFolder(given, messages)
+                                  : runVideo(given, planVideo(given), messages);
     });
 }

@@ -149,7 +149,7 @@ TEST_P(EveryTool, TheExamplesOfTheHelpWork) {
     const cv::Mat quilt = madePhoto(240, 240); // 8 columns and 6 rows of 30 x 40 px
     fs::copy(studio_ / "small.json", studio_ / "visual.json");
     fs::copy(studio_ / "photo.png", studio_ / "holiday.jpg");
-    fs::copy(studio_ / "depth.png", studio_ / "holiday-depth.png");
+    fs::copy(studio_ / "depth.png", studio_ / "painted.png");
     writeImage(studio_ / "quilt.png", quilt);
     if (tool() != "photo2native") // which writes it
         writeImage(studio_ / "holiday_qs8x6a0.75.png", quilt);

@@ -224,6 +224,34 @@ TEST_F(Methods, ABudgetChoosesTheBestThatFitsAndSaysSo) {
     EXPECT_TRUE(this->report({}).at("budget").is_null());
 }
 
+TEST_F(Methods, ABudgetAndAutoChooseTogether) {
+    const Arguments automatic{"--fit", "auto", "--focus", "auto", "--strength", "auto"};
+    const auto picture = [&](const Arguments& options) {
+        return report(automatic + options).at("pictures").at(0);
+    };
+    const Json alone = picture({});
+    const cv::Mat expected = readBack(studio_ / "a.png");
+    const Json within = picture({"--budget", "60000"}); // layered, as without a budget
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), expected));
+    // a method that the budget chooses makes the picture that the method makes by itself
+    ASSERT_EQ(cachedBudgets().size(), 1U);
+    Json kept = Json::parse(slurp(cachedBudgets().front()));
+    for (std::size_t i = 0; i < 4; ++i)
+        kept.at("costs").at(i).at("milliseconds") = 6000.0 / static_cast<double>(i + 1);
+    kept.at("costs").at(3).at("milliseconds") = 1;
+    spill(cachedBudgets().front(), kept.dump());
+    const Json quick = picture({"--budget", "2"});
+    const cv::Mat made = readBack(studio_ / "a.png");
+    picture({"--method", "fast"});
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), made));
+    EXPECT_FALSE(samePicture(made, expected));
+    for (const char* key : {"focus", "center", "strengthPercent"}) {
+        EXPECT_EQ(within.at(key), alone.at(key)) << key;
+        EXPECT_EQ(quick.at(key), alone.at(key)) << key;
+    }
+    EXPECT_NE(alone.at("strengthPercent"), 10);
+}
+
 TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
     ASSERT_TRUE(isDone(make({"--budget", "60000"})));
     ASSERT_EQ(cachedBudgets().size(), 1U);

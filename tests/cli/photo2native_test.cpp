@@ -817,7 +817,8 @@ TEST(Photo2Native, NothingInAFolderIsLostSilently) {
     for (const char* name :
          {"in/a.png", "in/b.jpg", "in/trip/a.png", "in/q_qs3x2a0.75.png", "in/lone_depth.png"})
         writeImage(studio / name, photo);
-    fs::copy(studio / "depth.png", studio / "in/a-depth.png");
+    for (const char* name : {"in/a-depth.png", "in/a_disparity.png", "in/z.png"})
+        fs::copy(studio / "depth.png", studio / name);
     cv::Mat web; // a quilt whose name does not say it
     Depth2Quilt({4, 5, {140, 100}, 20})
         .render(scenery({140, 100}, 3), randomDepth({140, 100}), web);
@@ -829,16 +830,19 @@ TEST(Photo2Native, NothingInAFolderIsLostSilently) {
     EXPECT_EQ(names(studio / "out"), (std::vector<std::string>{"a_native.png", "b_native.png"}));
     for (const char* line :
          {"\na.png: out/a_native.png: Native, 96 x 128 px; depth of a-depth.png",
+          "\nin/a_disparity.png: is a depth image by its name, but a-depth.png is used\n",
           "\nin/b.MOV: is the clip of the Live Photo b.jpg\n",
           "\nin/c.mp4: is a video; video2native makes Natives of videos\n",
-          "\nin/d.xyz: is no picture of a format that can be read\n",
+          "\nin/d.xyz: is no picture or video of a format that can be read\n",
           "\nin/lone_depth.png: is a depth image by its name, but its photo is missing\n",
           "\nin/q_qs3x2a0.75.png: is a quilt by its name",
-          "\nin/trip: is a folder; --recursive converts its photos too\n",
+          "\nin/trip: is a folder; --recursive also converts what it holds\n",
+          "\nz.png: looks like a depth image, as it is grey and smooth; a photo is converted if "
+          "it is named itself\n",
           "\nweb.png: is a quilt of 4 columns x 5 rows; quilt2native"})
         EXPECT_NE(outcome.out.find(line), std::string::npos) << line << outcome.out;
-    EXPECT_NE(outcome.out.find("\n2 photos made, 8 left out (1 Live Photo clip, 1 video, 2 .xyz "
-                               "files, 2 quilts, 1 depth image, 1 folder), in "),
+    EXPECT_NE(outcome.out.find("\n2 photos made, 10 left out (1 Live Photo clip, 1 video, 2 .xyz "
+                               "files, 2 quilts, 3 depth images, 1 folder), in "),
               std::string::npos)
         << outcome.out;
     EXPECT_EQ(outcome.out.find("hidden"), std::string::npos);
@@ -846,6 +850,12 @@ TEST(Photo2Native, NothingInAFolderIsLostSilently) {
     ASSERT_TRUE(isDone(studio.run(
         kTool, studio.display() + Arguments{"-d", "in/a.png", "in/a-depth.png", "d.png"})));
     EXPECT_EQ(slurp(studio / "d.png"), slurp(studio / "out/a_native.png"));
+    // a photo alone is made with it as well
+    const Outcome alone = studio.run(kTool, studio.display() + Arguments{"in/a.png", "alone.png"});
+    EXPECT_TRUE(isDone(alone));
+    EXPECT_NE(alone.out.find("depth image beside the photo (in/a-depth.png)"), std::string::npos)
+        << alone.out;
+    EXPECT_EQ(slurp(studio / "alone.png"), slurp(studio / "d.png"));
 
     EXPECT_TRUE(
         isDone(studio.run(kTool, studio.display() + Arguments{"--recursive", "--skip-existing",

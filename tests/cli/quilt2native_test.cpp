@@ -187,6 +187,24 @@ TEST(Quilt2NativeTool, AFolderIsConvertedAndNothingInItIsLostSilently) {
         std::string::npos);
 }
 
+TEST(Quilt2NativeTool, QuiltsInSubfoldersAndOfOneNameDoNotCollide) {
+    SmallStudio studio;
+    fs::create_directories(studio / "in/deeper");
+    const Arguments calibration{"-c", "small.json"};
+    for (const char* name : {"in/a.png", "in/a.bmp", "in/a.bmp.tif", "in/deeper/a.png"})
+        writeImage(studio / name, quiltOfAScene());
+    const Outcome outcome =
+        studio.run(kTool, calibration + Arguments{"--recursive", "in", "in/deeper/out"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_NE(outcome.out.find("\n4 quilts made, in "), std::string::npos) << outcome.out;
+    ASSERT_TRUE(isDone(studio.run(kTool, calibration + Arguments{"in/a.png", "alone.png"})));
+    for (const char* name :
+         {"a.png_native.png", "a.bmp_native.png", "a.bmp.tif_native.png", "deeper/a_native.png"})
+        EXPECT_EQ(slurp(studio / "in/deeper/out" / name), slurp(studio / "alone.png")) << name;
+    EXPECT_TRUE(fails(studio.run(kTool, calibration + Arguments{"in", "in/deeper/out"}), 1,
+                      "exists, and so do more: 2"));
+}
+
 TEST(Quilt2NativeTool, TheLayoutOfAVideoIsFoundInItsFirstFrames) {
     SmallStudio studio;
     VideoWriterOptions options;

@@ -3,6 +3,7 @@
 #include "support/compare.hpp"
 #include "support/onnx.hpp"
 #include "support/processors.hpp"
+#include "support/random_pictures.hpp"
 #include "support/video.hpp"
 
 #include <chrono>
@@ -239,6 +240,94 @@ TEST(Video2NativeTool, EveryFrameIsTheNativeOfThePhotoAndItsDepth) {
                        arguments + Arguments{"clip.mp4", "native.mkv"});
         ASSERT_EQ(outcome.status, 0) << outcome.text();
         expectNatives(studio, otherDisplay ? other : small, depths, path, outcome.call);
+    }
+}
+
+// Writes pictures as a video without losses, 25 per second.
+void writeLossless(const fs::path& file, const std::vector<cv::Mat>& pictures) {
+    VideoWriterOptions options;
+    options.size = pictures.front().size();
+    options.codec = VideoCodec::Ffv1;
+    options.timeBase = {1, 25};
+    options.frameRate = {25, 1};
+    VideoWriter writer(file, options);
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+        VideoFrame frame;
+        frame.picture = pictures[i];
+        frame.pts = static_cast<std::int64_t>(i);
+        frame.duration = 1;
+        writer.write(frame);
+    }
+    writer.finish();
+}
+
+// Frames of two scenes. In each a sharp near thing moves: first on the left, then on the right.
+struct TwoScenes {
+    static constexpr std::size_t kCut = 8; // first frame of the second scene
+    std::vector<cv::Mat> pictures;
+    std::vector<cv::Mat> depths; // 8 bits, as colours
+    TwoScenes() {
+        for (int i = 0; i < 2 * static_cast<int>(kCut); ++i) {
+            const bool second = i >= static_cast<int>(kCut);
+            cv::Mat picture = scenery({160, 120}, second ? 11 : 3);
+            const cv::Rect thing((second ? 100 : 10) + 2 * (i % static_cast<int>(kCut)), 40, 30,
+                                 70);
+            randomPhoto(thing.size(), 9, 0.8).copyTo(picture(thing));
+            cv::Mat depth(picture.size(), CV_8UC3, cv::Scalar::all(second ? 60 : 20));
+            depth(thing).setTo(cv::Scalar::all(second ? 180 : 230));
+            pictures.push_back(picture);
+            depths.push_back(depth);
+        }
+    }
+};
+
+TEST(Video2NativeTool, AutoChoosesOnceForEachSceneWhatTheLibraryChooses) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    SmallStudio studio;
+    const TwoScenes scenes;
+    writeLossless(studio / "clip.mkv", scenes.pictures);
+    writeLossless(studio / "depth.mkv", scenes.depths);
+    const Outcome outcome =
+        studio.run(kTool, kLossless + studio.display() +
+                              Arguments{"--exact-depth", "--depth", "depth.mkv", "--fit", "auto",
+                                        "--focus", "auto", "--strength", "auto", "--report",
+                                        "r.json", "clip.mkv", "native.mkv"});
+    ASSERT_EQ(outcome.status, 0) << outcome.text();
+    EXPECT_NE(outcome.out.find("(first of 2 scenes)"), std::string::npos) << outcome.out;
+    const Json choices = Json::parse(slurp(studio / "r.json")).at("choices");
+    ASSERT_EQ(choices.size(), 2U);
+    EXPECT_DOUBLE_EQ(choices[0].at("start"), 0);
+    EXPECT_NEAR(choices[1].at("start").get<double>(), TwoScenes::kCut / 25.0, 1e-6);
+
+    VideoReader clip(studio / "clip.mkv");
+    VideoReader depths(studio / "depth.mkv");
+    VideoReader natives(studio / "native.mkv");
+    LibraryPath path;
+    path.refine = false;
+    for (std::size_t i = 0; i < scenes.pictures.size(); ++i) {
+        const auto frame = clip.next();
+        const auto depthFrame = depths.next();
+        const auto native = natives.next();
+        ASSERT_TRUE(frame && depthFrame && native);
+        cv::Mat depth;
+        cv::cvtColor(depthFrame->picture, depth, cv::COLOR_BGR2GRAY);
+        depth.convertTo(depth, CV_32F, 1 / 255.0);
+        if (i == 0 || i == TwoScenes::kCut) {
+            const Json& choice = choices[i == 0 ? 0 : 1];
+            path.framing = {};
+            chooseFromScene({frame->picture, depth}, 0.75, FitMode::Cover, {true, true, true},
+                            path.framing, path.views.focus);
+            EXPECT_EQ(choice.at("focus"), path.views.focus);
+            EXPECT_EQ(choice.at("center").at(0), path.framing.centre.x);
+            EXPECT_EQ(path.framing.centre.x < 0.5, i == 0); // where the thing is
+            // later frames of the scene may hold any depth
+            path.views.strengthPercent = chooseStrength(path.views.focus, smallLayout(), {0, 1});
+            EXPECT_EQ(choice.at("strengthPercent"), path.views.strengthPercent);
+        }
+        EXPECT_TRUE(
+            samePicture(native->picture, libraryNative(readCalibration(studio / "small.json"),
+                                                       frame->picture, depth, path)))
+            << i;
     }
 }
 
@@ -1129,6 +1218,170 @@ TEST(Video2NativeTool, ColoursOfGivenDepthAreWarnedOf) {
     EXPECT_TRUE(warns(
         studio.run(kTool, studio.display() + Arguments{"-d", "depth.mp4", "clip.mp4", "o.mp4"}),
         "clip.mp4: has colours, and depth has none"));
+}
+
+// --- folders ---------------------------------------------------------------------------------
+
+// Names of all files below a folder, sorted.
+std::vector<std::string> filesBelow(const fs::path& folder) {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        if (entry.is_regular_file()) names.push_back(fs::relative(entry, folder).string());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+// in/ holds short clips and what phones and people put beside them.
+class FolderStudio : public SmallStudio {
+  public:
+    explicit FolderStudio(double seconds = 0.2) {
+        fs::create_directories(*this / "in/trip");
+        for (const char* name : {"in/a.mp4", "in/a.mov", "in/trip/a.mkv"}) {
+            ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=25:duration=" + std::to_string(seconds) +
+                   " -c:v libx264 " + arg(*this / name));
+        }
+    }
+    Outcome make(const Arguments& more, int signal = 0,
+                 const std::function<bool()>& when = {}) const {
+        const Arguments quick{"-n", "cues", "--method", "fast", "--preset", "ultrafast", "-j", "1"};
+        return run(kTool, display() + quick + more, signal, when);
+    }
+};
+
+TEST(Video2NativeFolder, NothingIsLostSilently) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio;
+    const fs::path clip = studio / "in/a.mp4";
+    for (const char* name : {"in/IMG_1.MOV", "in/a-depth.mp4", "in/q_qs3x2a0.75.mp4"})
+        fs::copy(clip, studio / name);
+    for (const char* name : {"in/IMG_1.HEIC", "in/broken.mp4", "in/notes.txt", "in/.hidden.mp4"})
+        spill(studio / name, "not a video");
+    fs::copy(studio / "photo.png", studio / "in/photo.png");
+    ffmpeg("-f lavfi -i testsrc2=size=96x128:rate=25:duration=0.2 -c:v libx264 -pix_fmt yuv444p " +
+           arg(studio / "in/shown.mp4"));
+    const Outcome outcome = studio.make({"--recursive", "--report", "r.json", "in", "in/out"});
+    EXPECT_TRUE(fails(outcome, 1, "in/broken.mp4"));
+    EXPECT_EQ(
+        filesBelow(studio / "in/out"),
+        (std::vector<std::string>{"a.mov_native.mp4", "a.mp4_native.mp4", "trip/a_native.mkv"}));
+    for (const char* line :
+         {"\nin/IMG_1.MOV: is the clip of the Live Photo IMG_1.HEIC\n",
+          "\nin/a-depth.mp4: is the depth of a video by its name; video2native --depth takes it",
+          "\nin/notes.txt: is no picture or video of a format that can be read\n",
+          "\nin/photo.png: is a picture; photo2native makes Natives of photos\n",
+          "\nin/q_qs3x2a0.75.mp4: is a video of quilts by its name; quilt2native",
+          "\nshown.mp4: has the panel's size and 4:4:4 colour, like a Native video",
+          "\na.mp4: 64 x 48 px, 25.00 fps, ",
+          "\na.mp4: in/out/a.mp4_native.mp4: Native video, 96 x 128 px, 5 frames, "})
+        EXPECT_NE(("\n" + outcome.out).find(line), std::string::npos) << line << outcome.out;
+    EXPECT_NE(outcome.out.find("\n3 videos made, 1 failed, 7 left out (1 depth video, 2 photos, 1 "
+                               "Live Photo clip, 1 .txt file, 1 quilt video, 1 Native video), in "),
+              std::string::npos)
+        << outcome.out;
+    EXPECT_EQ(outcome.out.find("hidden"), std::string::npos);
+
+    const Json report = Json::parse(slurp(studio / "r.json"));
+    std::map<std::string, std::string> states;
+    for (const Json& video : report.at("videos")) {
+        const char* state = video.contains("error")     ? "error"
+                            : video.contains("leftOut") ? "leftOut"
+                                                        : "state";
+        states[video.at("input")] = *state == 's' ? video.at(state).get<std::string>() : state;
+    }
+    EXPECT_EQ(states, (std::map<std::string, std::string>{{"in/a.mov", "done"},
+                                                          {"in/a.mp4", "done"},
+                                                          {"in/broken.mp4", "error"},
+                                                          {"in/shown.mp4", "leftOut"},
+                                                          {"in/trip/a.mkv", "done"}}));
+    // alone it is the same video
+    ASSERT_TRUE(isDone(studio.make({"in/a.mov", "alone.mp4"})));
+    EXPECT_EQ(slurp(studio / "alone.mp4"), slurp(studio / "in/out/a.mov_native.mp4"));
+}
+
+TEST(Video2NativeFolder, OutputsThatExistAreKeptUnlessReplaced) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio;
+    spill(studio / "in/b.mp4", "broken");
+    fs::create_directory(studio / "out");
+    spill(studio / "out/a.mp4_native.mp4", "old");
+    spill(studio / "out/b_native.mp4", "old");
+    const auto contents = [&](const char* name) { return slurp(studio / "out" / name); };
+    EXPECT_TRUE(fails(studio.make({"in", "out"}), 1,
+                      "out/a.mp4_native.mp4: exists, and so do more: 1, expected new names"));
+    EXPECT_EQ(filesBelow(studio / "out").size(), 2U);
+
+    const Outcome resumed = studio.make({"--resume", "in", "out"}); // complete ones stay
+    EXPECT_EQ(resumed.status, 0) << resumed.text();
+    EXPECT_NE(resumed.out.find("\n1 video made, 2 skipped as the outputs exist, 1 left out (1 "
+                               "folder), in "),
+              std::string::npos)
+        << resumed.out;
+    EXPECT_EQ(contents("a.mp4_native.mp4"), "old");
+
+    EXPECT_TRUE(fails(studio.make({"-y", "in", "out"}), 1, "in/b.mp4"));
+    EXPECT_EQ(contents("b_native.mp4"), "old"); // the new one failed
+    EXPECT_EQ(frameCount(studio / "out/a.mp4_native.mp4"), 5U);
+    EXPECT_EQ(filesBelow(studio / "out").size(), 3U);
+}
+
+TEST(Video2NativeFolder, CtrlCEndsTheRunAndResumeCompletesIt) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio(30);
+    const auto begun = [&] { return fs::exists(studio / "out/a.mp4_native.mp4.parts/000002.mp4"); };
+    const Arguments call{"--to", "20", "in", "out"};
+    const Outcome stopped = studio.make(call, SIGINT, begun);
+    EXPECT_EQ(stopped.status, 130) << stopped.text();
+    EXPECT_NE(stopped.out.find("\n1 video made, 1 stopped, 1 left out (1 folder), in "),
+              std::string::npos)
+        << stopped.text();
+    EXPECT_NE(stopped.err.find("a.mp4_native.mp4 is whole up to there, --resume continues"),
+              std::string::npos)
+        << stopped.text();
+    EXPECT_EQ(frameCount(studio / "out/a.mov_native.mp4"), 500U);
+    EXPECT_LT(frameCount(studio / "out/a.mp4_native.mp4"), 500U);
+    const Outcome resumed = studio.make(Arguments{"--resume"} + call);
+    EXPECT_TRUE(isDone(resumed));
+    EXPECT_NE(resumed.out.find("\n1 video made, 1 skipped as the outputs exist, "),
+              std::string::npos);
+    EXPECT_EQ(frameCount(studio / "out/a.mp4_native.mp4"), 500U);
+    EXPECT_EQ(filesBelow(studio / "out").size(), 2U);
+}
+
+TEST(Video2NativeFolder, QuiltAndRgbdVideosAreNamedAsSuch) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio;
+    EXPECT_TRUE(isDone(studio.make({"--quilt-out", "in", "quilts"})));
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, {"-n", "cues", "--rgbd-out", "--codec", "ffv1", "in", "rgbd"})));
+    EXPECT_EQ(filesBelow(studio / "quilts"),
+              (std::vector<std::string>{"a.mov_qs3x2a0.75.mp4", "a.mp4_qs3x2a0.75.mp4"}));
+    EXPECT_EQ(filesBelow(studio / "rgbd"),
+              (std::vector<std::string>{"a.mov_rgbd.mkv", "a.mp4_rgbd.mkv"}));
+    const Outcome natives =
+        studio.run(kTool, studio.display() + Arguments{"--from-quilt", "quilts", "natives"});
+    EXPECT_EQ(natives.status, 0) << natives.text();
+    EXPECT_EQ(filesBelow(studio / "natives").size(), 2U);
+}
+
+TEST(Video2NativeFolder, WrongCallsSayWhatToDo) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio;
+    fs::create_directory(studio / "empty");
+    fs::copy(studio / "photo.png", studio / "empty/photo.png");
+    EXPECT_TRUE(
+        fails(studio.make({"in", "out.mp4"}), 2, "out.mp4: names one file, expected a dir"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--depth", "depth.png", "in", "out"}), 2,
+                      "--depth applies to one video, expected a single video instead of a folder"));
+    EXPECT_TRUE(fails(studio.make({"empty", "out"}), 1,
+                      "empty: holds no videos to convert, expected videos (left out: 1 photo)"));
+    EXPECT_FALSE(fs::exists(studio / "out"));
+    const Outcome json = studio.make({"--progress", "json", "in", "out"});
+    EXPECT_TRUE(isDone(json));
+    std::set<std::string> inputs;
+    for (const std::string& line : lines(json.out))
+        inputs.insert(Json::parse(line).at("input").get<std::string>());
+    EXPECT_EQ(inputs, (std::set<std::string>{"in/a.mov", "in/a.mp4"}));
 }
 
 // --- calls -----------------------------------------------------------------------------------

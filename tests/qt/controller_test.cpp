@@ -2,6 +2,7 @@
 
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/random_pictures.hpp"
 #include "viewer/depth_maker.hpp"
 #include "viewer_scenes.hpp"
 
@@ -231,6 +232,34 @@ TEST_F(ViewerController, ABrokenFileIsNamedAndTheNextOneOpens) {
     EXPECT_EQ(controller_.document(), nullptr);
 }
 
+TEST_F(ViewerController, AFolderOfPhotosIsReplacedByItsFiles) {
+    fs::create_directory(folder_ / "in");
+    for (int i = 0; i < 3; ++i)
+        writeImage(folder_ / ("in/p" + std::to_string(i) + ".png"), scenery({90, 60}, 7 * i + 1));
+    spill(folder_ / "in/notes.txt", "x");
+    controller_.open(std::vector<fs::path>{folder_ / "photo.png", folder_ / "in"});
+    ASSERT_TRUE(waitForFrame());
+    ASSERT_EQ(controller_.sources().size(), 2U);
+    controller_.select(1);
+    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    ASSERT_EQ(controller_.sources().size(), 4U);
+    EXPECT_EQ(controller_.current(), 1);
+    EXPECT_EQ(controller_.document()->source.file, folder_ / "in/p0.png");
+    EXPECT_EQ(controller_.document()->kind, Kind::Scene);
+    ASSERT_EQ(controller_.document()->notes.size(), 1U);
+    EXPECT_NE(controller_.document()->notes[0].text.find("not opened: 1 .txt file"),
+              std::string::npos);
+    EXPECT_EQ(controller_.sources()[3].file, folder_ / "in/p2.png");
+    controller_.select(2); // said once
+    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    EXPECT_TRUE(controller_.document()->notes.empty());
+
+    fs::create_directory(folder_ / "empty");
+    controller_.open(std::vector<fs::path>{folder_ / "empty"});
+    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy(); }));
+    EXPECT_NE(controller_.problem().indexOf("holds no pictures and no videos"), -1);
+}
+
 TEST_F(ViewerController, ClosingAnotherFileLeavesTheCurrentOneAsItIs) {
     openPhoto();
     for (int i = 0; i < 2; ++i)
@@ -322,6 +351,93 @@ TEST_F(ViewerController, ExportsThePartThatTheToolShows) {
             EXPECT_TRUE(samePicture(a.picture, b.picture)) << zoom;
         }
     }
+}
+
+TEST_F(ViewerController, AutomaticSettingsAreThoseOfTheTool) {
+    cv::Mat photo = detailedPhoto({640, 400});
+    cv::GaussianBlur(photo, photo, {15, 15}, 6); // sharp is only the subject, on the right
+    const cv::Rect subject(430, 120, 120, 260);
+    detailedPhoto({640, 400})(subject).copyTo(photo(subject));
+    cv::Mat depth(400, 640, CV_8UC1, cv::Scalar(30));
+    depth(subject) = 200;
+    writeImage(folder_ / "photo.png", photo);
+    writeImage(folder_ / "photo-depth.png", depth);
+    openPhoto();
+    for (const bool best : {false, true}) {
+        Knobs knobs = controller_.knobs();
+        knobs.automatic = {true, true, true};
+        knobs.best = best;
+        controller_.turn(knobs, "all");
+        ASSERT_TRUE(waitForFrame());
+        const Knobs chosen = controller_.frame().setup.knobs;
+        EXPECT_GT(chosen.framing.centre.x, 0.6);
+        EXPECT_GT(chosen.views.focus, 0.8);
+        EXPECT_NE(chosen.views.strengthPercent, 10);
+        EXPECT_EQ(exportTo(Product::Native, folder_ / "n.png"), "");
+        EXPECT_EQ(exportTo(Product::SwayVideo, folder_ / "sway.mkv"), "");
+        QStringList options{"-y",   "--fit", "auto",         "--focus",  "auto",      "--strength",
+                            "auto", "--lg",  at("tool.mkv"), "--report", at("r.json")};
+        if (best) {
+            options << "--best";
+        } else {
+            EXPECT_EQ(exportTo(Product::Quilt, folder_ / "q.png"), "");
+            options << "--save-quilt" << at("tool.png");
+        }
+        photo2native(options, "tool-n.png");
+        EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png")) << best;
+        if (!best) {
+            EXPECT_EQ(slurp(folder_ / "q_qs8x6a0.75.png"), slurp(folder_ / "tool_qs8x6a0.75.png"));
+        }
+        VideoReader ours(folder_ / "sway.mkv");
+        VideoReader theirs(folder_ / "tool.mkv");
+        VideoFrame a;
+        VideoFrame b;
+        for (int i = 0; i < 3; ++i) {
+            ASSERT_TRUE(ours.read(a) && theirs.read(b));
+            EXPECT_TRUE(samePicture(a.picture, b.picture)) << best;
+        }
+    }
+    // the user takes over from what is shown
+    const Framing shownFrame = controller_.frame().setup.knobs.framing;
+    controller_.moveFrame({0.1, 0}, 1);
+    EXPECT_FALSE(controller_.knobs().automatic.framing);
+    EXPECT_LT(controller_.knobs().framing.centre.x, shownFrame.centre.x);
+    EXPECT_GT(controller_.knobs().framing.centre.x, 0.5);
+    ASSERT_TRUE(waitForFrame());
+    controller_.focusAt(0.05, 0.05);
+    EXPECT_FALSE(controller_.knobs().automatic.focus);
+    EXPECT_TRUE(controller_.knobs().automatic.strength);
+    controller_.undoStack().undo();
+    EXPECT_TRUE(controller_.knobs().automatic.focus);
+}
+
+TEST(ViewerStudio, AVideoKeepsWhatWasChosenForItsFirstPicture) {
+    const auto display = std::make_shared<const Display>(sampleDisplay({150, 200}));
+    const auto framesOf = [&](bool video) {
+        Studio studio(std::make_shared<DepthMaker>());
+        std::vector<double> centres;
+        for (const int left : {40, 430}) { // the subject moves
+            const auto document = std::make_shared<Document>();
+            document->source.file = "v.mp4";
+            document->video = video;
+            document->picture = detailedPhoto({640, 400});
+            document->depth = cv::Mat(400, 640, CV_32FC1, cv::Scalar(0.1));
+            document->depth(cv::Rect(left, 120, 120, 260)) = 0.9;
+            Request request;
+            request.document = document;
+            request.display = display;
+            request.area = {150, 200};
+            request.knobs.automatic = {true, true, true};
+            centres.push_back(studio.render(request).setup.knobs.framing.centre.x);
+        }
+        return centres;
+    };
+    const std::vector<double> photos = framesOf(false);
+    const std::vector<double> video = framesOf(true);
+    EXPECT_LT(photos[0], 0.4);
+    EXPECT_GT(photos[1], 0.6);
+    EXPECT_EQ(video[0], photos[0]);
+    EXPECT_EQ(video[1], video[0]);
 }
 
 TEST_F(ViewerController, ContentFollowsTheMouse) {

@@ -1,6 +1,7 @@
 #include "viewer/document.hpp"
 
 #include "altiro3D/depth2quilt.hpp"
+#include "common/folder_search.hpp"
 #include "support/compare.hpp"
 #include "support/photo_files.hpp"
 #include "support/random_pictures.hpp"
@@ -109,17 +110,21 @@ TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {
         if (line.startsWith("MimeType=")) listed = QString(line.mid(9)).split(';');
     }
     int known = 0;
-    for (const auto* endings : {&pictureEndings(), &videoEndings()}) {
-        for (const std::string& ending : *endings) {
-            const auto types =
-                QMimeDatabase().mimeTypesForFileName("a." + QString::fromStdString(ending));
-            if (types.isEmpty()) continue; // mpo, pfm
-            ++known;
-            EXPECT_TRUE(std::any_of(types.begin(), types.end(), [&](const QMimeType& type) {
-                return listed.contains(type.name());
-            })) << ending;
-            EXPECT_EQ(isVideoName("a." + ending), endings == &videoEndings()) << ending;
-        }
+    const auto expectListed = [&](const std::string& name) {
+        const auto types = QMimeDatabase().mimeTypesForFileName(QString::fromStdString(name));
+        if (types.isEmpty()) return; // mpo, pfm
+        ++known;
+        EXPECT_TRUE(std::any_of(types.begin(), types.end(), [&](const QMimeType& type) {
+            return listed.contains(type.name());
+        })) << name;
+    };
+    for (const std::string& ending : pictureEndings()) {
+        expectListed("a." + ending);
+        EXPECT_FALSE(isVideoName("a." + ending)) << ending;
+    }
+    for (const std::string& ending : tools::videoEndings()) {
+        expectListed("a" + ending);
+        EXPECT_TRUE(isVideoName("a" + ending)) << ending;
     }
     EXPECT_GT(known, 20); // the database is there
 }
@@ -189,6 +194,57 @@ TEST(ViewerDocument, ADirectoryOfViewsIsAQuilt) {
     EXPECT_EQ(views.picture.at<cv::Vec3b>(views.layout.tile(47).tl())[0], 235);
 }
 
+// The files of a folder by name, "photo+depth" for pairs.
+std::vector<std::string> namesIn(const fs::path& folder) {
+    std::vector<std::string> names;
+    for (const Source& source : filesOfFolder(folder).files) {
+        EXPECT_EQ(source.reading, Reading::Automatic);
+        names.push_back(source.file.filename().string());
+        if (!source.depth.empty()) names.back() += "+" + source.depth.filename().string();
+    }
+    return names;
+}
+
+TEST(ViewerDocument, AFolderIsItsFilesUnlessTheyAreViewsOfOneScene) {
+    const TemporaryDirectory folder;
+    const auto inFolder = [&](const std::string& name) { return folder / name; };
+    EXPECT_NE(errorOf([&] { filesOfFolder(folder.path()); }).find("holds no pictures and no"),
+              std::string::npos);
+    cv::Mat quilt;
+    const QuiltLayout layout{4, 3, {60, 80}, 12};
+    Depth2Quilt(layout).render(detailedPhoto({60, 80}), randomDepth({60, 80}), quilt);
+    for (int i = 0; i < layout.viewCount; ++i)
+        writeImage(inFolder("v" + std::to_string(i) + ".png"), quilt(layout.tile(i)));
+    EXPECT_EQ(filesOfFolder(folder.path()).files.front().file, folder.path());
+    EXPECT_EQ(filesOfFolder(folder.path()).files.size(), 1U);
+    spill(inFolder("notes.txt"), "x"); // such a file does not matter
+    EXPECT_EQ(filesOfFolder(folder.path()).files.front().file, folder.path());
+
+    const cv::Mat native(2048, 1536, CV_8UC3, cv::Scalar(1, 2, 3));
+    writeImage(inFolder("n.png"), native, ImageMark::Native); // a Native is no view
+    EXPECT_EQ(filesOfFolder(folder.path()).files.size(), 13U);
+
+    const TemporaryDirectory photos;
+    for (int i = 0; i < 5; ++i) {
+        cv::Mat photo = scenery({90, 60}, 7 * i + 1);
+        writeImage(photos / ("p" + std::to_string(i) + ".jpg"), photo);
+    }
+    writeImage(photos / "p2-depth.png", boxDepth({90, 60}));
+    writeImage(photos / "x_depth.png", boxDepth({90, 60}));
+    fs::create_directory(photos / "deeper");
+    for (const char* name : {"a.mp4", "p1.mov", "q_qs8x6a0.75.png", ".hidden.jpg", "b.txt"})
+        spill(photos / name, "x");
+    EXPECT_EQ(namesIn(photos.path()),
+              (std::vector<std::string>{"a.mp4", "p0.jpg", "p1.jpg", "p2.jpg+p2-depth.png",
+                                        "p3.jpg", "p4.jpg", "q_qs8x6a0.75.png"}));
+    const Notes notes = filesOfFolder(photos.path()).notes;
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].text, photos.path().string() + ": not opened: 1 .txt file, 1 Live Photo "
+                                                      "clip, 1 depth image, 1 folder");
+    EXPECT_EQ(errorOf([&] { filesOfFolder(photos / "none"); }),
+              (photos / "none").string() + ": does not exist, expected a directory with pictures");
+}
+
 TEST(ViewerDocument, SixteenBitsAndGivenDepthAreRead) {
     const TemporaryDirectory folder;
     writeImage(folder / "p.png", cv::Mat(20, 10, CV_16UC3, cv::Scalar::all(257 * 100)));
@@ -221,6 +277,10 @@ TEST(ViewerDocument, PhotosAndTheirDepthImagesBecomeOne) {
     EXPECT_TRUE(sources[2].depth.empty());
     EXPECT_EQ(sources[3].file, "depth.png");
     EXPECT_EQ(pairUp({"clip.mp4", "clip-depth.mp4"}).size(), 2U); // a photo's, or none
+    const auto twins = pairUp({"a.heic", "a.jpg", "a disparity.png"});
+    ASSERT_EQ(twins.size(), 2U);
+    for (const Source& twin : twins)
+        EXPECT_EQ(twin.depth, "a disparity.png");
 }
 
 // The volume that the window chooses, in a directory of its own.
@@ -307,6 +367,12 @@ TEST(ViewerKnobs, AnyDifferenceCounts) {
     b = a;
     b.best = true;
     EXPECT_NE(a, b);
+    for (bool AutoChoices::*choice :
+         {&AutoChoices::framing, &AutoChoices::focus, &AutoChoices::strength}) {
+        b = a;
+        b.automatic.*choice = true;
+        EXPECT_NE(a, b);
+    }
 }
 
 } // namespace

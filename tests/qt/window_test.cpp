@@ -191,6 +191,34 @@ TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 10);
 }
 
+TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
+    openPhoto();
+    auto* const box = panel().findChild<QCheckBox*>("autoFocus");
+    box->click();
+    EXPECT_TRUE(knobs().automatic.focus);
+    const auto chosen = [this] { return window_->controller().frame().setup.knobs.views.focus; };
+    ASSERT_TRUE(waitFor([this] { return window_->controller().frame().setup.isChosen; }));
+    EXPECT_NE(chosen(), 0.5);
+    EXPECT_NEAR(panel().focus().value(), chosen(), 0.005);
+    auto* const fit = panel().findChild<QComboBox*>("fit");
+    fit->setCurrentIndex(1);
+    EXPECT_TRUE(knobs().automatic.framing);
+    EXPECT_EQ(knobs().fit, FitMode::Cover);
+    panel().focus().slider().setValue(10);
+    EXPECT_FALSE(knobs().automatic.focus);
+    EXPECT_FALSE(box->isChecked());
+    EXPECT_DOUBLE_EQ(knobs().views.focus, 0.1);
+    fit->setCurrentIndex(2);
+    EXPECT_FALSE(knobs().automatic.framing);
+    EXPECT_EQ(knobs().fit, FitMode::Contain);
+    panel().findChild<QCheckBox*>("autoStrength")->click();
+    window_->close();
+    window_.reset();
+    begin();
+    EXPECT_TRUE(knobs().automatic.strength);
+    EXPECT_FALSE(knobs().automatic.focus);
+}
+
 TEST_F(ViewerWindow, AClickOnThePictureFocuses) {
     openPhoto();
     window_->controller().setSwinging(false);

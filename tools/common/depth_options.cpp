@@ -181,8 +181,8 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
         commandLine.addAdvanced(
             {"embedded-depth"},
             "auto (default) uses the depth that comes with a photo, in its file (portraits of "
-            "phones, MPO and spatial photos) or beside it (name_depth.*); off ignores it. -d, "
-            "--rgbd and -n go before it.",
+            "phones, MPO and spatial photos) or beside it (a.jpg and a-depth.png, a_depth.png, "
+            "a.disparity.png, ...); off ignores it. -d, --rgbd and -n go before it.",
             "auto|off");
         commandLine.addAdvanced({"unblurred"},
                                 "Use the sharp original of a portrait where the file has one.");
@@ -231,7 +231,7 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
     } else if (commandLine.has("depth-kind")) {
         throw UsageError("--depth-kind describes given depth, expected -d or --rgbd with it");
     } else {
-        chooseNetwork(commandLine, messages);
+        chooseNetwork(commandLine, medium, messages);
     }
     isDefault_ = !fromFiles_ && !rgbdSide_;
     for (const char* option : {"n", "l", "net-profile", "network-size", "engine"})
@@ -274,7 +274,14 @@ void ChosenDepth::use(std::shared_ptr<DepthSource> estimator) {
     }
 }
 
-void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messages) {
+void ChosenDepth::tellEngine(const Messages& messages) {
+    if (isEngineTold_ || network() == nullptr) return;
+    isEngineTold_ = true;
+    messages.detail("depth network runs on " + processorName(network()->target()) + " by " +
+                    engineName(network()->engine()));
+}
+
+void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Medium medium, Messages& messages) {
     if (commandLine.value("n") == kCues) {
         for (const char* option : {"l", "net-profile", "network-size", "engine"}) {
             if (commandLine.has(option)) {
@@ -362,18 +369,21 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Messages& messag
     const cv::Size size = wantedSize ? scaledInput(*profile, *wantedSize) : cv::Size();
     const InferenceEngine engine = engineOption(commandLine);
     requireHarmless(networkFile, *profile, catalog, size, engine, messages);
-    {
+    const bool isNamed = commandLine.has("n") || large;
+    if (isNamed || medium == Medium::Video) {
         const QuietStandardError quiet; // some builds of ONNX Runtime print when they start
         source_ = depthFromNetwork(DepthNetwork(networkFile, *profile, target, size, engine));
+    } else { // a photo may bring depth of its own
+        source_ = depthFromNetworkFile(networkFile, *profile, target, size, engine);
     }
     description_ = source_->description();
-    const cv::Size input = network()->inputSize();
+    const cv::Size input =
+        size.empty() ? cv::Size(profile->inputWidth, profile->inputHeight) : size;
     messages.say("depth: " + description_ + ", " +
-                 (network()->profile().inputShape == InputShape::Photo
+                 (profile->inputShape == InputShape::Photo
                       ? std::to_string(std::max(input.width, input.height)) + " px wide or high"
                       : sizeText(input)));
-    messages.detail("depth network runs on " + processorName(target) + " by " +
-                    engineName(network()->engine()));
+    tellEngine(messages);
 }
 
 Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
@@ -401,11 +411,13 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
         messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + used_);
     times.end("read");
     try {
+        const QuietStandardError quiet; // it may load the network
         source.readScene(scene.photo, flatDepth, scene);
     } catch (const Error& error) {
         if (!rgbdSide_) throw;
         throw Error(error.code(), photoFile.string(), error.what());
     }
+    tellEngine(messages);
     const double photoAspect = static_cast<double>(scene.photo.cols) / scene.photo.rows;
     const double depthAspect = static_cast<double>(scene.depth.cols) / scene.depth.rows;
     if (given && !isStereoFiles_ && !haveSameShape(photoAspect, depthAspect)) {

@@ -24,7 +24,8 @@ std::string engineName(InferenceEngine engine);
 /// The source of depth that the options choose.
 class ChosenDepth {
   public:
-    /// Reads the options and loads the network if they choose one.
+    /// Reads the options. A network that they choose is loaded at once, if they name it or if the
+    /// medium is video, else when a photo needs it.
     /// @throws UsageError, Error
     ChosenDepth(const CommandLine& commandLine, Messages& messages, Medium medium = Medium::Photo);
 
@@ -36,7 +37,7 @@ class ChosenDepth {
     bool isDefault() const { return isDefault_; }
     /// Estimates depth with another source; depth that comes with a photo still goes before it.
     void use(std::shared_ptr<DepthSource> estimator);
-    /// The network; null if none is used.
+    /// The network; null if none is used, or if no photo has needed it yet.
     const DepthNetwork* network() const { return source_ ? source_->network() : nullptr; }
     /// The source as text, for people and reports.
     const std::string& description() const { return description_; }
@@ -66,7 +67,8 @@ class ChosenDepth {
   private:
     /// What to do if near and far of given depth are exchanged, for people.
     std::string remedy() const;
-    void chooseNetwork(const CommandLine& commandLine, Messages& messages);
+    void chooseNetwork(const CommandLine& commandLine, Medium medium, Messages& messages);
+    void tellEngine(const Messages& messages);
     void choosePhotoDepth(const CommandLine& commandLine);
 
     bool fromFiles_ = false;
@@ -75,6 +77,7 @@ class ChosenDepth {
     DepthKind kind_ = DepthKind::NearWhite;
     bool isDefault_ = false;
     PhotoDepthOptions photoDepth_{false, false};
+    bool isEngineTold_ = false;
     std::optional<StereoInput> stereo_;   // one picture with both eyes
     std::shared_ptr<DepthSource> source_; // null with fromFiles_
     std::string description_;

@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
+#include "common/folder_run.hpp"
 
 #include <algorithm>
 #include <map>
@@ -43,22 +44,6 @@ fs::path outputName(const std::optional<std::string>& wanted, bool batch, const 
     return batch ? fs::path(*wanted) / (stem + ending) : fs::path(*wanted);
 }
 
-// The photos of a folder. Says what is left out.
-std::vector<FolderPhoto> listPhotos(const fs::path& folder, const FolderSearch& search,
-                                    PhotoPlan& plan, Messages& messages) {
-    PhotoFolder found = searchFolder(folder, search);
-    for (const LeftOutFile& file : found.leftOut) {
-        const std::string line = file.file.string() + ": " + file.why;
-        if (file.kind == "Native") { // from an earlier run, or a mistake
-            messages.warn(line);
-        } else {
-            messages.say(line);
-        }
-        plan.leftOut.push_back(file);
-    }
-    return std::move(found.photos);
-}
-
 // All outputs of a photo.
 std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
     std::vector<fs::path> files;
@@ -73,11 +58,6 @@ std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
     return files;
 }
 
-bool isFileWithContents(const fs::path& file) {
-    std::error_code error;
-    return fs::is_regular_file(file, error) && fs::file_size(file, error) > 0 && !error;
-}
-
 // Two names for each photo: its depth image, or the right eye's picture.
 bool takesPairs(const CommandLine& commandLine) {
     return commandLine.has("d") || commandLine.value("stereo") == "files";
@@ -88,11 +68,11 @@ std::string pairName(const CommandLine& commandLine) {
 }
 
 // The photos (and depths) among the names; the last name is the output.
-std::vector<FolderPhoto> inputsOf(const CommandLine& commandLine, PhotoPlan& plan,
-                                  Messages& messages) {
+std::vector<FolderFile> inputsOf(const CommandLine& commandLine, PhotoPlan& plan,
+                                 Messages& messages) {
     const std::vector<fs::path>& names = commandLine.files();
     const bool pairs = takesPairs(commandLine);
-    std::vector<FolderPhoto> inputs;
+    std::vector<FolderFile> inputs;
     std::vector<fs::path> given(names.begin(), names.end() - 1);
     FolderSearch search;
     search.recursive = commandLine.has("recursive");
@@ -108,11 +88,10 @@ std::vector<FolderPhoto> inputsOf(const CommandLine& commandLine, PhotoPlan& pla
         std::map<std::string, fs::path> depths;
         for (const fs::path& depth : listImages(given[1]))
             depths[depth.stem().string()] = depth;
-        for (FolderPhoto& input : listPhotos(given[0], search, plan, messages)) {
-            const auto found = depths.find(input.photo.stem().string());
-            input.depth = found != depths.end()
-                              ? found->second
-                              : given[1] / input.photo.filename(); // fails by name
+        for (FolderFile& input : listFiles(given[0], search, plan.leftOut, messages)) {
+            const auto found = depths.find(input.file.stem().string());
+            input.depth = found != depths.end() ? found->second
+                                                : given[1] / input.file.filename(); // fails by name
             inputs.push_back(input);
         }
     } else if (pairs) {
@@ -129,7 +108,7 @@ std::vector<FolderPhoto> inputsOf(const CommandLine& commandLine, PhotoPlan& pla
                 inputs.push_back({name, {}, {}});
                 continue;
             }
-            for (const FolderPhoto& photo : listPhotos(name, search, plan, messages))
+            for (const FolderFile& photo : listFiles(name, search, plan.leftOut, messages))
                 inputs.push_back(photo);
         }
     }
@@ -156,15 +135,13 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
     for (std::size_t i = 0; i + 1 < names.size(); ++i)
         requirePhotoName(names[i]);
     const fs::path& last = names.back();
-    std::error_code error;
     PhotoPlan plan;
-    const std::vector<FolderPhoto> inputs = inputsOf(commandLine, plan, messages);
+    const std::vector<FolderFile> inputs = inputsOf(commandLine, plan, messages);
     plan.batch = names.size() > least || isDirectory(last) || isDirectory(names.front());
-    if (plan.batch && !isDirectory(last) && (fs::exists(last, error) || canWriteImage(last))) {
-        throw UsageError(
-            last.string() +
-            ": names one file, expected a directory for the outputs of several photos" +
-            (names.size() == 3 && !pairs ? ", or -d with a photo and its depth" : ""));
+    if (plan.batch) {
+        requireDirectoryName(last, "photos",
+                             names.size() == 3 && !pairs ? ", or -d with a photo and its depth"
+                                                         : "");
     }
     for (const char* option :
          {"save-quilt", "save-depth", "save-rgbd", "save-photo-with-depth", "lg"}) {
@@ -175,13 +152,11 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
                              "photos");
         }
     }
-    std::map<std::string, int> stems;
-    for (const FolderPhoto& input : inputs)
-        ++stems[(input.folder / input.photo.stem()).string()];
-    for (const auto& [photo, depth, folder] : inputs) {
-        // a.jpg and a.png keep their extensions; otherwise their outputs would have the same name
-        std::string stem = (folder / photo.stem()).string();
-        if (stems[stem] > 1) stem = (folder / photo.filename()).string();
+    const std::vector<std::string> stems = outputStems(inputs);
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+        const fs::path& photo = inputs[i].file;
+        const fs::path& depth = inputs[i].depth;
+        const std::string& stem = stems[i];
         PhotoItem item;
         item.photo = photo;
         item.depth = depth;

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "common/display_options.hpp"
+#include "common/folder_search.hpp"
 #include "common/outputs.hpp"
-#include "common/photo_folder.hpp"
 
 #include <filesystem>
 #include <vector>

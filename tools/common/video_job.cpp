@@ -1,6 +1,7 @@
 #include "common/video_job.hpp"
 
 #include "altiro3D/video_conversion.hpp"
+#include "common/folder_run.hpp"
 #include "common/native_options.hpp"
 #include "common/picture_options.hpp"
 
@@ -55,12 +56,17 @@ void refusePicture(const CommandLine& commandLine, const VideoPlan& plan, const 
 }
 
 // Videos carry no mark; ordinary ones have no 4:4:4 at the very size of a panel.
-void warnIfNative(const VideoFacts& facts, const ChosenDisplay& display, Messages& messages) {
+void refuseNativeVideo(const VideoPlan& plan, const VideoFacts& facts, const ChosenDisplay& display,
+                       Messages& messages) {
     const bool fullColour = facts.pixelFormat.find("444") != std::string::npos ||
                             facts.pixelFormat.find("gbr") != std::string::npos;
     if (facts.size != display.panelSize() || !fullColour) return;
-    messages.warn("the video has the panel's size and 4:4:4 colour, like a Native video; do not "
-                  "convert a Native again");
+    const std::string like = "has the panel's size and 4:4:4 colour, like a Native video";
+    if (plan.isFromFolder) {
+        throw NotTaken{
+            {plan.input, "Native video", like + "; if it is none, it is converted alone"}};
+    }
+    messages.warn("the video " + like + "; do not convert a Native again");
 }
 
 DisplayUse useOf(VideoProduct product) {
@@ -98,33 +104,6 @@ std::optional<FoundQuilt> searchFrames(const CommandLine& commandLine, const Vid
         if (!best || saysMore) best = found;
     }
     return best;
-}
-
-QuiltLayout layoutOf(const CommandLine& commandLine, const VideoJob& job, cv::Size frame,
-                     const std::optional<FoundQuilt>& found, Messages& messages) {
-    const VideoPlan& plan = job.plan;
-    if (plan.fromQuilt)
-        return chooseQuilt(commandLine, job.display, messages, plan.input, frame, found);
-    QuiltLayout layout = chooseQuilt(commandLine, job.display, messages);
-    if (plan.product == VideoProduct::Quilt && !commandLine.has("r") && !job.display.map) {
-        cv::Size& tile = layout.tileSize; // 4:2:0 has even sides only
-        tile = {std::max(2, tile.width / 2 * 2), std::max(2, tile.height / 2 * 2)};
-    }
-    return layout;
-}
-
-void openDepth(const CommandLine& commandLine, VideoJob& job, Messages& messages) {
-    ChosenDepth& depth = job.depth.emplace(commandLine, messages, Medium::Video);
-    int& steps = job.depthOptions.every;
-    steps = job.profile.depthEvery;
-    const auto every = commandLine.value("depth-every");
-    if (every) steps = *every == "auto" ? 0 : *commandLine.wholeNumber("depth-every", 1, 1000);
-    if (!depth.fromFiles() && !depth.rgbdSide()) return;
-    if (every) {
-        throw UsageError("--depth-every says how often depth is estimated, but here it is given; "
-                         "leave it out");
-    }
-    steps = 1;
 }
 
 // The path from frames with depth to Natives.
@@ -176,14 +155,13 @@ VideoWriterOptions encodingOf(const CommandLine& commandLine, const VideoJob& jo
 
 } // namespace
 
-VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Messages& messages) {
-    VideoPlan& plan = job.plan;
+void prepareVideo(const CommandLine& commandLine, VideoJob& job, Messages& messages) {
+    const VideoPlan& plan = job.plan;
     NativeOptions& native = job.native;
     job.profile = videoProfile(commandLine);
     if (plan.show && !commandLine.has("profile")) job.profile = videoProfile("live");
     native = nativeOptions(commandLine);
-    const AutoChoices choices = autoChoices(commandLine);
-    if ((native.framing != Framing() || choices.any()) &&
+    if ((native.framing != Framing() || autoChoices(commandLine).any()) &&
         (plan.fromQuilt || plan.product == VideoProduct::Rgbd)) {
         throw UsageError(
             std::string("--center, --zoom and auto are for the views of frames, expected no ") +
@@ -197,18 +175,48 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     checkNativeOptions(commandLine);
     job.display = findDisplay(commandLine, messages, {}, useOf(plan.product));
     if (job.display.map) native.sampling = {};
+}
 
+void openDepth(const CommandLine& commandLine, VideoJob& job, Messages& messages) {
+    if (job.depth || job.plan.fromQuilt) return;
+    ChosenDepth& depth = job.depth.emplace(commandLine, messages, Medium::Video);
+    int& steps = job.depthOptions.every;
+    steps = job.profile.depthEvery;
+    const auto every = commandLine.value("depth-every");
+    if (every) steps = *every == "auto" ? 0 : *commandLine.wholeNumber("depth-every", 1, 1000);
+    if (!depth.fromFiles() && !depth.rgbdSide()) return;
+    if (every) {
+        throw UsageError("--depth-every says how often depth is estimated, but here it is given; "
+                         "leave it out");
+    }
+    steps = 1;
+}
+
+QuiltLayout layoutOfViews(const CommandLine& commandLine, const VideoJob& job, Messages& messages) {
+    QuiltLayout layout = chooseQuilt(commandLine, job.display, messages);
+    if (job.plan.product == VideoProduct::Quilt && !commandLine.has("r") && !job.display.map) {
+        cv::Size& tile = layout.tileSize; // 4:2:0 has even sides only
+        tile = {std::max(2, tile.width / 2 * 2), std::max(2, tile.height / 2 * 2)};
+    }
+    return layout;
+}
+
+VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Messages& messages) {
+    VideoPlan& plan = job.plan;
+    NativeOptions& native = job.native;
     VideoConversion conversion;
     plan.part.threads = std::min(cv::getNumThreads(), 16);
     conversion.reader = std::make_unique<VideoReader>(plan.input, plan.part);
     const VideoFacts& facts = conversion.reader->facts();
     refusePicture(commandLine, plan, facts);
-    messages.say(plan.inputName() + ": " + factsText(facts));
+    messages.say((messages.hasSubject() ? "" : plan.inputName() + ": ") + factsText(facts));
     if (!plan.fromQuilt) warnIfQuilt(plan.input, "--from-quilt", messages);
-    if (plan.product == VideoProduct::Native) warnIfNative(facts, job.display, messages);
+    if (plan.product == VideoProduct::Native) refuseNativeVideo(plan, facts, job.display, messages);
     std::optional<FoundQuilt> found;
     if (plan.fromQuilt) found = searchFrames(commandLine, plan);
-    job.layout = layoutOf(commandLine, job, facts.size, found, messages);
+    job.layout = plan.fromQuilt ? chooseQuilt(commandLine, job.display, messages, plan.input,
+                                              facts.size, found)
+                                : layoutOfViews(commandLine, job, messages);
     if (plan.product == VideoProduct::Quilt)
         plan.output = quiltFileName(plan.output, job.layout, job.display.aspect());
     checkOutputs(commandLine, plan, job.display);
@@ -236,7 +244,7 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     conversion.map = job.display.map;
     conversion.layout = job.layout;
     conversion.native = native;
-    conversion.choices = choices;
+    conversion.choices = autoChoices(commandLine);
     conversion.fromQuilt = plan.fromQuilt;
     takeDepth(job, conversion);
     conversion.depthOptions = job.depthOptions;

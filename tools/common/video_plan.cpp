@@ -1,7 +1,6 @@
 #include "common/video_plan.hpp"
 
 #include "altiro3D/video_io.hpp"
-#include "common/outputs.hpp"
 #include "common/video_options.hpp"
 
 #include <algorithm>
@@ -49,14 +48,31 @@ VideoPlan planVideo(const CommandLine& commandLine) {
             commandLine.exclude("show", option);
         return plan;
     }
+    if (takesFolder(commandLine)) return plan;
     requireVideoName(plan.output);
     std::error_code error;
     plan.isFile = fs::is_regular_file(plan.input, error);
     return plan;
 }
 
+bool takesFolder(const CommandLine& commandLine) {
+    const std::vector<fs::path>& names = commandLine.files();
+    std::error_code error;
+    return names.size() == 2 && fs::is_directory(names.front(), error);
+}
+
+void addCommonInputs(const CommandLine& commandLine, const ChosenDisplay& display,
+                     Outputs& outputs) {
+    for (const fs::path& file : display.files)
+        outputs.addInput(file);
+    for (const char* option : {"n", "net-profile"}) {
+        if (const auto file = commandLine.value(option)) outputs.addInput(*file);
+    }
+}
+
 void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
                   const ChosenDisplay& display) {
+    if (plan.isChecked) return;
     if (commandLine.has("resume") && !plan.isFile) {
         throw UsageError("--resume reads the input again, expected a file, not " +
                          plan.inputName());
@@ -69,13 +85,9 @@ void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
     if (commandLine.has("resume") && !goesOn)
         outputs.explainExisting(plan.output,
                                 "and no unfinished run of it is kept, so it may be complete");
-    for (const fs::path& file : display.files)
-        outputs.addInput(file);
+    addCommonInputs(commandLine, display, outputs);
     for (const fs::path& file : {plan.input, plan.depth}) {
         if (!file.empty() && file != "-") outputs.addInput(file);
-    }
-    for (const char* option : {"n", "net-profile"}) {
-        if (const auto file = commandLine.value(option)) outputs.addInput(*file);
     }
     if (!plan.show) outputs.addOutput(plan.output);
     if (!plan.report.empty()) outputs.addOutput(plan.report);
@@ -86,8 +98,8 @@ RunSettings settingsOf(const CommandLine& commandLine) {
     RunSettings settings;
     for (const auto& [option, value] : commandLine.given()) {
         // The last four are left out because their effect is compared, not their text.
-        constexpr std::array<const char*, 9> kOthers = {"y", "v", "resume", "progress", "report",
-                                                        "c", "m", "serial", "j"};
+        constexpr std::array<const char*, 10> kOthers = {
+            "y", "v", "resume", "recursive", "progress", "report", "c", "m", "serial", "j"};
         if (std::find(kOthers.begin(), kOthers.end(), option) != kOthers.end()) continue;
         settings["-" + std::string(option.size() > 1 ? "-" : "") + option] = value;
     }

@@ -3,6 +3,7 @@
 #include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_io.hpp"
 #include "common/display_options.hpp"
+#include "common/outputs.hpp"
 
 #include <filesystem>
 #include <string>
@@ -18,8 +19,11 @@ struct VideoPlan {
     std::filesystem::path report;
     VideoProduct product = VideoProduct::Native;
     bool fromQuilt = false;
-    bool show = false;   ///< shown on the display, no output
-    bool isFile = false; ///< the input can be read again, so that a run can be resumed
+    bool show = false;         ///< shown on the display, no output
+    bool isFile = false;       ///< the input can be read again, so that a run can be resumed
+    bool isFromFolder = false; ///< Left out if it turns out to be a Native video.
+    bool isChecked = false;    ///< checkOutputs() is not needed: the folder's run has done it.
+    std::string place;         ///< "[2/7] clip.mp4 " of a folder, for the progress line
     VideoReaderOptions part;
 
     /// The input's name for people.
@@ -29,6 +33,13 @@ struct VideoPlan {
 /// Derives the plan from the command line.
 /// @throws UsageError if its options exclude each other
 VideoPlan planVideo(const CommandLine& commandLine);
+
+/// Whether the input is a folder of videos.
+bool takesFolder(const CommandLine& commandLine);
+
+/// Adds the files that a run reads besides its input: calibrations, network and profile.
+void addCommonInputs(const CommandLine& commandLine, const ChosenDisplay& display,
+                     Outputs& outputs);
 
 /// Checks the names of a run before any work, see Outputs::check().
 /// @throws UsageError, Error

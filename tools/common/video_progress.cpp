@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace altiro3D::tools {
 
@@ -33,8 +34,9 @@ bool VideoProgressLine::json(const CommandLine& commandLine) {
     return commandLine.choice("progress", {"bar", "json"}).value_or(0) == 1;
 }
 
-VideoProgressLine::VideoProgressLine(bool json, const VideoProgress& start)
-    : json_(json), now_(start) {}
+VideoProgressLine::VideoProgressLine(bool json, const VideoProgress& start, std::string input,
+                                     std::string place)
+    : json_(json), input_(std::move(input)), place_(std::move(place)), now_(start) {}
 
 VideoProgressLine::~VideoProgressLine() {
     clear();
@@ -45,9 +47,9 @@ void VideoProgressLine::update(const VideoProgress& now) {
     now_ = now;
     if (now.finishing) {
         if (json_) {
-            putLine("finishing");
+            putState("finishing");
         } else {
-            showStatus("finishing the file ...");
+            showStatus(place_ + "finishing the file ...");
         }
         return;
     }
@@ -77,10 +79,10 @@ void VideoProgressLine::show() {
         if (now_.framesInAll) line["framesInAll"] = *now_.framesInAll;
         if (share) line["share"] = *share;
         if (left) line["secondsLeft"] = *left;
-        writeLine(stdout, line.dump());
+        putLine(line);
         return;
     }
-    std::string text;
+    std::string text = place_;
     if (share) {
         const int full = static_cast<int>(*share * kBarColumns);
         text += "[" + std::string(static_cast<std::size_t>(full), '#') +
@@ -101,15 +103,21 @@ double VideoProgressLine::rate() const {
     return spent > 0 ? static_cast<double>(now_.frames - now_.keptFrames) / spent : 0;
 }
 
-void VideoProgressLine::putLine(const std::string& state) const {
-    const nlohmann::ordered_json line = {
-        {"state", state}, {"frames", now_.frames}, {"time", now_.end}, {"framesPerSecond", rate()}};
-    writeLine(stdout, line.dump());
+void VideoProgressLine::putState(const std::string& state) const {
+    putLine(nlohmann::ordered_json{{"state", state},
+                                   {"frames", now_.frames},
+                                   {"time", now_.end},
+                                   {"framesPerSecond", rate()}});
+}
+
+void VideoProgressLine::putLine(nlohmann::ordered_json line) const {
+    if (!input_.empty()) line["input"] = input_;
+    writeLine(stdout, line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 void VideoProgressLine::end(const std::string& state) {
     clear();
-    if (json_) putLine(state);
+    if (json_) putState(state);
 }
 
 void VideoProgressLine::clear() {

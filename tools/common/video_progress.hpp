@@ -4,6 +4,7 @@
 #include "common/run_tool.hpp"
 
 #include <chrono>
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace altiro3D::tools {
@@ -18,7 +19,10 @@ class VideoProgressLine {
 
     /// @param json write JSON objects, one per line, to standard output instead of a bar
     /// @param start progress before the first frame
-    VideoProgressLine(bool json, const VideoProgress& start);
+    /// @param input name of the video for JSON; empty: not written
+    /// @param place what a bar begins with
+    VideoProgressLine(bool json, const VideoProgress& start, std::string input = {},
+                      std::string place = {});
     ~VideoProgressLine();
     VideoProgressLine(const VideoProgressLine&) = delete;
     VideoProgressLine& operator=(const VideoProgressLine&) = delete;
@@ -34,9 +38,12 @@ class VideoProgressLine {
   private:
     double rate() const; // frames per second of this run
     void show();
-    void putLine(const std::string& state) const;
+    void putState(const std::string& state) const;
+    void putLine(nlohmann::ordered_json line) const;
 
     bool json_;
+    std::string input_;
+    std::string place_;
     VideoProgress now_;
     double firstTime_ = -1;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();

@@ -5,6 +5,7 @@
 #include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_io.hpp"
 #include "common/display_player.hpp"
+#include "common/folder_run.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/video_job.hpp"
@@ -18,8 +19,6 @@
 namespace altiro3D::tools {
 
 namespace {
-
-constexpr int kExitStopped = 130; // as in shells
 
 std::atomic<bool> stopWanted{false};
 
@@ -103,7 +102,8 @@ VideoOutcome convert(const CommandLine& commandLine, const VideoJob& job,
     } else if (commandLine.has("resume")) {
         messages.say("no earlier run was found; starts from the beginning");
     }
-    VideoProgressLine progress(jsonProgress, begun);
+    VideoProgressLine progress(jsonProgress, begun,
+                               plan.isFromFolder ? plan.input.string() : std::string(), plan.place);
     VideoOutcome outcome;
     outcome.size = converter.size();
     try {
@@ -161,21 +161,35 @@ VideoOutcome show(const CommandLine& commandLine, const VideoJob& job, VideoConv
 
 } // namespace
 
+bool isStopWanted() {
+    return stopWanted.load();
+}
+
 int runVideo(const CommandLine& commandLine, const VideoPlan& plan, Messages& messages) {
-    const bool jsonProgress = VideoProgressLine::json(commandLine);
-    if (jsonProgress) messages.leaveStandardOutput();
+    if (VideoProgressLine::json(commandLine)) messages.leaveStandardOutput();
     VideoJob job;
     job.plan = plan;
+    prepareVideo(commandLine, job, messages);
+    std::string report;
+    const int status =
+        makeVideo(commandLine, job, plan.report.empty() ? nullptr : &report, messages);
+    if (!report.empty()) writeFile(plan.report, report);
+    return status;
+}
+
+int makeVideo(const CommandLine& commandLine, VideoJob& job, std::string* report,
+              Messages& messages) {
+    const VideoPlan& plan = job.plan;
     VideoConversion conversion = openVideo(commandLine, job, messages);
     std::signal(SIGINT, stopOnce);
     std::signal(SIGTERM, stopOnce);
-    const VideoOutcome outcome =
-        plan.show ? show(commandLine, job, std::move(conversion), messages)
-                  : convert(commandLine, job, std::move(conversion), jsonProgress, messages);
+    const VideoOutcome outcome = plan.show
+                                     ? show(commandLine, job, std::move(conversion), messages)
+                                     : convert(commandLine, job, std::move(conversion),
+                                               VideoProgressLine::json(commandLine), messages);
     if (outcome.failed) return kExitFailed;
     tellVideoDetails(job, outcome, messages);
-    if (!plan.report.empty())
-        writeFile(plan.report, videoReport(commandLine, job, outcome, messages));
+    if (report != nullptr) *report = videoReport(commandLine, job, outcome, messages);
     if (outcome.stopped) {
         std::string line = "stopped at " + clockText(outcome.result.end);
         if (!plan.show) line += "; " + job.plan.output.string() + " is whole up to there";

@@ -1,6 +1,9 @@
 #pragma once
 
+#include "common/video_job.hpp"
 #include "common/video_plan.hpp"
+
+#include <string>
 
 namespace altiro3D::tools {
 
@@ -10,5 +13,21 @@ namespace altiro3D::tools {
 /// @return the exit status
 /// @throws UsageError, Error
 int runVideo(const CommandLine& commandLine, const VideoPlan& plan, Messages& messages);
+
+/// The part of runVideo() that depends on the input.
+/// @param job from prepareVideo(), with the plan of this video
+/// @param report receives the report, if it is not null
+/// @return the exit status
+/// @throws UsageError, Error, NotTaken
+int makeVideo(const CommandLine& commandLine, VideoJob& job, std::string* report,
+              Messages& messages);
+
+/// Whether Ctrl-C was pressed.
+bool isStopWanted();
+
+/// Makes Natives of the videos of a folder; one that fails does not stop the rest, Ctrl-C does.
+/// @return the exit status
+/// @throws UsageError, Error
+int runVideoFolder(const CommandLine& commandLine, Messages& messages);
 
 } // namespace altiro3D::tools

@@ -14,8 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kLookSide = 96;           // px
-constexpr double kLeastLikeness = 0.15; // unrelated photos: 0.1
+constexpr int kLookSide = 96; // px
 
 // The picture nearest to a view's camera position among `pictures` evenly spaced ones.
 std::size_t pictureOfView(int view, int views, std::size_t pictures) {
@@ -60,7 +59,7 @@ ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& 
             fitted.copyTo(result.quilt(layout.tile(i)));
         }
     }
-    if (likenessOfViews(looks) < kLeastLikeness) {
+    if (likenessOfViews(looks) < kLeastLikenessOfViews) {
         throw Error(ErrorCode::BadFormat, directory.string(),
                     "holds pictures that do not resemble each other, expected views of one scene "
                     "from cameras beside each other (photo2native makes Natives of photos)");

@@ -106,12 +106,14 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced({"json"}, "With --list-displays: write JSON, for programs.");
     addDisplayOptions(commandLine);
     commandLine.addNote("A photo and its depth image, a.jpg and a-depth.png, are opened as one. "
+                        "FILE may be a folder: views of one scene are opened as a quilt, other "
+                        "files each on its own. "
                         "Displays of the first generation (8.9\", 15.6\", 8K) keep their "
                         "calibration in a USB memory that is not read: save it as visual.json "
                         "with the maker's software and give it with -c.");
     commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg", "Open a photo.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg holiday-depth.png",
+    commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg painted.png",
                         "Open a photo with its depth.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--show native.png",
                         "Show a Native on the display.");

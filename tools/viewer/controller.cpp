@@ -32,6 +32,12 @@ QString textOf(const std::exception& error) {
     return QString::fromStdString(tools::sentenceOf(error));
 }
 
+// Whether a source is a folder that may hold unrelated files.
+bool isFolderOfFiles(const Source& source) {
+    std::error_code error;
+    return source.reading == Reading::Automatic && fs::is_directory(source.file, error);
+}
+
 // The depth of a playing flat video: steady, inferred as often as the pictures require.
 class PlayedDepth {
   public:
@@ -166,11 +172,24 @@ void Controller::readCurrent() {
     playerProblem_.clear();
     emit documentChanged();
     const Source source = sources_[static_cast<std::size_t>(current_)];
-    endPlayer([this, number, source, display = display_] {
-        std::shared_ptr<const Document> document;
+    endPlayer([this, number, source, display = display_, notes = std::exchange(folderNotes_, {})] {
+        std::shared_ptr<Document> document;
         QString problem;
         try {
-            document = std::make_shared<const Document>(readDocument(source, *display));
+            if (isFolderOfFiles(source)) {
+                const FolderFiles found = filesOfFolder(source.file);
+                if (found.files.size() != 1 || found.files.front().file != source.file) {
+                    QMetaObject::invokeMethod(
+                        this,
+                        [this, number, source, found] {
+                            if (number == readings_) takeFiles(source, found);
+                        },
+                        Qt::QueuedConnection);
+                    return;
+                }
+            }
+            document = std::make_shared<Document>(readDocument(source, *display));
+            document->notes.insert(document->notes.end(), notes.begin(), notes.end());
         } catch (const std::exception& error) {
             problem = textOf(error);
         }
@@ -198,6 +217,15 @@ void Controller::readCurrent() {
             },
             Qt::QueuedConnection);
     });
+}
+
+void Controller::takeFiles(const Source& folder, const FolderFiles& found) {
+    const auto at = sources_.begin() + current_;
+    if (at->file != folder.file) return; // cannot be: such a change begins another reading
+    sources_.insert(sources_.erase(at), found.files.begin(), found.files.end());
+    folderNotes_ = found.notes;
+    emit sourcesChanged();
+    readCurrent();
 }
 
 void Controller::turn(const Knobs& knobs, const QString& what, int gesture) {
@@ -351,8 +379,9 @@ void Controller::focusAt(double x, double y) {
     const cv::Point at(static_cast<int>(x * depth.cols), static_cast<int>(y * depth.rows));
     Knobs knobs = knobs_;
     const double position = frame_.request.mode == Mode::Sway ? frame_.request.position : 0;
-    const double seen = depthSeenAt(depth, frame_.request.knobs.views, position, at);
+    const double seen = depthSeenAt(depth, frame_.setup.knobs.views, position, at);
     knobs.views.focus = std::round(seen * 100) / 100; // as the knob has it
+    knobs.automatic.focus = false;
     turn(knobs, tr("focus"));
 }
 
@@ -366,16 +395,23 @@ FramedPhoto Controller::framedPhoto() const {
     return {document_->picture.size(), display_->aspect(), knobs_.fit};
 }
 
+Knobs Controller::withFrame() const {
+    Knobs knobs = knobs_;
+    if (knobs.automatic.framing) knobs.framing = frame_.setup.knobs.framing;
+    knobs.automatic.framing = false;
+    return knobs;
+}
+
 void Controller::moveFrame(cv::Point2d by, int gesture) {
     if (!canFrame()) return;
-    Knobs knobs = knobs_;
+    Knobs knobs = withFrame();
     knobs.framing = moved(knobs.framing, framedPhoto(), by);
     turn(knobs, tr("frame"), gesture);
 }
 
 void Controller::zoomFrame(cv::Point2d at, double factor, int gesture) {
     if (!canFrame()) return;
-    Knobs knobs = knobs_;
+    Knobs knobs = withFrame();
     knobs.framing = zoomed(knobs.framing, framedPhoto(), at, factor);
     turn(knobs, tr("zoom"), gesture);
 }
@@ -383,6 +419,7 @@ void Controller::zoomFrame(cv::Point2d at, double factor, int gesture) {
 void Controller::resetFrame() {
     Knobs knobs = knobs_;
     knobs.framing = {};
+    knobs.automatic.framing = false;
     turn(knobs, tr("frame"));
 }
 
@@ -463,6 +500,7 @@ QString Controller::exportObstacle() const {
 Setup Controller::exportSetup() const {
     Setup setup = frame_.setup;
     setup.knobs = knobs_;
+    setup.isChosen = false;
     layFlatDepth(setup);
     return setup;
 }

@@ -28,7 +28,8 @@ class Controller : public QObject {
     /// Cancels an export and waits for the remaining work.
     ~Controller() override;
 
-    /// Adds files and opens the first one. A photo and its depth image become one entry.
+    /// Adds files and opens the first one. A photo and its depth image become one entry. A folder
+    /// is replaced by its files when it is read, unless they are views of one scene.
     void open(const std::vector<std::filesystem::path>& files);
     /// Adds one source and opens it.
     void open(const Source& source);
@@ -134,10 +135,13 @@ class Controller : public QObject {
     /// Waits in the worker until the player has ended, then calls a function there.
     void endPlayer(std::function<void()> then);
     void readCurrent();
+    void takeFiles(const Source& folder, const FolderFiles& found);
     void requestFrame();
     void requestNative();
     void takeFrame(const Frame& frame);
     FramedPhoto framedPhoto() const;
+    /// The settings with the frame that is shown, which the user moves from now on.
+    Knobs withFrame() const;
     void swing();
     void play();
     void takePicture();
@@ -146,6 +150,7 @@ class Controller : public QObject {
     int current_ = -1;
     std::shared_ptr<const Document> document_;
     QString problem_;
+    Notes folderNotes_;     // about a folder, for the first of its files
     QString playerProblem_; // why the video stopped
     bool opening_ = false;
     bool waiting_ = false; // for the first picture of a document or of other depth

@@ -1,12 +1,13 @@
 #include "viewer/document.hpp"
 
 #include "altiro3D/altiro3D.hpp"
-#include "common/photo_folder.hpp"
+#include "common/folder_search.hpp"
 #include "common/run_tool.hpp"
 #include "common/views_quilt.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 
 namespace altiro3D::viewer {
@@ -139,6 +140,35 @@ void addPhotoDepth(Document& document, Notes& notes) {
     }
 }
 
+// Whether the files of a folder are views of one scene. Some neighbours are compared.
+bool areViews(const std::vector<Source>& files) {
+    constexpr std::size_t kCompared = 4;
+    constexpr int kLookSide = 96; // px
+    if (files.size() < 2) return false;
+    for (const Source& source : files) {
+        const fs::path& file = source.file;
+        if (!source.depth.empty() || isVideoName(file) || parseQuiltName(file) ||
+            isMarkedNative(file))
+            return false;
+    }
+    const std::size_t count = std::min(kCompared, files.size());
+    const std::size_t first = (files.size() - count) / 2;
+    std::vector<cv::Mat> looks;
+    cv::Size size;
+    const tools::QuietStandardError quiet; // decoders print messages
+    try {
+        for (std::size_t i = first; i < first + count; ++i) {
+            const cv::Mat view = readPhoto(files[i].file);
+            if (i == first) size = view.size();
+            if (view.size() != size) return false;
+            cv::resize(view, looks.emplace_back(), {kLookSide, kLookSide}, 0, 0, cv::INTER_AREA);
+        }
+    } catch (const Error&) {
+        return false; // each file is then opened on its own, and says what is wrong
+    }
+    return likenessOfViews(looks) >= tools::kLeastLikenessOfViews;
+}
+
 } // namespace
 
 std::string Document::facts() const {
@@ -163,18 +193,32 @@ const std::vector<std::string>& pictureEndings() {
     return endings;
 }
 
-const std::vector<std::string>& videoEndings() {
-    static const std::vector<std::string> endings = {"mp4", "m4v",  "mov", "mkv", "webm", "avi",
-                                                     "mpg", "mpeg", "ts",  "ogv", "wmv",  "flv"};
-    return endings;
-}
-
 bool isVideoName(const fs::path& file) {
     std::error_code error;
     if (fs::is_character_file(file, error)) return true;
-    const std::string ending = tools::lowerCase(file.extension().string());
-    const auto& all = videoEndings();
-    return !ending.empty() && std::find(all.begin(), all.end(), ending.substr(1)) != all.end();
+    return tools::isVideoFileName(file);
+}
+
+FolderFiles filesOfFolder(const fs::path& folder) {
+    using tools::FileKind;
+    tools::FolderSearch search;
+    search.wanted = {FileKind::Photo, FileKind::Quilt,      FileKind::Native,
+                     FileKind::Video, FileKind::QuiltVideo, FileKind::DepthVideo};
+    const tools::FolderContents found = tools::searchFolder(folder, search);
+    FolderFiles result;
+    for (const tools::FolderFile& file : found.files)
+        result.files.push_back({file.file, file.depth, Reading::Automatic});
+    if (result.files.empty()) {
+        throw Error(ErrorCode::NotFound, folder.string(),
+                    "holds no pictures and no videos, expected some");
+    }
+    if (areViews(result.files)) {
+        result.files = {{folder, {}, Reading::Automatic}};
+    } else if (!found.leftOut.empty()) {
+        result.notes.push_back({NoteCode::LeftOut, folder.string() + ": not opened: " +
+                                                       tools::kindsText(found.leftOut)});
+    }
+    return result;
 }
 
 Document documentOf(const Source& source, const cv::Mat& picture, const Display& display) {
@@ -264,14 +308,14 @@ std::vector<Source> pairUp(const std::vector<fs::path>& files) {
     std::vector<fs::path> depthOf(files.size());
     std::vector<bool> isDepth(files.size());
     for (std::size_t d = 0; d < files.size(); ++d) {
-        const fs::path stem = tools::photoStemOf(files[d]);
+        const fs::path stem = photoOfDepthName(files[d]);
         if (stem.empty()) continue;
         for (std::size_t p = 0; p < files.size(); ++p) {
-            if (p == d || isVideoName(files[p]) || files[p].parent_path() / files[p].stem() != stem)
+            if (p == d || isVideoName(files[p]) || !depthOf[p].empty() ||
+                files[p].parent_path() / files[p].stem() != stem)
                 continue;
             depthOf[p] = files[d];
             isDepth[d] = true;
-            break;
         }
     }
     std::vector<Source> sources;

@@ -57,14 +57,25 @@ struct Document {
     std::string facts() const;
 };
 
-/// File name extensions of pictures and of videos, without the dot. The open dialog and the desktop
-/// entry list them. Pictures with other extensions can be opened as well: their contents decide.
+/// File name extensions of pictures, without the dot. The open dialog and the desktop entry list
+/// them and tools::videoEndings(). Pictures with other extensions can be opened as well: their
+/// contents decide.
 const std::vector<std::string>& pictureEndings();
-const std::vector<std::string>& videoEndings();
 
 /// True for files that are read as videos, judged by their names, and for capture devices
 /// (/dev/video0) and links to them.
 bool isVideoName(const std::filesystem::path& file);
+
+/// What a folder holds.
+struct FolderFiles {
+    std::vector<Source> files; ///< The folder itself if it holds views of one scene.
+    Notes notes;               ///< Says what is left out.
+};
+
+/// Finds the pictures and videos of a folder, without its subfolders. Pictures of equal size that
+/// resemble each other are views of one scene.
+/// @throws Error NotFound (holds none), and as listImages()
+FolderFiles filesOfFolder(const std::filesystem::path& folder);
 
 /// Opens a picture, a directory of views, or the first picture of a video.
 /// @param display its panel size identifies Natives; its quilt is the default layout of views
@@ -75,8 +86,8 @@ Document readDocument(const Source& source, const Display& display);
 /// @param picture [CV_8UC3 or CV_16UC3, BGR]
 Document documentOf(const Source& source, const cv::Mat& picture, const Display& display);
 
-/// Pairs photos with their depth images: "a.jpg" and "a-depth.png" (or a_depth, a.depth) become one
-/// source.
+/// Pairs photos with their depth images, see photoOfDepthName(): "a.jpg" and "a-depth.png" become
+/// one source.
 std::vector<Source> pairUp(const std::vector<std::filesystem::path>& files);
 
 } // namespace altiro3D::viewer

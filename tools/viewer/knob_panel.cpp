@@ -23,6 +23,21 @@ namespace altiro3D::viewer {
 namespace {
 
 constexpr double kMaxStrength = 40; // of the slider; files and tools allow more
+constexpr int kAutoFit = -1;        // cover, with the part that is chosen
+
+QCheckBox* autoBox(const QString& name, const QString& tip) {
+    auto* box = new QCheckBox(QObject::tr("Auto"));
+    box->setObjectName(name);
+    box->setToolTip(tip);
+    return box;
+}
+
+QHBoxLayout* rowOf(QWidget* first, QWidget* second) {
+    auto* row = new QHBoxLayout;
+    row->addWidget(first, 1);
+    row->addWidget(second);
+    return row;
+}
 
 // A combo box that holds a number of an enumeration with each of its words.
 QComboBox* choices(const QString& name, const std::vector<std::pair<QString, int>>& words) {
@@ -138,6 +153,7 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
                                    {tr("Quilt"), int(Reading::Quilt)},
                                    {tr("Native"), int(Reading::Native)}});
     fit_ = choices("fit", {{tr("Fill, cut off the rest"), int(FitMode::Cover)},
+                           {tr("Fill, keep the subject"), kAutoFit},
                            {tr("Show all, with bars"), int(FitMode::Contain)},
                            {tr("Stretch"), int(FitMode::Stretch)}});
     depth_ = new QComboBox;
@@ -167,6 +183,8 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
                          "method Real."));
     strength_ = new KnobSlider(0, kMaxStrength, 1, standard.views.strengthPercent, tr(" %"));
     strength_->setObjectName("strength");
+    autoStrength_ = autoBox("autoStrength", tr("As much depth as the display carries"));
+    autoFocus_ = autoBox("autoFocus", tr("The subject lies on the panel's surface"));
     focus_ = new KnobSlider(0, 1, 2, standard.views.focus, {});
     focus_->setObjectName("focus");
     refinement_ = numbers("refinement", 0, 16, {});
@@ -206,10 +224,16 @@ void KnobPanel::connectKnobs() {
             emit turned(knobs, tr("views"), 0);
         });
     }
-    connect(strength_, &KnobSlider::turned, this,
-            [this](double, int gesture) { turn(tr("strength"), gesture); });
-    connect(focus_, &KnobSlider::turned, this,
-            [this](double, int gesture) { turn(tr("focus"), gesture); });
+    const auto onSlider = [this](KnobSlider* slider, QCheckBox* automatic, const QString& what) {
+        connect(slider, &KnobSlider::turned, this, [this, automatic, what](double, int gesture) {
+            const QSignalBlocker blocker(automatic);
+            automatic->setChecked(false);
+            turn(what, gesture);
+        });
+        connect(automatic, &QCheckBox::toggled, this, [this, what] { turn(what); });
+    };
+    onSlider(strength_, autoStrength_, tr("strength"));
+    onSlider(focus_, autoFocus_, tr("focus"));
     connect(reading_, qOverload<int>(&QComboBox::activated), this,
             [this] { emit readingChosen(static_cast<Reading>(reading_->currentData().toInt())); });
     connect(depthImage_, &QToolButton::clicked, this, &KnobPanel::depthImageWanted);
@@ -229,18 +253,15 @@ void KnobPanel::build() {
     auto* depth = new QGroupBox(tr("Depth"));
     depthKnobs_ = depth;
     form = formOf(depth);
-    auto* depthRow = new QHBoxLayout;
-    depthRow->addWidget(depth_, 1);
-    depthRow->addWidget(depthImage_);
-    form->addRow(tr("From"), depthRow);
+    form->addRow(tr("From"), rowOf(depth_, depthImage_));
     form->addRow(depthSource_);
     column->addWidget(depth);
 
     auto* views = new QGroupBox(tr("Views"));
     viewKnobs_ = views;
     form = formOf(views);
-    form->addRow(tr("Strength"), strength_);
-    form->addRow(tr("Focus"), focus_);
+    form->addRow(tr("Strength"), rowOf(strength_, autoStrength_));
+    form->addRow(tr("Focus"), rowOf(focus_, autoFocus_));
     form->addRow(tr("Method"), method_);
     form->addRow(tr("Native"), best_);
     const auto addFor = [&](ViewMethod method, const QString& label, QWidget* field,
@@ -289,11 +310,15 @@ Knobs KnobPanel::read() const {
     Knobs knobs = shown_;
     ViewOptions& views = knobs.views;
     views.method = static_cast<ViewMethod>(method_->currentData().toInt());
-    views.strengthPercent = strength_->value();
-    views.focus = focus_->value();
+    knobs.automatic = {fit_->currentData().toInt() == kAutoFit, autoFocus_->isChecked(),
+                       autoStrength_->isChecked()};
+    // sliders show what was chosen
+    if (!knobs.automatic.strength) views.strengthPercent = strength_->value();
+    if (!knobs.automatic.focus) views.focus = focus_->value();
     views.refinement = refinement_->value();
     views.layered.fill = static_cast<LayeredFill>(fill_->currentData().toInt());
-    knobs.fit = static_cast<FitMode>(fit_->currentData().toInt());
+    knobs.fit = knobs.automatic.framing ? FitMode::Cover
+                                        : static_cast<FitMode>(fit_->currentData().toInt());
     knobs.depth = depth_->currentData().toString().toStdString();
     knobs.best = best_->isChecked();
     return knobs;
@@ -311,16 +336,23 @@ void KnobPanel::show(const Knobs& knobs) {
     choose(*method_, int(views.method));
     best_->setChecked(knobs.best);
     best_->setEnabled(views.method != ViewMethod::Real);
-    strength_->setValue(views.strengthPercent);
-    focus_->setValue(views.focus);
+    autoStrength_->setChecked(knobs.automatic.strength);
+    autoFocus_->setChecked(knobs.automatic.focus);
+    if (!knobs.automatic.strength) strength_->setValue(views.strengthPercent);
+    if (!knobs.automatic.focus) focus_->setValue(views.focus);
     refinement_->setValue(views.refinement);
     choose(*fill_, int(views.layered.fill));
-    choose(*fit_, int(knobs.fit));
+    choose(*fit_, knobs.automatic.framing ? kAutoFit : int(knobs.fit));
     choose(*depth_, QString::fromStdString(knobs.depth));
     for (const auto& [method, widget] : ofMethod_)
         widget->setVisible(method == views.method);
     updating_ = false;
     enable();
+}
+
+void KnobPanel::showChosen(const Knobs& chosen) {
+    if (shown_.automatic.strength) strength_->setValue(chosen.views.strengthPercent);
+    if (shown_.automatic.focus) focus_->setValue(chosen.views.focus);
 }
 
 void KnobPanel::show(const Document* document, const QString& depthSource) {

@@ -51,6 +51,8 @@ class KnobPanel : public QWidget {
 
     /// Shows settings without emitting a signal.
     void show(const Knobs& knobs);
+    /// Shows the values that were chosen for what is automatic, without emitting a signal.
+    void showChosen(const Knobs& chosen);
     /// Shows the properties of a document and enables its settings; null: nothing is open.
     void show(const Document* document, const QString& depthSource);
     /// Shows the display and the numbers of its quilt.
@@ -85,7 +87,9 @@ class KnobPanel : public QWidget {
     QComboBox* method_;
     QCheckBox* best_;
     KnobSlider* strength_;
+    QCheckBox* autoStrength_;
     KnobSlider* focus_;
+    QCheckBox* autoFocus_;
     QSpinBox* refinement_;
     QComboBox* fill_;
     QLabel* parallax_;

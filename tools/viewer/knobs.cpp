@@ -11,7 +11,8 @@ auto parts(const Knobs& k) {
     return std::make_tuple(v.method, v.strengthPercent, v.focus, v.refinement,
                            v.layered.edgeDilationPixels, v.layered.fill, v.real.inpainting,
                            v.real.backgroundOnly, k.fit, k.framing.centre.x, k.framing.centre.y,
-                           k.framing.zoom, k.depth, k.best, k.columns, k.rows);
+                           k.framing.zoom, k.automatic.framing, k.automatic.focus,
+                           k.automatic.strength, k.depth, k.best, k.columns, k.rows);
 }
 
 } // namespace

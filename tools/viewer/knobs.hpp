@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/photo_fit.hpp"
+#include "altiro3D/view_options.hpp"
 #include "common/display_options.hpp"
 
 #include <string>
@@ -21,6 +22,7 @@ struct Knobs {
     ViewOptions views;              ///< Method, strength, focus and the method's options.
     FitMode fit = FitMode::Cover;   ///< How a photo is fitted to the panel's shape.
     Framing framing;                ///< The part of a photo that is shown, if it allows that.
+    AutoChoices automatic;          ///< What is chosen by the photo instead, see chooseAutomatic().
     std::string depth = kBestDepth; ///< One of the three names above, or a network's name.
     bool best = false;              ///< See makesBestNative().
     int columns = 0;                ///< Columns of the quilt; 0: the display's default.

@@ -135,7 +135,7 @@ void MainWindow::buildActions() {
     QMenu& file = *menuBar()->addMenu(tr("&File"));
     QAction* open = action(file, tr("&Open…"), QKeySequence::Open, [this] { openDialog(); });
     open->setIconText(tr("Open"));
-    action(file, tr("Open a folder of &views…"), QKeySequence(tr("Ctrl+Shift+O")),
+    action(file, tr("Open a &folder…"), QKeySequence(tr("Ctrl+Shift+O")),
            [this] { openDirectoryDialog(); });
     depthImage_ = action(file, tr("&Depth image for this photo…"), QKeySequence(tr("Ctrl+D")),
                          [this] { openDepthDialog(); });
@@ -368,7 +368,7 @@ void MainWindow::showDocument() {
     } else if (!any) {
         picture_->setWords(tr("Drop a photo here"),
                            tr("or press Ctrl+O. Photos, photos with depth, quilts, Natives, "
-                              "folders of views and videos can be opened."));
+                              "videos and folders can be opened."));
     } else if (!document && controller_.isBusy()) {
         picture_->setWords(tr("Opening…"), toName(source->file.filename()));
     }
@@ -416,6 +416,8 @@ void MainWindow::showFrame() {
                                                : Qt::ArrowCursor);
     const auto& document = frame.request.document;
     knobs_->showParallax(frame.parallaxPixels);
+    if (frame.request.knobs == controller_.knobs() && frame.setup.isChosen)
+        knobs_->showChosen(frame.setup.knobs);
     knobs_->show(document.get(), QString::fromStdString(frame.depthSource));
     QString text = QString::fromStdString(document->facts());
     if (document->video) {
@@ -491,6 +493,9 @@ void MainWindow::readSettings() {
     views.focus = settings.value("focus", views.focus).toDouble();
     knobs.fit = knownOr(knobs.fit, settings.value("fit"),
                         {FitMode::Cover, FitMode::Contain, FitMode::Stretch});
+    knobs.automatic = {settings.value("autoFit", false).toBool() && knobs.fit == FitMode::Cover,
+                       settings.value("autoFocus", false).toBool(),
+                       settings.value("autoStrength", false).toBool()};
     knobs.best = settings.value("best", knobs.best).toBool();
     knobs.depth =
         settings.value("depth", QString::fromStdString(knobs.depth)).toString().toStdString();
@@ -518,6 +523,9 @@ void MainWindow::writeSettings() const {
     settings.setValue("strength", knobs.views.strengthPercent);
     settings.setValue("focus", knobs.views.focus);
     settings.setValue("fit", int(knobs.fit));
+    settings.setValue("autoFit", knobs.automatic.framing);
+    settings.setValue("autoFocus", knobs.automatic.focus);
+    settings.setValue("autoStrength", knobs.automatic.strength);
     settings.setValue("best", knobs.best);
     settings.setValue("depth", QString::fromStdString(knobs.depth));
     settings.setValue("mode", int(controller_.mode()));

@@ -5,6 +5,7 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/qt/display_search.hpp"
 #include "altiro3D/qt/native_widget.hpp"
+#include "common/folder_search.hpp"
 #include "common/run_tool.hpp"
 #include "viewer/display_list.hpp"
 #include "viewer/main_window.hpp"
@@ -50,10 +51,10 @@ const char* endingOf(Product product) {
 
 void MainWindow::openDialog() {
     QStringList patterns;
-    for (const auto* endings : {&pictureEndings(), &videoEndings()}) {
-        for (const std::string& ending : *endings)
-            patterns << "*." + QString::fromStdString(ending);
-    }
+    for (const std::string& ending : pictureEndings())
+        patterns << "*." + QString::fromStdString(ending);
+    for (const std::string& ending : tools::videoEndings())
+        patterns << "*" + QString::fromStdString(ending);
     const QStringList names = QFileDialog::getOpenFileNames(
         this, tr("Open"), QSettings().value("folder").toString(),
         tr("Pictures and videos (%1);;All files (*)").arg(patterns.join(' ')));
@@ -64,7 +65,7 @@ void MainWindow::openDialog() {
 }
 
 void MainWindow::openDirectoryDialog() {
-    const QString name = QFileDialog::getExistingDirectory(this, tr("Open a folder of views"),
+    const QString name = QFileDialog::getExistingDirectory(this, tr("Open a folder"),
                                                            QSettings().value("folder").toString());
     if (!name.isEmpty()) controller_.open(std::vector<fs::path>{toPath(name)});
 }

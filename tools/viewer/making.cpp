@@ -93,7 +93,8 @@ PhotoFit swayFitOf(const Setup& setup) {
     const cv::Size photo = setup.document->picture.size();
     const FitMode mode = setup.knobs.fit;
     const Framing framing = framingOf(setup);
-    if (framing == Framing()) return photoSwayFit(photo, mode);
+    const bool isFramed = setup.knobs.automatic.framing || framing != Framing();
+    if (!isFramed) return photoSwayFit(photo, mode);
     const PhotoFit panel =
         fitPhoto(photo, setup.display->aspect(), quiltLayout(setup).tileSize, mode, framing);
     return photoSwayFit(panel.source, mode);
@@ -179,6 +180,28 @@ cv::Mat makeNative(const Setup& setup, const Scene& fitted) {
     return native;
 }
 
+void chooseAutomatic(Setup& setup) {
+    chooseAutomatic(setup, [](const Setup& now) { return fitted(now, nativeFitSize(now)); });
+}
+
+void chooseAutomatic(Setup& setup, const std::function<Scene(const Setup&)>& fitToNative) {
+    Knobs& knobs = setup.knobs;
+    if (setup.isChosen || setup.document->kind != Kind::Scene || !knobs.automatic.any()) return;
+    setup.isChosen = true;
+    AutoChoices choices = knobs.automatic;
+    choices.framing = choices.framing && knobs.fit == FitMode::Cover;
+    if (choices.focus) knobs.views.focus = ViewOptions().focus; // of depth without a range
+    if (choices.strength) knobs.views.strengthPercent = ViewOptions().strengthPercent;
+    layFlatDepth(setup);
+    knobs.framing = framingOf(setup);
+    chooseFromScene({setup.document->picture, setup.depth}, setup.display->aspect(), knobs.fit,
+                    choices, knobs.framing, knobs.views.focus);
+    if (!choices.strength) return;
+    cv::Vec2d range;
+    cv::minMaxLoc(fitToNative(setup).depth, &range[0], &range[1]);
+    knobs.views.strengthPercent = chooseStrength(knobs.views.focus, quiltLayout(setup), range);
+}
+
 std::vector<Product> productsOf(Kind kind) {
     switch (kind) {
     case Kind::Native:
@@ -211,6 +234,12 @@ std::vector<std::string> lossesOf(Product product, const fs::path& file) {
 std::string writeProduct(const Setup& setup, Product product, const fs::path& target,
                          const Progress& progress) {
     if (!progress(0)) return {};
+    if (setup.knobs.automatic.any() && !setup.isChosen) {
+        Setup chosen = setup;
+        chooseAutomatic(chosen);
+        chosen.isChosen = true; // also of quilts and Natives, which leave nothing to choose
+        return writeProduct(chosen, product, target, progress);
+    }
     const fs::path file = productFile(setup, product, target);
     switch (product) {
     case Product::Native: {

@@ -19,6 +19,7 @@ struct Setup {
     bool flat = false; ///< The depth has no range, see layFlatDepth().
     Knobs knobs;
     std::shared_ptr<const Display> display;
+    bool isChosen = false; ///< `knobs` holds what chooseAutomatic() has chosen.
 };
 
 /// Sets depth without a range to the focus, as the tools do, so that all views are equal.
@@ -58,6 +59,13 @@ std::filesystem::path productFile(const Setup& setup, Product product,
 
 /// Warnings about what the file's format loses of a product, one sentence each.
 std::vector<std::string> lossesOf(Product product, const std::filesystem::path& file);
+
+/// Sets the framing, focus and strength that Knobs::automatic leaves to the photo, as photo2native
+/// does. No effect on quilts and Natives, and the second time.
+void chooseAutomatic(Setup& setup);
+/// As above.
+/// @param fitToNative fits a photo at nativeFitSize(); called if the strength is to be chosen
+void chooseAutomatic(Setup& setup, const std::function<Scene(const Setup&)>& fitToNative);
 
 /// Makes a product and writes it.
 /// @param target a file, which is replaced if it exists; for views a directory without views

@@ -98,6 +98,7 @@ struct Studio::State {
                    knobs != o.knobs;
         }
     };
+    Kept<std::pair<std::string, NativeKey>, Knobs> chosen; // with the file of a video
     Kept<std::pair<NativeKey, cv::Point>, SwayView> views; // the point: their size
     Kept<NativeKey, cv::Mat> quilt;
     Kept<NativeKey, cv::Mat> native;
@@ -148,6 +149,25 @@ struct Studio::State {
     NativeKey keyOf(const Setup& setup) const {
         Knobs knobs = setup.document->kind == Kind::Scene ? setup.knobs : Knobs();
         return {setup.document, how, setup.display, knobs};
+    }
+
+    // What is automatic. A video keeps the choice of the picture that came first with these
+    // settings, so that it stays steady.
+    void choose(Setup& setup) {
+        if (!setup.knobs.automatic.any()) return;
+        NativeKey key{setup.document, how, setup.display, setup.knobs};
+        std::string video;
+        if (setup.document->video) {
+            video = setup.document->source.file.string();
+            key.document.reset();
+        }
+        setup.knobs = chosen.get({video, key}, [&] {
+            Setup now = setup;
+            chooseAutomatic(now, [this](const Setup& framed) { return fittedNative(framed); });
+            return now.knobs;
+        });
+        setup.isChosen = true;
+        layFlatDepth(setup);
     }
 
     std::pair<NativeKey, cv::Point> viewsKeyOf(const Setup& setup, cv::Size size) const {
@@ -217,13 +237,14 @@ Frame Studio::render(const Request& request) {
         setup.depth = map.depth;
         setup.flat = map.flat;
         layFlatDepth(setup);
+        state_->choose(setup);
         frame.depthSource = map.source;
         const QuiltLayout layout = quiltLayout(setup);
         double low = 0;
         double high = 1;
         cv::minMaxLoc(setup.depth, &low, &high);
         frame.parallaxPixels =
-            adjacentParallax(request.knobs.views, layout, request.display->panelSize(), {low, high})
+            adjacentParallax(setup.knobs.views, layout, request.display->panelSize(), {low, high})
                 .viewPixels;
     }
     frame.target = request.mode == Mode::Native ? cv::Size() : inside(request.area, aspect);
@@ -251,7 +272,7 @@ Frame Studio::render(const Request& request) {
             cv::cvtColor(grey, frame.picture, cv::COLOR_GRAY2BGR);
         } else {
             state_->views.get(state_->viewsKeyOf(setup, size), [&] {
-                return photoViews(fitted.photo, fitted.depth, request.knobs.views);
+                return photoViews(fitted.photo, fitted.depth, setup.knobs.views);
             })(request.position, frame.picture);
         }
         break;

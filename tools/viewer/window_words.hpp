@@ -27,7 +27,7 @@ constexpr KeyWords kKeys[] = {
     {"0", "Reset the frame. Drag a photo to move it, turn the wheel to zoom (1..100)."},
     {"F11", "Show the Native on the light-field display."},
     {"Escape", "Leave the display; F11 and a double click do the same."},
-    {"Ctrl+O, Ctrl+Shift+O, Ctrl+D", "Open a file, a folder of views, the depth of this photo."},
+    {"Ctrl+O, Ctrl+Shift+O, Ctrl+D", "Open a file, a folder, the depth of this photo."},
     {"Ctrl+S, Ctrl+Shift+S", "Export the Native, the quilt."},
     {"Ctrl+Z, Ctrl+Shift+Z, Ctrl+R", "Undo, redo, reset all settings."},
     {"Ctrl+W, Ctrl+Q", "Close the file, quit."},

@@ -91,7 +91,8 @@ class ALTIRO3D_EXPORT DepthSource {
     /// Meaning of the raw depth numbers that read() gives. @return the kind
     [[nodiscard]] virtual DepthKind kind() const = 0;
 
-    /// The network that estimates the depth. @return null for other sources
+    /// The network that estimates the depth. @return null for other sources, and for networks that
+    ///         are not loaded yet
     [[nodiscard]] virtual const DepthNetwork* network() const;
 
     /// Reads an image file for read() or readScene(). depthFromFile() also reads its depth image
@@ -139,6 +140,20 @@ class ALTIRO3D_EXPORT DepthSource {
 /// @param network a loaded network
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
+
+/// As depthFromNetwork(), for a network that is loaded when a photo first needs it: network() is
+/// null before that. With depthInPhoto(), photos that bring depth of their own then cost no time
+/// for loading.
+/// @param file the ONNX file, and the next arguments: as for DepthNetwork::DepthNetwork()
+/// @param profile preparation of the input, meaning of the output
+/// @param target processor to run on
+/// @param inputSize size of the network's input; empty: the profile's
+/// @param engine program that runs the graph
+/// @return the source; its read() and readScene() also throw as DepthNetwork::DepthNetwork()
+[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
+depthFromNetworkFile(std::filesystem::path file, NetworkProfile profile,
+                     InferenceTarget target = InferenceTarget::Cpu, cv::Size inputSize = {},
+                     InferenceEngine engine = InferenceEngine::Best);
 
 /// Depth from the photo alone by the best means at hand: from standardNetwork(), or
 /// depthFromCues() if no network is installed. The tools do the same if no depth is named.

@@ -187,11 +187,34 @@ readEmbeddedDepth(const std::filesystem::path& photo, Notes* notes = nullptr);
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readUnblurredPhoto(const std::filesystem::path& photo,
                                                          Notes* notes = nullptr);
 
-/// Finds the depth image beside a photo: name_depth.png (.jpg, .tif, ...) beside name.jpg.
+/// The photo that a depth image is for, by its name: "d/a" of d/a-depth.png. The end of the name,
+/// before the extension, is one of '-', '_', '.' and ' ', and then `depth`, `depthmap`, `depth_map`
+/// or `disparity`, in any case.
+///
+/// @param depth the depth image; the file is not accessed
+/// @return the photo's path without extension; empty if the name is not that of a depth image
+[[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
+photoOfDepthName(const std::filesystem::path& depth);
+
+/// Finds the depth image beside a photo: the pictures in the same directory whose
+/// photoOfDepthName() is the photo.
+///
 /// @param photo the photo; the file is not accessed
-/// @return the first such picture by name; empty if there is none or the directory cannot be read
+/// @return the first such picture in natural order; empty if there is none or the directory cannot
+///         be read
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 findDepthBeside(const std::filesystem::path& photo);
+
+/// Whether a picture looks like a depth image rather than a photo: it shows no colours
+/// (hasColours()), at least 70 % of it is smooth, and it has several greys. Grey photos with that
+/// little detail, such as fog, also look so; depth that is noisy or has few levels does not
+/// (docs/depth.md).
+///
+/// @param picture [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR], as of readImage(); pictures
+///        below 16 px a side never look so
+/// @return true if it does
+/// @throws Error InvalidArgument (empty or wrong type)
+[[nodiscard]] ALTIRO3D_EXPORT bool looksLikeDepthImage(const cv::Mat& picture);
 
 /// Writes a photo with its depth as one JPEG in the form Dynamic Depth 1.0: both with quality 95,
 /// the depth as RangeInverse (near = dark), after the photo. The file appears complete or not at

@@ -2,6 +2,7 @@
 
 #include "altiro3D/image_io.hpp"
 
+#include <functional>
 #include <future>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
@@ -38,40 +39,49 @@ class CuesSource : public DepthSource {
 
 class NetworkSource : public DepthSource {
   public:
-    explicit NetworkSource(DepthNetwork network) : network_(std::move(network)) {}
+    explicit NetworkSource(DepthNetwork network)
+        : profile_(network.profile()), file_(network.file()), network_(std::move(network)) {}
+    // @param load called for the first photo
+    NetworkSource(NetworkProfile profile, std::filesystem::path file,
+                  std::function<DepthNetwork()> load)
+        : profile_(std::move(profile)), file_(std::move(file)), load_(std::move(load)) {}
+
     std::string description() const override {
-        return "network " + network_.profile().name +
-               (mixes() ? " with the built-in estimator (" : " (") + network_.file().string() + ")";
+        return "network " + profile_.name + (mixes() ? " with the built-in estimator (" : " (") +
+               file_.string() + ")";
     }
     DepthKind kind() const override {
         if (mixes()) return DepthKind::NearWhite;
-        return network_.profile().output == NetworkOutput::MetricDepth ? DepthKind::Metric
-                                                                       : DepthKind::NearWhite;
+        return profile_.output == NetworkOutput::MetricDepth ? DepthKind::Metric
+                                                             : DepthKind::NearWhite;
     }
-    const DepthNetwork* network() const override { return &network_; }
+    const DepthNetwork* network() const override { return network_ ? &*network_ : nullptr; }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        if (!network_) network_ = load_();
         if (mixes()) {
             mix(image, raw);
         } else {
-            network_.infer(image, raw);
+            network_->infer(image, raw);
         }
         photo = image;
     }
 
   private:
-    bool mixes() const { return network_.profile().cuesShare > 0; }
+    bool mixes() const { return profile_.cuesShare > 0; }
     // The result has the size of the cues, because their edges follow the photo.
     void mix(const cv::Mat& image, cv::Mat& raw) {
         cv::Mat depth;
-        network_.estimate(image, depth);
+        network_->estimate(image, depth);
         cv::Mat cues;
         estimateDepthFromCues(image, cues);
         cv::resize(depth, depth, cues.size(), 0, 0, cv::INTER_LINEAR);
-        const double share = network_.profile().cuesShare;
-        cv::addWeighted(depth, 1 - share, cues, share, 0, raw, CV_32F);
+        cv::addWeighted(depth, 1 - profile_.cuesShare, cues, profile_.cuesShare, 0, raw, CV_32F);
     }
 
-    DepthNetwork network_;
+    NetworkProfile profile_;
+    std::filesystem::path file_;
+    std::function<DepthNetwork()> load_;
+    std::optional<DepthNetwork> network_;
 };
 
 class FileSource : public DepthSource {
@@ -149,6 +159,15 @@ std::unique_ptr<DepthSource> depthFromCues() {
 
 std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network) {
     return std::make_unique<NetworkSource>(std::move(network));
+}
+
+std::unique_ptr<DepthSource> depthFromNetworkFile(std::filesystem::path file,
+                                                  NetworkProfile profile, InferenceTarget target,
+                                                  cv::Size inputSize, InferenceEngine engine) {
+    const auto load = [file, profile, target, inputSize, engine] {
+        return DepthNetwork(file, profile, target, inputSize, engine);
+    };
+    return std::make_unique<NetworkSource>(std::move(profile), std::move(file), load);
 }
 
 std::unique_ptr<DepthSource> depthFromPhoto() {

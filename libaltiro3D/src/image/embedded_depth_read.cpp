@@ -258,15 +258,4 @@ cv::Mat readUnblurredPhoto(const fs::path& photo, Notes* notes) {
     });
 }
 
-fs::path findDepthBeside(const fs::path& photo) {
-    for (const char* extension : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".pgm", ".pfm",
-                                  ".exr", ".PNG", ".JPG"}) {
-        fs::path depth = photo;
-        depth.replace_filename(photo.stem().string() + "_depth" + extension);
-        std::error_code error;
-        if (fs::is_regular_file(depth, error)) return depth;
-    }
-    return {};
-}
-
 } // namespace altiro3D

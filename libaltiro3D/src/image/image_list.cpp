@@ -1,6 +1,7 @@
-#include "altiro3D/image_io.hpp"
+#include "image/image_list.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -18,11 +19,16 @@ bool isDigit(char c) {
 
 } // namespace
 
-std::vector<fs::path> listImages(const fs::path& directory) {
+bool hasImageExtension(const fs::path& file) {
     constexpr std::array<const char*, 23> kExtensions = {
         ".png", ".jpg", ".jpeg", ".jpe",  ".mpo",  ".tif", ".tiff", ".webp",
         ".bmp", ".dib", ".pnm",  ".ppm",  ".pgm",  ".pbm", ".pfm",  ".exr",
         ".hdr", ".jp2", ".j2k",  ".heic", ".heif", ".hif", ".avif"};
+    return std::find(kExtensions.begin(), kExtensions.end(), lowerExtension(file)) !=
+           kExtensions.end();
+}
+
+std::vector<fs::path> listImages(const fs::path& directory) {
     std::error_code error;
     if (fs::status(directory, error).type() == fs::file_type::not_found) {
         throw Error(ErrorCode::NotFound, directory.string(),
@@ -33,13 +39,9 @@ std::vector<fs::path> listImages(const fs::path& directory) {
     while (!error && entries != fs::directory_iterator()) {
         const fs::path& path = entries->path();
         const bool isHidden = path.filename().string().rfind('.', 0) == 0;
-        const std::string extension = lowerExtension(path);
         std::error_code unreadable; // dangling links are left out
-        if (!isHidden &&
-            std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end() &&
-            entries->is_regular_file(unreadable)) {
+        if (!isHidden && hasImageExtension(path) && entries->is_regular_file(unreadable))
             pictures.push_back(path);
-        }
         entries.increment(error);
     }
     if (error) {

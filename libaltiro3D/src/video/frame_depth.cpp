@@ -34,6 +34,7 @@ FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
         side_ = given.side;
         kind_ = given.kind;
         options_.every = 1;
+        if (conversion.choices.any()) cuts_.emplace();
         if (!side_) given_.emplace(given, conversion.part);
     } else {
         source_ = conversion.depth ? std::move(conversion.depth) : depthFromCues();
@@ -70,12 +71,17 @@ double FrameDepth::photoAspect(double frameAspect) const {
 }
 
 SavedState FrameDepth::state() const {
-    return {digest(lastPhoto_) + digest(lastRaw_) + depth_->state().bytes};
+    std::string cuts;
+    if (cuts_) cuts_->save(cuts);
+    return {digest(lastPhoto_) + digest(lastRaw_) + cuts + depth_->state().bytes};
 }
 
 void FrameDepth::setState(const SavedState& state) {
     if (state.bytes.size() < 2 * kDigestBytes) throw damagedState();
-    depth_->setState({state.bytes.substr(2 * kDigestBytes)});
+    std::string_view rest(state.bytes);
+    rest.remove_prefix(2 * kDigestBytes);
+    if (cuts_ && !cuts_->load(rest)) throw damagedState();
+    depth_->setState({std::string(rest)});
     kept_ = state.bytes.substr(0, 2 * kDigestBytes);
 }
 
@@ -107,9 +113,11 @@ void FrameDepth::useGiven(PipelineFrame& frame) {
     }
     lastPhoto_ = frame.source.picture;
     lastRaw_ = raw_.clone();
+    const bool isCut = cuts_ && cuts_->next(frame.source.picture).cut;
     const bool grey = raw_.depth() == CV_8U || raw_.depth() == CV_16U;
     if (grey && kind_ != DepthKind::Metric) {
         frame.step.repeated = samePhoto && sameDepth;
+        frame.step.cut = isCut;
         const double most = raw_.depth() == CV_8U ? 255 : 65535;
         const bool farWhite = kind_ == DepthKind::FarWhite;
         ownMemory(frame.depth);

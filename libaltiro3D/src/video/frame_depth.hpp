@@ -4,6 +4,7 @@
 #include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "video/given_depth.hpp"
+#include "video/picture_tracker.hpp"
 
 #include <memory>
 #include <opencv2/core/mat.hpp>
@@ -48,7 +49,8 @@ class FrameDepth {
     double unit_; // s
     std::optional<GivenDepth> given_;
     std::optional<VideoDepth> depth_;
-    cv::Mat raw_; // given depth, unchanged
+    std::optional<PictureTracker> cuts_; // finds the scenes of given depth, for choices by scene
+    cv::Mat raw_;                        // given depth, unchanged
     cv::Mat lastPhoto_;
     cv::Mat lastRaw_;
     std::string kept_; // identifies the last photo and depth of the interrupted run

@@ -80,6 +80,35 @@ TEST(DepthSource, ANetworkMayShareWithTheCues) {
     }
 }
 
+TEST(DepthSource, ANetworkFileIsLoadedWhenAPhotoNeedsIt) {
+    const InstalledNetwork own = ownNetwork(0.25);
+    const auto loaded = ownSource(0.25);
+    const auto later = depthFromNetworkFile(own.file, own.profile);
+    EXPECT_EQ(later->description(), loaded->description());
+    EXPECT_EQ(later->kind(), loaded->kind());
+    EXPECT_EQ(later->network(), nullptr);
+    const cv::Mat photo = randomPhoto({80, 60});
+    altiro3D::Scene expected;
+    altiro3D::Scene scene;
+    loaded->readScene(photo, 0.5, expected);
+    later->readScene(photo, 0.5, scene);
+    EXPECT_TRUE(samePicture(scene.depth, expected.depth));
+    ASSERT_NE(later->network(), nullptr);
+    EXPECT_EQ(later->network()->file(), own.file);
+
+    // a photo with depth of its own needs no network, so that a missing file does not matter
+    const TemporaryDirectory directory;
+    writePhotoWithDepth(directory / "with.jpg", photo, expected.depth);
+    writeImage(directory / "without.png", photo);
+    const auto inPhoto =
+        depthInPhoto(depthFromNetworkFile(directory / "missing.onnx", own.profile));
+    inPhoto->readScene(inPhoto->readImage(directory / "with.jpg"), 0.5, scene);
+    EXPECT_EQ(inPhoto->network(), nullptr);
+    const cv::Mat without = inPhoto->readImage(directory / "without.png");
+    EXPECT_EQ(errorOf([&] { inPhoto->readScene(without, 0.5, scene); }),
+              (directory / "missing.onnx").string() + ": does not exist, expected a file");
+}
+
 // Requirements for the default depth of every photo.
 TEST(DepthSource, TheStandardDepthIsDefinedForEveryPhoto) {
     const auto source = ownSource(0.5);

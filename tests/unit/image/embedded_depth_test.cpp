@@ -14,8 +14,10 @@
 #include <algorithm>
 #include <chrono>
 #include <gtest/gtest.h>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
 namespace {
@@ -274,6 +276,114 @@ TEST_F(EmbeddedDepthFiles, AWrittenPhotoIsReadBack) {
     EXPECT_EQ(errorOf([&] { writePhotoWithDepth(directory / "v.jpg", picture, depth.t()); }),
               "depth: has 60 x 81 px, expected the shape of the photo's 81 x 60 px");
     EXPECT_FALSE(std::filesystem::exists(directory / "v.jpg"));
+}
+
+// A floor that rises to the back, and boxes on it. [CV_32FC1, 0..1]
+cv::Mat boxesOnAFloor(cv::Size size) {
+    cv::Mat depth(size, CV_32FC1);
+    for (int y = 0; y < size.height; ++y)
+        depth.row(y).setTo(0.8 * y / size.height);
+    depth(cv::Rect(size.width / 8, size.height / 4, size.width / 4, size.height / 3)).setTo(0.9);
+    depth(cv::Rect(size.width / 2, size.height / 2, size.width / 3, size.height / 4)).setTo(0.6);
+    return depth;
+}
+
+cv::Mat threeChannels(const cv::Mat& grey, int depth, double scale) {
+    cv::Mat picture;
+    grey.convertTo(picture, depth, scale);
+    cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
+    return picture;
+}
+
+TEST(LooksLikeDepthImage, IsSaidOfWhatIsGreyAndSmoothOnly) {
+    for (const cv::Size size : {cv::Size(640, 480), cv::Size(301, 997), cv::Size(40, 30)}) {
+        const cv::Mat depth = boxesOnAFloor(size);
+        EXPECT_TRUE(looksLikeDepthImage(threeChannels(depth, CV_8U, 255))) << size;
+        EXPECT_TRUE(looksLikeDepthImage(threeChannels(depth, CV_16U, 65535))) << size;
+        EXPECT_TRUE(looksLikeDepthImage(threeChannels(depth, CV_16U, 5000))) << size; // mm
+        EXPECT_TRUE(looksLikeDepthImage(threeChannels(depth, CV_32F, 1))) << size;
+        EXPECT_TRUE(looksLikeDepthImage(threeChannels(1 - depth, CV_8U, 255))) << size;
+        cv::Mat holes = threeChannels(depth, CV_32F, 9);
+        holes(cv::Rect(0, 0, 5, 5)).setTo(std::numeric_limits<double>::quiet_NaN());
+        holes(cv::Rect(9, 9, 2, 2)).setTo(std::numeric_limits<double>::infinity());
+        EXPECT_TRUE(looksLikeDepthImage(holes)) << size;
+
+        cv::Mat map = threeChannels(depth, CV_8U, 255); // a colour map of depth
+        cv::applyColorMap(map, map, cv::COLORMAP_JET);
+        EXPECT_FALSE(looksLikeDepthImage(map)) << size;
+        cv::Mat photo = randomPhoto(size); // without its colours
+        cv::cvtColor(photo, photo, cv::COLOR_BGR2GRAY);
+        EXPECT_FALSE(looksLikeDepthImage(threeChannels(photo, CV_8U, 1))) << size;
+        cv::Mat drawing(size, CV_8UC3, cv::Scalar::all(255)); // two greys
+        cv::circle(drawing, {size.width / 2, size.height / 2}, size.width / 4, cv::Scalar::all(90),
+                   cv::FILLED, cv::LINE_AA);
+        EXPECT_FALSE(looksLikeDepthImage(drawing)) << size;
+        for (const double value : {0.0, 77.0})
+            EXPECT_FALSE(looksLikeDepthImage(cv::Mat(size, CV_8UC3, cv::Scalar::all(value))));
+    }
+    for (const cv::Size tiny : {cv::Size(1, 1), cv::Size(2, 500), cv::Size(5000, 16)})
+        EXPECT_FALSE(looksLikeDepthImage(cv::Mat(tiny, CV_32FC3, cv::Scalar::all(1)))) << tiny;
+    EXPECT_THROW(static_cast<void>(looksLikeDepthImage(cv::Mat())), Error);
+    EXPECT_THROW(static_cast<void>(looksLikeDepthImage(cv::Mat(20, 20, CV_8UC1))), Error);
+}
+
+TEST(LooksLikeDepthImage, IsRightForRealDepthAndGreyPhotos) {
+    ALTIRO3D_REQUIRE_DATA("middlebury");
+    ALTIRO3D_REQUIRE_DATA("photos");
+    for (const char* scene : {"Art", "Books", "Cones", "Teddy", "Venus"}) {
+        for (const char* name : {"disp1.png", "disp2.png", "disp5.png", "disp6.png", "disp2.pgm"}) {
+            const auto file = dataPath("middlebury") / scene / name;
+            if (!std::filesystem::exists(file)) continue;
+            EXPECT_TRUE(looksLikeDepthImage(altiro3D::readImage(file))) << file;
+        }
+    }
+    int photos = 0;
+    for (const char* folder : {"photos/kodak", "photos/skimage"}) {
+        for (const auto& file : listImages(dataPath(folder))) {
+            cv::Mat photo = readPhoto(file);
+            cv::cvtColor(photo, photo, cv::COLOR_BGR2GRAY);
+            EXPECT_FALSE(looksLikeDepthImage(threeChannels(photo, CV_8U, 1))) << file;
+            ++photos;
+        }
+    }
+    EXPECT_GT(photos, 10);
+}
+
+TEST(DepthNames, TellThePhotoThatADepthImageIsFor) {
+    for (const char* separator : {"-", "_", ".", " "}) {
+        for (const char* word : {"depth", "Depth", "DEPTH", "depthmap", "depth_map", "disparity"}) {
+            const std::string name = std::string("d/a") + separator + word + ".png";
+            EXPECT_EQ(photoOfDepthName(name), "d/a") << name;
+        }
+    }
+    EXPECT_EQ(photoOfDepthName("a.b-depth.tif"), "a.b");
+    EXPECT_EQ(photoOfDepthName("/d.e/My photo 1-depth-depth.pfm"), "/d.e/My photo 1-depth");
+    for (const char* name : {"a.png", "depth.png", "-depth.png", "_depth_map.png", "adepth.png",
+                             "a-depths.png", "a-depth1.png", "a-depth/b.png", "", "depth"})
+        EXPECT_EQ(photoOfDepthName(name), "") << name;
+}
+
+TEST_F(EmbeddedDepthFiles, TheDepthBesideAPhotoIsFoundByEveryName) {
+    const auto photoFile = directory / "a.jpg";
+    for (const char* other : {"b-depth.png", "a-depth.txt", "aa-depth.png", "a-depth-depth.png",
+                              "A-depth.png", "a2_depth.png"})
+        spill(directory / other, "not of this photo");
+    std::filesystem::create_directory(directory / "a_depth.tif");
+    std::filesystem::create_symlink("nowhere", directory / "a_depth.exr");
+    EXPECT_EQ(findDepthBeside(photoFile), "");
+    for (const char* name :
+         {"a-depth.png", "a_depth.jpg", "a.depth.TIFF", "a DEPTH.pfm", "a-disparity.png",
+          "a_disparity.webp", "a.depthmap.heic", "a-depth_map.exr"}) {
+        spill(directory / name, "x");
+        EXPECT_EQ(findDepthBeside(photoFile), directory / name);
+        EXPECT_EQ(findDepthBeside(directory / "a.HEIC"), directory / name); // of any format
+        std::filesystem::remove(directory / name);
+    }
+    for (const char* name : {"a_depth.png", "a_Depth.bmp", "a-disparity.png"})
+        spill(directory / name, "x");
+    EXPECT_EQ(findDepthBeside(photoFile), directory / "a-disparity.png"); // natural order
+    EXPECT_EQ(findDepthBeside(directory / "none" / "a.jpg"), "");
+    EXPECT_EQ(findDepthBeside(""), "");
 }
 
 TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {

@@ -1,0 +1,160 @@
+// video2native of a folder.
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "altiro3D/version.hpp"
+#include "common/folder_run.hpp"
+#include "common/outputs.hpp"
+#include "common/video_progress.hpp"
+#include "common/video_run.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+// .mkv holds more kinds of subtitles than .mp4, so it is kept.
+std::string endingOf(VideoCodec codec, const fs::path& input) {
+    if (codec == VideoCodec::Ffv1 || lowerCase(input.extension().string()) == ".mkv") return ".mkv";
+    return codec == VideoCodec::ProRes ? ".mov" : ".mp4";
+}
+
+std::string suffixOf(VideoProduct product) {
+    switch (product) {
+    case VideoProduct::Native:
+        break;
+    case VideoProduct::Quilt:
+        return {}; // its name states the layout
+    case VideoProduct::Rgbd:
+        return "_rgbd";
+    }
+    return "_native";
+}
+
+// The videos of the folder.
+std::vector<FolderFile> listVideos(const CommandLine& commandLine,
+                                   std::vector<LeftOutFile>& leftOut, Messages& messages) {
+    const fs::path& folder = commandLine.files()[0];
+    FolderSearch search;
+    search.wanted = {FileKind::Video};
+    if (commandLine.has("from-quilt")) search.wanted.insert(FileKind::QuiltVideo);
+    search.pairDepth = false;
+    search.recursive = commandLine.has("recursive");
+    search.outputs = {commandLine.files()[1]};
+    std::vector<FolderFile> videos = listFiles(folder, search, leftOut, messages);
+    if (videos.empty()) {
+        const std::string others =
+            leftOut.empty() ? std::string() : " (left out: " + kindsText(leftOut) + ")";
+        throw Error(ErrorCode::NotFound, folder.string(),
+                    "holds no videos to convert, expected videos" + others);
+    }
+    return videos;
+}
+
+// The plans of all videos, whose outputs do not collide.
+std::vector<VideoPlan> planVideos(const CommandLine& commandLine, const VideoJob& job,
+                                  const std::vector<FolderFile>& videos, Messages& messages) {
+    const VideoCodec codec = encoderOptions(commandLine, job.profile).codec;
+    const VideoProduct product = job.plan.product;
+    std::optional<QuiltLayout> layout;
+    if (product == VideoProduct::Quilt) layout = layoutOfViews(commandLine, job, messages);
+    const std::vector<std::string> stems = outputStems(videos);
+    std::vector<VideoPlan> plans;
+    for (std::size_t i = 0; i < videos.size(); ++i) {
+        VideoPlan plan = job.plan;
+        plan.input = videos[i].file;
+        plan.output =
+            commandLine.files()[1] / (stems[i] + suffixOf(product) + endingOf(codec, plan.input));
+        if (layout) plan.output = quiltFileName(plan.output, *layout, job.display.aspect());
+        plan.report.clear();
+        plan.isFile = true;
+        plan.isFromFolder = true;
+        plan.isChecked = true;
+        plans.push_back(plan);
+    }
+    return plans;
+}
+
+// Checks all names and creates the directories.
+void prepareOutputs(const CommandLine& commandLine, const VideoJob& job,
+                    const std::vector<VideoPlan>& plans) {
+    Outputs outputs(commandLine.has("y") || commandLine.has("resume"));
+    addCommonInputs(commandLine, job.display, outputs);
+    for (const VideoPlan& plan : plans) {
+        outputs.addInput(plan.input);
+        outputs.addDirectory(plan.output.parent_path());
+        outputs.addOutput(plan.output);
+    }
+    if (!job.plan.report.empty()) outputs.addOutput(job.plan.report);
+    outputs.check();
+    outputs.makeDirectories();
+}
+
+} // namespace
+
+int runVideoFolder(const CommandLine& commandLine, Messages& messages) {
+    if (VideoProgressLine::json(commandLine)) messages.leaveStandardOutput();
+    for (const char* option : {"show", "d", "depth"}) {
+        if (commandLine.has(option)) {
+            throw UsageError((option[1] == '\0' ? "-" : "--") + std::string(option) +
+                             " applies to one video, expected a single video instead of a folder");
+        }
+    }
+    VideoJob job;
+    job.plan = planVideo(commandLine);
+    std::vector<LeftOutFile> leftOut;
+    const std::vector<FolderFile> videos = listVideos(commandLine, leftOut, messages);
+    requireDirectoryName(job.plan.output, "videos");
+    prepareVideo(commandLine, job, messages);
+    const fs::path report = job.plan.report;
+    std::vector<VideoPlan> plans = planVideos(commandLine, job, videos, messages);
+    prepareOutputs(commandLine, job, plans);
+    openDepth(commandLine, job, messages);
+
+    const auto isMade = [&commandLine](const VideoPlan& plan) {
+        return commandLine.has("resume") && isFileWithContents(plan.output) &&
+               !ResumableVideoWriter::isUnfinished(plan.output);
+    };
+    const auto made = std::count_if(plans.begin(), plans.end(), isMade);
+    FolderRun run("video", plans.size() - static_cast<std::size_t>(made), leftOut, messages);
+    Json reports = Json::array();
+    for (VideoPlan& plan : plans) {
+        if (isStopWanted()) break;
+        if (isMade(plan)) {
+            run.skip(plan.input, plan.output);
+            reports.push_back({{"input", plan.input.string()}, {"skipped", true}});
+            continue;
+        }
+        std::string text; // of the report
+        const FolderRun::Outcome outcome = run.convert(plan.input, [&] {
+            plan.place = run.place() + " " + oneLine(plan.input.filename().string()) + " ";
+            job.plan = plan;
+            return makeVideo(commandLine, job, &text, messages);
+        });
+        if (!text.empty()) {
+            reports.push_back(Json::parse(text));
+            reports.back().erase("warnings"); // all are listed once
+        }
+        if (!outcome.leftOut.empty())
+            reports.push_back({{"input", plan.input.string()}, {"leftOut", outcome.leftOut}});
+        if (!outcome.error.empty())
+            reports.push_back({{"input", plan.input.string()}, {"error", outcome.error}});
+    }
+    const int status = run.end();
+    if (!report.empty()) {
+        const Json all = {{"tool", commandLine.name()},
+                          {"version", version()},
+                          {"videos", reports},
+                          {"warnings", messages.warnings()}};
+        writeFile(report, all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    }
+    return isStopWanted() ? kExitStopped : status;
+}
+
+} // namespace altiro3D::tools

@@ -771,7 +771,8 @@ TEST(Photo2Native, NativesAmongThePhotosOfADirectoryAreLeftOut) {
     const Arguments again = studio.display() + Arguments{"-y", "photos", "photos"};
     ASSERT_TRUE(isDone(studio.run(kTool, again)));
     const Outcome outcome = studio.run(kTool, again);
-    EXPECT_TRUE(warns(outcome, "photos/a_native.png: is a Native, not a photo; it is left out"));
+    EXPECT_TRUE(
+        warns(outcome, "photos/a_native.png: is a Native, which is finished; it is left out"));
     EXPECT_NE(outcome.out.find("1 photo made, 1 left out (1 Native), in "), std::string::npos)
         << outcome.out;
     EXPECT_EQ(names(studio / "photos"), (std::vector<std::string>{"a.png", "a_native.png"}));

@@ -75,10 +75,7 @@ std::vector<Row> meansOf(const std::vector<Row>& rows, std::size_t settings) {
         for (std::size_t i = s; i < rows.size(); i += settings) {
             const Row& row = rows[i];
             const double share = 1.0 / static_cast<double>(scenes);
-            mean.accuracy.psnrWhole += share * row.accuracy.psnrWhole;
-            mean.accuracy.ssimWhole += share * row.accuracy.ssimWhole;
-            mean.accuracy.psnrInside += share * row.accuracy.psnrInside;
-            mean.accuracy.ssimInside += share * row.accuracy.ssimInside;
+            addShare(share, row.accuracy, mean.accuracy);
             mean.cost.millisecondsPerView += share * row.cost.millisecondsPerView;
             mean.cost.preparationMilliseconds += share * row.cost.preparationMilliseconds;
             mean.peakMegabytes = std::max(mean.peakMegabytes, row.peakMegabytes);
@@ -254,9 +251,9 @@ std::vector<Row> measureScenes(const CommandLine& commandLine, std::vector<Stere
 // The sources of depth that can be loaded. A network that cannot run with half its size is left
 // out.
 std::vector<std::pair<std::string, std::unique_ptr<DepthSource>>>
-loadDepthSources(Messages& messages) {
+loadDepthSources(const std::vector<NamedDepthSource>& sources, Messages& messages) {
     std::vector<std::pair<std::string, std::unique_ptr<DepthSource>>> loaded;
-    for (const NamedDepthSource& source : depthSources(messages)) {
+    for (const NamedDepthSource& source : sources) {
         try {
             loaded.emplace_back(source.name, source.load());
         } catch (const Error& error) {
@@ -266,20 +263,33 @@ loadDepthSources(Messages& messages) {
     return loaded;
 }
 
-// What each source of depth would cost and give instead of the true disparity.
+// What each source of depth would cost and give instead of the true disparity. One that fails is
+// left out of every scene.
 std::vector<DepthRow> measureDepths(const CommandLine& commandLine,
-                                    const std::vector<StereoScene>& scenes, Messages& messages) {
-    const auto sources = loadDepthSources(messages);
+                                    const std::vector<StereoScene>& scenes,
+                                    const std::vector<NamedDepthSource>& listed,
+                                    Messages& messages) {
+    auto sources = loadDepthSources(listed, messages);
     const DepthRefineOptions refine = refineOptions(commandLine);
     std::vector<DepthRow> rows;
     Progress progress(scenes.size() * sources.size());
     for (const StereoScene& scene : scenes) {
         messages.say(kDepthHeading + (scenes.size() > 1 ? ", " + scene.name : std::string()));
-        for (const auto& [name, source] : sources) {
+        for (auto source = sources.begin(); source != sources.end();) {
+            const std::string name = source->first;
             progress.step(scene.name + ", " + name);
-            rows.push_back(measureDepth(name, *source, scene, refine));
-            progress.clear();
-            messages.say(lineOf(rows.back()));
+            try {
+                rows.push_back(measureDepth(name, *source->second, scene, refine));
+                progress.clear();
+                messages.say(lineOf(rows.back()));
+                ++source;
+            } catch (const Error& error) {
+                progress.clear();
+                messages.warn("depth by " + name + " is left out: " + error.what());
+                const auto isOfIt = [&](const DepthRow& row) { return row.source == name; };
+                rows.erase(std::remove_if(rows.begin(), rows.end(), isOfIt), rows.end());
+                source = sources.erase(source);
+            }
         }
     }
     if (scenes.size() > 1) {
@@ -292,11 +302,7 @@ std::vector<DepthRow> measureDepths(const CommandLine& commandLine,
     return rows;
 }
 
-// JSON has no infinity: equal pictures have no PSNR.
-Json finite(double value) {
-    return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
+// JSON has no infinity: the PSNR of equal pictures is null.
 std::string jsonOf(const std::vector<Row>& rows, const std::vector<DepthRow>& depths, bool truth) {
     Json list = Json::array();
     for (const Row& row : rows) {
@@ -304,9 +310,9 @@ std::string jsonOf(const std::vector<Row>& rows, const std::vector<DepthRow>& de
                         {"setting", row.setting},
                         {"millisecondsPerView", row.cost.millisecondsPerView},
                         {"preparationMilliseconds", row.cost.preparationMilliseconds},
-                        {"psnrWhole", finite(row.accuracy.psnrWhole)},
+                        {"psnrWhole", row.accuracy.psnrWhole},
                         {"ssimWhole", row.accuracy.ssimWhole},
-                        {"psnrInside", finite(row.accuracy.psnrInside)},
+                        {"psnrInside", row.accuracy.psnrInside},
                         {"ssimInside", row.accuracy.ssimInside},
                         {"peakMegabytes", row.peakMegabytes}});
     }
@@ -316,9 +322,9 @@ std::string jsonOf(const std::vector<Row>& rows, const std::vector<DepthRow>& de
                              {"source", row.source},
                              {"milliseconds", row.milliseconds},
                              {"rankCorrelation", row.rankCorrelation},
-                             {"psnrWhole", finite(row.accuracy.psnrWhole)},
+                             {"psnrWhole", row.accuracy.psnrWhole},
                              {"ssimWhole", row.accuracy.ssimWhole},
-                             {"psnrInside", finite(row.accuracy.psnrInside)},
+                             {"psnrInside", row.accuracy.psnrInside},
                              {"ssimInside", row.accuracy.ssimInside}});
     }
     const Json report = {{"tool", "altiro3Dtradeoff"},
@@ -426,15 +432,17 @@ int run(const CommandLine& commandLine, Messages& messages) {
             readScene(photo.filename().string(), photo, *commandLine.value("disparity"),
                       commandLine.number("disparity-scale", 1e-6, 1e6).value_or(1),
                       *commandLine.value("truth"))};
+        const auto sources = depthSources(messages);  // may fail, so before any work
         const std::vector<StereoScene> exact = scene; // the depth that rows are made of is refined
         rows = measureScenes(commandLine, scene, messages);
-        depths = measureDepths(commandLine, exact, messages);
+        depths = measureDepths(commandLine, exact, sources, messages);
         if (views) saveViews(scene.front(), *views);
     } else if (collection) {
         std::vector<StereoScene> scenes = readScenes(*commandLine.value("scenes"));
+        const auto sources = depthSources(messages); // as above
         const std::vector<StereoScene> exact = scenes;
         rows = measureScenes(commandLine, scenes, messages);
-        depths = measureDepths(commandLine, exact, messages);
+        depths = measureDepths(commandLine, exact, sources, messages);
     } else {
         rows = measurePhoto(commandLine, messages);
     }

@@ -158,7 +158,7 @@ void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimate
     if (!item.isFromFolder || !item.depth.empty()) return;
     const FoundQuilt found = findQuiltLayout(picture);
     if (found.verdict == QuiltVerdict::Quilt) {
-        throw NotTaken{{item.photo, "quilt",
+        throw NotTaken{{item.photo, FileKind::Quilt,
                         "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
                             std::to_string(found.layout.rows) +
                             " rows; quilt2native makes Natives of quilts"}};
@@ -166,7 +166,7 @@ void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimate
     if (!isEstimated || hasColours(picture)) return;
     const QuietStandardError quiet;
     if (looksLikeDepthImage(readImage(item.photo))) { // with all its bits
-        throw NotTaken{{item.photo, "depth image",
+        throw NotTaken{{item.photo, FileKind::DepthImage,
                         "looks like a depth image, as it is grey and smooth; a photo is converted "
                         "if it is named itself"}};
     }

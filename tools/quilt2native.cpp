@@ -52,7 +52,7 @@ void convertPicture(const Job& job, const ChosenDisplay& display, Messages& mess
     std::optional<FoundQuilt> found;
     if (!isLayoutStated(job.commandLine, job.quilt)) found = findQuiltLayout(picture);
     if (job.isFromFolder && found && found->verdict == QuiltVerdict::NoQuilt) {
-        throw NotTaken{{job.quilt, "photo",
+        throw NotTaken{{job.quilt, FileKind::Photo,
                         "is a photo or another picture of one view; photo2native makes Natives of "
                         "photos"}};
     }
@@ -82,6 +82,17 @@ void convertPicture(const Job& job, const ChosenDisplay& display, Messages& mess
     messages.detail(times.text());
 }
 
+// Refuses options without an effect on pictures.
+void refuseVideoOptions(const CommandLine& commandLine) {
+    for (const char* option : {"codec", "crf", "preset", "compat", "no-audio", "no-subtitles",
+                               "resume", "progress", "report"}) {
+        if (commandLine.has(option)) {
+            throw UsageError("--" + std::string(option) +
+                             " applies to videos, expected a video as output");
+        }
+    }
+}
+
 // Converts the quilts of a folder; one that cannot be converted does not stop the rest. Exit
 // status.
 int convertFolder(const CommandLine& commandLine, Messages& messages) {
@@ -90,7 +101,7 @@ int convertFolder(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.has("lg")) {
         throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
     }
-    commandLine.exclude("y", "skip-existing");
+    refuseVideoOptions(commandLine);
     FolderSearch search;
     search.wanted = {FileKind::Photo, FileKind::Quilt}; // a quilt need not be named as one
     search.recursive = commandLine.has("recursive");
@@ -159,12 +170,10 @@ bool isQuilt(const CommandLine& commandLine, Messages& messages) {
     const ChosenDisplay display = findDisplay(commandLine, messages);
     const QuiltLayout layout = chooseQuilt(commandLine, display, messages, file, std::nullopt);
     const cv::Mat picture = readPhotoFile(file, messages);
-    if (!isLayoutStated(commandLine, file)) {
-        const FoundQuilt found = findQuiltLayout(picture);
-        if (found.verdict != QuiltVerdict::Unsure) return found.verdict == QuiltVerdict::Quilt;
-    }
-    const cv::Size size = picture.size();
-    return cv::Size(size.width / layout.columns, size.height / layout.rows) == layout.tileSize;
+    FoundQuilt found;
+    found.verdict = QuiltVerdict::Unsure;
+    if (!isLayoutStated(commandLine, file)) found = findQuiltLayout(picture);
+    return isQuiltPicture(found, picture.size(), layout);
 }
 
 int run(const CommandLine& commandLine, Messages& messages) {
@@ -175,11 +184,17 @@ int run(const CommandLine& commandLine, Messages& messages) {
         messages.dropWarnings(); // the following run shows them
         return kExitDone;
     }
+    commandLine.exclude("y", "skip-existing");
+    requireSwayFile(commandLine);
     std::error_code error;
     if (fs::is_directory(commandLine.files()[0], error))
         return convertFolder(commandLine, messages);
-    commandLine.exclude("y", "skip-existing");
-    requireSwayFile(commandLine);
+    for (const char* option : {"skip-existing", "recursive"}) {
+        if (commandLine.has(option)) {
+            throw UsageError("--" + std::string(option) +
+                             " applies to folders, expected a directory of quilts");
+        }
+    }
     const auto between = commandLine.choice("view-filter", {"nearest", "linear"});
     const Job job{commandLine,
                   commandLine.files()[0],
@@ -200,14 +215,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         throw UsageError(job.native.string() + ": is not the name of a video, but " +
                          job.quilt.string() + " is a video; expected .mp4, .mov or .mkv");
     }
-    for (const char* option : {"codec", "crf", "preset", "compat", "no-audio", "no-subtitles",
-                               "resume", "progress", "report"}) {
-        if (commandLine.has(option)) {
-            throw UsageError("--" + std::string(option) +
-                             " applies to videos, expected a "
-                             "video as output");
-        }
-    }
+    refuseVideoOptions(commandLine);
     requirePictureName(job.native);
     if (!job.swayFile.empty()) requireVideoName(job.swayFile);
     requireFile(job.quilt);

@@ -2,6 +2,7 @@
 #include "sandbox.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/onnx.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -185,6 +186,50 @@ TEST_F(Tradeoff, SourcesOfDepthAreComparedWithTheTruth) {
     const ViewAccuracy accuracy = compareViews(view, stereo.truth, stereo.band());
     EXPECT_NEAR(last.at("psnrInside").get<double>(), accuracy.psnrInside, 1e-9);
     EXPECT_NEAR(last.at("ssimWhole").get<double>(), accuracy.ssimWhole, 1e-9);
+}
+
+// A network whose numbers overflow where the picture is bright.
+TEST_F(Tradeoff, ASourceOfDepthThatFailsIsLeftOutOfAllScenes) {
+    const fs::path models = sandbox_ / "net";
+    fs::create_directory(models);
+    sandbox_.set("ALTIRO3D_MODELS", models.string());
+    spill(models / "hot.onnx", onnx::mixModel({2e38F, 2e38F, 2e38F}, {0, 0}));
+    spill(models / "catalog.json",
+          R"({"networks": [{"name": "hot", "file": "hot.onnx", "inputWidth": 32,
+                            "inputHeight": 32, "multipleOf": 32}]})");
+    writeScene("dark", 9);
+    writeScene("bright", 9);
+    for (const char* picture : {"L.png", "R.png"}) {
+        const fs::path dark = sandbox_ / ("dark/" + std::string(picture));
+        writeImage(dark, readPhoto(dark) / 8);
+    }
+    writeImage(sandbox_ / "bright/L.png", cv::Mat(40, 60, CV_8UC3, cv::Scalar::all(250)));
+    const std::string head = "scene,left,right,disp_left,disp_scale\n";
+    const std::string rows = "dark,L.png,R.png,D.png,10\nbright,L.png,R.png,D.png,10\n";
+    spill(sandbox_ / "scenes.csv", head + rows);
+    const Arguments call{"--scenes", "scenes.csv", "--exact-depth", "--report", "t.json"};
+    const Outcome outcome = run(call);
+    EXPECT_TRUE(warns(outcome, "depth by hot, 32 px is left out"));
+    EXPECT_TRUE(isIn("\nhot, 32 px ", outcome.out)) << "it was measured on the dark scene";
+    const Json report = json();
+    EXPECT_EQ(report.at("rows").size(), 3 * tradeSettings().size());
+    std::vector<std::string> measured;
+    for (const Json& row : report.at("estimatedDepth"))
+        measured.push_back(row.at("scene").get<std::string>() + ": " +
+                           row.at("source").get<std::string>());
+    EXPECT_EQ(measured,
+              (std::vector<std::string>{"dark: built-in estimator", "bright: built-in estimator",
+                                        "mean: built-in estimator"}));
+}
+
+TEST_F(Tradeoff, ADamagedCatalogueIsReportedBeforeAnyMeasurement) {
+    const fs::path models = sandbox_ / "net";
+    fs::create_directory(models);
+    sandbox_.set("ALTIRO3D_MODELS", models.string());
+    spill(models / "catalog.json", "{\"networks\": [");
+    const Outcome outcome = run(scene() + Arguments{"--exact-depth"});
+    EXPECT_TRUE(fails(outcome, 1, "catalog.json"));
+    EXPECT_FALSE(isIn("per view", outcome.out)) << outcome.out;
 }
 
 TEST_F(Tradeoff, ScenesOfATableGetMeans) {

@@ -771,7 +771,8 @@ TEST(Photo2Native, NativesAmongThePhotosOfADirectoryAreLeftOut) {
     const Arguments again = studio.display() + Arguments{"-y", "photos", "photos"};
     ASSERT_TRUE(isDone(studio.run(kTool, again)));
     const Outcome outcome = studio.run(kTool, again);
-    EXPECT_TRUE(warns(outcome, "photos/a_native.png: is a Native, not a photo; it is left out"));
+    EXPECT_TRUE(
+        warns(outcome, "photos/a_native.png: is a Native, which is finished; it is left out"));
     EXPECT_NE(outcome.out.find("1 photo made, 1 left out (1 Native), in "), std::string::npos)
         << outcome.out;
     EXPECT_EQ(names(studio / "photos"), (std::vector<std::string>{"a.png", "a_native.png"}));
@@ -808,6 +809,81 @@ TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
     // alone it is the same Native
     ASSERT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos/c.png", "c.png"})));
     EXPECT_EQ(slurp(studio / "c.png"), slurp(studio / "out/c_native.png"));
+}
+
+TEST(Photo2Native, PhotosOfOneNameInSubfoldersHaveTheirOwnDepth) {
+    SmallStudio studio;
+    const cv::Mat depth = readBack(studio / "depth.png");
+    cv::Mat turned;
+    cv::flip(depth, turned, 0);
+    for (const char* folder : {"in/100", "in/101", "depths/100", "depths/101"})
+        fs::create_directories(studio / folder);
+    for (const char* name : {"in/100/a.png", "in/101/a.png"})
+        fs::copy(studio / "photo.png", studio / name);
+    writeImage(studio / "depths/100/a.png", depth);
+    writeImage(studio / "depths/101/a.png", turned);
+    const Arguments usual = studio.display() + Arguments{"-d"};
+    EXPECT_EQ(studio.run(kTool, usual + Arguments{"--recursive", "in", "depths", "out"}).status, 0);
+    for (const char* folder : {"100", "101"}) {
+        const std::string name = std::string(folder) + "/a";
+        EXPECT_EQ(studio
+                      .run(kTool, usual + Arguments{"in/" + name + ".png",
+                                                    "depths/" + name + ".png", "alone.png", "-y"})
+                      .status,
+                  0);
+        EXPECT_EQ(slurp(studio / ("out/" + name + "_native.png")), slurp(studio / "alone.png"));
+    }
+    EXPECT_NE(slurp(studio / "out/100/a_native.png"), slurp(studio / "out/101/a_native.png"));
+    fs::remove(studio / "depths/101/a.png");
+    EXPECT_TRUE(
+        fails(studio.run(kTool, usual + Arguments{"--recursive", "in", "depths", "out", "-y"}), 1,
+              "depths/101/a.png"));
+}
+
+TEST(Photo2Native, VideosAreRecognizedByAllTheirNames) {
+    SmallStudio studio;
+    for (const char* name : {"a.mp4", "a.MTS", "a.avi", "a.webm", "a.3gp"}) {
+        spill(studio / name, "not a picture");
+        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{name, "out.png"}), 2,
+                          std::string(name) + ": is not a picture, expected a photo; video2native "
+                                              "makes Natives of videos"));
+    }
+}
+
+TEST(Photo2Native, OnlyGivenDepthIsSaidToBeExchanged) {
+    SmallStudio studio;
+    const Eyes eyes = ceiling();
+    writeImage(studio / "l.jpg", eyes.left);
+    writeImage(studio / "r.jpg", eyes.right);
+    spill(studio / "p.mpo", mpoFile(slurp(studio / "l.jpg"), slurp(studio / "r.jpg")));
+    cv::Mat depth(eyesSize(), CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y)
+        depth.row(y) = 1 - static_cast<float>(y) / static_cast<float>(depth.rows);
+    writePhotoWithDepth(studio / "e.jpg", eyes.left, depth);
+    fs::create_directory(studio / "in");
+    fs::copy(studio / "l.jpg", studio / "in/l.jpg");
+    depth.convertTo(depth, CV_8U, 255);
+    writeImage(studio / "in/l-depth.png", depth);
+    const auto run = [&](const Arguments& call) {
+        const Arguments strength{"-y", "--strength", "1", "--report", "r.json"};
+        return studio.run(kTool, studio.display() + strength + call);
+    };
+    const auto depthSource = [&] {
+        const Json report = Json::parse(slurp(studio / "r.json"));
+        return report.at("pictures").at(0).at("depthSource").get<std::string>();
+    };
+    const std::string exchanged =
+        ": near and far look exchanged; if the picture is hollow, photo2native ";
+    const std::string automatic = "-d with --depth-kind far-white turns it round, and "
+                                  "--embedded-depth off leaves it out";
+    EXPECT_TRUE(isDone(run({"p.mpo", "a.png"})));
+    EXPECT_EQ(depthSource().find("stereo pair (MPO)"), 0U) << depthSource();
+    EXPECT_TRUE(isDone(run({"--stereo", "files", "l.jpg", "r.jpg", "a.png"})));
+    EXPECT_TRUE(warns(run({"e.jpg", "a.png"}), "e.jpg" + exchanged + automatic));
+    EXPECT_TRUE(warns(run({"-d", "l.jpg", "in/l-depth.png", "a.png"}),
+                      "in/l-depth.png" + exchanged + "--depth-kind far-white turns it round"));
+    EXPECT_TRUE(warns(run({"in", "out"}), "in/l-depth.png" + exchanged + automatic));
+    EXPECT_EQ(depthSource(), "depth image in/l-depth.png");
 }
 
 TEST(Photo2Native, NothingInAFolderIsLostSilently) {

@@ -187,6 +187,47 @@ TEST(Quilt2NativeTool, AFolderIsConvertedAndNothingInItIsLostSilently) {
         std::string::npos);
 }
 
+TEST(Quilt2NativeTool, OptionsWithoutAnEffectAreRefusedForFoldersToo) {
+    SmallStudio studio;
+    fs::create_directory(studio / "in");
+    writeImage(studio / "in/web.png", quiltOfAScene());
+    const Arguments calibration{"-c", "small.json"};
+    for (const Arguments& option :
+         {Arguments{"--report", "r.json"}, Arguments{"--codec", "hevc"}, Arguments{"--crf", "9"},
+          Arguments{"--preset", "fast"}, Arguments{"--compat"}, Arguments{"--no-audio"},
+          Arguments{"--no-subtitles"}, Arguments{"--resume"}, Arguments{"--progress", "json"}}) {
+        for (const char* input : {"in", "in/web.png"}) {
+            const std::string output = input == std::string("in") ? "out" : "a.png";
+            EXPECT_TRUE(fails(studio.run(kTool, calibration + option + Arguments{input, output}), 2,
+                              option[0] + " applies to videos, expected a video as output"));
+        }
+    }
+    EXPECT_TRUE(fails(studio.run(kTool, calibration + Arguments{"--seconds", "3", "in", "out"}), 2,
+                      "--seconds"));
+    for (const char* option : {"--skip-existing", "--recursive"}) {
+        EXPECT_TRUE(
+            fails(studio.run(kTool, calibration + Arguments{option, "in/web.png", "a.png"}), 2,
+                  option + std::string(" applies to folders, expected a directory of quilts")));
+    }
+    for (const char* input : {"in", "in/web.png"}) {
+        EXPECT_TRUE(fails(
+            studio.run(kTool, calibration + Arguments{"-y", "--skip-existing", input, "a.png"}), 2,
+            "exclude each other"));
+    }
+    EXPECT_FALSE(fs::exists(studio / "out"));
+}
+
+TEST(Quilt2NativeTool, ANativeInAFolderIsSaidToBeOne) {
+    SmallStudio studio;
+    fs::create_directory(studio / "in");
+    writeImage(studio / "in/web.png", quiltOfAScene());
+    writeImage(studio / "in/n.png", madePhoto(96, 128), ImageMark::Native);
+    const Outcome outcome = studio.run(kTool, {"-c", "small.json", "in", "out"});
+    EXPECT_TRUE(warns(outcome, "in/n.png: is a Native, which is finished; it is left out"));
+    EXPECT_NE(outcome.out.find("1 quilt made, 1 left out (1 Native)"), std::string::npos)
+        << outcome.out;
+}
+
 TEST(Quilt2NativeTool, QuiltsInSubfoldersAndOfOneNameDoNotCollide) {
     SmallStudio studio;
     fs::create_directories(studio / "in/deeper");

@@ -653,6 +653,25 @@ TEST(ViewerVideo, TheLastPictureHasItsTimeToo) {
     EXPECT_GE(shown[2].first, 480); // two of 250 ms; the clock here began before the player's
 }
 
+// Times that a clock of 64 bits in ns cannot count.
+TEST(ViewerVideo, APictureOfTheFarFutureIsNotShownNow) {
+    const TemporaryDirectory folder;
+    {
+        VideoWriterOptions options;
+        options.size = {64, 48};
+        options.timeBase = {1, 1};
+        VideoWriter writer(folder / "v.mkv", options);
+        for (int i = 0; i < 2; ++i) {
+            VideoFrame frame;
+            frame.picture = cv::Mat(options.size, CV_8UC3, cv::Scalar::all(20 + 10 * i));
+            frame.pts = i * 20'000'000'000;
+            writer.write(frame);
+        }
+        writer.finish();
+    }
+    EXPECT_EQ(playedFor(folder / "v.mkv", 600).size(), 1U);
+}
+
 TEST(ViewerVideo, ASinglePictureIsNotReadAllTheTime) {
     const TemporaryDirectory folder;
     writeGreys(folder / "v.mkv", {64, 48}, 1, 1000);

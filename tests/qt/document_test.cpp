@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace altiro3D::test {
 namespace {
@@ -102,6 +103,44 @@ TEST(ViewerDocument, StereoPairsGetTheirDepthByMatching) {
     EXPECT_NE(other.notes[0].text.find("do not match"), std::string::npos);
 }
 
+// Only stored depth can have near and far exchanged; what is matched is measured.
+TEST(ViewerDocument, OnlyGivenDepthIsSaidToBeExchanged) {
+    const Display display = sampleDisplay({48, 64});
+    const TemporaryDirectory directory;
+    const Eyes eyes = ceiling();
+    writeImage(directory / "l.jpg", eyes.left);
+    writeImage(directory / "r.jpg", eyes.right);
+    spill(directory / "a.mpo", mpoFile(slurp(directory / "l.jpg"), slurp(directory / "r.jpg")));
+    const Document pair = readDocument({directory / "a.mpo", {}, Reading::Automatic}, display);
+    ASSERT_FALSE(pair.rawDepth.empty());
+    EXPECT_EQ(pair.origin, DepthOrigin::Matched);
+    cv::Mat depth;
+    normalizeDepth(pair.rawDepth, depth);
+    ASSERT_TRUE(looksInverted(pair.picture, depth));
+    EXPECT_TRUE(pair.notes.empty()) << pair.notes.front().text;
+
+    const auto noteOf = [&](const fs::path& file, const fs::path& depthFile, Reading reading) {
+        const Document document = readDocument({file, depthFile, reading}, display);
+        EXPECT_EQ(document.notes.size(), 1U) << file;
+        return document.notes.empty() ? std::string() : document.notes.front().text;
+    };
+    const std::string inverted =
+        ": near and far look exchanged; if the picture is hollow, photo2native ";
+    const std::string turns = "--depth-kind far-white turns it round";
+    writePhotoWithDepth(directory / "b.jpg", pair.picture, depth);
+    EXPECT_EQ(noteOf(directory / "b.jpg", {}, Reading::Automatic),
+              (directory / "b.jpg").string() + inverted + "-d with " + turns +
+                  ", and --embedded-depth off leaves it out");
+    cv::Mat both;
+    cv::Mat grey;
+    depth.convertTo(grey, CV_8U, 255);
+    cv::cvtColor(grey, grey, cv::COLOR_GRAY2BGR);
+    cv::hconcat(pair.picture, grey, both);
+    writeImage(directory / "c.png", both);
+    EXPECT_EQ(noteOf(directory / "c.png", {}, Reading::RgbdRight),
+              (directory / "c.png").string() + inverted + turns);
+}
+
 TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {
     QFile entry(QString::fromStdString(sourcePath("tools/viewer/altiro3Dview.desktop").string()));
     ASSERT_TRUE(entry.open(QIODevice::ReadOnly));
@@ -180,6 +219,20 @@ TEST(ViewerDocument, QuiltsWithoutANameAreFound) {
         documentOf({"web.png", {}, Reading::Automatic}, scenery({400, 300}, 3), sampleDisplay())
             .kind,
         Kind::Scene);
+    cv::Mat deep;
+    picture.convertTo(deep, CV_16U, 257);
+    EXPECT_EQ(documentOf({"web.png", {}, Reading::Automatic}, deep, sampleDisplay()).layout,
+              layout);
+    picture.convertTo(deep, CV_32F, 1 / 255.0);
+    EXPECT_EQ(documentOf({"web.hdr", {}, Reading::Automatic}, deep, sampleDisplay()).layout,
+              layout);
+    // nothing to see: its size tells
+    const auto kindOfGrey = [](cv::Size size) {
+        const cv::Mat grey(size, CV_8UC3, cv::Scalar::all(90));
+        return documentOf({"grey.png", {}, Reading::Automatic}, grey, sampleDisplay()).kind;
+    };
+    EXPECT_EQ(kindOfGrey(sampleDisplay().quilt.size()), Kind::Quilt);
+    EXPECT_EQ(kindOfGrey({640, 480}), Kind::Scene);
 }
 
 TEST(ViewerDocument, ADirectoryOfViewsIsAQuilt) {
@@ -245,6 +298,39 @@ TEST(ViewerDocument, AFolderIsItsFilesUnlessTheyAreViewsOfOneScene) {
               (photos / "none").string() + ": does not exist, expected a directory with pictures");
 }
 
+TEST(FolderSearch, AFolderThatCannotBeReadDoesNotEndTheSearch) {
+    const TemporaryDirectory root;
+    fs::permissions(root.path(), fs::perms::all);
+    fs::create_directories(root / "closed/deeper");
+    fs::create_directory(root / "open");
+    for (const char* name : {"a.png", "open/b.png", "closed/c.png"})
+        writeImage(root / name, scenery({30, 20}, 1));
+    fs::permissions(root / "closed", fs::perms::none);
+    const auto closed = [&] {
+        std::error_code error;
+        static_cast<void>(fs::directory_iterator(root / "closed", error));
+        return static_cast<bool>(error);
+    };
+    tools::FolderSearch search;
+    search.recursive = true;
+    constexpr uid_t kNobody = 65534;
+    const bool isRoot = geteuid() == 0; // whom nothing is closed to
+    const bool isOther = isRoot && seteuid(kNobody) == 0;
+    const bool isClosed = closed();
+    tools::FolderContents found;
+    std::string problem;
+    if (isClosed) problem = errorOf([&] { found = tools::searchFolder(root.path(), search); });
+    ASSERT_TRUE(!isOther || seteuid(0) == 0);
+    fs::permissions(root / "closed", fs::perms::owner_all);
+    if (!isClosed) GTEST_SKIP() << "this user may read every folder";
+    EXPECT_EQ(problem, "(no error)");
+    EXPECT_EQ(found.files.size(), 2U);
+    ASSERT_EQ(found.leftOut.size(), 1U);
+    EXPECT_EQ(found.leftOut[0].file, root / "closed");
+    EXPECT_EQ(found.leftOut[0].why.find("cannot be searched: "), 0U) << found.leftOut[0].why;
+    EXPECT_EQ(tools::kindsText(found.leftOut), "1 folder");
+}
+
 TEST(ViewerDocument, SixteenBitsAndGivenDepthAreRead) {
     const TemporaryDirectory folder;
     writeImage(folder / "p.png", cv::Mat(20, 10, CV_16UC3, cv::Scalar::all(257 * 100)));
@@ -277,6 +363,11 @@ TEST(ViewerDocument, PhotosAndTheirDepthImagesBecomeOne) {
     EXPECT_TRUE(sources[2].depth.empty());
     EXPECT_EQ(sources[3].file, "depth.png");
     EXPECT_EQ(pairUp({"clip.mp4", "clip-depth.mp4"}).size(), 2U); // a photo's, or none
+    EXPECT_EQ(pairUp({"clip.jpg", "clip-depth.mp4"}).size(), 2U); // a depth video is no image
+    const auto second = pairUp({"a_depth.png", "a.jpg", "a-depth.png"});
+    ASSERT_EQ(second.size(), 2U);
+    EXPECT_EQ(second[0].depth, "a_depth.png");
+    EXPECT_EQ(second[1].file, "a-depth.png");
     const auto twins = pairUp({"a.heic", "a.jpg", "a disparity.png"});
     ASSERT_EQ(twins.size(), 2U);
     for (const Source& twin : twins)

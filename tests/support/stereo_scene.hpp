@@ -40,4 +40,17 @@ inline Eyes wallAndThing(int wall, int thing) {
     return eyes;
 }
 
+/// A ceiling: what is higher is nearer, as if near and far of a floor were exchanged.
+inline Eyes ceiling() {
+    constexpr int kMargin = 60;
+    const cv::Size size = eyesSize();
+    const cv::Mat behind = randomPhoto({size.width + kMargin, size.height}, 5);
+    Eyes eyes{behind.colRange(0, size.width).clone(), cv::Mat(size, behind.type())};
+    for (int y = 0; y < size.height; ++y) {
+        const int disparity = 40 * (size.height - y) / size.height;
+        behind.row(y).colRange(disparity, disparity + size.width).copyTo(eyes.right.row(y));
+    }
+    return eyes;
+}
+
 } // namespace altiro3D::test

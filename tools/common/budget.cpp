@@ -5,8 +5,6 @@
 #include "altiro3D/version.hpp"
 #include "common/display_options.hpp"
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -19,31 +17,14 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr int kRepetitions = 3;     // the fastest one counts, because the machine may be busy
 constexpr double kEnoughTime = 500; // ms after which there is no further repetition
 constexpr int kCacheFormat = 4;
 
-double measured(const std::function<void()>& work) {
-    double fastest = 0;
-    double total = 0;
-    for (int i = 0; i < kRepetitions && total < kEnoughTime; ++i) {
-        const auto start = std::chrono::steady_clock::now();
-        work();
-        const auto end = std::chrono::steady_clock::now();
-        const double taken = std::chrono::duration<double, std::milli>(end - start).count();
-        fastest = i == 0 ? taken : std::min(fastest, taken);
-        total += taken;
-    }
-    return fastest;
-}
-
-// null: cannot be used
+// JSON has no infinity: a setting that cannot be used is null in the text.
 Json costsJson(const std::vector<SettingCost>& costs) {
     Json list = Json::array();
     for (const SettingCost& cost : costs) {
-        list.push_back({{"setting", cost.name},
-                        {"milliseconds", std::isfinite(cost.milliseconds) ? Json(cost.milliseconds)
-                                                                          : Json(nullptr)}});
+        list.push_back({{"setting", cost.name}, {"milliseconds", cost.milliseconds}});
     }
     return list;
 }
@@ -146,19 +127,22 @@ void Budget::measure(const std::string& work, const std::vector<NamedViewOptions
     }
     costs_.clear();
     depthCosts_.clear();
+    bool isLasting = true; // what was left out would be left out again
     for (const BudgetDepth& depth : depths) {
         double milliseconds = std::numeric_limits<double>::infinity();
         try {
             depth.prepare();
-            milliseconds = measured(depth.estimate);
+            milliseconds = fastestMilliseconds(depth.estimate, kEnoughTime);
         } catch (const Error& problem) {
             messages.detail("costs: depth by " + depth.name + " is left out: " + problem.what());
+            isLasting = isLasting && problem.code() != ErrorCode::OutOfMemory;
         }
         depthCosts_.push_back({depth.name, milliseconds});
     }
     for (const NamedViewOptions& setting : settings)
-        costs_.push_back({setting.name, measured([&] { makeNative(setting.options); })});
-    if (file.empty()) return;
+        costs_.push_back(
+            {setting.name, fastestMilliseconds([&] { makeNative(setting.options); }, kEnoughTime)});
+    if (file.empty() || !isLasting) return;
     try {
         fs::create_directories(directory, error);
         const Json json = {{"format", kCacheFormat},

@@ -386,6 +386,13 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Medium medium, M
     tellEngine(messages);
 }
 
+std::string invertedText(const fs::path& file, DepthKind kind, bool isNamed) {
+    const std::string other = kind == DepthKind::NearWhite ? "far-white" : "near-white";
+    return file.string() + ": near and far look exchanged; if near things look far, photo2native " +
+           (isNamed ? "" : "-d with ") + "--depth-kind " + other + " turns it round" +
+           (isNamed ? "" : ", and --embedded-depth off leaves it out");
+}
+
 Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
                         Messages& messages, StageTimes& times) {
     refuseNative(photoFile, "a photo");
@@ -406,8 +413,10 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
         scene.photo = source.readImage(photoFile, &notes);
     }
     messages.warn(notes);
-    used_ = given && !isStereoFiles_ ? description_ : source.description();
-    if (used_ != description_ && !rgbdSide_)
+    origin_ = source.origin();
+    used_ = fromFiles_ ? description_ : source.description();
+    const bool isNamed = fromFiles_ || rgbdSide_; // by an option
+    if (!isEstimated() && !isNamed && (depthFile.empty() || isStereoFiles_))
         messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + used_);
     times.end("read");
     try {
@@ -425,28 +434,16 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
                       std::to_string(scene.depth.cols) + " x " + std::to_string(scene.depth.rows) +
                       " and " + sizeText(scene.photo.size()) + "); it is stretched to fit");
     }
-    const bool isMatched = isStereoFiles_ || stereo_;
-    if (!isEstimated() && !isMatched && looksInverted(scene.photo, scene.depth)) {
+    if (origin_ == DepthOrigin::Given && looksInverted(scene.photo, scene.depth)) {
         const fs::path& file = depthFile.empty() ? photoFile : depthFile;
-        messages.warn(file.string() + ": near and far look exchanged; " + remedy());
+        messages.warn(invertedText(file, kind_, isNamed));
     }
     times.end("depth");
     return scene;
 }
 
-std::string ChosenDepth::remedy() const {
-    const std::string condition = "if near things look far, use ";
-    const std::string other = kind_ == DepthKind::NearWhite ? "far-white" : "near-white";
-    if (fromFiles_ || rgbdSide_) return condition + "--depth-kind " + other;
-    return condition + "-d with --depth-kind " + other + ", or --embedded-depth off";
-}
-
 DepthKind ChosenDepth::kind() const {
     return source_ ? source_->kind() : kind_;
-}
-
-bool ChosenDepth::isEstimated() const {
-    return !fromFiles_ && !rgbdSide_ && used_ == description_;
 }
 
 void ChosenDepth::estimateScene(const cv::Mat& photo, double flatDepth, Scene& scene) {

@@ -21,6 +21,12 @@ void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 /// An engine's name for people. @return "OpenCV" or "ONNX Runtime"
 std::string engineName(InferenceEngine engine);
 
+/// The warning that near and far of given depth look exchanged, and what turns them round.
+/// @param file holds the depth
+/// @param kind what the numbers were taken for
+/// @param isNamed an option of photo2native tells where the depth is (-d, --rgbd)
+std::string invertedText(const std::filesystem::path& file, DepthKind kind, bool isNamed);
+
 /// The source of depth that the options choose.
 class ChosenDepth {
   public:
@@ -56,7 +62,7 @@ class ChosenDepth {
     /// Meaning of the numbers of given depth, or of estimate().
     DepthKind kind() const;
     /// True if the depth of the last photo was estimated, not given.
-    bool isEstimated() const;
+    bool isEstimated() const { return origin_ == DepthOrigin::Estimated; }
     /// Estimates raw depth of a picture with the network or the built-in estimator.
     /// @param picture [rows x cols, CV_8UC3, BGR]
     /// @param raw [any size, CV_32FC1], see kind()
@@ -65,8 +71,6 @@ class ChosenDepth {
     void estimateScene(const cv::Mat& photo, double flatDepth, Scene& scene);
 
   private:
-    /// What to do if near and far of given depth are exchanged, for people.
-    std::string remedy() const;
     void chooseNetwork(const CommandLine& commandLine, Medium medium, Messages& messages);
     void tellEngine(const Messages& messages);
     void choosePhotoDepth(const CommandLine& commandLine);
@@ -82,6 +86,7 @@ class ChosenDepth {
     std::shared_ptr<DepthSource> source_; // null with fromFiles_
     std::string description_;
     std::string used_;
+    DepthOrigin origin_ = DepthOrigin::Estimated; // of the last photo
 };
 
 } // namespace altiro3D::tools

@@ -6,16 +6,12 @@
 #include "common/run_tool.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <limits>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D::tools {
 
 namespace {
-
-constexpr int kRepetitions = 3;
 
 NamedDepthSource networkSource(const InstalledNetwork& network, cv::Size size, Messages& messages) {
     const NetworkProfile& profile = network.profile;
@@ -54,15 +50,8 @@ DepthRow measureDepth(const std::string& name, DepthSource& source, const Stereo
     DepthRow row;
     row.scene = scene.name;
     row.source = name;
-    row.milliseconds = std::numeric_limits<double>::infinity();
     Scene estimated;
-    for (int i = 0; i < kRepetitions; ++i) {
-        const auto start = std::chrono::steady_clock::now();
-        source.readScene(scene.photo, 0.5, estimated);
-        const std::chrono::duration<double, std::milli> time =
-            std::chrono::steady_clock::now() - start;
-        row.milliseconds = std::min(row.milliseconds, time.count());
-    }
+    row.milliseconds = fastestMilliseconds([&] { source.readScene(scene.photo, 0.5, estimated); });
     cv::Mat depth;
     cv::resize(estimated.depth, depth, scene.depth.size(), 0, 0, cv::INTER_LINEAR);
     row.rankCorrelation = rankCorrelation(depth, scene.depth);
@@ -77,6 +66,13 @@ DepthRow measureDepth(const std::string& name, DepthSource& source, const Stereo
     return row;
 }
 
+void addShare(double share, const ViewAccuracy& part, ViewAccuracy& mean) {
+    mean.psnrWhole += share * part.psnrWhole;
+    mean.ssimWhole += share * part.ssimWhole;
+    mean.psnrInside += share * part.psnrInside;
+    mean.ssimInside += share * part.ssimInside;
+}
+
 std::vector<DepthRow> meansOf(const std::vector<DepthRow>& rows, std::size_t sources) {
     std::vector<DepthRow> means;
     const double share = static_cast<double>(sources) / static_cast<double>(rows.size());
@@ -88,10 +84,7 @@ std::vector<DepthRow> meansOf(const std::vector<DepthRow>& rows, std::size_t sou
             const DepthRow& row = rows[i];
             mean.milliseconds += share * row.milliseconds;
             mean.rankCorrelation += share * row.rankCorrelation;
-            mean.accuracy.psnrWhole += share * row.accuracy.psnrWhole;
-            mean.accuracy.ssimWhole += share * row.accuracy.ssimWhole;
-            mean.accuracy.psnrInside += share * row.accuracy.psnrInside;
-            mean.accuracy.ssimInside += share * row.accuracy.ssimInside;
+            addShare(share, row.accuracy, mean.accuracy);
         }
         means.push_back(mean);
     }

@@ -40,6 +40,9 @@ struct DepthRow {
 DepthRow measureDepth(const std::string& name, DepthSource& source, const StereoScene& scene,
                       const DepthRefineOptions& refine);
 
+/// Adds a share of an accuracy to a mean of several.
+void addShare(double share, const ViewAccuracy& part, ViewAccuracy& mean);
+
 /// The mean of each source over the scenes.
 /// @param rows the same sources for each scene
 std::vector<DepthRow> meansOf(const std::vector<DepthRow>& rows, std::size_t sources);

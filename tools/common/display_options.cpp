@@ -511,6 +511,11 @@ std::optional<QuiltGrid> certainLayout(const FoundQuilt& found, const fs::path& 
                      "_qs<columns>x<rows>a<aspect>");
 }
 
+bool isQuiltPicture(const FoundQuilt& found, cv::Size picture, const QuiltLayout& usual) {
+    if (found.verdict != QuiltVerdict::Unsure) return found.verdict == QuiltVerdict::Quilt;
+    return cv::Size(picture.width / usual.columns, picture.height / usual.rows) == usual.tileSize;
+}
+
 std::string foundText(const FoundQuilt& found) {
     if (found.verdict != QuiltVerdict::Quilt) return "";
     return "; found in the picture, " + fixed(100 * found.confidence, 0) + " % sure";

@@ -108,6 +108,10 @@ bool isLayoutStated(const CommandLine& commandLine, const std::filesystem::path&
 std::optional<QuiltGrid> certainLayout(const FoundQuilt& found, const std::filesystem::path& file,
                                        cv::Size size, const QuiltLayout& usual);
 
+/// Whether a picture is a quilt, by what was found in it; if that is unsure, by its size.
+/// @param usual the layout that it would have
+bool isQuiltPicture(const FoundQuilt& found, cv::Size picture, const QuiltLayout& usual);
+
 /// "; found in the picture, 97 % sure"
 std::string foundText(const FoundQuilt& found);
 

@@ -19,7 +19,7 @@ std::vector<FolderFile> listFiles(const fs::path& folder, const FolderSearch& se
     FolderContents found = searchFolder(folder, search);
     for (const LeftOutFile& file : found.leftOut) {
         const std::string line = file.file.string() + ": " + file.why;
-        if (file.kind == "Native") { // from an earlier run, or a mistake
+        if (file.kind == FileKind::Native) { // from an earlier run, or a mistake
             messages.warn(line);
         } else {
             messages.say(line);

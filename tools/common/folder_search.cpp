@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
 namespace altiro3D::tools {
 
@@ -40,17 +41,17 @@ std::vector<fs::path> entriesOf(const fs::path& folder) {
     return entries;
 }
 
-// The photo beside a file that has its name, whether or not its format can be read.
-std::optional<fs::path> photoBeside(const fs::path& clip, const std::vector<fs::path>& entries) {
-    constexpr std::array<const char*, 6> kCameraEndings = {".heic", ".heif", ".avif",
-                                                           ".jpg",  ".jpeg", ".png"};
+// By stem: the files that cameras write as photos, whether or not their format can be read.
+using CameraPhotos = std::map<std::string, fs::path>;
+
+CameraPhotos cameraPhotos(const std::vector<fs::path>& entries) {
+    const std::set<std::string> endings = {".heic", ".heif", ".avif", ".jpg", ".jpeg", ".png"};
+    CameraPhotos photos;
     for (const fs::path& entry : entries) {
-        const std::string ending = lowerCase(entry.extension().string());
-        if (entry.stem() == clip.stem() &&
-            std::find(kCameraEndings.begin(), kCameraEndings.end(), ending) != kCameraEndings.end())
-            return entry;
+        if (endings.count(lowerCase(entry.extension().string())) > 0)
+            photos.emplace(entry.stem().string(), entry);
     }
-    return std::nullopt;
+    return photos;
 }
 
 // How a kind is counted, and why a file of it is left out.
@@ -59,16 +60,18 @@ struct KindWords {
     const char* name;
     const char* why;
 };
-constexpr std::array<KindWords, 8> kWords = {{
+constexpr std::array<KindWords, 10> kWords = {{
     {FileKind::Photo, "photo", "is a picture; photo2native makes Natives of photos"},
     {FileKind::DepthImage, "depth image", "is a depth image by its name, but its photo is missing"},
-    {FileKind::Native, "Native", "is a Native, not a photo; it is left out"},
+    {FileKind::Native, "Native", "is a Native, which is finished; it is left out"},
     {FileKind::Quilt, "quilt", "is a quilt by its name; quilt2native makes Natives of quilts"},
     {FileKind::Video, "video", "is a video; video2native makes Natives of videos"},
     {FileKind::DepthVideo, "depth video",
      "is the depth of a video by its name; video2native --depth takes it with its video"},
     {FileKind::QuiltVideo, "quilt video",
      "is a video of quilts by its name; quilt2native makes a Native of it"},
+    {FileKind::NativeVideo, "Native video", "is a Native video, which is finished"},
+    {FileKind::LiveClip, "Live Photo clip", "is the clip of the Live Photo "},
     {FileKind::Folder, "folder", "is a folder; --recursive also converts what it holds"},
 }};
 
@@ -79,48 +82,30 @@ FileKind kindOfPicture(const fs::path& file, const FolderSearch& how) {
     return FileKind::Photo;
 }
 
-FileKind kindOfVideo(const fs::path& file, const std::vector<fs::path>& entries) {
-    if (photoBeside(file, entries)) return FileKind::LiveClip;
+FileKind kindOfVideo(const fs::path& file, const CameraPhotos& photos) {
+    if (photos.count(file.stem().string()) > 0) return FileKind::LiveClip;
     if (isQuiltName(file)) return FileKind::QuiltVideo;
     return photoOfDepthName(file).empty() ? FileKind::Video : FileKind::DepthVideo;
 }
 
-LeftOutFile leftOutFile(const fs::path& file, FileKind kind, const std::vector<fs::path>& entries) {
-    if (kind == FileKind::LiveClip) {
-        return {file, "Live Photo clip",
-                "is the clip of the Live Photo " + photoBeside(file, entries)->filename().string()};
-    }
-    for (const KindWords& words : kWords) {
-        if (words.kind == kind) return {file, words.name, words.why};
-    }
-    const std::string ending = lowerCase(file.extension().string());
-    return {file, ending.empty() ? "other file" : ending + " file",
-            "is no picture or video of a format that can be read"};
+const KindWords* wordsOf(FileKind kind) {
+    const auto* const found =
+        std::find_if(kWords.begin(), kWords.end(),
+                     [kind](const KindWords& words) { return words.kind == kind; });
+    return found == kWords.end() ? nullptr : found;
 }
 
-// Gives photos the depth images beside them; the others are left out.
-void pairDepthImages(const std::vector<fs::path>& depths, std::vector<FolderFile>& files,
-                     std::vector<LeftOutFile>& leftOut) {
-    for (const fs::path& depth : depths) {
-        const fs::path stem = photoOfDepthName(depth);
-        std::optional<fs::path> other; // depth image of the photo
-        bool isUsed = false;
-        for (FolderFile& photo : files) {
-            if (photo.file.parent_path() / photo.file.stem() != stem) continue;
-            if (photo.depth.empty()) {
-                photo.depth = depth;
-                isUsed = true;
-            } else {
-                other = photo.depth;
-            }
-        }
-        if (isUsed) continue;
-        leftOut.push_back(leftOutFile(depth, FileKind::DepthImage, {}));
-        if (other) {
-            leftOut.back().why =
-                "is a depth image by its name, but " + other->filename().string() + " is used";
-        }
-    }
+LeftOutFile leftOutFile(const fs::path& file, FileKind kind) {
+    const KindWords* const words = wordsOf(kind);
+    return {file, kind,
+            words != nullptr ? words->why : "is no picture or video of a format that can be read"};
+}
+
+// Without the number.
+std::string kindText(const LeftOutFile& file) {
+    if (const KindWords* const words = wordsOf(file.kind)) return words->name;
+    const std::string ending = lowerCase(file.file.extension().string());
+    return ending.empty() ? "other file" : ending + " file";
 }
 
 void search(const fs::path& folder, const fs::path& relative, const FolderSearch& how,
@@ -128,6 +113,7 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
     const std::vector<fs::path> pictures = listImages(folder);
     const std::set<fs::path> readable(pictures.begin(), pictures.end());
     const std::vector<fs::path> entries = entriesOf(folder);
+    const CameraPhotos photos = cameraPhotos(entries);
     std::vector<FolderFile> files;
     std::vector<fs::path> depths;
     std::vector<fs::path> folders;
@@ -141,17 +127,25 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
         if (readable.count(entry) > 0) {
             kind = kindOfPicture(entry, how);
         } else if (isVideoFileName(entry)) {
-            kind = kindOfVideo(entry, entries);
+            kind = kindOfVideo(entry, photos);
         }
         if (how.wanted.count(kind) > 0) {
             files.push_back({entry, {}, relative});
         } else if (kind == FileKind::DepthImage) {
             depths.push_back(entry);
         } else {
-            found.leftOut.push_back(leftOutFile(entry, kind, entries));
+            found.leftOut.push_back(leftOutFile(entry, kind));
+            if (kind == FileKind::LiveClip)
+                found.leftOut.back().why += photos.at(entry.stem().string()).filename().string();
         }
     }
-    pairDepthImages(depths, files, found.leftOut);
+    for (const SpareDepth& depth : pairDepthImages(depths, files)) {
+        found.leftOut.push_back(leftOutFile(depth.file, FileKind::DepthImage));
+        if (!depth.taken.empty()) {
+            found.leftOut.back().why =
+                "is a depth image by its name, but " + depth.taken.filename().string() + " is used";
+        }
+    }
     found.files.insert(found.files.end(), files.begin(), files.end());
     for (const fs::path& subfolder : folders) {
         const bool isOutput = std::any_of(how.outputs.begin(), how.outputs.end(),
@@ -161,12 +155,19 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
                                           });
         if (isOutput) continue;
         std::error_code error;
-        if (how.recursive && !fs::is_symlink(subfolder, error)) {
-            search(subfolder, relative / subfolder.filename(), how, found);
-            continue;
+        std::string why;
+        if (how.recursive && fs::is_symlink(subfolder, error)) {
+            why = "is a link to a folder";
+        } else if (how.recursive) {
+            try {
+                search(subfolder, relative / subfolder.filename(), how, found);
+                continue;
+            } catch (const Error& problem) {
+                why = std::string("cannot be searched: ") + problem.what();
+            }
         }
-        found.leftOut.push_back(leftOutFile(subfolder, FileKind::Folder, entries));
-        if (how.recursive) found.leftOut.back().why = "is a link to a folder";
+        found.leftOut.push_back(leftOutFile(subfolder, FileKind::Folder));
+        if (!why.empty()) found.leftOut.back().why = why;
     }
 }
 
@@ -191,6 +192,26 @@ FolderContents searchFolder(const fs::path& folder, const FolderSearch& how) {
     return found;
 }
 
+std::vector<SpareDepth> pairDepthImages(const std::vector<fs::path>& depths,
+                                        std::vector<FolderFile>& photos) {
+    std::map<std::string, std::vector<FolderFile*>> byStem; // with the folder
+    for (FolderFile& photo : photos)
+        byStem[(photo.file.parent_path() / photo.file.stem()).string()].push_back(&photo);
+    std::vector<SpareDepth> spare;
+    for (const fs::path& depth : depths) {
+        const auto found = byStem.find(photoOfDepthName(depth).string());
+        if (found == byStem.end()) {
+            spare.push_back({depth, {}});
+        } else if (const fs::path& taken = found->second.front()->depth; !taken.empty()) {
+            spare.push_back({depth, taken});
+        } else {
+            for (FolderFile* photo : found->second)
+                photo->depth = depth;
+        }
+    }
+    return spare;
+}
+
 std::vector<std::string> outputStems(const std::vector<FolderFile>& files) {
     std::map<std::string, int> uses;
     std::set<std::string> names;
@@ -208,18 +229,18 @@ std::vector<std::string> outputStems(const std::vector<FolderFile>& files) {
 }
 
 std::string kindsText(const std::vector<LeftOutFile>& files) {
-    std::vector<std::string> kinds;
+    std::vector<std::pair<std::string, int>> kinds; // in order of the first file
     for (const LeftOutFile& file : files) {
-        if (std::find(kinds.begin(), kinds.end(), file.kind) == kinds.end())
-            kinds.push_back(file.kind);
+        const std::string kind = kindText(file);
+        auto found = std::find_if(kinds.begin(), kinds.end(),
+                                  [&kind](const auto& known) { return known.first == kind; });
+        if (found == kinds.end()) found = kinds.insert(found, {kind, 0});
+        ++found->second;
     }
     std::string text;
-    for (const std::string& kind : kinds) {
-        const auto count = std::count_if(
-            files.begin(), files.end(), [&](const LeftOutFile& file) { return file.kind == kind; });
+    for (const auto& [kind, count] : kinds)
         text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + kind +
                 (count == 1 ? "" : "s");
-    }
     return text;
 }
 

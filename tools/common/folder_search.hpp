@@ -16,6 +16,7 @@ enum class FileKind {
     Quilt,
     Video,
     DepthVideo,
+    NativeVideo, ///< Only its frames tell.
     QuiltVideo,
     LiveClip, ///< The video of a Live Photo, beside the photo of the same name.
     Folder,
@@ -32,8 +33,8 @@ struct FolderFile {
 /// A file of a folder that is not converted.
 struct LeftOutFile {
     std::filesystem::path file;
-    std::string kind; ///< For counting: "video", ".heic file".
-    std::string why;  ///< For people: "is a video; video2native makes Natives of videos".
+    FileKind kind;
+    std::string why; ///< For people: "is a video; video2native makes Natives of videos".
 };
 
 /// All that a folder holds, except hidden files; in natural order of names.
@@ -59,6 +60,17 @@ bool isVideoFileName(const std::filesystem::path& file);
 /// names, clips of Live Photos by the photo of the same name, all others by their extension.
 /// @throws Error as listImages()
 FolderContents searchFolder(const std::filesystem::path& folder, const FolderSearch& search);
+
+/// A depth image that no photo takes.
+struct SpareDepth {
+    std::filesystem::path file;
+    std::filesystem::path taken; ///< The depth image that its photo has; empty: there is no photo.
+};
+
+/// Gives each photo the first depth image of its name, see photoOfDepthName(): that of a.jpg is
+/// a-depth.png in the same folder. @return the other depth images
+std::vector<SpareDepth> pairDepthImages(const std::vector<std::filesystem::path>& depths,
+                                        std::vector<FolderFile>& photos);
 
 /// A name for the outputs of each file, without extension, in its subfolder: that of the file, with
 /// its extension if another file would have the same. The files of one folder have different ones.

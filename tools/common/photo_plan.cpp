@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 namespace altiro3D::tools {
 
@@ -27,7 +28,7 @@ void requirePhotoName(const fs::path& name) {
     if (extension == ".json") hint = "a calibration is given with -c";
     if (extension == ".map") hint = "a look-up table is given with -m";
     if (extension == ".onnx") hint = "a network is given with -n";
-    if (canWriteVideo(name)) hint = "video2native makes Natives of videos";
+    if (isVideoFileName(name)) hint = "video2native makes Natives of videos";
     if (hint == nullptr || isDirectory(name)) return;
     throw UsageError(name.string() + ": is not a picture, expected a photo; " + hint);
 }
@@ -85,13 +86,17 @@ std::vector<FolderFile> inputsOf(const CommandLine& commandLine, PhotoPlan& plan
     }
     if (pairs && given.size() == 2 && isDirectory(given[0]) && isDirectory(given[1])) {
         search.outputs.push_back(given[1]);
-        std::map<std::string, fs::path> depths;
-        for (const fs::path& depth : listImages(given[1]))
-            depths[depth.stem().string()] = depth;
+        std::map<fs::path, fs::path> depths; // by name without extension
+        std::set<fs::path> listed;
         for (FolderFile& input : listFiles(given[0], search, plan.leftOut, messages)) {
-            const auto found = depths.find(input.file.stem().string());
+            const fs::path folder = input.folder.empty() ? given[1] : given[1] / input.folder;
+            if (listed.insert(folder).second && isDirectory(folder)) {
+                for (const fs::path& depth : listImages(folder))
+                    depths[folder / depth.stem()] = depth;
+            }
+            const auto found = depths.find(folder / input.file.stem());
             input.depth = found != depths.end() ? found->second
-                                                : given[1] / input.file.filename(); // fails by name
+                                                : folder / input.file.filename(); // fails by name
             inputs.push_back(input);
         }
     } else if (pairs) {

@@ -14,6 +14,7 @@
 #include <cstdlib>
 #include <fcntl.h>
 #include <fstream>
+#include <limits>
 #include <mutex>
 #include <new>
 #include <opencv2/core.hpp>
@@ -117,6 +118,20 @@ void StageTimes::end(const std::string& stage) {
     const auto now = std::chrono::steady_clock::now();
     stages_.emplace_back(stage, std::chrono::duration<double, std::milli>(now - last_).count());
     last_ = now;
+}
+
+double fastestMilliseconds(const std::function<void()>& work, double enough) {
+    double fastest = std::numeric_limits<double>::infinity();
+    double total = 0;
+    for (int i = 0; i < 3 && total < enough; ++i) {
+        StageTimes times;
+        work();
+        times.end("work");
+        const double taken = times.milliseconds().front().second;
+        fastest = std::min(fastest, taken);
+        total += taken;
+    }
+    return fastest;
 }
 
 std::string StageTimes::text() const {

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
@@ -82,6 +83,12 @@ class StageTimes {
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
     std::vector<std::pair<std::string, double>> stages_;
 };
+
+/// The time that some work takes, in ms: the fastest of three times, because the machine may be
+/// busy.
+/// @param enough ms, after which the work is not done again
+double fastestMilliseconds(const std::function<void()>& work,
+                           double enough = std::numeric_limits<double>::infinity());
 
 /// Peak memory of this process since its start or the last resetPeakMemory(), in MB of 2^20 bytes;
 /// 0 if the system does not report it.

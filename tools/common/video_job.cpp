@@ -64,7 +64,7 @@ void refuseNativeVideo(const VideoPlan& plan, const VideoFacts& facts, const Cho
     const std::string like = "has the panel's size and 4:4:4 colour, like a Native video";
     if (plan.isFromFolder) {
         throw NotTaken{
-            {plan.input, "Native video", like + "; if it is none, it is converted alone"}};
+            {plan.input, FileKind::NativeVideo, like + "; if it is none, it is converted alone"}};
     }
     messages.warn("the video " + like + "; do not convert a Native again");
 }

@@ -11,9 +11,6 @@
 
 namespace altiro3D::tools {
 
-/// Pictures below this likenessOfViews() are not views of one scene. Unrelated photos have 0.1.
-constexpr double kLeastLikenessOfViews = 0.15;
-
 /// A quilt and the size of its views in their files.
 struct ViewsQuilt {
     cv::Mat quilt;     ///< [layout size, CV_8UC3, BGR]

@@ -1,14 +1,17 @@
 #include "viewer/document.hpp"
 
 #include "altiro3D/altiro3D.hpp"
+#include "common/depth_options.hpp"
 #include "common/folder_search.hpp"
 #include "common/run_tool.hpp"
 #include "common/views_quilt.hpp"
 
 #include <algorithm>
+#include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <set>
 
 namespace altiro3D::viewer {
 
@@ -22,6 +25,13 @@ bool contains(const std::string& text, const std::string& part) {
 
 bool isOneOf(const std::string& word, std::initializer_list<const char*> words) {
     return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+cv::Mat eightBit(const cv::Mat& picture) {
+    if (picture.depth() == CV_8U) return picture;
+    cv::Mat result;
+    picture.convertTo(result, CV_8U, picture.depth() == CV_16U ? 1 / 257.0 : 255.0);
+    return result;
 }
 
 // What a picture, its name and its size suggest.
@@ -38,9 +48,8 @@ Reading guess(const fs::path& file, const cv::Mat& picture, const Display& displ
     const bool lossy =
         isOneOf(tools::lowerCase(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
     if (size == display.panelSize() && (!lossy || contains(stem, "native"))) return Reading::Native;
-    if (picture.type() != CV_8UC3) return Reading::Photo;
-    found = findQuiltLayout(picture);
-    return found->verdict == QuiltVerdict::Quilt ? Reading::Quilt : Reading::Photo;
+    found = findQuiltLayout(eightBit(picture));
+    return tools::isQuiltPicture(*found, size, display.quilt) ? Reading::Quilt : Reading::Photo;
 }
 
 std::optional<DepthSide> sideOf(Reading reading) {
@@ -71,13 +80,6 @@ std::optional<StereoLayout> eyesOf(Reading reading) {
     }
 }
 
-cv::Mat eightBit(const cv::Mat& picture) {
-    if (picture.depth() == CV_8U) return picture;
-    cv::Mat result;
-    picture.convertTo(result, CV_8U, picture.depth() == CV_16U ? 1 / 257.0 : 255.0);
-    return result;
-}
-
 Document documentOfViews(const Source& source, const Display& display) {
     const std::vector<fs::path> files = listImages(source.file);
     if (files.empty()) {
@@ -100,6 +102,7 @@ Document documentOfViews(const Source& source, const Display& display) {
 // The left picture is shown; pairs that do not match have no depth.
 void addPair(Document& document, const StereoPair& pair, Notes& notes) {
     document.picture = pair.left;
+    document.origin = DepthOrigin::Matched;
     const StereoMatch match = matchStereo(pair.left, pair.right, document.rawDepth);
     const Notes remarks = match.remarks(pair.origin);
     notes.insert(notes.end(), remarks.begin(), remarks.end());
@@ -110,17 +113,18 @@ void addPair(Document& document, const StereoPair& pair, Notes& notes) {
     }
 }
 
-// Says so if near and far of the photo's depth look exchanged.
+// Says so if near and far of given depth look exchanged.
 void checkDirection(const Document& document, Notes& notes) {
-    if (document.kind != Kind::Scene || document.rawDepth.empty()) return;
+    if (document.kind != Kind::Scene || document.rawDepth.empty() ||
+        document.origin != DepthOrigin::Given)
+        return;
     cv::Mat depth;
     normalizeDepth(document.rawDepth, depth);
     if (!looksInverted(document.picture, depth)) return;
     const Source& source = document.source;
     const fs::path& file = source.depth.empty() ? source.file : source.depth;
-    notes.push_back({NoteCode::Inverted,
-                     file.string() + ": near and far look exchanged; if near things look far, "
-                                     "use photo2native --depth-kind far-white"});
+    const bool isHalf = source.depth.empty() && document.depthOrigin.empty(); // takes --rgbd
+    notes.push_back({NoteCode::Inverted, tools::invertedText(file, DepthKind::NearWhite, isHalf)});
 }
 
 // Depth that comes with the photo.
@@ -166,7 +170,7 @@ bool areViews(const std::vector<Source>& files) {
     } catch (const Error&) {
         return false; // each file is then opened on its own, and says what is wrong
     }
-    return likenessOfViews(looks) >= tools::kLeastLikenessOfViews;
+    return likenessOfViews(looks) >= kLeastLikenessOfViews;
 }
 
 } // namespace
@@ -298,29 +302,33 @@ Document readDocument(const Source& source, const Display& display) {
                    !eyesOf(source.reading)) {
             addPhotoDepth(document, notes);
         }
-        if (!eyesOf(source.reading)) checkDirection(document, notes);
+        checkDirection(document, notes);
     }
     document.notes.insert(document.notes.begin(), notes.begin(), notes.end());
     return document;
 }
 
 std::vector<Source> pairUp(const std::vector<fs::path>& files) {
-    std::vector<fs::path> depthOf(files.size());
-    std::vector<bool> isDepth(files.size());
-    for (std::size_t d = 0; d < files.size(); ++d) {
-        const fs::path stem = photoOfDepthName(files[d]);
-        if (stem.empty()) continue;
-        for (std::size_t p = 0; p < files.size(); ++p) {
-            if (p == d || isVideoName(files[p]) || !depthOf[p].empty() ||
-                files[p].parent_path() / files[p].stem() != stem)
-                continue;
-            depthOf[p] = files[d];
-            isDepth[d] = true;
+    std::vector<tools::FolderFile> photos;
+    std::vector<fs::path> depths;
+    for (const fs::path& file : files) {
+        if (isVideoName(file)) continue;
+        if (photoOfDepthName(file).empty()) {
+            photos.push_back({file, {}, {}});
+        } else {
+            depths.push_back(file);
         }
     }
+    tools::pairDepthImages(depths, photos);
+    std::map<fs::path, fs::path> depthOf;
+    std::set<fs::path> used;
+    for (const tools::FolderFile& photo : photos) {
+        depthOf[photo.file] = photo.depth;
+        used.insert(photo.depth);
+    }
     std::vector<Source> sources;
-    for (std::size_t i = 0; i < files.size(); ++i) {
-        if (!isDepth[i]) sources.push_back({files[i], depthOf[i], Reading::Automatic});
+    for (const fs::path& file : files) {
+        if (used.count(file) == 0) sources.push_back({file, depthOf[file], Reading::Automatic});
     }
     return sources;
 }

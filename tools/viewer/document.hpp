@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/depth_source.hpp"
 #include "altiro3D/quilt.hpp"
 #include "common/display_options.hpp"
 
@@ -44,8 +45,9 @@ enum class Kind {
 struct Document {
     Source source;
     Kind kind = Kind::Scene;
-    cv::Mat picture;                 ///< [CV_8UC3, BGR]: photo, quilt or Native.
-    cv::Mat rawDepth;                ///< The photo's depth as in its file; empty if there is none.
+    cv::Mat picture;  ///< [CV_8UC3, BGR]: photo, quilt or Native.
+    cv::Mat rawDepth; ///< The photo's depth as in its file; empty if there is none.
+    DepthOrigin origin = DepthOrigin::Given; ///< How rawDepth came to be.
     std::string depthOrigin;         ///< Where the depth that came with the photo was; else empty.
     cv::Mat depth;                   ///< Depth map of a video's picture; else empty.
     QuiltLayout layout;              ///< Layout of a quilt.

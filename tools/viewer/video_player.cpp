@@ -14,6 +14,7 @@ constexpr double kUsualDuration = 0.04; // s, if a picture states none
 constexpr double kLeastLength =
     0.04; // s, of a video, so that a single picture is not read in a loop
 constexpr double kLongestGap = 0.25; // s, after which a late picture is shown as well
+constexpr double kFarthest = 1e9;    // s, that fit into the clock's numbers; files may state more
 
 } // namespace
 
@@ -50,10 +51,8 @@ VideoPlayer::Counts VideoPlayer::counts() const {
 
 bool VideoPlayer::waitUntil(double seconds) {
     std::unique_lock<std::mutex> lock(mutex_);
-    const auto due = [&] {
-        return start_ +
-               std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
-    };
+    const std::chrono::duration<double> wait(std::clamp(seconds, -kFarthest, kFarthest));
+    const auto due = [&] { return start_ + std::chrono::duration_cast<Clock::duration>(wait); };
     while (!ending_) {
         if (paused_) {
             const Clock::time_point began = Clock::now();

@@ -71,6 +71,13 @@ struct ALTIRO3D_EXPORT StereoMatch {
 [[nodiscard]] ALTIRO3D_EXPORT StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right,
                                                       cv::Mat& disparity);
 
+/// How depth came to be.
+enum class DepthOrigin {
+    Estimated, ///< From the photo alone.
+    Given,     ///< Stored: a depth image, depth in the photo's file, or an RGB-D image.
+    Matched    ///< From the pictures of both eyes.
+};
+
 /// A source of depth for photos and video frames: an estimator, a network, a file, or the depth
 /// half of an RGB-D image. For one photo, call readImage(), then readScene():
 ///
@@ -88,6 +95,10 @@ class ALTIRO3D_EXPORT DepthSource {
 
     /// Names the source for people and reports. @return for example "network midas-small (FILE)"
     [[nodiscard]] virtual std::string description() const = 0;
+
+    /// How the depth that read() gives came to be; for depthInPhoto() and depthFromStereo() that of
+    /// the image of the last readImage(). @return Estimated, unless a source says otherwise
+    [[nodiscard]] virtual DepthOrigin origin() const;
 
     /// Meaning of the raw depth numbers that read() gives. @return the kind
     [[nodiscard]] virtual DepthKind kind() const = 0;

@@ -195,4 +195,7 @@ struct FoundQuilt {
 /// @throws Error InvalidArgument (an empty picture or a wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT double likenessOfViews(const std::vector<cv::Mat>& pictures);
 
+/// Pictures below this likenessOfViews() are not views of one scene.
+constexpr double kLeastLikenessOfViews = 0.15;
+
 } // namespace altiro3D

@@ -88,6 +88,7 @@ class FileSource : public DepthSource {
   public:
     FileSource(std::filesystem::path file, DepthKind kind) : file_(std::move(file)), kind_(kind) {}
     std::string description() const override { return "depth image " + file_.string(); }
+    DepthOrigin origin() const override { return DepthOrigin::Given; }
     DepthKind kind() const override { return kind_; }
     cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
         samples_.release();
@@ -119,6 +120,7 @@ class RgbdSource : public DepthSource {
   public:
     RgbdSource(DepthSide side, DepthKind kind) : side_(side), kind_(kind) {}
     std::string description() const override { return "depth half of the image"; }
+    DepthOrigin origin() const override { return DepthOrigin::Given; }
     DepthKind kind() const override { return kind_; }
     cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
         return withNotes(altiro3D::readImage, file, notes);
@@ -135,6 +137,10 @@ class RgbdSource : public DepthSource {
 } // namespace
 
 DepthSource::~DepthSource() = default;
+
+DepthOrigin DepthSource::origin() const {
+    return DepthOrigin::Estimated;
+}
 
 const DepthNetwork* DepthSource::network() const {
     return nullptr;

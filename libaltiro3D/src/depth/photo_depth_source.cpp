@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 // Raw numbers, near = bright, and what they are.
 struct Found {
     cv::Mat raw;
-    std::string description;
+    std::string description; // empty: nothing was found
+    DepthOrigin origin = DepthOrigin::Given;
     Notes notes;
 };
 
@@ -58,6 +59,7 @@ Found findDepth(const fs::path& photo) {
 // Without a reliable match there is no depth, and a remark says why.
 Found matchPair(const StereoPair& pair, const fs::path& photo) {
     Found found;
+    found.origin = DepthOrigin::Matched;
     const StereoMatch match = matchStereo(pair.left, pair.right, found.raw);
     found.notes = match.remarks(pair.origin);
     if (match.isReliable) {
@@ -77,6 +79,9 @@ class FoundDepthSource : public DepthSource {
 
     std::string description() const override {
         return found_.description.empty() ? otherwise_->description() : found_.description;
+    }
+    DepthOrigin origin() const override {
+        return found_.description.empty() ? otherwise_->origin() : found_.origin;
     }
     DepthKind kind() const override {
         return found_.description.empty() ? otherwise_->kind() : DepthKind::NearWhite;

@@ -77,16 +77,10 @@ SavedState FrameDepth::state() const {
 }
 
 void FrameDepth::setState(const SavedState& state) {
-    if (state.bytes.size() < 2 * kDigestBytes) {
-        throw Error(ErrorCode::BadFormat, "state",
-                    "is damaged, expected the state of an earlier run");
-    }
+    if (state.bytes.size() < 2 * kDigestBytes) throw damagedState();
     std::string_view rest(state.bytes);
     rest.remove_prefix(2 * kDigestBytes);
-    if (cuts_ && !cuts_->load(rest)) {
-        throw Error(ErrorCode::BadFormat, "state",
-                    "is damaged, expected the state of an earlier run");
-    }
+    if (cuts_ && !cuts_->load(rest)) throw damagedState();
     depth_->setState({std::string(rest)});
     kept_ = state.bytes.substr(0, 2 * kDigestBytes);
 }

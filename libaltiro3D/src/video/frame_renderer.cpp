@@ -20,8 +20,15 @@ namespace {
 
 const DepthRefineOptions kAsItIs{false, {}};
 
-// DepthFlaws as numbers.
+// DepthFlaws as numbers, and their range.
 using FlawValues = std::array<double, 6>;
+constexpr FlawValues kLeastFlaws = {0, -1, -7, -7, -7, 0};
+constexpr FlawValues kMostFlaws = {64, 1, 7, 7, 7, 1};
+
+// Position of the part that is shown, focus and strength, and their range.
+using ChoiceValues = std::array<double, 4>;
+constexpr ChoiceValues kLeastChoices = {0, 0, 0, 0};
+constexpr ChoiceValues kMostChoices = {1, 1, 1, 10000};
 
 FlawValues valuesOf(const DepthFlaws& flaws) {
     return {flaws.softnessPixels,
@@ -49,22 +56,21 @@ void keepNumbers(SavedState& state, bool areKnown, const Values& values) {
 }
 
 // Removes what keepNumbers() appended last. @return whether they are known
+// @throws Error BadFormat if a number is outside of its range
 template <typename Values>
-bool takeNumbers(SavedState& state, Values& values) {
+bool takeNumbers(SavedState& state, const Values& least, const Values& most, Values& values) {
     constexpr std::size_t kBytes = (1 + std::tuple_size_v<Values>)*sizeof(std::uint64_t);
-    if (state.bytes.size() < kBytes) {
-        throw Error(ErrorCode::BadFormat, "state",
-                    "is damaged, expected the state of an earlier run");
-    }
+    if (state.bytes.size() < kBytes) throw damagedState();
     const std::string kept = state.bytes.substr(state.bytes.size() - kBytes);
     state.bytes.resize(state.bytes.size() - kBytes);
     std::string_view rest = kept;
     std::uint64_t isKnown = 0;
     take(rest, isKnown);
-    for (double& value : values) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
         std::uint64_t bits = 0;
         take(rest, bits);
-        std::memcpy(&value, &bits, sizeof value);
+        std::memcpy(&values[i], &bits, sizeof bits);
+        if (!(values[i] >= least[i] && values[i] <= most[i])) throw damagedState(); // also NaN
     }
     return isKnown != 0;
 }
@@ -126,7 +132,7 @@ class ViewsRenderer : public FrameRenderer {
     void takeState(SavedState& state) override {
         if (wanted_.any()) {
             ChoiceValues values{};
-            isChosen_ = takeNumbers(state, values);
+            isChosen_ = takeNumbers(state, kLeastChoices, kMostChoices, values);
             if (isChosen_) {
                 options_.framing.centre = {values[0], values[1]};
                 options_.views.focus = values[2];
@@ -136,12 +142,10 @@ class ViewsRenderer : public FrameRenderer {
         }
         FlawValues values{};
         flaws_.reset();
-        if (takeNumbers(state, values)) flaws_ = flawsOf(values);
+        if (takeNumbers(state, kLeastFlaws, kMostFlaws, values)) flaws_ = flawsOf(values);
     }
 
   private:
-    using ChoiceValues = std::array<double, 4>;
-
     ChoiceValues chosenValues() const {
         return {options_.framing.centre.x, options_.framing.centre.y, options_.views.focus,
                 options_.views.strengthPercent};

@@ -45,6 +45,10 @@ std::uint64_t checksum(std::string_view bytes) {
     return total;
 }
 
+Error damagedState() {
+    return {ErrorCode::BadFormat, "state", "is damaged, expected the state of an earlier run"};
+}
+
 void append(std::string& bytes, std::uint64_t value) {
     std::array<char, sizeof value> text{};
     std::memcpy(text.data(), &value, sizeof value);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "altiro3D/error.hpp"
+
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <string>
@@ -15,6 +17,8 @@ void append(std::string& bytes, const cv::Mat& picture);
 /// @return false if the bytes are too few or the picture has another type
 bool take(std::string_view& bytes, std::uint64_t& value);
 bool take(std::string_view& bytes, int type, cv::Mat& picture);
+/// The error for bytes that cannot be the state of an earlier run.
+[[nodiscard]] Error damagedState();
 /// A checksum that detects damaged bytes.
 std::uint64_t checksum(std::string_view bytes);
 

@@ -28,6 +28,10 @@ TEST(DepthSource, CuesAreTakenAsTheyAre) {
     EXPECT_TRUE(samePicture(scene.photo, photo));
     EXPECT_TRUE(samePicture(scene.depth, expected));
     EXPECT_EQ(source->description(), "built-in estimator");
+    EXPECT_EQ(source->origin(), DepthOrigin::Estimated);
+    EXPECT_EQ(depthFromFile("d.png")->origin(), DepthOrigin::Given);
+    EXPECT_EQ(depthFromRgbd(DepthSide::Right)->origin(), DepthOrigin::Given);
+    EXPECT_EQ(depthInPhoto(depthFromCues())->origin(), DepthOrigin::Estimated); // so far
 }
 
 // The network of the project, by whatever share of the cues.

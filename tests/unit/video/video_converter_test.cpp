@@ -8,7 +8,9 @@
 #include "support/files.hpp"
 #include "support/video.hpp"
 
+#include <cstring>
 #include <gtest/gtest.h>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -323,6 +325,49 @@ TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanContinueToTheSameBytes)
         EXPECT_TRUE(slurp(directory / "out.mkv") == slurp(directory / "whole.mkv"));
         EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(directory / "out.mkv")));
     }
+}
+
+// The state ends with what is known of the depth (6 numbers) and the choices (4 numbers), a flag
+// before each.
+TEST_F(VideoConverterTest, ADamagedStateIsRefused) {
+    const auto of = [&](UnfinishedRun unfinished) {
+        VideoConversion made = conversion("out.mkv");
+        made.choices = {true, true, true};
+        made.unfinished = unfinished;
+        return made;
+    };
+    VideoConverter(of(UnfinishedRun::Refuse)).run([](const VideoProgress& now) {
+        return now.frames < kSegmentFrames + 2;
+    });
+    const fs::path parts = ResumableVideoWriter::partsDirectory(directory / "out.mkv");
+    fs::path file; // the state after the last segment
+    for (const auto& entry : fs::directory_iterator(parts)) {
+        if (entry.path().extension() == ".state") file = entry.path();
+    }
+    ASSERT_FALSE(file.empty());
+    const std::string good = slurp(file);
+    constexpr std::size_t kWord = sizeof(double);
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+    constexpr double kLarge[] = {1e300, -1e300, kNaN, 10001};
+    for (std::size_t fromEnd = 1; fromEnd <= 11; ++fromEnd) {
+        if (fromEnd == 5) continue; // a flag
+        for (const double value : kLarge) {
+            std::string bad = good;
+            std::memcpy(&bad[bad.size() - fromEnd * kWord], &value, kWord);
+            spill(file, bad);
+            EXPECT_EQ(errorOf([&] { VideoConverter(of(UnfinishedRun::Resume)).run(); }),
+                      "state: is damaged, expected the state of an earlier run")
+                << fromEnd << " " << value;
+        }
+    }
+    for (const std::size_t size : {std::size_t{1}, 5 * kWord, 12 * kWord, 13 * kWord}) {
+        spill(file, good.substr(0, size));
+        EXPECT_EQ(errorOf([&] { VideoConverter(of(UnfinishedRun::Resume)).run(); }),
+                  "state: is damaged, expected the state of an earlier run")
+            << size;
+    }
+    spill(file, good);
+    EXPECT_EQ(VideoConverter(of(UnfinishedRun::Resume)).run().frames, kFrames);
 }
 
 TEST_F(VideoConverterTest, WhatTheCallerThrowsEndsTheRunAndKeepsWholeSegments) {

@@ -873,7 +873,7 @@ TEST(Photo2Native, OnlyGivenDepthIsSaidToBeExchanged) {
         return report.at("pictures").at(0).at("depthSource").get<std::string>();
     };
     const std::string exchanged =
-        ": near and far look exchanged; if the picture is hollow, photo2native ";
+        ": near and far look exchanged; if near things look far, photo2native ";
     const std::string automatic = "-d with --depth-kind far-white turns it round, and "
                                   "--embedded-depth off leaves it out";
     EXPECT_TRUE(isDone(run({"p.mpo", "a.png"})));

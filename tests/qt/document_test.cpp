@@ -125,7 +125,7 @@ TEST(ViewerDocument, OnlyGivenDepthIsSaidToBeExchanged) {
         return document.notes.empty() ? std::string() : document.notes.front().text;
     };
     const std::string inverted =
-        ": near and far look exchanged; if the picture is hollow, photo2native ";
+        ": near and far look exchanged; if near things look far, photo2native ";
     const std::string turns = "--depth-kind far-white turns it round";
     writePhotoWithDepth(directory / "b.jpg", pair.picture, depth);
     EXPECT_EQ(noteOf(directory / "b.jpg", {}, Reading::Automatic),

@@ -11,7 +11,8 @@ namespace altiro3D::tools {
 namespace fs = std::filesystem;
 
 void addRecursiveOption(CommandLine& commandLine, const std::string& things) {
-    commandLine.add({"recursive"}, "Also convert the " + things + " in the subfolders of DIR.");
+    commandLine.addAdvanced({"recursive"},
+                            "Also convert the " + things + " in the subfolders of DIR.");
 }
 
 std::vector<FolderFile> listFiles(const fs::path& folder, const FolderSearch& search,

@@ -114,7 +114,8 @@ struct DepthFlaws {
 
 /// Options of refineDepth().
 struct DepthRefineOptions {
-    /// false: the depth map is exact and stays as it is.
+    /// false: the depth map is exact and stays as it is. normalizeDepth() and fitDepth(), which
+    /// come before, still change values and size.
     bool enabled = true;
     /// Flaws to correct, for example those of an earlier frame of a scene; not set: they are
     /// measured.

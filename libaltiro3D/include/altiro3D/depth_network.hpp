@@ -171,7 +171,7 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param raw [network's output size, CV_32FC1, finite, see NetworkProfile::output]
     /// @throws Error InvalidArgument (empty or wrong type); NetworkFailed (an output of unexpected
-    ///         shape or with NaN or infinity, a failure inside OpenCV); OutOfMemory
+    ///         shape or with NaN or infinity, a failure inside the engine); OutOfMemory
     void infer(const cv::Mat& photo, cv::Mat& raw);
 
     /// infer() followed by normalizeDepth() for the profile's NetworkOutput. As with infer(), the
@@ -191,8 +191,8 @@ class ALTIRO3D_EXPORT DepthNetwork {
 /// or make it run forever. Such a file then ends the child and not this process.
 ///
 /// Returns normally for errors that DepthNetwork reports as an Error (not an ONNX file, a graph
-/// that OpenCV rejects, ...). Call it before the process has other threads: fork() copies only the
-/// calling thread.
+/// that the engine rejects, ...). Call it before the process has other threads: fork() copies only
+/// the calling thread.
 ///
 /// @param file the ONNX file
 /// @param profile preparation of the input, meaning of the output

@@ -154,7 +154,8 @@ struct VideoConversion {
     /// views are stretched to the panel, and `native.fit` is ignored.
     double viewAspect = 0;
 
-    /// Source of the depth; null: depthFromCues(). Ignored if `given` is set.
+    /// Source of the depth; null: depthFromCues(), which is less accurate than depthFromPhoto().
+    /// Ignored if `given` is set.
     std::unique_ptr<DepthSource> depth;
     /// How often depth is estimated and how steady it is. `every` is ignored if `given` is set.
     VideoDepthOptions depthOptions;
@@ -224,6 +225,7 @@ struct VideoConversionResult {
 ///     conversion.input = "clip.mp4";
 ///     conversion.output = "native.mp4";
 ///     conversion.display = readDisplay("visual.json");
+///     conversion.depth = depthFromPhoto(); // the best source that is installed
 ///     VideoConverter converter(std::move(conversion));
 ///     const VideoConversionResult result = converter.run();
 ///

@@ -63,7 +63,7 @@ struct ViewOptions {
     /// surface.
     double focus = 0.5;
     /// Fast: fixed-point iterations that read depth at the source pixel instead of the destination,
-    /// 0 (as published) .. 16.
+    /// 0 (as published) .. 16. NativeOptions::refine is another thing: it corrects the depth.
     int refinement = 0;
     /// Real: how holes are filled.
     RealOptions real;

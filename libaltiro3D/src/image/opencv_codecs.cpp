@@ -14,4 +14,4 @@ bool encode(const std::string& extension, const cv::Mat& image, std::vector<unsi
 
 } // namespace
 
-const altiro3D::OpenCvCodecs altiro3d_opencv_codecs = {decode, encode};
+const altiro3D::OpenCvCodecs kAltiro3dOpenCvCodecs = {decode, encode};

@@ -23,4 +23,4 @@ const OpenCvCodecs& openCvCodecs();
 
 /// What the loaded library exports.
 extern "C" __attribute__((visibility("default")))
-const altiro3D::OpenCvCodecs altiro3d_opencv_codecs;
+const altiro3D::OpenCvCodecs kAltiro3dOpenCvCodecs;

@@ -3,7 +3,7 @@
 namespace altiro3D {
 
 const OpenCvCodecs& openCvCodecs() {
-    return altiro3d_opencv_codecs;
+    return kAltiro3dOpenCvCodecs;
 }
 
 } // namespace altiro3D

@@ -10,7 +10,7 @@ const OpenCvCodecs& openCvCodecs() {
     static const OpenCvCodecs* const codecs = [] {
         constexpr const char* kLibrary = "libaltiro3D-imgcodecs.so." ALTIRO3D_SOVERSION;
         void* const library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL);
-        void* const found = library != nullptr ? dlsym(library, "altiro3d_opencv_codecs") : nullptr;
+        void* const found = library != nullptr ? dlsym(library, "kAltiro3dOpenCvCodecs") : nullptr;
         if (found == nullptr) {
             const char* const problem = dlerror();
             throw Error(

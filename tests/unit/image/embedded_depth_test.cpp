@@ -27,12 +27,16 @@ using namespace test;
 constexpr int kColumns = 40;
 constexpr int kRows = 30;
 
+int levelOf(int x, int columns = kColumns) {
+    return x * 255 / (columns - 1);
+}
+
 // A ramp of 0..255 from left to right.
 cv::Mat ramp(int columns = kColumns, int rows = kRows) {
     cv::Mat picture(rows, columns, CV_8UC1);
     for (int y = 0; y < rows; ++y) {
         for (int x = 0; x < columns; ++x)
-            picture.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(x * 255 / (columns - 1));
+            picture.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(levelOf(x, columns));
     }
     return picture;
 }
@@ -66,7 +70,7 @@ class EmbeddedDepthFiles : public testing::Test {
         ASSERT_EQ(found->depth.size(), cv::Size(kColumns, kRows));
         ASSERT_EQ(found->depth.type(), CV_32FC1);
         for (int x = 0; x < kColumns; ++x) {
-            const double share = (x * 255 / (kColumns - 1)) / 255.0;
+            const double share = levelOf(x) / 255.0;
             EXPECT_NEAR(found->depth.at<float>(7, x), nearIsRight ? share : 1 - share, 2.5 / 255);
         }
     }
@@ -104,8 +108,7 @@ TEST_F(EmbeddedDepthFiles, GDepthOfAPngIsExact) {
     const auto found = read(gDepthPhoto(photo, depthPng));
     expectRamp(found, EmbeddedDepthForm::GDepth, false);
     for (int x = 0; x < kColumns; ++x) {
-        EXPECT_FLOAT_EQ(found->depth.at<float>(0, x),
-                        static_cast<float>(1 - (x * 255 / (kColumns - 1)) / 255.0));
+        EXPECT_FLOAT_EQ(found->depth.at<float>(0, x), static_cast<float>(1 - levelOf(x) / 255.0));
     }
     cv::Mat colours;
     cv::merge(std::vector<cv::Mat>{ramp(), ramp(), ramp(), cv::Mat(kRows, kColumns, CV_8UC1, 255)},
@@ -138,7 +141,7 @@ TEST_F(EmbeddedDepthFiles, RangeLinearBecomesInverseDepth) {
     const auto found = read(gDepthPhoto(photo, depthPng, "RangeLinear", nearest, farthest));
     ASSERT_TRUE(found);
     for (int x = 0; x < kColumns; ++x) {
-        const double z = nearest + (x * 255 / (kColumns - 1)) / 255.0 * (farthest - nearest);
+        const double z = nearest + levelOf(x) / 255.0 * (farthest - nearest);
         EXPECT_NEAR(found->depth.at<float>(3, x),
                     (1 / z - 1 / farthest) / (1 / nearest - 1 / farthest), 1e-6);
     }

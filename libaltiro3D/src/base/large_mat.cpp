@@ -26,7 +26,12 @@ cv::Mat largeMat(int rows, int cols, int type) {
             const cv::Mat part = block.colRange(begin, begin + static_cast<int>(count));
             // A hint; the system may refuse it.
             ::madvise(part.data, count * elementSize / kPage * kPage, MADV_HUGEPAGE);
-            return part.reshape(0, rows);
+            cv::Mat whole = part.reshape(0, rows);
+            // OpenCV's filters read the pixels around a part of a larger picture.
+            whole.flags &= ~cv::Mat::SUBMATRIX_FLAG;
+            whole.datastart = whole.data;
+            whole.dataend = whole.datalimit = whole.data + count * elementSize;
+            return whole;
         }
     }
 #endif

@@ -95,7 +95,7 @@ class Windows {
     cv::Mat sums(const cv::Mat& values) const {
         cv::Mat result;
         cv::boxFilter(values, result, values.depth() == CV_32F ? CV_64F : CV_32S, side_, {-1, -1},
-                      false, cv::BORDER_CONSTANT);
+                      false, cv::BORDER_CONSTANT | cv::BORDER_ISOLATED);
         return result;
     }
 

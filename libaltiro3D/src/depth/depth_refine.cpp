@@ -16,6 +16,8 @@ namespace altiro3D {
 
 namespace {
 
+constexpr int kBorder = cv::BORDER_REPLICATE | cv::BORDER_ISOLATED;
+
 void validate(const DepthFlaws& flaws) {
     checkNumber(flaws.softnessPixels >= 0 && flaws.softnessPixels <= 64, "softness",
                 flaws.softnessPixels, "0..64 px");
@@ -32,7 +34,7 @@ void validate(const DepthFlaws& flaws) {
 cv::Mat unshifted(const cv::Mat& depth, cv::Point shift) {
     const int margin = std::max(std::abs(shift.x), std::abs(shift.y));
     cv::Mat wide;
-    cv::copyMakeBorder(depth, wide, margin, margin, margin, margin, cv::BORDER_REPLICATE);
+    cv::copyMakeBorder(depth, wide, margin, margin, margin, margin, kBorder);
     return wide(cv::Rect({margin + shift.x, margin + shift.y}, depth.size())).clone();
 }
 
@@ -41,8 +43,8 @@ void shrink(cv::Mat& depth, int pixels) {
     const int side = 2 * std::abs(pixels) + 1;
     const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side});
     cv::Mat result;
-    if (pixels > 0) cv::erode(depth, result, disc, {-1, -1}, 1, cv::BORDER_REPLICATE);
-    if (pixels < 0) cv::dilate(depth, result, disc, {-1, -1}, 1, cv::BORDER_REPLICATE);
+    if (pixels > 0) cv::erode(depth, result, disc, {-1, -1}, 1, kBorder);
+    if (pixels < 0) cv::dilate(depth, result, disc, {-1, -1}, 1, kBorder);
     depth = result;
 }
 

@@ -119,7 +119,7 @@ void findSurroundings(const cv::Mat& depth, int radius, Surroundings& result) {
     const cv::Mat window = cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8UC1);
     slopes(depth, result.steepest);
     const auto prepare = [&](int which) {
-        constexpr int kBorder = cv::BORDER_REPLICATE;
+        constexpr int kBorder = cv::BORDER_REPLICATE | cv::BORDER_ISOLATED;
         if (which == 0) cv::erode(depth, result.least, window, {-1, -1}, 1, kBorder);
         if (which == 1) cv::dilate(depth, result.most, window, {-1, -1}, 1, kBorder);
         if (which == 2) cv::dilate(result.steepest, result.steepest, window, {-1, -1}, 1, kBorder);

@@ -69,7 +69,8 @@ cv::Mat greyOf(const cv::Mat& picture) {
 // The detail that the mean of 9 x 9 px leaves.
 cv::Mat detailOf(const cv::Mat& grey) {
     cv::Mat mean;
-    cv::boxFilter(grey, mean, CV_16S, {9, 9});
+    cv::boxFilter(grey, mean, CV_16S, {9, 9}, {-1, -1}, true,
+                  cv::BORDER_REFLECT_101 | cv::BORDER_ISOLATED);
     cv::Mat detail;
     cv::subtract(grey, mean, detail, cv::noArray(), CV_16S);
     return detail;
@@ -124,8 +125,9 @@ cv::Mat matchOneWay(const cv::Mat& left, const cv::Mat& right, const Range& rang
     const int after = std::max(0, -range.first);
     cv::Mat wideLeft;
     cv::Mat wideRight;
-    cv::copyMakeBorder(left, wideLeft, 0, 0, before, after, cv::BORDER_REPLICATE);
-    cv::copyMakeBorder(right, wideRight, 0, 0, before, after, cv::BORDER_REPLICATE);
+    constexpr int kBorder = cv::BORDER_REPLICATE | cv::BORDER_ISOLATED;
+    cv::copyMakeBorder(left, wideLeft, 0, 0, before, after, kBorder);
+    cv::copyMakeBorder(right, wideRight, 0, 0, before, after, kBorder);
     const cv::Ptr<cv::StereoSGBM> matcher =
         cv::StereoSGBM::create(range.first, range.count, kBlock, 8 * kArea, 32 * kArea, -1, 63, 5,
                                0, 0, cv::StereoSGBM::MODE_SGBM);

@@ -36,7 +36,8 @@ struct Level {
     cv::Mat padded; // [size + 2 kBorder, CV_8UC1]
 
     explicit Level(const cv::Mat& grey) : size(grey.size()) {
-        cv::copyMakeBorder(grey, padded, kBorder, kBorder, kBorder, kBorder, cv::BORDER_REPLICATE);
+        cv::copyMakeBorder(grey, padded, kBorder, kBorder, kBorder, kBorder,
+                           cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);
     }
     const uchar* at(int x, int y) const { return padded.ptr(y + kBorder) + x + kBorder; }
 };

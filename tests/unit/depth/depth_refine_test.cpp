@@ -313,6 +313,14 @@ TEST(DepthRefine, WorksInPlaceAndOnPartsOfPictures) {
     cv::Mat place = soft(part).clone();
     refineDepth(made.photo(part), place, place);
     EXPECT_TRUE(samePicture(place, expected));
+    DepthRefineOptions known;
+    known.flaws = DepthFlaws();
+    known.flaws->shiftPixels = {3, -2};
+    for (const int growth : {-2, 2}) {
+        known.flaws->growthPixels = growth;
+        EXPECT_TRUE(samePicture(refined(made.photo(part), soft(part), known),
+                                refined(made.photo(part).clone(), soft(part).clone(), known)));
+    }
     DepthRefineOptions off;
     off.enabled = false;
     EXPECT_TRUE(samePicture(refined(made.photo, soft, off), soft));

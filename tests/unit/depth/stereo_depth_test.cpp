@@ -186,6 +186,17 @@ TEST(MatchStereo, LargePicturesAreMatchedSmall) {
     EXPECT_NEAR(match.farthest, 6.0 / kSize.width, 0.001);
 }
 
+TEST(MatchStereo, HalvesOfOnePictureAreReadAlone) {
+    const Eyes eyes = wallAndThing(-20, 13);
+    cv::Mat expected;
+    matchStereo(eyes.left, eyes.right, expected);
+    cv::Mat both;
+    cv::hconcat(eyes.left, eyes.right, both);
+    cv::Mat disparity;
+    matchStereo(both.colRange(0, kSize.width), both.colRange(kSize.width, both.cols), disparity);
+    EXPECT_TRUE(samePicture(disparity, expected));
+}
+
 TEST(MatchStereo, ThreadsDoNotChangeTheResult) {
     Eyes eyes = wallAndThing(-20, 13);
     cv::warpAffine(eyes.right, eyes.right, cv::Matx23d(1, 0.001, 0, 0.01, 1, 3), kSize,

@@ -82,6 +82,22 @@ TEST(ImageCodecs, FilesAreDecodedToTheBitsOfOpenCv) {
     }
 }
 
+TEST(ImageCodecs, NothingSurroundsALargePicture) {
+    cv::Mat colour(2047, 2047, CV_8UC3); // its memory begins at a page of 2 MiB
+    cv::randu(colour, 0, 256);
+    cv::Mat wide;
+    cv::copyMakeBorder(colour, wide, 9, 9, 9, 9, cv::BORDER_REFLECT_101);
+    // The place of the page depends on where the allocator puts the block, hence several.
+    std::vector<cv::Mat> kept;
+    for (int i = 0; i < 6; ++i) {
+        kept.push_back(byUs(encoded(".png", colour, {cv::IMWRITE_PNG_COMPRESSION, 0}),
+                            ImageChannels::AsStored));
+        cv::Mat ours;
+        cv::copyMakeBorder(kept.back(), ours, 9, 9, 9, 9, cv::BORDER_REFLECT_101);
+        EXPECT_TRUE(areSame(ours, wide));
+    }
+}
+
 TEST(ImageCodecs, DamagedFilesGiveWhatOpenCvMakesOfThem) {
     std::mt19937 random(11);
     for (const Bytes& file : files()) {

@@ -3,7 +3,8 @@
 //
 // BM_<stage>/<display> runs on all threads, BM_<stage>/<display>/threads:1 on one. Every output is
 // checked against a plain reference before it is timed; memory is warm and reused. Quote ratios to
-// the yardsticks BM_Copy..., each a memcpy on one thread.
+// the yardsticks BM_Copy..., each a memcpy on one thread. `--isa NAME` shows what processors with
+// fewer instruction sets do (avx2, sse4, ...).
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
@@ -18,15 +19,18 @@
 #include <algorithm>
 #include <benchmark/benchmark.h>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <hwy/highway.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
+#include <strings.h>
 #include <unistd.h>
 #include <vector>
 
@@ -671,9 +675,54 @@ void registerViewCount(const BenchDisplay& display) {
     registerStage("BM_PaperPipeline", BM_PaperPipeline, display);
 }
 
+// Names of instruction sets in Highway, from the best one of this machine, with what OpenCV calls
+// those of them that its own code may choose.
+struct InstructionSet {
+    std::int64_t target;
+    const char* inOpenCv;
+};
+constexpr InstructionSet kInstructionSets[] = {
+    {HWY_AVX3_DL, ""},
+    {HWY_AVX3, "AVX512-SKX,AVX512-ICL,"},
+    {HWY_AVX2, "AVX2,FMA3,FP16,AVX,"},
+    {HWY_SSE4, "SSE4.2,SSE4.1,"},
+    {HWY_SSSE3, "SSSE3,"},
+};
+
+// Removes `--isa NAME` from the arguments and lets only the instruction set NAME and lesser ones be
+// chosen, by our kernels and by OpenCV's. OpenCV asks for them when it is loaded, hence the program
+// starts again.
+bool limitInstructionSet(int& argc, char** argv) {
+    const auto* const last = argv + argc;
+    auto* const option = std::find(argv, argv + argc, std::string("--isa"));
+    if (option == last) return true;
+    const std::int64_t supported = hwy::SupportedTargets() & HWY_TARGETS;
+    const std::string name = option + 1 == last ? "" : option[1];
+    std::string names;
+    std::string tooGood;
+    for (const InstructionSet& set : kInstructionSets) {
+        if ((set.target & supported) == 0) continue;
+        if (strcasecmp(hwy::TargetName(set.target), name.c_str()) == 0) {
+            if (std::getenv("OPENCV_CPU_DISABLE") == nullptr && !tooGood.empty()) {
+                setenv("OPENCV_CPU_DISABLE", tooGood.c_str(), 1);
+                execv("/proc/self/exe", argv);
+            }
+            hwy::DisableTargets(supported & (set.target - 1)); // lower bits are better sets
+            std::copy(option + 2, argv + argc + 1, option);
+            argc -= 2;
+            return true;
+        }
+        names += (names.empty() ? "" : ", ") + std::string(hwy::TargetName(set.target));
+        tooGood += set.inOpenCv;
+    }
+    std::fprintf(stderr, "--isa: is \"%s\", expected one of %s\n", name.c_str(), names.c_str());
+    return false;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
+    if (!limitInstructionSet(argc, argv)) return 2;
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
     const BenchDisplay portrait("portrait", portraitCalibration(), {8, 6, {420, 560}, 48});

@@ -128,6 +128,97 @@ class Window {
 constexpr int kWindowColumns = 0;
 #endif
 
+#if HWY_TARGET != HWY_SCALAR
+// Packs two vectors of 32-bit lanes into one of 16-bit lanes, in order, with saturation.
+class OrderedPack {
+    using Narrow = hn::ScalableTag<std::int16_t>;
+    using Whole = hn::ScalableTag<std::int32_t>;
+
+  public:
+    HWY_INLINE OrderedPack() {
+        // ReorderDemote2To() packs each 128-bit block separately.
+        HWY_ALIGN std::int32_t order[HWY_LANES(std::int32_t)];
+        const std::size_t half = hn::Lanes(Whole()) / 2;
+        for (std::size_t i = 0; i < half; ++i) {
+            order[i] = static_cast<std::int32_t>(i / 2 * 4 + i % 2);
+            order[half + i] = order[i] + 2;
+        }
+        order_ = hn::Load(Whole(), order);
+    }
+
+    HWY_INLINE hn::Vec<Narrow> operator()(hn::Vec<Whole> low, hn::Vec<Whole> high) const {
+        const Narrow narrow;
+        const Whole whole;
+        const auto packed = hn::ReorderDemote2To(narrow, low, high);
+        if (HWY_LANES(std::int32_t) == 4) return packed;
+        return hn::BitCast(narrow, hn::TableLookupLanes(hn::BitCast(whole, packed),
+                                                        hn::IndicesFromVec(whole, order_)));
+    }
+
+  private:
+    hn::Vec<Whole> order_ = hn::Zero(Whole());
+};
+
+// 16 kTables neighbouring bytes in registers.
+template <int kTables>
+class ByteWindow {
+    using Narrow = hn::ScalableTag<std::int16_t>;
+    using Bytes = hn::ScalableTag<std::uint8_t>;
+
+  public:
+    HWY_INLINE explicit ByteWindow(const std::uint8_t* from) {
+        for (int k = 0; k < kTables; ++k)
+            tables_[k] = hn::LoadDup128(Bytes(), from + 16 * k);
+    }
+
+    // The bytes `index` and index + 1, in the lower and the upper half of each lane.
+    // @param index 0..16 kTables - 2; others give undefined bytes
+    HWY_INLINE hn::Vec<Narrow> pairs(hn::Vec<Narrow> index) const {
+        const Narrow narrow;
+        const Bytes bytes;
+        const auto both = hn::Add(hn::Or(index, hn::ShiftLeft<8>(index)), hn::Set(narrow, 0x100));
+        auto place = hn::BitCast(bytes, both);
+        const auto next = hn::Set(bytes, 16);
+        const auto last = hn::Set(bytes, 0x70); // moves places of later tables to 128 and beyond
+        // a place of 128 and beyond gives 0
+        auto found = hn::TableLookupBytesOr0(tables_[0], hn::SaturatedAdd(place, last));
+        for (int k = 1; k < kTables; ++k) {
+            place = hn::Sub(place, next);
+            const auto inTable = k + 1 < kTables ? hn::SaturatedAdd(place, last) : place;
+            found = hn::Or(found, hn::TableLookupBytesOr0(tables_[k], inTable));
+        }
+        return hn::BitCast(narrow, found);
+    }
+
+  private:
+    hn::Vec<Bytes> tables_[kTables];
+};
+
+// lower byte * (2^kBits - part) + upper byte * part, for each lane of `pairs`.
+// @param part 0..2^kBits, kBits at most 6
+template <int kBits, class V>
+HWY_INLINE V mixPairs(V pairs, V part) {
+    const hn::ScalableTag<std::int16_t> d;
+#if HWY_ARCH_X86
+    const auto weights =
+        hn::Add(hn::Sub(hn::ShiftLeft<8>(part), part), hn::Set(d, std::int16_t{1} << kBits));
+#if ALTIRO3D_AVX512
+    return V{_mm512_maddubs_epi16(pairs.raw, weights.raw)};
+#elif HWY_TARGET == HWY_AVX2
+    return V{_mm256_maddubs_epi16(pairs.raw, weights.raw)};
+#elif HWY_TARGET != HWY_EMU128
+    return V{_mm_maddubs_epi16(pairs.raw, weights.raw)};
+#endif
+#endif
+#if !HWY_ARCH_X86 || HWY_TARGET == HWY_EMU128
+    const auto lower = hn::And(pairs, hn::Set(d, 255));
+    const hn::RebindToUnsigned<decltype(d)> bits;
+    const auto upper = hn::BitCast(d, hn::ShiftRight<8>(hn::BitCast(bits, pairs)));
+    return hn::Add(hn::ShiftLeft<kBits>(lower), hn::Mul(hn::Sub(upper, lower), part));
+#endif
+}
+#endif
+
 constexpr std::size_t kVectorsPerWindow = 4;
 
 // Start of a window of kWindowColumns table columns that covers the source columns of a run of

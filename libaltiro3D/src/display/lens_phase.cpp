@@ -3,6 +3,7 @@
 #include "base/pixel_rows.hpp"
 #include "display/lens_phase_kernels.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace altiro3D {
@@ -49,6 +50,11 @@ LensPhases::LensPhases(LensGeometry geometry) : geometry_(std::move(geometry)) {
             columns_[table][static_cast<std::size_t>(x)] = fixedPoint(u * periods);
         }
     }
+    for (const std::vector<std::uint32_t>& table : columns_) {
+        std::vector<std::uint16_t>& high = highHalves_.emplace_back(table.size());
+        std::transform(table.begin(), table.end(), high.begin(),
+                       [](std::uint32_t phase) { return static_cast<std::uint16_t>(phase >> 16); });
+    }
     for (int channel = 0; channel < 3; ++channel) {
         const int k = g.blueFirst ? 2 - channel : channel;
         const double step = cells ? 0 : k * g.subpixelStep;
@@ -64,10 +70,11 @@ LensPhases::LensPhases(LensGeometry geometry) : geometry_(std::move(geometry)) {
 template <class T>
 void LensPhases::fillViews(int y, int channel, int views, T* out) const {
     const std::uint32_t* columns = columnPhases(y, channel);
+    const std::uint16_t* highHalves = highHalves_[tableOf(y, channel)].data();
     const std::uint32_t row = rowPhase(y, channel);
     const auto count = static_cast<std::uint32_t>(views);
     const auto width = static_cast<std::size_t>(geometry_.panelWidth);
-    if (!viewsOfPhases(columns, row, width, count, phaseError_, out)) return;
+    if (!viewsOfPhases(columns, highHalves, row, width, count, phaseError_, out)) return;
     for (int x = 0; x < geometry_.panelWidth; ++x) {
         if (!nearBorder(columns[x] + row, count, phaseError_)) continue;
         out[x] = static_cast<T>(LensGeometry::viewOfPhase(geometry_.phase(x, y, channel), views));

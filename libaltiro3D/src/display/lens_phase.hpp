@@ -63,8 +63,9 @@ class LensPhases {
     static constexpr int kRowPatterns = 4;
 
     LensGeometry geometry_;
-    std::vector<std::vector<std::uint32_t>> columns_; // one, or 3 per row pattern
-    std::array<std::vector<std::uint32_t>, 3> rows_;  // per channel
+    std::vector<std::vector<std::uint32_t>> columns_;    // one, or 3 per row pattern
+    std::vector<std::vector<std::uint16_t>> highHalves_; // of columns_
+    std::array<std::vector<std::uint32_t>, 3> rows_;     // per channel
     std::uint32_t phaseError_ = 0;
 };
 

@@ -2,6 +2,7 @@
 // Each refinement reads the depth again at the source position found so far.
 
 #include "base/pixel_rows.hpp"
+#include "views/row_windows.hpp"
 #include "views/view_methods.hpp"
 #include "views/views_fast_row.hpp"
 
@@ -29,17 +30,50 @@ void readOffsets(const cv::Mat& depth, int row, double focus, std::vector<float>
         offsets[static_cast<std::size_t>(depth.cols - 1)];
 }
 
+// Pixels of a row, as FastRow.
+class FastPixels {
+  public:
+    // @param reach largest distance of positions from their columns, px
+    FastPixels(const std::vector<int>& columns, int reach, int width)
+        : places_(paddedRow<float>(columns.size())), offsets_(places_), windows_(columns, reach),
+          width_(width) {
+        std::transform(columns.begin(), columns.end(), places_.begin(),
+                       [](int column) { return 32.0F * static_cast<float>(column); });
+    }
+
+    // @param offsets depth - focus of each column of the photo
+    void open(const std::vector<int>& columns, const std::vector<float>& offsets) {
+        std::transform(columns.begin(), columns.end(), offsets_.begin(),
+                       [&](int column) { return 32 * offsets[static_cast<std::size_t>(column)]; });
+    }
+
+    FastRow row(const std::uint8_t* plane, std::size_t count) const {
+        return {plane,  places_.data(), offsets_.data(), windows_.starts.data(), windows_.tables,
+                width_, count};
+    }
+
+  private:
+    std::vector<float> places_;
+    std::vector<float> offsets_;
+    RowWindows windows_;
+    int width_;
+};
+
 class FastSampler : public SubpixelSampler {
   public:
     FastSampler(const cv::Mat& photo, const cv::Mat& depth, double focus, int refinement,
                 const std::vector<int>& columns, double largestShift)
         : photo_(photo), depth_(depth), focus_(focus), refinement_(refinement), columns_(columns),
-          reach_(static_cast<int>(
-              std::ceil(std::min(largestShift * std::max(focus, 1 - focus), 1.0 * photo.cols)))),
-          offsets_(paddedRow<float>(static_cast<std::size_t>(photo.cols))),
-          places_(paddedRow<float>(columns.size())), ownOffsets_(places_), columnPlaces_(places_) {
+          pixels_(columns,
+                  static_cast<int>(std::ceil(
+                      std::min(largestShift * std::max(focus, 1 - focus), 1.0 * photo.cols))),
+                  photo.cols),
+          offsets_(paddedRow<float>(static_cast<std::size_t>(photo.cols))) {
         for (std::vector<std::uint8_t>& plane : planes_)
             plane = paddedRow<std::uint8_t>(static_cast<std::size_t>(photo.cols));
+        if (refinement_ == 0) return;
+        columnPlaces_ = paddedRow<float>(columns.size());
+        ownOffsets_ = places_ = columnPlaces_;
         std::copy(columns.begin(), columns.end(), columnPlaces_.begin());
     }
 
@@ -53,6 +87,8 @@ class FastSampler : public SubpixelSampler {
                  planes_[2].data());
         for (std::vector<std::uint8_t>& plane : planes_)
             std::fill_n(plane.begin() + photo_.cols, 4, plane[width - 1]);
+        pixels_.open(columns_, offsets_);
+        if (refinement_ == 0) return;
         for (std::size_t i = 0; i < columns_.size(); ++i)
             ownOffsets_[i] = offsets_[static_cast<std::size_t>(columns_[i])];
     }
@@ -60,10 +96,15 @@ class FastSampler : public SubpixelSampler {
     bool still() const override { return still_; }
 
     void sample(int channel, const float* shifts, std::uint8_t* values) override {
+        const FastRow row =
+            pixels_.row(planes_[static_cast<std::size_t>(channel)].data(), columns_.size());
+        if (refinement_ == 0) {
+            fastSamples(row, shifts, values);
+            return;
+        }
         fastPlaces(columnPlaces_.data(), ownOffsets_.data(), shifts, columns_.size(),
                    offsets_.data(), photo_.cols, refinement_, places_.data());
-        fastSamples(planes_[static_cast<std::size_t>(channel)].data(), places_.data(),
-                    columnPlaces_.data(), reach_, columns_.size(), values);
+        fastSamplesAt(row, places_.data(), values);
     }
 
   private:
@@ -72,13 +113,14 @@ class FastSampler : public SubpixelSampler {
     double focus_;
     int refinement_;
     const std::vector<int>& columns_;
-    int reach_; // largest distance of positions from their columns, px
+    FastPixels pixels_;
     bool still_ = false;
     std::array<std::vector<std::uint8_t>, 3> planes_;
     std::vector<float> offsets_; // of the row of the photo
+    // with refinement only, for each requested column
+    std::vector<float> columnPlaces_;
+    std::vector<float> ownOffsets_;
     std::vector<float> places_;
-    std::vector<float> ownOffsets_;   // per requested column
-    std::vector<float> columnPlaces_; // columns_ as floats
 };
 
 class FastRenderer : public ViewRenderer {

@@ -1,6 +1,6 @@
 #include "views/views_fast_row.hpp"
 
-#include <algorithm>
+#include "views/row_windows.hpp"
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
@@ -45,52 +45,99 @@ void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT o
     }
 }
 
-// One gather of four bytes per sample, of which two are used, limits the speed; without a gather,
-// arithmetic does.
-void fastSamplesOn(const std::uint8_t* HWY_RESTRICT plane, const float* HWY_RESTRICT places,
-                   const float* HWY_RESTRICT columns, int reach, std::size_t count,
-                   std::uint8_t* HWY_RESTRICT values) {
+// Samples at places, which `placesAt(i)` gives as floats in 1/32 px. Without a window, one gather
+// of four bytes per sample, of which two are used, limits the speed; without a gather, arithmetic
+// does.
+template <class P>
+HWY_INLINE void gatherSamples(const FastRow& row, std::size_t begin, std::size_t end,
+                              const P& placesAt, std::uint8_t* HWY_RESTRICT values) {
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
-    const auto steps = hn::Set(d, 32.0F);
-    const auto lowBits = hn::Set(whole, 31);
     const auto byte = hn::Set(whole, 255);
     const auto round = hn::Set(whole, 16);
-    const std::size_t lanes = hn::Lanes(d);
-    const auto gathered = [&](std::size_t i) {
-        const auto place = smallNearestInt(d, hn::Mul(hn::LoadU(d, places + i), steps));
-        const auto four = gatherBytes4(whole, plane, hn::ShiftRight<5>(place));
+    for (std::size_t i = begin; i < end; i += hn::Lanes(d)) {
+        const auto place = smallNearestInt(d, placesAt(i));
+        const auto four = gatherBytes4(whole, row.plane, hn::ShiftRight<5>(place));
         const auto first = hn::And(four, byte);
         const auto second = hn::And(hn::ShiftRight<8>(four), byte);
-        const auto product = hn::Mul(hn::Sub(second, first), hn::And(place, lowBits));
+        const auto product = hn::Mul(hn::Sub(second, first), hn::And(place, hn::Set(whole, 31)));
         const auto sum = hn::Add(hn::ShiftLeft<5>(first), product);
         storeBytes(whole, hn::ShiftRight<5>(hn::Add(sum, round)), values + i);
-    };
-#if ALTIRO3D_AVX512
-    for (std::size_t begin = 0; begin < count; begin += kVectorsPerWindow * lanes) {
-        const std::size_t end = std::min(begin + kVectorsPerWindow * lanes, count);
-        const int from = windowOf(columns[begin], columns[end - 1], reach);
-        if (from < 0) {
-            for (std::size_t i = begin; i < end; i += lanes)
-                gathered(i);
+    }
+}
+
+// The same, from windows of the row in registers. Arithmetic limits the speed: some 45 operations
+// per vector of 16-bit lanes.
+template <int kTables, class P>
+HWY_INLINE void windowSamples(const FastRow& row, const P& placesAt,
+                              std::uint8_t* HWY_RESTRICT values) {
+#if HWY_TARGET == HWY_SCALAR
+    gatherSamples(row, 0, row.count, placesAt, values);
+#else
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    const hn::ScalableTag<std::int16_t> narrow;
+    const hn::Rebind<std::uint8_t, decltype(narrow)> bytes;
+    const std::size_t lanes = hn::Lanes(d);
+    const OrderedPack pack;
+    for (std::size_t begin = 0; begin < row.count; begin += kWindowPixels) {
+        const std::int32_t from = row.windows[begin / kWindowPixels];
+        if (HWY_UNLIKELY(from < 0)) {
+            gatherSamples(row, begin, begin + kWindowPixels, placesAt, values);
             continue;
         }
-        const Window window(plane + from);
-        const auto vFrom = hn::Set(whole, from);
-        for (std::size_t i = begin; i < end; i += lanes) {
-            const auto place = smallNearestInt(d, hn::Mul(hn::LoadU(d, places + i), steps));
-            const auto index = hn::Sub(hn::ShiftRight<5>(place), vFrom);
-            const auto sum =
-                Window::mix<5>(window.pairs(Window::withNext(index)), hn::And(place, lowBits));
-            storeBytes(whole, hn::ShiftRight<5>(hn::Add(sum, round)), values + i);
+        const ByteWindow<kTables> window(row.plane + from);
+        // 2^23 + 2^22 + place has the place in its lowest bits
+        const auto magic = hn::Set(d, 0x1.8p23F);
+        const auto start = hn::Add(hn::BitCast(whole, magic), hn::Set(whole, 32 * from));
+        for (std::size_t i = begin; i < begin + kWindowPixels; i += 2 * lanes) {
+            const auto low = hn::BitCast(whole, hn::Add(placesAt(i), magic));
+            const auto high = hn::BitCast(whole, hn::Add(placesAt(i + lanes), magic));
+            const auto place = pack(hn::Sub(low, start), hn::Sub(high, start));
+            const auto pairs = window.pairs(hn::ShiftRight<5>(place));
+            const auto sum = mixPairs<5>(pairs, hn::And(place, hn::Set(narrow, 31)));
+            const auto value = hn::ShiftRight<5>(hn::Add(sum, hn::Set(narrow, 16)));
+            hn::StoreU(hn::DemoteTo(bytes, value), bytes, values + i);
         }
     }
-#else
-    static_cast<void>(columns);
-    static_cast<void>(reach);
-    for (std::size_t i = 0; i < count; i += lanes)
-        gathered(i);
 #endif
+}
+
+template <class P>
+HWY_INLINE void samples(const FastRow& row, const P& placesAt, std::uint8_t* values) {
+    switch (row.tables) {
+    case 2:
+        return windowSamples<2>(row, placesAt, values);
+    case 3:
+        return windowSamples<3>(row, placesAt, values);
+    default:
+        return windowSamples<4>(row, placesAt, values);
+    }
+}
+
+// The factors are powers of two times those of fastPlacesOn(), so rounding is the same.
+void fastSamplesOn(const FastRow& row, const float* HWY_RESTRICT shifts,
+                   std::uint8_t* HWY_RESTRICT values) {
+    const hn::ScalableTag<float> d;
+    const auto left = hn::Zero(d);
+    const auto right = hn::Set(d, 32.0F * static_cast<float>(row.width - 1));
+    samples(
+        row,
+        [&](std::size_t i) HWY_ATTR {
+            const auto away = hn::Mul(hn::LoadU(d, shifts + i), hn::LoadU(d, row.ownOffsets + i));
+            const auto place = hn::Add(hn::LoadU(d, row.columns + i), away);
+            return hn::Min(hn::Max(place, left), right);
+        },
+        values);
+}
+
+void fastSamplesAtOn(const FastRow& row, const float* HWY_RESTRICT places,
+                     std::uint8_t* HWY_RESTRICT values) {
+    const hn::ScalableTag<float> d;
+    const auto steps = hn::Set(d, 32.0F);
+    samples(
+        row, [&](std::size_t i) HWY_ATTR { return hn::Mul(hn::LoadU(d, places + i), steps); },
+        values);
 }
 
 } // namespace HWY_NAMESPACE
@@ -102,6 +149,7 @@ namespace altiro3D {
 
 HWY_EXPORT(fastPlacesOn);
 HWY_EXPORT(fastSamplesOn);
+HWY_EXPORT(fastSamplesAtOn);
 
 void fastPlaces(const float* columns, const float* ownOffsets, const float* shifts,
                 std::size_t count, const float* offsets, int width, int refinement, float* places) {
@@ -109,9 +157,12 @@ void fastPlaces(const float* columns, const float* ownOffsets, const float* shif
     (columns, ownOffsets, shifts, count, offsets, width, refinement, places);
 }
 
-void fastSamples(const std::uint8_t* plane, const float* places, const float* columns, int reach,
-                 std::size_t count, std::uint8_t* values) {
-    HWY_DYNAMIC_DISPATCH(fastSamplesOn)(plane, places, columns, reach, count, values);
+void fastSamples(const FastRow& row, const float* shifts, std::uint8_t* values) {
+    HWY_DYNAMIC_DISPATCH(fastSamplesOn)(row, shifts, values);
+}
+
+void fastSamplesAt(const FastRow& row, const float* places, std::uint8_t* values) {
+    HWY_DYNAMIC_DISPATCH(fastSamplesAtOn)(row, places, values);
 }
 
 } // namespace altiro3D

@@ -19,15 +19,26 @@ namespace altiro3D {
 void fastPlaces(const float* columns, const float* ownOffsets, const float* shifts,
                 std::size_t count, const float* offsets, int width, int refinement, float* places);
 
-/// Samples a plane linearly, at positions rounded to 1/32 px and with the rounding of cv::remap.
+/// Pixels that read one channel of a row of the photo. All arrays are padded (kRowPadding); the
+/// padding is read.
+struct FastRow {
+    const std::uint8_t* plane = nullptr; ///< The channel; its last px is repeated at least 4 times.
+    const float* columns = nullptr;      ///< 32 times the column of each of `count` pixels.
+    const float* ownOffsets = nullptr;   ///< 32 times depth - focus in that column.
+    const std::int32_t* windows = nullptr; ///< RowWindows::starts
+    int tables = 2;                        ///< RowWindows::tables
+    int width = 0;                         ///< Columns of the photo.
+    std::size_t count = 0;
+};
+
+/// Samples a plane linearly at column + shift * offset, clamped to the row and rounded to 1/32 px,
+/// with the rounding of cv::remap. Equals fastPlaces() without refinement and fastSamplesAt().
 ///
-/// @param plane one channel of a row of the photo; its last px is repeated at least four times;
-///        padded
-/// @param places columns, 0..width-1, `count` and padding
-/// @param columns columns of the places, in order (ascending or descending) except for the padding
-/// @param reach largest distance of places from their columns, px
+/// @param shifts p S/2 of each pixel, px, finite
 /// @param values result, `count` and padding
-void fastSamples(const std::uint8_t* plane, const float* places, const float* columns, int reach,
-                 std::size_t count, std::uint8_t* values);
+void fastSamples(const FastRow& row, const float* shifts, std::uint8_t* values);
+
+/// Samples a plane as fastSamples(), at given places. @param places from fastPlaces()
+void fastSamplesAt(const FastRow& row, const float* places, std::uint8_t* values);
 
 } // namespace altiro3D

@@ -4,6 +4,7 @@
 #include "views/view_methods.hpp"
 
 #include "base/pixel_rows.hpp"
+#include "views/row_windows.hpp"
 #include "views/views_layered_ends.hpp"
 #include "views/views_layered_scene.hpp"
 
@@ -17,19 +18,24 @@ namespace altiro3D {
 
 namespace {
 
-// Pixels processed together: their data fits into the first-level cache.
+// Pixels processed together: their data fits into the first-level cache. A multiple of
+// kWindowPixels.
 constexpr std::size_t kPixelsAtATime = 512;
 
 // Reads pixels at given columns of the photo, one row at a time.
 class LayeredReader {
   public:
     LayeredReader(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
-        : photo_(photo), scene_(scene), columns_(columns),
-          columnPlaces_(paddedRow<float>(columns.size())),
-          guesses_(paddedRow<std::int32_t>(columns.size())), limits_{guesses_, guesses_} {
-        std::copy(columns.begin(), columns.end(), columnPlaces_.begin());
+        : photo_(photo), scene_(scene), columns_(columns), near_(columns, scene.reachColumns),
+          anywhere_(columns, scene.width), columnPlaces_(paddedRow<float>(columns.size())),
+          offsets_(columnPlaces_), slopes_(columnPlaces_), from_(columnPlaces_), to_(columnPlaces_),
+          places_(paddedRow<std::int32_t>(columns.size())) {
         for (std::vector<std::int32_t>* list : room_.all())
-            *list = guesses_;
+            *list = places_;
+        for (std::size_t i = 0; i < columns.size(); ++i) {
+            columnPlaces_[i] = static_cast<float>(columns[i]);
+            places_[i] = columns[i] << kSubColumnBits;
+        }
     }
 
     std::size_t count() const { return columns_.size(); }
@@ -42,15 +48,13 @@ class LayeredReader {
         if (still()) return;
         tables_ = scene_.tables(row);
         bounded_ = bounded;
-        const std::int16_t* words = tables_.words;
-        const std::int32_t* limits = tables_.limits;
-        const std::int32_t* mirroredLimits = limits + tables_.stride + scene_.width - 1;
+        layeredColumns(tables_, scratch_, known_);
         for (std::size_t i = 0; i < count(); ++i) {
-            const int x = columns_[i];
-            const int rise = wordOffset(words[x + 2]) - wordOffset(words[x - 2]);
-            guesses_[i] = columnGuess(words[x], rise);
-            limits_[0][i] = limits[x];
-            limits_[1][i] = mirroredLimits[-x];
+            const LayeredColumn& column = known_[static_cast<std::size_t>(columns_[i])];
+            offsets_[i] = column.offset;
+            slopes_[i] = column.slope;
+            from_[i] = column.from;
+            to_[i] = column.to;
         }
         listSurfaces();
         splitPlanes();
@@ -76,7 +80,7 @@ class LayeredReader {
         const std::uint8_t* plane =
             planes_[static_cast<std::size_t>(channel)].data() + kTablePadding;
         values += begin_;
-        layeredSamples(tables_, pixels(), plane, room_.places.data(), values);
+        layeredSamples(pixels(), plane, room_.places.data(), values);
         for (std::size_t i = 0; i < counts_.mixed; ++i) {
             std::uint8_t& value = values[room_.mixed[i]];
             value = static_cast<std::uint8_t>(
@@ -102,10 +106,16 @@ class LayeredReader {
     };
 
     LayeredPixels pixels() const {
+        const RowWindows& windows = bounded_ ? near_ : anywhere_;
         return {columnPlaces_.data() + begin_,
-                guesses_.data() + begin_,
-                {limits_[0].data() + begin_, limits_[1].data() + begin_},
+                places_.data() + begin_,
+                offsets_.data() + begin_,
+                slopes_.data() + begin_,
+                from_.data() + begin_,
+                to_.data() + begin_,
                 bounded_ ? scene_.reachColumns : scene_.width,
+                windows.starts.data() + begin_ / kWindowPixels,
+                windows.tables,
                 size_};
     }
 
@@ -186,9 +196,16 @@ class LayeredReader {
     int row_ = 0;
     bool bounded_ = true;
     LayeredTables tables_;
+    std::vector<LayeredColumn> known_;
+    std::vector<float> scratch_;
+    RowWindows near_;                 // within the reach of the scene
+    RowWindows anywhere_;             // beyond it
     std::vector<float> columnPlaces_; // all pixels, see LayeredPixels
-    std::vector<std::int32_t> guesses_;
-    std::vector<std::int32_t> limits_[2];
+    std::vector<float> offsets_;
+    std::vector<float> slopes_;
+    std::vector<float> from_;
+    std::vector<float> to_;
+    std::vector<std::int32_t> places_;
     Room room_;
     LayeredCounts counts_;
     std::vector<LayeredPixel> hard_;

@@ -38,14 +38,6 @@ class LayeredSearch {
     int strips_[2];
 };
 
-/// Reads one channel at a place in the same way as layeredSamples().
-inline int sampleAt(const std::uint8_t* plane, std::int32_t place) {
-    const std::uint8_t* first = plane + (place >> kSubColumnBits);
-    const int part = place & ((1 << kSubColumnBits) - 1);
-    const int sum = (first[0] << kSubColumnBits) + (first[1] - first[0]) * part;
-    return (sum + (1 << (kSubColumnBits - 1))) >> kSubColumnBits;
-}
-
 /// Blends a value with one that covers part of it. @param part 0..256, in 1/256
 inline int coveredBy(int cover, int value, int part) {
     constexpr int kAll = 1 << kSubColumnBits;

@@ -1,5 +1,8 @@
 #include "views/views_layered_row.hpp"
 
+#include "base/pixel_rows.hpp"
+#include "views/row_windows.hpp"
+
 #include <algorithm>
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
@@ -93,9 +96,77 @@ HWY_INLINE I placeBetween(D d, const Lanes<F, I>& lanes, I column, F from, F to)
                    smallNearestInt(d, part));
 }
 
-// First pass, for pixels that no other surface comes near. Within a surface the contents are in
-// order, so a guess that is verified is the only solution. About fifty operations and one gather of
-// four bytes per pixel limit the speed.
+// A place in the row instead of the same one in the mirrored row.
+template <class F, class I>
+HWY_INLINE I plainPlace(const LayeredTables& tables, const Lanes<F, I>& lanes, I place) {
+    const hn::DFromV<I> whole;
+    const I ends = hn::Set(whole, (tables.stride + tables.width - 1) << kSubColumnBits);
+    return hn::IfThenElse(hn::Gt(lanes.base, hn::Zero(whole)), hn::Sub(ends, place), place);
+}
+
+// The offset of a column and where the next columns lie: see LayeredColumn. Arithmetic limits the
+// speed: some ten operations for each column and each px by which content can move.
+void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
+                      std::vector<LayeredColumn>& columns) {
+    constexpr int kMostMovement = 30; // px; content that moves farther is searched for
+    constexpr int kMargin = kMostMovement + 2;
+    constexpr float kTolerance = 1.0F / 64;
+    constexpr float kNowhere = 1e6F;
+    const auto width = static_cast<std::size_t>(tables.width);
+    scratch.assign(width + 2 * kMargin + kRowPadding, kNowhere);
+    float* const offsets = scratch.data() + kMargin;
+    for (int x = 0; x < tables.width; ++x)
+        offsets[x] = tables.scale * static_cast<float>(wordOffset(tables.words[x]));
+    columns.resize(width);
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    using F = hn::Vec<decltype(d)>;
+    const F largestShift = hn::Set(d, tables.reachPixels);
+    const F tolerance = hn::Set(d, kTolerance);
+    const F most = hn::Set(d, static_cast<float>(kMostMovement));
+    const F one = hn::Set(d, 1.0F);
+    const F half = hn::Set(d, 0.5F);
+    const F quarter = hn::Set(d, 0.25F);
+    const auto lowestBit = hn::Set(whole, 1);
+    const float perUnit = tables.reachPixels / 65535;
+    for (std::size_t x = 0; x < width; x += hn::Lanes(d)) {
+        const F offset = hn::LoadU(d, offsets + x);
+        const F rise = hn::Sub(hn::LoadU(d, offsets + x + 2), hn::LoadU(d, offsets + x - 2));
+        const F slope = hn::Mul(rise, quarter);
+        const F steep = hn::Sub(one, hn::Mul(hn::Abs(slope), largestShift));
+        const F movement = hn::Div(hn::Mul(hn::Abs(offset), largestShift), steep);
+        auto isLine = hn::And(hn::Ge(steep, half), hn::Lt(movement, most));
+        // columns up to the one beyond the movement
+        F step = one;
+        for (int k = 1; k <= kMostMovement + 1; ++k, step = hn::Add(step, one)) {
+            const auto reached = hn::And(isLine, hn::Lt(hn::Sub(step, one), movement));
+            if (hn::AllFalse(d, reached)) break;
+            const F change = hn::Mul(slope, step);
+            const F right = hn::Sub(hn::LoadU(d, offsets + x + k), hn::Add(offset, change));
+            const F left = hn::Sub(hn::LoadU(d, offsets + x - k), hn::Sub(offset, change));
+            const F off = hn::Mul(hn::Max(hn::Abs(right), hn::Abs(left)), largestShift);
+            isLine = hn::AndNot(hn::And(reached, hn::Gt(off, tolerance)), isLine);
+        }
+        const auto bits = hn::AndNot(lowestBit, hn::BitCast(whole, slope));
+        const auto flagged =
+            hn::Or(bits, hn::IfThenElseZero(hn::RebindMask(whole, isLine), lowestBit));
+        HWY_ALIGN float slopes[HWY_LANES(float)];
+        hn::Store(hn::BitCast(d, flagged), d, slopes);
+        const std::size_t count = std::min(hn::Lanes(d), width - x);
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::uint16_t mirroredClear =
+                tables.clear[static_cast<std::size_t>(tables.stride) + width - 1 - x - k];
+            columns[x + k] = {offsets[x + k], slopes[k],
+                              -perUnit * static_cast<float>(mirroredClear),
+                              perUnit * static_cast<float>(tables.clear[x + k])};
+        }
+    }
+}
+
+// First pass, for pixels that no other surface comes near. If the offsets around a column follow a
+// line, it gives the place. Else a guess is verified: within a surface the contents are in order,
+// so it is the only solution. Arithmetic limits the speed: about twenty operations, or fifty more
+// and a gather of four bytes.
 std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixels,
                           const float* HWY_RESTRICT shifts, std::int32_t* HWY_RESTRICT places,
                           std::int32_t* HWY_RESTRICT open) {
@@ -103,45 +174,52 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
     const hn::RebindToSigned<decltype(d)> whole;
     using F = hn::Vec<decltype(d)>;
     using I = hn::Vec<decltype(whole)>;
-    const F zero = hn::Zero(d);
     const F one = hn::Set(d, 1.0F);
     const F half = hn::Set(d, 0.5F);
+    const F subColumns = hn::Set(d, static_cast<float>(1 << kSubColumnBits));
+    const F magic = hn::Set(d, 0x1.8p23F); // floats beyond have no fraction
     const F lastColumn = hn::Set(d, static_cast<float>(tables.width) - 0.5F);
-    const F riseUnit = hn::Set(d, tables.scale * 0.25F * 0x1p-16F);
     const I none = hn::Zero(whole);
     const I lastFlag = hn::Set(whole, kLastFlag);
-    const I clearBits = hn::Set(whole, 0xFFFF);
-    const F clearScale = hn::Set(d, tables.clearScale);
     std::size_t openCount = 0;
     // @param wordsAt the word of a column in the lower, the next one's in the upper 16 bits
     const auto guessVector = [&](std::size_t i, const auto& wordsAt) HWY_ATTR {
         const F shift = hn::LoadU(d, shifts + i);
-        const auto mirrored = hn::Lt(shift, zero);
+        const F slope = hn::LoadU(d, pixels.slopes + i);
+        const F movement = hn::Mul(shift, hn::LoadU(d, pixels.offsets + i));
+        const F steep = hn::Sub(one, hn::Mul(shift, slope));
+        const F away = hn::Div(hn::Mul(movement, subColumns), steep);
+        const I steps =
+            hn::Sub(hn::BitCast(whole, hn::Add(away, magic)), hn::BitCast(whole, magic));
+        const I onLine = hn::Add(hn::LoadU(whole, pixels.places + i), steps);
+        const auto clear = hn::And(hn::Le(shift, hn::LoadU(d, pixels.to + i)),
+                                   hn::Ge(shift, hn::LoadU(d, pixels.from + i)));
+        const auto flag = hn::ShiftLeft<31>(hn::BitCast(whole, slope));
+        const auto isLine = hn::And(hn::RebindMask(whole, clear), hn::Lt(flag, none));
+        if (HWY_LIKELY(hn::AllTrue(whole, isLine))) {
+            hn::StoreU(onLine, whole, places + i);
+            return;
+        }
         const auto lanes = lanesOf(d, tables, hn::LoadU(d, pixels.columns + i), shift);
-        const I limits =
-            hn::IfThenElse(hn::RebindMask(whole, mirrored), hn::LoadU(whole, pixels.limits[1] + i),
-                           hn::LoadU(whole, pixels.limits[0] + i));
-        const F begin = hn::ConvertTo(d, hn::ShiftRight<16>(limits));
-        const F clear = hn::ConvertTo(d, hn::And(limits, clearBits));
-        // solves x = c - s (offset + slope (c - x)) for c
-        const I guess = hn::LoadU(whole, pixels.guesses + i);
-        const F slope = hn::Mul(hn::ConvertTo(d, hn::ShiftLeft<16>(guess)), riseUnit);
-        // a guess may be wrong, but not NaN, which would read from any address
-        const F steep = hn::Max(hn::Sub(one, hn::Mul(shift, slope)), hn::Set(d, 0.125f));
-        const F away =
-            hn::Mul(hn::Mul(lanes.unit, highOffset(d, guess)), hn::ApproximateReciprocal(steep));
-        const F near = hn::Min(hn::Max(hn::Add(lanes.x, away), hn::Add(begin, half)), lastColumn);
+        const auto mirrored = hn::Gt(lanes.base, none);
+        // solves x = c - s (offset + slope (c - x)) for c; a guess may be wrong, but not NaN, which
+        // would read from any address
+        const F guess =
+            hn::Mul(movement, hn::ApproximateReciprocal(hn::Max(steep, hn::Set(d, 0.125F))));
+        const F forward = hn::IfThenElse(hn::RebindMask(d, mirrored), hn::Neg(guess), guess);
+        const F near = hn::Min(hn::Max(hn::Add(lanes.x, forward), half), lastColumn);
         const I column = smallNearestInt(d, hn::Sub(near, half)); // rounded down, except for ties
         const F columnPlace = hn::ConvertTo(d, column);
-        const I words = wordsAt(hn::Add(lanes.base, column), hn::RebindMask(whole, mirrored));
+        const I words = wordsAt(hn::Add(lanes.base, column), mirrored);
         const F from = hn::Sub(columnPlace, hn::Mul(lanes.unit, lowOffset(d, words)));
         const F to = hn::Sub(hn::Add(columnPlace, one), hn::Mul(lanes.unit, highOffset(d, words)));
         const auto between = hn::And(hn::Le(from, lanes.x), hn::Lt(lanes.x, to));
-        const auto sure = hn::And(
-            hn::RebindMask(whole,
-                           hn::And(between, hn::Le(hn::Mul(hn::Abs(shift), clearScale), clear))),
-            hn::Eq(hn::And(words, lastFlag), none));
-        hn::StoreU(placeBetween(d, lanes, column, from, to), whole, places + i);
+        const auto verified = hn::And(hn::RebindMask(whole, hn::And(between, clear)),
+                                      hn::Eq(hn::And(words, lastFlag), none));
+        const auto sure = hn::Or(isLine, verified);
+        const I found = placeBetween(d, lanes, column, from, to);
+        hn::StoreU(hn::IfThenElse(isLine, onLine, plainPlace(tables, lanes, found)), whole,
+                   places + i);
 #if !ALTIRO3D_AVX512
         // With AVX-512, compressing takes one instruction and is cheaper than an unpredictable
         // branch.
@@ -283,7 +361,8 @@ std::size_t placesByWalk(const LayeredTables& tables, const LayeredPixels& pixel
         const auto inside = hn::And(hn::Eq(hn::And(walk.word, lastFlag), hn::Zero(whole)),
                                     hn::RebindMask(whole, hn::Le(walk.from, lanes.x)));
         HWY_ALIGN std::int32_t results[HWY_LANES(std::int32_t)];
-        hn::Store(placeBetween(d, lanes, walk.found, walk.from, walk.to), whole, results);
+        const I place = placeBetween(d, lanes, walk.found, walk.from, walk.to);
+        hn::Store(plainPlace(tables, lanes, place), whole, results);
         const std::size_t count = std::min(lanesPerVector, openCount - i);
         for (std::size_t k = 0; k < count; ++k)
             room.places[room.open[i + k]] = results[k];
@@ -502,16 +581,15 @@ LayeredCounts layeredPlacesOn(const LayeredTables& tables, const LayeredSurfaces
 
 // One gather of four bytes per sample, of which two are used, limits the speed; without a gather,
 // arithmetic does.
-void layeredSamplesOn(const LayeredTables& tables, const LayeredPixels& pixels,
-                      const std::uint8_t* HWY_RESTRICT plane,
-                      const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
+HWY_INLINE void gatherSamples(std::size_t begin, std::size_t end, const std::uint8_t* plane,
+                              const std::int32_t* HWY_RESTRICT places,
+                              std::uint8_t* HWY_RESTRICT values) {
     const hn::ScalableTag<std::int32_t> d;
     using I = hn::Vec<decltype(d)>;
     const I byte = hn::Set(d, 255);
     const I subColumns = hn::Set(d, (1 << kSubColumnBits) - 1);
     const I round = hn::Set(d, 1 << (kSubColumnBits - 1));
-    const std::size_t lanes = hn::Lanes(d);
-    const auto gathered = [&](std::size_t i) HWY_ATTR {
+    for (std::size_t i = begin; i < end; i += hn::Lanes(d)) {
         const I place = hn::Max(hn::LoadU(d, places + i), hn::Zero(d));
         const I four = gatherBytes4(d, plane, hn::ShiftRight<kSubColumnBits>(place));
         const I first = hn::And(four, byte);
@@ -519,33 +597,65 @@ void layeredSamplesOn(const LayeredTables& tables, const LayeredPixels& pixels,
         const I product = hn::Mul(hn::Sub(second, first), hn::And(place, subColumns));
         const I sum = hn::Add(hn::ShiftLeft<kSubColumnBits>(first), product);
         storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
-    };
-    const std::size_t step = kVectorsPerWindow * lanes;
-    for (std::size_t begin = 0; begin < pixels.count; begin += step) {
-        const std::size_t end = std::min(begin + step, pixels.count);
-#if ALTIRO3D_AVX512
-        const TwoWindows<std::uint8_t> windows(tables, pixels, begin, end, plane);
-        if (windows.fit()) {
-            const I lastPlain = hn::Set(d, tables.stride - 2);
-            const I lastOfRows = hn::Set(d, 2 * tables.stride - 1);
-            for (std::size_t i = begin; i < end; i += lanes) {
-                const I place = hn::LoadU(d, places + i);
-                const I column = hn::ShiftRight<kSubColumnBits>(place);
-                if (!hn::AllFalse(d, hn::Gt(column, lastOfRows))) { // of the painted strips
-                    gathered(i);
-                    continue;
-                }
-                const I sum = Window::mix<kSubColumnBits>(
-                    windows.pairs(column, hn::Gt(column, lastPlain)), hn::And(place, subColumns));
-                storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
-            }
+    }
+}
+
+// The same, from windows of the row in registers; the few places outside of a window one by one.
+// Arithmetic limits the speed: about thirty operations per vector of 16-bit lanes.
+template <int kTables>
+void windowSamples(const LayeredPixels& pixels, const std::uint8_t* HWY_RESTRICT plane,
+                   const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
+#if HWY_TARGET == HWY_SCALAR
+    gatherSamples(0, pixels.count, plane, places, values);
+#else
+    const hn::ScalableTag<std::int32_t> whole;
+    const hn::ScalableTag<std::int16_t> narrow;
+    const hn::ScalableTag<std::uint16_t> bits;
+    const hn::Rebind<std::uint8_t, decltype(narrow)> bytes;
+    const std::size_t lanes = hn::Lanes(whole);
+    const OrderedPack pack;
+    const auto byte = hn::Set(narrow, 255);
+    const auto lastPlace = hn::Set(bits, ((16 * kTables - 1) << kSubColumnBits) - 1);
+    for (std::size_t begin = 0; begin < pixels.count; begin += kWindowPixels) {
+        const std::int32_t from = pixels.windows[begin / kWindowPixels];
+        if (HWY_UNLIKELY(from < 0)) {
+            gatherSamples(begin, begin + kWindowPixels, plane, places, values);
             continue;
         }
-#else
-        static_cast<void>(tables);
+        const ByteWindow<kTables> window(plane + from);
+        const auto start = hn::Set(whole, from << kSubColumnBits);
+        for (std::size_t i = begin; i < begin + kWindowPixels; i += 2 * lanes) {
+            const auto place = pack(hn::Sub(hn::LoadU(whole, places + i), start),
+                                    hn::Sub(hn::LoadU(whole, places + i + lanes), start));
+            const auto both = window.pairs(hn::ShiftRight<kSubColumnBits>(place));
+            const auto first = hn::And(both, byte);
+            const auto second = hn::BitCast(narrow, hn::ShiftRight<8>(hn::BitCast(bits, both)));
+            // (difference part + 128) / 256, rounded down
+            const auto change =
+                hn::MulFixedPoint15(hn::ShiftLeft<7>(hn::Sub(second, first)), hn::And(place, byte));
+            hn::StoreU(hn::DemoteTo(bytes, hn::Add(first, change)), bytes, values + i);
+            // places left of the window are large, too
+            const auto away = hn::Gt(hn::BitCast(bits, place), lastPlace);
+            if (HWY_LIKELY(hn::AllFalse(bits, away))) continue;
+            for (std::size_t k = i; k < std::min(i + 2 * lanes, pixels.count); ++k) {
+                const int column = places[k] >> kSubColumnBits; // negative for kSeeEnds
+                if (column >= 0 && (column < from || column > from + 16 * kTables - 2))
+                    values[k] = static_cast<std::uint8_t>(sampleAt(plane, places[k]));
+            }
+        }
+    }
 #endif
-        for (std::size_t i = begin; i < end; i += lanes)
-            gathered(i);
+}
+
+void layeredSamplesOn(const LayeredPixels& pixels, const std::uint8_t* HWY_RESTRICT plane,
+                      const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
+    switch (pixels.tables) {
+    case 2:
+        return windowSamples<2>(pixels, plane, places, values);
+    case 3:
+        return windowSamples<3>(pixels, plane, places, values);
+    default:
+        return windowSamples<4>(pixels, plane, places, values);
     }
 }
 
@@ -556,8 +666,14 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace altiro3D {
 
+HWY_EXPORT(layeredColumnsOn);
 HWY_EXPORT(layeredPlacesOn);
 HWY_EXPORT(layeredSamplesOn);
+
+void layeredColumns(const LayeredTables& tables, std::vector<float>& scratch,
+                    std::vector<LayeredColumn>& columns) {
+    HWY_DYNAMIC_DISPATCH(layeredColumnsOn)(tables, scratch, columns);
+}
 
 LayeredCounts layeredPlaces(const LayeredTables& tables, const LayeredSurfaces& surfaces,
                             const LayeredPixels& pixels, const float* shifts, bool bounded,
@@ -565,9 +681,9 @@ LayeredCounts layeredPlaces(const LayeredTables& tables, const LayeredSurfaces& 
     return HWY_DYNAMIC_DISPATCH(layeredPlacesOn)(tables, surfaces, pixels, shifts, bounded, room);
 }
 
-void layeredSamples(const LayeredTables& tables, const LayeredPixels& pixels,
-                    const std::uint8_t* plane, const std::int32_t* places, std::uint8_t* values) {
-    HWY_DYNAMIC_DISPATCH(layeredSamplesOn)(tables, pixels, plane, places, values);
+void layeredSamples(const LayeredPixels& pixels, const std::uint8_t* plane,
+                    const std::int32_t* places, std::uint8_t* values) {
+    HWY_DYNAMIC_DISPATCH(layeredSamplesOn)(pixels, plane, places, values);
 }
 
 } // namespace altiro3D

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace altiro3D {
 
@@ -14,6 +15,9 @@ namespace altiro3D {
 // Otherwise x is at or behind the end of a surface (views_layered_ends.hpp).
 //
 // For s < 0, tables of the mirrored row are used. Both are in one array, side by side.
+//
+// Most pixels need no search: no other surface comes near them, and the offsets around them follow
+// a line, offset(c) = o + m (c - x). They show c = x + s o / (1 - s m).
 
 constexpr int kOffsetBits = 14;                              ///< Bits of an offset, a whole number.
 constexpr int kLargestOffset = (1 << (kOffsetBits - 1)) - 1; ///< Offsets are -8191..8191.
@@ -50,22 +54,14 @@ struct LayeredTables {
     const std::int16_t* left = nullptr;
     /// Index of the last surface that begins here or to the left.
     const std::int16_t* surfaces = nullptr;
-    /// columnLimits() of each column.
-    const std::int32_t* limits = nullptr;
-    int stride = 0;       ///< Columns from a table to its mirrored table.
-    int width = 0;        ///< Columns of the photo.
-    float scale = 0;      ///< One unit of the offsets in depth - focus.
-    float clearScale = 0; ///< columnLimits() units of one px.
+    /// The shift up to which no surface further right reaches the column, in 1/65535 of the largest
+    /// shift; known before any search.
+    const std::uint16_t* clear = nullptr;
+    int stride = 0;        ///< Columns from a table to its mirrored table.
+    int width = 0;         ///< Columns of the photo.
+    float scale = 0;       ///< One unit of the offsets in depth - focus.
+    float reachPixels = 0; ///< The largest shift, px.
 };
-
-/// Limits of a column, known before any search: the first column of its surface, and the shift up
-/// to which no surface further right reaches it.
-/// @param begin column, >= 0
-/// @param clear in 1/65535 of the largest shift, 0..65535
-constexpr std::int32_t columnLimits(int begin, int clear) {
-    return static_cast<std::int32_t>(static_cast<std::uint32_t>(begin) << 16 |
-                                     static_cast<std::uint32_t>(clear));
-}
 
 /// The surfaces of a row as arrays for the search: one entry per surface and padding (kRowPadding),
 /// first the row, then the mirrored row.
@@ -81,25 +77,36 @@ struct LayeredSurfaces {
     int begin[3] = {0, 0, 0}; ///< Start of each direction, and the end.
 };
 
-/// Start value of the search in layeredPlaces(): the columnWord() of a column and the slope of the
-/// offsets around it.
-/// @param word columnWord() of the column
-/// @param rise offset two columns to the right minus offset two columns to the left
-constexpr std::int32_t columnGuess(std::int16_t word, int rise) {
-    const int bounded = rise < -32768 ? -32768 : rise > 32767 ? 32767 : rise;
-    return static_cast<std::int32_t>(static_cast<std::uint32_t>(word) << 16 |
-                                     static_cast<std::uint16_t>(bounded));
-}
+/// What is known of a column of the row before any search.
+struct LayeredColumn {
+    float offset = 0; ///< Movement in px per px of shift.
+    /// Change of `offset` from column to column. If its lowest bit is set, all content that a shift
+    /// brings to the column lies on this line, to 1/64 px.
+    float slope = 0;
+    /// Within these shifts (px, from <= 0 <= to), no other surface reaches the column.
+    float from = 0;
+    float to = 0;
+};
+
+/// Describes the columns of a row.
+/// @param scratch resized and overwritten
+/// @param columns result, one per column of the photo
+void layeredColumns(const LayeredTables& tables, std::vector<float>& scratch,
+                    std::vector<LayeredColumn>& columns);
 
 /// The requested pixels. Arrays of `count` and padding (kRowPadding).
 struct LayeredPixels {
     /// Column in the row, in order (ascending or descending) except for the padding; W - 1 - column
     /// in the mirrored row.
     const float* columns = nullptr;
-    const std::int32_t* guesses = nullptr; ///< columnGuess() of the column, in the row.
-    /// LayeredTables::limits of the column, in the row and in the mirrored row.
-    const std::int32_t* limits[2] = {nullptr, nullptr};
-    int reach = 0; ///< Largest distance of a place from its column, columns.
+    const std::int32_t* places = nullptr; ///< The place of each column.
+    const float* offsets = nullptr;       ///< LayeredColumn::offset of each.
+    const float* slopes = nullptr;        ///< LayeredColumn::slope of each.
+    const float* from = nullptr;          ///< LayeredColumn::from of each.
+    const float* to = nullptr;            ///< LayeredColumn::to of each.
+    int reach = 0;                        ///< Largest distance of a place from its column, columns.
+    const std::int32_t* windows = nullptr; ///< RowWindows::starts
+    int tables = 2;                        ///< RowWindows::tables
     std::size_t count = 0;
 };
 
@@ -136,11 +143,19 @@ LayeredCounts layeredPlaces(const LayeredTables& tables, const LayeredSurfaces& 
 
 /// Reads one channel between columns, linearly.
 ///
-/// @param tables, pixels as for layeredPlaces()
+/// @param pixels as for layeredPlaces()
 /// @param plane the channel: row and mirrored row, laid out as the tables, padded
 /// @param places from layeredPlaces(), `count` and padding; kSeeEnds gives undefined values
 /// @param values result
-void layeredSamples(const LayeredTables& tables, const LayeredPixels& pixels,
-                    const std::uint8_t* plane, const std::int32_t* places, std::uint8_t* values);
+void layeredSamples(const LayeredPixels& pixels, const std::uint8_t* plane,
+                    const std::int32_t* places, std::uint8_t* values);
+
+/// Reads one channel at a place in the same way as layeredSamples().
+inline int sampleAt(const std::uint8_t* plane, std::int32_t place) {
+    const std::uint8_t* first = plane + (place >> kSubColumnBits);
+    const int part = place & ((1 << kSubColumnBits) - 1);
+    const int sum = (first[0] << kSubColumnBits) + (first[1] - first[0]) * part;
+    return (sum + (1 << (kSubColumnBits - 1))) >> kSubColumnBits;
+}
 
 } // namespace altiro3D

@@ -122,7 +122,7 @@ class TableWriter {
 
     void write(const std::vector<float>& offsets, double scale, const LayeredRow& row,
                std::int16_t* words, std::int16_t* bounds, std::int16_t* left,
-               std::int16_t* surfaceOf, std::int32_t* limits) {
+               std::int16_t* surfaceOf, std::uint16_t* clear) {
         const auto perUnit = static_cast<float>(1 / scale);
         const auto largest = static_cast<float>(kLargestOffset);
         for (int x = 0; x < width_; ++x) {
@@ -153,17 +153,17 @@ class TableWriter {
                 words[x] = static_cast<std::int16_t>(words[x] | 1);
             std::fill(surfaceOf + surface.first, surfaceOf + end, static_cast<std::int16_t>(k));
         }
-        writeLimits(words, static_cast<float>(scale), row, limits);
+        writeClear(words, static_cast<float>(scale), row, clear);
     }
 
   private:
-    void writeLimits(const std::int16_t* words, float scale, const LayeredRow& row,
-                     std::int32_t* limits) {
+    void writeClear(const std::int16_t* words, float scale, const LayeredRow& row,
+                    std::uint16_t* clear) {
         // With a tear above 1 px, contents within a surface may not be in order. If there are many
         // surfaces (noisy depth), they are not all examined.
         const bool known =
             inOrder_ && static_cast<int>(row.surfaces.size()) * kFewColumns <= width_ + kFewColumns;
-        clear_.assign(static_cast<std::size_t>(width_), known ? kClearForAll : 0);
+        std::fill_n(clear, width_, static_cast<std::uint16_t>(known ? kClearForAll : 0));
         for (const LayeredSurface& surface : row.surfaces) {
             if (!known) break;
             const float offset = scale * static_cast<float>(wordOffset(words[surface.first]));
@@ -174,15 +174,8 @@ class TableWriter {
                 if (way > 0 && way >= offset * reachPixels_) break;
                 const float shift = way > 0 ? way / offset : 0;
                 const int units = static_cast<int>(shift / reachPixels_ * kClearForAll);
-                int& clear = clear_[static_cast<std::size_t>(x)];
-                clear = std::min(clear, units);
+                clear[x] = static_cast<std::uint16_t>(std::min(int{clear[x]}, units));
             }
-        }
-        for (std::size_t k = 0; k < row.surfaces.size(); ++k) {
-            const int begin = row.surfaces[k].first;
-            const int end = k + 1 < row.surfaces.size() ? row.surfaces[k + 1].first : width_;
-            for (int x = begin; x < end; ++x)
-                limits[x] = columnLimits(begin, clear_[static_cast<std::size_t>(x)]);
         }
     }
 
@@ -196,7 +189,6 @@ class TableWriter {
     std::vector<std::int16_t> ahead_;
     std::vector<std::int16_t> behind_; // mirrored
     std::vector<std::int16_t> window_;
-    std::vector<int> clear_; // columnLimits()
 };
 
 bool isStill(const cv::Mat& depth, int row, double focus) {
@@ -213,12 +205,11 @@ LayeredTables LayeredScene::tables(int row) const {
     result.bounds = bounds.ptr<std::int16_t>(row) + kTablePadding;
     result.left = left.ptr<std::int16_t>(row) + kTablePadding;
     result.surfaces = surfaceOf.ptr<std::int16_t>(row) + kTablePadding;
-    result.limits = limits.ptr<std::int32_t>(row) + kTablePadding;
+    result.clear = clear.ptr<std::uint16_t>(row) + kTablePadding;
     result.stride = stride();
     result.width = width;
     result.scale = scale;
-    // so the largest shift maps to 65535 or slightly less
-    result.clearScale = reachPixels > 0 ? 65534.9F / reachPixels : 0;
+    result.reachPixels = reachPixels;
     return result;
 }
 
@@ -240,7 +231,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
     scene.scale = static_cast<float>(scale);
     scene.reachPixels = static_cast<float>(options.reachPixels);
     scene.reachColumns = reach;
-    scene.limits.create(photo.rows, 2 * scene.stride(), CV_32SC1);
+    scene.clear.create(photo.rows, 2 * scene.stride(), CV_16UC1);
     const std::int16_t outside = columnWord(0, false, true);
     for (cv::Mat* table : {&scene.words, &scene.bounds, &scene.left, &scene.surfaceOf}) {
         table->create(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
@@ -268,7 +259,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
                              scene.bounds.ptr<std::int16_t>(y) + begin,
                              scene.left.ptr<std::int16_t>(y) + begin,
                              scene.surfaceOf.ptr<std::int16_t>(y) + begin,
-                             scene.limits.ptr<std::int32_t>(y) + begin);
+                             scene.clear.ptr<std::uint16_t>(y) + begin);
                 begin += scene.stride();
             }
         }

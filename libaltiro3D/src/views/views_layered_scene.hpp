@@ -50,7 +50,7 @@ struct LayeredScene {
     cv::Mat bounds;        ///< As `words`, LayeredTables::bounds
     cv::Mat left;          ///< As `words`, LayeredTables::left
     cv::Mat surfaceOf;     ///< As `words`, LayeredTables::surfaces
-    cv::Mat limits;        ///< As `words` but CV_32SC1, LayeredTables::limits
+    cv::Mat clear;         ///< As `words` but CV_16UC1, LayeredTables::clear
     int width = 0;         ///< Columns of the photo.
     float scale = 0;       ///< LayeredTables::scale
     float reachPixels = 0; ///< Largest shift that the bounds allow, px.

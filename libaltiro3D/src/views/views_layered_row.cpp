@@ -113,10 +113,14 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
     constexpr float kTolerance = 1.0F / 64;
     constexpr float kNowhere = 1e6F;
     const auto width = static_cast<std::size_t>(tables.width);
-    scratch.assign(width + 2 * kMargin + kRowPadding, kNowhere);
+    const std::size_t size = width + 2 * kMargin + kRowPadding;
+    scratch.assign(2 * size, kNowhere);
     float* const offsets = scratch.data() + kMargin;
-    for (int x = 0; x < tables.width; ++x)
+    float* const tears = offsets + size; // large where the next column is of another surface
+    for (int x = 0; x < tables.width; ++x) {
         offsets[x] = tables.scale * static_cast<float>(wordOffset(tables.words[x]));
+        tears[x] = (tables.words[x] & kLastFlag) != 0 ? kNowhere : 0;
+    }
     columns.resize(width);
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
@@ -144,7 +148,9 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
             const F change = hn::Mul(slope, step);
             const F right = hn::Sub(hn::LoadU(d, offsets + x + k), hn::Add(offset, change));
             const F left = hn::Sub(hn::LoadU(d, offsets + x - k), hn::Sub(offset, change));
-            const F off = hn::Mul(hn::Max(hn::Abs(right), hn::Abs(left)), largestShift);
+            const F torn = hn::Max(hn::LoadU(d, tears + x + k - 1), hn::LoadU(d, tears + x - k));
+            const F difference = hn::Max(hn::Abs(right), hn::Abs(left));
+            const F off = hn::Mul(hn::Max(difference, torn), largestShift);
             isLine = hn::AndNot(hn::And(reached, hn::Gt(off, tolerance)), isLine);
         }
         const auto bits = hn::AndNot(lowestBit, hn::BitCast(whole, slope));

@@ -4,6 +4,7 @@
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/trade.hpp"
+#include "native/shift_kernels.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"
@@ -14,6 +15,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D::test {
@@ -310,6 +312,28 @@ TEST(NativeRenderer, AllInstructionSetsGiveTheSameBytes) {
             }
         }
     }
+}
+
+TEST(NativeRenderer, ShiftsOfViewsAreTheQuotientsOfFloats) {
+    std::vector<int> counts(256); // all that may be made by a reciprocal, and some others
+    std::iota(counts.begin(), counts.end(), 1);
+    counts.insert(counts.end(), {4096, 65536});
+    forEachInstructionSet([&](const char* name) {
+        for (const int count : counts) {
+            const auto size = static_cast<std::size_t>(count);
+            std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(size);
+            for (std::size_t view = 0; view < size; ++view)
+                views[view] = static_cast<std::uint16_t>(view);
+            std::vector<float> shifts = paddedRow<float>(size);
+            shiftsOfViews(views.data(), size, count, 16.8F, shifts.data());
+            for (int view = 0; view < count; ++view) {
+                const auto twice = static_cast<float>(2 * view - (count - 1));
+                const float position = count == 1 ? 0 : twice / static_cast<float>(count - 1);
+                ASSERT_EQ(shifts[static_cast<std::size_t>(view)], position * 16.8F)
+                    << name << " " << view << " of " << count;
+            }
+        }
+    });
 }
 
 TEST(NativeRenderer, DepthAtItsLimitsIsDefined) {

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <gtest/gtest.h>
 #include <limits>
 #include <numeric>
@@ -576,6 +577,48 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
             }
         }
     }
+}
+
+// Where a column's depth follows a line, the line gives what the slow search finds.
+TEST(ViewsLayered, LinesGiveThePlaceOfTheirDepth) {
+    const cv::Size size(211, 12);
+    const cv::Mat photo = randomPhoto(size);
+    LayeredSettings options;
+    options.reachPixels = 17;
+    std::vector<float> scratch;
+    std::vector<LayeredColumn> columns;
+    int lines = 0;
+    for (const cv::Mat& depth : depthsToSearch(size)) {
+        const LayeredScene scene = layeredScene(photo, depth, 0.4, options);
+        for (int y = 0; y < size.height; ++y) {
+            forEachInstructionSet([&](const char* name) {
+                layeredColumns(scene.tables(y), scratch, columns);
+                for (int x = 0; x < size.width; ++x) {
+                    const LayeredColumn& column = columns[static_cast<std::size_t>(x)];
+                    std::uint32_t bits = 0;
+                    std::memcpy(&bits, &column.slope, sizeof bits);
+                    if ((bits & 1) == 0) continue;
+                    ++lines;
+                    for (const float part : {-1.0F, -0.4F, 0.1F, 0.7F, 1.0F}) {
+                        const float shift = part * 17;
+                        if (shift < column.from || shift > column.to) continue;
+                        const int direction = shift < 0 ? 1 : 0;
+                        const int own = direction == 0 ? x : size.width - 1 - x;
+                        const LayeredPixel found =
+                            LayeredSearch(scene, y, {2 * scene.stride(), 2 * scene.stride()})
+                                .at(direction, own, std::abs(shift), size.width - 1);
+                        ASSERT_EQ(found.count, 1) << name << " " << x << " " << y << " " << shift;
+                        const double inRow = found.place[0] / 256.0 - direction * scene.stride();
+                        const double place = direction == 0 ? inRow : size.width - 1 - inRow;
+                        const double line = x + double(shift) * double(column.offset) /
+                                                    (1 - double(shift) * double(column.slope));
+                        ASSERT_NEAR(line, place, 1.0 / 32 + 1e-4) << name << " " << x << " " << y;
+                    }
+                }
+            });
+        }
+    }
+    EXPECT_GT(lines, 1000);
 }
 
 // Sub-pixels with any shifts are those of the views that they belong to.

@@ -67,10 +67,7 @@ class LayeredReader {
         size_ = size;
         shifts_ = shifts + begin;
         const LayeredSurfaces surfaces = {
-            first_.data(),         last_.data(),
-            hidden_.data(),        beyond_.data(),
-            leftBorder_.data(),    rightBorder_.data(),
-            surfaceStrips_.data(), {0, mirroredSurfaces_, surfaceCount_}};
+            left_.data(), right_.data(), {0, mirroredSurfaces_, static_cast<int>(left_.size())}};
         counts_ = layeredPlaces(tables_, surfaces, pixels(), shifts_, bounded_, room_.pointers());
         searchHardOnes();
     }
@@ -136,26 +133,20 @@ class LayeredReader {
         constexpr float kNoBorder = -1e9F;
         const LayeredRow* rows[] = {&scene_.rows[0][static_cast<std::size_t>(row_)],
                                     &scene_.rows[1][static_cast<std::size_t>(row_)]};
-        const std::size_t all = rows[0]->surfaces.size() + rows[1]->surfaces.size();
-        for (std::vector<float>* list :
-             {&first_, &last_, &hidden_, &beyond_, &leftBorder_, &rightBorder_})
-            list->resize(all + kRowPadding);
-        surfaceStrips_.resize(all + kRowPadding);
         strips_[0] = 2 * scene_.stride();
         strips_[1] = strips_[0] + static_cast<int>(rows[0]->strips.size() / 4);
         mirroredSurfaces_ = static_cast<int>(rows[0]->surfaces.size());
-        surfaceCount_ = static_cast<int>(all);
-        std::size_t i = 0;
+        left_.clear();
+        right_.clear();
         for (int direction = 0; direction < 2; ++direction) {
             for (const LayeredSurface& surface : rows[direction]->surfaces) {
-                first_[i] = static_cast<float>(surface.first);
-                last_[i] = static_cast<float>(surface.last);
-                hidden_[i] = static_cast<float>(surface.hidden);
-                beyond_[i] = static_cast<float>(surface.beyond);
-                leftBorder_[i] = surface.hidden > 0 ? kNoBorder : 1 + surface.leftExtra;
-                rightBorder_[i] = 1 + surface.rightExtra;
-                surfaceStrips_[i] = strips_[direction] + surface.hiddenAt(0);
-                ++i;
+                const auto strip = static_cast<float>(strips_[direction] + surface.hiddenAt(0));
+                left_.push_back({static_cast<float>(surface.first),
+                                 static_cast<float>(surface.hidden),
+                                 surface.hidden > 0 ? kNoBorder : 1 + surface.leftExtra, strip});
+                right_.push_back({static_cast<float>(surface.last),
+                                  static_cast<float>(surface.beyond), 1 + surface.rightExtra,
+                                  strip});
             }
         }
     }
@@ -212,15 +203,9 @@ class LayeredReader {
     std::size_t begin_ = 0; // the pixels of find()
     std::size_t size_ = 0;
     const float* shifts_ = nullptr;
-    std::vector<float> first_; // see LayeredSurfaces
-    std::vector<float> last_;
-    std::vector<float> hidden_;
-    std::vector<float> beyond_;
-    std::vector<float> leftBorder_;
-    std::vector<float> rightBorder_;
-    std::vector<std::int32_t> surfaceStrips_;
+    std::vector<LayeredEnd> left_; // see LayeredSurfaces
+    std::vector<LayeredEnd> right_;
     int mirroredSurfaces_ = 0;
-    int surfaceCount_ = 0;
     int strips_[2] = {0, 0};
     std::array<std::vector<std::uint8_t>, 3> planes_;
 };

@@ -231,10 +231,9 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
         // branch.
         if (hn::AllTrue(whole, sure)) return;
 #endif
-        const auto unsure = hn::Not(sure);
-        const I number = hn::Iota(whole, static_cast<std::int32_t>(i));
-        hn::StoreU(hn::Compress(number, unsure), whole, open + openCount);
-        openCount += hn::CountTrue(whole, unsure);
+        const ChosenLanes unsure(whole, hn::Not(sure));
+        unsure.store(hn::Iota(whole, static_cast<std::int32_t>(i)), open + openCount);
+        openCount += unsure.count();
     };
     const auto gathered = [&](I column, const auto&) HWY_ATTR {
         return gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(column));
@@ -372,10 +371,10 @@ std::size_t placesByWalk(const LayeredTables& tables, const LayeredPixels& pixel
         const std::size_t count = std::min(lanesPerVector, openCount - i);
         for (std::size_t k = 0; k < count; ++k)
             room.places[room.open[i + k]] = results[k];
-        const auto outside = hn::AndNot(inside, hn::FirstN(whole, count));
-        hn::StoreU(hn::Compress(walk.found, outside), whole, room.openColumns + endCount);
-        hn::StoreU(hn::Compress(number, outside), whole, room.open + endCount);
-        endCount += hn::CountTrue(whole, outside);
+        const ChosenLanes outside(whole, hn::AndNot(inside, hn::FirstN(whole, count)));
+        outside.store(walk.found, room.openColumns + endCount);
+        outside.store(number, room.open + endCount);
+        endCount += outside.count();
     }
     return endCount;
 }
@@ -407,7 +406,8 @@ class EndPixels {
         const F start = startOf(hn::ConvertTo(d_, hn::Max(column_, none())));
         const M border = hn::AndNot(frame_, hn::RebindMask(whole_, hn::Gt(start, lanes_.x)));
         if (hn::AllFalse(whole_, border)) return;
-        const F leftBorder = gatherFloats(d_, surfaces_.leftBorder, surfaceOf(column_));
+        const float* borders = &surfaces_.left->border;
+        const F leftBorder = gatherFloats(d_, borders, hn::ShiftLeft<2>(surfaceOf(column_)));
         const F covered = hn::Max(hn::Sub(hn::Add(lanes_.x, leftBorder), start), hn::Zero(d_));
         coverLeft_ = hn::IfThenElseZero(border, hn::Min(subColumns(covered), all()));
         const I next = hn::Sub(column_, one());
@@ -428,17 +428,17 @@ class EndPixels {
     HWY_INLINE void lookBeyondSurface() {
         surface_ = surfaceOf(column_);
         const M atEnd = hn::Not(hn::Or(frame_, inside_));
-        const F last = gatherFloats(d_, surfaces_.last, surface_);
+        const auto right = gatherRows(d_, &surfaces_.right->column, surface_);
+        const auto& [last, beyond, rightBorder, strip] = right.floats;
         const F distance = hn::Sub(lanes_.x, startOf(last));
         const F zero = hn::Zero(d_);
         hard = hn::Or(hard, hn::And(atEnd, hn::RebindMask(whole_, hn::Lt(distance, zero))));
-        beyond_ = gatherFloats(d_, surfaces_.beyond, surface_);
+        beyond_ = beyond;
         const M isBeyond = hn::And(atEnd, hn::RebindMask(whole_, hn::Le(distance, beyond_)));
-        lastPlace_ = hn::ShiftLeft<kSubColumnBits>(hn::Add(stripOf(surface_), one()));
+        lastPlace_ = hn::ShiftLeft<kSubColumnBits>(hn::Add(hn::ConvertTo(whole_, strip), one()));
         place = hn::IfThenElse(isBeyond, hn::Add(lastPlace_, subColumns(hn::Max(distance, zero))),
                                place);
         inGap_ = hn::Or(frame_, hn::AndNot(isBeyond, atEnd));
-        const F rightBorder = gatherFloats(d_, surfaces_.rightBorder, surface_);
         const F covered = hn::Max(hn::Sub(hn::Add(beyond_, rightBorder), distance), zero);
         coverRight_ =
             hn::IfThenElseZero(hn::AndNot(frame_, inGap_), hn::Min(subColumns(covered), all()));
@@ -449,13 +449,15 @@ class EndPixels {
         const I next = hn::IfThenElse(frame_, firstSurface_, hn::Add(surface_, one()));
         const M hasNext = hn::Lt(next, endSurface_);
         const I safeNext = hn::IfThenElse(hasNext, next, firstSurface_);
-        const F away = hn::Sub(startOf(gatherFloats(d_, surfaces_.first, safeNext)), lanes_.x);
-        const F hidden = gatherFloats(d_, surfaces_.hidden, safeNext);
+        const auto left = gatherRows(d_, &surfaces_.left->column, safeNext);
+        const auto& [first, hidden, border, strip] = left.floats;
+        static_cast<void>(border);
+        const F away = hn::Sub(startOf(first), lanes_.x);
         const F zero = hn::Zero(d_);
         const auto prepared =
             hn::And(hn::Ge(away, zero), hn::And(hn::Le(away, hidden), hn::Gt(hidden, zero)));
         const M isHidden = hn::And(inGap_, hn::And(hasNext, hn::RebindMask(whole_, prepared)));
-        const I firstPlace = hn::ShiftLeft<kSubColumnBits>(stripOf(safeNext));
+        const I firstPlace = hn::ShiftLeft<kSubColumnBits>(hn::ConvertTo(whole_, strip));
         place =
             hn::IfThenElse(isHidden, hn::Sub(firstPlace, subColumns(hn::Max(away, zero))), place);
         hard = hn::Or(hard, hn::AndNot(isHidden, inGap_));
@@ -497,9 +499,6 @@ class EndPixels {
         const I bytes = hn::ShiftLeft<1>(hn::Add(lanes_.base, hn::Max(column, none())));
         const I pair = gatherBytes4(whole_, tables_.surfaces, bytes);
         return hn::Add(firstSurface_, hn::And(pair, hn::Set(whole_, 0xFFFF)));
-    }
-    HWY_INLINE I stripOf(I surface) const {
-        return gatherBytes4(whole_, surfaces_.strips, hn::ShiftLeft<2>(surface));
     }
     // Where a column appears in the view.
     HWY_INLINE F startOf(F column) const {
@@ -560,14 +559,15 @@ LayeredCounts placesAtEnds(const LayeredTables& tables, const LayeredSurfaces& s
         hn::Store(hn::IfThenElse(hard, hn::Set(whole, kSeeEnds), ends.place), whole, results);
         for (std::size_t k = 0; k < count; ++k)
             room.places[room.open[i + k]] = results[k];
-        hn::StoreU(hn::Compress(number, hard), whole, room.hard + counts.hard);
-        hn::StoreU(hn::Compress(column, hard), whole, room.hardColumns + counts.hard);
-        counts.hard += hn::CountTrue(whole, hard);
-        const auto mixed = hn::And(hn::AndNot(hard, valid), ends.isMixed());
-        hn::StoreU(hn::Compress(number, mixed), whole, room.mixed + counts.mixed);
-        hn::StoreU(hn::Compress(ends.cover, mixed), whole, room.covers + counts.mixed);
-        hn::StoreU(hn::Compress(ends.part, mixed), whole, room.parts + counts.mixed);
-        counts.mixed += hn::CountTrue(whole, mixed);
+        const ChosenLanes hardOnes(whole, hard);
+        hardOnes.store(number, room.hard + counts.hard);
+        hardOnes.store(column, room.hardColumns + counts.hard);
+        counts.hard += hardOnes.count();
+        const ChosenLanes mixed(whole, hn::And(hn::AndNot(hard, valid), ends.isMixed()));
+        mixed.store(number, room.mixed + counts.mixed);
+        mixed.store(ends.cover, room.covers + counts.mixed);
+        mixed.store(ends.part, room.parts + counts.mixed);
+        counts.mixed += mixed.count();
     }
     return counts;
 }

@@ -63,17 +63,19 @@ struct LayeredTables {
     float reachPixels = 0; ///< The largest shift, px.
 };
 
-/// The surfaces of a row as arrays for the search: one entry per surface and padding (kRowPadding),
-/// first the row, then the mirrored row.
+/// One end of a surface.
+struct LayeredEnd {
+    float column = 0;  ///< First or last column.
+    float painted = 0; ///< Painted columns beside it.
+    float border =
+        0; ///< Extent of its border beyond the column (right: beyond the painted ones), px.
+    float strip = 0; ///< Column of the surface's first column in the planes; the last one is next.
+};
+
+/// The surfaces of a row for the search: first those of the row, then those of the mirrored row.
 struct LayeredSurfaces {
-    const float* first = nullptr;       ///< First column.
-    const float* last = nullptr;        ///< Last column.
-    const float* hidden = nullptr;      ///< Painted columns to the left.
-    const float* beyond = nullptr;      ///< Painted columns to the right.
-    const float* leftBorder = nullptr;  ///< Extent of its border left of `first`, px.
-    const float* rightBorder = nullptr; ///< Extent right of the columns painted beyond `last`, px.
-    /// Column of `first` in the planes; `last` is next to it.
-    const std::int32_t* strips = nullptr;
+    const LayeredEnd* left = nullptr;
+    const LayeredEnd* right = nullptr;
     int begin[3] = {0, 0, 0}; ///< Start of each direction, and the end.
 };
 

@@ -1,5 +1,6 @@
 // The hidden background of method Layered, painted once for all views in the photo's geometry.
 
+#include "base/large_mat.hpp"
 #include "views/views_layered_scene.hpp"
 
 #include <algorithm>
@@ -38,8 +39,8 @@ struct Cell {
 class Background {
   public:
     Background(const cv::Mat& photo, int direction, LayeredScene& scene, double tear)
-        : photo_(photo), rows_(scene.rows[direction]), scene_(scene), direction_(direction),
-          tear_(tear) {
+        : photo_(photo.isContinuous() ? photo : photo.clone()), rows_(scene.rows[direction]),
+          scene_(scene), direction_(direction), tear_(tear) {
         measure();
         if (cellCount_ == 0) return;
         collect();
@@ -69,8 +70,10 @@ class Background {
     void collect() {
         // Nearer than any depth, so mixed pixels are never neighbours.
         constexpr float kNobody = 1e9F;
-        owner_ = cv::Mat(photo_.rows, left_ + photo_.cols + right_, CV_32SC1, cv::Scalar(-1));
-        front_ = cv::Mat(photo_.rows, photo_.cols, CV_32FC1, cv::Scalar(kNobody));
+        owner_ = largeMat(photo_.rows, left_ + photo_.cols + right_, CV_32SC1);
+        owner_.setTo(cv::Scalar(-1));
+        front_ = largeMat(photo_.rows, photo_.cols, CV_32FC1);
+        front_.setTo(cv::Scalar(static_cast<double>(kNobody)));
         cells_.reserve(cellCount_);
         for (int y = 0; y < photo_.rows; ++y) {
             const LayeredRow& row = rows_[static_cast<std::size_t>(y)];
@@ -133,9 +136,7 @@ class Background {
 
     Colour colourOf(std::int32_t link) const {
         if (link >= 0) return colours_[static_cast<std::size_t>(link)];
-        const int index = -1 - link;
-        const std::uint8_t* pixel = photo_.ptr<std::uint8_t>(index / photo_.cols) +
-                                    3 * static_cast<std::ptrdiff_t>(index % photo_.cols);
+        const std::uint8_t* pixel = photo_.data + 3 * (-1 - static_cast<std::ptrdiff_t>(link));
         return {{static_cast<float>(pixel[0]), static_cast<float>(pixel[1]),
                  static_cast<float>(pixel[2])}};
     }
@@ -203,7 +204,7 @@ class Background {
         }
     }
 
-    const cv::Mat& photo_;
+    const cv::Mat photo_; // in one piece
     std::vector<LayeredRow>& rows_;
     const LayeredScene& scene_;
     int direction_;

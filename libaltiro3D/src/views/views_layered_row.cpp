@@ -108,7 +108,7 @@ HWY_INLINE I plainPlace(const LayeredTables& tables, const Lanes<F, I>& lanes, I
 // speed: some ten operations for each column and each px by which content can move.
 void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
                       std::vector<LayeredColumn>& columns) {
-    constexpr int kMostMovement = 30; // px; content that moves farther is searched for
+    constexpr int kMostMovement = 16; // px; content that moves farther is searched for
     constexpr int kMargin = kMostMovement + 2;
     constexpr float kTolerance = 1.0F / 64;
     constexpr float kNowhere = 1e6F;

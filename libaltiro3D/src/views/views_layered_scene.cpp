@@ -1,5 +1,6 @@
 #include "views/views_layered_scene.hpp"
 
+#include "base/large_mat.hpp"
 #include "base/pixel_rows.hpp"
 
 #include <algorithm>
@@ -231,10 +232,10 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
     scene.scale = static_cast<float>(scale);
     scene.reachPixels = static_cast<float>(options.reachPixels);
     scene.reachColumns = reach;
-    scene.clear.create(photo.rows, 2 * scene.stride(), CV_16UC1);
+    scene.clear = largeMat(photo.rows, 2 * scene.stride(), CV_16UC1);
     const std::int16_t outside = columnWord(0, false, true);
     for (cv::Mat* table : {&scene.words, &scene.bounds, &scene.left, &scene.surfaceOf}) {
-        table->create(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
+        *table = largeMat(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
         table->setTo(cv::Scalar::all(table == &scene.words ? outside : 0));
     }
     for (std::vector<LayeredRow>& rows : scene.rows)

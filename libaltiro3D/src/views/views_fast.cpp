@@ -2,7 +2,7 @@
 // Each refinement reads the depth again at the source position found so far.
 
 #include "base/pixel_rows.hpp"
-#include "views/row_windows.hpp"
+#include "views/row_pixels.hpp"
 #include "views/view_methods.hpp"
 #include "views/views_fast_row.hpp"
 
@@ -35,16 +35,15 @@ class FastPixels {
   public:
     // @param reach largest distance of positions from their columns, px
     FastPixels(const std::vector<int>& columns, int reach, int width)
-        : places_(paddedRow<float>(columns.size())), offsets_(places_), windows_(columns, reach),
-          width_(width) {
+        : places_(paddedRow<float>(columns.size())), offsets_(places_), runs_(columns),
+          windows_(columns, reach), width_(width) {
         std::transform(columns.begin(), columns.end(), places_.begin(),
                        [](int column) { return 32.0F * static_cast<float>(column); });
     }
 
     // @param offsets depth - focus of each column of the photo
-    void open(const std::vector<int>& columns, const std::vector<float>& offsets) {
-        std::transform(columns.begin(), columns.end(), offsets_.begin(),
-                       [&](int column) { return 32 * offsets[static_cast<std::size_t>(column)]; });
+    void open(const std::vector<float>& offsets) {
+        runs_.copy([&](std::size_t column) { return 32 * offsets[column]; }, offsets_.data());
     }
 
     FastRow row(const std::uint8_t* plane, std::size_t count) const {
@@ -55,6 +54,7 @@ class FastPixels {
   private:
     std::vector<float> places_;
     std::vector<float> offsets_;
+    ColumnRuns runs_;
     RowWindows windows_;
     int width_;
 };
@@ -87,7 +87,7 @@ class FastSampler : public SubpixelSampler {
                  planes_[2].data());
         for (std::vector<std::uint8_t>& plane : planes_)
             std::fill_n(plane.begin() + photo_.cols, 4, plane[width - 1]);
-        pixels_.open(columns_, offsets_);
+        pixels_.open(offsets_);
         if (refinement_ == 0) return;
         for (std::size_t i = 0; i < columns_.size(); ++i)
             ownOffsets_[i] = offsets_[static_cast<std::size_t>(columns_[i])];

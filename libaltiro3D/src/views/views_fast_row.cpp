@@ -1,6 +1,6 @@
 #include "views/views_fast_row.hpp"
 
-#include "views/row_windows.hpp"
+#include "views/row_pixels.hpp"
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE

@@ -4,7 +4,7 @@
 #include "views/view_methods.hpp"
 
 #include "base/pixel_rows.hpp"
-#include "views/row_windows.hpp"
+#include "views/row_pixels.hpp"
 #include "views/views_layered_ends.hpp"
 #include "views/views_layered_scene.hpp"
 
@@ -26,9 +26,10 @@ constexpr std::size_t kPixelsAtATime = 512;
 class LayeredReader {
   public:
     LayeredReader(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
-        : photo_(photo), scene_(scene), columns_(columns), near_(columns, scene.reachColumns),
-          anywhere_(columns, scene.width), columnPlaces_(paddedRow<float>(columns.size())),
-          offsets_(columnPlaces_), slopes_(columnPlaces_), from_(columnPlaces_), to_(columnPlaces_),
+        : photo_(photo), scene_(scene), columns_(columns), runs_(columns),
+          near_(columns, scene.reachColumns), anywhere_(columns, scene.width),
+          columnPlaces_(paddedRow<float>(columns.size())), offsets_(columnPlaces_),
+          slopes_(columnPlaces_), from_(columnPlaces_), to_(columnPlaces_),
           places_(paddedRow<std::int32_t>(columns.size())) {
         for (std::vector<std::int32_t>* list : room_.all())
             *list = places_;
@@ -49,13 +50,11 @@ class LayeredReader {
         tables_ = scene_.tables(row);
         bounded_ = bounded;
         layeredColumns(tables_, scratch_, known_);
-        for (std::size_t i = 0; i < count(); ++i) {
-            const LayeredColumn& column = known_[static_cast<std::size_t>(columns_[i])];
-            offsets_[i] = column.offset;
-            slopes_[i] = column.slope;
-            from_[i] = column.from;
-            to_[i] = column.to;
-        }
+        const LayeredColumn* known = known_.data();
+        runs_.copy([=](std::size_t column) { return known[column].offset; }, offsets_.data());
+        runs_.copy([=](std::size_t column) { return known[column].slope; }, slopes_.data());
+        runs_.copy([=](std::size_t column) { return known[column].from; }, from_.data());
+        runs_.copy([=](std::size_t column) { return known[column].to; }, to_.data());
         listSurfaces();
         splitPlanes();
     }
@@ -189,6 +188,7 @@ class LayeredReader {
     LayeredTables tables_;
     std::vector<LayeredColumn> known_;
     std::vector<float> scratch_;
+    ColumnRuns runs_;
     RowWindows near_;                 // within the reach of the scene
     RowWindows anywhere_;             // beyond it
     std::vector<float> columnPlaces_; // all pixels, see LayeredPixels

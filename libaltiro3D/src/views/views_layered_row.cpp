@@ -1,7 +1,7 @@
 #include "views/views_layered_row.hpp"
 
 #include "base/pixel_rows.hpp"
-#include "views/row_windows.hpp"
+#include "views/row_pixels.hpp"
 
 #include <algorithm>
 

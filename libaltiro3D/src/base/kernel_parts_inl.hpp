@@ -285,18 +285,17 @@ class ByteWindow {
 template <int kBits, class V>
 HWY_INLINE V mixPairs(V pairs, V part) {
     const hn::ScalableTag<std::int16_t> d;
-#if HWY_ARCH_X86
+#if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128
     const auto weights =
         hn::Add(hn::Sub(hn::ShiftLeft<8>(part), part), hn::Set(d, std::int16_t{1} << kBits));
 #if ALTIRO3D_AVX512
     return V{_mm512_maddubs_epi16(pairs.raw, weights.raw)};
 #elif HWY_TARGET == HWY_AVX2
     return V{_mm256_maddubs_epi16(pairs.raw, weights.raw)};
-#elif HWY_TARGET != HWY_EMU128
+#else
     return V{_mm_maddubs_epi16(pairs.raw, weights.raw)};
 #endif
-#endif
-#if !HWY_ARCH_X86 || HWY_TARGET == HWY_EMU128
+#else
     const auto lower = hn::And(pairs, hn::Set(d, 255));
     const hn::RebindToUnsigned<decltype(d)> bits;
     const auto upper = hn::BitCast(d, hn::ShiftRight<8>(hn::BitCast(bits, pairs)));

@@ -11,7 +11,8 @@ namespace altiro3D::viewer {
 namespace {
 
 constexpr double kUsualDuration = 0.04; // s, if a picture states none
-constexpr double kMinLength = 0.04; // s, of a video, so that a single picture is not read in a loop
+constexpr double kLeastLength =
+    0.04; // s, of a video, so that a single picture is not read in a loop
 constexpr double kLongestGap = 0.25; // s, after which a late picture is shown as well
 constexpr double kFarthest = 1e9;    // s, that fit into the clock's numbers; files may state more
 
@@ -72,7 +73,7 @@ void VideoPlayer::playOnce() {
     start_ = Clock::now();
     Clock::time_point last = start_ - std::chrono::hours(1);
     VideoFrame frame;
-    double end = kMinLength;
+    double end = kLeastLength;
     while (reader.read(frame)) {
         const double time = static_cast<double>(frame.pts) * unit;
         if (!waitUntil(time)) return;

@@ -97,16 +97,16 @@ int wideLevels(const cv::Mat& grey) {
 } // namespace
 
 bool looksLikeDepthImage(const cv::Mat& picture) {
-    constexpr int kMinSide = 16;      // px
-    constexpr double kMaxBend = 0.03; // measured: docs/depth.md
+    constexpr int kLeastSide = 16;     // px
+    constexpr double kMostBend = 0.03; // measured: docs/depth.md
     constexpr double kSmoothShare = 0.7;
-    constexpr int kMinLevels = 8;
+    constexpr int kLeastLevels = 8;
     checkType(picture, {CV_8UC3, CV_16UC3, CV_32FC3}, "picture",
               "three channels of 8 or 16 bits or of floats");
-    if (std::min(picture.cols, picture.rows) < kMinSide || hasColours(picture)) return false;
+    if (std::min(picture.cols, picture.rows) < kLeastSide || hasColours(picture)) return false;
     const cv::Mat grey = smallGrey(picture);
-    if (std::min(grey.cols, grey.rows) < kMinSide) return false;
-    return wideLevels(grey) >= kMinLevels && bendOf(grey, kSmoothShare) <= kMaxBend;
+    if (std::min(grey.cols, grey.rows) < kLeastSide) return false;
+    return wideLevels(grey) >= kLeastLevels && bendOf(grey, kSmoothShare) <= kMostBend;
 }
 
 fs::path photoOfDepthName(const fs::path& depth) {

@@ -18,14 +18,14 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kLongSide = 1920; // longest sides that decoders of phones and browsers support
 constexpr int kShortSide = 1080;
-constexpr int kMinSide = 16;
+constexpr int kLeastSide = 16;
 constexpr double kLargestAspect = 100;
 constexpr double kShownHeight = 10000; // of a tile with square px; only its shape matters
 constexpr double kCrf = 20;            // sufficient for viewing; a Native needs better quality
 
 // Rounds down to an even number, with a tolerance for rounding errors.
 int evenSide(double side) {
-    return std::max(kMinSide, 2 * static_cast<int>(std::floor(side / 2 + 1e-6)));
+    return std::max(kLeastSide, 2 * static_cast<int>(std::floor(side / 2 + 1e-6)));
 }
 
 void checkPicture(cv::Size picture, double aspect) {

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kMinSide = 16;
+constexpr int kLeastSide = 16;
 constexpr int kLargestSide = 16384;
 constexpr int kMaxThreads = 64;
 constexpr int kLinesOfHighDefinition = 720;
@@ -86,9 +86,9 @@ const char* presetName(EncoderPreset preset) {
 }
 
 void validate(const VideoWriterOptions& options) {
-    const auto side = [](int value) { return value >= kMinSide && value <= kLargestSide; };
+    const auto side = [](int value) { return value >= kLeastSide && value <= kLargestSide; };
     check(side(options.size.width) && side(options.size.height), "size",
-          "is " + sizeText(options.size) + " px, expected " + std::to_string(kMinSide) + ".." +
+          "is " + sizeText(options.size) + " px, expected " + std::to_string(kLeastSide) + ".." +
               std::to_string(kLargestSide) + " px a side");
     check(options.crf >= 0 && options.crf <= 51, "crf",
           "is " + numberText(options.crf) + ", expected 0..51");

@@ -16,7 +16,7 @@ namespace {
 constexpr double kVisibleStep = 0.2;
 // Fewer levels are taken for flat layers. More levels than in 8 bits are taken for continuous
 // depth.
-constexpr std::size_t kMinLevels = 16;
+constexpr std::size_t kFewestLevels = 16;
 constexpr std::size_t kMaxLevels = 256;
 // The largest distance of two levels in a depth of 0..1: 6 bits.
 constexpr double kLargestLevel = 1.0 / 63;
@@ -51,7 +51,7 @@ std::vector<float> levelsOf(const cv::Mat& depth) {
 double visibleLevel(const cv::Mat& depth, double reach) {
     if (reach * kLargestLevel < kVisibleStep) return 0;
     const std::vector<float> levels = levelsOf(depth);
-    if (levels.size() < kMinLevels) return 0;
+    if (levels.size() < kFewestLevels) return 0;
     double level = 1;
     for (std::size_t i = 1; i < levels.size(); ++i)
         level =

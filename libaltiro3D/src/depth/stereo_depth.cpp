@@ -4,7 +4,7 @@
 #include "base/text.hpp"
 #include "depth/stereo_fill.hpp"
 #include "depth/stereo_rows.hpp"
-#include "image/stereo_shape.hpp"
+#include "image/picture_shape.hpp"
 
 #include <algorithm>
 #include <array>

@@ -6,6 +6,7 @@
 #include "base/json_reader.hpp"
 #include "base/text.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -313,8 +314,9 @@ LensGeometry lensGeometry(const Calibration& c, InvertViews invert) {
     validate(c, c.serial.empty() ? "calibration" : "calibration of " + c.serial);
     LensGeometry g;
     const double mirror = c.flipImageX >= 0.5 ? -1 : 1;
-    // cos(atan(1/s)) without the two roundings of trigonometry
-    const double cosine = std::abs(c.slope) / std::sqrt(1 + c.slope * c.slope);
+    // cos(atan(1/s)) without the two roundings of trigonometry; 1 from 1e8 on
+    const double steepness = std::min(std::abs(c.slope), 1e100); // its square is finite
+    const double cosine = steepness / std::sqrt(1 + steepness * steepness);
     g.panelWidth = c.screenW;
     g.panelHeight = c.screenH;
     g.periodsPerWidth = c.pitch * c.screenW / c.DPI * cosine;

@@ -70,6 +70,11 @@ struct NetworkProfile {
     double cuesShare = 0;
 };
 
+/// Whether this library can run a network.
+/// @param profile its engine decides
+/// @return false if the network needs ONNX Runtime and hasOnnxRuntime() is false
+[[nodiscard]] ALTIRO3D_EXPORT bool canRun(const NetworkProfile& profile);
+
 /// Checks a profile.
 /// @param profile the profile to check
 /// @throws Error InvalidArgument that names the field, its value and the range
@@ -246,7 +251,7 @@ modelCatalog(const std::vector<std::filesystem::path>& searchPath = modelSearchP
 installedNetworks(const std::vector<std::filesystem::path>& searchPath = modelSearchPath());
 
 /// The default network: the first of installedNetworks() whose NetworkProfile::large equals
-/// `large`. Networks that need ONNX Runtime are skipped if hasOnnxRuntime() is false.
+/// `large` and that canRun().
 /// @param large true: the large network
 /// @param searchPath directories, as from modelSearchPath()
 /// @return the network; nothing if no such network is installed

@@ -59,8 +59,8 @@ const InstalledNetwork* DepthMaker::find(const std::string& name) const {
 std::string DepthMaker::choose(const std::string& wish, bool given) const {
     if (wish == kBuiltInDepth || find(wish) != nullptr) return wish;
     if (given) return kGivenDepth;
-    const auto standard = std::find_if(
-        networks_.begin(), networks_.end(), [](const InstalledNetwork& network) {
+    const auto standard =
+        std::find_if(networks_.begin(), networks_.end(), [](const InstalledNetwork& network) {
             return !network.profile.large && canRun(network.profile);
         });
     return standard != networks_.end() ? standard->profile.name : kBuiltInDepth;

@@ -170,7 +170,7 @@ bool areViews(const std::vector<Source>& files) {
     } catch (const Error&) {
         return false; // each file is then opened on its own, and says what is wrong
     }
-    return likenessOfViews(looks) >= kLeastLikenessOfViews;
+    return likenessOfViews(looks) >= kMinLikenessOfViews;
 }
 
 } // namespace

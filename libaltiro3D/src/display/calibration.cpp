@@ -18,7 +18,7 @@ namespace {
 constexpr std::uintmax_t kMaxFileBytes = 4 * 1024 * 1024;
 constexpr int kMaxContainers = 3;
 constexpr std::size_t kMaxCells = 16;
-constexpr std::size_t kLongestNumber = 100; // bytes; longer texts are not read
+constexpr std::size_t kMaxNumberBytes = 100; // bytes; longer texts are not read
 // Lens periods; larger values leave too few digits for the fraction.
 constexpr double kMaxCenter = 1e6;
 
@@ -104,7 +104,7 @@ class FieldReader {
         if (value.is_boolean()) return value.get<bool>() ? 1 : 0;
         if (value.is_string()) { // "52.5" is a number, "52.5 lpi" is not, in every locale
             const auto& text = value.get_ref<const std::string&>();
-            if (text.size() <= kLongestNumber) {
+            if (text.size() <= kMaxNumberBytes) {
                 const Json inner = parseInner(text);
                 if (inner.is_number()) return inner.get<double>();
             }

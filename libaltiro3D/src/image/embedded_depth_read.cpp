@@ -28,7 +28,7 @@ namespace {
 using std::string_view;
 
 constexpr double kMaxDepthPixels = 6.4e7; // the largest seen has 4e6
-constexpr std::size_t kLeastLevels = 4; // of 256, between the percentiles 0.5 and 99.5
+constexpr std::size_t kMinLevels = 4;     // of 256, between the percentiles 0.5 and 99.5
 
 const char* nameOf(EmbeddedDepthForm form) {
     switch (form) {
@@ -156,7 +156,7 @@ bool isFlat(const cv::Mat& depth) {
     std::size_t high = 255;
     for (std::int64_t above = counts[high]; above <= extremes; above += counts[high])
         --high;
-    return high < low + kLeastLevels;
+    return high < low + kMinLevels;
 }
 
 cv::Size uprightSize(const ImageHeader& header) {

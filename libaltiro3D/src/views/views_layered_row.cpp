@@ -108,8 +108,8 @@ HWY_INLINE I plainPlace(const LayeredTables& tables, const Lanes<F, I>& lanes, I
 // speed: some ten operations for each column and each px by which content can move.
 void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
                       std::vector<LayeredColumn>& columns) {
-    constexpr int kMostMovement = 16; // px; content that moves farther is searched for
-    constexpr int kMargin = kMostMovement + 2;
+    constexpr int kMaxMovement = 16; // px; content that moves farther is searched for
+    constexpr int kMargin = kMaxMovement + 2;
     constexpr float kTolerance = 1.0F / 64;
     constexpr float kNowhere = 1e6F;
     const auto width = static_cast<std::size_t>(tables.width);
@@ -127,7 +127,7 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
     using F = hn::Vec<decltype(d)>;
     const F largestShift = hn::Set(d, tables.reachPixels);
     const F tolerance = hn::Set(d, kTolerance);
-    const F most = hn::Set(d, static_cast<float>(kMostMovement));
+    const F most = hn::Set(d, static_cast<float>(kMaxMovement));
     const F one = hn::Set(d, 1.0F);
     const F half = hn::Set(d, 0.5F);
     const F quarter = hn::Set(d, 0.25F);
@@ -142,7 +142,7 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
         auto isLine = hn::And(hn::Ge(steep, half), hn::Lt(movement, most));
         // columns up to the one beyond the movement
         F step = one;
-        for (int k = 1; k <= kMostMovement + 1; ++k, step = hn::Add(step, one)) {
+        for (int k = 1; k <= kMaxMovement + 1; ++k, step = hn::Add(step, one)) {
             const auto reached = hn::And(isLine, hn::Lt(hn::Sub(step, one), movement));
             if (hn::AllFalse(d, reached)) break;
             const F change = hn::Mul(slope, step);
@@ -272,7 +272,7 @@ class Walk {
     HWY_INLINE void run(bool bounded) {
         const F zero = hn::Zero(d_);
         const F lastColumn = hn::Set(d_, static_cast<float>(tables_.width - 1));
-        I boundWord = hn::Set(whole_, columnWord(kLargestOffset, false, false));
+        I boundWord = hn::Set(whole_, columnWord(kMaxOffset, false, false));
         if (bounded) boundWord = wordAt(tables_.bounds, hn::ConvertTo(whole_, lanes_.x));
         runFrom(hn::Floor(hn::Max(hn::Min(farthest(boundWord), lastColumn), zero)));
     }

@@ -310,9 +310,9 @@ std::string StereoMatch::text() const {
                        std::to_string(static_cast<int>(std::lround(100 * matchedShare))) +
                        " % matched";
     if (isFlat) line += ", flat";
-    if (std::abs(lower) > 0.002)
-        line += ", the right picture " + percentText(std::abs(lower)) +
-                (lower > 0 ? " lower" : " higher");
+    if (std::abs(verticalOffset) > 0.002)
+        line += ", the right picture " + percentText(std::abs(verticalOffset)) +
+                (verticalOffset > 0 ? " lower" : " higher");
     if (std::abs(rollDegrees) > 0.3) line += ", turned by " + numberText(rollDegrees, 2) + "°";
     return line;
 }
@@ -359,7 +359,7 @@ StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disp
     greyRight = withLightOf(greyRight, greyLeft);
     const RowFit rows = fitRows(greyLeft, greyRight);
     greyRight = moveRows(greyRight, rows);
-    match.lower = rows.offset / size.width;
+    match.verticalOffset = rows.offset / size.width;
     match.rollDegrees = std::atan(rows.slope) * 180 / kPi;
 
     cv::Mat found = matchBothWays(greyLeft, greyRight, findRange(greyLeft, greyRight));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/depth_map.hpp"
 #include "altiro3D/export.hpp"
 
 #include <array>
@@ -20,6 +21,11 @@ enum class NetworkOutput {
     InverseDepth, ///< Relative inverse depth, larger = nearer, unknown scale and shift (MiDaS).
     MetricDepth   ///< Distance, larger = farther (FastDepth).
 };
+
+/// The meaning of a network's output for normalizeDepth().
+/// @param output from the network's profile
+/// @return DepthNormalization::kind
+[[nodiscard]] ALTIRO3D_EXPORT DepthKind kindOf(NetworkOutput output);
 
 /// Order of the colour planes in a network's input.
 enum class ChannelOrder { Rgb, Bgr };

@@ -350,8 +350,7 @@ void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth) {
     cv::Mat raw;
     infer(photo, raw);
     DepthNormalization options;
-    options.kind = impl_->profile.output == NetworkOutput::MetricDepth ? DepthKind::Metric
-                                                                       : DepthKind::NearWhite;
+    options.kind = kindOf(impl_->profile.output);
     normalizeDepth(raw, depth, options);
 }
 

@@ -379,7 +379,7 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
                             {"views", layout.viewCount}}},
                           {"method", methodName(options.views.method)},
                           {"knobs", knobsJson(commandLine, options.views)},
-                          {"exactDepth", !options.refine.enabled},
+                          {"exactDepth", options.refine.keepsDepth()},
                           {"strengthPercent", strength},
                           {"focus", focus},
                           {"fit", run.choices.framing ? "auto" : fitName(options.fit)},

@@ -149,7 +149,7 @@ void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitt
     const cv::Size photoSize = scene.photo.size(); // scene and fitted may be one
     applyFit(scene.photo, fit, fitted.photo);
     applyFitToDepth(scene.depth, photoSize, fit, fitted.photo, focus, fitted.depth);
-    if (!refine.enabled) return;
+    if (refine.keepsDepth()) return;
     cv::Mat inside = fitted.depth(fit.target);
     refineDepth(fitted.photo(fit.target), inside, inside, refine);
 }

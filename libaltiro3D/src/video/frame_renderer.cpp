@@ -18,7 +18,7 @@ namespace altiro3D {
 
 namespace {
 
-const DepthRefineOptions kAsItIs{false, {}};
+const DepthRefineOptions kAsItIs{DepthFlaws()};
 
 // DepthFlaws as numbers, and their range.
 using FlawValues = std::array<double, 6>;
@@ -171,7 +171,7 @@ class ViewsRenderer : public FrameRenderer {
     // so edges do not waver from frame to frame; as given depth has no scenes, now and then.
     void refine(const PipelineFrame& frame, const cv::Rect& part) {
         constexpr int kFramesPerMeasurement = 100;
-        if (!options_.refine.enabled) return;
+        if (options_.refine.keepsDepth()) return;
         const cv::Mat photo = fitted_.photo(part);
         cv::Mat depth = fitted_.depth(part);
         const bool isDue = isGiven_ && frame.number % kFramesPerMeasurement == 0;

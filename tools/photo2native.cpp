@@ -10,6 +10,7 @@
 #include "common/outputs.hpp"
 #include "common/photo_plan.hpp"
 #include "common/picture_options.hpp"
+#include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/sway_options.hpp"
 

@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "common/depth_options.hpp"
 #include "common/folder_search.hpp"
+#include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/views_quilt.hpp"
 

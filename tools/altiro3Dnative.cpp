@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "common/display_options.hpp"
 #include "common/outputs.hpp"
+#include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 
 #include <nlohmann/json.hpp>

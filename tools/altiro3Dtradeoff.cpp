@@ -96,7 +96,7 @@ double numberOf(const std::string& text, const std::string& file, const std::str
 // The depth as the tools use it; says what was done and how long it took.
 void refine(const CommandLine& commandLine, StereoScene& scene, Messages& messages) {
     DepthRefineOptions options = refineOptions(commandLine);
-    if (!options.enabled) return;
+    if (options.keepsDepth()) return;
     const auto start = std::chrono::steady_clock::now();
     options.flaws = measureDepthFlaws(scene.photo, scene.depth);
     refineDepth(scene.photo, scene.depth, scene.depth, options);
@@ -167,8 +167,7 @@ StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
         throw UsageError("--strength and --focus: auto is not possible here, expected a number");
     const double focus = viewOptions(commandLine).focus;
     Scene fitted = source.read(files[0], depthFile, focus, messages, times);
-    DepthRefineOptions later;
-    later.enabled = false;
+    const DepthRefineOptions later{DepthFlaws()};
     fitScene(fitted, fitPhoto(fitted.photo.size(), 0.75, QuiltLayout().tileSize), focus, fitted,
              later);
     scene.photo = fitted.photo;

@@ -10,6 +10,7 @@
 #include "common/outputs.hpp"
 #include "common/photo_plan.hpp"
 #include "common/picture_options.hpp"
+#include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/sway_options.hpp"
 
@@ -379,7 +380,7 @@ Json reportOf(const CommandLine& commandLine, const PhotoRun& run, const Message
                             {"views", layout.viewCount}}},
                           {"method", methodName(options.views.method)},
                           {"knobs", knobsJson(commandLine, options.views)},
-                          {"exactDepth", !options.refine.enabled},
+                          {"exactDepth", options.refine.keepsDepth()},
                           {"strengthPercent", strength},
                           {"focus", focus},
                           {"fit", run.choices.framing ? "auto" : fitName(options.fit)},

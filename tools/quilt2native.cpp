@@ -5,6 +5,7 @@
 #include "common/folder_run.hpp"
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
+#include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/sway_options.hpp"
 #include "common/video_options.hpp"

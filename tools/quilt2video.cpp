@@ -4,6 +4,7 @@
 #include "common/display_options.hpp"
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
+#include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/sway_options.hpp"
 

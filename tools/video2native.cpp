@@ -5,6 +5,7 @@
 #include "common/folder_run.hpp"
 #include "common/native_options.hpp"
 #include "common/picture_options.hpp"
+#include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/video_options.hpp"
 #include "common/video_plan.hpp"

@@ -306,7 +306,7 @@ void printRow(const std::string& name, const std::vector<Mean>& means) {
 }
 
 void printTables(const std::vector<Scene>& scenes, const std::vector<Method>& methods) {
-    constexpr std::size_t kMostNamed = 30; // larger sets are shown by their means
+    constexpr std::size_t kMaxNamed = 30; // larger sets are shown by their means
     std::map<std::string, std::size_t> sizes;
     for (const Scene& scene : scenes)
         ++sizes[scene.set];
@@ -333,7 +333,7 @@ void printTables(const std::vector<Scene>& scenes, const std::vector<Method>& me
             all[i].add(correlation);
         }
         if (row[1].sum > row[0].sum) ++better;
-        if (sizes[scene.set] <= kMostNamed) printRow(scene.name, row);
+        if (sizes[scene.set] <= kMaxNamed) printRow(scene.name, row);
     }
     printRow("**mean**", all);
     std::cout << "\nThe built-in estimator beats the gradient on " << better << " of "

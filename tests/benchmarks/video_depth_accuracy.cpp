@@ -286,8 +286,7 @@ void printSteadiness(const Clip& clip) {
 // Mean absolute change from picture to picture where nothing moves, of depth that is fitted to a
 // view and refined as in a video: with the flaws of the first picture.
 double flickerOfViews(const Clip& clip, const std::vector<cv::Mat>& depths, bool isRefined) {
-    altiro3D::DepthRefineOptions refine;
-    refine.enabled = isRefined;
+    altiro3D::DepthRefineOptions refine{altiro3D::DepthFlaws()};
     altiro3D::Scene before;
     double sum = 0;
     double count = 0;
@@ -295,10 +294,8 @@ double flickerOfViews(const Clip& clip, const std::vector<cv::Mat>& depths, bool
         const altiro3D::Scene scene{clip.pictures[i], depths[i]};
         const altiro3D::PhotoFit fit = altiro3D::fitPhoto(scene.photo.size(), 0.75, {420, 560});
         altiro3D::Scene now;
-        altiro3D::DepthRefineOptions off;
-        off.enabled = false;
-        altiro3D::fitScene(scene, fit, 0.5, now, off);
-        if (i == 0) refine.flaws = altiro3D::measureDepthFlaws(now.photo, now.depth);
+        altiro3D::fitScene(scene, fit, 0.5, now, {altiro3D::DepthFlaws()});
+        if (i == 0 && isRefined) refine.flaws = altiro3D::measureDepthFlaws(now.photo, now.depth);
         altiro3D::refineDepth(now.photo, now.depth, now.depth, refine);
         if (i > 0) {
             const Regions regions = regionsOf(before.photo, now.photo, now.photo.size());

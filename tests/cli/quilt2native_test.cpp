@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kTool = "quilt2native";
 
 // PSNR of crf 16 for Natives as small and detailed as these, dB; 32 dB were measured.
-constexpr double kLeastPsnr = 30;
+constexpr double kMinPsnr = 30;
 
 // 3 columns x 2 rows of 30 x 40 px, another picture for each number.
 cv::Mat movingQuilt(int number) {
@@ -390,7 +390,7 @@ TEST(Quilt2NativeTool, AVideoOfQuiltsBecomesAVideoOfNatives) {
             const auto psnrTo = [&](int number) {
                 return cv::PSNR(frame.picture, libraryNative(studio, movingQuilt(number), 3, 2));
             };
-            EXPECT_GT(psnrTo(i), kLeastPsnr) << output << " " << i;
+            EXPECT_GT(psnrTo(i), kMinPsnr) << output << " " << i;
             EXPECT_GT(psnrTo(i), psnrTo(i + 1) + 3) << output << " " << i;
         }
     }
@@ -404,15 +404,15 @@ TEST(Quilt2NativeTool, TheLayoutOfAVideoIsChosenAsThatOfAPicture) {
         return allFrames(*std::make_unique<VideoReader>(studio / "a.mkv")).at(0).picture;
     };
     const cv::Mat expected = libraryNative(studio, movingQuilt(0), 3, 2);
-    EXPECT_GT(cv::PSNR(native(studio.display()), expected), kLeastPsnr);
-    EXPECT_GT(cv::PSNR(native({"-c", "small.json", "-q", "2x3"}), expected), kLeastPsnr);
+    EXPECT_GT(cv::PSNR(native(studio.display()), expected), kMinPsnr);
+    EXPECT_GT(cv::PSNR(native({"-c", "small.json", "-q", "2x3"}), expected), kMinPsnr);
     ASSERT_TRUE(isDone(
         studio.run("altiro3Dnative", {"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
-    EXPECT_GT(cv::PSNR(native({"-m", "a.map"}), expected), kLeastPsnr);
+    EXPECT_GT(cv::PSNR(native({"-m", "a.map"}), expected), kMinPsnr);
     const cv::Mat blended =
         libraryNative(studio, movingQuilt(0), 3, 2, {ViewFilter::Linear, TileSampling::Nearest});
     EXPECT_GT(cv::PSNR(native(studio.display() + Arguments{"--view-filter", "linear"}), blended),
-              kLeastPsnr);
+              kMinPsnr);
     EXPECT_TRUE(fails(
         studio.run(kTool, studio.display() + Arguments{"-r", "41x30", "-y", "q.mkv", "a.mkv"}), 1,
         "30 x 40"));
@@ -481,7 +481,7 @@ TEST(Quilt2NativeTool, TheSoundOfAVideoIsCopied) {
     EXPECT_EQ(packets(studio / "a.mp4"), packets(chess));
     const cv::Mat quilt = ffmpegFrames(chess, {2544, 1440}, "", 1).at(0);
     VideoReader reader(studio / "a.mp4");
-    EXPECT_GT(cv::PSNR(reader.next()->picture, libraryNative(studio, quilt, 3, 3)), kLeastPsnr);
+    EXPECT_GT(cv::PSNR(reader.next()->picture, libraryNative(studio, quilt, 3, 3)), kMinPsnr);
 }
 
 } // namespace altiro3D::test

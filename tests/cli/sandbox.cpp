@@ -294,7 +294,7 @@ cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, cons
     cv::Mat quilt;
     cv::Mat native;
     DepthRefineOptions refine;
-    refine.enabled = path.refine;
+    if (!path.refine) refine.flaws = DepthFlaws();
     fitScene({photo, depth}, fit, path.views.focus, fitted, refine);
     if (path.quilt) {
         Depth2Quilt(path.layout, path.views).render(fitted.photo, fitted.depth, quilt);

@@ -17,7 +17,7 @@ using Json = nlohmann::json;
 namespace {
 
 // 4:2:0 and the encoder leave this much of small, colourful pictures, dB.
-constexpr double kLeastPsnr = 26;
+constexpr double kMinPsnr = 26;
 
 const Arguments kShort = {"--seconds", "0.4", "--turns", "2"}; // 2 x 12 frames
 
@@ -72,7 +72,7 @@ void expectViews(const fs::path& file, const SwayView& view) {
         const cv::Mat& frame = frames[static_cast<std::size_t>(i)];
         ASSERT_EQ(frame.size(), expected.size());
         const double psnr = cv::PSNR(frame, expected);
-        EXPECT_GT(psnr, kLeastPsnr) << file << " " << i;
+        EXPECT_GT(psnr, kMinPsnr) << file << " " << i;
         if (std::abs(swayPosition(i, 12)) < 0.4) continue;
         view(-swayPosition(i, 12), expected);
         EXPECT_GT(psnr, cv::PSNR(frame, expected) + 1) << "the other way round, " << i;
@@ -130,7 +130,7 @@ TEST(SwayingVideo, KnowsAllOptionsOfThePhoto) {
     EXPECT_EQ(framesOf(studio / "odd.mp4").at(0).size(), cv::Size(90, 66));
     EXPECT_GT(cv::PSNR(framesOf(studio / "odd.mp4").at(0),
                        readBack(studio / "odd.png")(cv::Rect(0, 0, 90, 66))),
-              kLeastPsnr);
+              kMinPsnr);
 }
 
 TEST(SwayingVideo, IsInTheReport) {

@@ -21,8 +21,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         const ResolvedQuilt resolved = resolveQuilt(request, {}, 0.75);
         validate(resolved.layout);
         const std::filesystem::path named = quiltFileName(name, resolved.layout, 0.75);
-        constexpr std::size_t kLongestName = 200; // no file's is much longer
-        if (name.size() > kLongestName) return;
+        constexpr std::size_t kMaxNameBytes = 200; // no file's is much longer
+        if (name.size() > kMaxNameBytes) return;
         const std::optional<QuiltName> again = parseQuiltName(named);
         fuzz::require(again.has_value(), "a quilt's name says what it holds");
     });

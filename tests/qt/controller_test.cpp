@@ -795,6 +795,10 @@ TEST(ViewerDepth, TheStandardNetworkIsUsedByItself) {
     spill(models / "model-small.onnx", "no network");
     EXPECT_EQ(DepthMaker().choose(kBestDepth, false), "midas-small");
     EXPECT_EQ(DepthMaker().choose(kBestDepth, true), kGivenDepth);
+    spill(models / "catalog.json", R"({"networks": [
+        {"name": "other", "file": "model-small.onnx", "inputWidth": 64, "inputHeight": 64,
+         "engine": "onnxruntime"}]})");
+    EXPECT_EQ(DepthMaker().choose(kBestDepth, false), hasOnnxRuntime() ? "other" : kBuiltInDepth);
 }
 
 TEST_F(ViewerController, ANetworkThatIsNoneIsAMessage) {
@@ -809,6 +813,7 @@ TEST_F(ViewerController, ANetworkThatIsNoneIsAMessage) {
         controller.open(std::vector<fs::path>{folder_ / name});
         EXPECT_TRUE(waitFor([&] { return controller.problem().contains("model-small.onnx"); }))
             << controller.problem().toStdString();
+        EXPECT_FALSE(controller.canFrame()) << "no picture is shown";
     }
     Knobs knobs;
     knobs.depth = kBuiltInDepth;

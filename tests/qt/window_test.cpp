@@ -21,6 +21,7 @@
 #include <QMessageBox>
 #include <QMimeData>
 #include <QSettings>
+#include <QSignalSpy>
 #include <QSlider>
 #include <QStatusBar>
 #include <QTimer>
@@ -300,6 +301,13 @@ TEST_F(ViewerWindow, ABrokenFileIsAMessageInTheWindow) {
     drop({"broken.jpg"});
     ASSERT_TRUE(waitFor([this] { return picture().headline() == "This file cannot be opened"; }));
     EXPECT_FALSE(entry("Export Native")->isEnabled());
+    QSignalSpy drags(&picture(), &PictureView::dragged); // words cannot be dragged
+    QTest::mousePress(&picture(), Qt::LeftButton, Qt::NoModifier, {100, 100});
+    QMouseEvent move(QEvent::MouseMove, QPointF(200, 100), Qt::NoButton, Qt::LeftButton,
+                     Qt::NoModifier);
+    QCoreApplication::sendEvent(&picture(), &move);
+    QTest::mouseRelease(&picture(), Qt::LeftButton, Qt::NoModifier, {200, 100});
+    EXPECT_EQ(drags.count(), 0);
     openPhoto();
     EXPECT_TRUE(picture().headline().isEmpty());
     files().setCurrentRow(0);

@@ -34,8 +34,7 @@ std::vector<NamedDepthSource> depthSources(Messages& messages) {
     std::vector<NamedDepthSource> sources;
     for (const InstalledNetwork& network : installedNetworks()) {
         const NetworkProfile& profile = network.profile;
-        if (profile.large || (profile.engine == InferenceEngine::OnnxRuntime && !hasOnnxRuntime()))
-            continue;
+        if (profile.large || !canRun(profile)) continue;
         sources.push_back(networkSource(network, {}, messages));
         const cv::Size half(profile.inputWidth / 2, profile.inputHeight / 2);
         if (half.width % profile.multipleOf == 0 && half.height % profile.multipleOf == 0)

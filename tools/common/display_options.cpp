@@ -2,9 +2,8 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "common/quilt_options.hpp"
 
-#include <algorithm>
-#include <cstdlib>
 #include <fstream>
 
 namespace altiro3D::tools {
@@ -13,14 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kSameAspect = 0.0025; // of a panel and its name
 constexpr const char* kSampleName = "portrait-sample.json";
-constexpr std::uintmax_t kCacheBytes = std::uintmax_t{1} << 30;
-
-std::optional<std::string> environment(const char* name) {
-    const char* value = std::getenv(name);
-    return value != nullptr && *value != '\0' ? std::optional<std::string>(value) : std::nullopt;
-}
 
 // The one volume of a display that is mounted, or the one that --serial names.
 std::optional<MountedCalibration> mountedVolume(const std::optional<std::string>& serial,
@@ -147,76 +139,6 @@ std::string sampleWarning(DisplayUse use) {
     return {};
 }
 
-// Keeps the cache below its limit by removing the least recently used tables.
-void trimCache(const fs::path& directory) {
-    struct Entry {
-        fs::file_time_type used;
-        std::uintmax_t bytes;
-        fs::path file;
-    };
-    std::vector<Entry> entries;
-    std::uintmax_t total = 0;
-    std::error_code error;
-    for (fs::directory_iterator it(directory, error), end; !error && it != end;
-         it.increment(error)) {
-        std::error_code ignored;
-        if (it->path().extension() != ".map" || !it->is_regular_file(ignored)) continue;
-        entries.push_back({it->last_write_time(ignored), it->file_size(ignored), it->path()});
-        total += entries.back().bytes;
-    }
-    std::sort(entries.begin(), entries.end(),
-              [](const Entry& a, const Entry& b) { return a.used < b.used; });
-    for (const Entry& entry : entries) {
-        if (total <= kCacheBytes) break;
-        fs::remove(entry.file, error);
-        total -= entry.bytes;
-    }
-}
-
-// The table of a display from the user's cache. A missing table is built and kept there. The cache
-// is optional: if anything is wrong with it, the table is built.
-NativeLut cachedLut(const Calibration& calibration, const QuiltLayout& layout, InvertViews invert,
-                    Messages& messages) {
-    const bool inverted = lensGeometry(calibration, invert).inverted;
-    const fs::path directory = cacheDirectory();
-    fs::path file;
-    if (!directory.empty()) {
-        file = directory /
-               (fingerprintText(fingerprint(calibration)) + "-" + std::to_string(layout.columns) +
-                "x" + std::to_string(layout.rows) + "-" + std::to_string(layout.tileSize.width) +
-                "x" + std::to_string(layout.tileSize.height) + "-" +
-                std::to_string(layout.viewCount) + (inverted ? "-inverted" : "") + ".map");
-        std::error_code error;
-        if (fs::exists(file, error)) {
-            try {
-                NativeLut lut = NativeLut::load(file);
-                if (lut.quilt() == layout && lut.inverted() == inverted &&
-                    lut.calibrationFingerprint() == fingerprint(calibration)) {
-                    fs::last_write_time(file, fs::file_time_type::clock::now(), error);
-                    messages.detail("look-up table: from the cache, " + file.string());
-                    return lut;
-                }
-            } catch (const Error& problem) {
-                messages.detail(std::string("look-up table in the cache is not used: ") +
-                                problem.what());
-            }
-        }
-    }
-    NativeLut lut(calibration, layout, invert);
-    if (!file.empty()) {
-        try {
-            std::error_code ignored;
-            fs::create_directories(directory, ignored);
-            lut.save(file);
-            trimCache(directory);
-            messages.detail("look-up table: built and kept as " + file.string());
-        } catch (const Error& problem) {
-            messages.detail(std::string("look-up table: built, not kept: ") + problem.what());
-        }
-    }
-    return lut;
-}
-
 // Adds to the error of a damaged table how to repair it.
 NativeLut readMap(const fs::path& file) {
     try {
@@ -230,37 +152,7 @@ NativeLut readMap(const fs::path& file) {
     }
 }
 
-// An error of the library about a quilt, with the option's name as its subject.
-Error inOptions(const Error& error) {
-    const std::string text = error.what();
-    for (const auto& [subject, option] : {std::pair("quilt grid", "-q"), {"view size", "-r"}}) {
-        const std::string beginning = std::string(subject) + ": ";
-        if (text.rfind(beginning, 0) == 0)
-            return {error.code(), option, text.substr(beginning.size())};
-    }
-    return error;
-}
-
-// "16:9", or "1.85:1" for what has no short name
-std::string aspectText(double aspect) {
-    constexpr int kMax = 21;
-    for (int height = 1; height <= kMax; ++height) {
-        const int width = static_cast<int>(std::lround(aspect * height));
-        if (width < 1 || width > kMax || std::min(width, height) > 10) continue;
-        if (std::abs(static_cast<double>(width) / height / aspect - 1) < kSameAspect)
-            return std::to_string(width) + ":" + std::to_string(height);
-    }
-    return fixed(aspect, 2) + ":1";
-}
-
 } // namespace
-
-fs::path cacheDirectory() {
-    const auto cache = environment("XDG_CACHE_HOME");
-    if (cache && fs::path(*cache).is_absolute()) return fs::path(*cache) / "altiro3D";
-    if (const auto home = environment("HOME")) return fs::path(*home) / ".cache" / "altiro3D";
-    return {};
-}
 
 void addInvertOption(CommandLine& commandLine) {
     commandLine.addAdvanced(
@@ -273,19 +165,6 @@ void addInvertOption(CommandLine& commandLine) {
 InvertViews invertOption(const CommandLine& commandLine) {
     constexpr InvertViews kModes[] = {InvertViews::Auto, InvertViews::On, InvertViews::Off};
     return kModes[commandLine.choice("invert", {"auto", "on", "off"}).value_or(0)];
-}
-
-void addQuiltOptions(CommandLine& commandLine) {
-    commandLine.add({"q", "layout"},
-                    "Views in the quilt, rows x columns (default: the display model's; 6x8 on a "
-                    "Portrait: 6 rows of 8 columns).",
-                    "RxC");
-    commandLine.addOldName("layout", "quilt");
-    commandLine.addAdvanced(
-        {"r", "resolution"},
-        "Size of one view, height x width in px (default: the display model's; 560x420 "
-        "on a Portrait).",
-        "HxW");
 }
 
 void addDisplayOptions(CommandLine& commandLine) {
@@ -316,32 +195,6 @@ void addDisplayOptions(CommandLine& commandLine) {
                         "volume.");
     commandLine.addTerm(Chapter::Environment, "XDG_CACHE_HOME",
                         "Directory that is used instead of ~/.cache.");
-}
-
-void addSamplingOptions(CommandLine& commandLine) {
-    commandLine.addAdvanced(
-        {"view-filter"},
-        "Views that a sub-pixel shows: nearest (default) or linear, a blend of two; "
-        "not with -m.",
-        "nearest|linear");
-    commandLine.addAdvanced(
-        {"sampling"},
-        "Pixels inside a view: nearest (default) or linear, a blend of four; not with "
-        "-m.",
-        "nearest|linear");
-}
-
-QuiltSampling samplingOption(const CommandLine& commandLine) {
-    const auto views = commandLine.choice("view-filter", {"nearest", "linear"});
-    const auto inTile = commandLine.choice("sampling", {"nearest", "linear"});
-    QuiltSampling sampling;
-    if (views.value_or(0) == 1) sampling.views = ViewFilter::Linear;
-    if (inTile.value_or(0) == 1) sampling.inTile = TileSampling::Linear;
-    return sampling;
-}
-
-bool blends(const QuiltSampling& sampling) {
-    return sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest;
 }
 
 fs::path calibrationFile(const fs::path& given) {
@@ -443,127 +296,6 @@ ChosenDisplay findDisplay(const CommandLine& commandLine, Messages& messages,
     }
     tellDisplay(display, use, messages);
     return display;
-}
-
-void tellShape(const QuiltShape& shape, Messages& messages) {
-    if (!shape.fitsUnasked()) return;
-    messages.say("fit: by the file name the shape of the views differs from the panel's; black "
-                 "bars keep it (--fit cover or stretch fills the panel)");
-}
-
-std::string quiltText(const QuiltLayout& layout, double aspect) {
-    std::string text = layout.text();
-    const double ofTile = static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
-    if (!haveSameShape(ofTile, aspect)) text += ", shown " + aspectText(aspect);
-    return text;
-}
-
-ResolvedQuilt resolveLayout(const QuiltRequest& request, const QuiltLayout& standard,
-                            double panelAspect) {
-    try {
-        ResolvedQuilt resolved = resolveQuilt(request, standard, panelAspect);
-        for (Note& note : resolved.notes)
-            note.text += request.tileSize ? " (-q takes rows x columns, -r height x width)"
-                                          : " (-q takes rows x columns)";
-        return resolved;
-    } catch (const Error& error) {
-        throw inOptions(error);
-    }
-}
-
-std::optional<QuiltGrid> gridOption(const CommandLine& commandLine) {
-    const auto text = commandLine.value("q");
-    if (!text) return std::nullopt;
-    try {
-        return parseQuiltGrid(*text);
-    } catch (const Error& error) {
-        throw UsageError(inOptions(error).what());
-    }
-}
-
-bool isLayoutStated(const CommandLine& commandLine, const fs::path& quiltFile) {
-    return commandLine.has("q") || commandLine.has("r") || parseQuiltName(quiltFile).has_value();
-}
-
-std::optional<QuiltGrid> certainLayout(const FoundQuilt& found, const fs::path& file, cv::Size size,
-                                       const QuiltLayout& usual) {
-    const QuiltGrid grid{found.layout.columns, found.layout.rows};
-    switch (found.verdict) {
-    case QuiltVerdict::Quilt:
-        return grid;
-    case QuiltVerdict::NoQuilt:
-        throw Error(ErrorCode::BadFormat, file.string(),
-                    "is a photo or another picture of one view, expected a quilt (photo2native "
-                    "makes a Native of a photo; -q ROWSxCOLUMNS reads any picture as a quilt)");
-    case QuiltVerdict::Unsure:
-        break;
-    }
-    // a few px more or less, where views have a fractional size
-    if (usual.tileSize == cv::Size(size.width / usual.columns, size.height / usual.rows))
-        return std::nullopt;
-    std::string problem = "its name does not state the layout, and the picture shows none clearly";
-    if (found.confidence > 0) {
-        problem += " (perhaps " + std::to_string(grid.columns) + " columns x " +
-                   std::to_string(grid.rows) + " rows)";
-    }
-    throw UsageError(file.string() + ": " + problem +
-                     ", expected -q ROWSxCOLUMNS, or a name that ends in "
-                     "_qs<columns>x<rows>a<aspect>");
-}
-
-bool isQuiltPicture(const FoundQuilt& found, cv::Size picture, const QuiltLayout& usual) {
-    if (found.verdict != QuiltVerdict::Unsure) return found.verdict == QuiltVerdict::Quilt;
-    return cv::Size(picture.width / usual.columns, picture.height / usual.rows) == usual.tileSize;
-}
-
-std::string foundText(const FoundQuilt& found) {
-    if (found.verdict != QuiltVerdict::Quilt) return "";
-    return "; found in the picture, " + fixed(100 * found.confidence, 0) + " % sure";
-}
-
-QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display,
-                        Messages& messages, const std::optional<fs::path>& quiltFile,
-                        std::optional<cv::Size> quiltSize, const std::optional<FoundQuilt>& found) {
-    QuiltRequest request;
-    request.grid = gridOption(commandLine);
-    try {
-        if (const auto tile = commandLine.value("r")) request.tileSize = parseTileSize(*tile);
-    } catch (const Error& error) {
-        throw UsageError(inOptions(error).what());
-    }
-    if (quiltFile) request.name = parseQuiltName(*quiltFile);
-    request.quiltSize = quiltSize;
-    const bool stated = display.map && found && found->verdict != QuiltVerdict::Quilt; // by the map
-    if (found && !stated)
-        request.found = certainLayout(*found, *quiltFile, *quiltSize, display.quilt);
-    const ResolvedQuilt resolved = resolveLayout(request, display.quilt, display.aspect());
-    QuiltLayout layout = resolved.layout;
-    if (display.map) {
-        const QuiltLayout& mapped = display.map->quilt();
-        layout.viewCount = mapped.viewCount;
-        if (layout != mapped) {
-            throw Error(ErrorCode::Mismatch, display.source,
-                        "is made for a quilt of " + sizeText(mapped.size()) + " with " +
-                            mapped.text() + ", but this one has " + sizeText(layout.size()) +
-                            " with " + layout.text() + "; expected the map's");
-        }
-    }
-    // of a nameless quilt the map states what it is
-    if (!display.map || request.grid || request.tileSize || request.name)
-        messages.warn(resolved.notes);
-    return layout;
-}
-
-NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, Messages& messages) {
-    return display.map ? *display.map
-                       : cachedLut(display.calibration, layout, display.invert, messages);
-}
-
-Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const ChosenDisplay& display,
-                              const QuiltLayout& layout, Messages& messages) {
-    const QuiltSampling sampling = samplingOption(commandLine);
-    if (blends(sampling)) return {display.calibration, layout, sampling, display.invert};
-    return Quilt2Native(lookUpTable(display, layout, messages));
 }
 
 } // namespace altiro3D::tools

@@ -3,7 +3,6 @@
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/display.hpp"
 #include "altiro3D/native_lut.hpp"
-#include "altiro3D/quilt2native.hpp"
 #include "common/run_tool.hpp"
 
 #include <functional>
@@ -20,20 +19,8 @@ struct ChosenDisplay : Display {
     bool isSample = false;  ///< No display was given or found; this is the sample.
 };
 
-/// The user's directory for cached look-up tables and measured costs. It need not exist. Empty if
-/// the environment does not define one.
-std::filesystem::path cacheDirectory();
-
 /// -m -c --serial --invert, -q -r
 void addDisplayOptions(CommandLine& commandLine);
-/// -q -r alone, for the tool that makes maps
-void addQuiltOptions(CommandLine& commandLine);
-/// --view-filter --sampling
-void addSamplingOptions(CommandLine& commandLine);
-/// @throws UsageError
-QuiltSampling samplingOption(const CommandLine& commandLine);
-/// True if sub-pixels blend views or px of views.
-bool blends(const QuiltSampling& sampling);
 /// --invert alone, for the tool that makes maps
 void addInvertOption(CommandLine& commandLine);
 InvertViews invertOption(const CommandLine& commandLine);
@@ -84,55 +71,5 @@ std::filesystem::path calibrationFile(const std::filesystem::path& given);
 /// taken with a warning.
 Calibration readChosenCalibration(const std::filesystem::path& file, const CommandLine& commandLine,
                                   Messages& messages);
-
-/// Reports black bars that keep the shape of a quilt's views, unless the user asked for them.
-void tellShape(const QuiltShape& shape, Messages& messages);
-
-/// A quilt's layout as text for people: QuiltLayout::text(), followed by the shape of the views if
-/// their px are not square.
-/// @param aspect width : height of a view as it is shown
-std::string quiltText(const QuiltLayout& layout, double aspect);
-
-/// resolveQuilt() for a request of the command line: errors and warnings name `-q` and `-r`.
-ResolvedQuilt resolveLayout(const QuiltRequest& request, const QuiltLayout& standard,
-                            double panelAspect);
-/// `-q`. @throws UsageError
-std::optional<QuiltGrid> gridOption(const CommandLine& commandLine);
-
-/// Whether the layout of a quilt file is stated: by `-q` and `-r`, or by its name.
-bool isLayoutStated(const CommandLine& commandLine, const std::filesystem::path& quiltFile);
-
-/// The layout that was found in a picture, if it is certain; none if it is not, but the picture has
-/// the size of `usual`, which is then the best guess.
-/// @throws Error BadFormat (no quilt), UsageError (not certain)
-std::optional<QuiltGrid> certainLayout(const FoundQuilt& found, const std::filesystem::path& file,
-                                       cv::Size size, const QuiltLayout& usual);
-
-/// Whether a picture is a quilt, by what was found in it; if that is unsure, by its size.
-/// @param usual the layout that it would have
-bool isQuiltPicture(const FoundQuilt& found, cv::Size picture, const QuiltLayout& usual);
-
-/// "; found in the picture, 97 % sure"
-std::string foundText(const FoundQuilt& found);
-
-/// The quilt's layout from `-q`, `-r`, a quilt's file name, its size, and what was found in it. The
-/// caller reports it with quiltText() and foundText().
-/// @param quiltFile the input quilt, if there is one
-/// @param quiltSize its size in px
-/// @param found what was found in it; only if its layout is not stated
-QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display,
-                        Messages& messages,
-                        const std::optional<std::filesystem::path>& quiltFile = std::nullopt,
-                        std::optional<cv::Size> quiltSize = std::nullopt,
-                        const std::optional<FoundQuilt>& found = std::nullopt);
-
-/// The look-up table of a display: the map of `-m`, else one from the user's cache directory, where
-/// a new table is kept.
-NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, Messages& messages);
-
-/// The renderer for a display: it uses lookUpTable(), or blends if `--view-filter` or `--sampling`
-/// ask for it.
-Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const ChosenDisplay& display,
-                              const QuiltLayout& layout, Messages& messages);
 
 } // namespace altiro3D::tools

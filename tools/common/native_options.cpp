@@ -89,7 +89,7 @@ std::string costKey(const NativeMaker& maker, cv::Size photo) {
     const QuiltLayout& layout = maker.layout();
     std::string key = pathName(maker) + "-" + sizeKey(photo) + "-" + sizeKey(maker.panelSize());
     if (isContinuous(maker.options())) key += "-continuous";
-    if (!maker.options().refine.enabled) key += "-exact";
+    if (maker.options().refine.keepsDepth()) key += "-exact";
     if (blends(maker.options().sampling)) key += "-blended";
     if (maker.path() == NativePath::OverQuilt)
         key += "-" + sizeKey(layout.tileSize) + "-" + std::to_string(layout.viewCount);

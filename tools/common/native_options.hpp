@@ -2,6 +2,7 @@
 
 #include "altiro3D/native_maker.hpp"
 #include "common/display_options.hpp"
+#include "common/quilt_options.hpp"
 
 #include <opencv2/core/types.hpp>
 #include <string>

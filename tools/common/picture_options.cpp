@@ -51,7 +51,7 @@ void addRefineOption(CommandLine& commandLine) {
 
 DepthRefineOptions refineOptions(const CommandLine& commandLine) {
     DepthRefineOptions options;
-    options.enabled = !commandLine.has("exact-depth");
+    if (commandLine.has("exact-depth")) options.flaws = DepthFlaws();
     return options;
 }
 

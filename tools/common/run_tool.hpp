@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <opencv2/core/types.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -143,6 +144,9 @@ std::string fixed(double value, int decimals);
 
 /// ASCII letters in lower case, all else as it is.
 std::string lowerCase(std::string text);
+
+/// The value of an environment variable; nothing if it is not set or empty.
+std::optional<std::string> environment(const char* name);
 
 /// The message of an exception on one line.
 std::string sentenceOf(const std::exception& error);

@@ -8,8 +8,8 @@ namespace altiro3D::tools {
 
 namespace {
 
-constexpr int kLeastSide = 16;
-constexpr int kLargestSide = 16384;
+constexpr int kMinSide = 16;
+constexpr int kMaxSide = 16384;
 
 } // namespace
 
@@ -73,7 +73,7 @@ std::optional<cv::Size> swaySizeOption(const CommandLine& commandLine) {
     const QRegularExpressionMatch match = kPair.match(QString::fromStdString(*text));
     const cv::Size size(match.captured(1).toInt(), match.captured(2).toInt()); // 0 x 0: no match
     const auto good = [](int side) {
-        return side >= kLeastSide && side <= kLargestSide && side % 2 == 0;
+        return side >= kMinSide && side <= kMaxSide && side % 2 == 0;
     };
     if (!good(size.width) || !good(size.height)) {
         throw UsageError("--size is \"" + *text +

@@ -4,6 +4,7 @@
 #include "common/folder_run.hpp"
 #include "common/native_options.hpp"
 #include "common/picture_options.hpp"
+#include "common/quilt_options.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>

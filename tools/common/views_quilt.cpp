@@ -59,7 +59,7 @@ ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& 
             fitted.copyTo(result.quilt(layout.tile(i)));
         }
     }
-    if (likenessOfViews(looks) < kLeastLikenessOfViews) {
+    if (likenessOfViews(looks) < kMinLikenessOfViews) {
         throw Error(ErrorCode::BadFormat, directory.string(),
                     "holds pictures that do not resemble each other, expected views of one scene "
                     "from neighbouring cameras (photo2native makes Natives of photos)");

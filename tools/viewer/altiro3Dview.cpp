@@ -5,6 +5,7 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/qt/display_search.hpp"
 #include "common/display_options.hpp"
+#include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 #include "viewer/depth_maker.hpp"
 #include "viewer/display_list.hpp"

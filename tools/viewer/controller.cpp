@@ -387,7 +387,8 @@ void Controller::focusAt(double x, double y) {
 
 bool Controller::canFrame() const {
     const Request& shown = frame_.request;
-    return document_ && frameReading_ == readings_ && document_->kind == Kind::Scene &&
+    return document_ && frameReading_ == readings_ && !frame_.picture.empty() &&
+           document_->kind == Kind::Scene &&
            (shown.mode == Mode::Sway || shown.mode == Mode::Depth || shown.mode == Mode::Lens);
 }
 

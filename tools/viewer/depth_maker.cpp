@@ -60,8 +60,9 @@ std::string DepthMaker::choose(const std::string& wish, bool given) const {
     if (wish == kBuiltInDepth || find(wish) != nullptr) return wish;
     if (given) return kGivenDepth;
     const auto standard =
-        std::find_if(networks_.begin(), networks_.end(),
-                     [](const InstalledNetwork& network) { return !network.profile.large; });
+        std::find_if(networks_.begin(), networks_.end(), [](const InstalledNetwork& network) {
+            return !network.profile.large && canRun(network.profile);
+        });
     return standard != networks_.end() ? standard->profile.name : kBuiltInDepth;
 }
 

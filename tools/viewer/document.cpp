@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "common/depth_options.hpp"
 #include "common/folder_search.hpp"
+#include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/views_quilt.hpp"
 
@@ -170,7 +171,7 @@ bool areViews(const std::vector<Source>& files) {
     } catch (const Error&) {
         return false; // each file is then opened on its own, and says what is wrong
     }
-    return likenessOfViews(looks) >= kLeastLikenessOfViews;
+    return likenessOfViews(looks) >= kMinLikenessOfViews;
 }
 
 } // namespace

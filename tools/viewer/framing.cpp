@@ -30,12 +30,12 @@ cv::Point2d within(cv::Point2d centre, cv::Size2d window, double zoom) {
 
 Framing allowed(const Framing& framing, const FramedPhoto& photo) {
     if (framing.zoom <= 1) return framing;
-    if (std::min(photo.size.width, photo.size.height) < kLeastFramedPixels)
+    if (std::min(photo.size.width, photo.size.height) < kMinFramedPixels)
         return {framing.centre, 1};
     const cv::Size2d window = windowOf(photo);
     const double least =
         std::min(window.width * photo.size.width, window.height * photo.size.height);
-    return {framing.centre, std::clamp(least / kLeastFramedPixels, 1.0, framing.zoom)};
+    return {framing.centre, std::clamp(least / kMinFramedPixels, 1.0, framing.zoom)};
 }
 
 Framing moved(const Framing& framing, const FramedPhoto& photo, cv::Point2d by) {

@@ -16,7 +16,7 @@ struct FramedPhoto {
     FitMode fit = FitMode::Cover; ///< How the photo is fitted.
 };
 
-/// The framing that this photo allows: its zoom leaves at least kLeastFramedPixels rows and
+/// The framing that this photo allows: its zoom leaves at least kMinFramedPixels rows and
 /// columns.
 Framing allowed(const Framing& framing, const FramedPhoto& photo);
 

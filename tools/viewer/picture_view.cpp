@@ -112,6 +112,7 @@ void PictureView::mousePressEvent(QMouseEvent* event) {
 
 void PictureView::mouseMoveEvent(QMouseEvent* event) {
     if ((event->buttons() & Qt::LeftButton) != 0) {
+        if (picture_.isNull()) return; // nothing to drag
         if (!dragging_ &&
             (event->pos() - pressed_).manhattanLength() < QApplication::startDragDistance())
             return;

@@ -11,10 +11,9 @@ namespace altiro3D::viewer {
 namespace {
 
 constexpr double kUsualDuration = 0.04; // s, if a picture states none
-constexpr double kLeastLength =
-    0.04; // s, of a video, so that a single picture is not read in a loop
-constexpr double kLongestGap = 0.25; // s, after which a late picture is shown as well
-constexpr double kFarthest = 1e9;    // s, that fit into the clock's numbers; files may state more
+constexpr double kMinLength = 0.04; // s, of a video, so that a single picture is not read in a loop
+constexpr double kMaxGap = 0.25;    // s, after which a late picture is shown as well
+constexpr double kFarthest = 1e9;   // s, that fit into the clock's numbers; files may state more
 
 } // namespace
 
@@ -73,7 +72,7 @@ void VideoPlayer::playOnce() {
     start_ = Clock::now();
     Clock::time_point last = start_ - std::chrono::hours(1);
     VideoFrame frame;
-    double end = kLeastLength;
+    double end = kMinLength;
     while (reader.read(frame)) {
         const double time = static_cast<double>(frame.pts) * unit;
         if (!waitUntil(time)) return;
@@ -83,7 +82,7 @@ void VideoPlayer::playOnce() {
         const double duration =
             frame.duration > 0 ? static_cast<double>(frame.duration) * unit : kUsualDuration;
         end = std::max(end, time + duration);
-        const bool shown = (late < duration || gap > kLongestGap) && show_(frame.picture);
+        const bool shown = (late < duration || gap > kMaxGap) && show_(frame.picture);
         if (shown) {
             last = now;
             frame.picture = cv::Mat(); // its receiver may keep it

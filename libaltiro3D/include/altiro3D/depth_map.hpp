@@ -110,16 +110,23 @@ struct DepthFlaws {
     cv::Point shiftPixels;
     /// Standard deviation of the noise on surfaces, in units of depth, 0..1.
     double noise = 0;
+
+    /// Whether there is any flaw. @return true if a member is not 0
+    [[nodiscard]] bool any() const {
+        return softnessPixels != 0 || overshoot != 0 || growthPixels != 0 ||
+               shiftPixels != cv::Point() || noise != 0;
+    }
 };
 
 /// Options of refineDepth().
 struct DepthRefineOptions {
-    /// false: the depth map is exact and stays as it is. normalizeDepth() and fitDepth(), which
-    /// come before, still change values and size.
-    bool enabled = true;
     /// Flaws to correct, for example those of an earlier frame of a scene; not set: they are
-    /// measured.
+    /// measured. `DepthFlaws()` if the depth map is exact: it stays as it is. normalizeDepth() and
+    /// fitDepth(), which come before, still change values and size.
     std::optional<DepthFlaws> flaws;
+
+    /// Whether the depth map stays as it is. @return true if `flaws` is set and without any flaw
+    [[nodiscard]] bool keepsDepth() const { return flaws && !flaws->any(); }
 };
 
 /// Measures how a depth map differs from its photo. A flaw counts if many edges of the picture show
@@ -140,7 +147,7 @@ struct DepthRefineOptions {
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; values beyond are clamped, NaN counts as 0
 /// @param refined [as depth]; may be `depth` itself. The same bytes for any number of threads.
-/// @param options which flaws; with `enabled` false the depth is copied unchanged
+/// @param options which flaws; if it keepsDepth(), the depth is copied unchanged
 /// @throws Error InvalidArgument (empty, wrong type, flaws out of range), Mismatch (sizes differ)
 ALTIRO3D_EXPORT void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
                                  const DepthRefineOptions& options = {});

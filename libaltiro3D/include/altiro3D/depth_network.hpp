@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/depth_map.hpp"
 #include "altiro3D/export.hpp"
 
 #include <array>
@@ -20,6 +21,11 @@ enum class NetworkOutput {
     InverseDepth, ///< Relative inverse depth, larger = nearer, unknown scale and shift (MiDaS).
     MetricDepth   ///< Distance, larger = farther (FastDepth).
 };
+
+/// The meaning of a network's output for normalizeDepth().
+/// @param output from the network's profile
+/// @return DepthNormalization::kind
+[[nodiscard]] ALTIRO3D_EXPORT DepthKind kindOf(NetworkOutput output);
 
 /// Order of the colour planes in a network's input.
 enum class ChannelOrder { Rgb, Bgr };
@@ -69,6 +75,11 @@ struct NetworkProfile {
     /// DepthNetwork itself ignores it.
     double cuesShare = 0;
 };
+
+/// Whether this library can run a network.
+/// @param profile its engine decides
+/// @return false if the network needs ONNX Runtime and hasOnnxRuntime() is false
+[[nodiscard]] ALTIRO3D_EXPORT bool canRun(const NetworkProfile& profile);
 
 /// Checks a profile.
 /// @param profile the profile to check
@@ -246,7 +257,7 @@ modelCatalog(const std::vector<std::filesystem::path>& searchPath = modelSearchP
 installedNetworks(const std::vector<std::filesystem::path>& searchPath = modelSearchPath());
 
 /// The default network: the first of installedNetworks() whose NetworkProfile::large equals
-/// `large`. Networks that need ONNX Runtime are skipped if hasOnnxRuntime() is false.
+/// `large` and that canRun().
 /// @param large true: the large network
 /// @param searchPath directories, as from modelSearchPath()
 /// @return the network; nothing if no such network is installed

@@ -35,7 +35,7 @@ struct ALTIRO3D_EXPORT StereoMatch {
     double nearest = 0;  ///< Largest disparity: percentile 99.5.
     /// By how much the right picture is lower than the left one in its middle, as share of the
     /// width; it was moved back before matching.
-    double lower = 0;
+    double verticalOffset = 0;
     double rollDegrees = 0;    ///< Rotation of the right picture, clockwise; it was undone.
     double matchedShare = 0;   ///< Share of the left picture's px that have a match, 0..1.
     double likeness = 0;       ///< Correlation of the fine detail of matched px, -1..1.

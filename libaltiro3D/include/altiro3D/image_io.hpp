@@ -223,8 +223,7 @@ findDepthBeside(const std::filesystem::path& photo);
 /// @param depth [any size of the photo's shape, CV_32FC1, 0..1, 1 = nearest]; clamped, NaN counts
 ///        as 0
 /// @throws Error InvalidArgument (empty, wrong type), Unsupported (extension, too many px),
-/// Mismatch
-///         (shapes differ by more than 2 %), WriteFailed, OutOfMemory
+///         Mismatch (shapes differ by more than 2 %), WriteFailed, OutOfMemory
 ALTIRO3D_EXPORT void writePhotoWithDepth(const std::filesystem::path& path, const cv::Mat& photo,
                                          const cv::Mat& depth);
 

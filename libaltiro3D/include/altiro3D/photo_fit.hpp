@@ -36,7 +36,7 @@ struct Framing {
 }
 
 /// With a zoom above 1, the part that is shown must have at least this many rows and columns.
-constexpr int kLeastFramedPixels = 16;
+constexpr int kMinFramedPixels = 16;
 
 /// The source and target rectangles of a fit.
 struct PhotoFit {
@@ -55,7 +55,7 @@ struct PhotoFit {
 /// @param framing the part to show; with FitMode::Contain, zooming first shrinks the bars
 /// @return the fit
 /// @throws Error InvalidArgument (out of these ranges; a zoom that leaves less than
-///         kLeastFramedPixels rows or columns)
+///         kMinFramedPixels rows or columns)
 [[nodiscard]] ALTIRO3D_EXPORT PhotoFit fitPhoto(cv::Size picture, double panelAspect,
                                                 cv::Size result, FitMode mode = FitMode::Cover,
                                                 const Framing& framing = {});

@@ -196,6 +196,6 @@ struct FoundQuilt {
 [[nodiscard]] ALTIRO3D_EXPORT double likenessOfViews(const std::vector<cv::Mat>& pictures);
 
 /// Pictures below this likenessOfViews() are not views of one scene.
-constexpr double kLeastLikenessOfViews = 0.15;
+constexpr double kMinLikenessOfViews = 0.15;
 
 } // namespace altiro3D

@@ -6,7 +6,7 @@ namespace {
 
 // Text from files and users may contain line breaks and terminal escape sequences. They are
 // replaced, so an error is one line and cannot inject escape sequences.
-std::string oneLine(std::string text) {
+std::string withoutControls(std::string text) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         const auto c = static_cast<unsigned char>(text[i]);
         if (c < 0x20 || c == 0x7f) text[i] = ' ';
@@ -20,6 +20,6 @@ std::string oneLine(std::string text) {
 } // namespace
 
 Error::Error(ErrorCode code, const std::string& subject, const std::string& problem)
-    : std::runtime_error(oneLine(subject + ": " + problem)), code_(code) {}
+    : std::runtime_error(withoutControls(subject + ": " + problem)), code_(code) {}
 
 } // namespace altiro3D

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kReadStepBytes = std::size_t{1} << 20;
-constexpr std::size_t kLargestCallBytes = std::size_t{1} << 30; // Linux accepts 2 GiB at most
+constexpr std::size_t kMaxCallBytes = std::size_t{1} << 30; // Linux accepts 2 GiB at most
 
 std::string reason(int number) {
     return std::generic_category().message(number);
@@ -50,7 +50,7 @@ int writeAll(int number, const std::vector<Bytes>& parts) {
         const char* next = static_cast<const char*>(part.data);
         std::size_t left = part.size;
         while (left > 0) {
-            const ssize_t count = ::write(number, next, std::min(left, kLargestCallBytes));
+            const ssize_t count = ::write(number, next, std::min(left, kMaxCallBytes));
             if (count > 0) {
                 next += count;
                 left -= static_cast<std::size_t>(count);
@@ -174,8 +174,7 @@ std::string readFile(const fs::path& path, std::uintmax_t maxBytes) {
             char extra = 0;
             const bool full = filled == contents.size();
             char* const to = full ? &extra : contents.data() + filled;
-            const std::size_t room =
-                full ? 1 : std::min(contents.size() - filled, kLargestCallBytes);
+            const std::size_t room = full ? 1 : std::min(contents.size() - filled, kMaxCallBytes);
             const ssize_t count = ::read(file.get(), to, room);
             if (count < 0) {
                 if (errno == EAGAIN || errno == EWOULDBLOCK) {

@@ -16,7 +16,7 @@ constexpr int kSide = 64;                  // places per row and column
 constexpr int kBorder = kSide / 8;         // width of the border
 constexpr int kMiddle = kSide / 4;         // the middle begins here
 constexpr double kMaxContradiction = -0.3; // correlation of a contradiction
-constexpr double kLeastSpread = 0.02;      // standard deviation of depth that has a direction
+constexpr double kMinSpread = 0.02;        // standard deviation of depth that has a direction
 
 using Samples = std::vector<double>; // [kSide * kSide], by rows
 
@@ -76,7 +76,7 @@ bool looksInverted(const cv::Mat& photo, const cv::Mat& depth) {
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     const Samples samples = samplesOf(depth);
-    if (std::sqrt(covariance(samples, samples)) < kLeastSpread) return false;
+    if (std::sqrt(covariance(samples, samples)) < kMinSpread) return false;
     if (correlation(samples, rowNumbers()) > kMaxContradiction || !isBorderNearer(samples))
         return false;
     cv::Mat cues;

@@ -23,7 +23,7 @@ namespace {
 // noise; 10 to 30 give the same error within 3 % on five Middlebury scenes reduced 2 to 6 times.
 constexpr double kColorSigma = 16.0;
 
-constexpr float kLeastColorWeight = 1e-4f;
+constexpr float kMinColorWeight = 1e-4f;
 
 std::array<float, kColorSteps + 1> makeColorWeights() {
     std::array<float, kColorSteps + 1> weights{};
@@ -31,9 +31,9 @@ std::array<float, kColorSteps + 1> makeColorWeights() {
         const double square = (i + 0.5) * (1 << kColorShift);
         weights[static_cast<std::size_t>(i)] =
             static_cast<float>(std::exp(-square / (2 * kColorSigma * kColorSigma))) +
-            kLeastColorWeight;
+            kMinColorWeight;
     }
-    weights[kColorSteps] = kLeastColorWeight;
+    weights[kColorSteps] = kMinColorWeight;
     return weights;
 }
 

@@ -19,12 +19,12 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kReach = 7;             // edges of the photo are searched this far away, px
-constexpr int kLongestRamp = 40;      // px on each side of the steepest place
-constexpr float kLeastHeight = 0.04F; // of a step, in units of depth
-constexpr float kLeastSlope = 0.004F; // of its steepest place, per px
-constexpr int kLeastContrast = 30;    // of the photo around a step, summed over px and channels
-constexpr int kWeakContrast = 60;     // steps with less count less
+constexpr int kReach = 7;           // edges of the photo are searched this far away, px
+constexpr int kMaxRamp = 40;        // px on each side of the steepest place
+constexpr float kMinHeight = 0.04F; // of a step, in units of depth
+constexpr float kMinSlope = 0.004F; // of its steepest place, per px
+constexpr int kMinContrast = 30;    // of the photo around a step, summed over px and channels
+constexpr int kWeakContrast = 60;   // steps with less count less
 
 // Counts of values in bins of equal width.
 template <std::size_t kBins>
@@ -116,13 +116,13 @@ void measureStep(const Line& line, int x, float least, Side rising, Steps& steps
     int low = x;
     int high = x + 1;
     const auto isRamp = [&](int i) { return line.slope(i) * sign > 0.1F * steepest; };
-    while (low > 0 && x - low < kLongestRamp && isRamp(low - 1))
+    while (low > 0 && x - low < kMaxRamp && isRamp(low - 1))
         --low;
-    while (high + 1 < line.length && high - x < kLongestRamp && isRamp(high))
+    while (high + 1 < line.length && high - x < kMaxRamp && isRamp(high))
         ++high;
     const float height = std::abs(line.at(high) - line.at(low));
     if (height < least) return;
-    if (x - low == kLongestRamp || high - x == kLongestRamp) return; // a slope
+    if (x - low == kMaxRamp || high - x == kMaxRamp) return; // a slope
     const float middle = (line.at(low) + line.at(high)) / 2;
     int border = low; // between this px and the next
     while (border + 1 < high && (middle - line.at(border + 1)) * sign > 0)
@@ -135,7 +135,7 @@ void measureStep(const Line& line, int x, float least, Side rising, Steps& steps
         contrast[static_cast<std::size_t>(t + kReach)] = value;
         sum += value;
     }
-    if (sum < kLeastContrast) return; // the photo shows no edge
+    if (sum < kMinContrast) return; // the photo shows no edge
     const auto weight = static_cast<std::int64_t>(std::min(height, 0.3F) * 1000);
     ++steps.count;
     steps.width.add(static_cast<double>(height / steepest), weight);
@@ -153,7 +153,7 @@ void measureStep(const Line& line, int x, float least, Side rising, Steps& steps
 
 void measureLine(const Line& line, float least, Side rising, Steps& steps) {
     for (int x = 1; x + 2 < line.length; ++x) {
-        if (std::abs(line.slope(x)) >= kLeastSlope) measureStep(line, x, least, rising, steps);
+        if (std::abs(line.slope(x)) >= kMinSlope) measureStep(line, x, least, rising, steps);
     }
 }
 
@@ -216,12 +216,12 @@ class Alignment {
     std::array<std::array<double, 2 * kReach + 1>, 4> share_{};
 };
 
-constexpr double kLeastGain = 1.08; // of the alignment, for a correction
+constexpr double kMinGain = 1.08; // of the alignment, for a correction
 
 void findDisplacement(const Steps& steps, DepthFlaws& flaws) {
     const Alignment alignment(steps.profiles);
     const double now = alignment.at(0, {});
-    double best = kLeastGain * now;
+    double best = kMinGain * now;
     int growth = 0;
     for (int g = -4; g <= 4; ++g) {
         for (int y = -3; y <= 3; ++y) {
@@ -270,9 +270,9 @@ double noiseOf(const cv::Mat& depth, int kLag) {
 DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
     checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
     cv::Mat clean = withinRange(depth);
-    constexpr double kLeastNoise = 0.005;
-    constexpr double kLeastSoftness = 1;
-    constexpr std::int64_t kLeastSteps = 100; // fewer may look alike by chance
+    constexpr double kMinNoise = 0.005;
+    constexpr double kMinSoftness = 1;
+    constexpr std::int64_t kMinSteps = 100; // fewer may look alike by chance
     DepthFlaws flaws;
     // Exact depth in few levels also has differences: noise is stronger, or grows with the
     // distance.
@@ -280,18 +280,18 @@ DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
     const double noise = noiseOf(clean, 8);
     const double closeNoise = noiseOf(clean, 4);
     const bool isNoise = noise >= kStrongNoise || noise >= 2.5 * closeNoise;
-    if (noise >= kLeastNoise && closeNoise >= 0.0017 && isNoise) {
+    if (noise >= kMinNoise && closeNoise >= 0.0017 && isNoise) {
         flaws.noise = noise;
         smoothSurfaces(noise, clean); // so that it is not taken for steps
     }
     const Steps steps =
-        findSteps(photo, clean, std::max(kLeastHeight, static_cast<float>(4 * flaws.noise)));
-    if (steps.count < kLeastSteps) return flaws;
+        findSteps(photo, clean, std::max(kMinHeight, static_cast<float>(4 * flaws.noise)));
+    if (steps.count < kMinSteps) return flaws;
     // Slopes look like wide steps, so a low quantile is the width of steps. If some steps are hard,
     // all are.
     constexpr double kHardWidth = 1.05; // middle of the bin
     const double softness = steps.width.quantile(0.25) - kHardWidth;
-    if (steps.width.quantile(0.1) - kHardWidth >= kLeastSoftness) {
+    if (steps.width.quantile(0.1) - kHardWidth >= kMinSoftness) {
         flaws.softnessPixels = std::min(softness, 64.0);
         flaws.overshoot = steps.overshoot.quantile(0.5);
     }

@@ -6,7 +6,7 @@
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
 #include "base/text.hpp"
-#include "depth/network_engine.hpp"
+#include "depth/network_graph.hpp"
 #include "depth/onnx_facts.hpp"
 
 #include <algorithm>
@@ -130,7 +130,7 @@ struct DepthNetwork::Impl {
     InferenceTarget target = InferenceTarget::Cpu;
     cv::Size size;                                  // size of the input for the last photo
     InferenceEngine engine = InferenceEngine::Best; // after load(): the engine in use
-    std::unique_ptr<NetworkEngine> graph;
+    std::unique_ptr<NetworkGraph> graph;
     cv::Mat narrowed; // [photo's rows x input's cols, CV_32FC3, BGR, 8-bit values times scale]
     cv::Mat resized;  // [input's size, CV_32FC3, BGR, as narrowed]
     cv::Mat blob;     // [1 x 3 x size, CV_32F, planes in channelOrder]
@@ -350,8 +350,7 @@ void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth) {
     cv::Mat raw;
     infer(photo, raw);
     DepthNormalization options;
-    options.kind = impl_->profile.output == NetworkOutput::MetricDepth ? DepthKind::Metric
-                                                                       : DepthKind::NearWhite;
+    options.kind = kindOf(impl_->profile.output);
     normalizeDepth(raw, depth, options);
 }
 

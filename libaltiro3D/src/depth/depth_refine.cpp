@@ -53,7 +53,7 @@ void shrink(cv::Mat& depth, int pixels) {
 void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
                  const DepthRefineOptions& options) {
     checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
-    if (!options.enabled) {
+    if (options.keepsDepth()) {
         depth.copyTo(refined);
         return;
     }

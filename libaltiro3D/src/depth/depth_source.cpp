@@ -51,9 +51,7 @@ class NetworkSource : public DepthSource {
                file_.string() + ")";
     }
     DepthKind kind() const override {
-        if (mixes()) return DepthKind::NearWhite;
-        return profile_.output == NetworkOutput::MetricDepth ? DepthKind::Metric
-                                                             : DepthKind::NearWhite;
+        return mixes() ? DepthKind::NearWhite : kindOf(profile_.output);
     }
     const DepthNetwork* network() const override { return network_ ? &*network_ : nullptr; }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {

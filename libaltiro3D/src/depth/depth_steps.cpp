@@ -209,12 +209,12 @@ struct StepSide {
 };
 
 // Parameters that were measured on the scenes of docs/lab/views.md.
-constexpr float kLeastHeight = 0.03F; // of a step, in units of depth
-constexpr float kWholeStep = 1;       // px farther from the middle belong to something else
-constexpr float kMiddle = 0.3F;       // px that are left between the sides after the first pass
-constexpr double kLeftWidth = 2;      // width of what is left
-constexpr float kSimilar = 0.8F;      // a px that is so similar to both sides is no edge
-constexpr float kHardness = 6;        // weight of the depth of a px against its colour
+constexpr float kMinHeight = 0.03F; // of a step, in units of depth
+constexpr float kWholeStep = 1;     // px farther from the middle belong to something else
+constexpr float kMiddle = 0.3F;     // px that are left between the sides after the first pass
+constexpr double kLeftWidth = 2;    // width of what is left
+constexpr float kSimilar = 0.8F;    // a px that is so similar to both sides is no edge
+constexpr float kHardness = 6;      // weight of the depth of a px against its colour
 
 // The depth of a px in a step: 0 far, 1 near, from its own place between the sides and its colour.
 float sideOf(float place, const StepSide& nearSide, const StepSide& farSide) {
@@ -252,7 +252,7 @@ class Sharpener {
     bool isStep(int x, int y) const {
         const float height = around_.most.ptr<float>(y)[x] - around_.least.ptr<float>(y)[x];
         const float ramp = 1.5F * (width_ + 1);
-        return height >= kLeastHeight &&
+        return height >= kMinHeight &&
                height * height <= ramp * ramp * around_.steepest.ptr<float>(y)[x];
     }
 

@@ -266,6 +266,14 @@ Json readJsonObject(const fs::path& path, const std::string& expected) {
 
 } // namespace
 
+DepthKind kindOf(NetworkOutput output) {
+    return output == NetworkOutput::MetricDepth ? DepthKind::Metric : DepthKind::NearWhite;
+}
+
+bool canRun(const NetworkProfile& profile) {
+    return profile.engine != InferenceEngine::OnnxRuntime || hasOnnxRuntime();
+}
+
 void validate(const NetworkProfile& profile) {
     if (const auto problem = findProblem(profile)) {
         throw Error(ErrorCode::InvalidArgument, problem->field, problem->text);
@@ -392,9 +400,7 @@ std::vector<InstalledNetwork> installedNetworks(const std::vector<fs::path>& sea
 std::optional<InstalledNetwork> standardNetwork(bool large,
                                                 const std::vector<fs::path>& searchPath) {
     for (InstalledNetwork& network : installedNetworks(searchPath)) {
-        const bool runs =
-            network.profile.engine != InferenceEngine::OnnxRuntime || hasOnnxRuntime();
-        if (network.profile.large == large && runs) return std::move(network);
+        if (network.profile.large == large && canRun(network.profile)) return std::move(network);
     }
     return std::nullopt;
 }

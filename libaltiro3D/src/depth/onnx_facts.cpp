@@ -10,8 +10,8 @@ namespace {
 // One field of a protobuf message.
 struct Field {
     std::uint64_t number = 0;
-    std::uint64_t value = 0; //  value of a varint
-    std::string_view bytes;  //  contents of a length-delimited field
+    std::uint64_t value = 0; // of a varint
+    std::string_view bytes;  // contents of a length-delimited field
 };
 
 // Steps through the fields of one message; never reads outside of it.
@@ -146,29 +146,33 @@ std::string readSparseTensor(std::string_view message, OnnxFacts& facts) {
     return name;
 }
 
-// NodeProto: attributes may hold tensors, and the graphs of conditions and loops.
-void readNode(std::string_view message, int depth, OnnxFacts& facts) {
+// AttributeProto: may hold tensors, and the graphs of conditions and loops.
+void readAttribute(std::string_view message, int depth, OnnxFacts& facts) {
     std::set<std::string> inner;
+    forEachField(message, facts.broken, [&](const Field& attribute) {
+        switch (attribute.number) {
+        case 5:
+        case 10:
+            readTensor(attribute.bytes, facts);
+            break;
+        case 6:
+        case 11:
+            readGraph(attribute.bytes, depth + 1, facts, inner);
+            break;
+        case 22:
+        case 23:
+            readSparseTensor(attribute.bytes, facts);
+            break;
+        default:
+            break;
+        }
+    });
+}
+
+// NodeProto.
+void readNode(std::string_view message, int depth, OnnxFacts& facts) {
     forEachField(message, facts.broken, [&](const Field& node) {
-        if (node.number != 5) return;
-        forEachField(node.bytes, facts.broken, [&](const Field& attribute) {
-            switch (attribute.number) {
-            case 5:
-            case 10:
-                readTensor(attribute.bytes, facts);
-                break;
-            case 6:
-            case 11:
-                readGraph(attribute.bytes, depth + 1, facts, inner);
-                break;
-            case 22:
-            case 23:
-                readSparseTensor(attribute.bytes, facts);
-                break;
-            default:
-                break;
-            }
-        });
+        if (node.number == 5) readAttribute(node.bytes, depth, facts);
     });
 }
 
@@ -192,9 +196,10 @@ OnnxFacts readOnnxFacts(std::string_view model) {
     OnnxFacts facts;
     std::set<std::string> weights;
     forEachField(model, facts.broken, [&](const Field& field) {
-        if (field.number == 25) { // FunctionProto: its nodes
+        if (field.number == 25) { // FunctionProto: its nodes, and defaults of its attributes
             forEachField(field.bytes, facts.broken, [&](const Field& function) {
                 if (function.number == 7) readNode(function.bytes, 0, facts);
+                if (function.number == 11) readAttribute(function.bytes, 0, facts);
             });
         }
         if (field.number != 7 || field.bytes.empty()) return;

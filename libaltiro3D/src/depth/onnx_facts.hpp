@@ -26,10 +26,10 @@ struct OnnxFacts {
 /// Reads the facts. Any bytes are safe; a file that is not ONNX has no graph.
 ///
 /// OpenCV reads out of bounds if weights are in another file and gives wrong results for an input
-/// size that the graph does not support. ONNX Runtime opens the other file, whichever it is. Their
-/// messages are for their own developers. The facts needed for a clear error are therefore read
-/// first, from the protobuf fields involved (numbers as in the public onnx.proto), also in the
-/// graphs of conditions, loops and functions.
+/// size that the graph does not support. ONNX Runtime opens any file that the model names. Their
+/// messages are written for their own developers. The facts needed for a clear error are therefore
+/// read first, from the protobuf fields involved (numbers as in the public onnx.proto), also in
+/// the graphs of conditions, loops and functions.
 OnnxFacts readOnnxFacts(std::string_view model);
 
 } // namespace altiro3D

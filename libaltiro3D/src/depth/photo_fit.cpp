@@ -92,12 +92,12 @@ PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode
         {columns.target.start, rows.target.start, columns.target.size(), rows.target.size()},
         result};
     const int least = std::min(fit.source.width, fit.source.height);
-    if (framing.zoom > 1 && least < kLeastFramedPixels) {
+    if (framing.zoom > 1 && least < kMinFramedPixels) {
         throw Error(ErrorCode::InvalidArgument, "zoom",
                     numberText(framing.zoom) + " leaves " + sizeText(fit.source.size()) +
                         " px of a picture of " + sizeText(picture) +
                         " px, expected a smaller one that leaves at least " +
-                        std::to_string(kLeastFramedPixels) + " px on each side");
+                        std::to_string(kMinFramedPixels) + " px on each side");
     }
     return fit;
 }
@@ -149,7 +149,7 @@ void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitt
     const cv::Size photoSize = scene.photo.size(); // scene and fitted may be one
     applyFit(scene.photo, fit, fitted.photo);
     applyFitToDepth(scene.depth, photoSize, fit, fitted.photo, focus, fitted.depth);
-    if (!refine.enabled) return;
+    if (refine.keepsDepth()) return;
     cv::Mat inside = fitted.depth(fit.target);
     refineDepth(fitted.photo(fit.target), inside, inside, refine);
 }

@@ -4,7 +4,7 @@
 #include "base/text.hpp"
 #include "depth/stereo_fill.hpp"
 #include "depth/stereo_rows.hpp"
-#include "image/stereo_shape.hpp"
+#include "image/picture_shape.hpp"
 
 #include <algorithm>
 #include <array>
@@ -25,11 +25,11 @@ constexpr int kMatchSide = 1000;       // px; longest side at which pictures are
 constexpr double kMatchPixels = 7.5e5; // and most px
 constexpr int kCoarseSide = 250;       // px; at which the range of disparities is found
 constexpr double kSearch = 0.35;       // share of the width, to both sides of zero
-constexpr double kLeastMatched = 0.25; // share of px
-constexpr double kLeastLikeness = 0.5; // of matched detail; unrelated pictures stay below it
-constexpr int kLeastDetail = 4;        // grey levels beside the mean of the surroundings
+constexpr double kMinMatched = 0.25;   // share of px
+constexpr double kMinLikeness = 0.5;   // of matched detail; unrelated pictures stay below it
+constexpr int kMinDetail = 4;          // grey levels beside the mean of the surroundings
 constexpr double kFlatRange = 0.0015;  // share of the width
-constexpr int kLeastSide = 16;         // px; smaller pictures are not matched
+constexpr int kMinSide = 16;           // px; smaller pictures are not matched
 constexpr int kUnknown = -32768;       // disparity
 constexpr int kOne = 16;               // StereoSGBM counts in 1/16 px
 constexpr double kPi = 3.14159265358979323846;
@@ -181,7 +181,7 @@ std::vector<double> certainOf(const cv::Mat& disparity, const cv::Mat& grey) {
         const auto* const row = disparity.ptr<std::int16_t>(y);
         const auto* const details = detail.ptr<std::int16_t>(y);
         for (int x = 0; x < disparity.cols; ++x) {
-            if (row[x] != kUnknown && std::abs(details[x]) >= kLeastDetail)
+            if (row[x] != kUnknown && std::abs(details[x]) >= kMinDetail)
                 certain.push_back(static_cast<double>(row[x]) / kOne);
         }
     }
@@ -245,9 +245,9 @@ Range findRange(const cv::Mat& left, const cv::Mat& right) {
 //     swapped      in front | hidden | behind           disparities are negated: it looks like its
 //                                                       right side
 bool eyesLookSwapped(const cv::Mat& disparity, const cv::Mat& grey) {
-    constexpr int kLeastStep = 3; // px of disparity
-    constexpr int kEdge = 2;      // px beside a step, which the matcher smears
-    constexpr int kSide = 4;      // px that are compared at each side
+    constexpr int kMinStep = 3; // px of disparity
+    constexpr int kEdge = 2;    // px beside a step, which the matcher smears
+    constexpr int kSide = 4;    // px that are compared at each side
     constexpr std::int64_t kFewest = 100;
     const auto meanOf = [&grey](int y, int from, int to) {
         const std::uint8_t* const row = grey.ptr(y);
@@ -268,7 +268,7 @@ bool eyesLookSwapped(const cv::Mat& disparity, const cv::Mat& grey) {
             if (end == disparity.cols) break;
             const int step = (row[end] - row[x - 1]) / kOne;
             const int width = end - x;
-            const bool isHidden = step >= kLeastStep && width >= step / 2 && width <= 2 * step;
+            const bool isHidden = step >= kMinStep && width >= step / 2 && width <= 2 * step;
             const int first = x - kEdge - kSide;
             const int last = end + kEdge + kSide;
             if (isHidden && width > kEdge && first >= 0 && last <= disparity.cols) {
@@ -310,9 +310,9 @@ std::string StereoMatch::text() const {
                        std::to_string(static_cast<int>(std::lround(100 * matchedShare))) +
                        " % matched";
     if (isFlat) line += ", flat";
-    if (std::abs(lower) > 0.002)
-        line += ", the right picture " + percentText(std::abs(lower)) +
-                (lower > 0 ? " lower" : " higher");
+    if (std::abs(verticalOffset) > 0.002)
+        line += ", the right picture " + percentText(std::abs(verticalOffset)) +
+                (verticalOffset > 0 ? " lower" : " higher");
     if (std::abs(rollDegrees) > 0.3) line += ", turned by " + numberText(rollDegrees, 2) + "°";
     return line;
 }
@@ -354,12 +354,12 @@ StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disp
         match.isFlat = true;
         return match;
     };
-    if (std::min(size.width, size.height) < kLeastSide || isPlain(greyLeft) || isPlain(greyRight))
+    if (std::min(size.width, size.height) < kMinSide || isPlain(greyLeft) || isPlain(greyRight))
         return flat();
     greyRight = withLightOf(greyRight, greyLeft);
     const RowFit rows = fitRows(greyLeft, greyRight);
     greyRight = moveRows(greyRight, rows);
-    match.lower = rows.offset / size.width;
+    match.verticalOffset = rows.offset / size.width;
     match.rollDegrees = std::atan(rows.slope) * 180 / kPi;
 
     cv::Mat found = matchBothWays(greyLeft, greyRight, findRange(greyLeft, greyRight));
@@ -372,7 +372,7 @@ StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disp
     }
     match.matchedShare = matchedShareOf(found);
     match.likeness = likenessOf(greyLeft, greyRight, found);
-    match.isReliable = match.matchedShare >= kLeastMatched && match.likeness >= kLeastLikeness;
+    match.isReliable = match.matchedShare >= kMinMatched && match.likeness >= kMinLikeness;
     if (certain.empty()) return flat();
     match.shift = percentile(certain, 50) / size.width;
     match.farthest = percentile(certain, 0.5) / size.width;

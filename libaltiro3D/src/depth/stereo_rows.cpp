@@ -18,11 +18,11 @@ constexpr int kFineBlock = 31;          // px a side
 constexpr int kBlocksAcross = 12;       // blocks in a row and in a column
 constexpr double kSearchColumns = 0.35; // share of the width, to both sides
 constexpr double kSearchRows = 0.04;    // share of the height, up and down
-constexpr double kLeastCorrelation = 0.8;
-constexpr double kLeastDeviation = 4; // grey levels: below, a block has no texture
-constexpr double kLeastDrop = 0.02;   // of the correlation 3 rows above and below the match
-constexpr double kTolerance = 1.5;    // px; a block within it agrees with the fit
-constexpr int kFewestBlocks = 12;
+constexpr double kMinCorrelation = 0.8;
+constexpr double kMinDeviation = 4; // grey levels: below, a block has no texture
+constexpr double kMinDrop = 0.02;   // of the correlation 3 rows above and below the match
+constexpr double kTolerance = 1.5;  // px; a block within it agrees with the fit
+constexpr int kMinBlocks = 12;
 
 struct Block {
     cv::Point2d at;   // its middle in the left picture, px
@@ -89,7 +89,7 @@ bool hasTexture(const cv::Mat& picture, cv::Point at, int side) {
     }
     const double n = side * side;
     const double mean = static_cast<double>(sums.a) / n;
-    return static_cast<double>(sums.aa) / n - mean * mean >= kLeastDeviation * kLeastDeviation;
+    return static_cast<double>(sums.aa) / n - mean * mean >= kMinDeviation * kMinDeviation;
 }
 
 // The best place of a block among shifts; the first one of several.
@@ -108,7 +108,7 @@ Match bestMatch(const cv::Mat& left, cv::Point at, const cv::Mat& right, int sid
             if (value > best.correlation) best = {{dx, dy}, value, 0};
         }
     }
-    if (best.correlation < kLeastCorrelation) return best;
+    if (best.correlation < kMinCorrelation) return best;
     const double above = correlationAt(best.shift.x, best.shift.y - 1);
     const double below = correlationAt(best.shift.x, best.shift.y + 1);
     const double curve = above + below - 2 * best.correlation;
@@ -132,18 +132,18 @@ std::optional<Block> findBlock(const cv::Mat& left, const cv::Mat& right, const 
     const int rows = static_cast<int>(std::ceil(smallLeft.rows * kSearchRows));
     const Match guess = bestMatch(smallLeft, coarse, smallRight, kCoarseBlock,
                                   {-columns, -rows, 2 * columns + 1, 2 * rows + 1});
-    if (guess.correlation < kLeastCorrelation) return std::nullopt;
+    if (guess.correlation < kMinCorrelation) return std::nullopt;
     const cv::Point fine = cornerOf(middle, kFineBlock, left);
     const int reach = static_cast<int>(std::ceil(0.7 / scale)) + 1;
     const cv::Point first(cvRound(guess.shift.x / scale) - reach,
                           cvRound(guess.shift.y / scale) - reach);
     const Match match =
         bestMatch(left, fine, right, kFineBlock, {first, cv::Size(2 * reach + 1, 2 * reach + 1)});
-    if (match.correlation < kLeastCorrelation) return std::nullopt;
+    if (match.correlation < kMinCorrelation) return std::nullopt;
     for (const int away : {-3, 3}) { // a block of upright edges says nothing about rows
         const cv::Point to = fine + match.shift + cv::Point(0, away);
         if (to.y < 0 || to.y + kFineBlock > right.rows) continue;
-        if (correlation(left, fine, right, to, kFineBlock) > match.correlation - kLeastDrop)
+        if (correlation(left, fine, right, to, kFineBlock) > match.correlation - kMinDrop)
             return std::nullopt;
     }
     constexpr double kMiddle = 0.5 * (kFineBlock - 1);
@@ -210,7 +210,7 @@ RowFit refined(const RowFit& fit, const std::vector<Block>& blocks) {
         ++result.blocks;
     }
     cv::Vec3d solution;
-    if (result.blocks >= kFewestBlocks && cv::solve(normal, side, solution, cv::DECOMP_CHOLESKY)) {
+    if (result.blocks >= kMinBlocks && cv::solve(normal, side, solution, cv::DECOMP_CHOLESKY)) {
         result.offset = solution[0];
         result.slope = solution[1];
         result.stretch = solution[2];
@@ -251,12 +251,12 @@ RowFit fitRows(const cv::Mat& left, const cv::Mat& right) {
         if (block) blocks.push_back(*block);
     }
     const auto count = static_cast<int>(std::count(textured.begin(), textured.end(), 1));
-    if (blocks.size() >= static_cast<std::size_t>(kFewestBlocks)) {
+    if (blocks.size() >= static_cast<std::size_t>(kMinBlocks)) {
         fit = robustFit(blocks, left.size());
         for (int pass = 0; pass < 3; ++pass)
             fit = refined(fit, blocks);
     }
-    if (fit.blocks < kFewestBlocks || 4 * fit.blocks < count) fit = {0, 0, 0, fit.blocks, 0};
+    if (fit.blocks < kMinBlocks || 4 * fit.blocks < count) fit = {0, 0, 0, fit.blocks, 0};
     fit.textured = count;
     return fit;
 }

@@ -6,6 +6,7 @@
 #include "base/json_reader.hpp"
 #include "base/text.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -17,7 +18,7 @@ namespace {
 constexpr std::uintmax_t kMaxFileBytes = 4 * 1024 * 1024;
 constexpr int kMaxContainers = 3;
 constexpr std::size_t kMaxCells = 16;
-constexpr std::size_t kLongestNumber = 100; // bytes; longer texts are not read
+constexpr std::size_t kMaxNumberBytes = 100; // bytes; longer texts are not read
 // Lens periods; larger values leave too few digits for the fraction.
 constexpr double kMaxCenter = 1e6;
 
@@ -103,7 +104,7 @@ class FieldReader {
         if (value.is_boolean()) return value.get<bool>() ? 1 : 0;
         if (value.is_string()) { // "52.5" is a number, "52.5 lpi" is not, in every locale
             const auto& text = value.get_ref<const std::string&>();
-            if (text.size() <= kLongestNumber) {
+            if (text.size() <= kMaxNumberBytes) {
                 const Json inner = parseInner(text);
                 if (inner.is_number()) return inner.get<double>();
             }
@@ -313,8 +314,9 @@ LensGeometry lensGeometry(const Calibration& c, InvertViews invert) {
     validate(c, c.serial.empty() ? "calibration" : "calibration of " + c.serial);
     LensGeometry g;
     const double mirror = c.flipImageX >= 0.5 ? -1 : 1;
-    // cos(atan(1/s)) without the two roundings of trigonometry
-    const double cosine = std::abs(c.slope) / std::sqrt(1 + c.slope * c.slope);
+    // cos(atan(1/s)) without the two roundings of trigonometry; 1 from 1e8 on
+    const double steepness = std::min(std::abs(c.slope), 1e100); // its square is finite
+    const double cosine = steepness / std::sqrt(1 + steepness * steepness);
     g.panelWidth = c.screenW;
     g.panelHeight = c.screenH;
     g.periodsPerWidth = c.pitch * c.screenW / c.DPI * cosine;

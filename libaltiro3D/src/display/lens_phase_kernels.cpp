@@ -128,9 +128,9 @@ HWY_INLINE bool viewsOfPhasesOn(const std::uint32_t* columns,
     const std::uint32_t margin = phaseError * views;
 #if HWY_TARGET != HWY_SCALAR
     // With more views, most vectors have a sub-pixel near a border.
-    constexpr std::uint32_t kMostShortViews = 256;
+    constexpr std::uint32_t kMaxShortViews = 256;
     if constexpr (sizeof(T) <= 2) {
-        if (views <= kMostShortViews) {
+        if (views <= kMaxShortViews) {
             return viewsOfHalfPhases(columns, highHalves, row, count, views, margin, out) <
                    2 * margin;
         }

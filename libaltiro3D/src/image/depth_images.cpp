@@ -35,7 +35,7 @@ bool endsWithAnyCase(std::string_view text, std::string_view smallEnding) {
 // A colour picture as grey of at most 256 px per side; values without a number count as 0.
 // [CV_32FC1]
 cv::Mat smallGrey(const cv::Mat& picture) {
-    constexpr double kLargestSide = 256;
+    constexpr double kMaxSide = 256;
     cv::Mat grey;
     cv::extractChannel(picture, grey, 1);
     grey.convertTo(grey, CV_32F);
@@ -45,7 +45,7 @@ cv::Mat smallGrey(const cv::Mat& picture) {
             if (!std::isfinite(row[x])) row[x] = 0;
         }
     }
-    const double scale = kLargestSide / std::max(grey.cols, grey.rows);
+    const double scale = kMaxSide / std::max(grey.cols, grey.rows);
     if (scale >= 1) return grey;
     const cv::Size size(std::max(1, static_cast<int>(std::lround(grey.cols * scale))),
                         std::max(1, static_cast<int>(std::lround(grey.rows * scale))));
@@ -97,16 +97,16 @@ int wideLevels(const cv::Mat& grey) {
 } // namespace
 
 bool looksLikeDepthImage(const cv::Mat& picture) {
-    constexpr int kLeastSide = 16;     // px
-    constexpr double kMostBend = 0.03; // measured: docs/depth.md
+    constexpr int kMinSide = 16;      // px
+    constexpr double kMaxBend = 0.03; // measured: docs/depth.md
     constexpr double kSmoothShare = 0.7;
-    constexpr int kLeastLevels = 8;
+    constexpr int kMinLevels = 8;
     checkType(picture, {CV_8UC3, CV_16UC3, CV_32FC3}, "picture",
               "three channels of 8 or 16 bits or of floats");
-    if (std::min(picture.cols, picture.rows) < kLeastSide || hasColours(picture)) return false;
+    if (std::min(picture.cols, picture.rows) < kMinSide || hasColours(picture)) return false;
     const cv::Mat grey = smallGrey(picture);
-    if (std::min(grey.cols, grey.rows) < kLeastSide) return false;
-    return wideLevels(grey) >= kLeastLevels && bendOf(grey, kSmoothShare) <= kMostBend;
+    if (std::min(grey.cols, grey.rows) < kMinSide) return false;
+    return wideLevels(grey) >= kMinLevels && bendOf(grey, kSmoothShare) <= kMaxBend;
 }
 
 fs::path photoOfDepthName(const fs::path& depth) {

@@ -11,6 +11,7 @@
 #include "image/image_header.hpp"
 #include "image/orientation.hpp"
 #include "image/picture_part.hpp"
+#include "image/picture_shape.hpp"
 
 #include <algorithm>
 #include <array>
@@ -27,8 +28,7 @@ namespace {
 using std::string_view;
 
 constexpr double kMaxDepthPixels = 6.4e7; // the largest seen has 4e6
-constexpr double kShapeTolerance = 0.02;
-constexpr std::size_t kLeastLevels = 4; // of 256, between the percentiles 0.5 and 99.5
+constexpr std::size_t kMinLevels = 4;     // of 256, between the percentiles 0.5 and 99.5
 
 const char* nameOf(EmbeddedDepthForm form) {
     switch (form) {
@@ -156,13 +156,7 @@ bool isFlat(const cv::Mat& depth) {
     std::size_t high = 255;
     for (std::int64_t above = counts[high]; above <= extremes; above += counts[high])
         --high;
-    return high < low + kLeastLevels;
-}
-
-bool haveOneShape(cv::Size a, cv::Size b) {
-    const double ratio =
-        static_cast<double>(a.width) * b.height / (static_cast<double>(a.height) * b.width);
-    return std::abs(ratio - 1) <= kShapeTolerance;
+    return high < low + kMinLevels;
 }
 
 cv::Size uprightSize(const ImageHeader& header) {

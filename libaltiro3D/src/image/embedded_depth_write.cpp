@@ -8,8 +8,10 @@
 #include "base/memory_errors.hpp"
 #include "base/text.hpp"
 #include "image/image_codecs.hpp"
+#include "image/image_header.hpp"
+#include "image/picture_shape.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
@@ -93,14 +95,13 @@ void writePhotoWithDepth(const std::filesystem::path& path, const cv::Mat& photo
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     for (const cv::Mat& picture : {photo, depth}) {
-        if (picture.cols <= 65500 && picture.rows <= 65500) continue;
+        if (std::max(picture.cols, picture.rows) <= kMaxImageSide) continue;
         throw Error(ErrorCode::Unsupported, path.string(),
                     sizeText(picture.size()) +
-                        " px are too many for JPEG, expected sides of at most 65500 px");
+                        " px are too many for JPEG, expected sides of at most " +
+                        std::to_string(kMaxImageSide) + " px");
     }
-    const double ratio = static_cast<double>(depth.cols) * photo.rows /
-                         (static_cast<double>(depth.rows) * photo.cols);
-    if (std::abs(ratio - 1) > 0.02) {
+    if (!haveOneShape(depth.size(), photo.size())) {
         throw Error(ErrorCode::Mismatch, "depth",
                     "has " + sizeText(depth.size()) + " px, expected the shape of the photo's " +
                         sizeText(photo.size()) + " px");
@@ -108,6 +109,8 @@ void writePhotoWithDepth(const std::filesystem::path& path, const cv::Mat& photo
     orOutOfMemory(path.string(), "does not fit into memory, expected a smaller picture", [&] {
         cv::Mat dark = depth.clone();
         cv::patchNaNs(dark, 0);
+        cv::min(dark, 1, dark); // huge values would leave the range of int
+        cv::max(dark, 0, dark);
         dark.convertTo(dark, CV_8U, -255, 255); // RangeInverse: near = dark
         const std::vector<unsigned char> coded = encodeJpeg(photo);
         const std::vector<unsigned char> codedDepth = encodeJpeg(dark);

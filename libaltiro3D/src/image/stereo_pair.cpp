@@ -13,8 +13,8 @@
 #include "image/image_header.hpp"
 #include "image/orientation.hpp"
 #include "image/picture_part.hpp"
+#include "image/picture_shape.hpp"
 #include "image/pixel_values.hpp"
-#include "image/stereo_shape.hpp"
 
 #include <fstream>
 #include <opencv2/core.hpp>

@@ -18,7 +18,7 @@ namespace altiro3D {
 namespace {
 
 constexpr double kUsualConeDegrees = 40;
-constexpr double kLeastSpot = 1.0 / 4096;
+constexpr double kMinSpot = 1.0 / 4096;
 constexpr std::uint16_t kNone = 0x7fff; // no column: panels have at most 16384
 
 // The lit phases: first, first + 1, ... first + count - 1 modulo 2^32, in 2^-32 lens periods.
@@ -149,7 +149,7 @@ void simulateView(const cv::Mat& native, const Calibration& calibration, const L
     checkType(native, {CV_8UC3}, "native", "8-bit BGR");
     check(std::isfinite(eye.phase), "phase",
           "is " + numberText(eye.phase) + ", expected a finite number");
-    check(eye.spot == 0 || (eye.spot >= kLeastSpot && eye.spot <= 1), "spot",
+    check(eye.spot == 0 || (eye.spot >= kMinSpot && eye.spot <= 1), "spot",
           "is " + numberText(eye.spot) + ", expected 0 or 1/4096..1");
     if (native.size() != cv::Size(g.panelWidth, g.panelHeight)) {
         throw Error(ErrorCode::Mismatch, "native",

@@ -28,7 +28,7 @@ float upperBits(float value) {
 // Multiplication by the reciprocal of N - 1 in two parts: the upper one has so few bits that its
 // product is exact. The sum is the quotient correctly rounded for each view of up to 235 (tried
 // all).
-constexpr int kMostViewsByReciprocal = 128;
+constexpr int kMaxViewsByReciprocal = 128;
 
 // Arithmetic limits the speed, or one division per sub-pixel.
 void shiftsOfViewsOn(const std::uint16_t* HWY_RESTRICT views, std::size_t count, int viewCount,
@@ -46,7 +46,7 @@ void shiftsOfViewsOn(const std::uint16_t* HWY_RESTRICT views, std::size_t count,
         }
     };
     const double divisor = viewCount > 1 ? viewCount - 1 : 1;
-    if (viewCount <= kMostViewsByReciprocal) {
+    if (viewCount <= kMaxViewsByReciprocal) {
         const float upperPart = upperBits(static_cast<float>(1 / divisor));
         const auto upper = hn::Set(d, upperPart);
         const auto lower = hn::Set(d, static_cast<float>(1 / divisor - double{upperPart}));

@@ -87,7 +87,6 @@ Json numbersOf(const NativeOptions& native) {
             static_cast<int>(native.positions),
             static_cast<int>(native.sampling.views),
             static_cast<int>(native.sampling.inTile),
-            native.refine.enabled,
             numbersOf(native.refine.flaws),
             native.framing.centre.x,
             native.framing.centre.y,

@@ -18,17 +18,17 @@ namespace altiro3D {
 
 namespace {
 
-const DepthRefineOptions kAsItIs{false, {}};
+const DepthRefineOptions kAsItIs{DepthFlaws()};
 
 // DepthFlaws as numbers, and their range.
 using FlawValues = std::array<double, 6>;
-constexpr FlawValues kLeastFlaws = {0, -1, -7, -7, -7, 0};
-constexpr FlawValues kMostFlaws = {64, 1, 7, 7, 7, 1};
+constexpr FlawValues kMinFlaws = {0, -1, -7, -7, -7, 0};
+constexpr FlawValues kMaxFlaws = {64, 1, 7, 7, 7, 1};
 
 // Position of the part that is shown, focus and strength, and their range.
 using ChoiceValues = std::array<double, 4>;
-constexpr ChoiceValues kLeastChoices = {0, 0, 0, 0};
-constexpr ChoiceValues kMostChoices = {1, 1, 1, 10000};
+constexpr ChoiceValues kMinChoices = {0, 0, 0, 0};
+constexpr ChoiceValues kMaxChoices = {1, 1, 1, 10000};
 
 FlawValues valuesOf(const DepthFlaws& flaws) {
     return {flaws.softnessPixels,
@@ -132,7 +132,7 @@ class ViewsRenderer : public FrameRenderer {
     void takeState(SavedState& state) override {
         if (wanted_.any()) {
             ChoiceValues values{};
-            isChosen_ = takeNumbers(state, kLeastChoices, kMostChoices, values);
+            isChosen_ = takeNumbers(state, kMinChoices, kMaxChoices, values);
             if (isChosen_) {
                 options_.framing.centre = {values[0], values[1]};
                 options_.views.focus = values[2];
@@ -142,7 +142,7 @@ class ViewsRenderer : public FrameRenderer {
         }
         FlawValues values{};
         flaws_.reset();
-        if (takeNumbers(state, kLeastFlaws, kMostFlaws, values)) flaws_ = flawsOf(values);
+        if (takeNumbers(state, kMinFlaws, kMaxFlaws, values)) flaws_ = flawsOf(values);
     }
 
   private:
@@ -171,7 +171,7 @@ class ViewsRenderer : public FrameRenderer {
     // so edges do not waver from frame to frame; as given depth has no scenes, now and then.
     void refine(const PipelineFrame& frame, const cv::Rect& part) {
         constexpr int kFramesPerMeasurement = 100;
-        if (!options_.refine.enabled) return;
+        if (options_.refine.keepsDepth()) return;
         const cv::Mat photo = fitted_.photo(part);
         cv::Mat depth = fitted_.depth(part);
         const bool isDue = isGiven_ && frame.number % kFramesPerMeasurement == 0;

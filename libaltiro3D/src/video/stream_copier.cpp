@@ -14,7 +14,7 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kLongestSubtitleBytes = 1 << 20;
+constexpr int kMaxSubtitleBytes = 1 << 20;
 
 // Tags that describe the source file and not its contents.
 bool isOfTheFile(const std::string& name) {
@@ -248,9 +248,9 @@ PacketPtr StreamCopier::convert(Route& route, AVPacket& packet) {
     subtitle.end_display_time = static_cast<std::uint32_t>(length);
     const std::int64_t late = av_rescale_q(subtitle.start_display_time, AVRational{1, 1000}, unit);
     subtitle.start_display_time = 0;
-    std::vector<std::uint8_t> bytes(kLongestSubtitleBytes);
-    const int size = avcodec_encode_subtitle(route.encoder.get(), bytes.data(),
-                                             kLongestSubtitleBytes, &subtitle);
+    std::vector<std::uint8_t> bytes(kMaxSubtitleBytes);
+    const int size =
+        avcodec_encode_subtitle(route.encoder.get(), bytes.data(), kMaxSubtitleBytes, &subtitle);
     avsubtitle_free(&subtitle);
     if (size <= 0) return nullptr;
     result = newPacket();

@@ -18,14 +18,14 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kLongSide = 1920; // longest sides that decoders of phones and browsers support
 constexpr int kShortSide = 1080;
-constexpr int kLeastSide = 16;
-constexpr double kLargestAspect = 100;
+constexpr int kMinSide = 16;
+constexpr double kMaxAspect = 100;
 constexpr double kShownHeight = 10000; // of a tile with square px; only its shape matters
 constexpr double kCrf = 20;            // sufficient for viewing; a Native needs better quality
 
 // Rounds down to an even number, with a tolerance for rounding errors.
 int evenSide(double side) {
-    return std::max(kLeastSide, 2 * static_cast<int>(std::floor(side / 2 + 1e-6)));
+    return std::max(kMinSide, 2 * static_cast<int>(std::floor(side / 2 + 1e-6)));
 }
 
 void checkPicture(cv::Size picture, double aspect) {
@@ -101,20 +101,20 @@ double swayPosition(int frame, int framesPerTurn) {
 
 cv::Size swaySize(cv::Size picture, double aspect) {
     checkPicture(picture, aspect);
-    aspect = std::clamp(aspect, 1 / kLargestAspect, kLargestAspect);
+    aspect = std::clamp(aspect, 1 / kMaxAspect, kMaxAspect);
     const double height = std::max<double>(picture.height, picture.width / aspect);
     const double width = height * aspect;
     const double factor =
         std::min({1.0, kLongSide / std::max(width, height), kShortSide / std::min(width, height)});
     const int columns = evenSide(width * factor);
     const int rows = evenSide(height * factor);
-    constexpr int kLongest = static_cast<int>(kLargestAspect); // of the short side, also rounded
+    constexpr int kLongest = static_cast<int>(kMaxAspect); // of the short side, also rounded
     return {std::min(columns, kLongest * rows), std::min(rows, kLongest * columns)};
 }
 
 PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result, FitMode mode) {
     checkPicture(picture, aspect);
-    check(aspect >= 1 / kLargestAspect && aspect <= kLargestAspect, "aspect",
+    check(aspect >= 1 / kMaxAspect && aspect <= kMaxAspect, "aspect",
           "is " + numberText(aspect) + ", expected 0.01..100");
     const double resultAspect = static_cast<double>(result.width) / std::max(1, result.height);
     const bool square = std::abs(picture.width - picture.height * aspect) < 1e-6 * picture.width;

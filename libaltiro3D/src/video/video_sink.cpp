@@ -9,14 +9,14 @@ namespace {
 
 constexpr double kSegmentSeconds =
     6; // an interrupted run loses at most this; encoders start slowly
-constexpr int kLeastSegmentFrames = 12;
+constexpr int kMinSegmentFrames = 12;
 constexpr int kMaxSegmentFrames = 600;
 constexpr int kUsualSegmentFrames = 180;
 
 int segmentFrames(const Fraction& rate) {
     if (!rate.isKnown()) return kUsualSegmentFrames;
     return static_cast<int>(std::clamp<double>(std::round(rate.value() * kSegmentSeconds),
-                                               kLeastSegmentFrames, kMaxSegmentFrames));
+                                               kMinSegmentFrames, kMaxSegmentFrames));
 }
 
 } // namespace

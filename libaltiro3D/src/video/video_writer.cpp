@@ -23,8 +23,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kLeastSide = 16;
-constexpr int kLargestSide = 16384;
+constexpr int kMinSide = 16;
+constexpr int kMaxSide = 16384;
 constexpr int kMaxThreads = 64;
 constexpr int kLinesOfHighDefinition = 720;
 constexpr int kSlicesOfFfv1 = 16; // fixed, so the bytes do not depend on the threads
@@ -86,10 +86,10 @@ const char* presetName(EncoderPreset preset) {
 }
 
 void validate(const VideoWriterOptions& options) {
-    const auto side = [](int value) { return value >= kLeastSide && value <= kLargestSide; };
+    const auto side = [](int value) { return value >= kMinSide && value <= kMaxSide; };
     check(side(options.size.width) && side(options.size.height), "size",
-          "is " + sizeText(options.size) + " px, expected " + std::to_string(kLeastSide) + ".." +
-              std::to_string(kLargestSide) + " px a side");
+          "is " + sizeText(options.size) + " px, expected " + std::to_string(kMinSide) + ".." +
+              std::to_string(kMaxSide) + " px a side");
     check(options.crf >= 0 && options.crf <= 51, "crf",
           "is " + numberText(options.crf) + ", expected 0..51");
     check(options.preset >= EncoderPreset::UltraFast && options.preset <= EncoderPreset::VerySlow,

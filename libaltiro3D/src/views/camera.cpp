@@ -16,9 +16,9 @@ namespace {
 constexpr std::uintmax_t kMaxFileBytes = 1024 * 1024;
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kLargest = 1e9; // limit of lengths and px; products stay far inside double
-constexpr double kSmallestDistance = 1e-6;
-constexpr double kSmallestFocalLength = 1e-3; // px
-constexpr double kOrthonormal = 1e-6; // tolerance of R's rows; printed matrices have 6 digits
+constexpr double kMinDistance = 1e-6;
+constexpr double kMinFocalLength = 1e-3; // px
+constexpr double kOrthonormal = 1e-6;    // tolerance of R's rows; printed matrices have 6 digits
 
 const char* const kExpectedFocalLength = "a focal length of 0.001..1e9 px";
 const char* const kExpectedPrincipalPoint = "a principal point of -1e9..1e9 px";
@@ -27,8 +27,7 @@ const char* const kExpectedPrincipalPoint = "a principal point of -1e9..1e9 px";
 template <typename Complain>
 void check(const CameraIntrinsics& k, const Complain& complain) {
     const auto focalLength = [&](const char* field, double value) {
-        complain(value >= kSmallestFocalLength && value <= kLargest, field, value,
-                 kExpectedFocalLength);
+        complain(value >= kMinFocalLength && value <= kLargest, field, value, kExpectedFocalLength);
     };
     const auto principalPoint = [&](const char* field, double value) {
         complain(std::abs(value) <= kLargest, field, value, kExpectedPrincipalPoint);
@@ -41,8 +40,7 @@ void check(const CameraIntrinsics& k, const Complain& complain) {
 
 template <typename Complain>
 void checkDistances(double zNear, double zFar, const Complain& complain) {
-    complain(zNear >= kSmallestDistance && zNear <= kLargest, "zNear", zNear,
-             "a distance of 1e-6..1e9");
+    complain(zNear >= kMinDistance && zNear <= kLargest, "zNear", zNear, "a distance of 1e-6..1e9");
     complain(zFar > zNear, "zFar", zFar, "more than zNear (" + numberText(zNear) + ")");
 }
 

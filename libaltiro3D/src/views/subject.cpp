@@ -16,7 +16,7 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kLongestSide = 320;
+constexpr int kMaxSide = 320;
 constexpr int kNeighbours = 3; // px to each side in which sharpness is measured
 
 // Sums of rectangles of whole numbers.
@@ -89,7 +89,7 @@ cv::Rect middleHalf(const cv::Rect& part) {
 void subjectWeights(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& weights) {
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
-    const cv::Mat small = downscale(photo, kLongestSide);
+    const cv::Mat small = downscale(photo, kMaxSide);
     const cv::Mat near = sampledDepth(depth, small.size());
     const cv::Mat step = steps(small);
     const Sums stepSums(small.size(), [&](int y, int x) { return step.at<int>(y, x); });

@@ -10,7 +10,7 @@
 namespace altiro3D {
 
 /// Limit of shifts, px, which keeps all positions finite. Beyond it no view shows any of the photo.
-constexpr double kLargestShift = 1e9;
+constexpr double kMaxShift = 1e9;
 
 /// Offset of a depth from the focus. Depth is clamped, NaN counts as 0. Exactly 0 at the focus.
 inline float offsetFromFocus(float depth, double focus) {

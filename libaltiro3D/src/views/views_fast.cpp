@@ -18,7 +18,7 @@ namespace {
 constexpr int kRowsAtATime = 16;
 
 float boundedShift(double shiftPixels) {
-    return static_cast<float>(std::clamp(shiftPixels, -kLargestShift, kLargestShift));
+    return static_cast<float>(std::clamp(shiftPixels, -kMaxShift, kMaxShift));
 }
 
 // Offsets of a row of depth; the last one is repeated.

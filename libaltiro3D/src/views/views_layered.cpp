@@ -248,8 +248,7 @@ class LayeredRows : public RowRenderer {
                                         [&](double shift) { return std::abs(shift) <= bounded; });
         reader_.open(row, within);
         for (std::size_t i = 0; i < shifts.size(); ++i)
-            render(static_cast<float>(std::clamp(shifts[i], -kLargestShift, kLargestShift)),
-                   views[i]);
+            render(static_cast<float>(std::clamp(shifts[i], -kMaxShift, kMaxShift)), views[i]);
     }
 
   private:

@@ -16,10 +16,10 @@ namespace {
 constexpr double kVisibleStep = 0.2;
 // Fewer levels are taken for flat layers. More levels than in 8 bits are taken for continuous
 // depth.
-constexpr std::size_t kFewestLevels = 16;
+constexpr std::size_t kMinLevels = 16;
 constexpr std::size_t kMaxLevels = 256;
 // The largest distance of two levels in a depth of 0..1: 6 bits.
-constexpr double kLargestLevel = 1.0 / 63;
+constexpr double kMaxLevel = 1.0 / 63;
 // Pixels that differ by at most this many levels are on one slope.
 constexpr double kSameSlope = 1.5;
 // Distances of the neighbours, and sweeps at each distance.
@@ -49,14 +49,14 @@ std::vector<float> levelsOf(const cv::Mat& depth) {
 
 // The distance of two levels; 0 if the depth has no levels that views within the reach would show.
 double visibleLevel(const cv::Mat& depth, double reach) {
-    if (reach * kLargestLevel < kVisibleStep) return 0;
+    if (reach * kMaxLevel < kVisibleStep) return 0;
     const std::vector<float> levels = levelsOf(depth);
-    if (levels.size() < kFewestLevels) return 0;
+    if (levels.size() < kMinLevels) return 0;
     double level = 1;
     for (std::size_t i = 1; i < levels.size(); ++i)
         level =
             std::min(level, static_cast<double>(levels[i]) - static_cast<double>(levels[i - 1]));
-    return level <= kLargestLevel && level * reach >= kVisibleStep ? level : 0;
+    return level <= kMaxLevel && level * reach >= kVisibleStep ? level : 0;
 }
 
 // Each pixel becomes the mean of its left and right and its upper and lower neighbours. A pair that

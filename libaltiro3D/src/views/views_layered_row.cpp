@@ -104,71 +104,6 @@ HWY_INLINE I plainPlace(const LayeredTables& tables, const Lanes<F, I>& lanes, I
     return hn::IfThenElse(hn::Gt(lanes.base, hn::Zero(whole)), hn::Sub(ends, place), place);
 }
 
-// The offset of a column and where the next columns lie: see LayeredColumn. Arithmetic limits the
-// speed: some ten operations for each column and each px by which content can move.
-void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
-                      std::vector<LayeredColumn>& columns) {
-    constexpr int kMostMovement = 16; // px; content that moves farther is searched for
-    constexpr int kMargin = kMostMovement + 2;
-    constexpr float kTolerance = 1.0F / 64;
-    constexpr float kNowhere = 1e6F;
-    const auto width = static_cast<std::size_t>(tables.width);
-    const std::size_t size = width + 2 * kMargin + kRowPadding;
-    scratch.assign(2 * size, kNowhere);
-    float* const offsets = scratch.data() + kMargin;
-    float* const tears = offsets + size; // large where the next column is of another surface
-    for (int x = 0; x < tables.width; ++x) {
-        offsets[x] = tables.scale * static_cast<float>(wordOffset(tables.words[x]));
-        tears[x] = (tables.words[x] & kLastFlag) != 0 ? kNowhere : 0;
-    }
-    columns.resize(width);
-    const hn::ScalableTag<float> d;
-    const hn::RebindToSigned<decltype(d)> whole;
-    using F = hn::Vec<decltype(d)>;
-    const F largestShift = hn::Set(d, tables.reachPixels);
-    const F tolerance = hn::Set(d, kTolerance);
-    const F most = hn::Set(d, static_cast<float>(kMostMovement));
-    const F one = hn::Set(d, 1.0F);
-    const F half = hn::Set(d, 0.5F);
-    const F quarter = hn::Set(d, 0.25F);
-    const auto lowestBit = hn::Set(whole, 1);
-    const float perUnit = tables.reachPixels / 65535;
-    for (std::size_t x = 0; x < width; x += hn::Lanes(d)) {
-        const F offset = hn::LoadU(d, offsets + x);
-        const F rise = hn::Sub(hn::LoadU(d, offsets + x + 2), hn::LoadU(d, offsets + x - 2));
-        const F slope = hn::Mul(rise, quarter);
-        const F steep = hn::Sub(one, hn::Mul(hn::Abs(slope), largestShift));
-        const F movement = hn::Div(hn::Mul(hn::Abs(offset), largestShift), steep);
-        auto isLine = hn::And(hn::Ge(steep, half), hn::Lt(movement, most));
-        // columns up to the one beyond the movement
-        F step = one;
-        for (int k = 1; k <= kMostMovement + 1; ++k, step = hn::Add(step, one)) {
-            const auto reached = hn::And(isLine, hn::Lt(hn::Sub(step, one), movement));
-            if (hn::AllFalse(d, reached)) break;
-            const F change = hn::Mul(slope, step);
-            const F right = hn::Sub(hn::LoadU(d, offsets + x + k), hn::Add(offset, change));
-            const F left = hn::Sub(hn::LoadU(d, offsets + x - k), hn::Sub(offset, change));
-            const F torn = hn::Max(hn::LoadU(d, tears + x + k - 1), hn::LoadU(d, tears + x - k));
-            const F difference = hn::Max(hn::Abs(right), hn::Abs(left));
-            const F off = hn::Mul(hn::Max(difference, torn), largestShift);
-            isLine = hn::AndNot(hn::And(reached, hn::Gt(off, tolerance)), isLine);
-        }
-        const auto bits = hn::AndNot(lowestBit, hn::BitCast(whole, slope));
-        const auto flagged =
-            hn::Or(bits, hn::IfThenElseZero(hn::RebindMask(whole, isLine), lowestBit));
-        HWY_ALIGN float slopes[HWY_LANES(float)];
-        hn::Store(hn::BitCast(d, flagged), d, slopes);
-        const std::size_t count = std::min(hn::Lanes(d), width - x);
-        for (std::size_t k = 0; k < count; ++k) {
-            const std::uint16_t mirroredClear =
-                tables.clear[static_cast<std::size_t>(tables.stride) + width - 1 - x - k];
-            columns[x + k] = {offsets[x + k], slopes[k],
-                              -perUnit * static_cast<float>(mirroredClear),
-                              perUnit * static_cast<float>(tables.clear[x + k])};
-        }
-    }
-}
-
 // First pass, for pixels that no other surface comes near. If the offsets around a column follow a
 // line, it gives the place. Else a guess is verified: within a surface the contents are in order,
 // so it is the only solution. Arithmetic limits the speed: about twenty operations, or fifty more
@@ -272,7 +207,7 @@ class Walk {
     HWY_INLINE void run(bool bounded) {
         const F zero = hn::Zero(d_);
         const F lastColumn = hn::Set(d_, static_cast<float>(tables_.width - 1));
-        I boundWord = hn::Set(whole_, columnWord(kLargestOffset, false, false));
+        I boundWord = hn::Set(whole_, columnWord(kMaxOffset, false, false));
         if (bounded) boundWord = wordAt(tables_.bounds, hn::ConvertTo(whole_, lanes_.x));
         runFrom(hn::Floor(hn::Max(hn::Min(farthest(boundWord), lastColumn), zero)));
     }
@@ -585,86 +520,6 @@ LayeredCounts layeredPlacesOn(const LayeredTables& tables, const LayeredSurfaces
     return placesAtEnds(tables, surfaces, pixels, shifts, endCount, room);
 }
 
-// One gather of four bytes per sample, of which two are used, limits the speed; without a gather,
-// arithmetic does.
-HWY_INLINE void gatherSamples(std::size_t begin, std::size_t end, const std::uint8_t* plane,
-                              const std::int32_t* HWY_RESTRICT places,
-                              std::uint8_t* HWY_RESTRICT values) {
-    const hn::ScalableTag<std::int32_t> d;
-    using I = hn::Vec<decltype(d)>;
-    const I byte = hn::Set(d, 255);
-    const I subColumns = hn::Set(d, (1 << kSubColumnBits) - 1);
-    const I round = hn::Set(d, 1 << (kSubColumnBits - 1));
-    for (std::size_t i = begin; i < end; i += hn::Lanes(d)) {
-        const I place = hn::Max(hn::LoadU(d, places + i), hn::Zero(d));
-        const I four = gatherBytes4(d, plane, hn::ShiftRight<kSubColumnBits>(place));
-        const I first = hn::And(four, byte);
-        const I second = hn::And(hn::ShiftRight<8>(four), byte);
-        const I product = hn::Mul(hn::Sub(second, first), hn::And(place, subColumns));
-        const I sum = hn::Add(hn::ShiftLeft<kSubColumnBits>(first), product);
-        storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
-    }
-}
-
-// The same, from windows of the row in registers; the few places outside of a window one by one.
-// Arithmetic limits the speed: about thirty operations per vector of 16-bit lanes.
-template <int kTables>
-void windowSamples(const LayeredPixels& pixels, const std::uint8_t* HWY_RESTRICT plane,
-                   const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
-#if HWY_TARGET == HWY_SCALAR
-    gatherSamples(0, pixels.count, plane, places, values);
-#else
-    const hn::ScalableTag<std::int32_t> whole;
-    const hn::ScalableTag<std::int16_t> narrow;
-    const hn::ScalableTag<std::uint16_t> bits;
-    const hn::Rebind<std::uint8_t, decltype(narrow)> bytes;
-    const std::size_t lanes = hn::Lanes(whole);
-    const OrderedPack pack;
-    const auto byte = hn::Set(narrow, 255);
-    const auto lastPlace = hn::Set(bits, ((16 * kTables - 1) << kSubColumnBits) - 1);
-    for (std::size_t begin = 0; begin < pixels.count; begin += kWindowPixels) {
-        const std::int32_t from = pixels.windows[begin / kWindowPixels];
-        if (HWY_UNLIKELY(from < 0)) {
-            gatherSamples(begin, begin + kWindowPixels, plane, places, values);
-            continue;
-        }
-        const ByteWindow<kTables> window(plane + from);
-        const auto start = hn::Set(whole, from << kSubColumnBits);
-        for (std::size_t i = begin; i < begin + kWindowPixels; i += 2 * lanes) {
-            const auto place = pack(hn::Sub(hn::LoadU(whole, places + i), start),
-                                    hn::Sub(hn::LoadU(whole, places + i + lanes), start));
-            const auto both = window.pairs(hn::ShiftRight<kSubColumnBits>(place));
-            const auto first = hn::And(both, byte);
-            const auto second = hn::BitCast(narrow, hn::ShiftRight<8>(hn::BitCast(bits, both)));
-            // (difference part + 128) / 256, rounded down
-            const auto change =
-                hn::MulFixedPoint15(hn::ShiftLeft<7>(hn::Sub(second, first)), hn::And(place, byte));
-            hn::StoreU(hn::DemoteTo(bytes, hn::Add(first, change)), bytes, values + i);
-            // places left of the window are large, too
-            const auto away = hn::Gt(hn::BitCast(bits, place), lastPlace);
-            if (HWY_LIKELY(hn::AllFalse(bits, away))) continue;
-            for (std::size_t k = i; k < std::min(i + 2 * lanes, pixels.count); ++k) {
-                const int column = places[k] >> kSubColumnBits; // negative for kSeeEnds
-                if (column >= 0 && (column < from || column > from + 16 * kTables - 2))
-                    values[k] = static_cast<std::uint8_t>(sampleAt(plane, places[k]));
-            }
-        }
-    }
-#endif
-}
-
-void layeredSamplesOn(const LayeredPixels& pixels, const std::uint8_t* HWY_RESTRICT plane,
-                      const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
-    switch (pixels.tables) {
-    case 2:
-        return windowSamples<2>(pixels, plane, places, values);
-    case 3:
-        return windowSamples<3>(pixels, plane, places, values);
-    default:
-        return windowSamples<4>(pixels, plane, places, values);
-    }
-}
-
 } // namespace HWY_NAMESPACE
 } // namespace altiro3D
 HWY_AFTER_NAMESPACE();
@@ -672,24 +527,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace altiro3D {
 
-HWY_EXPORT(layeredColumnsOn);
 HWY_EXPORT(layeredPlacesOn);
-HWY_EXPORT(layeredSamplesOn);
-
-void layeredColumns(const LayeredTables& tables, std::vector<float>& scratch,
-                    std::vector<LayeredColumn>& columns) {
-    HWY_DYNAMIC_DISPATCH(layeredColumnsOn)(tables, scratch, columns);
-}
 
 LayeredCounts layeredPlaces(const LayeredTables& tables, const LayeredSurfaces& surfaces,
                             const LayeredPixels& pixels, const float* shifts, bool bounded,
                             const LayeredRoom& room) {
     return HWY_DYNAMIC_DISPATCH(layeredPlacesOn)(tables, surfaces, pixels, shifts, bounded, room);
-}
-
-void layeredSamples(const LayeredPixels& pixels, const std::uint8_t* plane,
-                    const std::int32_t* places, std::uint8_t* values) {
-    HWY_DYNAMIC_DISPATCH(layeredSamplesOn)(pixels, plane, places, values);
 }
 
 } // namespace altiro3D

@@ -19,8 +19,8 @@ namespace altiro3D {
 // Most pixels need no search: no other surface comes near them, and the offsets around them follow
 // a line, offset(c) = o + m (c - x). They show c = x + s o / (1 - s m).
 
-constexpr int kOffsetBits = 14;                              ///< Bits of an offset, a whole number.
-constexpr int kLargestOffset = (1 << (kOffsetBits - 1)) - 1; ///< Offsets are -8191..8191.
+constexpr int kOffsetBits = 14;                          ///< Bits of an offset, a whole number.
+constexpr int kMaxOffset = (1 << (kOffsetBits - 1)) - 1; ///< Offsets are -8191..8191.
 constexpr int kEndReach = 2;      ///< Limit of the extent of a surface's border, px.
 constexpr int kLeftColumns = 16;  ///< Columns that LayeredTables::left covers.
 constexpr int kTablePadding = 8;  ///< Columns left and right of each table.

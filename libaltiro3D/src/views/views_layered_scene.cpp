@@ -12,13 +12,13 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kLongestRun = 4096;   // px of hidden background at one tear
+constexpr int kMaxRun = 4096;       // px of hidden background at one tear
 constexpr int kMaxHiddenWidths = 4; // limit of hidden px in a row, in widths
 constexpr int kSpareColumns = 3;    // for mixed px and for px under soft borders
 
 // Columns outside the frame that views within the reach can show.
 int outsideCount(double pixels) {
-    return static_cast<int>(std::ceil(std::clamp(pixels, 0.0, 1.0 * kLongestRun))) + 1;
+    return static_cast<int>(std::ceil(std::clamp(pixels, 0.0, 1.0 * kMaxRun))) + 1;
 }
 
 // Number of px of the surface at `first` that can become visible behind the surfaces to its left.
@@ -27,7 +27,7 @@ int hiddenCount(const std::vector<float>& offsets, int first, double reach, doub
     if (first == 0) return outsideCount(-own * reach);
     double nearest = own;
     int count = 0;
-    while (count < kLongestRun) {
+    while (count < kMaxRun) {
         const int x = std::max(first - 1 - count, 0);
         const double front = static_cast<double>(offsets[static_cast<std::size_t>(x)]);
         if (front <= own + tear) break;
@@ -53,7 +53,7 @@ void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<flo
         hidden += surface.hidden;
     }
     const auto width = static_cast<std::int64_t>(offsets.size());
-    if (hidden > kMaxHiddenWidths * width + kLongestRun) { // noisy depth: limit the memory
+    if (hidden > kMaxHiddenWidths * width + kMaxRun) { // noisy depth: limit the memory
         const std::int64_t longest =
             kMaxHiddenWidths * width / static_cast<std::int64_t>(row.surfaces.size());
         for (LayeredSurface& surface : row.surfaces)
@@ -125,7 +125,7 @@ class TableWriter {
                std::int16_t* words, std::int16_t* bounds, std::int16_t* left,
                std::int16_t* surfaceOf, std::uint16_t* clear) {
         const auto perUnit = static_cast<float>(1 / scale);
-        const auto largest = static_cast<float>(kLargestOffset);
+        const auto largest = static_cast<float>(kMaxOffset);
         for (int x = 0; x < width_; ++x) {
             const float units = std::abs(offsets[static_cast<std::size_t>(x)]) * perUnit + 0.5F;
             const int whole = static_cast<int>(std::min(units, largest));
@@ -226,7 +226,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
                              [](std::uint8_t still) { return still != 0; });
     if (scene.flat) return scene;
     const double largest = std::max(focus, 1 - focus);
-    const double scale = largest / kLargestOffset;
+    const double scale = largest / kMaxOffset;
     const int reach = static_cast<int>(
         std::min(std::ceil(options.reachPixels * largest) + kEndReach, 1.0 * photo.cols));
     scene.scale = static_cast<float>(scale);

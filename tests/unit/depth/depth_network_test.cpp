@@ -725,6 +725,12 @@ TEST_F(DepthNetworkFile, WithoutOnnxRuntimeWhatNeedsItIsRefused) {
         {"name": "a", "file": "test.onnx", "inputWidth": 8, "inputHeight": 6, "multipleOf": 1,
          "engine": "onnxruntime"}]})");
     EXPECT_EQ(standardNetwork(false, {directory_.path()}).has_value(), hasOnnxRuntime());
+    EXPECT_EQ(canRun(profile), hasOnnxRuntime());
+    for (const InferenceEngine engine : {InferenceEngine::Best, InferenceEngine::OpenCv}) {
+        NetworkProfile other = profile;
+        other.engine = engine;
+        EXPECT_TRUE(canRun(other));
+    }
     if (hasOnnxRuntime()) {
         EXPECT_EQ(DepthNetwork(file, profile).engine(), InferenceEngine::OnnxRuntime);
         return;
@@ -1056,6 +1062,9 @@ TEST_F(DepthNetworkFile, WeightsInAnotherFileAreNamed) {
         bytes(25, bytes(7, bytes(5, bytes(1, "value") +
                                         bytes(5, tensor("v", {1}, {}) + external("f.data")))));
     EXPECT_NE(errorOfLoading(model(graph) + function).find("(and 1 more)"), std::string::npos);
+    const std::string standard = // value of an attribute of a function that a call leaves out
+        bytes(25, bytes(11, bytes(1, "value") + bytes(5, tensor("v", {1}, {}) + external("d"))));
+    EXPECT_NE(errorOfLoading(model(graph) + standard).find("(and 1 more)"), std::string::npos);
     const std::string longName =
         node("Constant", {}, {"c"},
              bytes(5, bytes(1, "value") + bytes(5, external(std::string(100000, 'a')))));

@@ -321,8 +321,7 @@ TEST(DepthRefine, WorksInPlaceAndOnPartsOfPictures) {
         EXPECT_TRUE(samePicture(refined(made.photo(part), soft(part), known),
                                 refined(made.photo(part).clone(), soft(part).clone(), known)));
     }
-    DepthRefineOptions off;
-    off.enabled = false;
+    const DepthRefineOptions off{DepthFlaws()};
     EXPECT_TRUE(samePicture(refined(made.photo, soft, off), soft));
 }
 
@@ -357,8 +356,7 @@ TEST(DepthRefine, FittedScenesAreRefinedInsideTheirBars) {
         cv::Mat depth;
         applyFit(made.photo, fit, photo);
         applyFitToDepth(soft, made.photo.size(), fit, photo, 0.3, depth);
-        DepthRefineOptions off;
-        off.enabled = false;
+        const DepthRefineOptions off{DepthFlaws()};
         Scene plain;
         fitScene({made.photo, soft}, fit, 0.3, plain, off);
         EXPECT_TRUE(samePicture(plain.depth, depth));

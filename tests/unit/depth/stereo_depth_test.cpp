@@ -82,7 +82,7 @@ TEST_P(MatchStereoOf3dCamera, UndoesShiftRowsRotationAndExposure) {
     const StereoMatch match = matchStereo(eyes.left, eyes.right, disparity);
     EXPECT_TRUE(match.isReliable) << match.text();
     EXPECT_FALSE(match.looksSwapped);
-    EXPECT_NEAR(match.lower * kSize.width, turned.rows, 0.3);
+    EXPECT_NEAR(match.verticalOffset * kSize.width, turned.rows, 0.3);
     EXPECT_NEAR(match.rollDegrees, turned.degrees, 0.1);
     EXPECT_GT(shareWithin(disparity, kInThing, turned.thing, 0.75), 0.95) << match.text();
     EXPECT_GT(shareWithin(disparity, kWall, turned.wall, 0.75), 0.95) << match.text();
@@ -210,7 +210,7 @@ TEST(MatchStereo, ThreadsDoNotChangeTheResult) {
     const StereoMatch parallel = matchStereo(eyes.left, eyes.right, four);
     cv::setNumThreads(threads);
     EXPECT_TRUE(samePicture(four, one));
-    EXPECT_EQ(parallel.lower, serial.lower);
+    EXPECT_EQ(parallel.verticalOffset, serial.verticalOffset);
     EXPECT_EQ(parallel.rollDegrees, serial.rollDegrees);
     EXPECT_EQ(parallel.matchedShare, serial.matchedShare);
 }

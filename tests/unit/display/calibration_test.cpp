@@ -168,6 +168,18 @@ TEST(Calibration, LimitsOfDoublesAreRefusedByField) {
     EXPECT_NE(errorOf([&] { validate(c); }).find("center is nan"), std::string::npos);
 }
 
+TEST(Calibration, LensesMayBeVertical) {
+    Calibration c = parseCalibration(kPortrait, "a");
+    for (const double slope : {1e9, -1e9, 1e200, std::numeric_limits<double>::max()}) {
+        c.slope = slope;
+        const LensGeometry g = lensGeometry(c);
+        const double period = 3 * c.DPI / c.pitch; // of an untilted lens, sub-pixels
+        EXPECT_NEAR(g.lensPeriodSubpixels, period, 1e-9) << slope;
+        EXPECT_NEAR(g.offsetSubpixels, c.center * period - 1.5, 1e-4) << slope;
+        EXPECT_NEAR(g.phase(700, 0, 1), g.phase(700, c.screenH - 1, 1), 1e-6) << slope;
+    }
+}
+
 TEST(Calibration, FingerprintSeesWhatChangesThePictureAndNothingElse) {
     const Calibration base = parseCalibration(kPortrait, "a");
     Calibration other = base;

@@ -291,6 +291,20 @@ TEST_F(EmbeddedDepthFiles, TheSharpOriginalIsRead) {
               "the sharp original in the file is not used: its shape is not that of the photo");
 }
 
+TEST_F(EmbeddedDepthFiles, WrittenDepthBeyondItsRangeIsClamped) {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    const cv::Mat picture = scenery({80, 60}, 4);
+    cv::Mat limits(picture.size(), CV_32FC1, cv::Scalar(0));
+    limits.colRange(0, 40).setTo(1);
+    for (const float size : {1.5F, 1e9F, 1e20F, kInfinity}) {
+        cv::Mat beyond(picture.size(), CV_32FC1, cv::Scalar(-size));
+        beyond.colRange(0, 40).setTo(size);
+        writePhotoWithDepth(directory / "limits.jpg", picture, limits);
+        writePhotoWithDepth(directory / "beyond.jpg", picture, beyond);
+        EXPECT_EQ(slurp(directory / "beyond.jpg"), slurp(directory / "limits.jpg")) << size;
+    }
+}
+
 TEST_F(EmbeddedDepthFiles, AWrittenPhotoIsReadBack) {
     const cv::Mat picture = scenery({81, 60}, 4);
     cv::Mat depth;

@@ -189,7 +189,7 @@ TEST(LikenessOfViews, TellsViewsFromUnrelatedPhotos) {
             photos.push_back(seenScene({160, 120}, 100 * seed + 7 * i).photo);
         }
         EXPECT_GT(likenessOfViews(views), 0.8) << seed;
-        EXPECT_LT(likenessOfViews(photos), 0.7 * kLeastLikenessOfViews) << seed;
+        EXPECT_LT(likenessOfViews(photos), 0.7 * kMinLikenessOfViews) << seed;
     }
     const cv::Mat flat(50, 60, CV_8UC3, cv::Scalar::all(90));
     EXPECT_EQ(likenessOfViews({flat, flat, flat}), 1);

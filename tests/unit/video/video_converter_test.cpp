@@ -108,8 +108,7 @@ class VideoConverterTest : public ::testing::Test {
     NativeOptions withFlaws(NativeOptions options) const {
         const altiro3D::Scene first = scenes().front();
         const PhotoFit fit = NativeMaker(smallDisplay(), options).fit(first.photo.size());
-        DepthRefineOptions asItIs;
-        asItIs.enabled = false;
+        const DepthRefineOptions asItIs{DepthFlaws()};
         altiro3D::Scene fitted;
         fitScene(first, fit, options.views.focus, fitted, asItIs);
         options.refine.flaws =
@@ -251,14 +250,14 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
     again.input = directory / "rgbd.mkv";
     again.given = GivenVideoDepth();
     again.given->side = DepthSide::Right;
-    again.native.refine.enabled = false;
+    again.native.refine.flaws = DepthFlaws();
     VideoConverter(std::move(again)).run();
     altiro3D::Scene scene;
     splitRgbd(both, DepthSide::Right, scene.photo, scene.depth);
     scene.depth.convertTo(scene.depth, CV_32F, 1 / 255.0);
     cv::Mat native;
     NativeOptions exact;
-    exact.refine.enabled = false;
+    exact.refine.flaws = DepthFlaws();
     NativeMaker(display, exact).makeNative(scene, native);
     EXPECT_TRUE(samePicture(pictures("again.mkv").back(), native));
 

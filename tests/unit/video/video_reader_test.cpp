@@ -50,7 +50,7 @@ Difference difference(const cv::Mat& a, const cv::Mat& b) {
 
 // Chroma is brought to full size in 8 bits before it becomes BGR, in the program after: half a
 // level of U or V is 1.1 levels of blue, and both round.
-constexpr double kLargestDifference = 3;
+constexpr double kMaxDifference = 3;
 constexpr double kMeanDifference = 0.6;
 
 // The times that ffprobe gives for the frames of the first video stream.
@@ -97,7 +97,7 @@ TEST_P(RealClips, FramesAndTimesAreThoseOfFfmpeg) {
         EXPECT_GT(frame.duration, 0);
         if (count >= reference.size()) continue;
         const Difference apart = difference(frame.picture, reference[count]);
-        EXPECT_LE(apart.largest, kLargestDifference) << "frame " << count;
+        EXPECT_LE(apart.largest, kMaxDifference) << "frame " << count;
         EXPECT_LE(apart.mean, kMeanDifference) << "frame " << count;
     }
     EXPECT_EQ(count, times.size());
@@ -238,7 +238,7 @@ TEST_P(RotatedClips, ComeUpright) {
         EXPECT_EQ(cv::norm(frame.picture, again, cv::NORM_INF), 0);
     }
     for (std::size_t i = 0; i < frames.size(); ++i)
-        EXPECT_LE(difference(frames[i].picture, reference[i]).largest, kLargestDifference);
+        EXPECT_LE(difference(frames[i].picture, reference[i]).largest, kMaxDifference);
 }
 
 INSTANTIATE_TEST_SUITE_P(VideoReader, RotatedClips, testing::Values(90, 180, 270));

@@ -3,7 +3,7 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "base/text.hpp"
-#include "depth/network_engine.hpp"
+#include "depth/network_graph.hpp"
 
 #ifdef ALTIRO3D_HAVE_ONNXRUNTIME
 #include <algorithm>
@@ -42,9 +42,9 @@ void passOnLackOfMemory(const Ort::Exception& exception) {
         if (words.find(sign) != std::string::npos) throw std::bad_alloc();
 }
 
-class OnnxRuntimeEngine : public NetworkEngine {
+class OnnxRuntimeGraph : public NetworkGraph {
   public:
-    OnnxRuntimeEngine(std::string file, const std::string& contents);
+    OnnxRuntimeGraph(std::string file, const std::string& contents);
     cv::Mat run(const cv::Mat& blob) override;
 
   private:
@@ -55,7 +55,7 @@ class OnnxRuntimeEngine : public NetworkEngine {
     Ort::Value result_{nullptr};
 };
 
-OnnxRuntimeEngine::OnnxRuntimeEngine(std::string file, const std::string& contents)
+OnnxRuntimeGraph::OnnxRuntimeGraph(std::string file, const std::string& contents)
     : file_(std::move(file)) {
     try {
         Ort::SessionOptions options;
@@ -81,7 +81,7 @@ OnnxRuntimeEngine::OnnxRuntimeEngine(std::string file, const std::string& conten
         throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth map");
 }
 
-cv::Mat OnnxRuntimeEngine::run(const cv::Mat& blob) {
+cv::Mat OnnxRuntimeGraph::run(const cv::Mat& blob) {
     try {
         const Ort::MemoryInfo place =
             Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault);
@@ -123,9 +123,9 @@ bool hasOnnxRuntime() {
     return true;
 }
 
-std::unique_ptr<NetworkEngine> loadWithOnnxRuntime(const std::string& file,
-                                                   const std::string& contents) {
-    return std::make_unique<OnnxRuntimeEngine>(file, contents);
+std::unique_ptr<NetworkGraph> loadWithOnnxRuntime(const std::string& file,
+                                                  const std::string& contents) {
+    return std::make_unique<OnnxRuntimeGraph>(file, contents);
 }
 
 #else
@@ -134,8 +134,8 @@ bool hasOnnxRuntime() {
     return false;
 }
 
-std::unique_ptr<NetworkEngine> loadWithOnnxRuntime(const std::string& file,
-                                                   const std::string& /*contents*/) {
+std::unique_ptr<NetworkGraph> loadWithOnnxRuntime(const std::string& file,
+                                                  const std::string& /*contents*/) {
     throw Error(ErrorCode::Unsupported, file, "needs ONNX Runtime, which is not built in");
 }
 

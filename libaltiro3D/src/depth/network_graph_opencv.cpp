@@ -2,7 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "base/text.hpp"
-#include "depth/network_engine.hpp"
+#include "depth/network_graph.hpp"
 
 #include <new>
 #include <opencv2/core.hpp>
@@ -38,9 +38,9 @@ void freeShapeAtEnd(cv::dnn::Net& net, const std::string& outputLayer) {
     }
 }
 
-class OpenCvEngine : public NetworkEngine {
+class OpenCvGraph : public NetworkGraph {
   public:
-    OpenCvEngine(std::string file, const std::string& contents, bool cuda, bool anySize);
+    OpenCvGraph(std::string file, const std::string& contents, bool cuda, bool anySize);
     cv::Mat run(const cv::Mat& blob) override;
 
   private:
@@ -49,7 +49,7 @@ class OpenCvEngine : public NetworkEngine {
     std::string outputLayer_;
 };
 
-OpenCvEngine::OpenCvEngine(std::string file, const std::string& contents, bool cuda, bool anySize)
+OpenCvGraph::OpenCvGraph(std::string file, const std::string& contents, bool cuda, bool anySize)
     : file_(std::move(file)) {
     const auto fail = [&](const std::string& words) {
         throw Error(ErrorCode::BadFormat, file_,
@@ -81,7 +81,7 @@ OpenCvEngine::OpenCvEngine(std::string file, const std::string& contents, bool c
         throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth map");
 }
 
-cv::Mat OpenCvEngine::run(const cv::Mat& blob) {
+cv::Mat OpenCvGraph::run(const cv::Mat& blob) {
     try {
         net_.setInput(blob);
         return net_.forward(outputLayer_);
@@ -96,9 +96,9 @@ cv::Mat OpenCvEngine::run(const cv::Mat& blob) {
 
 } // namespace
 
-std::unique_ptr<NetworkEngine> loadWithOpenCv(const std::string& file, const std::string& contents,
-                                              bool cuda, bool anySize) {
-    return std::make_unique<OpenCvEngine>(file, contents, cuda, anySize);
+std::unique_ptr<NetworkGraph> loadWithOpenCv(const std::string& file, const std::string& contents,
+                                             bool cuda, bool anySize) {
+    return std::make_unique<OpenCvGraph>(file, contents, cuda, anySize);
 }
 
 } // namespace altiro3D

@@ -16,4 +16,12 @@ inline bool canBeEyes(cv::Size left, cv::Size right) {
            std::max(std::abs(left.width - right.width), std::abs(left.height - right.height)) <= 1;
 }
 
+/// Whether two pictures have the same shape within 2 %, as a photo and its depth.
+inline bool haveOneShape(cv::Size a, cv::Size b) {
+    constexpr double kTolerance = 0.02;
+    const double ratio =
+        static_cast<double>(a.width) * b.height / (static_cast<double>(a.height) * b.width);
+    return std::abs(ratio - 1) <= kTolerance;
+}
+
 } // namespace altiro3D

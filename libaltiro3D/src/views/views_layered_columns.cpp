@@ -1,0 +1,104 @@
+// Where the depth of a row follows a line: layeredColumns().
+
+#include "views/views_layered_row.hpp"
+
+#include "base/pixel_rows.hpp"
+
+#include <algorithm>
+
+// This file is compiled once per instruction set; the best one is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "views/views_layered_columns.cpp"
+#include <hwy/foreach_target.h> // IWYU pragma: keep
+
+#include "base/kernel_parts_inl.hpp"
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace altiro3D {
+namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// The offset of a column and where the next columns lie: see LayeredColumn. Arithmetic limits the
+// speed: some ten operations for each column and each px by which content can move.
+void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
+                      std::vector<LayeredColumn>& columns) {
+    constexpr int kMaxMovement = 16; // px; content that moves farther is searched for
+    constexpr int kMargin = kMaxMovement + 2;
+    constexpr float kTolerance = 1.0F / 64;
+    constexpr float kNowhere = 1e6F;
+    const auto width = static_cast<std::size_t>(tables.width);
+    const std::size_t size = width + 2 * kMargin + kRowPadding;
+    scratch.assign(2 * size, kNowhere);
+    float* const offsets = scratch.data() + kMargin;
+    float* const tears = offsets + size; // large where the next column is of another surface
+    for (int x = 0; x < tables.width; ++x) {
+        offsets[x] = tables.scale * static_cast<float>(wordOffset(tables.words[x]));
+        tears[x] = (tables.words[x] & kLastFlag) != 0 ? kNowhere : 0;
+    }
+    columns.resize(width);
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    using F = hn::Vec<decltype(d)>;
+    const F largestShift = hn::Set(d, tables.reachPixels);
+    const F tolerance = hn::Set(d, kTolerance);
+    const F most = hn::Set(d, static_cast<float>(kMaxMovement));
+    const F one = hn::Set(d, 1.0F);
+    const F half = hn::Set(d, 0.5F);
+    const F quarter = hn::Set(d, 0.25F);
+    const auto lowestBit = hn::Set(whole, 1);
+    const float perUnit = tables.reachPixels / 65535;
+    for (std::size_t x = 0; x < width; x += hn::Lanes(d)) {
+        const F offset = hn::LoadU(d, offsets + x);
+        const F rise = hn::Sub(hn::LoadU(d, offsets + x + 2), hn::LoadU(d, offsets + x - 2));
+        const F slope = hn::Mul(rise, quarter);
+        const F steep = hn::Sub(one, hn::Mul(hn::Abs(slope), largestShift));
+        const F movement = hn::Div(hn::Mul(hn::Abs(offset), largestShift), steep);
+        auto isLine = hn::And(hn::Ge(steep, half), hn::Lt(movement, most));
+        // columns up to the one beyond the movement
+        F step = one;
+        for (int k = 1; k <= kMaxMovement + 1; ++k, step = hn::Add(step, one)) {
+            const auto reached = hn::And(isLine, hn::Lt(hn::Sub(step, one), movement));
+            if (hn::AllFalse(d, reached)) break;
+            const F change = hn::Mul(slope, step);
+            const F right = hn::Sub(hn::LoadU(d, offsets + x + k), hn::Add(offset, change));
+            const F left = hn::Sub(hn::LoadU(d, offsets + x - k), hn::Sub(offset, change));
+            const F torn = hn::Max(hn::LoadU(d, tears + x + k - 1), hn::LoadU(d, tears + x - k));
+            const F difference = hn::Max(hn::Abs(right), hn::Abs(left));
+            const F off = hn::Mul(hn::Max(difference, torn), largestShift);
+            isLine = hn::AndNot(hn::And(reached, hn::Gt(off, tolerance)), isLine);
+        }
+        const auto bits = hn::AndNot(lowestBit, hn::BitCast(whole, slope));
+        const auto flagged =
+            hn::Or(bits, hn::IfThenElseZero(hn::RebindMask(whole, isLine), lowestBit));
+        HWY_ALIGN float slopes[HWY_LANES(float)];
+        hn::Store(hn::BitCast(d, flagged), d, slopes);
+        const std::size_t count = std::min(hn::Lanes(d), width - x);
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::uint16_t mirroredClear =
+                tables.clear[static_cast<std::size_t>(tables.stride) + width - 1 - x - k];
+            columns[x + k] = {offsets[x + k], slopes[k],
+                              -perUnit * static_cast<float>(mirroredClear),
+                              perUnit * static_cast<float>(tables.clear[x + k])};
+        }
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace altiro3D
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace altiro3D {
+
+HWY_EXPORT(layeredColumnsOn);
+
+void layeredColumns(const LayeredTables& tables, std::vector<float>& scratch,
+                    std::vector<LayeredColumn>& columns) {
+    HWY_DYNAMIC_DISPATCH(layeredColumnsOn)(tables, scratch, columns);
+}
+
+} // namespace altiro3D
+#endif

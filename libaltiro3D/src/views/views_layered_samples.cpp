@@ -1,0 +1,119 @@
+// The values that the places of a row show: layeredSamples().
+
+#include "views/views_layered_row.hpp"
+
+#include "views/row_pixels.hpp"
+
+#include <algorithm>
+
+// This file is compiled once per instruction set; the best one is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "views/views_layered_samples.cpp"
+#include <hwy/foreach_target.h> // IWYU pragma: keep
+
+#include "base/kernel_parts_inl.hpp"
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace altiro3D {
+namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// One gather of four bytes per sample, of which two are used, limits the speed; without a gather,
+// arithmetic does.
+HWY_INLINE void gatherSamples(std::size_t begin, std::size_t end, const std::uint8_t* plane,
+                              const std::int32_t* HWY_RESTRICT places,
+                              std::uint8_t* HWY_RESTRICT values) {
+    const hn::ScalableTag<std::int32_t> d;
+    using I = hn::Vec<decltype(d)>;
+    const I byte = hn::Set(d, 255);
+    const I subColumns = hn::Set(d, (1 << kSubColumnBits) - 1);
+    const I round = hn::Set(d, 1 << (kSubColumnBits - 1));
+    for (std::size_t i = begin; i < end; i += hn::Lanes(d)) {
+        const I place = hn::Max(hn::LoadU(d, places + i), hn::Zero(d));
+        const I four = gatherBytes4(d, plane, hn::ShiftRight<kSubColumnBits>(place));
+        const I first = hn::And(four, byte);
+        const I second = hn::And(hn::ShiftRight<8>(four), byte);
+        const I product = hn::Mul(hn::Sub(second, first), hn::And(place, subColumns));
+        const I sum = hn::Add(hn::ShiftLeft<kSubColumnBits>(first), product);
+        storeBytes(d, hn::ShiftRight<kSubColumnBits>(hn::Add(sum, round)), values + i);
+    }
+}
+
+// The same, from windows of the row in registers; the few places outside of a window one by one.
+// Arithmetic limits the speed: about thirty operations per vector of 16-bit lanes.
+template <int kTables>
+void windowSamples(const LayeredPixels& pixels, const std::uint8_t* HWY_RESTRICT plane,
+                   const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
+#if HWY_TARGET == HWY_SCALAR
+    gatherSamples(0, pixels.count, plane, places, values);
+#else
+    const hn::ScalableTag<std::int32_t> whole;
+    const hn::ScalableTag<std::int16_t> narrow;
+    const hn::ScalableTag<std::uint16_t> bits;
+    const hn::Rebind<std::uint8_t, decltype(narrow)> bytes;
+    const std::size_t lanes = hn::Lanes(whole);
+    const OrderedPack pack;
+    const auto byte = hn::Set(narrow, 255);
+    const auto lastPlace = hn::Set(bits, ((16 * kTables - 1) << kSubColumnBits) - 1);
+    for (std::size_t begin = 0; begin < pixels.count; begin += kWindowPixels) {
+        const std::int32_t from = pixels.windows[begin / kWindowPixels];
+        if (HWY_UNLIKELY(from < 0)) {
+            gatherSamples(begin, begin + kWindowPixels, plane, places, values);
+            continue;
+        }
+        const ByteWindow<kTables> window(plane + from);
+        const auto start = hn::Set(whole, from << kSubColumnBits);
+        for (std::size_t i = begin; i < begin + kWindowPixels; i += 2 * lanes) {
+            const auto place = pack(hn::Sub(hn::LoadU(whole, places + i), start),
+                                    hn::Sub(hn::LoadU(whole, places + i + lanes), start));
+            const auto both = window.pairs(hn::ShiftRight<kSubColumnBits>(place));
+            const auto first = hn::And(both, byte);
+            const auto second = hn::BitCast(narrow, hn::ShiftRight<8>(hn::BitCast(bits, both)));
+            // (difference part + 128) / 256, rounded down
+            const auto change =
+                hn::MulFixedPoint15(hn::ShiftLeft<7>(hn::Sub(second, first)), hn::And(place, byte));
+            hn::StoreU(hn::DemoteTo(bytes, hn::Add(first, change)), bytes, values + i);
+            // places left of the window are large as well
+            const auto away = hn::Gt(hn::BitCast(bits, place), lastPlace);
+            if (HWY_LIKELY(hn::AllFalse(bits, away))) continue;
+            for (std::size_t k = i; k < std::min(i + 2 * lanes, pixels.count); ++k) {
+                const int column = places[k] >> kSubColumnBits; // negative for kSeeEnds
+                if (column >= 0 && (column < from || column > from + 16 * kTables - 2))
+                    values[k] = static_cast<std::uint8_t>(sampleAt(plane, places[k]));
+            }
+        }
+    }
+#endif
+}
+
+void layeredSamplesOn(const LayeredPixels& pixels, const std::uint8_t* HWY_RESTRICT plane,
+                      const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
+    switch (pixels.tables) {
+    case 2:
+        return windowSamples<2>(pixels, plane, places, values);
+    case 3:
+        return windowSamples<3>(pixels, plane, places, values);
+    default:
+        return windowSamples<4>(pixels, plane, places, values);
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace altiro3D
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace altiro3D {
+
+HWY_EXPORT(layeredSamplesOn);
+
+void layeredSamples(const LayeredPixels& pixels, const std::uint8_t* plane,
+                    const std::int32_t* places, std::uint8_t* values) {
+    HWY_DYNAMIC_DISPATCH(layeredSamplesOn)(pixels, plane, places, values);
+}
+
+} // namespace altiro3D
+#endif

@@ -17,6 +17,14 @@ namespace {
 using std::string_view;
 
 constexpr unsigned kMaxPages = 10000;
+constexpr unsigned kMaxTextProfiles = 4; // of a PNG; each may have to be inflated
+
+// Takes the values that are missing from other facts.
+ExifFacts completed(ExifFacts facts, const ExifFacts& other) {
+    if (facts.orientation == 1) facts.orientation = other.orientation;
+    if (facts.focalLength35mm == 0) facts.focalLength35mm = other.focalLength35mm;
+    return facts;
+}
 
 void useExif(const ExifFacts& facts, ImageHeader& header) {
     header.orientation = facts.orientation;
@@ -30,9 +38,10 @@ void readPng(string_view bytes, ImageHeader& header) {
     unsigned colorType = 0;
     bool hasStart = false;
     bool hasEnd = false;
-    // The EXIF chunk overrides the text chunk, in any order.
-    std::optional<ExifFacts> exif;
-    std::optional<ExifFacts> text;
+    // The EXIF chunk overrides text chunks, in any order.
+    ExifFacts exif;
+    ExifFacts text;
+    unsigned textProfiles = 0;
     for (std::uint64_t at = 8; reader.holds(at, 12);) {
         const std::uint64_t size = reader.u32(at);
         const string_view name = reader.text(at + 4, 4);
@@ -57,16 +66,18 @@ void readPng(string_view bytes, ImageHeader& header) {
             exif = readExif(chunk);
         } else if (name == "tEXt" && chunk == kNativeMark) {
             header.isNative = true;
-        } else if ((name == "tEXt" || name == "zTXt") && (!text || text->orientation == 1)) {
-            text = readExifInPngText(chunk, name == "zTXt");
+        } else if ((name == "tEXt" || name == "zTXt") && textProfiles < kMaxTextProfiles) {
+            if (const auto facts = readExifInPngText(chunk, name == "zTXt")) {
+                ++textProfiles;
+                text = completed(text, *facts);
+            }
         } else if (name == "IEND") {
             hasEnd = true;
             break;
         }
         at = data + size + 4;
     }
-    const bool textOnly = text && (!exif || exif->orientation == 1);
-    useExif(textOnly ? *text : exif.value_or(ExifFacts()), header);
+    useExif(completed(exif, text), header);
     header.isCutOff = !hasEnd;
 }
 

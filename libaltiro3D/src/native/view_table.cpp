@@ -82,6 +82,7 @@ void renderRows(const ViewTable& t, const std::vector<std::uint32_t>& columnByte
         }
         const NativeRow<T> row{
             {t.views.ptr<T>(3 * y), t.views.ptr<T>(3 * y + 1), t.views.ptr<T>(3 * y + 2)},
+            y + 1 < t.panelSize.height ? 3 * std::ptrdiff_t{t.views.cols} : 0,
             columnBytes.data(),
             tileRows.data(),
             columnBytes.size(),

@@ -54,6 +54,7 @@ constexpr std::size_t kPortionPixels = 64;
 template <class T>
 struct NativeRow {
     const T* views[3];                   ///< View of each pixel's blue, green and red.
+    std::ptrdiff_t toNextViews;          ///< From there to those of the next row; 0 for the last.
     const std::uint32_t* columnBytes;    ///< Place inside the tile's row, bytes.
     const std::uint8_t* const* tileRows; ///< Start of that row, per tile.
     std::size_t count;                   ///< Pixels.

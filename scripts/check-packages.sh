@@ -83,7 +83,7 @@ inside 'cp /usr/share/altiro3D/calibration/portrait-sample.json . &&
     dpkg -P libaltiro3d-dev altiro3d-viewer altiro3d >/dev/null && ./plain portrait-sample.json'
 inside 'dpkg -P $(dpkg-query -W -f "\${Package} " "libaltiro3d*[0-9]") >/dev/null'
 while read -r file; do
-    [[ -d $root$file && ! -L $root$file ]] && continue # others' files are there, too
+    [[ -d $root$file && ! -L $root$file ]] && continue # the folder also holds others' files
     [[ ! -e $root$file && ! -L $root$file ]] || fail "$file: stays after dpkg -P"
 done <"$root/made/own"
 left=$(find "$root"/{usr,etc,opt,var/lib} -iname '*altiro3d*')

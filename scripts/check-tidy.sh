@@ -17,7 +17,7 @@ else
     git rev-parse --verify -q "$base^{commit}" >/dev/null || base=HEAD
     mapfile -t files < <(git diff --name-only --diff-filter=d "$base" -- \
         'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
-    # A header is seen through a source: its own if it has one that did not change, too.
+    # A header is seen through a source, its own if it has one, even if that did not change.
     while read -r header; do
         name=$(basename "$header" .hpp)
         mapfile -t sources < <(git ls-files "libaltiro3D/*/$name.cpp" "tools/*/$name.cpp" "tests/*/$name.cpp")

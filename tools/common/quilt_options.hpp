@@ -19,6 +19,7 @@ void addSamplingOptions(CommandLine& commandLine);
 QuiltSampling samplingOption(const CommandLine& commandLine);
 /// True if sub-pixels blend views or px of views.
 bool blends(const QuiltSampling& sampling);
+
 /// Reports black bars that keep the shape of a quilt's views, unless the user asked for them.
 void tellShape(const QuiltShape& shape, Messages& messages);
 

@@ -132,6 +132,15 @@ QAction* MainWindow::action(QMenu& menu, const QString& text, const QKeySequence
 }
 
 void MainWindow::buildActions() {
+    QAction* const open = buildFileMenu();
+    buildEditMenu();
+    buildViewMenu();
+    QAction* const show = buildDisplayMenu();
+    buildHelpMenu();
+    buildToolBar(open, show);
+}
+
+QAction* MainWindow::buildFileMenu() {
     QMenu& file = *menuBar()->addMenu(tr("&File"));
     QAction* open = action(file, tr("&Open…"), QKeySequence::Open, [this] { openDialog(); });
     open->setIconText(tr("Open"));
@@ -157,7 +166,10 @@ void MainWindow::buildActions() {
     closeFile_ = action(file, tr("&Close file"), QKeySequence(tr("Ctrl+W")),
                         [this] { controller_.close(controller_.current()); });
     action(file, tr("&Quit"), QKeySequence(tr("Ctrl+Q")), [this] { close(); });
+    return open;
+}
 
+void MainWindow::buildEditMenu() {
     QMenu& edit = *menuBar()->addMenu(tr("&Edit"));
     QAction* undo = controller_.undoStack().createUndoAction(this, tr("&Undo"));
     undo->setShortcut(QKeySequence::Undo);
@@ -170,7 +182,9 @@ void MainWindow::buildActions() {
            [this] { controller_.resetFrame(); });
     action(edit, tr("Reset &all settings"), QKeySequence(tr("Ctrl+R")),
            [this] { controller_.resetKnobs(); });
+}
 
+void MainWindow::buildViewMenu() {
     QMenu& view = *menuBar()->addMenu(tr("&View"));
     modes_ = new QActionGroup(this);
     int number = 1;
@@ -199,7 +213,9 @@ void MainWindow::buildActions() {
     view.addSeparator();
     for (const QDockWidget* dock : findChildren<QDockWidget*>())
         view.addAction(dock->toggleViewAction());
+}
 
+QAction* MainWindow::buildDisplayMenu() {
     QMenu& display = *menuBar()->addMenu(tr("&Display"));
     QAction* show = action(display, tr("&Show on the display"), QKeySequence(Qt::Key_F11),
                            [this] { showOnDisplay(); });
@@ -207,7 +223,10 @@ void MainWindow::buildActions() {
     show->setToolTip(tr("Full screen on the light-field display, px by px (F11)"));
     action(display, tr("&Find displays…"), {}, [this] { tellDisplays(); });
     action(display, tr("&Choose calibration…"), {}, [this] { calibrationDialog(); });
+    return show;
+}
 
+void MainWindow::buildHelpMenu() {
     QMenu& help = *menuBar()->addMenu(tr("&Help"));
     action(help, tr("&About altiro3D"), {}, [this] {
         QMessageBox::about(this, tr("altiro3D"),
@@ -217,7 +236,9 @@ void MainWindow::buildActions() {
                               "zoom; 0 resets both. Double-click a slider to reset it.</p>")
                                .arg(version()));
     });
+}
 
+void MainWindow::buildToolBar(QAction* open, QAction* show) {
     auto* bar = addToolBar(tr("Tools"));
     bar->setObjectName("tools");
     bar->setMovable(false);

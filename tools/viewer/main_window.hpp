@@ -38,6 +38,12 @@ class MainWindow : public QMainWindow {
 
   private:
     void buildActions();
+    QAction* buildFileMenu(); ///< @return "Open"
+    void buildEditMenu();
+    void buildViewMenu();
+    QAction* buildDisplayMenu(); ///< @return "Show on the display"
+    void buildHelpMenu();
+    void buildToolBar(QAction* open, QAction* show);
     void buildFiles();
     void buildStatus();
     void connectController();

@@ -78,13 +78,15 @@ ExifFacts readExif(string_view blob) {
     return facts;
 }
 
-ExifFacts readExifInPngText(string_view chunk, bool compressed) {
+std::optional<ExifFacts> readExifInPngText(string_view chunk, bool compressed) {
     const std::size_t end = chunk.find('\0');
-    if (end == string_view::npos) return {};
+    if (end == string_view::npos) return std::nullopt;
     const string_view keyword = chunk.substr(0, end);
-    if (keyword != "Raw profile type exif" && keyword != "Raw profile type APP1") return {};
+    if (keyword != "Raw profile type exif" && keyword != "Raw profile type APP1")
+        return std::nullopt;
     if (!compressed) return readExif(rawProfile(chunk.substr(end + 1)));
-    if (chunk.size() < end + 2 || chunk[end + 1] != 0) return {}; // 0: deflate, the only method
+    if (chunk.size() < end + 2 || chunk[end + 1] != 0) // 0: deflate, the only method
+        return std::nullopt;
     return readExif(rawProfile(inflated(chunk.substr(end + 2), 2 * kMaxExifBytes + 1024)));
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 namespace altiro3D {
@@ -17,9 +18,9 @@ int validOrientation(unsigned value);
 /// Reads an EXIF blob, with or without the prefix "Exif\0\0". Safe for any bytes.
 ExifFacts readExif(std::string_view blob);
 
-/// Reads the EXIF data that ImageMagick stores in a text chunk of a PNG file. Returns defaults for
-/// other chunks.
+/// Reads the EXIF data that ImageMagick stores in a text chunk of a PNG file.
 /// @param compressed a zTXt chunk instead of a tEXt one
-ExifFacts readExifInPngText(std::string_view chunk, bool compressed);
+/// @return nothing for chunks with other text
+std::optional<ExifFacts> readExifInPngText(std::string_view chunk, bool compressed);
 
 } // namespace altiro3D

@@ -17,6 +17,14 @@ namespace {
 using std::string_view;
 
 constexpr unsigned kMaxPages = 10000;
+constexpr unsigned kMaxTextProfiles = 4; // of a PNG; each may have to be inflated
+
+// Takes the values that are missing from other facts.
+ExifFacts completed(ExifFacts facts, const ExifFacts& other) {
+    if (facts.orientation == 1) facts.orientation = other.orientation;
+    if (facts.focalLength35mm == 0) facts.focalLength35mm = other.focalLength35mm;
+    return facts;
+}
 
 void useExif(const ExifFacts& facts, ImageHeader& header) {
     header.orientation = facts.orientation;
@@ -30,9 +38,10 @@ void readPng(string_view bytes, ImageHeader& header) {
     unsigned colorType = 0;
     bool hasStart = false;
     bool hasEnd = false;
-    // The EXIF chunk overrides the text chunk, in any order.
-    std::optional<ExifFacts> exif;
-    std::optional<ExifFacts> text;
+    // The EXIF chunk overrides text chunks, in any order.
+    ExifFacts exif;
+    ExifFacts text;
+    unsigned textProfiles = 0;
     for (std::uint64_t at = 8; reader.holds(at, 12);) {
         const std::uint64_t size = reader.u32(at);
         const string_view name = reader.text(at + 4, 4);
@@ -57,16 +66,18 @@ void readPng(string_view bytes, ImageHeader& header) {
             exif = readExif(chunk);
         } else if (name == "tEXt" && chunk == kNativeMark) {
             header.isNative = true;
-        } else if ((name == "tEXt" || name == "zTXt") && (!text || text->orientation == 1)) {
-            text = readExifInPngText(chunk, name == "zTXt");
+        } else if ((name == "tEXt" || name == "zTXt") && textProfiles < kMaxTextProfiles) {
+            if (const auto facts = readExifInPngText(chunk, name == "zTXt")) {
+                ++textProfiles;
+                text = completed(text, *facts);
+            }
         } else if (name == "IEND") {
             hasEnd = true;
             break;
         }
         at = data + size + 4;
     }
-    const bool textOnly = text && (!exif || exif->orientation == 1);
-    useExif(textOnly ? *text : exif.value_or(ExifFacts()), header);
+    useExif(completed(exif, text), header);
     header.isCutOff = !hasEnd;
 }
 
@@ -132,65 +143,79 @@ std::uint64_t tiffValue(const ByteReader& reader, std::uint64_t entry, const Tif
     return reader.number(fits ? inlineAt : reader.number(inlineAt, shape.offsetBytes), size);
 }
 
-void readTiff(string_view bytes, const std::string& extension, ImageHeader& header) {
-    const ByteReader reader(bytes, bytes[0] == 'I');
-    TiffShape shape;
-    header.isLittleEndian = bytes[0] == 'I';
-    shape.big = reader.u16(2) == 43;
-    if (shape.big) shape = {true, 8, 20, 8};
-    std::uint64_t directory = reader.number(shape.big ? 8 : 4, shape.offsetBytes);
-    std::set<std::uint64_t> seen;
-    std::set<unsigned> tags;
+struct TiffFacts {
     unsigned photometric = 1;
     unsigned samples = 1;
     unsigned pages = 0;
-    header.alpha = AlphaKind::Unstated;
-    header.bitsPerSample = 1;
-    while (directory != 0 && pages < kMaxPages && seen.insert(directory).second) {
+};
+
+// Reads the directory of the first page.
+void readTiffDirectory(const ByteReader& reader, std::uint64_t first, std::uint64_t entries,
+                       const TiffShape& shape, ImageHeader& header, TiffFacts& facts) {
+    std::set<unsigned> tags;
+    for (std::uint64_t i = 0; i < entries; ++i) {
+        const std::uint64_t entry = first + i * shape.entryBytes;
+        const std::uint64_t value = tiffValue(reader, entry, shape);
+        const unsigned tag = reader.u16(entry);
+        if (!tags.insert(tag).second) continue; // libtiff uses the first of repeated tags
+        switch (tag) {
+        case 256:
+            header.columns = value;
+            break;
+        case 257:
+            header.rows = value;
+            break;
+        case 258:
+            header.bitsPerSample = static_cast<int>(value & 0xff);
+            break;
+        case 262:
+            facts.photometric = static_cast<unsigned>(value & 0xffff);
+            break;
+        case 274:
+            header.orientation = validOrientation(static_cast<unsigned>(value & 0xffff));
+            header.orientationAt = static_cast<std::size_t>(entry) + 4 + shape.offsetBytes;
+            header.orientationSize = reader.u16(entry + 2) == 4 ? 4 : 2;
+            break;
+        case 277:
+            facts.samples = static_cast<unsigned>(value & 0xffff);
+            break;
+        case 338:
+            if (value == 1) header.alpha = AlphaKind::Premultiplied;
+            if (value == 2) header.alpha = AlphaKind::Straight;
+            break;
+        case 50706:
+            header.otherFormat = "DNG";
+            break;
+        default:
+            break;
+        }
+    }
+}
+
+TiffFacts readTiffPages(const ByteReader& reader, const TiffShape& shape, ImageHeader& header) {
+    TiffFacts facts;
+    std::set<std::uint64_t> seen;
+    std::uint64_t directory = reader.number(shape.big ? 8 : 4, shape.offsetBytes);
+    while (directory != 0 && facts.pages < kMaxPages && seen.insert(directory).second) {
         if (!reader.holds(directory, shape.countBytes)) break;
         const std::uint64_t entries = reader.number(directory, shape.countBytes);
         const std::uint64_t first = directory + shape.countBytes;
         if (entries > 65535 || !reader.holds(first, entries * shape.entryBytes)) break;
-        ++pages;
-        for (std::uint64_t i = 0; pages == 1 && i < entries; ++i) {
-            const std::uint64_t entry = first + i * shape.entryBytes;
-            const std::uint64_t value = tiffValue(reader, entry, shape);
-            const unsigned tag = reader.u16(entry);
-            if (!tags.insert(tag).second) continue; // libtiff uses the first of repeated tags
-            switch (tag) {
-            case 256:
-                header.columns = value;
-                break;
-            case 257:
-                header.rows = value;
-                break;
-            case 258:
-                header.bitsPerSample = static_cast<int>(value & 0xff);
-                break;
-            case 262:
-                photometric = static_cast<unsigned>(value & 0xffff);
-                break;
-            case 274:
-                header.orientation = validOrientation(static_cast<unsigned>(value & 0xffff));
-                header.orientationAt = static_cast<std::size_t>(entry) + 4 + shape.offsetBytes;
-                header.orientationSize = reader.u16(entry + 2) == 4 ? 4 : 2;
-                break;
-            case 277:
-                samples = static_cast<unsigned>(value & 0xffff);
-                break;
-            case 338:
-                if (value == 1) header.alpha = AlphaKind::Premultiplied;
-                if (value == 2) header.alpha = AlphaKind::Straight;
-                break;
-            case 50706:
-                header.otherFormat = "DNG";
-                break;
-            default:
-                break;
-            }
-        }
+        ++facts.pages;
+        if (facts.pages == 1) readTiffDirectory(reader, first, entries, shape, header, facts);
         directory = reader.number(first + entries * shape.entryBytes, shape.offsetBytes);
     }
+    return facts;
+}
+
+void readTiff(string_view bytes, const std::string& extension, ImageHeader& header) {
+    header.isLittleEndian = bytes[0] == 'I';
+    const ByteReader reader(bytes, header.isLittleEndian);
+    const bool isBig = reader.u16(2) == 43;
+    header.alpha = AlphaKind::Unstated;
+    header.bitsPerSample = 1;
+    const auto [photometric, samples, pages] =
+        readTiffPages(reader, isBig ? TiffShape{true, 8, 20, 8} : TiffShape(), header);
     header.pictures = std::max(1u, pages);
     header.isWhiteZero = photometric == 0 && samples == 1;
     header.isPalette = photometric == 3;

@@ -114,9 +114,8 @@ std::string webPWithExif(const cv::Mat& picture, unsigned orientation) {
     return "RIFF" + littleEndian(static_cast<std::uint32_t>(body.size())) + body;
 }
 
-// ImageMagick's text chunk, packed or not.
-std::string pngWithRawProfile(const cv::Mat& picture, unsigned orientation, bool packed) {
-    const std::string block = kExifPrefix + exifBlock(orientation, false);
+// ImageMagick's text chunk, packed or not. @param block of EXIF, with its prefix
+std::string rawProfileChunk(const std::string& block, bool packed) {
     std::string text = "\nexif\n      " + std::to_string(block.size()) + "\n";
     for (const char c : block) {
         constexpr char kDigits[] = "0123456789abcdef";
@@ -124,14 +123,18 @@ std::string pngWithRawProfile(const cv::Mat& picture, unsigned orientation, bool
         text += kDigits[static_cast<unsigned char>(c) & 15];
     }
     const std::string keyword("Raw profile type exif\0", 22);
-    if (!packed) return withPngChunk(encoded(".png", picture), pngChunk("tEXt", keyword + text));
+    if (!packed) return pngChunk("tEXt", keyword + text);
     std::string zipped(text.size() + 100, '\0');
     uLongf size = static_cast<uLongf>(zipped.size());
     compress(reinterpret_cast<Bytef*>(zipped.data()), &size,
              reinterpret_cast<const Bytef*>(text.data()), static_cast<uLong>(text.size()));
     zipped.resize(size);
-    return withPngChunk(encoded(".png", picture),
-                        pngChunk("zTXt", keyword + std::string(1, '\0') + zipped));
+    return pngChunk("zTXt", keyword + std::string(1, '\0') + zipped);
+}
+
+std::string pngWithRawProfile(const cv::Mat& picture, unsigned orientation, bool packed) {
+    const std::string block = kExifPrefix + exifBlock(orientation, false);
+    return withPngChunk(encoded(".png", picture), rawProfileChunk(block, packed));
 }
 
 struct TiffKind {
@@ -255,6 +258,17 @@ TEST_F(ImageIo, FocalLengthOf35mmIsReadFromExif) {
     EXPECT_EQ(readFocalLength35mm(directory / "a.jpg"), 28);
     spill(directory / "b.jpg", encoded(".jpg", picture));
     EXPECT_EQ(readFocalLength35mm(directory / "b.jpg"), 0);
+    // in a PNG, whatever other text it holds
+    const std::string date = pngChunk("tEXt", std::string("date:create\0002026", 16));
+    const std::string turned = pngChunk("eXIf", exifBlock(6, true));
+    for (const std::string& chunk :
+         {pngChunk("eXIf", exif), rawProfileChunk(body, false), rawProfileChunk(body, true)}) {
+        for (const std::string& all : {chunk, chunk + date, date + chunk, turned + chunk + date}) {
+            if (all.find("eXIf") != all.rfind("eXIf")) continue; // allowed once
+            spill(directory / "c.png", withPngChunk(encoded(".png", picture), all));
+            EXPECT_EQ(readFocalLength35mm(directory / "c.png"), 28);
+        }
+    }
     EXPECT_NE(errorOf([&] { readFocalLength35mm(directory / "none.jpg"); }), "(no error)");
     ASSERT_EQ(mkfifo((directory / "pipe.jpg").c_str(), 0600), 0); // into which nobody writes
     EXPECT_EQ(readFocalLength35mm(directory / "pipe.jpg"), 0);

@@ -462,7 +462,7 @@ TEST(ViewsReal, ViewsOfAnExactSceneAreThoseOfItsOtherCameras) {
         renderReal(middle.photo, middle.metric, k, wrong, pose, {}, besideView);
         EXPECT_GT(quality(view), quality(besideView) + 1) << beside;
     }
-    // The relative depth and the short path give it, too.
+    // The relative depth and the short path also give it.
     const Camera camera{k, scene.nearDistance, scene.farDistance, cameraX};
     const cv::Mat shortPath =
         real(middle.photo, middle.depth, parallaxOf(camera) / 2,

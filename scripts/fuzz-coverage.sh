@@ -36,7 +36,9 @@ camera          camera           parseCamera|5check|7require|8validate CameraPos
 network_catalog network_profile  .                                     modelSearchPath|findModelFile
 onnx_facts      onnx_facts       .                                     -
 view_names      image_list       .                                     -
-video_run       resumable_video  readRun|differ|Segment|Shown|4join    closeSeg|segmentExt
+video_run       resumable_video  readRun                               -
+video_run       run_settings     differ                                -
+video_run       video_segments   SegmentReader|Shown|4join             -
 depth_state     video_depth      8setState                             -
 depth_state     picture_tracker  4load                                 -
 depth_state     state_bytes      4take|checksum                        -

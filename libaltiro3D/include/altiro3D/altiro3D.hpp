@@ -70,6 +70,7 @@
 #include "altiro3D/sway.hpp"
 #include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"
+#include "altiro3D/video_chunks.hpp"
 #include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"

@@ -312,7 +312,7 @@ class ALTIRO3D_EXPORT VideoReader {
 
   private:
     friend class VideoWriter;
-    friend class ResumableVideoWriter;
+    friend class SegmentJoiner;
     [[nodiscard]] std::shared_ptr<OtherStreams> otherStreams() const;
     bool pass(std::int64_t until); // the other streams only; false at the end
 

@@ -95,23 +95,12 @@ class ViewsRenderer : public FrameRenderer {
 
     void work(PipelineFrame& frame) override {
         cv::Mat& result = frame.result.picture;
-        if (frame.step.repeated && !last_.empty()) {
+        if (frame.step.repeated && !last_.empty() && !isMeasured(frame)) {
             result = last_;
             return;
         }
         ownMemory(result);
-        const Scene scene{frame.source.picture, frame.depth};
-        // the shape as displayed, because px of the frame need not be square
-        const double pixelAspect = seenAspect_ * scene.photo.rows / scene.photo.cols;
-        const double aspect = target_.aspect() / pixelAspect;
-        if (wanted_.any() && (!isChosen_ || frame.step.cut)) {
-            choose(scene, aspect);
-            choices_.push_back({static_cast<double>(frame.source.pts), options_.framing,
-                                options_.views.focus, options_.views.strengthPercent});
-        }
-        const PhotoFit fit =
-            fitPhoto(scene.photo.size(), aspect, workSize_, options_.fit, options_.framing);
-        fitScene(scene, fit, options_.views.focus, fitted_, kAsItIs);
+        const PhotoFit fit = fitted(frame);
         refine(frame, fit.target);
         if (quilter_) {
             quilter_->render(fitted_.photo, fitted_.depth, result);
@@ -120,6 +109,13 @@ class ViewsRenderer : public FrameRenderer {
             maker_->makeNative(fitted_, quilt_, result);
         }
         last_ = result;
+    }
+
+    void pass(PipelineFrame& frame) override {
+        const bool isChosen = wanted_.any() && (!isChosen_ || frame.step.cut);
+        if (!isChosen && !isMeasured(frame)) return;
+        const PhotoFit fit = fitted(frame);
+        measure(frame, fit.target);
     }
 
     std::vector<SceneChoice> choices() const override { return choices_; }
@@ -167,20 +163,42 @@ class ViewsRenderer : public FrameRenderer {
         if (quilter_) quilter_.emplace(target_.layout, options_.views);
     }
 
+    // Makes the choices for a new scene and fits the frame to the panel.
+    PhotoFit fitted(const PipelineFrame& frame) {
+        const Scene scene{frame.source.picture, frame.depth};
+        // the shape as displayed, because px of the frame need not be square
+        const double pixelAspect = seenAspect_ * scene.photo.rows / scene.photo.cols;
+        const double aspect = target_.aspect() / pixelAspect;
+        if (wanted_.any() && (!isChosen_ || frame.step.cut)) {
+            choose(scene, aspect);
+            choices_.push_back({static_cast<double>(frame.source.pts), options_.framing,
+                                options_.views.focus, options_.views.strengthPercent});
+        }
+        const PhotoFit fit =
+            fitPhoto(scene.photo.size(), aspect, workSize_, options_.fit, options_.framing);
+        fitScene(scene, fit, options_.views.focus, fitted_, kAsItIs);
+        return fit;
+    }
+
     // What is wrong with the depth belongs to its source. It is measured at the start of a scene,
     // so edges do not waver from frame to frame; as given depth has no scenes, now and then.
-    void refine(const PipelineFrame& frame, const cv::Rect& part) {
-        constexpr int kFramesPerMeasurement = 100;
-        if (options_.refine.keepsDepth()) return;
-        const cv::Mat photo = fitted_.photo(part);
-        cv::Mat depth = fitted_.depth(part);
+    bool isMeasured(const PipelineFrame& frame) const {
+        if (options_.refine.flaws) return false;
         const bool isDue = isGiven_ && frame.number % kFramesPerMeasurement == 0;
+        return !flaws_ || frame.step.cut || isDue;
+    }
+
+    void measure(const PipelineFrame& frame, const cv::Rect& part) {
+        if (isMeasured(frame)) flaws_ = measureDepthFlaws(fitted_.photo(part), fitted_.depth(part));
+    }
+
+    void refine(const PipelineFrame& frame, const cv::Rect& part) {
+        if (options_.refine.keepsDepth()) return;
+        measure(frame, part);
+        cv::Mat depth = fitted_.depth(part);
         DepthRefineOptions options = options_.refine;
-        if (!options.flaws) {
-            if (!flaws_ || frame.step.cut || isDue) flaws_ = measureDepthFlaws(photo, depth);
-            options.flaws = flaws_;
-        }
-        refineDepth(photo, depth, depth, options);
+        if (!options.flaws) options.flaws = flaws_;
+        refineDepth(fitted_.photo(part), depth, depth, options);
     }
 
     NativeOptions options_;

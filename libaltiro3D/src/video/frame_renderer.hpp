@@ -12,6 +12,9 @@
 
 namespace altiro3D {
 
+/// The flaws of given depth are measured on every frame whose number is a multiple of this.
+constexpr int kFramesPerMeasurement = 100;
+
 /// The target of the pictures of a conversion.
 struct VideoTarget {
     QuiltLayout layout; ///< of the quilts
@@ -29,6 +32,8 @@ class FrameRenderer {
     virtual cv::Size size() const = 0;
     /// Reads `source` and `depth`, sets the picture of `result`.
     virtual void work(PipelineFrame& frame) = 0;
+    /// Passes a frame without making its picture: remembers what work() would.
+    virtual void pass(PipelineFrame& /*frame*/) {}
     /// Appends what the next frame's picture depends on, besides the frame.
     virtual void keepState(SavedState& /*state*/) const {}
     /// Removes what keepState() appended and continues from it. @throws Error BadFormat

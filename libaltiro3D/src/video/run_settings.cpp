@@ -1,0 +1,29 @@
+#include "video/run_settings.hpp"
+
+namespace altiro3D {
+
+Json settingsJson(const RunSettings& settings) {
+    return Json::parse(Json(settings).dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+std::string differenceOf(const Json& before, const Json& now) {
+    const auto text = [](const Json& all, const std::string& name) {
+        if (!all.contains(name)) return std::string("not set");
+        if (!all[name].is_string()) return all[name].dump();
+        const auto given = all[name].get<std::string>();
+        return given.empty() ? std::string("set") : given;
+    };
+    for (const bool inBoth : {false, true}) {
+        for (const Json* all : {&before, &now}) {
+            for (const auto& item : all->items()) {
+                const std::string& name = item.key();
+                if ((before.contains(name) && now.contains(name)) != inBoth) continue;
+                if (text(before, name) != text(now, name))
+                    return name + " was " + text(before, name) + " and is " + text(now, name);
+            }
+        }
+    }
+    return {};
+}
+
+} // namespace altiro3D

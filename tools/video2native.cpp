@@ -7,6 +7,7 @@
 #include "common/picture_options.hpp"
 #include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
+#include "common/video_chunk_run.hpp"
 #include "common/video_options.hpp"
 #include "common/video_plan.hpp"
 #include "common/video_progress.hpp"
@@ -15,11 +16,9 @@
 using namespace altiro3D;
 using namespace altiro3D::tools;
 
-int main(int argc, char** argv) {
-    CommandLine commandLine("video2native",
-                            "Turns a flat video into a Native video for a light-field display: "
-                            "depth is estimated (or given) and kept steady, every sub-pixel of the "
-                            "panel shows its own view; sound, subtitles and chapters are kept.");
+namespace {
+
+void addOptions(CommandLine& commandLine) {
     commandLine.addUsage("[options] IN OUT.mp4");
     commandLine.addUsage("[options] --rgbd right RGBD.mp4 OUT.mp4");
     commandLine.addUsage("[options] --depth DEPTH IN OUT.mp4");
@@ -27,6 +26,9 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] DIR OUTDIR");
     commandLine.addUsage("--profile live /dev/video0 OUT.mkv");
     commandLine.addUsage("[options] --show IN");
+    commandLine.addUsage("--plan PLAN [options] IN OUT.mp4");
+    commandLine.addUsage("--chunk K PLAN");
+    commandLine.addUsage("--join PLAN");
     commandLine.addSection("Profile");
     addProfileOption(commandLine);
     addDepthOptions(commandLine, Medium::Video);
@@ -61,6 +63,7 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced({"report"},
                             "Write settings, counts and the time of each stage, for programs.",
                             "FILE.json");
+    addChunkOptions(commandLine);
     commandLine.addDropped("in-turn", "the frames are the same with and without it");
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
@@ -79,7 +82,18 @@ int main(int argc, char** argv) {
                         "Make the first 5 seconds quickly, as a preview.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--depth clip-depth.mp4 clip.mp4 given.mp4",
                         "Take the depth from a video.");
-    return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    CommandLine commandLine("video2native",
+                            "Turns a flat video into a Native video for a light-field display: "
+                            "depth is estimated (or given) and kept steady, every sub-pixel of the "
+                            "panel shows its own view; sound, subtitles and chapters are kept.");
+    addOptions(commandLine);
+    return runTool(argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
+        if (isForChunks(given)) return runChunks(given, {argv, argv + argc}, addOptions, messages);
         return takesFolder(given) ? runVideoFolder(given, messages)
                                   : runVideo(given, planVideo(given), messages);
     });

@@ -98,8 +98,9 @@ RunSettings settingsOf(const CommandLine& commandLine) {
     RunSettings settings;
     for (const auto& [option, value] : commandLine.given()) {
         // The last four are left out because their effect is compared, not their text.
-        constexpr std::array<const char*, 10> kOthers = {
-            "y", "v", "resume", "recursive", "progress", "report", "c", "m", "serial", "j"};
+        constexpr std::array<const char*, 12> kOthers = {
+            "y", "v", "resume", "recursive", "progress", "report", "plan", "chunk-seconds",
+            "c", "m", "serial", "j"};
         if (std::find(kOthers.begin(), kOthers.end(), option) != kOthers.end()) continue;
         settings["-" + std::string(option.size() > 1 ? "-" : "") + option] = value;
     }

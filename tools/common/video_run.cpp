@@ -90,11 +90,7 @@ VideoOutcome convert(const CommandLine& commandLine, const VideoJob& job,
     const VideoPlan& plan = job.plan;
     VideoConverter converter = openConverter(plan, std::move(conversion));
     messages.warn(converter.notes());
-    if (job.encoding.preset > EncoderPreset::SuperFast) {
-        // x264's slower presets read uninitialized memory. Setting it to 0 makes a resumed run give
-        // the same bytes as an uninterrupted one.
-        mallopt(M_PERTURB, 0xff);
-    }
+    repeatEncoder(job.encoding);
     const VideoProgress begun = converter.progress();
     if (begun.keptFrames > 0) {
         messages.say("continues at " + clockText(begun.end) +
@@ -165,6 +161,16 @@ bool isStopWanted() {
     return stopWanted.load();
 }
 
+void catchStop() {
+    std::signal(SIGINT, stopOnce);
+    std::signal(SIGTERM, stopOnce);
+}
+
+void repeatEncoder(const VideoWriterOptions& encoding) {
+    // sets allocated memory to 0
+    if (encoding.preset > EncoderPreset::SuperFast) mallopt(M_PERTURB, 0xff);
+}
+
 int runVideo(const CommandLine& commandLine, const VideoPlan& plan, Messages& messages) {
     if (VideoProgressLine::json(commandLine)) messages.leaveStandardOutput();
     VideoJob job;
@@ -181,8 +187,7 @@ int makeVideo(const CommandLine& commandLine, VideoJob& job, std::string* report
               Messages& messages) {
     const VideoPlan& plan = job.plan;
     VideoConversion conversion = openVideo(commandLine, job, messages);
-    std::signal(SIGINT, stopOnce);
-    std::signal(SIGTERM, stopOnce);
+    catchStop();
     const VideoOutcome outcome = plan.show
                                      ? show(commandLine, job, std::move(conversion), messages)
                                      : convert(commandLine, job, std::move(conversion),

@@ -22,6 +22,13 @@ int runVideo(const CommandLine& commandLine, const VideoPlan& plan, Messages& me
 int makeVideo(const CommandLine& commandLine, VideoJob& job, std::string* report,
               Messages& messages);
 
+/// Lets the first Ctrl-C set isStopWanted(), and a second one end the process.
+void catchStop();
+
+/// Makes the encoder give the same bytes in every run: x264's slower presets read uninitialized
+/// memory.
+void repeatEncoder(const VideoWriterOptions& encoding);
+
 /// Whether Ctrl-C was pressed.
 bool isStopWanted();
 

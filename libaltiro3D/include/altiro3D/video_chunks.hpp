@@ -49,19 +49,12 @@ struct VideoChunkPlan {
     std::vector<VideoChunk> chunks;
     std::int64_t frames = 0; ///< Frames of the video.
     double end = 0;          ///< End of the last frame, s from the start of the part.
-    int threads = 1;         ///< Number for `cv::setNumThreads()` with which chunks must be made.
-    double seconds = 0;      ///< Time that the plan took, s.
-    bool cancelled = false;  ///< The progress function has cancelled the plan; nothing was written.
-    Notes notes;             ///< Remarks about the input and the output.
-
-    /// Frames whose depth is made more than once if no chunk finds a state of another.
-    /// @return the sum over all chunks
-    [[nodiscard]] std::int64_t repeatedFrames() const {
-        std::int64_t sum = 0;
-        for (const VideoChunk& chunk : chunks)
-            sum += chunk.first - chunk.begin;
-        return sum;
-    }
+    /// Frames whose depth is made twice, if the chunks without pictures are made first.
+    std::int64_t repeatedFrames = 0;
+    int threads = 1;        ///< Number for `cv::setNumThreads()` with which chunks must be made.
+    double seconds = 0;     ///< Time that the plan took, s.
+    bool cancelled = false; ///< The progress function has cancelled the plan; nothing was written.
+    Notes notes;            ///< Remarks about the input and the output.
 };
 
 /// How a video is divided.

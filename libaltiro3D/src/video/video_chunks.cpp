@@ -177,7 +177,14 @@ void setTimes(Plan& plan, const Fraction& timeBase) {
     for (const SegmentPlan& segment : plan.segments)
         plan.shown.frames += segment.frames;
     plan.shown.end = static_cast<double>(plan.segments.back().end) * unit;
+    std::set<std::int64_t> scenes; // whose depth is made alone
+    for (const VideoChunk& chunk : plan.shown.chunks) {
+        if (chunk.frames == 0) scenes.insert(chunk.begin);
+    }
+    plan.shown.repeatedFrames = 0;
     for (VideoChunk& chunk : plan.shown.chunks) {
+        if (chunk.frames == 0 || scenes.count(chunk.begin) == 0)
+            plan.shown.repeatedFrames += chunk.first - chunk.begin;
         const std::size_t first = plan.segmentOf(chunk);
         const std::size_t count = plan.segmentCount(chunk);
         chunk.start = static_cast<double>(plan.segments[first].pts) * unit;
@@ -456,8 +463,8 @@ void divide(Plan& plan, const Survey& survey, const Dependence& on, double secon
 
 // Makes the folders of a plan.
 void makeFolders(const fs::path& directory) {
-    static const std::set<std::string> kOurs = {kPlanFile, "arguments", "visual.json",
-                                                kChunks,   kStates,     "logs"};
+    static const std::set<std::string> kOurs = {kPlanFile, "arguments", "visual.json", kChunks,
+                                                kStates,   "logs",      "joined"};
     std::error_code error;
     if (fs::exists(directory, error) && !fs::is_directory(directory, error)) {
         throw Error(ErrorCode::WriteFailed, directory.string(), "is a file, expected a new folder");
@@ -481,7 +488,7 @@ void makeFolders(const fs::path& directory) {
 
 void removePlan(const fs::path& directory) {
     std::error_code error;
-    for (const char* name : {kPlanFile, kChunks, kStates, "logs"}) {
+    for (const char* name : {kPlanFile, kChunks, kStates, "logs", "joined"}) {
         fs::remove_all(directory / name, error);
         if (error) {
             throw Error(ErrorCode::WriteFailed, (directory / name).string(),

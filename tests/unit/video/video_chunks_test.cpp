@@ -238,7 +238,7 @@ TEST_F(VideoChunksTest, FramesThatAreQuiltsAreDividedAlike) {
         layout.tileSize = {32, 24};
     };
     expectSameBytes({6});
-    EXPECT_EQ(plan(6).repeatedFrames(), 0); // they have no depth to carry
+    EXPECT_EQ(plan(6).repeatedFrames, 0); // they have no depth to carry
 }
 
 TEST_F(VideoChunksTest, ChunksAreTheVideoAndBeginSoonAfterCuts) {
@@ -272,7 +272,7 @@ TEST_F(VideoChunksTest, ChunksAreTheVideoAndBeginSoonAfterCuts) {
     EXPECT_EQ(at, made.frames);
     const VideoChunkPlan again = readVideoChunks(folder());
     ASSERT_EQ(again.chunks.size(), made.chunks.size());
-    EXPECT_EQ(again.repeatedFrames(), made.repeatedFrames());
+    EXPECT_EQ(again.repeatedFrames, made.repeatedFrames);
     EXPECT_EQ(again.threads, cv::getNumThreads());
 }
 
@@ -285,6 +285,7 @@ TEST_F(VideoChunksTest, OneChunkMakesTheDepthOfALongScene) {
     const auto inPictures = std::count_if(made.chunks.begin(), made.chunks.end(),
                                           [](const auto& chunk) { return chunk.frames > 0; });
     EXPECT_EQ(static_cast<std::size_t>(inPictures), made.chunks.size() - 1);
+    EXPECT_EQ(made.repeatedFrames, made.chunks.front().first);
     make(1);
     EXPECT_TRUE(isVideoChunkMade(folder(), 1));
     for (std::size_t i = 1; i < made.chunks.size(); ++i) {

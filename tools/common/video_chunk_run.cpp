@@ -322,10 +322,9 @@ int runChunks(const CommandLine& commandLine, const std::vector<std::string>& ar
         return isChunk ? makeChunk(folder, number, run, json, messages)
                        : join(folder, run, commandLine.has("y"), json, messages);
     } catch (const Error& error) {
-        const Error told = onThisHost(error);
         logLine(folder, isChunk ? std::to_string(number) : "join",
-                std::string("failed: ") + told.what());
-        throw told;
+                std::string("failed: ") + onThisHost(error).what());
+        throw onThisHost(error);
     }
 }
 

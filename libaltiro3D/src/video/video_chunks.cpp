@@ -75,7 +75,7 @@ struct SegmentPlan {
     std::uint64_t times = 0;
 };
 
-struct Plan {
+struct Plan { // NOLINT(bugprone-exception-escape): the library of JSON states no noexcept
     VideoChunkPlan shown;
     Json settings;
     int segmentFrames = 1;

@@ -29,8 +29,8 @@ class LayeredReader {
         : photo_(photo), scene_(scene), columns_(columns), runs_(columns),
           near_(columns, scene.reachColumns), anywhere_(columns, scene.width),
           columnPlaces_(paddedRow<float>(columns.size())), offsets_(columnPlaces_),
-          slopes_(columnPlaces_), from_(columnPlaces_), to_(columnPlaces_),
-          places_(paddedRow<std::int32_t>(columns.size())) {
+          slopes_(columnPlaces_), from_(columnPlaces_), to_(columnPlaces_), first_(columnPlaces_),
+          mirroredFirst_(columnPlaces_), places_(paddedRow<std::int32_t>(columns.size())) {
         for (std::vector<std::int32_t>* list : room_.all())
             *list = places_;
         for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -55,6 +55,9 @@ class LayeredReader {
         runs_.copy([=](std::size_t column) { return known[column].slope; }, slopes_.data());
         runs_.copy([=](std::size_t column) { return known[column].from; }, from_.data());
         runs_.copy([=](std::size_t column) { return known[column].to; }, to_.data());
+        runs_.copy([=](std::size_t column) { return known[column].first; }, first_.data());
+        runs_.copy([=](std::size_t column) { return known[column].mirroredFirst; },
+                   mirroredFirst_.data());
         listSurfaces();
         splitPlanes();
     }
@@ -109,6 +112,8 @@ class LayeredReader {
                 slopes_.data() + begin_,
                 from_.data() + begin_,
                 to_.data() + begin_,
+                first_.data() + begin_,
+                mirroredFirst_.data() + begin_,
                 bounded_ ? scene_.reachColumns : scene_.width,
                 windows.starts.data() + begin_ / kWindowPixels,
                 windows.tables,
@@ -196,6 +201,8 @@ class LayeredReader {
     std::vector<float> slopes_;
     std::vector<float> from_;
     std::vector<float> to_;
+    std::vector<float> first_;
+    std::vector<float> mirroredFirst_;
     std::vector<std::int32_t> places_;
     Room room_;
     LayeredCounts counts_;

@@ -49,7 +49,8 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
     const F half = hn::Set(d, 0.5F);
     const F quarter = hn::Set(d, 0.25F);
     const auto lowestBit = hn::Set(whole, 1);
-    const float perUnit = tables.reachPixels / 65535;
+    const float perUnit =
+        tables.reachPixels / 65534.9F; // so the largest shift is within 65535 units
     for (std::size_t x = 0; x < width; x += hn::Lanes(d)) {
         const F offset = hn::LoadU(d, offsets + x);
         const F rise = hn::Sub(hn::LoadU(d, offsets + x + 2), hn::LoadU(d, offsets + x - 2));
@@ -79,10 +80,22 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
         for (std::size_t k = 0; k < count; ++k) {
             const std::uint16_t mirroredClear =
                 tables.clear[static_cast<std::size_t>(tables.stride) + width - 1 - x - k];
-            columns[x + k] = {offsets[x + k], slopes[k],
+            columns[x + k] = {offsets[x + k],
+                              slopes[k],
                               -perUnit * static_cast<float>(mirroredClear),
-                              perUnit * static_cast<float>(tables.clear[x + k])};
+                              perUnit * static_cast<float>(tables.clear[x + k]),
+                              0,
+                              0};
         }
+    }
+    const std::int16_t* mirrored = tables.surfaces + tables.stride;
+    std::size_t first = 0;
+    std::size_t mirroredFirst = 0;
+    for (std::size_t x = 0; x < width; ++x) {
+        if (x > 0 && tables.surfaces[x] != tables.surfaces[x - 1]) first = x;
+        if (x > 0 && mirrored[x] != mirrored[x - 1]) mirroredFirst = x;
+        columns[x].first = static_cast<float>(first);
+        columns[width - 1 - x].mirroredFirst = static_cast<float>(mirroredFirst);
     }
 }
 

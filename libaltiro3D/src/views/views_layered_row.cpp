@@ -148,7 +148,12 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
         const F guess =
             hn::Mul(movement, hn::ApproximateReciprocal(hn::Max(steep, hn::Set(d, 0.125F))));
         const F forward = hn::IfThenElse(hn::RebindMask(d, mirrored), hn::Neg(guess), guess);
-        const F near = hn::Min(hn::Max(hn::Add(lanes.x, forward), half), lastColumn);
+        // a surface further left may reach the pixel, too, behind its own one
+        const F first =
+            hn::IfThenElse(hn::RebindMask(d, mirrored), hn::LoadU(d, pixels.mirroredFirst + i),
+                           hn::LoadU(d, pixels.first + i));
+        const F near =
+            hn::Min(hn::Max(hn::Add(lanes.x, forward), hn::Add(first, half)), lastColumn);
         const I column = smallNearestInt(d, hn::Sub(near, half)); // rounded down, except for ties
         const F columnPlace = hn::ConvertTo(d, column);
         const I words = wordsAt(hn::Add(lanes.base, column), mirrored);

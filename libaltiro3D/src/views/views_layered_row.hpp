@@ -88,6 +88,8 @@ struct LayeredColumn {
     /// Within these shifts (px, from <= 0 <= to), no other surface reaches the column.
     float from = 0;
     float to = 0;
+    float first = 0;         ///< First column of its surface.
+    float mirroredFirst = 0; ///< The same in the mirrored row.
 };
 
 /// Describes the columns of a row.
@@ -106,6 +108,8 @@ struct LayeredPixels {
     const float* slopes = nullptr;        ///< LayeredColumn::slope of each.
     const float* from = nullptr;          ///< LayeredColumn::from of each.
     const float* to = nullptr;            ///< LayeredColumn::to of each.
+    const float* first = nullptr;         ///< LayeredColumn::first of each.
+    const float* mirroredFirst = nullptr; ///< LayeredColumn::mirroredFirst of each.
     int reach = 0;                        ///< Largest distance of a place from its column, columns.
     const std::int32_t* windows = nullptr; ///< RowWindows::starts
     int tables = 2;                        ///< RowWindows::tables

@@ -60,9 +60,10 @@ struct Display {
 };
 
 /// Makes a display from a calibration, with defaultQuilt().
-/// @param calibration the display; must be valid
+/// @param calibration the display
 /// @param source where the calibration comes from, for people
 /// @return the display
+/// @throws Error BadFormat as validate() (calibration)
 [[nodiscard]] ALTIRO3D_EXPORT Display displayOf(Calibration calibration,
                                                 const std::string& source = {});
 

@@ -103,14 +103,15 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// Makes the quilt of a fitted photo, whatever path() is.
     /// @param fitted photo and depth map of workSize(), from fitScene()
     /// @param quilt [layout().size(), CV_8UC3, BGR]; reused if it fits
-    /// @throws Error as Depth2Quilt::render()
+    /// @throws Error Mismatch (another size), as Depth2Quilt::render()
     void makeQuilt(const Scene& fitted, cv::Mat& quilt) const;
 
     /// Makes the Native of a fitted photo.
     /// @param fitted photo and depth map of workSize(); used if path() is Direct, else ignored
     /// @param quilt from makeQuilt(); used if path() is OverQuilt, else ignored and may be empty
     /// @param native [panelSize(), CV_8UC3, BGR]; reused if it fits
-    /// @throws Error as NativeRenderer::render() and Quilt2Native::render()
+    /// @throws Error Mismatch (another size), as NativeRenderer::render() and
+    /// Quilt2Native::render()
     void makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const;
 
     /// Fits a photo and makes its Native.

@@ -149,6 +149,7 @@ class TemporaryFile {
 } // namespace
 
 std::string readFile(const fs::path& path, std::uintmax_t maxBytes) {
+    if (path.empty()) throw Error(ErrorCode::NotFound, "path", "is empty, expected a file");
     const FileHandle file = openFile(path, O_RDONLY | O_NOCTTY);
     if (!file.isOpen()) {
         if (errno == ENOENT || errno == ENOTDIR) {

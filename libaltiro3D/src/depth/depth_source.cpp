@@ -1,6 +1,7 @@
 #include "altiro3D/depth_source.hpp"
 
 #include "altiro3D/image_io.hpp"
+#include "base/checks.hpp"
 
 #include <functional>
 #include <future>
@@ -103,6 +104,7 @@ class FileSource : public DepthSource {
         return photo;
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        checkType(image, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
         raw = samples_.empty() ? readDepthSamples(file_) : samples_;
         samples_.release();
         photo = image;

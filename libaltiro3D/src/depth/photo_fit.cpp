@@ -65,11 +65,10 @@ void checkFit(const PhotoFit& fit, cv::Size photo) {
 
 PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode mode,
                   const Framing& framing) {
-    if (picture.width < 1 || picture.height < 1 || result.width < 1 || result.height < 1) {
-        throw Error(ErrorCode::InvalidArgument, "picture",
-                    "of " + sizeText(picture) + " px cannot be brought to " + sizeText(result) +
-                        " px, expected at least 1 x 1");
-    }
+    check(picture.width >= 1 && picture.height >= 1, "photo",
+          "has " + sizeText(picture) + " px, expected at least 1 x 1");
+    check(result.width >= 1 && result.height >= 1, "fitted photo",
+          "has " + sizeText(result) + " px, expected at least 1 x 1");
     checkNumber(panelAspect >= 0.01 && panelAspect <= 100, "panel aspect", panelAspect,
                 "0.01..100");
     checkFraming(framing);
@@ -123,6 +122,7 @@ void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted) {
 
 void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted) {
+    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     checkFit(fit, photoSize);
     checkNumber(focus >= 0 && focus <= 1, "focus", focus, "a depth of 0 (farthest) .. 1 (nearest)");
     if (fittedPhoto.size() != fit.size) {

@@ -129,6 +129,7 @@ Notes calibrationWarnings(const Calibration& c) {
 }
 
 Display displayOf(Calibration calibration, const std::string& source) {
+    validate(calibration, source.empty() ? "calibration" : source);
     Display display;
     display.quilt = defaultQuilt(calibration);
     display.calibration = std::move(calibration);

@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
+#include "base/text.hpp"
 
 #include <optional>
 
@@ -29,6 +30,13 @@ namespace {
 
 bool blends(const QuiltSampling& sampling) {
     return sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest;
+}
+
+void checkFitted(cv::Size photo, cv::Size expected) {
+    if (photo == expected) return;
+    throw Error(ErrorCode::Mismatch, "fitted photo",
+                "has " + sizeText(photo) + " px, expected " + sizeText(expected) +
+                    " px, the size that fitScene() with fit() gives it");
 }
 
 void requireDirect(const NativeOptions& options, const std::string& obstacle) {
@@ -112,11 +120,13 @@ PhotoFit NativeMaker::fit(cv::Size photo, double aspect) const {
 }
 
 void NativeMaker::makeQuilt(const Scene& fitted, cv::Mat& quilt) const {
+    checkFitted(fitted.photo.size(), workSize());
     impl_->quilter.render(fitted.photo, fitted.depth, quilt);
 }
 
 void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const {
     if (impl_->direct) {
+        checkFitted(fitted.photo.size(), workSize());
         impl_->direct->render(fitted.photo, fitted.depth, native);
     } else {
         impl_->overQuilt->render(quilt, native);

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <system_error>
 #include <thread>
 
 namespace altiro3D {
@@ -17,10 +19,22 @@ std::string nameOf(const std::filesystem::path& input) {
     return input == "-" ? "standard input" : input.string();
 }
 
+// The output replaces a file, which must not be one that is read.
+void refuseInputAsOutput(const VideoConversion& conversion, const std::filesystem::path& input,
+                         const char* what) {
+    std::error_code error;
+    if (conversion.output.empty() || !std::filesystem::equivalent(conversion.output, input, error))
+        return;
+    throw Error(ErrorCode::InvalidArgument, conversion.output.string(),
+                std::string("is also the ") + what + ", expected another file");
+}
+
 void checkFields(const VideoConversion& conversion) {
     check(conversion.output.empty() == static_cast<bool>(conversion.show), "output",
           conversion.show ? "is set beside show, expected one of them"
                           : "is empty, expected a file or a function show");
+    refuseInputAsOutput(conversion, conversion.input, "input");
+    if (conversion.given) refuseInputAsOutput(conversion, conversion.given->source, "depth");
     const bool needsDisplay = conversion.product != VideoProduct::Rgbd;
     check(!needsDisplay || conversion.display || conversion.map, "display",
           "is not set, expected one for Natives and quilts");

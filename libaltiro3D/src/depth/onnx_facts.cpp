@@ -7,11 +7,20 @@ namespace altiro3D {
 
 namespace {
 
-// One field of a protobuf message.
+enum class WireType { Varint = 0, Fixed64 = 1, Bytes = 2, Fixed32 = 5 };
+
+// One field of a protobuf message. Parsers skip a field whose number is known but whose wire type
+// is another one.
 struct Field {
-    std::uint64_t number = 0;
-    std::uint64_t value = 0; // of a varint
-    std::string_view bytes;  // contents of a length-delimited field
+    std::uint32_t number = 0;
+    WireType type = WireType::Varint;
+    std::uint64_t value = 0; // of a Varint
+    std::string_view bytes;  // of the others
+
+    bool isNumber(std::uint32_t wanted) const {
+        return number == wanted && type == WireType::Varint;
+    }
+    bool isBytes(std::uint32_t wanted) const { return number == wanted && type == WireType::Bytes; }
 };
 
 // Steps through the fields of one message; never reads outside of it.
@@ -23,19 +32,20 @@ class FieldWalk {
     std::optional<Field> next() {
         if (rest_.empty() || broken_) return std::nullopt;
         Field field;
-        const std::uint64_t tag = varint();
+        const auto tag = static_cast<std::uint32_t>(varint()); // parsers drop higher bits
         field.number = tag >> 3U;
-        switch (tag & 7U) {
-        case 0:
+        field.type = static_cast<WireType>(tag & 7U);
+        switch (field.type) {
+        case WireType::Varint:
             field.value = varint();
             break;
-        case 1:
+        case WireType::Fixed64:
             field.bytes = take(8);
             break;
-        case 2:
+        case WireType::Bytes:
             field.bytes = take(varint());
             break;
-        case 5:
+        case WireType::Fixed32:
             field.bytes = take(4);
             break;
         default: // groups, which ONNX does not use
@@ -89,14 +99,15 @@ std::string readTensor(std::string_view message, OnnxFacts& facts) {
     std::string location;
     bool external = false;
     forEachField(message, facts.broken, [&](const Field& field) {
-        if (field.number == 8) name = field.bytes;
-        if (field.number == 14) external = field.value == 1;
-        if (field.number != 13) return; // external_data: a list of key and value
+        if (field.isBytes(8)) name = field.bytes;
+        if (field.isNumber(14)) // parsers keep the lower 32 bits of an enumeration
+            external = static_cast<std::uint32_t>(field.value) == 1;
+        if (!field.isBytes(13)) return; // external_data: a list of key and value
         std::string_view key;
         std::string_view value;
         forEachField(field.bytes, facts.broken, [&](const Field& entry) {
-            if (entry.number == 1) key = entry.bytes;
-            if (entry.number == 2) value = entry.bytes;
+            if (entry.isBytes(1)) key = entry.bytes;
+            if (entry.isBytes(2)) value = entry.bytes;
         });
         if (key == "location") location = value;
     });
@@ -108,21 +119,21 @@ std::string readTensor(std::string_view message, OnnxFacts& facts) {
 GraphInput readGraphInput(std::string_view message, bool& broken) {
     GraphInput input;
     const auto readShape = [&](const Field& shape) {
-        if (shape.number != 1) return;
+        if (!shape.isBytes(1)) return;
         input.shape.push_back(0);
         forEachField(shape.bytes, broken, [&](const Field& dimension) {
-            if (dimension.number == 1) {
+            if (dimension.isNumber(1)) {
                 input.shape.back() = static_cast<std::int64_t>(dimension.value);
             }
         });
     };
     forEachField(message, broken, [&](const Field& info) {
-        if (info.number == 1) input.name = info.bytes;
-        if (info.number != 2) return;
+        if (info.isBytes(1)) input.name = info.bytes;
+        if (!info.isBytes(2)) return;
         forEachField(info.bytes, broken, [&](const Field& type) {
-            if (type.number != 1) return;
+            if (!type.isBytes(1)) return;
             forEachField(type.bytes, broken, [&](const Field& tensor) {
-                if (tensor.number != 2) return;
+                if (!tensor.isBytes(2)) return;
                 input.hasShape = true;
                 forEachField(tensor.bytes, broken, readShape);
             });
@@ -140,8 +151,8 @@ void readGraph(std::string_view message, int depth, OnnxFacts& facts,
 std::string readSparseTensor(std::string_view message, OnnxFacts& facts) {
     std::string name;
     forEachField(message, facts.broken, [&](const Field& field) {
-        if (field.number == 1) name = readTensor(field.bytes, facts);
-        if (field.number == 2) readTensor(field.bytes, facts);
+        if (field.isBytes(1)) name = readTensor(field.bytes, facts);
+        if (field.isBytes(2)) readTensor(field.bytes, facts);
     });
     return name;
 }
@@ -150,6 +161,7 @@ std::string readSparseTensor(std::string_view message, OnnxFacts& facts) {
 void readAttribute(std::string_view message, int depth, OnnxFacts& facts) {
     std::set<std::string> inner;
     forEachField(message, facts.broken, [&](const Field& attribute) {
+        if (attribute.type != WireType::Bytes) return;
         switch (attribute.number) {
         case 5:
         case 10:
@@ -172,7 +184,7 @@ void readAttribute(std::string_view message, int depth, OnnxFacts& facts) {
 // NodeProto.
 void readNode(std::string_view message, int depth, OnnxFacts& facts) {
     forEachField(message, facts.broken, [&](const Field& node) {
-        if (node.number == 5) readAttribute(node.bytes, depth, facts);
+        if (node.isBytes(5)) readAttribute(node.bytes, depth, facts);
     });
 }
 
@@ -184,9 +196,9 @@ void readGraph(std::string_view message, int depth, OnnxFacts& facts,
         return;
     }
     forEachField(message, facts.broken, [&](const Field& graph) {
-        if (graph.number == 1) readNode(graph.bytes, depth, facts);
-        if (graph.number == 5) weights.insert(readTensor(graph.bytes, facts));
-        if (graph.number == 15) weights.insert(readSparseTensor(graph.bytes, facts));
+        if (graph.isBytes(1)) readNode(graph.bytes, depth, facts);
+        if (graph.isBytes(5)) weights.insert(readTensor(graph.bytes, facts));
+        if (graph.isBytes(15)) weights.insert(readSparseTensor(graph.bytes, facts));
     });
 }
 
@@ -196,17 +208,17 @@ OnnxFacts readOnnxFacts(std::string_view model) {
     OnnxFacts facts;
     std::set<std::string> weights;
     forEachField(model, facts.broken, [&](const Field& field) {
-        if (field.number == 25) { // FunctionProto: its nodes, and defaults of its attributes
+        if (field.isBytes(25)) { // FunctionProto: its nodes, and defaults of its attributes
             forEachField(field.bytes, facts.broken, [&](const Field& function) {
-                if (function.number == 7) readNode(function.bytes, 0, facts);
-                if (function.number == 11) readAttribute(function.bytes, 0, facts);
+                if (function.isBytes(7)) readNode(function.bytes, 0, facts);
+                if (function.isBytes(11)) readAttribute(function.bytes, 0, facts);
             });
         }
-        if (field.number != 7 || field.bytes.empty()) return;
+        if (!field.isBytes(7) || field.bytes.empty()) return;
         facts.hasGraph = true;
         readGraph(field.bytes, 0, facts, weights);
         forEachField(field.bytes, facts.broken, [&](const Field& graph) {
-            if (graph.number == 11) {
+            if (graph.isBytes(11)) {
                 facts.inputs.push_back(readGraphInput(graph.bytes, facts.broken));
             }
         });

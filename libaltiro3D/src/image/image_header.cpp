@@ -367,7 +367,8 @@ void readHdr(string_view bytes, ImageHeader& header) {
     std::size_t next = 0;
     header.rows = netpbmNumber(line, next);
     header.columns = netpbmNumber(line, next);
-    if (!startsWith(line, "-Y")) header.unreadable = "turned or mirrored HDR";
+    if (!startsWith(line, "-Y") || line.find(" +X ") == string_view::npos)
+        header.unreadable = "turned or mirrored HDR";
 }
 
 // Start of the codestream of a JPEG 2000 file. In a .jp2 it has its own box after any number of

@@ -1074,6 +1074,30 @@ TEST_F(DepthNetworkFile, WeightsInAnotherFileAreNamed) {
                   "weights");
 }
 
+// Encodings that protobuf reads as "data_location: EXTERNAL" and "location: w.data".
+TEST_F(DepthNetworkFile, UnusualEncodingsDoNotHideWeightsInAnotherFile) {
+    const auto fixed32 = [](unsigned field, const std::string& four) {
+        return varint(field * 8U + 5U) + four; // a known field of another wire type is skipped
+    };
+    const std::uint64_t beyond = std::uint64_t{1} << 32U; // higher bits are dropped
+    const std::string entry = bytes(13, bytes(1, "location") + bytes(2, "w.data"));
+    const std::string usual = entry + number(14, 1);
+    for (const std::string& weights :
+         {usual, entry + number(14, beyond + 1), entry + varint(beyond + 14U * 8U) + varint(1),
+          usual + fixed32(14, std::string(4, '\0')),
+          bytes(13, bytes(1, "location") + bytes(2, "w.data") + fixed32(1, "hide")) + number(14, 1),
+          bytes(13, bytes(1, "location") + bytes(2, "w.data") + fixed32(2, "hide")) +
+              number(14, 1)}) {
+        const std::string graph =
+            node("Conv", {"x", "w"}, {"y"}, intsAttribute("kernel_shape", {1, 1})) +
+            bytes(5, tensor("w", {1, 3, 1, 1}, {}) + weights) +
+            bytes(11, valueInfo("x", {1, 3, 6, 8})) + bytes(12, valueInfo("y", {1, 1, 6, 8}));
+        EXPECT_EQ(errorOfLoading(model(graph)),
+                  "keeps its weights in another file, \"w.data\", which is missing, expected one "
+                  "ONNX file that holds its weights");
+    }
+}
+
 TEST_F(DepthNetworkFile, AGraphThatOpenCvCannotLoadGivesOneLine) {
     const std::string error = errorOfLoading(oneNodeModel("NoSuchOperation", {1, 3, 6, 8}));
     EXPECT_EQ(error.rfind("OpenCV " CV_VERSION " cannot load this graph (", 0), 0U) << error;

@@ -640,6 +640,15 @@ TEST_F(ImageIo, HugePicturesAreRefusedFromTheirHeader) {
     }
 }
 
+TEST_F(ImageIo, TurnedAndMirroredHdrIsRefused) {
+    for (const char* size : {"+Y 8 +X 8", "-Y 8 -X 8", "+X 8 -Y 8"}) {
+        const std::string problem =
+            problemOf("turned.hdr", std::string("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n") + size +
+                                        "\n" + std::string(256, '\x20'));
+        EXPECT_NE(problem.find("turned or mirrored HDR"), std::string::npos) << size << problem;
+    }
+}
+
 // What says another size behind the header that decoders go by, or before it where they do not
 // look.
 TEST_F(ImageIo, NoSecondHeaderHidesTheSizeOfAPicture) {

@@ -2,6 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/folder_run.hpp"
+#include "common/photo_chunk_run.hpp"
 #include "common/photo_run.hpp"
 #include "common/run_tool.hpp"
 
@@ -85,18 +86,15 @@ int run(const CommandLine& commandLine, Messages& messages) {
     return status;
 }
 
-} // namespace
-
-int main(int argc, char** argv) {
-    CommandLine commandLine("photo2native",
-                            "Turns photos into Native pictures for a light-field display: depth is "
-                            "estimated (or given), and every sub-pixel of the panel takes its "
-                            "colour from its own view of the scene.");
+void addOptions(CommandLine& commandLine) {
     commandLine.addUsage("[options] PHOTO OUT.png");
     commandLine.addUsage("[options] -d PHOTO DEPTH OUT.png");
     commandLine.addUsage("[options] --rgbd right RGBD OUT.png");
     commandLine.addUsage("[options] --stereo left-right PAIR OUT.png");
     commandLine.addUsage("[options] PHOTO PHOTO... | DIR  OUTDIR");
+    commandLine.addUsage("--plan PLAN [options] DIR OUTDIR");
+    commandLine.addUsage("--chunk K PLAN");
+    commandLine.addUsage("--join PLAN");
     addDepthOptions(commandLine);
     addViewOptions(commandLine);
     addNativeOptions(commandLine);
@@ -126,6 +124,7 @@ int main(int argc, char** argv) {
                             "Continue a run that ended early: skip each photo whose outputs all "
                             "exist and are not empty. Which options made them is not checked.");
     addRecursiveOption(commandLine, "photos");
+    addPhotoChunkOptions(commandLine);
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
     addDisplayOptions(commandLine);
@@ -148,5 +147,19 @@ int main(int argc, char** argv) {
     commandLine.addTerm(CommandLine::Chapter::Examples,
                         "--save-quilt holiday.png --lg holiday.mp4 holiday.jpg all.png",
                         "Also write the quilt, and a video of its views for any screen.");
-    return runTool(argc, argv, commandLine, run);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    CommandLine commandLine("photo2native",
+                            "Turns photos into Native pictures for a light-field display: depth is "
+                            "estimated (or given), and every sub-pixel of the panel takes its "
+                            "colour from its own view of the scene.");
+    addOptions(commandLine);
+    return runTool(argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
+        if (isForPhotoChunks(given))
+            return runPhotoChunks(given, {argv, argv + argc}, addOptions, messages);
+        return run(given, messages);
+    });
 }

@@ -45,20 +45,6 @@ fs::path outputName(const std::optional<std::string>& wanted, bool batch, const 
     return batch ? fs::path(*wanted) / (stem + ending) : fs::path(*wanted);
 }
 
-// All outputs of a photo.
-std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
-    std::vector<fs::path> files;
-    for (const fs::path& file :
-         {item.native, item.quilt, item.savedDepth, item.rgbd, item.photoWithDepth, item.video}) {
-        if (!file.empty()) files.push_back(file);
-    }
-    if (!item.views.empty()) {
-        for (int i = 0; i < views; ++i)
-            files.push_back(item.views / viewFileName(i, views));
-    }
-    return files;
-}
-
 // Two names for each photo: its depth image, or the right eye's picture.
 bool takesPairs(const CommandLine& commandLine) {
     return commandLine.has("d") || commandLine.value("stereo") == "files";
@@ -79,6 +65,7 @@ std::vector<FolderFile> inputsOf(const CommandLine& commandLine, std::vector<Lef
     search.recursive = commandLine.has("recursive");
     search.pairDepth = !pairs && !commandLine.has("rgbd") && !commandLine.has("stereo");
     search.outputs = {names.back()};
+    if (const auto folder = commandLine.value("plan")) search.outputs.emplace_back(*folder);
     for (const char* option :
          {"save-quilt", "save-depth", "save-rgbd", "save-photo-with-depth", "save-views", "lg"}) {
         if (const auto directory = commandLine.value(option))
@@ -127,6 +114,19 @@ std::vector<FolderFile> inputsOf(const CommandLine& commandLine, std::vector<Lef
 }
 
 } // namespace
+
+std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
+    std::vector<fs::path> files;
+    for (const fs::path& file :
+         {item.native, item.quilt, item.savedDepth, item.rgbd, item.photoWithDepth, item.video}) {
+        if (!file.empty()) files.push_back(file);
+    }
+    if (!item.views.empty()) {
+        for (int i = 0; i < views; ++i)
+            files.push_back(item.views / viewFileName(i, views));
+    }
+    return files;
+}
 
 PhotoInputs listPhotos(const CommandLine& commandLine, Messages& messages) {
     const std::vector<fs::path>& names = commandLine.files();
@@ -198,10 +198,10 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
 }
 
 Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
-                       const ChosenDisplay& display, int views) {
+                       const ChosenDisplay& display, int views, bool replace) {
     const bool skip = commandLine.has("skip-existing");
     // incomplete sets of outputs and the report are made again
-    Outputs outputs(commandLine.has("y") || skip);
+    Outputs outputs(commandLine.has("y") || skip || replace);
     for (const fs::path& file : display.files)
         outputs.addInput(file);
     for (const char* option : {"n", "net-profile", "camera"}) {

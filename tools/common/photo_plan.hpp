@@ -53,8 +53,12 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
 /// Checks every name before any work, see Outputs::check(). The result creates the directories.
 /// With `--skip-existing`, marks the photos whose outputs all exist.
 /// @param views number of views that `--save-views` writes
+/// @param replace existing files may be replaced, also without `-y`
 /// @throws UsageError, Error
 Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
-                       const ChosenDisplay& display, int views);
+                       const ChosenDisplay& display, int views, bool replace = false);
+
+/// All files that are made of a photo. @param views as for checkedOutputs()
+std::vector<std::filesystem::path> outputsOf(const PhotoItem& item, int views);
 
 } // namespace altiro3D::tools

@@ -285,7 +285,7 @@ class ByteWindow {
 template <int kBits, class V>
 HWY_INLINE V mixPairs(V pairs, V part) {
     const hn::ScalableTag<std::int16_t> d;
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_SSSE3 // the better set, the lower the number
     const auto weights =
         hn::Add(hn::Sub(hn::ShiftLeft<8>(part), part), hn::Set(d, std::int16_t{1} << kBits));
 #if ALTIRO3D_AVX512

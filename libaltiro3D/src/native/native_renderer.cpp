@@ -5,8 +5,10 @@
 #include "display/lens_phase.hpp"
 #include "native/native_lut_tables.hpp"
 #include "native/shift_kernels.hpp"
+#include "native/view_table_kernels.hpp"
 #include "views/view_methods.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 
@@ -144,21 +146,36 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
             targets.push_back(viewRows.data() + i * rowBytes);
         std::array<std::vector<std::uint16_t>, 3> views; // blue, green, red
         views.fill(paddedRow<std::uint16_t>(width));
+        std::array<std::vector<std::uint8_t>, 3> narrowViews;
+        narrowViews.fill(std::vector<std::uint8_t>(width));
+        RowFetcher nothingAhead;
         int open = -1;
         for (int y = rows.start; y < rows.end; ++y) {
             const int row = rowOf[static_cast<std::size_t>(y)];
             if (row != open) rowRenderer->render(row, shifts, targets);
             open = row;
-            auto* pixels = native.ptr<std::uint8_t>(y);
             for (int colour = 0; colour < 3; ++colour)
                 lens.viewsOfRow(y, colour, viewCount,
                                 views[static_cast<std::size_t>(2 - colour)].data());
-            const std::uint8_t* from = viewRows.data();
-            for (std::size_t x = 0; x < width; ++x, pixels += 3) {
-                pixels[0] = from[views[0][x] * rowBytes + byteOf[x]];
-                pixels[1] = from[views[1][x] * rowBytes + byteOf[x] + 1];
-                pixels[2] = from[views[2][x] * rowBytes + byteOf[x] + 2];
+            auto* pixels = native.ptr<std::uint8_t>(y);
+            if (viewCount > 256) {
+                renderRowPlain<std::uint16_t>({{views[0].data(), views[1].data(), views[2].data()},
+                                               0,
+                                               byteOf.data(),
+                                               targets.data(),
+                                               width,
+                                               pixels},
+                                              nothingAhead);
+                continue;
             }
+            NativeRow<std::uint8_t> narrow{{}, 0, byteOf.data(), targets.data(), width, pixels};
+            for (std::size_t k = 0; k < 3; ++k) {
+                std::transform(views[k].begin(), views[k].begin() + native.cols,
+                               narrowViews[k].begin(),
+                               [](std::uint16_t view) { return static_cast<std::uint8_t>(view); });
+                narrow.views[k] = narrowViews[k].data();
+            }
+            renderRow(narrow, {256, rowBytes, 0}, nothingAhead);
         }
     });
 }

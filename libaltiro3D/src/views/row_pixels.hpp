@@ -48,14 +48,13 @@ class ColumnRuns {
         runs_.push_back({0, columns.size()});
     }
 
-    /// @param valueOf gives the value of a column
+    /// @param values one value per column
     /// @param out one value per pixel and padding (kRowPadding), overwritten
-    template <class ValueOf>
-    void copy(const ValueOf& valueOf, float* out) const {
+    void copy(const float* values, float* out) const {
         constexpr std::size_t kAtOnce =
             4; // most runs have no more: the next one overwrites the rest
         for (std::size_t i = 0; i + 1 < runs_.size(); ++i) {
-            const float value = valueOf(runs_[i].column);
+            const float value = values[runs_[i].column];
             std::size_t begin = runs_[i].begin;
             do {
                 std::fill_n(out + begin, kAtOnce, value);

@@ -43,7 +43,9 @@ class FastPixels {
 
     // @param offsets depth - focus of each column of the photo
     void open(const std::vector<float>& offsets) {
-        runs_.copy([&](std::size_t column) { return 32 * offsets[column]; }, offsets_.data());
+        runs_.copy(offsets.data(), offsets_.data());
+        for (float& offset : offsets_)
+            offset *= 32;
     }
 
     FastRow row(const std::uint8_t* plane, std::size_t count) const {

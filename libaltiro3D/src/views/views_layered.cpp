@@ -28,12 +28,15 @@ class LayeredReader {
     LayeredReader(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
         : photo_(photo), scene_(scene), columns_(columns), runs_(columns),
           near_(columns, scene.reachColumns), anywhere_(columns, scene.width),
-          columnPlaces_(paddedRow<float>(columns.size())), offsets_(columnPlaces_),
-          slopes_(columnPlaces_), from_(columnPlaces_), to_(columnPlaces_), first_(columnPlaces_),
-          mirroredFirst_(columnPlaces_), places_(paddedRow<std::int32_t>(columns.size())) {
+          columnPlaces_(paddedRow<float>(columns.size())),
+          places_(paddedRow<std::int32_t>(columns.size())) {
         for (std::vector<std::int32_t>* list : room_.all())
             *list = places_;
+        for (std::vector<float>* values : copies_.all())
+            *values = columnPlaces_;
+        isWholeRow_ = static_cast<int>(columns.size()) == scene.width;
         for (std::size_t i = 0; i < columns.size(); ++i) {
+            if (columns[i] != static_cast<int>(i)) isWholeRow_ = false;
             columnPlaces_[i] = static_cast<float>(columns[i]);
             places_[i] = columns[i] << kSubColumnBits;
         }
@@ -50,14 +53,10 @@ class LayeredReader {
         tables_ = scene_.tables(row);
         bounded_ = bounded;
         layeredColumns(tables_, scratch_, known_);
-        const LayeredColumn* known = known_.data();
-        runs_.copy([=](std::size_t column) { return known[column].offset; }, offsets_.data());
-        runs_.copy([=](std::size_t column) { return known[column].slope; }, slopes_.data());
-        runs_.copy([=](std::size_t column) { return known[column].from; }, from_.data());
-        runs_.copy([=](std::size_t column) { return known[column].to; }, to_.data());
-        runs_.copy([=](std::size_t column) { return known[column].first; }, first_.data());
-        runs_.copy([=](std::size_t column) { return known[column].mirroredFirst; },
-                   mirroredFirst_.data());
+        if (!isWholeRow_) {
+            for (std::size_t i = 0; i < known_.all().size(); ++i)
+                runs_.copy(known_.all()[i]->data(), copies_.all()[i]->data());
+        }
         listSurfaces();
         splitPlanes();
     }
@@ -106,14 +105,15 @@ class LayeredReader {
 
     LayeredPixels pixels() const {
         const RowWindows& windows = bounded_ ? near_ : anywhere_;
+        const LayeredColumns& values = isWholeRow_ ? known_ : copies_;
         return {columnPlaces_.data() + begin_,
                 places_.data() + begin_,
-                offsets_.data() + begin_,
-                slopes_.data() + begin_,
-                from_.data() + begin_,
-                to_.data() + begin_,
-                first_.data() + begin_,
-                mirroredFirst_.data() + begin_,
+                values.offsets.data() + begin_,
+                values.slopes.data() + begin_,
+                values.from.data() + begin_,
+                values.to.data() + begin_,
+                values.first.data() + begin_,
+                values.mirroredFirst.data() + begin_,
                 bounded_ ? scene_.reachColumns : scene_.width,
                 windows.starts.data() + begin_ / kWindowPixels,
                 windows.tables,
@@ -191,18 +191,14 @@ class LayeredReader {
     int row_ = 0;
     bool bounded_ = true;
     LayeredTables tables_;
-    std::vector<LayeredColumn> known_;
+    LayeredColumns known_;
+    LayeredColumns copies_;   // of each pixel's column
+    bool isWholeRow_ = false; // pixels and columns are the same
     std::vector<float> scratch_;
     ColumnRuns runs_;
     RowWindows near_;                 // within the reach of the scene
     RowWindows anywhere_;             // beyond it
     std::vector<float> columnPlaces_; // all pixels, see LayeredPixels
-    std::vector<float> offsets_;
-    std::vector<float> slopes_;
-    std::vector<float> from_;
-    std::vector<float> to_;
-    std::vector<float> first_;
-    std::vector<float> mirroredFirst_;
     std::vector<std::int32_t> places_;
     Room room_;
     LayeredCounts counts_;

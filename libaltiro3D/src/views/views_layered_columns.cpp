@@ -21,10 +21,10 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The offset of a column and where the next columns lie: see LayeredColumn. Arithmetic limits the
+// The offset of a column and where the next columns lie: see LayeredColumns. Arithmetic limits the
 // speed: some ten operations for each column and each px by which content can move.
 void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
-                      std::vector<LayeredColumn>& columns) {
+                      LayeredColumns& columns) {
     constexpr int kMaxMovement = 16; // px; content that moves farther is searched for
     constexpr int kMargin = kMaxMovement + 2;
     constexpr float kTolerance = 1.0F / 64;
@@ -38,7 +38,9 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
         offsets[x] = tables.scale * static_cast<float>(wordOffset(tables.words[x]));
         tears[x] = (tables.words[x] & kLastFlag) != 0 ? kNowhere : 0;
     }
-    columns.resize(width);
+    for (std::vector<float>* values : columns.all())
+        values->resize(width + kRowPadding);
+    std::copy_n(offsets, width, columns.offsets.begin());
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
     using F = hn::Vec<decltype(d)>;
@@ -74,28 +76,21 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
         const auto bits = hn::AndNot(lowestBit, hn::BitCast(whole, slope));
         const auto flagged =
             hn::Or(bits, hn::IfThenElseZero(hn::RebindMask(whole, isLine), lowestBit));
-        HWY_ALIGN float slopes[HWY_LANES(float)];
-        hn::Store(hn::BitCast(d, flagged), d, slopes);
-        const std::size_t count = std::min(hn::Lanes(d), width - x);
-        for (std::size_t k = 0; k < count; ++k) {
-            const std::uint16_t mirroredClear =
-                tables.clear[static_cast<std::size_t>(tables.stride) + width - 1 - x - k];
-            columns[x + k] = {offsets[x + k],
-                              slopes[k],
-                              -perUnit * static_cast<float>(mirroredClear),
-                              perUnit * static_cast<float>(tables.clear[x + k]),
-                              0,
-                              0};
-        }
+        hn::StoreU(hn::BitCast(d, flagged), d, columns.slopes.data() + x);
     }
+    const std::uint16_t* const mirroredClear = tables.clear + tables.stride + width - 1;
+    for (std::size_t x = 0; x < width; ++x)
+        columns.to[x] = perUnit * static_cast<float>(tables.clear[x]);
+    for (std::size_t x = 0; x < width; ++x)
+        columns.from[x] = -perUnit * static_cast<float>(*(mirroredClear - x));
     const std::int16_t* mirrored = tables.surfaces + tables.stride;
     std::size_t first = 0;
     std::size_t mirroredFirst = 0;
     for (std::size_t x = 0; x < width; ++x) {
         if (x > 0 && tables.surfaces[x] != tables.surfaces[x - 1]) first = x;
         if (x > 0 && mirrored[x] != mirrored[x - 1]) mirroredFirst = x;
-        columns[x].first = static_cast<float>(first);
-        columns[width - 1 - x].mirroredFirst = static_cast<float>(mirroredFirst);
+        columns.first[x] = static_cast<float>(first);
+        columns.mirroredFirst[width - 1 - x] = static_cast<float>(mirroredFirst);
     }
 }
 
@@ -109,7 +104,7 @@ namespace altiro3D {
 HWY_EXPORT(layeredColumnsOn);
 
 void layeredColumns(const LayeredTables& tables, std::vector<float>& scratch,
-                    std::vector<LayeredColumn>& columns) {
+                    LayeredColumns& columns) {
     HWY_DYNAMIC_DISPATCH(layeredColumnsOn)(tables, scratch, columns);
 }
 

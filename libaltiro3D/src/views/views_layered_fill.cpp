@@ -68,22 +68,13 @@ class Background {
     }
 
     void collect() {
-        // Nearer than any depth, so mixed pixels are never neighbours.
-        constexpr float kNobody = 1e9F;
         owner_ = largeMat(photo_.rows, left_ + photo_.cols + right_, CV_32SC1);
         owner_.setTo(cv::Scalar(-1));
-        front_ = largeMat(photo_.rows, photo_.cols, CV_32FC1);
-        front_.setTo(cv::Scalar(static_cast<double>(kNobody)));
         cells_.reserve(cellCount_);
         for (int y = 0; y < photo_.rows; ++y) {
-            const LayeredRow& row = rows_[static_cast<std::size_t>(y)];
-            const std::int16_t* words = scene_.tables(y).words + direction_ * scene_.stride();
-            const auto offset = [&](int x) {
-                return scene_.scale * static_cast<float>(wordOffset(words[x]));
-            };
-            for (const LayeredSurface& surface : row.surfaces) {
-                for (int x = surface.first; x <= surface.last; ++x)
-                    front_.ptr<float>(y)[x] = offset(x);
+            const std::int16_t* words = wordsOf(y);
+            const auto offset = [&](int x) { return offsetOf(words[x]); };
+            for (const LayeredSurface& surface : rows_[static_cast<std::size_t>(y)].surfaces) {
                 for (int k = 1; k <= surface.hidden; ++k)
                     add(y, surface.first - k, surface.hiddenAt(k), k, 1, offset(surface.first));
                 for (int k = 1; k <= surface.beyond; ++k)
@@ -108,14 +99,29 @@ class Background {
         cells_.push_back(cell);
     }
 
+    const std::int16_t* wordsOf(int y) const {
+        return scene_.tables(y).words + direction_ * scene_.stride();
+    }
+
+    float offsetOf(std::int16_t word) const {
+        return scene_.scale * static_cast<float>(wordOffset(word));
+    }
+
+    // False for mixed pixels, which lie between two surfaces.
+    bool isOfSurface(int y, int x) const {
+        const std::int16_t* surfaces = scene_.tables(y).surfaces + direction_ * scene_.stride();
+        const auto& row = rows_[static_cast<std::size_t>(y)].surfaces;
+        return x <= row[static_cast<std::size_t>(surfaces[x])].last;
+    }
+
     // The pixel or cell at (x, y), if it belongs to the surface of the cell.
     std::int32_t neighbour(const Cell& cell, int y, int x) const {
         if (y < 0 || y >= photo_.rows || x < -left_ || x >= photo_.cols + right_) return kNoLink;
         const auto nearerBy = [&](float offset) {
             return static_cast<double>(offset) - static_cast<double>(cell.offset);
         };
-        if (x >= 0 && x < photo_.cols) {
-            const double nearer = nearerBy(front_.ptr<float>(y)[x]);
+        if (x >= 0 && x < photo_.cols && isOfSurface(y, x)) {
+            const double nearer = nearerBy(offsetOf(wordsOf(y)[x]));
             if (nearer <= tear_ && nearer >= -kSameTears * tear_) return -1 - (y * photo_.cols + x);
         }
         const std::int32_t other = owner_.ptr<std::int32_t>(y)[x + left_];
@@ -213,7 +219,6 @@ class Background {
     int right_ = 0; // columns right of the frame
     std::size_t cellCount_ = 0;
     cv::Mat owner_; // [rows x left + cols + right, CV_32SC1] the cell at each place, -1 = none
-    cv::Mat front_; // [as photo, CV_32FC1] offset of the visible surface
     std::vector<Cell> cells_;
     std::vector<Colour> colours_;
 };

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -79,24 +80,29 @@ struct LayeredSurfaces {
     int begin[3] = {0, 0, 0}; ///< Start of each direction, and the end.
 };
 
-/// What is known of a column of the row before any search.
-struct LayeredColumn {
-    float offset = 0; ///< Movement in px per px of shift.
-    /// Change of `offset` from column to column. If its lowest bit is set, all content that a shift
-    /// brings to the column lies on this line, to 1/64 px.
-    float slope = 0;
+/// What is known of the columns of a row before any search. Arrays of one value per column, and
+/// kRowPadding more.
+struct LayeredColumns {
+    std::vector<float> offsets; ///< Movement in px per px of shift.
+    /// Change of the offset from column to column. If its lowest bit is set, all content that a
+    /// shift brings to the column lies on this line, to 1/64 px.
+    std::vector<float> slopes;
     /// Within these shifts (px, from <= 0 <= to), no other surface reaches the column.
-    float from = 0;
-    float to = 0;
-    float first = 0;         ///< First column of its surface.
-    float mirroredFirst = 0; ///< The same in the mirrored row.
+    std::vector<float> from;
+    std::vector<float> to;
+    std::vector<float> first;         ///< First column of its surface.
+    std::vector<float> mirroredFirst; ///< The same in the mirrored row.
+
+    std::array<std::vector<float>*, 6> all() {
+        return {&offsets, &slopes, &from, &to, &first, &mirroredFirst};
+    }
 };
 
 /// Describes the columns of a row.
 /// @param scratch resized and overwritten
-/// @param columns result, one per column of the photo
+/// @param columns result, resized and overwritten
 void layeredColumns(const LayeredTables& tables, std::vector<float>& scratch,
-                    std::vector<LayeredColumn>& columns);
+                    LayeredColumns& columns);
 
 /// The requested pixels. Arrays of `count` and padding (kRowPadding).
 struct LayeredPixels {
@@ -104,12 +110,12 @@ struct LayeredPixels {
     /// in the mirrored row.
     const float* columns = nullptr;
     const std::int32_t* places = nullptr; ///< The place of each column.
-    const float* offsets = nullptr;       ///< LayeredColumn::offset of each.
-    const float* slopes = nullptr;        ///< LayeredColumn::slope of each.
-    const float* from = nullptr;          ///< LayeredColumn::from of each.
-    const float* to = nullptr;            ///< LayeredColumn::to of each.
-    const float* first = nullptr;         ///< LayeredColumn::first of each.
-    const float* mirroredFirst = nullptr; ///< LayeredColumn::mirroredFirst of each.
+    const float* offsets = nullptr;       ///< LayeredColumns::offsets of each.
+    const float* slopes = nullptr;        ///< LayeredColumns::slopes of each.
+    const float* from = nullptr;          ///< LayeredColumns::from of each.
+    const float* to = nullptr;            ///< LayeredColumns::to of each.
+    const float* first = nullptr;         ///< LayeredColumns::first of each.
+    const float* mirroredFirst = nullptr; ///< LayeredColumns::mirroredFirst of each.
     int reach = 0;                        ///< Largest distance of a place from its column, columns.
     const std::int32_t* windows = nullptr; ///< RowWindows::starts
     int tables = 2;                        ///< RowWindows::tables

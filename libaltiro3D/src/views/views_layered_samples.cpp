@@ -42,14 +42,16 @@ HWY_INLINE void gatherSamples(std::size_t begin, std::size_t end, const std::uin
     }
 }
 
-// The same, from windows of the row in registers; the few places outside of a window one by one.
-// Arithmetic limits the speed: about thirty operations per vector of 16-bit lanes.
+#if HWY_TARGET != HWY_SCALAR
+
+// The same for the kWindowPixels pixels from `begin`, from 16 kTables columns of the plane in
+// registers, the first of which is `from`; the few places outside of them one by one. Arithmetic
+// limits the speed: about thirty operations per vector of 16-bit lanes.
 template <int kTables>
-void windowSamples(const LayeredPixels& pixels, const std::uint8_t* HWY_RESTRICT plane,
-                   const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
-#if HWY_TARGET == HWY_SCALAR
-    gatherSamples(0, pixels.count, plane, places, values);
-#else
+HWY_INLINE void windowSamples(std::int32_t from, std::size_t begin, std::size_t count,
+                              const std::uint8_t* HWY_RESTRICT plane,
+                              const std::int32_t* HWY_RESTRICT places,
+                              std::uint8_t* HWY_RESTRICT values) {
     const hn::ScalableTag<std::int32_t> whole;
     const hn::ScalableTag<std::int16_t> narrow;
     const hn::ScalableTag<std::uint16_t> bits;
@@ -58,32 +60,66 @@ void windowSamples(const LayeredPixels& pixels, const std::uint8_t* HWY_RESTRICT
     const OrderedPack pack;
     const auto byte = hn::Set(narrow, 255);
     const auto lastPlace = hn::Set(bits, ((16 * kTables - 1) << kSubColumnBits) - 1);
+    const ByteWindow<kTables> window(plane + from);
+    const auto start = hn::Set(whole, from << kSubColumnBits);
+    for (std::size_t i = begin; i < begin + kWindowPixels; i += 2 * lanes) {
+        const auto place = pack(hn::Sub(hn::LoadU(whole, places + i), start),
+                                hn::Sub(hn::LoadU(whole, places + i + lanes), start));
+        const auto both = window.pairs(hn::ShiftRight<kSubColumnBits>(place));
+        const auto first = hn::And(both, byte);
+        const auto second = hn::BitCast(narrow, hn::ShiftRight<8>(hn::BitCast(bits, both)));
+        // (difference part + 128) / 256, rounded down
+        const auto change =
+            hn::MulFixedPoint15(hn::ShiftLeft<7>(hn::Sub(second, first)), hn::And(place, byte));
+        hn::StoreU(hn::DemoteTo(bytes, hn::Add(first, change)), bytes, values + i);
+        // places left of the window are large as well
+        const auto away = hn::Gt(hn::BitCast(bits, place), lastPlace);
+        if (HWY_LIKELY(hn::AllFalse(bits, away))) continue;
+        for (std::size_t k = i; k < std::min(i + 2 * lanes, count); ++k) {
+            const int column = places[k] >> kSubColumnBits; // negative for kSeeEnds
+            if (column >= 0 && (column < from || column > from + 16 * kTables - 2))
+                values[k] = static_cast<std::uint8_t>(sampleAt(plane, places[k]));
+        }
+    }
+}
+
+// First of 64 columns that hold what all of kWindowPixels places read; -1 if there are none, or no
+// place.
+HWY_INLINE std::int32_t windowOfPlaces(const std::int32_t* HWY_RESTRICT places) {
+    const hn::ScalableTag<std::int32_t> d;
+    const hn::RebindToUnsigned<decltype(d)> asUnsigned;
+    auto most = hn::Zero(d);
+    auto least = hn::Set(asUnsigned, INT32_MAX); // kSeeEnds is larger as an unsigned number
+    for (std::size_t i = 0; i < kWindowPixels; i += hn::Lanes(d)) {
+        const auto place = hn::LoadU(d, places + i);
+        most = hn::Max(most, place);
+        least = hn::Min(least, hn::BitCast(asUnsigned, place));
+    }
+    const auto from = static_cast<std::int32_t>(hn::GetLane(hn::MinOfLanes(asUnsigned, least)) >>
+                                                static_cast<unsigned>(kSubColumnBits));
+    const std::int32_t last = hn::GetLane(hn::MaxOfLanes(d, most)) >> kSubColumnBits;
+    return from <= last && last - from <= 16 * 4 - 2 ? from : -1;
+}
+#endif
+
+// As gatherSamples() for all pixels, from windows where they fit.
+template <int kTables>
+void layeredSamplesBy(const LayeredPixels& pixels, const std::uint8_t* HWY_RESTRICT plane,
+                      const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
+#if HWY_TARGET == HWY_SCALAR
+    gatherSamples(0, pixels.count, plane, places, values);
+#else
     for (std::size_t begin = 0; begin < pixels.count; begin += kWindowPixels) {
         const std::int32_t from = pixels.windows[begin / kWindowPixels];
-        if (HWY_UNLIKELY(from < 0)) {
-            gatherSamples(begin, begin + kWindowPixels, plane, places, values);
+        if (HWY_LIKELY(from >= 0)) {
+            windowSamples<kTables>(from, begin, pixels.count, plane, places, values);
             continue;
         }
-        const ByteWindow<kTables> window(plane + from);
-        const auto start = hn::Set(whole, from << kSubColumnBits);
-        for (std::size_t i = begin; i < begin + kWindowPixels; i += 2 * lanes) {
-            const auto place = pack(hn::Sub(hn::LoadU(whole, places + i), start),
-                                    hn::Sub(hn::LoadU(whole, places + i + lanes), start));
-            const auto both = window.pairs(hn::ShiftRight<kSubColumnBits>(place));
-            const auto first = hn::And(both, byte);
-            const auto second = hn::BitCast(narrow, hn::ShiftRight<8>(hn::BitCast(bits, both)));
-            // (difference part + 128) / 256, rounded down
-            const auto change =
-                hn::MulFixedPoint15(hn::ShiftLeft<7>(hn::Sub(second, first)), hn::And(place, byte));
-            hn::StoreU(hn::DemoteTo(bytes, hn::Add(first, change)), bytes, values + i);
-            // places left of the window are large as well
-            const auto away = hn::Gt(hn::BitCast(bits, place), lastPlace);
-            if (HWY_LIKELY(hn::AllFalse(bits, away))) continue;
-            for (std::size_t k = i; k < std::min(i + 2 * lanes, pixels.count); ++k) {
-                const int column = places[k] >> kSubColumnBits; // negative for kSeeEnds
-                if (column >= 0 && (column < from || column > from + 16 * kTables - 2))
-                    values[k] = static_cast<std::uint8_t>(sampleAt(plane, places[k]));
-            }
+        const std::int32_t found = windowOfPlaces(places + begin);
+        if (found >= 0) {
+            windowSamples<4>(found, begin, pixels.count, plane, places, values);
+        } else {
+            gatherSamples(begin, begin + kWindowPixels, plane, places, values);
         }
     }
 #endif
@@ -93,11 +129,11 @@ void layeredSamplesOn(const LayeredPixels& pixels, const std::uint8_t* HWY_RESTR
                       const std::int32_t* HWY_RESTRICT places, std::uint8_t* HWY_RESTRICT values) {
     switch (pixels.tables) {
     case 2:
-        return windowSamples<2>(pixels, plane, places, values);
+        return layeredSamplesBy<2>(pixels, plane, places, values);
     case 3:
-        return windowSamples<3>(pixels, plane, places, values);
+        return layeredSamplesBy<3>(pixels, plane, places, values);
     default:
-        return windowSamples<4>(pixels, plane, places, values);
+        return layeredSamplesBy<4>(pixels, plane, places, values);
     }
 }
 

@@ -586,7 +586,7 @@ TEST(ViewsLayered, LinesGiveThePlaceOfTheirDepth) {
     LayeredSettings options;
     options.reachPixels = 17;
     std::vector<float> scratch;
-    std::vector<LayeredColumn> columns;
+    LayeredColumns columns;
     int lines = 0;
     for (const cv::Mat& depth : depthsToSearch(size)) {
         const LayeredScene scene = layeredScene(photo, depth, 0.4, options);
@@ -594,14 +594,15 @@ TEST(ViewsLayered, LinesGiveThePlaceOfTheirDepth) {
             forEachInstructionSet([&](const char* name) {
                 layeredColumns(scene.tables(y), scratch, columns);
                 for (int x = 0; x < size.width; ++x) {
-                    const LayeredColumn& column = columns[static_cast<std::size_t>(x)];
+                    const auto column = static_cast<std::size_t>(x);
+                    const float slope = columns.slopes[column];
                     std::uint32_t bits = 0;
-                    std::memcpy(&bits, &column.slope, sizeof bits);
+                    std::memcpy(&bits, &slope, sizeof bits);
                     if ((bits & 1) == 0) continue;
                     ++lines;
                     for (const float part : {-1.0F, -0.4F, 0.1F, 0.7F, 1.0F}) {
                         const float shift = part * 17;
-                        if (shift < column.from || shift > column.to) continue;
+                        if (shift < columns.from[column] || shift > columns.to[column]) continue;
                         const int direction = shift < 0 ? 1 : 0;
                         const int own = direction == 0 ? x : size.width - 1 - x;
                         const LayeredPixel found =
@@ -610,8 +611,8 @@ TEST(ViewsLayered, LinesGiveThePlaceOfTheirDepth) {
                         ASSERT_EQ(found.count, 1) << name << " " << x << " " << y << " " << shift;
                         const double inRow = found.place[0] / 256.0 - direction * scene.stride();
                         const double place = direction == 0 ? inRow : size.width - 1 - inRow;
-                        const double line = x + double(shift) * double(column.offset) /
-                                                    (1 - double(shift) * double(column.slope));
+                        const double line = x + double(shift) * double(columns.offsets[column]) /
+                                                    (1 - double(shift) * double(slope));
                         ASSERT_NEAR(line, place, 1.0 / 32 + 1e-4) << name << " " << x << " " << y;
                     }
                 }

@@ -63,7 +63,7 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addAdvanced({"report"},
                             "Write settings, counts and the time of each stage, for programs.",
                             "FILE.json");
-    addChunkOptions(commandLine);
+    addVideoChunkOptions(commandLine);
     commandLine.addDropped("in-turn", "the frames are the same with and without it");
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
@@ -93,7 +93,8 @@ int main(int argc, char** argv) {
                             "panel shows its own view; sound, subtitles and chapters are kept.");
     addOptions(commandLine);
     return runTool(argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
-        if (isForChunks(given)) return runChunks(given, {argv, argv + argc}, addOptions, messages);
+        if (isForVideoChunks(given))
+            return runVideoChunks(given, {argv, argv + argc}, addOptions, messages);
         return takesFolder(given) ? runVideoFolder(given, messages)
                                   : runVideo(given, planVideo(given), messages);
     });

@@ -360,6 +360,7 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Medium medium, M
                      downloadCommand(kDownload) + ") or give a depth image (-d)");
         return;
     }
+    networkFile_ = networkFile;
     const InferenceTarget target = chooseInferenceTarget(availableBackends());
     if (wantedSize && *wantedSize % profile->multipleOf != 0) {
         throw UsageError("--network-size is " + std::to_string(*wantedSize) +

@@ -45,6 +45,8 @@ class ChosenDepth {
     void use(std::shared_ptr<DepthSource> estimator);
     /// The network; null if none is used, or if no photo has needed it yet.
     const DepthNetwork* network() const { return source_ ? source_->network() : nullptr; }
+    /// The file of the network that the options choose, whether or not it is loaded; empty: none.
+    const std::filesystem::path& networkFile() const { return networkFile_; }
     /// The source as text, for people and reports.
     const std::string& description() const { return description_; }
     /// What the last read() took its depth from, for people and reports.
@@ -84,6 +86,7 @@ class ChosenDepth {
     bool isEngineTold_ = false;
     std::optional<StereoInput> stereo_;   // one picture with both eyes
     std::shared_ptr<DepthSource> source_; // null with fromFiles_
+    std::filesystem::path networkFile_;
     std::string description_;
     std::string used_;
     DepthOrigin origin_ = DepthOrigin::Estimated; // of the last photo

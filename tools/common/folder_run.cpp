@@ -88,7 +88,7 @@ std::string FolderRun::place() const {
     return "[" + std::to_string(begun_) + "/" + std::to_string(files_) + "]";
 }
 
-int FolderRun::end() {
+int FolderRun::end(const std::string& time) {
     progress_.clear();
     std::string text = counted(made_, thing_) + " made";
     if (skipped_ > 0) text += ", " + std::to_string(skipped_) + " skipped as the outputs exist";
@@ -97,8 +97,9 @@ int FolderRun::end() {
     if (failed_ > 0) text += ", " + std::to_string(failed_) + " failed";
     if (!leftOut_.empty())
         text += ", " + std::to_string(leftOut_.size()) + " left out (" + kindsText(leftOut_) + ")";
-    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start_;
-    messages_.say(text + ", in " + fixed(time.count(), time.count() < 10 ? 1 : 0) + " s");
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
+    messages_.say(text + ", in " +
+                  (time.empty() ? fixed(spent.count(), spent.count() < 10 ? 1 : 0) + " s" : time));
     if (stopped_ > 0) return kExitStopped;
     return failed_ == 0 ? kExitDone : kExitFailed;
 }

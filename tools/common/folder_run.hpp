@@ -65,8 +65,9 @@ class FolderRun {
     /// Number of files that were begun, from 1, and of all: "[2/7]".
     std::string place() const;
     /// Says what was made, skipped, stopped, not begun, left out and failed.
+    /// @param time "9.5 s"; empty: that since the construction
     /// @return the exit status: that of the user's stop, failure, or success
-    int end();
+    int end(const std::string& time = {});
 
   private:
     std::string thing_;

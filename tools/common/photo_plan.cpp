@@ -45,20 +45,6 @@ fs::path outputName(const std::optional<std::string>& wanted, bool batch, const 
     return batch ? fs::path(*wanted) / (stem + ending) : fs::path(*wanted);
 }
 
-// All outputs of a photo.
-std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
-    std::vector<fs::path> files;
-    for (const fs::path& file :
-         {item.native, item.quilt, item.savedDepth, item.rgbd, item.photoWithDepth, item.video}) {
-        if (!file.empty()) files.push_back(file);
-    }
-    if (!item.views.empty()) {
-        for (int i = 0; i < views; ++i)
-            files.push_back(item.views / viewFileName(i, views));
-    }
-    return files;
-}
-
 // Two names for each photo: its depth image, or the right eye's picture.
 bool takesPairs(const CommandLine& commandLine) {
     return commandLine.has("d") || commandLine.value("stereo") == "files";
@@ -69,7 +55,7 @@ std::string pairName(const CommandLine& commandLine) {
 }
 
 // The photos (and depths) among the names; the last name is the output.
-std::vector<FolderFile> inputsOf(const CommandLine& commandLine, PhotoPlan& plan,
+std::vector<FolderFile> inputsOf(const CommandLine& commandLine, std::vector<LeftOutFile>& leftOut,
                                  Messages& messages) {
     const std::vector<fs::path>& names = commandLine.files();
     const bool pairs = takesPairs(commandLine);
@@ -79,6 +65,7 @@ std::vector<FolderFile> inputsOf(const CommandLine& commandLine, PhotoPlan& plan
     search.recursive = commandLine.has("recursive");
     search.pairDepth = !pairs && !commandLine.has("rgbd") && !commandLine.has("stereo");
     search.outputs = {names.back()};
+    if (const auto folder = commandLine.value("plan")) search.outputs.emplace_back(*folder);
     for (const char* option :
          {"save-quilt", "save-depth", "save-rgbd", "save-photo-with-depth", "save-views", "lg"}) {
         if (const auto directory = commandLine.value(option))
@@ -88,7 +75,7 @@ std::vector<FolderFile> inputsOf(const CommandLine& commandLine, PhotoPlan& plan
         search.outputs.push_back(given[1]);
         std::map<fs::path, fs::path> depths; // by name without extension
         std::set<fs::path> listed;
-        for (FolderFile& input : listFiles(given[0], search, plan.leftOut, messages)) {
+        for (FolderFile& input : listFiles(given[0], search, leftOut, messages)) {
             const fs::path folder = input.folder.empty() ? given[1] : given[1] / input.folder;
             if (listed.insert(folder).second && isDirectory(folder)) {
                 for (const fs::path& depth : listImages(folder))
@@ -113,23 +100,35 @@ std::vector<FolderFile> inputsOf(const CommandLine& commandLine, PhotoPlan& plan
                 inputs.push_back({name, {}, {}});
                 continue;
             }
-            for (const FolderFile& photo : listFiles(name, search, plan.leftOut, messages))
+            for (const FolderFile& photo : listFiles(name, search, leftOut, messages))
                 inputs.push_back(photo);
         }
     }
     if (inputs.empty()) {
-        throw Error(ErrorCode::NotFound, given.front().string(),
-                    "holds no pictures to convert, expected photos" +
-                        (plan.leftOut.empty() ? std::string()
-                                              : " (left out: " + kindsText(plan.leftOut) + ")"));
+        throw Error(
+            ErrorCode::NotFound, given.front().string(),
+            "holds no pictures to convert, expected photos" +
+                (leftOut.empty() ? std::string() : " (left out: " + kindsText(leftOut) + ")"));
     }
     return inputs;
 }
 
 } // namespace
 
-PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& display,
-                     const QuiltLayout& layout, Messages& messages) {
+std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
+    std::vector<fs::path> files;
+    for (const fs::path& file :
+         {item.native, item.quilt, item.savedDepth, item.rgbd, item.photoWithDepth, item.video}) {
+        if (!file.empty()) files.push_back(file);
+    }
+    if (!item.views.empty()) {
+        for (int i = 0; i < views; ++i)
+            files.push_back(item.views / viewFileName(i, views));
+    }
+    return files;
+}
+
+PhotoInputs listPhotos(const CommandLine& commandLine, Messages& messages) {
     const std::vector<fs::path>& names = commandLine.files();
     const bool pairs = takesPairs(commandLine);
     const std::size_t least = pairs ? 3 : 2;
@@ -140,14 +139,24 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
     for (std::size_t i = 0; i + 1 < names.size(); ++i)
         requirePhotoName(names[i]);
     const fs::path& last = names.back();
-    PhotoPlan plan;
-    const std::vector<FolderFile> inputs = inputsOf(commandLine, plan, messages);
-    plan.batch = names.size() > least || isDirectory(last) || isDirectory(names.front());
-    if (plan.batch) {
+    PhotoInputs inputs;
+    inputs.files = inputsOf(commandLine, inputs.leftOut, messages);
+    inputs.batch = names.size() > least || isDirectory(last) || isDirectory(names.front());
+    if (inputs.batch) {
         requireDirectoryName(last, "photos",
                              names.size() == 3 && !pairs ? ", or -d with a photo and its depth"
                                                          : "");
     }
+    return inputs;
+}
+
+PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& display,
+                     const QuiltLayout& layout, const PhotoInputs& inputs) {
+    const std::vector<fs::path>& names = commandLine.files();
+    const fs::path& last = names.back();
+    PhotoPlan plan;
+    plan.leftOut = inputs.leftOut;
+    plan.batch = inputs.batch;
     for (const char* option :
          {"save-quilt", "save-depth", "save-rgbd", "save-photo-with-depth", "lg"}) {
         const auto name = commandLine.value(option);
@@ -157,10 +166,10 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
                              "photos");
         }
     }
-    const std::vector<std::string> stems = outputStems(inputs);
-    for (std::size_t i = 0; i < inputs.size(); ++i) {
-        const fs::path& photo = inputs[i].file;
-        const fs::path& depth = inputs[i].depth;
+    const std::vector<std::string> stems = outputStems(inputs.files);
+    for (std::size_t i = 0; i < inputs.files.size(); ++i) {
+        const fs::path& photo = inputs.files[i].file;
+        const fs::path& depth = inputs.files[i].depth;
         const std::string& stem = stems[i];
         PhotoItem item;
         item.photo = photo;
@@ -189,10 +198,10 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
 }
 
 Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
-                       const ChosenDisplay& display, int views) {
+                       const ChosenDisplay& display, int views, bool replace) {
     const bool skip = commandLine.has("skip-existing");
     // incomplete sets of outputs and the report are made again
-    Outputs outputs(commandLine.has("y") || skip);
+    Outputs outputs(commandLine.has("y") || skip || replace);
     for (const fs::path& file : display.files)
         outputs.addInput(file);
     for (const char* option : {"n", "net-profile", "camera"}) {

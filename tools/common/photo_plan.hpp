@@ -33,17 +33,32 @@ struct PhotoPlan {
     std::vector<LeftOutFile> leftOut; ///< Of folders: what is not converted.
 };
 
-/// Derives the plan from the command line.
-/// @param layout layout of the quilts, which is part of their names
+/// The photos that the names of a command line stand for.
+struct PhotoInputs {
+    std::vector<FolderFile> files;    ///< With their depth images or right eye's pictures.
+    std::vector<LeftOutFile> leftOut; ///< Of folders: what is not converted.
+    bool batch = false;               ///< See PhotoPlan.
+};
+
+/// Checks the names and searches the folders among them. Says what is left out.
 /// @throws UsageError, Error (a directory that cannot be listed or holds no pictures)
+PhotoInputs listPhotos(const CommandLine& commandLine, Messages& messages);
+
+/// Derives the plan from the command line. The names of the outputs depend on all inputs.
+/// @param layout layout of the quilts, which is part of their names
+/// @throws UsageError, Error
 PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& display,
-                     const QuiltLayout& layout, Messages& messages);
+                     const QuiltLayout& layout, const PhotoInputs& inputs);
 
 /// Checks every name before any work, see Outputs::check(). The result creates the directories.
 /// With `--skip-existing`, marks the photos whose outputs all exist.
 /// @param views number of views that `--save-views` writes
+/// @param replace existing files may be replaced, also without `-y`
 /// @throws UsageError, Error
 Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
-                       const ChosenDisplay& display, int views);
+                       const ChosenDisplay& display, int views, bool replace = false);
+
+/// All files that are made of a photo. @param views as for checkedOutputs()
+std::vector<std::filesystem::path> outputsOf(const PhotoItem& item, int views);
 
 } // namespace altiro3D::tools

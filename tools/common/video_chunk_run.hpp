@@ -7,18 +7,15 @@
 #include <string>
 #include <vector>
 
-/// video2native for many machines: a folder holds the plan of one run, and its chunks.
-///
-/// Besides the files of the library, the folder holds `arguments` (the working directory and the
-/// command line of the plan, each followed by a zero byte), `visual.json` (a copy of the
-/// calibration, if the command line names none) and `logs`.
+/// video2native for many machines, see chunk_folder.hpp and altiro3D/video_chunks.hpp. The folder
+/// also holds `joined`, the size and time of the output that the join wrote.
 namespace altiro3D::tools {
 
 /// Adds the options of the plan, of its chunks and of the join.
-void addChunkOptions(CommandLine& commandLine);
+void addVideoChunkOptions(CommandLine& commandLine);
 
 /// Whether a command line plans a run, makes a chunk or joins.
-bool isForChunks(const CommandLine& commandLine);
+bool isForVideoChunks(const CommandLine& commandLine);
 
 /// Plans a run, makes a chunk or joins the chunks, as the command line says.
 /// @param arguments the command line's words, the program's name first
@@ -26,7 +23,7 @@ bool isForChunks(const CommandLine& commandLine);
 ///        the plan
 /// @return the exit status
 /// @throws UsageError, Error
-int runChunks(const CommandLine& commandLine, const std::vector<std::string>& arguments,
-              const std::function<void(CommandLine&)>& addOptions, Messages& messages);
+int runVideoChunks(const CommandLine& commandLine, const std::vector<std::string>& arguments,
+                   const std::function<void(CommandLine&)>& addOptions, Messages& messages);
 
 } // namespace altiro3D::tools

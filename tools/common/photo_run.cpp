@@ -1,0 +1,322 @@
+#include "common/photo_run.hpp"
+
+#include "altiro3D/altiro3D.hpp"
+#include "common/depth_trade.hpp"
+#include "common/folder_run.hpp"
+
+#include <opencv2/core.hpp>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+Json parallaxJson(const AdjacentParallax& parallax) {
+    return {{"viewPixels", parallax.viewPixels}, {"panelPixels", parallax.panelPixels}};
+}
+
+// Reports a parallax close to the limit; above the limit there is a warning.
+AdjacentParallax tellParallax(const CommandLine& commandLine, const NativeMaker& maker,
+                              const cv::Mat& depth, Messages& messages) {
+    constexpr double kNearTheLimit = 0.8 * kParallaxBudgetPixels;
+    double nearest = 0;
+    double farthest = 0;
+    cv::minMaxLoc(depth, &farthest, &nearest);
+    const ViewOptions& views = maker.options().views;
+    const AdjacentParallax parallax =
+        adjacentParallax(views, maker.layout(), maker.panelSize(), {farthest, nearest});
+    const std::string line =
+        "parallax: strength " + fixed(views.strengthPercent, 1) + " %, focus " +
+        fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) + " view px (" +
+        fixed(parallax.panelPixels, 2) + " panel px) between adjacent views; above " +
+        fixed(kParallaxBudgetPixels, 0) + " view px hard edges show double";
+    const bool isNear =
+        parallax.viewPixels > kNearTheLimit && parallax.viewPixels <= kParallaxBudgetPixels;
+    if (isNear) {
+        messages.say(line);
+    } else {
+        messages.detail(line);
+    }
+    if (views.strengthPercent > 0 && views.strengthPercent < 1 && parallax.viewPixels < 0.1)
+        messages.warn("the picture will be nearly flat: --strength is in %, 10 is usual");
+    warnAboutParallax(commandLine, parallax, messages);
+    return parallax;
+}
+
+// Writes the video that swings through the views; returns its size. It shows the whole photo, or
+// the part that was asked for.
+// @param shown the part of the photo on the panel
+cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
+                   const Scene& scene, const cv::Rect& shown, Messages& messages) {
+    const cv::Size photoSize = scene.photo.size();
+    const bool isFramed = run.choices.framing || options.framing != Framing();
+    const PhotoFit fit = isFramed ? photoSwayFit(shown, options.fit, run.swaySize)
+                                  : photoSwayFit(photoSize, options.fit, run.swaySize);
+    Scene fitted;
+    fitScene(scene, fit, options.views.focus, fitted, options.refine);
+    const ViewOptions views = run.camera.apply(options.views, item.photo, photoSize, fit, messages);
+    writeSwayFile(item.video, fit.size, run.sway, photoViews(fitted.photo, fitted.depth, views));
+    return fit.size;
+}
+
+// Writes the outputs other than the Native; false if there are none. May release the scene's
+// memory.
+bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messages& messages) {
+    if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
+    const bool needsWholeDepth =
+        !item.savedDepth.empty() || !item.rgbd.empty() || !item.photoWithDepth.empty();
+    if (needsWholeDepth) {
+        cv::Mat wholeDepth;
+        fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)},
+                 scene.photo, wholeDepth);
+        scene.depth.release();
+        if (!item.savedDepth.empty()) {
+            warnAboutDepthFormat(item.savedDepth, messages);
+            writeImage(item.savedDepth, depthTo16Bit(wholeDepth));
+        }
+        if (!item.photoWithDepth.empty())
+            writePhotoWithDepth(item.photoWithDepth, scene.photo, wholeDepth);
+        if (!item.rgbd.empty()) {
+            cv::Mat rgbd;
+            joinRgbd(scene.photo, wholeDepth, DepthSide::Right, rgbd);
+            scene.photo.release();
+            wholeDepth.release();
+            writeImage(item.rgbd, rgbd);
+        }
+    }
+    if (!item.views.empty()) {
+        const QuiltLayout& layout = run.maker.layout();
+        const int count = layout.viewCount;
+        cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& range) {
+            for (int i = range.start; i < range.end; ++i) {
+                writeImage(item.views / viewFileName(i, count), run.quilt(layout.tile(i)));
+            }
+        });
+    }
+    return !item.quilt.empty() || needsWholeDepth || !item.views.empty();
+}
+
+// Fits a photo. @param options the framing, focus and strength of this photo
+PhotoFit fitPicture(const PhotoRun& run, const Scene& scene, double aspect, NativeOptions& options,
+                    Scene& fitted) {
+    options = run.maker.options();
+    chooseFromScene(scene, aspect, options.fit, run.choices, options.framing, options.views.focus);
+    const PhotoFit fit =
+        fitPhoto(scene.photo.size(), aspect, run.maker.workSize(), options.fit, options.framing);
+    fitScene(scene, fit, options.views.focus, fitted, options.refine);
+    if (run.choices.strength) {
+        cv::Vec2d range;
+        cv::minMaxLoc(fitted.depth, &range[0], &range[1]);
+        options.views.strengthPercent =
+            chooseStrength(options.views.focus, run.maker.layout(), range);
+    }
+    return fit;
+}
+
+// The maker for one photo; with --camera or auto each photo has its own strength and focus.
+NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, const ViewOptions& wanted,
+                    cv::Size photoSize, const PhotoFit& fit, Messages& messages) {
+    const ViewOptions& usual = run.maker.options().views;
+    const ViewOptions views = run.camera.apply(wanted, item.photo, photoSize, fit, messages);
+    const bool isUsual =
+        views.strengthPercent == usual.strengthPercent && views.focus == usual.focus;
+    return isUsual ? run.maker : run.maker.withViews(views);
+}
+
+// Pictures that were not named are converted only if they are photos.
+// @param isEstimated no depth came with the picture
+void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimated) {
+    if (!item.isFromFolder || !item.depth.empty()) return;
+    const FoundQuilt found = findQuiltLayout(picture);
+    if (found.verdict == QuiltVerdict::Quilt) {
+        throw NotTaken{{item.photo, FileKind::Quilt,
+                        "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
+                            std::to_string(found.layout.rows) +
+                            " rows; quilt2native makes Natives of quilts"}};
+    }
+    if (!isEstimated || hasColours(picture)) return;
+    const QuietStandardError quiet;
+    if (looksLikeDepthImage(readImage(item.photo))) { // with all its bits
+        throw NotTaken{{item.photo, FileKind::DepthImage,
+                        "looks like a depth image, as it is grey and smooth; a photo is converted "
+                        "if it is named itself"}};
+    }
+}
+
+// Chooses depth and method by the first photo, for all of them.
+// @return true if the depth must be estimated anew
+bool chooseByBudget(PhotoRun& run, const Scene& scene, const Scene& fitted, Messages& messages) {
+    std::vector<NamedDepthSource> sources;
+    std::vector<std::unique_ptr<DepthSource>> loaded;
+    std::vector<BudgetDepth> depths;
+    Scene estimated;
+    const double focus = run.maker.options().views.focus;
+    if (run.depth.isEstimated()) {
+        if (run.depth.isDefault()) {
+            sources = depthSources(messages);
+        } else {
+            depths.push_back({run.depth.description(), [] {},
+                              [&] { run.depth.estimateScene(scene.photo, focus, estimated); }});
+        }
+    }
+    loaded.resize(sources.size());
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        depths.push_back({sources[i].name, [&, i] { loaded[i] = sources[i].load(); },
+                          [&, i] { loaded[i]->readScene(scene.photo, focus, estimated); }});
+    }
+    const auto makeNative = [&](const ViewOptions& views) {
+        const NativeMaker maker = run.maker.withViews(views);
+        cv::Mat refined; // only for its time: the depth is refined already
+        refineDepth(fitted.photo, fitted.depth, refined, maker.options().refine);
+        cv::Mat quilt; // in new memory, as for a single photo
+        cv::Mat native;
+        if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);
+        maker.makeNative(fitted, quilt, native);
+    };
+    const BudgetSetting chosen =
+        run.budget.choose(run.maker.options().views, costKey(run.maker, fitted.photo.size()),
+                          depths, makeNative, messages);
+    run.maker = run.maker.withViews(chosen.views);
+    if (chosen.depth == 0 || sources.empty()) return false;
+    run.depth.use(loaded[chosen.depth] ? std::move(loaded[chosen.depth])
+                                       : sources[chosen.depth].load());
+    return true;
+}
+
+} // namespace
+
+PhotoSettings photoSettings(const CommandLine& commandLine, Messages& messages) {
+    const Budget budget(commandLine);
+    const NativeOptions options = nativeOptions(commandLine);
+    const SwayOptions sway = swayOptions(commandLine);
+    const cv::Size swaySize = swaySizeOption(commandLine).value_or(cv::Size());
+    requireSwayFile(commandLine);
+    if (!commandLine.has("budget")) requireKnobsOf(commandLine, options.views.method);
+    checkNativeOptions(commandLine);
+    const ChosenDisplay display = findDisplay(commandLine, messages);
+    return {budget, options, sway, swaySize, display, chooseQuilt(commandLine, display, messages)};
+}
+
+PhotoRun openPhotoRun(const CommandLine& commandLine, const PhotoSettings& settings,
+                      StageTimes& times, Messages& messages) {
+    ChosenDepth depth(commandLine, messages);
+    if (depth.network() != nullptr) times.end("network");
+    PhotoRun run{
+        settings.display,
+        CameraOptions(commandLine),
+        makeNativeMaker(commandLine, settings.display, settings.layout, settings.options, messages),
+        autoChoices(commandLine),
+        settings.budget,
+        std::move(depth),
+        settings.sway,
+        settings.swaySize,
+        {},
+        {}};
+    times.end("display");
+    return run;
+}
+
+Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun& run,
+                 Messages& messages) {
+    StageTimes times;
+    const double focus = run.maker.options().views.focus;
+    Scene scene = run.depth.read(item.photo, item.depth, focus, messages, times);
+    requirePhoto(item, scene.photo, run.depth.isEstimated());
+    double aspect = run.display.aspect();
+    if (!item.quilt.empty()) aspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
+    const cv::Size photoSize = scene.photo.size();
+    NativeOptions options;
+    Scene fitted;
+    PhotoFit fit = fitPicture(run, scene, aspect, options, fitted);
+    times.end("fit");
+    if (run.budget.mustChoose()) {
+        if (chooseByBudget(run, scene, fitted, messages)) {
+            run.depth.estimateScene(scene.photo, focus, scene);
+        }
+        fit = fitPicture(run, scene, aspect, options, fitted); // the views are others now
+        times.end("budget");
+    }
+    if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
+        item.video.empty())
+        scene = {}; // large, and no longer needed
+    const NativeMaker maker = makerOf(item, run, options.views, photoSize, fit, messages);
+    const ViewOptions& views = maker.options().views;
+    if (maker.path() == NativePath::OverQuilt || !item.quilt.empty() || !item.views.empty()) {
+        maker.makeQuilt(fitted, run.quilt);
+        times.end("views");
+    }
+    maker.makeNative(fitted, run.quilt, run.native);
+    times.end("native");
+    const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;
+    const FitMode fitMode = maker.options().fit;
+    if (!messages.hasSubject()) tellCut(photoAspect, aspect, options, messages);
+    const std::string chosen = autoText(run.choices, options.framing, views);
+    if (!messages.hasSubject() && !chosen.empty()) messages.say("auto: " + chosen);
+    const AdjacentParallax parallax = tellParallax(commandLine, maker, fitted.depth, messages);
+
+    warnAboutNativeFormat(item.native, messages);
+    cv::Size videoSize;
+    if (!item.video.empty()) {
+        videoSize = saveVideo(item, run, options, scene, fit.source, messages);
+        times.end("video");
+    }
+    if (saveOthers(item, run, scene, messages)) times.end("save");
+    writeImage(item.native, run.native,
+               ImageMark::Native); // last, so that an existing Native means that all outputs exist
+    times.end("write");
+
+    Json report = {{"photo", item.photo.string()},
+                   {"photoWidth", photoSize.width},
+                   {"photoHeight", photoSize.height},
+                   {"native", item.native.string()}};
+    const bool isPair = commandLine.has("stereo");
+    if (!item.depth.empty()) report[isPair ? "rightImage" : "depthImage"] = item.depth.string();
+    report["depthSource"] = run.depth.used();
+    const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
+                                                       {"depth", item.savedDepth},
+                                                       {"rgbd", item.rgbd},
+                                                       {"photoWithDepth", item.photoWithDepth},
+                                                       {"views", item.views}};
+    for (const auto& [key, file] : others) {
+        if (!file.empty()) report[key] = file.string();
+    }
+    if (!item.video.empty()) {
+        report["video"] = {{"file", item.video.string()},
+                           {"width", videoSize.width},
+                           {"height", videoSize.height},
+                           {"frames", framesPerTurn(run.sway) * run.sway.turns}};
+    }
+    report["aspect"] = aspect;
+    report["crop"] = {fit.source.x, fit.source.y, fit.source.width, fit.source.height};
+    report["center"] = {options.framing.centre.x, options.framing.centre.y};
+    report["strengthPercent"] = views.strengthPercent;
+    report["focus"] = views.focus;
+    report["adjacentParallax"] = parallaxJson(parallax);
+    for (const auto& [stage, milliseconds] : times.milliseconds()) {
+        report["milliseconds"][stage] = milliseconds;
+    }
+    std::string line = item.native.string() + ": Native, " + sizeText(run.native.size());
+    if (messages.hasSubject()) { // one line for each of many photos
+        for (const auto& [key, file] : others)
+            line += file.empty() ? "" : std::string(", ") + key;
+        line += item.video.empty() ? "" : ", video";
+        if (!item.depth.empty() && !isPair) line += "; depth of " + item.depth.filename().string();
+        const std::string cut = cutText(photoAspect, aspect, fitMode);
+        line += cut.empty() ? "" : "; " + cut;
+        line += chosen.empty() ? "" : "; " + chosen;
+        messages.say(line);
+    } else {
+        messages.say(line);
+        for (const auto& [key, file] : others) {
+            if (!file.empty()) messages.say(file.string() + ": " + key);
+        }
+        if (!item.video.empty())
+            messages.say(item.video.string() + ": video, " + swayText(run.sway, videoSize));
+    }
+    messages.detail(times.text());
+    return report;
+}
+
+} // namespace altiro3D::tools

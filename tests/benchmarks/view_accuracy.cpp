@@ -246,7 +246,7 @@ ViewPsnr measureView(const EyesWithViews& scene, const cv::Mat& disparity, const
 void printStereo(const std::vector<EyesWithViews>& scenes) {
     std::printf("| pair | order, matched | order, estimated | view at | true | matched | estimated "
                 "|\n|---|---:|---:|---:|---:|---:|---:|\n");
-    const auto source = altiro3D::depthFromPhoto();
+    const auto source = altiro3D::estimatedDepth();
     std::string notes;
     for (const EyesWithViews& scene : scenes) {
         std::string text;

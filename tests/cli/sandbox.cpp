@@ -64,6 +64,7 @@ fs::path toolPath(const std::string& tool) {
     if (tool == "video2native") return ALTIRO3D_TOOL_VIDEO2NATIVE;
     if (tool == "views2native") return ALTIRO3D_TOOL_VIEWS2NATIVE;
     if (tool == "native2view") return ALTIRO3D_TOOL_NATIVE2VIEW;
+    if (tool == "altiro3Dcluster") return ALTIRO3D_TOOL_ALTIRO3DCLUSTER;
     if (tool == "altiro3Dtradeoff") return ALTIRO3D_TOOL_ALTIRO3DTRADEOFF;
     if (tool == "altiro3Dimage" || tool == "altiro3Dvideo" || tool == "images2native") {
         return fs::path(ALTIRO3D_TOOL_PHOTO2NATIVE).replace_filename(tool); // a script

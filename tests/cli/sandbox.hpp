@@ -111,7 +111,8 @@ class SmallStudio : public Sandbox {
 /// The path of one of our tools.
 std::filesystem::path toolPath(const std::string& tool);
 
-/// The tools that turn inputs into one output: all but altiro3Dtradeoff and altiro3Dview.
+/// The tools that turn inputs into one output: all but altiro3Dcluster, altiro3Dtradeoff and
+/// altiro3Dview.
 const std::vector<std::string>& allTools();
 
 /// A name with the extension that a tool writes.

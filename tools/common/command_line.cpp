@@ -324,6 +324,17 @@ std::optional<std::string> CommandLine::value(const std::string& option) const {
     return text;
 }
 
+std::vector<std::string> CommandLine::values(const std::string& option) const {
+    std::vector<std::string> all;
+    if (!has(option)) return all;
+    for (const QString& text : parser_.values(fromBytes(option))) {
+        all.push_back(toBytes(text));
+        if (all.back().empty())
+            throw UsageError(dashed(option) + " is empty; see " + name_ + " --help");
+    }
+    return all;
+}
+
 std::vector<std::pair<std::string, std::string>> CommandLine::given() const {
     std::vector<std::pair<std::string, std::string>> all;
     for (const HelpEntry& entry : entries_) {

@@ -87,6 +87,8 @@ class CommandLine {
     bool has(const std::string& option) const;
     /// The value of an option. @throws UsageError if it is empty
     std::optional<std::string> value(const std::string& option) const;
+    /// All values of an option that may be repeated. @throws UsageError if one is empty
+    std::vector<std::string> values(const std::string& option) const;
     /// The arguments that do not belong to an option, in order.
     const std::vector<std::filesystem::path>& files() const { return files_; }
 

@@ -270,7 +270,7 @@ void ChosenDepth::use(std::shared_ptr<DepthSource> estimator) {
     if (stereo_) {
         source_ = depthFromStereo(*stereo_, source_);
     } else if (photoDepth_.useDepth || photoDepth_.unblurred) {
-        source_ = depthInPhoto(source_, photoDepth_);
+        source_ = storedDepthOr(source_, photoDepth_);
     }
 }
 

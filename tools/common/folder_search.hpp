@@ -53,7 +53,7 @@ struct FolderSearch {
 
 /// Extensions of the videos that folders are searched for, with the dot, in lower case.
 const std::vector<std::string>& videoEndings();
-/// Whether a file name has one of them, in any case.
+/// Whether a file name has one of them, in upper or lower case.
 bool isVideoFileName(const std::filesystem::path& file);
 
 /// Sorts the files of a folder. Natives are told by their mark, quilts and depth images by their

@@ -18,7 +18,7 @@ namespace altiro3D {
 ///
 /// The function combines monocular cues and smooths the result along the photo's edges;
 /// docs/lab/depth.md lists the cues, docs/depth.md their accuracy. It gives a depth map for every
-/// photo, and the same one for any number of threads. depthFromPhoto() combines it with a network.
+/// photo, and the same one for any number of threads. estimatedDepth() combines it with a network.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR], any size from 1 x 1
 /// @param depth [size of the photo, scaled down to at most 320 px per side, CV_32FC1, 0..1,
@@ -38,7 +38,7 @@ struct ALTIRO3D_EXPORT StereoMatch {
     double verticalOffset = 0;
     double rollDegrees = 0;    ///< Rotation of the right picture, clockwise; it was undone.
     double matchedShare = 0;   ///< Share of the left picture's px that have a match, 0..1.
-    double likeness = 0;       ///< Correlation of the fine detail of matched px, -1..1.
+    double likeness = 0;       ///< Similarity: correlation of the fine detail of matched px, -1..1.
     bool isReliable = false;   ///< Enough px match and are alike; otherwise do not use the depth.
     bool isFlat = false;       ///< The range of the disparities is below 0.15 %.
     bool looksSwapped = false; ///< Background appears in front of foreground: exchange the eyes.
@@ -71,7 +71,7 @@ struct ALTIRO3D_EXPORT StereoMatch {
 [[nodiscard]] ALTIRO3D_EXPORT StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right,
                                                       cv::Mat& disparity);
 
-/// How depth came to be.
+/// Where depth comes from.
 enum class DepthOrigin {
     Estimated, ///< From the photo alone.
     Given,     ///< Stored: a depth image, depth in the photo's file, or an RGB-D image.
@@ -81,11 +81,13 @@ enum class DepthOrigin {
 /// A source of depth for photos and video frames: an estimator, a network, a file, or the depth
 /// half of an RGB-D image. For one photo, call readImage(), then readScene():
 ///
-///     const auto source = depthFromPhoto();
+///     const auto source = storedDepthOr(estimatedDepth());
 ///     Scene scene;
 ///     source->readScene(source->readImage("photo.jpg"), 0.5, scene);
 ///
-/// One thread at a time per object.
+/// Sources that take depth from the file or beside it keep what readImage() has found for the next
+/// read() or readScene(); give these the image that readImage() has returned. One thread at a time
+/// per object.
 class ALTIRO3D_EXPORT DepthSource {
   public:
     DepthSource() = default;
@@ -96,8 +98,8 @@ class ALTIRO3D_EXPORT DepthSource {
     /// Names the source for people and reports. @return for example "network midas-small (FILE)"
     [[nodiscard]] virtual std::string description() const = 0;
 
-    /// How the depth that read() gives came to be; for depthInPhoto() and depthFromStereo() that of
-    /// the image of the last readImage(). @return Estimated, unless a source says otherwise
+    /// Where the depth that read() gives comes from; for storedDepthOr() and depthFromStereo() that
+    /// of the image of the last readImage(). @return Estimated, unless a source says otherwise
     [[nodiscard]] virtual DepthOrigin origin() const;
 
     /// Meaning of the raw depth numbers that read() gives. @return the kind
@@ -154,7 +156,7 @@ class ALTIRO3D_EXPORT DepthSource {
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
 
 /// As depthFromNetwork(), for a network that is loaded when a photo first needs it: network() is
-/// null before that. With depthInPhoto(), photos that bring depth of their own then cost no time
+/// null before that. With storedDepthOr(), photos that bring depth of their own then cost no time
 /// for loading.
 /// @param file the ONNX file, and the next arguments: as for DepthNetwork::DepthNetwork()
 /// @param profile preparation of the input, meaning of the output
@@ -167,11 +169,11 @@ depthFromNetworkFile(std::filesystem::path file, NetworkProfile profile,
                      InferenceTarget target = InferenceTarget::Cpu, cv::Size inputSize = {},
                      InferenceEngine engine = InferenceEngine::Best);
 
-/// Depth from the photo alone, by the best available source: standardNetwork(), or depthFromCues()
-/// if no network is installed. The tools do the same if no source is given.
-/// @return the source
+/// Depth estimated from the photo alone, by the best available source: standardNetwork(), or
+/// depthFromCues() if no network is installed.
+/// @return the source; its description() names the network
 /// @throws Error as standardNetwork() and DepthNetwork::DepthNetwork()
-[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromPhoto();
+[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> estimatedDepth();
 
 /// Depth from a separate depth image: readDepthSamples().
 /// @param file the depth image
@@ -187,7 +189,7 @@ depthFromFile(std::filesystem::path file, DepthKind kind = DepthKind::NearWhite)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 depthFromRgbd(DepthSide side, DepthKind kind = DepthKind::NearWhite);
 
-/// What depthInPhoto() takes from a photo's file.
+/// What storedDepthOr() takes from a photo's file.
 struct PhotoDepthOptions {
     bool useDepth = true;   ///< Use depth in the file or beside it.
     bool unblurred = false; ///< Read the sharp original where the file has one.
@@ -196,14 +198,14 @@ struct PhotoDepthOptions {
 /// Depth that comes with the photo: first the depth image beside it (findDepthBeside()), then depth
 /// in its file (readEmbeddedDepth()), then that of a stereo pair in its file (readStereoPair(),
 /// matchStereo()), whose left picture is the photo. Photos without these, and pairs that do not
-/// match, take their depth from another source. After readImage(), description() states what was
-/// found.
-/// @param otherwise the source for all other photos
+/// match, take their depth from another source. With estimatedDepth() as that source, this is what
+/// the tools do. After readImage(), description() states what was found.
+/// @param fallback the source for all other photos
 /// @param options what to take
 /// @return the source
-/// @throws Error InvalidArgument (`otherwise` is null)
+/// @throws Error InvalidArgument (`fallback` is null)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
-depthInPhoto(std::shared_ptr<DepthSource> otherwise, const PhotoDepthOptions& options = {});
+storedDepthOr(std::shared_ptr<DepthSource> fallback, const PhotoDepthOptions& options = {});
 
 /// Where the pictures of both eyes are.
 struct StereoInput {
@@ -216,11 +218,11 @@ struct StereoInput {
 /// eye's picture and matches; description() then states the result. A pair that does not match
 /// takes its depth from another source, and a remark says so.
 /// @param input where the pictures are
-/// @param otherwise the source for pairs that do not match
+/// @param fallback the source for pairs that do not match
 /// @return the source; its readImage() also throws Error Mismatch (pictures of different shapes),
 ///         InvalidArgument (too small to split)
-/// @throws Error InvalidArgument (`otherwise` is null)
+/// @throws Error InvalidArgument (`fallback` is null)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
-depthFromStereo(StereoInput input, std::shared_ptr<DepthSource> otherwise);
+depthFromStereo(StereoInput input, std::shared_ptr<DepthSource> fallback);
 
 } // namespace altiro3D

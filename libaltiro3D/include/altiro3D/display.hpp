@@ -13,7 +13,7 @@ namespace altiro3D {
 /// A display model and its maker's recommendations.
 struct DisplayModel {
     std::string name;           ///< "Looking Glass Portrait".
-    std::string serialPrefix;   ///< Prefix of its serial numbers, in any case.
+    std::string serialPrefix;   ///< Prefix of its serial numbers, upper or lower case.
     cv::Size panelSize;         ///< Panel in px.
     double dpi = 0;             ///< Panel px per inch.
     double viewConeDegrees = 0; ///< Full horizontal view cone in degrees.
@@ -30,15 +30,16 @@ struct DisplayModel {
 [[nodiscard]] ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
 
 /// The default quilt for a display: its model's. For an unknown model: 48 views of the panel's
-/// shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt of about 4096 px.
+/// shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt whose longer side has about 4096
+/// px.
 ///
 /// @param calibration the display; must be valid
 /// @return the layout
 [[nodiscard]] ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
 
 /// Remarks about a calibration that is valid but unusual: the serial number and the panel belong to
-/// different models, fringe correction is set but not applied, a flag is set that no known unit
-/// sets.
+/// different models, fringe correction is set, which altiro3D ignores, a flag is set that no known
+/// unit sets.
 ///
 /// @param calibration the display
 /// @return one sentence each, for people; usually empty
@@ -82,7 +83,7 @@ struct MountedCalibration {
     std::string volume;         ///< Name of the volume ("LKG-P00655").
 };
 
-/// Finds mounted volumes of displays: `LKG*/LKG_calibration/visual.json` (`LKG*` in any case) in
+/// Finds mounted volumes of displays: `LKG*/LKG_calibration/visual.json` (upper or lower case) in
 /// `media`, `run/media`, `mnt` and `Volumes` and in their subdirectories, such as `media/<user>`.
 ///
 /// @param fileSystemRoot "/" except in tests

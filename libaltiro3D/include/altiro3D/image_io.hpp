@@ -102,7 +102,7 @@ enum class ImageMark {
 /// 95, WebP without loss. For formats of 8 bits, 16-bit values are divided by 257 and rounded.
 ///
 /// @param path file name with the extension .png, .jpg, .jpeg, .jpe, .tif, .tiff, .webp, .bmp,
-///        .dib, .ppm, .pgm, .pnm or .jp2, in any case
+///        .dib, .ppm, .pgm, .pnm or .jp2, in upper or lower case
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]
 /// @param mark written to PNG files only; isMarkedNative() reads it
 /// @throws Error InvalidArgument (empty, wrong type), Unsupported (unknown extension, too many px
@@ -187,7 +187,7 @@ readEmbeddedDepth(const std::filesystem::path& photo, Notes* notes = nullptr);
 
 /// The photo that a depth image is for, by its name: "d/a" of d/a-depth.png. The end of the name,
 /// before the extension, is one of '-', '_', '.' and ' ', and then `depth`, `depthmap`, `depth_map`
-/// or `disparity`, in any case.
+/// or `disparity`, in upper or lower case.
 ///
 /// @param depth the depth image; the file is not accessed
 /// @return the photo's path without extension; empty if the name is not that of a depth image

@@ -21,9 +21,10 @@ struct NativeOptions {
     Framing framing;              ///< The part of a photo that is shown.
     DepthRefineOptions refine;    ///< How the depth of a fitted photo is refined.
     /// The photo is fitted to the size of the panel instead of the size of a view. The direct path
-    /// then shows more detail; a quilt averages it away.
+    /// then shows more detail. In a quilt this detail is lost, because views have fewer px.
     bool keepResolution = false;
-    /// Camera positions of the sub-pixels. Continuous positions require the direct path.
+    /// Whether each sub-pixel shows one of the views of the layout (Discrete) or the view exactly
+    /// in its own direction (Continuous). Continuous positions require the direct path.
     ViewPositions positions = ViewPositions::Discrete;
     /// How a quilt is sampled. Linear sampling requires the path over a quilt.
     QuiltSampling sampling;
@@ -41,6 +42,8 @@ enum class NativePath {
 ///
 /// makeNative(scene, native) does all steps. To also get the quilt, do the steps one by one:
 ///
+///     cv::Mat quilt;
+///     Scene fitted;
 ///     const NativeOptions& options = maker.options();
 ///     fitScene(scene, maker.fit(scene.photo.size()), options.views.focus, fitted, options.refine);
 ///     maker.makeQuilt(fitted, quilt);          // not needed if path() is Direct
@@ -59,7 +62,9 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// @param options see NativeOptions
     /// @throws Error as above
     NativeMaker(const Display& display, const QuiltLayout& layout, const NativeOptions& options);
-    /// Uses an existing look-up table. The path is always OverQuilt.
+    /// Uses an existing look-up table, which says where in a quilt each sub-pixel lies. The path is
+    /// therefore always OverQuilt, which takes longer. Check that the table is of your display:
+    /// requireSameDisplay().
     /// @param map the table; it determines display and layout
     /// @param options sampling must be nearest, positions must be discrete
     /// @throws Error InvalidArgument (options), OutOfMemory
@@ -94,8 +99,9 @@ class ALTIRO3D_EXPORT NativeMaker {
 
     /// Computes how a photo is fitted to workSize().
     /// @param photo size of the photo in px
-    /// @param aspect width : height, in px of the photo, of what fills the panel; 0: the shape of
-    ///        the panel, right for photos with square px
+    /// @param aspect width : height of the part of the photo that fills the panel, measured in px
+    /// of
+    ///        the photo; 0: the shape of the panel, right for photos with square px
     /// @return the fit, for fitScene()
     /// @throws Error as fitPhoto()
     [[nodiscard]] PhotoFit fit(cv::Size photo, double aspect = 0) const;

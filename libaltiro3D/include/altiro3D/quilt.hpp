@@ -96,7 +96,7 @@ struct QuiltName {
     std::optional<double> aspect; ///< Width : height of the scene on the display, 0.1..10.
 };
 
-/// Parses the quilt suffix of a file name, in any case. The extension is not part of it.
+/// Parses the quilt suffix of a file name, in upper or lower case. The extension is not part of it.
 /// @param file the name; directories are ignored and the file is not accessed
 /// @return nothing if the name has no such suffix
 /// @throws Error InvalidArgument if the suffix is out of range (0 columns, aspect 99)

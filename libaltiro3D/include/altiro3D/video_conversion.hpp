@@ -122,8 +122,8 @@ struct VideoConversion {
     /// read from it. Null: the converter opens the input. Needed if the caller has opened a device
     /// or the standard input, because they can be opened only once.
     std::unique_ptr<VideoReader> reader;
-    /// File name with the extension .mkv, .mp4, .m4v or .mov; an existing file is replaced. Exactly
-    /// one of `output` and `show` must be set.
+    /// File name with the extension .mkv, .mp4, .m4v or .mov; an existing file is replaced. It must
+    /// not be `input`. Exactly one of `output` and `show` must be set.
     std::filesystem::path output;
     /// Receives each picture [VideoConverter::size(), CV_8UC3, BGR] at its time, in the thread that
     /// called run(). Frames that are late are dropped. Returns false to cancel the run.
@@ -154,7 +154,7 @@ struct VideoConversion {
     /// views are stretched to the panel, and `native.fit` is ignored.
     double viewAspect = 0;
 
-    /// Source of the depth; null: depthFromCues(), which is less accurate than depthFromPhoto().
+    /// Source of the depth; null: depthFromCues(), which is less accurate than estimatedDepth().
     /// Ignored if `given` is set.
     std::unique_ptr<DepthSource> depth;
     /// How often depth is estimated and how steady it is. `every` is ignored if `given` is set.
@@ -211,9 +211,10 @@ struct VideoConversionResult {
 /// Sound, subtitles, chapters and tags are copied. If the input is a regular file, the output is
 /// written in segments of about 6 s (12..600 frames) by ResumableVideoWriter. An interrupted or
 /// cancelled run can then be resumed with the same inputs and settings, after its last complete
-/// segment. A resumed run gives the same bytes as one without interruption. From a device or a
-/// pipe, the output is written by VideoWriter and cannot be resumed. If a device delivers frames
-/// faster than they are converted, some are dropped.
+/// segment; before the end of the first one there is nothing to resume (keepsWork()), and the next
+/// run begins anew. A resumed run gives the same bytes as one without interruption. From a device
+/// or a pipe, the output is written by VideoWriter and cannot be resumed. If a device delivers
+/// frames faster than they are converted, some are dropped.
 ///
 /// Given depth of 8 or 16 bits is not normalized: value 0 becomes 0, the largest value of the type
 /// becomes 1 (FarWhite: reversed). Distances and floating-point numbers have no fixed range;
@@ -225,7 +226,7 @@ struct VideoConversionResult {
 ///     conversion.input = "clip.mp4";
 ///     conversion.output = "native.mp4";
 ///     conversion.display = readDisplay("visual.json");
-///     conversion.depth = depthFromPhoto(); // the best source that is installed
+///     conversion.depth = estimatedDepth(); // the best source that is installed
 ///     VideoConverter converter(std::move(conversion));
 ///     const VideoConversionResult result = converter.run();
 ///

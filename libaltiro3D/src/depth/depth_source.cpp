@@ -176,7 +176,7 @@ std::unique_ptr<DepthSource> depthFromNetworkFile(std::filesystem::path file,
     return std::make_unique<NetworkSource>(std::move(profile), std::move(file), load);
 }
 
-std::unique_ptr<DepthSource> depthFromPhoto() {
+std::unique_ptr<DepthSource> estimatedDepth() {
     const std::optional<InstalledNetwork> network = standardNetwork();
     return network ? depthFromNetwork(DepthNetwork(network->file, network->profile))
                    : depthFromCues();

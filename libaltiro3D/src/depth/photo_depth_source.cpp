@@ -199,8 +199,8 @@ class StereoSource : public FoundDepthSource {
 
 } // namespace
 
-std::unique_ptr<DepthSource> depthInPhoto(std::shared_ptr<DepthSource> otherwise,
-                                          const PhotoDepthOptions& options) {
+std::unique_ptr<DepthSource> storedDepthOr(std::shared_ptr<DepthSource> otherwise,
+                                           const PhotoDepthOptions& options) {
     if (!otherwise) {
         throw Error(ErrorCode::InvalidArgument, "otherwise", "is null, expected a source");
     }

@@ -162,7 +162,7 @@ TEST(DepthDirection, RaisesNoFalseAlarmOnMeasuredDepth) {
 TEST(DepthDirection, RaisesNoFalseAlarmOnEstimatedDepth) {
     ALTIRO3D_REQUIRE_DATA("photos/kodak");
     Count counts;
-    const auto network = altiro3D::depthFromPhoto();
+    const auto network = altiro3D::estimatedDepth();
     const auto cues = altiro3D::depthFromCues();
     for (const char* folder : {"photos/kodak", "photos/skimage"}) {
         for (const fs::path& photo : altiro3D::listImages(dataPath(folder))) {

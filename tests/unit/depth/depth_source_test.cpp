@@ -31,7 +31,7 @@ TEST(DepthSource, CuesAreTakenAsTheyAre) {
     EXPECT_EQ(source->origin(), DepthOrigin::Estimated);
     EXPECT_EQ(depthFromFile("d.png")->origin(), DepthOrigin::Given);
     EXPECT_EQ(depthFromRgbd(DepthSide::Right)->origin(), DepthOrigin::Given);
-    EXPECT_EQ(depthInPhoto(depthFromCues())->origin(), DepthOrigin::Estimated); // so far
+    EXPECT_EQ(storedDepthOr(depthFromCues())->origin(), DepthOrigin::Estimated); // so far
 }
 
 // The network of the project, by whatever share of the cues.
@@ -105,7 +105,7 @@ TEST(DepthSource, ANetworkFileIsLoadedWhenAPhotoNeedsIt) {
     writePhotoWithDepth(directory / "with.jpg", photo, expected.depth);
     writeImage(directory / "without.png", photo);
     const auto inPhoto =
-        depthInPhoto(depthFromNetworkFile(directory / "missing.onnx", own.profile));
+        storedDepthOr(depthFromNetworkFile(directory / "missing.onnx", own.profile));
     inPhoto->readScene(inPhoto->readImage(directory / "with.jpg"), 0.5, scene);
     EXPECT_EQ(inPhoto->network(), nullptr);
     const cv::Mat without = inPhoto->readImage(directory / "without.png");
@@ -259,7 +259,7 @@ TEST(DepthSource, DepthBesideAPhotoIsUsedOrReported) {
     for (int x = 0; x < ramp.cols; ++x)
         ramp.col(x).setTo(4 * x);
     writeImage(directory / "photo_depth.png", ramp);
-    const auto source = depthInPhoto(depthFromCues());
+    const auto source = storedDepthOr(depthFromCues());
     Notes notes;
     const cv::Mat image = source->readImage(directory / "photo.png", &notes);
     EXPECT_TRUE(notes.empty());

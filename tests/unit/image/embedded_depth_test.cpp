@@ -437,7 +437,7 @@ TEST_F(EmbeddedDepthFiles, TheDepthBesideAPhotoIsFoundByEveryName) {
 }
 
 TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {
-    const auto source = depthInPhoto(depthFromCues());
+    const auto source = storedDepthOr(depthFromCues());
     altiro3D::Scene scene;
     const auto path = file(gDepthPhoto(photo, depthPng));
     source->readScene(source->readImage(path), 0.5, scene);
@@ -461,7 +461,7 @@ TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {
 
     PhotoDepthOptions off;
     off.useDepth = false;
-    const auto without = depthInPhoto(depthFromCues(), off);
+    const auto without = storedDepthOr(depthFromCues(), off);
     without->readScene(without->readImage(path), 0.5, scene);
     EXPECT_EQ(without->description(), "built-in estimator");
 }

@@ -123,7 +123,9 @@ TEST(VideoChunksTool, AKilledChunkIsMadeAgain) {
     EXPECT_EQ(early.status, 1);
     EXPECT_NE(early.err.find("has no chunk"), std::string::npos) << early.err;
     EXPECT_EQ(early.errLines().size(), 1u) << early.err;
+    EXPECT_EQ(studio.folders(), 1u); // what it left
     studio.makeAll();
+    EXPECT_EQ(studio.folders(), static_cast<std::size_t>(studio.count()));
     ASSERT_TRUE(isDone(studio.join()));
     EXPECT_TRUE(slurp(studio / "out.mp4") == studio.oneRun({"--profile", "best"}));
 }

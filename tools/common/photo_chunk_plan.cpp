@@ -2,7 +2,6 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
-#include "common/run_tool.hpp"
 
 #include <QByteArray>
 #include <QCryptographicHash>

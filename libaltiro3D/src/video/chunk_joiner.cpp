@@ -5,6 +5,7 @@
 #include "video/conversion_run.hpp"
 #include "video/run_settings.hpp"
 #include "video/video_segments.hpp"
+#include "video/work_folder.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -94,6 +95,10 @@ VideoConversionResult joinVideoChunks(VideoConversion conversion, const fs::path
     result.cancelled =
         !SegmentJoiner::join(output, run.encoding, segments, &source, true, before, result.notes);
     if (result.cancelled) return result;
+    try {
+        WorkFolder(directory / kChunks / "join").removeStale({});
+    } catch (const Error&) { // the folder of the plan cannot be written
+    }
     result.frames = result.keptFrames = plan.shown.frames;
     result.end = plan.shown.end;
     result.finishSeconds =

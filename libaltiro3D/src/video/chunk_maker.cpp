@@ -1,7 +1,6 @@
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/video_chunks.hpp"
-#include "base/posix_file.hpp"
 #include "video/chunk_plan.hpp"
 #include "video/chunk_record.hpp"
 #include "video/chunk_states.hpp"
@@ -9,14 +8,12 @@
 #include "video/picture_tracker.hpp"
 #include "video/run_settings.hpp"
 #include "video/state_bytes.hpp"
+#include "video/work_folder.hpp"
 
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <opencv2/core.hpp>
 #include <string>
-#include <system_error>
-#include <unistd.h>
 #include <utility>
 
 namespace altiro3D {
@@ -48,59 +45,6 @@ std::uint64_t processorOf(VideoConversion& conversion) {
     conversion.depth->read(picture, photo, raw);
     return pictureHash(raw) | 1U; // 0: depth is not estimated
 }
-
-// A folder that is removed unless it is renamed.
-class WorkFolder {
-  public:
-    explicit WorkFolder(const fs::path& target) : target_(target) {
-        const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
-        path_ = target;
-        path_ += "." + hostName() + "-" + std::to_string(getpid()) + "-" + std::to_string(now);
-        std::error_code error;
-        fs::create_directory(path_, error);
-        if (error) {
-            throw Error(ErrorCode::WriteFailed, path_.string(),
-                        "cannot be made: " + error.message() +
-                            ", expected the folder of the plan to be shared and writable");
-        }
-    }
-    ~WorkFolder() { remove(); }
-    WorkFolder(const WorkFolder&) = delete;
-    WorkFolder& operator=(const WorkFolder&) = delete;
-
-    const fs::path& path() const { return path_; }
-    // Renames the folder to its target. False if the target exists.
-    bool finish() {
-        std::error_code error;
-        fs::rename(path_, target_, error);
-        if (error == std::errc::directory_not_empty || error == std::errc::file_exists)
-            return false;
-        if (error) {
-            throw Error(ErrorCode::WriteFailed, target_.string(),
-                        "cannot be made: " + error.message());
-        }
-        path_.clear();
-        flushDirectoryOf(target_);
-        return true;
-    }
-    // Moves another folder out of the way of finish().
-    void moveAway() {
-        std::error_code ignored;
-        fs::path aside = path_;
-        aside += "-old";
-        fs::rename(target_, aside, ignored);
-        fs::remove_all(aside, ignored);
-    }
-
-  private:
-    void remove() {
-        std::error_code ignored;
-        if (!path_.empty()) fs::remove_all(path_, ignored);
-    }
-
-    fs::path target_;
-    fs::path path_;
-};
 
 // The frames of a chunk, and the last state that another chunk has left for it.
 ChunkRange rangeOf(const ChunkPlan& plan, int number, const ChunkStates& states) {
@@ -153,6 +97,7 @@ VideoConversionResult makeVideoChunk(VideoConversion conversion, const fs::path&
     ChunkRange range = rangeOf(plan, number, states);
     const fs::path target = chunkFolder(directory, number);
     WorkFolder work(target);
+    work.removeStale(target.filename().string());
     range.directory = work.path();
     ConversionRun run(std::move(conversion), range);
     requireSettings(plan, settingsJson(run.stamp), directory);
@@ -162,7 +107,10 @@ VideoConversionResult makeVideoChunk(VideoConversion conversion, const fs::path&
         result.end = chunk.end;
         return result;
     }
-    VideoConversionResult result = run.run(goOn);
+    VideoConversionResult result = run.run([&](const VideoProgress& progress) {
+        work.showLife();
+        return !goOn || goOn(progress);
+    });
     if (result.cancelled) return result;
     const std::vector<VideoSegment>& segments = run.sink->chunk();
     for (std::size_t i = 0; i < segments.size(); ++i) {

@@ -1,0 +1,104 @@
+#include "video/work_folder.hpp"
+
+#include "support/files.hpp"
+#include "video/chunk_record.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <gtest/gtest.h>
+#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vector>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The number of a process that has ended.
+std::string endedProcess() {
+    const pid_t child = fork();
+    if (child == 0) _exit(0);
+    waitpid(child, nullptr, 0);
+    return std::to_string(child);
+}
+
+class WorkFolderTest : public ::testing::Test {
+  protected:
+    // Makes a folder with a file in it, as old as this.
+    void makeFolder(const std::string& name, std::chrono::minutes age = {}) const {
+        fs::create_directory(directory / name);
+        spill(directory / name / "000001.mp4", "a segment");
+        fs::last_write_time(directory / name, fs::file_time_type::clock::now() - age);
+    }
+    std::vector<std::string> names() const {
+        std::vector<std::string> all;
+        for (const auto& entry : fs::directory_iterator(directory.path()))
+            all.push_back(entry.path().filename().string());
+        std::sort(all.begin(), all.end());
+        return all;
+    }
+    const std::string here = hostName();
+    TemporaryDirectory directory;
+};
+
+TEST_F(WorkFolderTest, IsRemovedUnlessItIsFinished) {
+    { const WorkFolder work(directory / "000007"); }
+    EXPECT_TRUE(names().empty());
+    {
+        WorkFolder work(directory / "000007");
+        EXPECT_EQ(work.path().filename().string().rfind("000007." + here + "-", 0), 0u);
+        spill(work.path() / "chunk.json", "{}");
+        EXPECT_TRUE(work.finish());
+    }
+    EXPECT_EQ(names(), std::vector<std::string>{"000007"});
+    WorkFolder second(directory / "000007");
+    EXPECT_FALSE(second.finish());
+    second.moveAway();
+    EXPECT_TRUE(second.finish());
+    EXPECT_TRUE(fs::is_empty(directory / "000007"));
+}
+
+TEST_F(WorkFolderTest, WhatKilledProcessesLeftIsRemoved) {
+    using std::chrono::minutes;
+    const std::string ended = endedProcess();
+    const std::string living = std::to_string(getpid());
+    const std::vector<std::string> kept = {
+        "000007",                               // a chunk
+        "000007." + here + "-" + living + "-1", // of a process that runs
+        "000007.elsewhere-" + ended + "-1",     // of a machine that may be at work
+        "000007.else-where.org-" + ended + "-2",
+        "000008." + here + "-" + ended + "-1", // of another chunk
+        "000007." + here + "-" + ended,        // not of the form
+        "000007." + here + "-" + ended + "-x",
+        "notes." + here + "-" + ended + "-1",
+    };
+    const std::vector<std::string> stale = {
+        "000007." + here + "-" + ended + "-1",
+        "000007." + here + "-" + ended + "-2-old",
+    };
+    const std::vector<std::string> old = {"000007.elsewhere-" + ended + "-3",
+                                          "000007." + here + "-" + living + "-3"};
+    for (const std::string& name : kept)
+        makeFolder(name, minutes(name == "000007.elsewhere-" + ended + "-1" ? 58 : 0));
+    for (const std::string& name : stale)
+        makeFolder(name);
+    for (const std::string& name : old)
+        makeFolder(name, minutes(62));
+    {
+        const WorkFolder work(directory / "000007");
+        work.removeStale("000007");
+        EXPECT_TRUE(fs::exists(work.path()));
+    }
+    std::vector<std::string> expected = kept;
+    std::sort(expected.begin(), expected.end());
+    EXPECT_EQ(names(), expected);
+    WorkFolder(directory / "join").removeStale({}); // of all chunks
+    expected.erase(
+        std::find(expected.begin(), expected.end(), "000008." + here + "-" + ended + "-1"));
+    EXPECT_EQ(names(), expected);
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,6 +1,7 @@
 // altiro3Dcluster, with commands of Slurm and GNU Parallel that record what they are asked
 
 #include "sandbox.hpp"
+#include "support/video.hpp"
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>

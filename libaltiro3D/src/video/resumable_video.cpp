@@ -67,7 +67,7 @@ struct ResumableVideoWriter::Impl {
     Notes notes;
 
   private:
-    void readRun(const Json& settings);
+    void readRun();
     void writeRun();
     void closeSegment(const SavedState& state, bool listed);
 
@@ -113,7 +113,7 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
         if (name.rfind(".altiro3D-", 0) == 0) fs::remove(entry->path(), ignored);
     }
     if (there) {
-        readRun(settings_);
+        readRun();
     } else {
         writeRun();
     }
@@ -130,7 +130,7 @@ ResumableVideoWriter::Impl::~Impl() {
     fs::remove(directory, ignored); // fails if other files are in it
 }
 
-void ResumableVideoWriter::Impl::readRun(const Json& settings) {
+void ResumableVideoWriter::Impl::readRun() {
     const fs::path file = directory / "run.json";
     const auto fail = [&](const std::string& problem) {
         throw Error(ErrorCode::BadFormat, file.string(), problem + ", expected an unfinished run");
@@ -146,7 +146,7 @@ void ResumableVideoWriter::Impl::readRun(const Json& settings) {
     };
     try {
         if (run.at("format") != kFormat || run.at("version") != kVersion) fail("is not a run");
-        const std::string other = differenceOf(run.at("settings"), settings);
+        const std::string other = differenceOf(run.at("settings"), settings_);
         if (!other.empty()) {
             throw Error(ErrorCode::Mismatch, path.string(),
                         "was begun with other settings (" + other + "), expected the same");

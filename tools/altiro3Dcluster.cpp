@@ -220,10 +220,10 @@ int run(const CommandLine& commandLine, Messages& messages) {
     }
     const std::string local = localText(plan.folder);
     if (action == "hosts") {
-        if (!local.empty()) messages.warn(local);
-        messages.flushWarnings();
         const std::string hosts = fs::absolute(*commandLine.value("hosts")).string();
         static_cast<void>(readFile(hosts, 1 << 24)); // a clear error if it is not there
+        if (!local.empty()) messages.warn(local);
+        messages.flushWarnings();
         return makeAll(plan,
                        [&](const std::vector<int>& numbers) { runOnHosts(plan, numbers, hosts); });
     }

@@ -20,6 +20,7 @@ namespace altiro3D::tools {
 using PhotoRunStamp = std::map<std::string, std::string>;
 
 /// A plan.
+// NOLINTNEXTLINE(bugprone-exception-escape): the library of JSON states no noexcept
 struct PhotoChunkPlan {
     std::string id;                    ///< Differs between plans; set by readPhotoChunks().
     int threads = 1;                   ///< With which chunks must be made.
@@ -38,7 +39,7 @@ struct PhotoChunkPlan {
 };
 
 /// How a photo of a chunk ended.
-struct PhotoResult {
+struct PhotoResult { // NOLINT(bugprone-exception-escape): the library of JSON states no noexcept
     enum class End { Made, LeftOut, Failed };
     End end = End::Made;
     std::string text;                ///< Why it was left out or failed.
@@ -50,7 +51,7 @@ struct PhotoResult {
 };
 
 /// A chunk that was made.
-struct PhotoChunkRecord {
+struct PhotoChunkRecord { // NOLINT(bugprone-exception-escape): JSON states no noexcept
     std::string host;
     double seconds = 0;
     double peakMegabytes = 0;

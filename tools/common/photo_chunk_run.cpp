@@ -162,7 +162,7 @@ int plan(const CommandLine& commandLine, const std::vector<std::string>& argumen
 }
 
 // A run as its plan states it.
-struct PlannedPhotos {
+struct PlannedPhotos { // NOLINT(bugprone-exception-escape): the library of JSON states no noexcept
     PhotoChunkPlan plan;
     std::unique_ptr<CommandLine> commandLine;
     std::optional<PhotoSettings> settings;

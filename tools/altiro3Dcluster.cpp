@@ -13,8 +13,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <ctime>
-#include <numeric>
+#include <functional>
 #include <set>
 #include <thread>
 
@@ -286,7 +285,13 @@ int main(int argc, char** argv) {
     commandLine.addTerm(CommandLine::Chapter::Examples,
                         "--slurm --partition long --time 1:00:00 film.plan",
                         "Submit a film to Slurm.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "--status film.plan", "Ask how far it is.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--local 4 film.plan",
                         "Make four chunks at a time on this machine.");
+    commandLine.addTerm(CommandLine::Chapter::Files, "PLAN/logs",
+                        "The log of each chunk (7.log), of the join (join.log) and of the jobs; "
+                        "slurm.json says what was submitted.");
+    commandLine.addTerm(CommandLine::Chapter::Environment, "SLURM_CONF",
+                        "Read by the commands of Slurm; see slurm.conf(5).");
     return runTool(argc, argv, commandLine, run);
 }

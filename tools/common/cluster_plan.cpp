@@ -4,6 +4,7 @@
 #include "common/photo_chunk_plan.hpp"
 
 #include <QCoreApplication>
+#include <cstdint>
 #include <sys/vfs.h>
 #include <system_error>
 

@@ -7,9 +7,9 @@
 #include <QString>
 #include <QStringList>
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 #include <sstream>
 #include <system_error>

@@ -263,6 +263,7 @@ TEST(FileIo, MissingFilesAndDirectoriesAreNotRead) {
     EXPECT_EQ(errorOf([&] { readFile(name + "/none", kMuch); }),
               name + "/none: does not exist, expected a file");
     EXPECT_EQ(errorOf([&] { readFile(name, kMuch); }), name + ": is a directory, expected a file");
+    EXPECT_EQ(errorOf([&] { readFile({}, kMuch); }), "path: is empty, expected a file");
     try {
         readFile(name + "/none", kMuch);
     } catch (const Error& error) {

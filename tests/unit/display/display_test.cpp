@@ -137,5 +137,10 @@ TEST(Display, IsReadWithItsPanelAndItsModelsQuilt) {
                               "of LKG-P00001");
 }
 
+TEST(Display, IsMadeOfValidCalibrationsOnly) {
+    const std::string error = errorOf([] { displayOf(Calibration(), "mine"); });
+    EXPECT_EQ(error.rfind("mine: pitch is ", 0), 0U) << error;
+}
+
 } // namespace
 } // namespace altiro3D::test

@@ -156,5 +156,16 @@ TEST(NativeMaker, RefusesContinuousPositionsOverAQuilt) {
     EXPECT_THROW(NativeMaker(map, options), Error);
 }
 
+TEST(NativeMaker, RefusesPhotosThatAreNotFitted) {
+    const NativeMaker maker(smallDisplay());
+    ASSERT_EQ(maker.path(), NativePath::Direct);
+    const altiro3D::Scene unfitted{randomPhoto({91, 70}), randomDepth({91, 70})};
+    cv::Mat quilt;
+    cv::Mat native;
+    EXPECT_THROW(maker.makeQuilt(unfitted, quilt), Error);
+    EXPECT_THROW(maker.makeNative(unfitted, {}, native), Error);
+    EXPECT_TRUE(quilt.empty() && native.empty());
+}
+
 } // namespace
 } // namespace altiro3D::test

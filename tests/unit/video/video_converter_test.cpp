@@ -461,5 +461,15 @@ TEST(ClockText, ShowsHoursOnlyWhereThereAreSome) {
     EXPECT_EQ(clockText(3723.4), "1:02:03.4");
 }
 
+TEST_F(VideoConverterTest, AnOutputThatIsAnInputIsRefusedAndKept) {
+    fs::create_symlink(directory / "clip.mkv", directory / "link.mkv");
+    for (const char* name : {"clip.mkv", "depth.mkv", "link.mkv"}) {
+        const std::string before = slurp(directory / name);
+        EXPECT_EQ(codeOf([&] { VideoConverter(conversion(name)); }), ErrorCode::InvalidArgument)
+            << name;
+        EXPECT_TRUE(slurp(directory / name) == before) << name;
+    }
+}
+
 } // namespace
 } // namespace altiro3D::test

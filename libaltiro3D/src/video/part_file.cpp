@@ -67,6 +67,9 @@ PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path
         av_free(buffer);
         close();
         checkMemory(nullptr);
+    } else {
+        io_->min_packet_size =
+            kBufferBytes; // else FFmpeg writes each packet, some 200 bytes of sound
     }
 }
 

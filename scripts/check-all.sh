@@ -49,5 +49,11 @@ done
 echo "== An hour of work in one process"
 scripts/soak.sh
 
+echo "== Chunks on a real Slurm and a real ssh, under faults"
+scripts/install-dependencies.sh cluster
+for part in slurm ssh; do # a skipped test is a failure here
+    tests/cli/cluster_faults_test.sh "$PWD/build/dev/tools" "$PWD" "$part"
+done
+
 echo "== Debian packages"
 scripts/check-packages.sh

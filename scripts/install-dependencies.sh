@@ -3,6 +3,7 @@
 #
 #   scripts/install-dependencies.sh build    to build and run the tools, and to download depth networks
 #   scripts/install-dependencies.sh test     and to run all tests and checks
+#   scripts/install-dependencies.sh cluster  to run altiro3Dcluster on Slurm and by ssh, all on this machine
 #   scripts/install-dependencies.sh package  to build the tools and make and check packages of them
 #
 # The output of apt goes to build/packages.log, or to the file that $ALTIRO3D_LOG names.
@@ -15,15 +16,17 @@ build=(g++ cmake ninja-build pkg-config libopencv-dev libturbojpeg0-dev libpng-d
 tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valgrind doxygen graphviz
        python3-numpy git ffmpeg groff-base man-db zsh xvfb xdotool
        desktop-file-utils shared-mime-info libclang-rt-dev llvm locales)
+cluster=(slurm-wlm munge parallel openssh-server openssh-client)
 packages=(lintian debootstrap dpkg-dev file git)
 optional=(libonnxruntime-dev) # where the distribution has them
 
 case "${1:-build}" in
 build) wanted=("${build[@]}") ;;
 test) wanted=("${build[@]}" "${tests[@]}") ;;
+cluster) wanted=("${build[@]}" "${tests[@]}" "${cluster[@]}") ;;
 package) wanted=("${build[@]}" "${packages[@]}") ;;
 *)
-    echo "usage: $0 [build|test|package]" >&2
+    echo "usage: $0 [build|test|cluster|package]" >&2
     exit 2
     ;;
 esac

@@ -66,10 +66,15 @@ void runOnHosts(const ClusterPlan& plan, const std::vector<int>& numbers,
     if (numbers.empty()) return;
     QProcess process;
     process.setProcessChannelMode(QProcess::ForwardedChannels);
-    process.start("parallel",
-                  {"-q", "--retries", "3", "--filter-hosts", "--sshloginfile",
-                   QString::fromLocal8Bit(hosts.c_str()), QString::fromStdString(plan.program()),
-                   "--chunk", "{}", folderOf(plan)});
+    // Not --quote: with it, GNU Parallel 20221122 quotes the commands of --filter-hosts, too, and
+    // ends.
+    const auto word = [](const std::string& text) {
+        return QString::fromLocal8Bit(shellWord(text).c_str());
+    };
+    process.start("parallel", {"--retries", "3", "--filter-hosts", "--jobs",
+                               QString::number(std::max(100 / plan.threads, 1)) + "%",
+                               "--sshloginfile", QString::fromLocal8Bit(hosts.c_str()),
+                               word(plan.program()), "--chunk", "{}", word(plan.folder.string())});
     if (!process.waitForStarted(-1)) {
         throw Error(ErrorCode::Unsupported, "parallel",
                     "cannot be started, expected GNU Parallel (package parallel)");

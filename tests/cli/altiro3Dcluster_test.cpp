@@ -192,15 +192,18 @@ TEST(Cluster, RunsOnTheHostsOfAFile) {
     const ClusterStudio studio;
     studio.plan();
     spill(studio / "hosts.txt", "one\ntwo\n");
-    // runs each line of its input on this machine: the command is behind the six options
-    studio.command("parallel", "shift 6; while read -r n; do \"${@/\\{\\}/$n}\" || exit 1; done");
+    // runs each line of its input on this machine; the words behind the seven options are a command
+    // of a shell
+    studio.command("parallel",
+                   "shift 7; while read -r n; do eval \"${@/\\{\\}/$n}\" || exit 1; done");
     const Outcome outcome = studio.cluster({"--hosts", "hosts.txt"});
     ASSERT_EQ(outcome.status, 0) << outcome.text();
     const std::string call = studio.calls().front();
-    EXPECT_EQ(call.rfind("parallel [-q] [--retries] [3] [--filter-hosts] [--sshloginfile] [" +
-                             (studio / "hosts.txt").string() + "]",
-                         0),
-              0U)
+    EXPECT_EQ(
+        call.rfind("parallel [--retries] [3] [--filter-hosts] [--jobs] [100%] [--sshloginfile] [" +
+                       (studio / "hosts.txt").string() + "]",
+                   0),
+        0U)
         << call;
     EXPECT_TRUE(fs::exists(studio / "natives/b_native.png"));
     EXPECT_TRUE(fails(studio.cluster({"--hosts", "none.txt"}), 1, "none.txt: does not exist"));

@@ -938,7 +938,7 @@ TEST(Video2NativeTool, ARunContinuesOnlyWithTheSameInputs) {
     for (const fs::path& input : {studio / "clip.mp4", studio / "other" / "clip.mp4"}) {
         const auto time = fs::last_write_time(input);
         fs::last_write_time(input, time + std::chrono::seconds(3));
-        EXPECT_TRUE(fails(studio.run(kTool, call), 1, "video was")) << input;
+        EXPECT_TRUE(fails(studio.run(kTool, call), 1, "video has changed")) << input;
         fs::last_write_time(input, time);
     }
     // lenses of the same kind, but another model, which has another quilt of its own
@@ -1020,12 +1020,12 @@ TEST(Video2NativeTool, ARunContinuesOnlyWithTheSameDisplayDepthAndThreads) {
             fs::rename(studio / "depths/0.png", studio / "depths/2.png");
         };
         swapPictures();
-        run.refuses("depth video was ");
+        run.refuses("the file of the depth video has changed)");
         swapPictures();
         // an older one than the newest
         fs::last_write_time(studio / "depths/3.png",
                             fs::last_write_time(studio / "depths/3.png") - std::chrono::hours(1));
-        run.refuses("depth video was ");
+        run.refuses("the file of the depth video has changed)");
         fs::last_write_time(studio / "depths/3.png",
                             fs::last_write_time(studio / "depths/3.png") + std::chrono::hours(1));
         fs::remove(studio / "small.map");
@@ -1065,7 +1065,8 @@ TEST(Video2NativeTool, ARunContinuesOnlyWithTheSameNetworkAndProfile) {
         Arguments call = studio.display() + Arguments{"-j", "1"};
         if (isOwn) call = call + Arguments{"-n", "net/small.onnx", "--net-profile", "mine.json"};
         const KilledRun run(studio, call + Arguments{"clip.mp4"});
-        run.refusesOther("net/small.onnx", otherNetwork, "network was ", true);
+        run.refusesOther("net/small.onnx", otherNetwork, "the file of the network has changed)",
+                         true);
         for (const char* const more :
              {R"(, "channelOrder": "BGR")", R"(, "scale": 0.5)", R"(, "mean": [0, 0.1, 0])",
               R"(, "std": [1, 1, 2])", R"(, "resizeKernel": "nearest")",

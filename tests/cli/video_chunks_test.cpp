@@ -174,7 +174,7 @@ TEST(VideoChunksTool, ADamagedChunkAndAChangedInputAreNamed) {
     fs::last_write_time(studio / "clip.mp4", time + std::chrono::seconds(2));
     const Outcome changed[] = {studio.chunk(1), studio.join(), studio.plan()};
     for (const Outcome& outcome : changed)
-        EXPECT_TRUE(fails(outcome, 1, "other settings (video was "));
+        EXPECT_TRUE(fails(outcome, 1, "other settings (the file of the video has changed)"));
     fs::last_write_time(studio / "clip.mp4", time);
     EXPECT_TRUE(fails(studio.plan({"--crf", "3"}), 1, "other settings (--crf was not set"));
     spill(studio / "small.json", slurp(studio / "small.json") + " "); // the same display

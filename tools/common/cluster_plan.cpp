@@ -4,6 +4,8 @@
 #include "common/photo_chunk_plan.hpp"
 
 #include <QCoreApplication>
+#include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <sys/vfs.h>
 #include <system_error>
@@ -88,6 +90,18 @@ std::string localText(const fs::path& folder) {
         }
     }
     return {};
+}
+
+std::string shellWord(const std::string& text) {
+    const bool isPlain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+               std::string("-_./,=:%@+").find(c) != std::string::npos;
+    });
+    if (isPlain) return text;
+    std::string word = "'";
+    for (const char c : text)
+        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return word + "'";
 }
 
 } // namespace altiro3D::tools

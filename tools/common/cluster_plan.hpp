@@ -38,4 +38,7 @@ std::string rangesText(const std::vector<int>& numbers);
 /// it looks shared.
 std::string localText(const std::filesystem::path& folder);
 
+/// A word for a shell, quoted if it needs it.
+std::string shellWord(const std::string& text);
+
 } // namespace altiro3D::tools

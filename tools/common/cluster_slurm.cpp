@@ -7,7 +7,6 @@
 #include <QString>
 #include <QStringList>
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -31,19 +30,6 @@ fs::path runFile(const ClusterPlan& plan) {
 
 fs::path scriptOf(const ClusterPlan& plan, const char* name) {
     return plan.logs() / name;
-}
-
-// A word for a shell.
-std::string shellWord(const std::string& text) {
-    const bool isPlain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
-        return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
-               std::string("-_./,=:%@+").find(c) != std::string::npos;
-    });
-    if (isPlain) return text;
-    std::string word = "'";
-    for (const char c : text)
-        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return word + "'";
 }
 
 std::string commandText(const std::vector<std::string>& words) {

@@ -86,7 +86,15 @@ VideoConversionResult joinVideoChunks(VideoConversion conversion, const fs::path
     std::size_t at = 0;
     const auto before = [&](const VideoSegment& segment) {
         if (goOn && !goOn(progress)) return false;
-        requireChecksum(segment, sums[at].first, sums[at].second);
+        try {
+            requireChecksum(segment, sums[at].first, sums[at].second);
+        } catch (const Error& error) {
+            if (error.code() == ErrorCode::BadFormat) {
+                for (const int number : order) // whoever starts chunks sees all that must be made
+                    dropIfDamaged(plan, directory, number);
+            }
+            throw;
+        }
         ++at;
         progress.frames += segment.frames;
         return true;

@@ -145,4 +145,17 @@ bool isChunkWhole(const ChunkPlan& plan, const fs::path& directory, int number) 
     }
 }
 
+void dropIfDamaged(const ChunkPlan& plan, const fs::path& directory, int number) {
+    try {
+        const std::optional<ChunkRecord> record = readChunkRecord(plan, directory, number);
+        if (!record) return;
+        bool isRight = true;
+        for (std::size_t i = 0; i < record->segments.size(); ++i)
+            isRight = isRight && fileChecksum(record->segments[i].file) == record->sums[i];
+        std::error_code error; // the join has failed anyway
+        if (!isRight) fs::remove(chunkFolder(directory, number) / kChunkFile, error);
+    } catch (const Error&) { // not a chunk that counts, or a file that cannot be read now
+    }
+}
+
 } // namespace altiro3D

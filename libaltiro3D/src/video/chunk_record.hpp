@@ -45,4 +45,8 @@ void requireChecksum(const VideoSegment& segment, std::uint64_t sum, int number)
 /// Whether a chunk is made and every byte of it is right.
 bool isChunkWhole(const ChunkPlan& plan, const std::filesystem::path& directory, int number);
 
+/// Removes the record of a chunk that has not the bytes that were written, so that the chunk counts
+/// as not made.
+void dropIfDamaged(const ChunkPlan& plan, const std::filesystem::path& directory, int number);
+
 } // namespace altiro3D

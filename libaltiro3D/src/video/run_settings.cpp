@@ -1,6 +1,15 @@
 #include "video/run_settings.hpp"
 
+#include <set>
+
 namespace altiro3D {
+
+namespace {
+
+// Settings whose values identify the state of a file.
+const std::set<std::string> kFiles = {"video", "depth video", "network"};
+
+} // namespace
 
 Json settingsJson(const RunSettings& settings) {
     return Json::parse(Json(settings).dump(-1, ' ', false, Json::error_handler_t::replace));
@@ -18,8 +27,10 @@ std::string differenceOf(const Json& before, const Json& now) {
             for (const auto& item : all->items()) {
                 const std::string& name = item.key();
                 if ((before.contains(name) && now.contains(name)) != inBoth) continue;
-                if (text(before, name) != text(now, name))
-                    return name + " was " + text(before, name) + " and is " + text(now, name);
+                if (text(before, name) == text(now, name)) continue;
+                if (inBoth && kFiles.count(name) > 0)
+                    return "the file of the " + name + " has changed";
+                return name + " was " + text(before, name) + " and is " + text(now, name);
             }
         }
     }

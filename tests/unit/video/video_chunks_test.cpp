@@ -363,6 +363,8 @@ TEST_F(VideoChunksTest, ADamagedChunkIsNamedAndCanBeMadeAgain) {
         EXPECT_EQ(error.rfind(segment.string() + ": ", 0), 0u) << error;
         EXPECT_NE(error.find("make this chunk again"), std::string::npos) << error;
         EXPECT_FALSE(fs::exists(directory / "out.mp4"));
+        EXPECT_FALSE(isVideoChunkMade(folder(), 1)); // a scheduler sees that it must be made
+        EXPECT_TRUE(isVideoChunkMade(folder(), 2));
         EXPECT_EQ(make(1).keptFrames, 0);
         EXPECT_TRUE(join() == whole);
     }
@@ -399,7 +401,7 @@ TEST_F(VideoChunksTest, AnotherConversionOrInputIsRefused) {
     cv::setNumThreads(threads);
     fs::last_write_time(directory / "clip.mkv",
                         fs::last_write_time(directory / "clip.mkv") + std::chrono::seconds(1));
-    isRefused("video was ");
+    isRefused("the file of the video has changed)");
     EXPECT_FALSE(fs::exists(folder() / "chunks" / "000002"));
 }
 

@@ -3,6 +3,7 @@
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace altiro3D::test {
@@ -44,8 +45,14 @@ TEST(ViewTool, WrongUsageIsSaidBeforeAnyWindow) {
     studio.set("QT_QPA_PLATFORM", "offscreen");
     EXPECT_TRUE(fails(studio.run(kTool, {"--unknown"}), 2, "--help"));
     EXPECT_TRUE(fails(studio.run(kTool, {"-d", "photo.png"}), 2, "PHOTO DEPTH"));
-    EXPECT_TRUE(fails(studio.run(kTool, {"--show", "photo.png", "quilt.png"}), 2, "one Native"));
-    EXPECT_TRUE(fails(studio.run(kTool, {"--screen", "0", "photo.png"}), 2, "expected --show"));
+    EXPECT_TRUE(fails(studio.run(kTool, {"--show", "-", "quilt.png"}), 2, "no further names"));
+    for (const char* option : {"--screen", "--each"})
+        EXPECT_TRUE(fails(studio.run(kTool, {option, "1", "photo.png"}), 2, "applies to --show"));
+    for (const char* option : {"--loop", "--shuffle"})
+        EXPECT_TRUE(fails(studio.run(kTool, {option, "photo.png"}), 2, "applies to --show"));
+    for (const char* seconds : {"0", "-1", "nan", "1e9", "x"})
+        EXPECT_TRUE(
+            fails(studio.run(kTool, {"--show", "photo.png", "--each", seconds}), 2, "--each"));
     EXPECT_TRUE(fails(studio.run(kTool, {"--json"}), 2, "expected --list-displays"));
     EXPECT_TRUE(fails(studio.run(kTool, {"--list-displays", "photo.png"}), 2, "takes no names"));
     EXPECT_TRUE(fails(studio.run(kTool, {"--list-displays", "--show", "photo.png"}), 2,
@@ -76,6 +83,45 @@ TEST(ViewTool, ShowsNothingOnAScreenOfAnotherSizeOrWithoutADisplay) {
                       "photo.png: has 90 x 120 px, but the screen shows 800 x 600 px"));
     EXPECT_TRUE(fails(studio.run(kTool, {"--show", "photo.png"}), 1, "no light-field display"));
     EXPECT_TRUE(fails(studio.run(kTool, {"--show", "none.png"}), 1, "none.png"));
+    EXPECT_TRUE(
+        fails(studio.run(kTool, {"--show", "photo.png", "-c", "small.json", "--screen", "0"}), 1,
+              "small.json: has 96 x 128 px, but the screen shows 800 x 600 px"));
+}
+
+// A display of the size of Qt's offscreen screen.
+class ShowStudio : public ViewerStudio {
+  public:
+    ShowStudio() {
+        set("QT_QPA_PLATFORM", "offscreen");
+        writeCalibration(*this / "wide.json", {800, 600});
+        std::filesystem::create_directory(*this / "show");
+    }
+    Outcome show(const Arguments& arguments) const {
+        return run(kTool, Arguments{"-c", "wide.json", "--screen", "0", "-v"} + arguments);
+    }
+};
+
+TEST(ViewTool, ShowsAllOfAFolderAndEnds) {
+    const ShowStudio studio;
+    for (const char* name : {"a.png", "b.png", "c.png"})
+        std::filesystem::copy(studio / "photo.png", studio / "show" / name);
+    spill(studio / "show/broken.jpg", "no picture");
+    spill(studio / "show/notes.txt", "left out");
+    const Outcome outcome = studio.show({"--show", "show", "--each", "0.2", "quilt.png"});
+    EXPECT_EQ(outcome.status, 0) << outcome.text();
+    EXPECT_NE(outcome.err.find("broken.jpg: "), std::string::npos) << outcome.text();
+    EXPECT_NE(outcome.err.find("not opened: 1 .txt file"), std::string::npos) << outcome.text();
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 2) << outcome.text();
+    // nothing that can be shown
+    std::filesystem::create_directory(studio / "bad");
+    spill(studio / "bad/1.jpg", "no picture");
+    spill(studio / "bad/2.jpg", "neither");
+    const Outcome none = studio.show({"--show", "bad", "--loop"});
+    EXPECT_EQ(none.status, 1);
+    EXPECT_NE(none.err.find("bad: holds nothing that can be shown"), std::string::npos)
+        << none.text();
+    std::filesystem::create_directory(studio / "empty");
+    EXPECT_TRUE(fails(studio.show({"--show", "empty"}), 1, "empty: holds no pictures"));
 }
 
 TEST(ViewTool, ListsDisplaysForPeopleAndPrograms) {

@@ -365,7 +365,7 @@ if [[ $part == altiro3Dview || ($part == all && -x $tools/altiro3Dview) ]]; then
     head -c 300 /dev/urandom >bad/noise
     for kind in missing empty noise directory; do
         for option in --show -c -m; do
-            run "$tool" "$option" "bad/$kind"
+            run "$tool" $([[ $option != --show ]] || echo --screen 0) "$option" "bad/$kind"
             check "$tool: $option $kind" ends 1
             check "$tool: $option $kind: one line that names it" one_error "$tool" "bad/$kind: "
         done
@@ -385,7 +385,7 @@ if [[ $part == altiro3Dview || ($part == all && -x $tools/altiro3Dview) ]]; then
         chmod go-rwx secret/input.png
         if setpriv --reuid=65534 --regid=65534 --clear-groups test -x "$tools/$tool"; then
             timeout 120 setpriv --reuid=65534 --regid=65534 --clear-groups \
-                env XDG_CACHE_HOME=/nonexistent "$tools/$tool" --show "$root/secret/input.png" >out 2>err
+                env XDG_CACHE_HOME=/nonexistent "$tools/$tool" --screen 0 --show "$root/secret/input.png" >out 2>err
             status=$?
             check "$tool: input may not be read" ends 1
             check "$tool: input may not be read: one line" one_error "$tool" "secret/input"

@@ -262,6 +262,68 @@ TEST(Session, ShowsANativePxByPxUntilEscape) {
         viewer.readAllStandardError().contains("small.png: has 64 x 64 px, but the screen"));
 }
 
+// A folder of a photo, a quilt, Natives and a file that cannot be read, on a display of the
+// screen's size, with the keys of the show.
+TEST(Session, ShowsAFolderByTimeAndByKeys) {
+    const TemporaryDirectory folder;
+    const QSize size = QGuiApplication::primaryScreen()->size();
+    std::string text = slurp(sourcePath("calibration/portrait-sample.json"));
+    for (const auto& [from, to] : {std::pair<std::string, int>{"1536", size.width()},
+                                   std::pair<std::string, int>{"2048", size.height()}})
+        text.replace(text.find(from), from.size(), std::to_string(to));
+    spill(folder / "visual.json", text);
+    const auto native = [&](const char* name, int grey) {
+        writeImage(folder / name,
+                   cv::Mat(size.height(), size.width(), CV_8UC3, cv::Scalar::all(grey)),
+                   ImageMark::Native);
+    };
+    fs::create_directory(folder / "in");
+    native("in/1.png", 60);
+    fs::copy(sourcePath("docs/examples/sample.jpg"), folder / "in/2.jpg");
+    fs::copy(sourcePath("docs/examples/sample-depth.png"), folder / "in/2-depth.png");
+    spill(folder / "in/3.jpg", "no picture");
+    native("in/4.png", 180);
+    QProcess viewer;
+    const auto name = [&](const char* file) {
+        return QString::fromStdString((folder / file).string());
+    };
+    viewer.start(ALTIRO3D_TOOL_ALTIRO3DVIEW, {"-c", name("visual.json"), "--screen", "0", "--each",
+                                              "3600", "--show", name("in")});
+    const auto greyOf = [] { return qGray(screenPicture().pixel(640, 400)); };
+    EXPECT_TRUE(waitFor([&] { return greyOf() == 60; }));
+    QString number;
+    EXPECT_TRUE(waitFor([&] {
+        QProcess search;
+        search.start("xdotool",
+                     {"search", "--onlyvisible", "--pid", QString::number(viewer.processId())});
+        search.waitForFinished();
+        number = QString(search.readAllStandardOutput()).split('\n').front();
+        return !number.isEmpty() && send({"windowfocus", number});
+    }));
+    keepPicture("show-native");
+    key("Right");
+    // the photo fades in when it is made
+    EXPECT_TRUE(waitFor([&] {
+        const QImage now = screenPicture();
+        return now.pixel(640, 400) != now.pixel(600, 300) && now.pixel(5, 5) != qRgb(60, 60, 60);
+    }));
+    keepPicture("show-fade");
+    QTest::qWait(900);
+    keepPicture("show-photo");
+    key("Page_Down"); // the unreadable one is left out
+    EXPECT_TRUE(waitFor([&] { return greyOf() == 180; }));
+    key("Left");
+    EXPECT_TRUE(waitFor([&] { return greyOf() != 180; }));
+    key("Left");
+    EXPECT_TRUE(waitFor([&] { return greyOf() == 60; }));
+    key("Escape");
+    EXPECT_TRUE(waitFor([&] { return viewer.state() == QProcess::NotRunning; }));
+    EXPECT_EQ(viewer.exitCode(), 0);
+    const QByteArray said = viewer.readAllStandardError();
+    EXPECT_EQ(said.count('\n'), 1) << said.toStdString();
+    EXPECT_TRUE(said.contains("3.jpg: is not a picture that can be read")) << said.toStdString();
+}
+
 } // namespace
 } // namespace altiro3D::test
 

@@ -216,6 +216,7 @@ TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
     window_->close();
     window_.reset();
     begin();
+    openPhoto();
     EXPECT_TRUE(knobs().automatic.strength);
     EXPECT_FALSE(knobs().automatic.focus);
 }
@@ -352,10 +353,6 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     window_->close();
     window_.reset();
     begin();
-    EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 17.5);
-    EXPECT_TRUE(knobs().best);
-    EXPECT_TRUE(panel().findChild<QCheckBox*>("best")->isChecked());
-    EXPECT_DOUBLE_EQ(panel().strength().value(), 17.5);
     EXPECT_EQ(window_->controller().mode(), Mode::Depth);
     QMenu* recent = nullptr;
     for (QMenu* menu : window_->findChildren<QMenu*>())
@@ -364,8 +361,13 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     emit recent->aboutToShow();
     ASSERT_EQ(recent->actions().size(), 1);
     EXPECT_EQ(recent->actions()[0]->text(), "photo.png");
+    EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 10);
     recent->actions()[0]->trigger();
     EXPECT_TRUE(waitFor([this] { return !picture().picture().isNull(); }));
+    EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 17.5); // of this photo
+    EXPECT_TRUE(knobs().best);
+    EXPECT_TRUE(panel().findChild<QCheckBox*>("best")->isChecked());
+    EXPECT_DOUBLE_EQ(panel().strength().value(), 17.5);
 }
 
 TEST_F(ViewerWindow, AsksBeforeAQuiltIsReplacedByTheNameThatItGets) {

@@ -42,8 +42,10 @@ void requireUsage(const CommandLine& commandLine) {
         for (const char* option : {"d", "m", "q", "r", "invert"})
             commandLine.exclude(option, other);
     }
-    if (commandLine.has("screen") && !commandLine.has("show"))
-        throw UsageError("--screen applies to --show, expected --show NATIVE with it");
+    for (const char* option : {"screen", "each", "shuffle", "loop"}) {
+        if (commandLine.has(option) && !commandLine.has("show"))
+            throw UsageError("--" + std::string(option) + " applies to --show, expected both");
+    }
     if (commandLine.has("json") && !commandLine.has("list-displays"))
         throw UsageError("--json applies to --list-displays, expected --list-displays with it");
     if (commandLine.has("list-displays") && !commandLine.files().empty())
@@ -91,15 +93,18 @@ int main(int argc, char** argv) {
                             "display, with or without one, and lets you change their settings.");
     commandLine.addUsage("[options] [FILE...]");
     commandLine.addUsage("[options] -d PHOTO DEPTH");
-    commandLine.addUsage("[options] --show NATIVE");
+    commandLine.addUsage("[options] --show FILE|FOLDER...");
     commandLine.addUsage("--list-displays [--json]");
     commandLine.addSection("What to do");
     commandLine.add({"d", "depthmode"}, "Open a photo with its depth image.");
     commandLine.add({"show"},
-                    "Show a Native or a Native video full screen on the light-field display, px by "
-                    "px; Escape ends it. With -: PPM pictures from standard input, each as soon "
-                    "as it arrives.",
-                    "NATIVE");
+                    "Show photos, quilts, Natives and their videos full screen on the light-field "
+                    "display, one after the other; Escape ends it. New files in a folder join in. "
+                    "With -: PPM pictures from standard input, each as soon as it arrives.",
+                    "FILE");
+    commandLine.add({"each"}, "With --show: show each picture for S seconds (default 20).", "S");
+    commandLine.add({"shuffle"}, "With --show: in random order.");
+    commandLine.add({"loop"}, "With --show: begin again after the last file.");
     commandLine.addAdvanced(
         {"screen"}, "Screen for --show, by its name or number, instead of the display's own.",
         "NAME");
@@ -118,6 +123,8 @@ int main(int argc, char** argv) {
                         "Open a photo with its depth.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--show native.png",
                         "Show a Native on the display.");
+    commandLine.addTerm(CommandLine::Chapter::Examples, "--show holiday --shuffle --loop",
+                        "Show all pictures of a folder, for as long as it runs.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--list-displays",
                         "List the displays found and the problems of each.");
     for (const KeyWords& key : kKeys)

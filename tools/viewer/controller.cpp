@@ -1,11 +1,10 @@
 #include "viewer/controller.hpp"
 
 #include "altiro3D/display.hpp"
-#include "altiro3D/video_depth.hpp"
 #include "common/run_tool.hpp"
 #include "viewer/depth_maker.hpp"
+#include "viewer/played_depth.hpp"
 
-#include <QUndoCommand>
 #include <algorithm>
 #include <climits>
 #include <cmath>
@@ -22,6 +21,7 @@ constexpr std::size_t kRendering = 1;
 constexpr std::size_t kPresenting = 2;
 constexpr int kSwingMilliseconds = 33;
 constexpr double kSwingPeriodMilliseconds = 4000;
+constexpr int kStoreMilliseconds = 2000; // a crash loses the settings of this time
 constexpr double kPi = 3.14159265358979323846;
 
 bool has(const std::vector<Mode>& modes, Mode mode) {
@@ -38,70 +38,23 @@ bool isFolderOfFiles(const Source& source) {
     return source.reading == Reading::Automatic && fs::is_directory(source.file, error);
 }
 
-// The depth of a playing flat video: steady, inferred as often as the pictures require.
-class PlayedDepth {
-  public:
-    explicit PlayedDepth(std::shared_ptr<DepthMaker> maker) : maker_(std::move(maker)) {}
-
-    // Sets the depth of the next picture, if it is to be estimated.
-    // @param wish Knobs::depth
-    void next(Document& document, const std::string& wish) {
-        const std::string chosen = maker_->choose(wish, !document.rawDepth.empty());
-        if (chosen == kGivenDepth) return;
-        if (chosen != chosen_) {
-            DepthKind kind = DepthKind::NearWhite;
-            maker_->use(chosen, [&](DepthSource& source) { kind = source.kind(); });
-            const auto estimate = [maker = maker_, chosen](const cv::Mat& picture, cv::Mat& raw) {
-                cv::Mat photo;
-                maker->use(chosen, [&](DepthSource& source) { source.read(picture, photo, raw); });
-            };
-            depth_.emplace(estimate, kind);
-            chosen_ = chosen;
-        }
-        depth_->next(document.picture, document.depth);
-    }
-
-  private:
-    std::shared_ptr<DepthMaker> maker_;
-    std::string chosen_;
-    std::optional<VideoDepth> depth_;
-};
-
 } // namespace
-
-// A change of settings that can be undone.
-class Controller::Turn : public QUndoCommand {
-  public:
-    Turn(Controller& controller, Knobs before, Knobs after, const QString& what, int gesture)
-        : QUndoCommand(what), controller_(controller), before_(std::move(before)),
-          after_(std::move(after)), gesture_(gesture) {}
-
-    void undo() override { controller_.setKnobs(before_); }
-    void redo() override { controller_.setKnobs(after_); }
-    int id() const override { return gesture_ > 0 ? gesture_ : -1; }
-    bool mergeWith(const QUndoCommand* other) override {
-        after_ = static_cast<const Turn*>(other)->after_;
-        return true;
-    }
-
-  private:
-    Controller& controller_;
-    Knobs before_;
-    Knobs after_;
-    int gesture_;
-};
 
 Controller::Controller(Display display, QObject* parent)
     : QObject(parent), display_(std::make_shared<const Display>(std::move(display))),
       depthMaker_(std::make_shared<DepthMaker>()), studio_(std::make_shared<Studio>(depthMaker_)) {
     swingTimer_.setInterval(kSwingMilliseconds);
     connect(&swingTimer_, &QTimer::timeout, this, &Controller::swing);
+    storeTimer_.setSingleShot(true);
+    storeTimer_.setInterval(kStoreMilliseconds);
+    connect(&storeTimer_, &QTimer::timeout, this, [this] { store_.save(); });
     connect(this, &Controller::pictureArrived, this, &Controller::takePicture,
             Qt::QueuedConnection); // it comes from the player's thread
 }
 
 Controller::~Controller() {
     cancelling_ = true;
+    store_.save();
 }
 
 void Controller::open(const std::vector<fs::path>& files) {
@@ -139,6 +92,7 @@ void Controller::close(int index) {
         return;
     }
     ++readings_;
+    changeKnobs();
     endPlayer([] {});
     opening_ = waiting_ = false;
     document_.reset();
@@ -170,6 +124,7 @@ void Controller::readCurrent() {
     const quint64 number = ++readings_;
     opening_ = true;
     playerProblem_.clear();
+    changeKnobs();
     emit documentChanged();
     const Source source = sources_[static_cast<std::size_t>(current_)];
     endPlayer([this, number, source, display = display_, notes = std::exchange(folderNotes_, {})] {
@@ -226,39 +181,6 @@ void Controller::takeFiles(const Source& folder, const FolderFiles& found) {
     folderNotes_ = found.notes;
     emit sourcesChanged();
     readCurrent();
-}
-
-void Controller::turn(const Knobs& knobs, const QString& what, int gesture) {
-    if (knobs != knobs_) undoStack_.push(new Turn(*this, knobs_, knobs, what, gesture));
-}
-
-void Controller::resetKnobs() {
-    turn(Knobs(), tr("reset of all settings"));
-}
-
-void Controller::restoreKnobs(const Knobs& knobs) {
-    setKnobs(knobs);
-}
-
-void Controller::setKnobs(const Knobs& knobs) {
-    if (knobs == knobs_) return;
-    const bool depthTurned = knobs.depth != knobs_.depth;
-    if (depthTurned && document_ && document_->kind == Kind::Scene) {
-        waiting_ = true; // new depth may take long
-        emit documentChanged();
-    }
-    knobs_ = knobs;
-    {
-        const std::lock_guard<std::mutex> lock(arrivalMutex_);
-        depthWish_ = knobs.depth;
-    }
-    emit knobsChanged();
-    if (depthTurned && !playerProblem_.isEmpty() && !opening_) {
-        readCurrent(); // the video may have stopped because the previous depth failed
-        return;
-    }
-    requestFrame();
-    requestNative();
 }
 
 void Controller::setDisplay(Display display) {
@@ -373,57 +295,6 @@ void Controller::panBy(cv::Point by) {
     requestFrame();
 }
 
-void Controller::focusAt(double x, double y) {
-    const cv::Mat& depth = frame_.depth;
-    if (depth.empty() || frameReading_ != readings_) return;
-    const cv::Point at(static_cast<int>(x * depth.cols), static_cast<int>(y * depth.rows));
-    Knobs knobs = knobs_;
-    const double position = frame_.request.mode == Mode::Sway ? frame_.request.position : 0;
-    const double seen = depthSeenAt(depth, frame_.setup.knobs.views, position, at);
-    knobs.views.focus = std::round(seen * 100) / 100; // as the knob has it
-    knobs.automatic.focus = false;
-    turn(knobs, tr("focus"));
-}
-
-bool Controller::canFrame() const {
-    const Request& shown = frame_.request;
-    return document_ && frameReading_ == readings_ && !frame_.picture.empty() &&
-           document_->kind == Kind::Scene &&
-           (shown.mode == Mode::Sway || shown.mode == Mode::Depth || shown.mode == Mode::Lens);
-}
-
-FramedPhoto Controller::framedPhoto() const {
-    return {document_->picture.size(), display_->aspect(), knobs_.fit};
-}
-
-Knobs Controller::withFrame() const {
-    Knobs knobs = knobs_;
-    if (knobs.automatic.framing) knobs.framing = frame_.setup.knobs.framing;
-    knobs.automatic.framing = false;
-    return knobs;
-}
-
-void Controller::moveFrame(cv::Point2d by, int gesture) {
-    if (!canFrame()) return;
-    Knobs knobs = withFrame();
-    knobs.framing = moved(knobs.framing, framedPhoto(), by);
-    turn(knobs, tr("frame"), gesture);
-}
-
-void Controller::zoomFrame(cv::Point2d at, double factor, int gesture) {
-    if (!canFrame()) return;
-    Knobs knobs = withFrame();
-    knobs.framing = zoomed(knobs.framing, framedPhoto(), at, factor);
-    turn(knobs, tr("zoom"), gesture);
-}
-
-void Controller::resetFrame() {
-    Knobs knobs = knobs_;
-    knobs.framing = {};
-    knobs.automatic.framing = false;
-    turn(knobs, tr("frame"));
-}
-
 void Controller::requestFrame() {
     // no frames of the previous file while another one is read: they would be taken for frames of
     // the new file
@@ -462,7 +333,7 @@ void Controller::setPresenting(bool presenting) {
 }
 
 void Controller::requestNative() {
-    if (!presenting_ || !document_) return;
+    if (!presenting_ || opening_ || !document_) return;
     const cv::Size all(INT_MAX, INT_MAX);
     worker_.post(kPresenting,
                  [this, studio = studio_,
@@ -486,52 +357,6 @@ void Controller::takeFrame(const Frame& frame) {
     frame_ = frame;
     if (frame.request.mode == Mode::Native && mode_ == Mode::Native) pan_ = frame.request.pan;
     emit frameReady();
-}
-
-QString Controller::exportObstacle() const {
-    if (exporting_) return tr("Another export is under way; export again when it is done");
-    if (!document_) return tr("Nothing is open that could be exported");
-    if (!frame_.setup.document || frameReading_ != readings_)
-        return tr("The file is still being opened; export again when its picture is shown");
-    if (frame_.request.knobs.depth != knobs_.depth)
-        return tr("The depth is still being estimated; export again when the picture shows it");
-    return {};
-}
-
-Setup Controller::exportSetup() const {
-    Setup setup = frame_.setup;
-    setup.knobs = knobs_;
-    setup.isChosen = false;
-    layFlatDepth(setup);
-    return setup;
-}
-
-bool Controller::startExport(Product product, const fs::path& target) {
-    if (!exportObstacle().isEmpty()) return false;
-    Setup setup = exportSetup();
-    exporting_ = true;
-    cancelling_ = false;
-    exporter_.post(0, [this, setup = std::move(setup), product, target] {
-        QString file;
-        QString problem;
-        try {
-            file = QString::fromStdString(writeProduct(setup, product, target, [this](double done) {
-                QMetaObject::invokeMethod(
-                    this, [this, done] { emit exportProgress(done); }, Qt::QueuedConnection);
-                return !cancelling_;
-            }));
-        } catch (const std::exception& error) {
-            problem = textOf(error);
-        }
-        QMetaObject::invokeMethod(
-            this,
-            [this, file, problem] {
-                exporting_ = false;
-                emit exportEnded(file, problem);
-            },
-            Qt::QueuedConnection);
-    });
-    return true;
 }
 
 } // namespace altiro3D::viewer

@@ -1,6 +1,8 @@
 #pragma once
 
+#include "viewer/batch.hpp"
 #include "viewer/framing.hpp"
+#include "viewer/knob_store.hpp"
 #include "viewer/studio.hpp"
 #include "viewer/video_player.hpp"
 #include "viewer/worker.hpp"
@@ -51,14 +53,23 @@ class Controller : public QObject {
     /// depth is made.
     bool isBusy() const { return opening_ || waiting_; }
 
+    /// The settings of the current file: those that the user made for it, in this run or an earlier
+    /// one, else standardKnobs().
     const Knobs& knobs() const { return knobs_; }
-    /// Changes settings; the user can undo it.
+    /// The settings of files without their own.
+    const Knobs& standardKnobs() const { return standardKnobs_; }
+    /// Gives the current settings to all open files, and to those that are opened later and have
+    /// none of their own. Each keeps its frame.
+    void copyKnobsToAll();
+    /// Why settings are not kept from run to run, one sentence; empty if they are.
+    QString storeNote() const { return QString::fromStdString(store_.note()); }
+    /// Changes settings; the user can undo it until another file is opened.
     /// @param what name of the setting, for the undo menu
     /// @param gesture consecutive changes with the same number (not 0) are undone together
     void turn(const Knobs& knobs, const QString& what, int gesture = 0);
     /// Sets all settings to their defaults; the user can undo it.
     void resetKnobs();
-    /// Sets stored settings; this cannot be undone.
+    /// Sets standardKnobs(), and the current settings; this cannot be undone.
     void restoreKnobs(const Knobs& knobs);
     QUndoStack& undoStack() { return undoStack_; }
 
@@ -109,6 +120,11 @@ class Controller : public QObject {
     /// Starts to write a product of the current picture. @return false if exportObstacle() is not
     /// empty
     bool startExport(Product product, const std::filesystem::path& target);
+    /// What startExportAll() writes: the Natives of the open files, in a folder.
+    std::vector<BatchItem> batch(const std::filesystem::path& folder) const;
+    /// Starts to write them, each with the settings of its file. @return false if an export is
+    /// under way or nothing is open
+    bool startExportAll(const std::filesystem::path& folder);
     void cancelExport() { cancelling_ = true; }
     bool isExporting() const { return exporting_; }
 
@@ -128,10 +144,17 @@ class Controller : public QObject {
     void exportProgress(double done);
     /// @param problem empty if the file was written or the export was cancelled
     void exportEnded(const QString& file, const QString& problem);
+    /// As exportEnded(), of startExportAll().
+    void exportAllEnded(const BatchReport& report);
 
   private:
     class Turn;
+    /// Sets the settings of the current file, or the standard ones if none is open.
     void setKnobs(const Knobs& knobs);
+    void showKnobs(const Knobs& knobs);
+    /// Sets the settings that belong to the current file, if it is another one than before.
+    void changeKnobs();
+    Knobs knobsOf(const std::filesystem::path& file) const;
     /// Waits in the worker until the player has ended, then calls a function there.
     void endPlayer(std::function<void()> then);
     void readCurrent();
@@ -156,6 +179,10 @@ class Controller : public QObject {
     bool waiting_ = false; // for the first picture of a document or of other depth
     quint64 readings_ = 0; // number of the latest reading; results of earlier ones are dropped
     Knobs knobs_;
+    Knobs standardKnobs_;
+    std::filesystem::path knobsFile_; // the file that knobs_ belongs to; empty: none
+    KnobStore store_{KnobStore::standardFile()};
+    QTimer storeTimer_;
     QUndoStack undoStack_;
     std::shared_ptr<const Display> display_;
     Mode mode_ = Mode::Sway;

@@ -4,6 +4,7 @@
 #include "altiro3D/qt/image.hpp"
 #include "altiro3D/qt/native_widget.hpp"
 #include "viewer/knob_panel.hpp"
+#include "viewer/photo_strip.hpp"
 #include "viewer/picture_view.hpp"
 #include "viewer/window_words.hpp"
 
@@ -12,20 +13,14 @@
 #include <QCloseEvent>
 #include <QDockWidget>
 #include <QDragEnterEvent>
-#include <QFileInfo>
 #include <QLabel>
 #include <QListWidget>
-#include <QMenuBar>
-#include <QMessageBox>
 #include <QMimeData>
 #include <QProgressBar>
 #include <QScrollArea>
-#include <QSettings>
 #include <QStatusBar>
 #include <QStyle>
-#include <QTextDocument>
 #include <QTimer>
-#include <QToolBar>
 #include <QToolButton>
 #include <algorithm>
 #include <cmath>
@@ -33,45 +28,6 @@
 namespace altiro3D::viewer {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-constexpr int kMaxRecent = 10;
-constexpr const char* kRecent = "recent";
-
-struct ModeWords {
-    Mode mode;
-    const char* text;
-    const char* tip;
-};
-
-const ModeWords kModes[] = {
-    {Mode::Sway, QT_TRANSLATE_NOOP("mode", "Sway"),
-     QT_TRANSLATE_NOOP("mode", "One view from a camera that moves")},
-    {Mode::Depth, QT_TRANSLATE_NOOP("mode", "Depth"),
-     QT_TRANSLATE_NOOP("mode", "The depth map, near is white")},
-    {Mode::Quilt, QT_TRANSLATE_NOOP("mode", "Quilt"), QT_TRANSLATE_NOOP("mode", "All views")},
-    {Mode::Native, QT_TRANSLATE_NOOP("mode", "Native"),
-     QT_TRANSLATE_NOOP("mode", "What the panel shows, px by px; drag it to see other parts")},
-    {Mode::Lens, QT_TRANSLATE_NOOP("mode", "Lens"),
-     QT_TRANSLATE_NOOP("mode", "What an eye sees through the display's lenses")}};
-
-// Names and messages contain texts from files, which must not be interpreted as markup.
-QString tipOf(const QString& text) {
-    return Qt::convertFromPlainText(text, Qt::WhiteSpaceNormal); // long ones are wrapped
-}
-
-// An enumerator from the settings file, which may contain anything.
-template <class Word>
-Word knownOr(Word standard, const QVariant& setting, std::initializer_list<Word> known) {
-    bool isNumber = false;
-    const int number = setting.toInt(&isNumber);
-    const auto found = std::find_if(known.begin(), known.end(),
-                                    [number](Word word) { return int(word) == number; });
-    return isNumber && found != known.end() ? *found : standard;
-}
-
-} // namespace
 
 MainWindow::MainWindow(const Display& display, const std::vector<std::string>& warnings)
     : controller_(display), picture_(new PictureView), knobs_(new KnobPanel),
@@ -81,6 +37,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     setAcceptDrops(true);
     setCentralWidget(picture_);
     buildFiles();
+    buildStrip();
     auto* knobDock = new QDockWidget(tr("Settings"));
     knobDock->setObjectName("knobDock");
     auto* scroll = new QScrollArea;
@@ -100,7 +57,10 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     showSources();
     showDocument();
     showModes();
-    if (!warnings.empty()) say(linesOf(warnings), 15000);
+    std::vector<std::string> sentences = warnings;
+    if (!controller_.storeNote().isEmpty())
+        sentences.push_back(controller_.storeNote().toStdString());
+    if (!sentences.empty()) say(linesOf(sentences), 15000);
 }
 
 MainWindow::~MainWindow() {
@@ -118,141 +78,29 @@ void MainWindow::buildFiles() {
     addDockWidget(Qt::LeftDockWidgetArea, dock);
     resizeDocks({dock}, {180}, Qt::Horizontal);
     connect(files_, &QListWidget::currentRowChanged, this, [this](int row) {
-        if (row >= 0 && row != controller_.current()) controller_.select(row);
+        if (row >= 0) select(row);
     });
 }
 
-QAction* MainWindow::action(QMenu& menu, const QString& text, const QKeySequence& keys,
-                            const std::function<void()>& what, const QString& name) {
-    QAction* result = menu.addAction(text);
-    result->setShortcut(keys);
-    result->setObjectName(name);
-    connect(result, &QAction::triggered, this, what);
-    return result;
+void MainWindow::buildStrip() {
+    strip_ = new PhotoStrip;
+    stripDock_ = new QDockWidget(tr("Photos"));
+    stripDock_->setObjectName("stripDock");
+    stripDock_->setFeatures(QDockWidget::NoDockWidgetFeatures);
+    stripDock_->setTitleBarWidget(new QWidget); // the icons need no title
+    stripDock_->setWidget(strip_);
+    addDockWidget(Qt::BottomDockWidgetArea, stripDock_);
+    setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
+    setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
+    connect(strip_, &PhotoStrip::chosen, this, &MainWindow::select);
 }
 
-void MainWindow::buildActions() {
-    QAction* const open = buildFileMenu();
-    buildEditMenu();
-    buildViewMenu();
-    QAction* const show = buildDisplayMenu();
-    buildHelpMenu();
-    buildToolBar(open, show);
+void MainWindow::select(int index) {
+    if (index != controller_.current()) controller_.select(index);
 }
 
-QAction* MainWindow::buildFileMenu() {
-    QMenu& file = *menuBar()->addMenu(tr("&File"));
-    QAction* open = action(file, tr("&Open…"), QKeySequence::Open, [this] { openDialog(); });
-    open->setIconText(tr("Open"));
-    action(file, tr("Open a &folder…"), QKeySequence(tr("Ctrl+Shift+O")),
-           [this] { openDirectoryDialog(); });
-    depthImage_ = action(file, tr("&Depth image for this photo…"), QKeySequence(tr("Ctrl+D")),
-                         [this] { openDepthDialog(); });
-    recent_ = file.addMenu(tr("Open &recent"));
-    connect(recent_, &QMenu::aboutToShow, this, &MainWindow::fillRecent);
-    file.addSeparator();
-    const std::pair<Product, QKeySequence> products[] = {
-        {Product::Native, QKeySequence(tr("Ctrl+S"))},
-        {Product::Quilt, QKeySequence(tr("Ctrl+Shift+S"))},
-        {Product::Views, {}},
-        {Product::Depth, {}},
-        {Product::SwayVideo, {}}};
-    for (const auto& [product, keys] : products) {
-        exports_.emplace_back(product, action(file, tr("Export %1…").arg(nameOf(product)), keys,
-                                              [this, p = product] { exportDialog(p); }));
-    }
-    exports_.front().second->setIconText(tr("Export"));
-    file.addSeparator();
-    closeFile_ = action(file, tr("&Close file"), QKeySequence(tr("Ctrl+W")),
-                        [this] { controller_.close(controller_.current()); });
-    action(file, tr("&Quit"), QKeySequence(tr("Ctrl+Q")), [this] { close(); });
-    return open;
-}
-
-void MainWindow::buildEditMenu() {
-    QMenu& edit = *menuBar()->addMenu(tr("&Edit"));
-    QAction* undo = controller_.undoStack().createUndoAction(this, tr("&Undo"));
-    undo->setShortcut(QKeySequence::Undo);
-    QAction* redo = controller_.undoStack().createRedoAction(this, tr("&Redo"));
-    redo->setShortcuts({QKeySequence(tr("Ctrl+Shift+Z")), QKeySequence(tr("Ctrl+Y"))});
-    edit.addAction(undo);
-    edit.addAction(redo);
-    edit.addSeparator();
-    action(edit, tr("Reset the &frame"), QKeySequence(Qt::Key_0),
-           [this] { controller_.resetFrame(); });
-    action(edit, tr("Reset &all settings"), QKeySequence(tr("Ctrl+R")),
-           [this] { controller_.resetKnobs(); });
-}
-
-void MainWindow::buildViewMenu() {
-    QMenu& view = *menuBar()->addMenu(tr("&View"));
-    modes_ = new QActionGroup(this);
-    int number = 1;
-    for (const ModeWords& words : kModes) {
-        QAction* mode = action(view, tr(words.text), QKeySequence(QString::number(number++)),
-                               [this, m = words.mode] { controller_.setMode(m); });
-        mode->setCheckable(true);
-        mode->setData(int(words.mode));
-        mode->setToolTip(tr("%1 (%2)").arg(tr(words.tip)).arg(number - 1));
-        modes_->addAction(mode);
-    }
-    view.addSeparator();
-    swing_ = action(view, tr("S&wing automatically"), QKeySequence(Qt::Key_Space),
-                    [this] { controller_.setSwinging(swing_->isChecked()); });
-    swing_->setCheckable(true);
-    swing_->setIconText(tr("Swing"));
-    swing_->setToolTip(tr("The camera swings automatically (Space)"));
-    follow_ = action(view, tr("&Follow the mouse"), QKeySequence(Qt::Key_M), [] {});
-    follow_->setCheckable(true);
-    follow_->setIconText(tr("Follow mouse"));
-    follow_->setToolTip(tr("The camera follows the mouse (M)"));
-    QAction* play = action(view, tr("&Play the video"), QKeySequence(Qt::Key_P), [] {});
-    play->setCheckable(true);
-    play->setChecked(controller_.isPlaying());
-    connect(play, &QAction::toggled, this, [this](bool on) { controller_.setPlaying(on); });
-    view.addSeparator();
-    for (const QDockWidget* dock : findChildren<QDockWidget*>())
-        view.addAction(dock->toggleViewAction());
-}
-
-QAction* MainWindow::buildDisplayMenu() {
-    QMenu& display = *menuBar()->addMenu(tr("&Display"));
-    QAction* show = action(display, tr("&Show on the display"), QKeySequence(Qt::Key_F11),
-                           [this] { showOnDisplay(); });
-    show->setIconText(tr("Show on display"));
-    show->setToolTip(tr("Full screen on the light-field display, px by px (F11)"));
-    action(display, tr("&Find displays…"), {}, [this] { tellDisplays(); });
-    action(display, tr("&Choose calibration…"), {}, [this] { calibrationDialog(); });
-    return show;
-}
-
-void MainWindow::buildHelpMenu() {
-    QMenu& help = *menuBar()->addMenu(tr("&Help"));
-    action(help, tr("&About altiro3D"), {}, [this] {
-        QMessageBox::about(this, tr("altiro3D"),
-                           tr("<h3>altiro3D %1</h3><p>Photos and flat video as glasses-free 3D "
-                              "pictures for light-field displays.</p><p>Click on the picture to "
-                              "focus there. Drag it to move the frame, turn the wheel to "
-                              "zoom; 0 resets both. Double-click a slider to reset it.</p>")
-                               .arg(version()));
-    });
-}
-
-void MainWindow::buildToolBar(QAction* open, QAction* show) {
-    auto* bar = addToolBar(tr("Tools"));
-    bar->setObjectName("tools");
-    bar->setMovable(false);
-    bar->addAction(open);
-    bar->addAction(exports_.front().second);
-    bar->addSeparator();
-    bar->addActions(modes_->actions());
-    bar->addSeparator();
-    bar->addAction(swing_);
-    bar->addAction(follow_);
-    auto* room = new QWidget;
-    room->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
-    bar->addWidget(room);
-    bar->addAction(show);
+void MainWindow::showStrip() {
+    stripDock_->setVisible(showsStrip_->isChecked() && controller_.sources().size() > 1);
 }
 
 void MainWindow::buildStatus() {
@@ -321,6 +169,7 @@ void MainWindow::connectController() {
                 else
                     say(tr("Written: %1").arg(file), 15000);
             });
+    connect(&controller_, &Controller::exportAllEnded, this, &MainWindow::endExportAll);
 
     connect(knobs_, &KnobPanel::turned, this,
             [this](const Knobs& knobs, const QString& what, int gesture) {
@@ -369,6 +218,9 @@ void MainWindow::showSources() {
                                (source.depth.empty() ? QString() : "\n" + toName(source.depth))));
     }
     files_->setCurrentRow(controller_.current());
+    strip_->setSources(controller_.sources());
+    strip_->setCurrent(controller_.current());
+    showStrip();
 }
 
 void MainWindow::showDocument() {
@@ -376,6 +228,7 @@ void MainWindow::showDocument() {
     {
         const QSignalBlocker blocker(files_);
         files_->setCurrentRow(controller_.current());
+        strip_->setCurrent(controller_.current());
     }
     const bool any = controller_.current() >= 0;
     const Source* source =
@@ -418,6 +271,10 @@ void MainWindow::showDocument() {
         exportAction->setEnabled(!controller_.isExporting() &&
                                  std::count(products.begin(), products.end(), product) > 0);
     }
+    exportAll_->setEnabled(any && !controller_.isExporting());
+    copyKnobs_->setEnabled(any);
+    next_->setEnabled(controller_.current() + 1 < static_cast<int>(controller_.sources().size()));
+    previous_->setEnabled(controller_.current() > 0);
     busy_->setText(controller_.isBusy() ? tr("Working…") : QString());
     showModes();
 }
@@ -478,82 +335,6 @@ void MainWindow::showModes() {
         action->setEnabled(std::count(available.begin(), available.end(), mode) > 0);
         action->setChecked(mode == controller_.mode());
     }
-}
-
-void MainWindow::remember(const fs::path& file) {
-    QSettings settings;
-    QStringList recent = settings.value(kRecent).toStringList();
-    const QString name = QFileInfo(toName(file)).absoluteFilePath();
-    if (!recent.isEmpty() && recent.front() == name) return;
-    recent.removeAll(name);
-    recent.prepend(name);
-    settings.setValue(kRecent, QStringList(recent.mid(0, kMaxRecent)));
-    settings.setValue("folder", QFileInfo(name).absolutePath());
-}
-
-void MainWindow::fillRecent() {
-    recent_->clear();
-    for (const QString& name : QSettings().value(kRecent).toStringList()) {
-        QString shown = QFileInfo(name).fileName();
-        shown.replace("&", "&&");
-        QAction* entry = recent_->addAction(shown);
-        entry->setToolTip(tipOf(name));
-        connect(entry, &QAction::triggered, this,
-                [this, name] { controller_.open(std::vector<fs::path>{toPath(name)}); });
-    }
-    if (recent_->isEmpty()) recent_->addAction(tr("Nothing yet"))->setEnabled(false);
-}
-
-void MainWindow::readSettings() {
-    const QSettings settings;
-    Knobs knobs;
-    ViewOptions& views = knobs.views;
-    views.method = knownOr(views.method, settings.value("method"),
-                           {ViewMethod::Fast, ViewMethod::Real, ViewMethod::Layered});
-    views.strengthPercent = settings.value("strength", views.strengthPercent).toDouble();
-    views.focus = settings.value("focus", views.focus).toDouble();
-    knobs.fit = knownOr(knobs.fit, settings.value("fit"),
-                        {FitMode::Cover, FitMode::Contain, FitMode::Stretch});
-    knobs.automatic = {settings.value("autoFit", false).toBool() && knobs.fit == FitMode::Cover,
-                       settings.value("autoFocus", false).toBool(),
-                       settings.value("autoStrength", false).toBool()};
-    knobs.best = settings.value("best", knobs.best).toBool();
-    knobs.depth =
-        settings.value("depth", QString::fromStdString(knobs.depth)).toString().toStdString();
-    try {
-        validate(views); // the file may contain anything
-        controller_.restoreKnobs(knobs);
-    } catch (const Error&) {
-        // then the defaults stay
-    }
-    knobs_->show(controller_.knobs());
-    showLayout();
-    controller_.setMode(knownOr(Mode::Sway, settings.value("mode"),
-                                {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens}));
-    controller_.setSwinging(settings.value("swing", true).toBool());
-    swing_->setChecked(controller_.isSwinging());
-    follow_->setChecked(settings.value("follow", false).toBool());
-    restoreGeometry(settings.value("geometry").toByteArray());
-    restoreState(settings.value("state").toByteArray());
-}
-
-void MainWindow::writeSettings() const {
-    QSettings settings;
-    const Knobs& knobs = controller_.knobs();
-    settings.setValue("method", int(knobs.views.method));
-    settings.setValue("strength", knobs.views.strengthPercent);
-    settings.setValue("focus", knobs.views.focus);
-    settings.setValue("fit", int(knobs.fit));
-    settings.setValue("autoFit", knobs.automatic.framing);
-    settings.setValue("autoFocus", knobs.automatic.focus);
-    settings.setValue("autoStrength", knobs.automatic.strength);
-    settings.setValue("best", knobs.best);
-    settings.setValue("depth", QString::fromStdString(knobs.depth));
-    settings.setValue("mode", int(controller_.mode()));
-    settings.setValue("swing", swing_->isChecked());
-    settings.setValue("follow", follow_->isChecked());
-    settings.setValue("geometry", saveGeometry());
-    settings.setValue("state", saveState());
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {

@@ -5,6 +5,7 @@
 #include <QMainWindow>
 
 class QActionGroup;
+class QDockWidget;
 class QLabel;
 class QListWidget;
 class QProgressBar;
@@ -17,6 +18,7 @@ class NativeWidget;
 namespace altiro3D::viewer {
 
 class KnobPanel;
+class PhotoStrip;
 class PictureView;
 
 /// The window: files on the left, the picture in the middle, the settings on the right. QSettings
@@ -45,6 +47,7 @@ class MainWindow : public QMainWindow {
     void buildHelpMenu();
     void buildToolBar(QAction* open, QAction* show);
     void buildFiles();
+    void buildStrip();
     void buildStatus();
     void connectController();
     QAction* action(QMenu& menu, const QString& text, const QKeySequence& keys,
@@ -56,6 +59,11 @@ class MainWindow : public QMainWindow {
     void calibrationDialog();
     void useCalibration(const Calibration& calibration, const std::filesystem::path& file);
     void exportDialog(Product product);
+    void exportAllDialog();
+    void endExportAll(const BatchReport& report);
+    void beginProgress();
+    void select(int index);
+    void showStrip();
     void showOnDisplay();
     void tellDisplays();
     void remember(const std::filesystem::path& file);
@@ -75,6 +83,9 @@ class MainWindow : public QMainWindow {
     PictureView* picture_;
     KnobPanel* knobs_;
     QListWidget* files_;
+    PhotoStrip* strip_ = nullptr;
+    QDockWidget* stripDock_ = nullptr;
+    QAction* showsStrip_ = nullptr;
     QActionGroup* modes_ = nullptr;
     QMenu* recent_ = nullptr;
     QAction* swing_ = nullptr;
@@ -82,6 +93,10 @@ class MainWindow : public QMainWindow {
     std::vector<std::pair<Product, QAction*>> exports_;
     QAction* depthImage_ = nullptr;
     QAction* closeFile_ = nullptr;
+    QAction* exportAll_ = nullptr;
+    QAction* copyKnobs_ = nullptr;
+    QAction* next_ = nullptr;
+    QAction* previous_ = nullptr;
     QLabel* status_ = nullptr;
     QString facts_;
     QString said_;

@@ -16,6 +16,7 @@
 #include <QProgressBar>
 #include <QSettings>
 #include <QToolButton>
+#include <algorithm>
 
 namespace altiro3D::viewer {
 
@@ -143,11 +144,52 @@ void MainWindow::exportDialog(Product product) {
         if (!agrees(this, title, tr("%1. Write it anyway?").arg(QString::fromStdString(loss))))
             return;
     }
-    if (!controller_.startExport(product, file)) return;
+    if (controller_.startExport(product, file)) beginProgress();
+}
+
+void MainWindow::beginProgress() {
     progress_->setValue(0);
     progress_->show();
     cancel_->show();
     showDocument();
+}
+
+void MainWindow::exportAllDialog() {
+    const QString title = tr("Export all Natives");
+    const QString name = QFileDialog::getExistingDirectory(
+        this, tr("Folder for the Natives"), QSettings().value("exportFolder").toString());
+    if (name.isEmpty()) return;
+    const fs::path folder = toPath(name);
+    std::error_code error;
+    const std::vector<BatchItem> items = controller_.batch(folder);
+    const auto there = std::count_if(items.begin(), items.end(), [&error](const BatchItem& item) {
+        return fs::exists(item.native, error);
+    });
+    if (there > 0 &&
+        !agrees(this, title,
+                tr("%1 of the files exist already in %2. Replace them?").arg(there).arg(name)))
+        return;
+    QSettings().setValue("exportFolder", name);
+    if (controller_.startExportAll(folder)) beginProgress();
+}
+
+void MainWindow::endExportAll(const BatchReport& report) {
+    progress_->hide();
+    cancel_->hide();
+    showDocument();
+    const QString written = tr("%1 Natives written").arg(report.written);
+    say(report.cancelled ? tr("Cancelled, %1").arg(written) : written, 15000);
+    if (report.problems.empty()) return;
+    QMessageBox box(QMessageBox::Warning, tr("Export all Natives"),
+                    tr("%1; %2 files were not exported:").arg(written).arg(report.problems.size()),
+                    QMessageBox::Ok, this);
+    box.setTextFormat(Qt::PlainText);
+    constexpr std::size_t kListed = 5;
+    const auto end = report.problems.begin() +
+                     static_cast<std::ptrdiff_t>(std::min(kListed, report.problems.size()));
+    box.setInformativeText(linesOf({report.problems.begin(), end}));
+    if (report.problems.size() > kListed) box.setDetailedText(linesOf(report.problems));
+    box.exec();
 }
 
 void MainWindow::showOnDisplay() {

@@ -5,7 +5,9 @@
 #include "common/picture_options.hpp"
 #include "viewer/framing.hpp"
 
+#include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 
 namespace altiro3D::viewer {
 
@@ -22,22 +24,6 @@ NativeOptions nativeOptions(const Knobs& knobs) {
     options.keepResolution = makesBestNative(knobs);
     if (makesBestNative(knobs)) options.positions = ViewPositions::Continuous;
     return options;
-}
-
-// The Native of a quilt, whose views get the panel's shape as in quilt2native. Those of a directory
-// have it.
-cv::Mat nativeOfQuilt(const Setup& setup) {
-    const QuiltLayout layout = quiltLayout(setup);
-    const fs::path& file = setup.document->source.file;
-    cv::Mat quilt = setup.document->picture;
-    std::error_code error;
-    if (!fs::is_directory(file, error)) {
-        quilt = QuiltShape(file, layout, *setup.display).apply(quilt);
-    }
-    cv::Mat native;
-    Quilt2Native(NativeLut(setup.display->calibration, layout, setup.display->invert))
-        .render(quilt, native);
-    return native;
 }
 
 Scene fittedTiles(const Setup& setup) {
@@ -171,13 +157,32 @@ cv::Size nativeFitSize(const Setup& setup) {
 
 cv::Mat makeNative(const Setup& setup, const Scene& fitted) {
     if (setup.document->kind == Kind::Native) return setup.document->picture;
-    if (setup.document->kind == Kind::Quilt) return nativeOfQuilt(setup);
+    if (setup.document->kind == Kind::Quilt) {
+        return quiltConverter(setup.document->source.file, quiltLayout(setup),
+                              *setup.display)(setup.document->picture);
+    }
     const NativeMaker maker(*setup.display, quiltLayout(setup), nativeOptions(setup.knobs));
     cv::Mat quilt;
     cv::Mat native;
     if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);
     maker.makeNative(fitted, quilt, native);
     return native;
+}
+
+// The views get the panel's shape as in quilt2native. Those of a directory have it.
+std::function<cv::Mat(const cv::Mat&)>
+quiltConverter(const fs::path& file, const QuiltLayout& layout, const Display& display) {
+    std::error_code error;
+    std::optional<QuiltShape> shape;
+    if (!fs::is_directory(file, error)) shape.emplace(file, layout, display);
+    const auto converter = std::make_shared<const Quilt2Native>(
+        NativeLut(display.calibration, layout, display.invert));
+    return [shape, converter, layout](const cv::Mat& picture) {
+        const cv::Mat quilt = fitQuilt(picture, layout);
+        cv::Mat native;
+        converter->render(shape ? shape->apply(quilt) : quilt, native);
+        return native;
+    };
 }
 
 void chooseAutomatic(Setup& setup) {

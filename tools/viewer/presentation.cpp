@@ -4,18 +4,19 @@
 #include "altiro3D/qt/display_search.hpp"
 #include "altiro3D/qt/native_widget.hpp"
 #include "common/display_options.hpp"
-#include "common/picture_options.hpp"
+#include "viewer/arrivals.hpp"
 #include "viewer/display_list.hpp"
-#include "viewer/document.hpp"
-#include "viewer/video_player.hpp"
+#include "viewer/slide_presenter.hpp"
 
 #include <QApplication>
 #include <QScreen>
 #include <atomic>
 #include <chrono>
+#include <clocale>
 #include <functional>
 #include <memory>
-#include <mutex>
+#include <random>
+#include <stdexcept>
 #include <thread>
 
 namespace altiro3D::viewer {
@@ -74,38 +75,10 @@ std::size_t chooseScreen(const tools::CommandLine& commandLine,
     return *displays[*chosen].screen;
 }
 
-// Pictures of a video on their way from the player's thread to the widget, one at a time.
-class Arrivals : public QObject {
-    Q_OBJECT
-  public:
-    // False while the one before has not been shown.
-    bool put(const cv::Mat& picture) {
-        {
-            const std::lock_guard<std::mutex> lock(mutex_);
-            if (!next_.empty()) return false;
-            next_ = picture;
-        }
-        emit pictureArrived();
-        return true;
-    }
-    void showNext(qt::NativeWidget& widget) {
-        cv::Mat picture;
-        {
-            const std::lock_guard<std::mutex> lock(mutex_);
-            std::swap(picture, next_);
-        }
-        widget.setNative(picture);
-        widget.repaint();
-    }
-
-  signals:
-    void pictureArrived();
-    void failed();
-
-  private:
-    std::mutex mutex_;
-    cv::Mat next_;
-};
+void requireDesktop() {
+    if (hasDesktop()) return;
+    throw Error(ErrorCode::NotFound, "desktop", "not found, expected $DISPLAY or $WAYLAND_DISPLAY");
+}
 
 // Delivers the pictures of a stream on standard input as they arrive; the writer sets the pace.
 class PictureStream {
@@ -113,14 +86,15 @@ class PictureStream {
     PictureStream() : reader_("-", options()) {
         if (const auto first = reader_.next()) first_ = first->picture;
     }
-    ~PictureStream() {
-        ending_ = true;
-        if (thread_.joinable()) thread_.join();
-    }
+    ~PictureStream() { end(); }
     PictureStream(const PictureStream&) = delete;
     PictureStream& operator=(const PictureStream&) = delete;
 
     const cv::Mat& first() const { return first_; }
+    void end() {
+        ending_ = true;
+        if (thread_.joinable()) thread_.join();
+    }
     // Both functions are called by a thread of the stream's own.
     void start(const std::function<bool(const cv::Mat&)>& show, const std::function<void()>& end) {
         thread_ = std::thread([this, show, end] {
@@ -149,75 +123,111 @@ class PictureStream {
     std::thread thread_;
 };
 
+// Refuses a picture that does not fit the screen px by px.
+void requireSize(const std::string& what, cv::Size size, const qt::ScreenFacts& screen) {
+    if (screen.size == size) return;
+    throw Error(ErrorCode::Mismatch, what,
+                "has " + tools::sizeText(size) + ", but the screen shows " +
+                    tools::sizeText(screen.size) +
+                    "; expected the display's own resolution and a Native made for it");
+}
+
+// The screen of the display that a run shows its pictures on.
+QScreen& screenFor(const tools::CommandLine& commandLine, const std::string& what, cv::Size native,
+                   bool requiresSize, tools::Messages& messages) {
+    const std::vector<qt::ScreenFacts> screens = screenFacts();
+    const std::size_t screen = chooseScreen(commandLine, screens, native, messages);
+    if (requiresSize) requireSize(what, native, screens[screen]);
+    messages.detail("screen " + std::to_string(screen) + ": " + textOf(screens[screen]));
+    return *QGuiApplication::screens()[static_cast<int>(screen)];
+}
+
+int presentStream(int& argc, char** argv, const tools::CommandLine& commandLine,
+                  tools::Messages& messages) {
+    PictureStream stream;
+    requireDesktop();
+    const QApplication application(argc, argv);
+    qt::NativeWidget widget;
+    QObject::connect(&widget, &qt::NativeWidget::left, &QApplication::quit);
+    widget.setNative(stream.first());
+    widget.showOn(screenFor(commandLine, "-", stream.first().size(), true, messages));
+    messages.flushWarnings();
+    Arrivals arrivals;
+    QObject::connect(
+        &arrivals, &Arrivals::arrived, &widget,
+        [&] {
+            widget.setNative(arrivals.take());
+            widget.repaint();
+        },
+        Qt::QueuedConnection);
+    QObject::connect(&arrivals, &Arrivals::ended, &widget, &QApplication::quit,
+                     Qt::QueuedConnection);
+    stream.start([&arrivals](const cv::Mat& picture) { return arrivals.put(picture); },
+                 [&arrivals] { emit arrivals.ended(); });
+    const int status = QApplication::exec();
+    stream.end();
+    return status;
+}
+
+SlideShow::Settings showSettings(const tools::CommandLine& commandLine, bool isSingle) {
+    SlideShow::Settings settings;
+    settings.each = commandLine.number("each", 0.1, 1e6).value_or(settings.each);
+    settings.loops = commandLine.has("loop") || isSingle;
+    settings.shuffles = commandLine.has("shuffle");
+    settings.seed = std::random_device()();
+    return settings;
+}
+
+int presentFiles(int& argc, char** argv, const tools::CommandLine& commandLine,
+                 tools::Messages& messages) {
+    std::vector<std::filesystem::path> names = {*commandLine.value("show")};
+    names.insert(names.end(), commandLine.files().begin(), commandLine.files().end());
+    ShowFiles files(names);
+    for (const Note& note : files.notes())
+        messages.warn(note.text);
+    const bool isSingle = files.files().size() == 1 && files.folders().empty();
+    const SlideShow::Settings settings = showSettings(commandLine, isSingle);
+    requireDesktop();
+    const QApplication application(argc, argv);
+    std::setlocale(LC_NUMERIC, "C");                // Qt takes the user's
+    QApplication::setQuitOnLastWindowClosed(false); // an unplugged display has no window
+    const tools::ChosenDisplay found = tools::findDisplay(
+        commandLine, messages, {[] { return qt::findVolumes(); }, true}, tools::DisplayUse::None);
+    QScreen& screen =
+        screenFor(commandLine, found.files.empty() ? "calibration" : found.files.front().string(),
+                  found.isSample ? cv::Size() : found.panelSize(), !found.isSample, messages);
+    messages.flushWarnings();
+    std::string problem;
+    SlidePresenter presenter(settings, files,
+                             found.isSample ? nullptr : std::make_shared<const Display>(found),
+                             qt::factsOf(screen).size, [&](const std::string& why) {
+                                 problem = why;
+                                 if (isSingle) return;
+                                 messages.warn(why);
+                                 messages.flushWarnings();
+                             });
+    QObject::connect(&presenter, &SlidePresenter::ended, &application, &QApplication::quit,
+                     Qt::QueuedConnection);
+    presenter.start(screen);
+    const int status = QApplication::exec();
+    const VideoPlayer::Counts counts = presenter.counts();
+    if (counts.shown + counts.dropped > 0) {
+        messages.detail(std::to_string(counts.shown) + " pictures of videos shown, " +
+                        std::to_string(counts.dropped) + " dropped");
+    }
+    if (presenter.show().hasShown() || problem.empty()) return status;
+    if (isSingle) throw std::runtime_error(problem);
+    throw Error(ErrorCode::NotFound, names.front().string(),
+                "holds nothing that can be shown, expected photos, quilts or Natives");
+}
+
 } // namespace
 
 int present(int& argc, char** argv, const tools::CommandLine& commandLine,
             tools::Messages& messages) {
-    const std::filesystem::path file = *commandLine.value("show");
-    if (!commandLine.files().empty())
-        throw tools::UsageError("--show takes one Native and no further names");
-    const bool video = isVideoName(file);
-    std::unique_ptr<PictureStream> stream;
-    cv::Mat native;
-    if (file == "-") {
-        stream = std::make_unique<PictureStream>();
-        native = stream->first();
-    } else if (!video)
-        native = tools::readPhotoFile(file, messages);
-    else if (auto first = VideoReader(file).next())
-        native = first->picture;
-    if (!hasDesktop()) {
-        throw Error(ErrorCode::NotFound, "desktop",
-                    "not found, expected $DISPLAY or $WAYLAND_DISPLAY");
-    }
-    const QApplication application(argc, argv);
-    const std::vector<qt::ScreenFacts> screens = screenFacts();
-    const std::size_t screen = chooseScreen(commandLine, screens, native.size(), messages);
-    if (screens[screen].size != native.size()) {
-        throw Error(ErrorCode::Mismatch, file.string(),
-                    "has " + tools::sizeText(native.size()) + ", but the screen shows " +
-                        tools::sizeText(screens[screen].size) +
-                        "; expected the display's own resolution and a Native made for it");
-    }
-    messages.detail("screen " + std::to_string(screen) + ": " + textOf(screens[screen]));
-    qt::NativeWidget widget;
-    QObject::connect(&widget, &qt::NativeWidget::left, &QApplication::quit);
-    widget.setNative(native);
-    widget.showOn(*QGuiApplication::screens()[static_cast<int>(screen)]);
-    messages.flushWarnings();
-    if (!video && !stream) return QApplication::exec();
-
-    std::string problem;
-    int status = tools::kExitDone;
-    {
-        Arrivals arrivals;
-        QObject::connect(
-            &arrivals, &Arrivals::pictureArrived, &widget, [&] { arrivals.showNext(widget); },
-            Qt::QueuedConnection);
-        QObject::connect(&arrivals, &Arrivals::failed, &widget, &QApplication::quit,
-                         Qt::QueuedConnection);
-        if (stream) {
-            stream->start([&arrivals](const cv::Mat& picture) { return arrivals.put(picture); },
-                          [&arrivals] { emit arrivals.failed(); });
-            status = QApplication::exec();
-            stream.reset();
-            return status;
-        }
-        VideoPlayer player(
-            file, [&arrivals](const cv::Mat& picture) { return arrivals.put(picture); },
-            [&](const std::string& text) {
-                problem = text;
-                emit arrivals.failed();
-            });
-        status = QApplication::exec();
-        const VideoPlayer::Counts counts = player.counts();
-        messages.detail(std::to_string(counts.shown) + " pictures shown, " +
-                        std::to_string(counts.dropped) + " dropped");
-    }
-    if (!problem.empty()) throw std::runtime_error(problem);
-    return status;
+    if (*commandLine.value("show") != "-") return presentFiles(argc, argv, commandLine, messages);
+    if (!commandLine.files().empty()) throw tools::UsageError("--show - takes no further names");
+    return presentStream(argc, argv, commandLine, messages);
 }
 
 } // namespace altiro3D::viewer
-
-#include "presentation.moc"

@@ -4,7 +4,8 @@
 
 namespace altiro3D::viewer {
 
-/// Shows one Native, or the Natives from standard input, on the display until the user closes it.
+/// Shows files one after the other, or the Natives from standard input, on the display until the
+/// user closes it or, without --loop, several files have been shown.
 /// @throws UsageError, Error
 int present(int& argc, char** argv, const tools::CommandLine& commandLine,
             tools::Messages& messages);

@@ -18,8 +18,8 @@ constexpr double kFarthest = 1e9;   // s, that fit into the clock's numbers; fil
 } // namespace
 
 VideoPlayer::VideoPlayer(std::filesystem::path file, std::function<bool(const cv::Mat&)> show,
-                         std::function<void(const std::string&)> fail)
-    : file_(std::move(file)), show_(std::move(show)), fail_(std::move(fail)),
+                         std::function<void(const std::string&)> done, bool loops)
+    : file_(std::move(file)), show_(std::move(show)), done_(std::move(done)), loops_(loops),
       thread_([this] { run(); }) {}
 
 VideoPlayer::~VideoPlayer() {
@@ -96,13 +96,14 @@ void VideoPlayer::playOnce() {
 
 void VideoPlayer::run() {
     try {
-        for (;;) {
+        do {
             playOnce();
             const std::lock_guard<std::mutex> lock(mutex_);
             if (ending_) return;
-        }
+        } while (loops_);
+        done_({});
     } catch (const std::exception& error) {
-        fail_(tools::sentenceOf(error));
+        done_(tools::sentenceOf(error));
     }
 }
 

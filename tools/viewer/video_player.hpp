@@ -14,8 +14,8 @@
 
 namespace altiro3D::viewer {
 
-/// Plays a video at its own rate in a loop. It delivers each picture at its time and drops late
-/// ones, but delivers at least one in 0.25 s if it can.
+/// Plays a video at its own rate, once or in a loop. It delivers each picture at its time and drops
+/// late ones, but delivers at least one in 0.25 s if it can.
 class VideoPlayer {
   public:
     /// Numbers of pictures so far.
@@ -27,9 +27,11 @@ class VideoPlayer {
     /// The player's own thread calls both functions.
     /// @param file a file or a capture device
     /// @param show receives a picture [CV_8UC3]; returns false to drop it
-    /// @param fail receives the reason if the video cannot be read (further); it is the last call
+    /// @param done receives the reason if the video cannot be read (further), an empty text at the
+    /// end
+    ///        of a video that does not loop; it is the last call
     VideoPlayer(std::filesystem::path file, std::function<bool(const cv::Mat&)> show,
-                std::function<void(const std::string&)> fail);
+                std::function<void(const std::string&)> done, bool loops = true);
     /// Calls end().
     ~VideoPlayer();
     VideoPlayer(const VideoPlayer&) = delete;
@@ -49,7 +51,8 @@ class VideoPlayer {
 
     std::filesystem::path file_;
     std::function<bool(const cv::Mat&)> show_;
-    std::function<void(const std::string&)> fail_;
+    std::function<void(const std::string&)> done_;
+    bool loops_;
     mutable std::mutex mutex_;
     std::condition_variable wake_;
     bool ending_ = false;

@@ -7,6 +7,7 @@
 #include <QObject>
 #include <QString>
 #include <QStringList>
+#include <QTextDocument>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -23,12 +24,15 @@ constexpr KeyWords kKeys[] = {
      "Look at one view (Sway), Depth, Quilt, Native, or through the lenses (Lens)."},
     {"Space", "Start or stop the swing of the camera."},
     {"M", "Let the camera follow the mouse, or stop that."},
+    {"PgDown, PgUp", "Open the next, the previous file."},
     {"P", "Play or stop the video."},
     {"0", "Reset the frame. Drag a photo to move it, turn the wheel to zoom (1..100)."},
     {"F11", "Show the Native on the light-field display."},
     {"Escape", "Leave the display; F11 and a double click do the same."},
+    {"Right, Left, Space", "During --show: the next file, the one before, stop or go on."},
     {"Ctrl+O, Ctrl+Shift+O, Ctrl+D", "Open a file, a folder, the depth of this photo."},
-    {"Ctrl+S, Ctrl+Shift+S", "Export the Native, the quilt."},
+    {"Ctrl+S, Ctrl+Shift+S, Ctrl+E",
+     "Export the Native, the quilt, the Natives of all open files."},
     {"Ctrl+Z, Ctrl+Shift+Z, Ctrl+R", "Undo, redo, reset all settings."},
     {"Ctrl+W, Ctrl+Q", "Close the file, quit."},
 };
@@ -49,6 +53,12 @@ inline QString linesOf(const std::vector<std::string>& sentences) {
     for (const std::string& sentence : sentences)
         lines << QString::fromStdString(sentence);
     return lines.join('\n');
+}
+
+/// Text for a tool tip. Names and messages contain texts from files, which must not be interpreted
+/// as markup.
+inline QString tipOf(const QString& text) {
+    return Qt::convertFromPlainText(text, Qt::WhiteSpaceNormal); // long ones are wrapped
 }
 
 /// Shows a warning and waits until the user closes it.

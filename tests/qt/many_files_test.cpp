@@ -1,0 +1,500 @@
+// Many open files: settings of each, the strip of icons, the export of all.
+
+#include "support/compare.hpp"
+#include "viewer/main_window.hpp"
+#include "viewer/photo_strip.hpp"
+#include "viewer_scenes.hpp"
+
+#include <QAbstractButton>
+#include <QAction>
+#include <QApplication>
+#include <QDropEvent>
+#include <QFileDialog>
+#include <QIcon>
+#include <QLineEdit>
+#include <QListWidget>
+#include <QMessageBox>
+#include <QMimeData>
+#include <QPixmap>
+#include <QProcess>
+#include <QSettings>
+#include <QSignalSpy>
+#include <QTimer>
+#include <QUrl>
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace viewer;
+
+Knobs otherKnobs() {
+    Knobs knobs;
+    knobs.views.method = ViewMethod::Fast;
+    knobs.views.strengthPercent = 12.5;
+    knobs.views.focus = 0.3;
+    knobs.views.refinement = 3;
+    knobs.views.layered.fill = LayeredFill::Continue;
+    knobs.framing = {{0.4, 0.6}, 1.5};
+    knobs.automatic = {true, false, true};
+    knobs.depth = kBuiltInDepth;
+    knobs.best = true;
+    knobs.columns = 5;
+    knobs.rows = 9;
+    return knobs;
+}
+
+class ViewerKnobStore : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        spill(photo_, "one");
+        spill(other_, "two");
+    }
+    TemporaryDirectory folder_;
+    fs::path photo_ = folder_ / "photo \xe4\xf6.jpg"; // bytes that are not UTF-8
+    fs::path other_ = folder_ / "other.jpg";
+    fs::path file_ = folder_ / "data" / "settings.json";
+};
+
+TEST_F(ViewerKnobStore, KeepsAllSettingsOfAPhotoUntilItsContentsChange) {
+    {
+        KnobStore store(file_);
+        EXPECT_FALSE(store.find(photo_));
+        store.set(photo_, otherKnobs());
+        EXPECT_EQ(store.find(photo_), otherKnobs());
+        store.save();
+        EXPECT_EQ(store.note(), "");
+    }
+    const KnobStore store(file_);
+    EXPECT_EQ(store.find(photo_), otherKnobs());
+    EXPECT_FALSE(store.find(other_));
+    fs::rename(photo_, folder_ / "photo.jpg");
+    EXPECT_FALSE(store.find(photo_));
+    EXPECT_FALSE(store.find(folder_ / "photo.jpg"));
+    fs::rename(folder_ / "photo.jpg", photo_);
+    EXPECT_TRUE(store.find(photo_));
+    spill(photo_, "more");
+    EXPECT_FALSE(store.find(photo_));
+}
+
+TEST_F(ViewerKnobStore, TwoViewersKeepWhatEachHasChanged) {
+    KnobStore first(file_);
+    KnobStore second(file_);
+    first.set(photo_, otherKnobs());
+    first.save();
+    second.set(other_, Knobs());
+    second.save();
+    const KnobStore store(file_);
+    EXPECT_EQ(store.find(photo_), otherKnobs());
+    EXPECT_EQ(store.find(other_), Knobs());
+}
+
+TEST_F(ViewerKnobStore, BrokenFilesAreNotUsedAndSaidSo) {
+    fs::create_directories(file_.parent_path());
+    {
+        KnobStore store(file_);
+        store.set(photo_, otherKnobs());
+        store.set(other_, otherKnobs());
+        store.save();
+    }
+    const std::string good = slurp(file_);
+    const auto replaced = [&good](const std::string& from, const std::string& to) {
+        std::string text = good;
+        EXPECT_NE(text.find(from), std::string::npos) << from;
+        return text.replace(text.find(from), from.size(), to);
+    };
+    const std::string half = good.substr(0, good.size() / 2);
+    for (const std::string& text :
+         {std::string(), std::string("[]"), std::string("{\"version\":1}"), half,
+          std::string("\xff\xfe"), std::string(1000000, '['),
+          replaced("\"version\": 1", "\"version\": 2"),
+          std::string(KnobStore::kMaxBytes + 1, ' ')}) {
+        spill(file_, text);
+        const KnobStore store(file_);
+        EXPECT_FALSE(store.find(photo_));
+        EXPECT_NE(store.note(), "") << text.substr(0, 40);
+    }
+    // one photo's settings are broken: those of the other count
+    for (const auto& [from, to] :
+         {std::pair{"\"strength\": 12.5", "\"strength\": -1"},
+          std::pair{"\"focus\": 0.3", "\"focus\": \"x\""},
+          std::pair{"\"zoom\": 1.5", "\"zoom\": 1e9"}, std::pair{"\"fit\": 0", "\"fit\": 77"},
+          std::pair{"\"best\"", "\"worst\""}}) {
+        spill(file_, replaced(from, to));
+        const KnobStore store(file_);
+        EXPECT_FALSE(store.find(photo_)) << to;
+        EXPECT_TRUE(store.find(other_)) << to;
+        EXPECT_NE(store.note().find("1 photo are broken"), std::string::npos) << store.note();
+    }
+    spill(file_, half); // is replaced by a whole one
+    KnobStore store(file_);
+    store.set(photo_, otherKnobs());
+    store.save();
+    EXPECT_EQ(KnobStore(file_).find(photo_), otherKnobs());
+}
+
+TEST_F(ViewerKnobStore, SaysThatNothingCanBeKept) {
+    KnobStore store(photo_ / "settings.json"); // in a file
+    store.set(other_, otherKnobs());
+    store.save();
+    EXPECT_NE(store.note().find("cannot be written"), std::string::npos);
+    EXPECT_EQ(store.find(other_), otherKnobs()); // in this run
+}
+
+TEST_F(ViewerKnobStore, DropsTheOldestOfTooMany) {
+    std::string text = "{\"version\":1,\"photos\":[";
+    {
+        KnobStore store(file_);
+        store.set(photo_, otherKnobs());
+        store.save();
+    }
+    const std::string good = slurp(file_);
+    const auto from = good.find("\"settings\":");
+    const std::string settings = good.substr(from, good.rfind(']') - from);
+    for (std::size_t i = 0; i < KnobStore::kMaxPhotos; ++i)
+        text +=
+            std::string(i > 0 ? "," : "") + "{\"photo\":\"" + std::to_string(i) + "\"," + settings;
+    spill(file_, text + "]}");
+    ASSERT_LT(fs::file_size(file_), KnobStore::kMaxBytes);
+    KnobStore store(file_);
+    EXPECT_EQ(store.note(), "");
+    store.set(other_, otherKnobs());
+    store.save();
+    EXPECT_TRUE(KnobStore(file_).find(other_));
+    const std::string after = slurp(file_);
+    EXPECT_EQ(after.find("\"photo\": \"0\""), std::string::npos);
+    EXPECT_NE(after.find("\"photo\": \"1\""), std::string::npos);
+    EXPECT_LE(fs::file_size(file_), KnobStore::kMaxBytes);
+}
+
+// Photos in a folder: two with different pictures, one that is broken.
+class ViewerManyFiles : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        QSettings().clear();
+        fs::create_directory(folder_ / "photos");
+        fs::create_directory(folder_ / "natives");
+        writeImage(photo("a.png"), detailedPhoto({300, 400}));
+        writeImage(photo("a-depth.png"), boxDepth({300, 400}));
+        cv::Mat wide = detailedPhoto({500, 300});
+        cv::circle(wide, {200, 150}, 80, {20, 60, 220}, cv::FILLED);
+        writeImage(photo("b.jpg"), wide);
+        spill(photo("broken.jpg"), "no picture");
+    }
+    fs::path photo(const std::string& name) const { return folder_ / "photos" / name; }
+    fs::path native(const std::string& name) const { return folder_ / "natives" / name; }
+    QString at(const std::string& name) const {
+        return QString::fromStdString((folder_ / name).string());
+    }
+    void openFolder(Controller& controller) const {
+        controller.setArea({200, 200});
+        controller.open(std::vector<fs::path>{folder_ / "photos"});
+        EXPECT_TRUE(
+            waitFor([&] { return controller.sources().size() == 3 && !controller.isBusy(); }));
+    }
+    static void select(Controller& controller, int index) {
+        controller.select(index);
+        EXPECT_TRUE(waitFor([&] { return !controller.isBusy(); }));
+    }
+    static void turnTo(Controller& controller, double strength, double focus) {
+        Knobs knobs = controller.knobs();
+        knobs.views.strengthPercent = strength;
+        knobs.views.focus = focus;
+        controller.turn(knobs, "both");
+    }
+    static BatchReport exportAll(Controller& controller, const fs::path& folder) {
+        BatchReport report;
+        bool ended = false;
+        const auto connection = QObject::connect(&controller, &Controller::exportAllEnded,
+                                                 &controller, [&](const BatchReport& now) {
+                                                     report = now;
+                                                     ended = true;
+                                                 });
+        EXPECT_TRUE(controller.startExportAll(folder));
+        EXPECT_FALSE(controller.startExportAll(folder)); // one at a time
+        EXPECT_TRUE(waitFor([&ended] { return ended; }));
+        QObject::disconnect(connection);
+        return report;
+    }
+    // Runs the tool for the controller's display.
+    void photo2native(const QStringList& options, const QStringList& files) const {
+        std::string text = slurp(sourcePath("calibration/portrait-sample.json"));
+        for (const auto& [from, to] : {std::pair{"1536", "150"}, std::pair{"2048", "200"}})
+            text.replace(text.find(from), std::string(from).size(), to);
+        spill(folder_ / "c.json", text);
+        ASSERT_EQ(QProcess::execute(ALTIRO3D_TOOL_PHOTO2NATIVE,
+                                    QStringList{"-c", at("c.json")} + options + files),
+                  0);
+    }
+
+    TemporaryDirectory folder_;
+    Display display_ = sampleDisplay({150, 200});
+};
+
+TEST_F(ViewerManyFiles, EachHasItsSettingsAlsoInTheNextRun) {
+    {
+        Controller controller(display_);
+        openFolder(controller);
+        turnTo(controller, 20, 0.25);
+        controller.zoomFrame({0.5, 0.5}, 1.5, 0);
+        EXPECT_EQ(controller.undoStack().count(), 2);
+        select(controller, 1);
+        EXPECT_EQ(controller.knobs(), Knobs());
+        EXPECT_EQ(controller.undoStack().count(), 0); // its steps belong to the other photo
+        turnTo(controller, 5, 0.75);
+        select(controller, 0);
+        EXPECT_EQ(controller.knobs().views.strengthPercent, 20);
+        EXPECT_EQ(controller.knobs().framing.zoom, 1.5);
+        controller.close(0);
+        ASSERT_TRUE(waitFor([&] { return !controller.isBusy(); }));
+        EXPECT_EQ(controller.knobs().views.strengthPercent, 5);
+    }
+    Controller controller(display_);
+    openFolder(controller);
+    EXPECT_EQ(controller.knobs().views.strengthPercent, 20);
+    EXPECT_EQ(controller.knobs().views.focus, 0.25);
+    EXPECT_EQ(controller.knobs().framing.zoom, 1.5);
+    select(controller, 1);
+    EXPECT_EQ(controller.knobs().views.strengthPercent, 5);
+    while (!controller.sources().empty())
+        controller.close(0);
+    EXPECT_EQ(controller.knobs(), Knobs());
+}
+
+TEST_F(ViewerManyFiles, SettingsAreCopiedToAllButNotTheFrame) {
+    Controller controller(display_);
+    openFolder(controller);
+    select(controller, 1);
+    controller.zoomFrame({0.5, 0.5}, 2, 0);
+    select(controller, 0);
+    turnTo(controller, 15, 0.4);
+    controller.zoomFrame({0.5, 0.5}, 1.25, 0);
+    controller.copyKnobsToAll();
+    EXPECT_EQ(controller.knobs().framing.zoom, 1.25);
+    select(controller, 1);
+    EXPECT_EQ(controller.knobs().views.strengthPercent, 15);
+    EXPECT_EQ(controller.knobs().framing.zoom, 2);
+    EXPECT_EQ(controller.standardKnobs().views.strengthPercent, 15);
+    EXPECT_EQ(controller.standardKnobs().framing, Framing());
+}
+
+TEST_F(ViewerManyFiles, ExportsOfAllAreWhatIsSeenAndWhatTheToolMakes) {
+    Controller controller(display_);
+    openFolder(controller);
+    turnTo(controller, 7.5, 0.25);
+    select(controller, 1);
+    Knobs knobs = controller.knobs();
+    knobs.depth = kBuiltInDepth;
+    knobs.automatic.focus = true;
+    knobs.best = true;
+    controller.turn(knobs, "all");
+    const BatchReport report = exportAll(controller, folder_ / "natives");
+    EXPECT_EQ(report.written, 2u);
+    EXPECT_FALSE(report.cancelled);
+    ASSERT_EQ(report.problems.size(), 1u); // and it did not end the others
+    EXPECT_EQ(report.problems[0].rfind(photo("broken.jpg").string() + ": ", 0), 0u)
+        << report.problems[0];
+    EXPECT_FALSE(fs::exists(native("broken_native.png")));
+
+    photo2native({"-d", "--strength", "7.5", "--focus", "0.25"},
+                 {at("photos/a.png"), at("photos/a-depth.png"), at("tool-a.png")});
+    EXPECT_EQ(slurp(native("a_native.png")), slurp(folder_ / "tool-a.png"));
+    photo2native({"-n", "cues", "--focus", "auto", "-k", "--continuous"},
+                 {at("photos/b.jpg"), at("tool-b.png")});
+    EXPECT_EQ(slurp(native("b_native.png")), slurp(folder_ / "tool-b.png"));
+
+    for (const int index : {0, 1}) { // what the window shows
+        select(controller, index);
+        controller.setArea({5000, 5000});
+        controller.setMode(Mode::Native);
+        ASSERT_TRUE(waitFor([&] {
+            const Frame& frame = controller.frame();
+            return frame.request.mode == Mode::Native &&
+                   frame.request.knobs == controller.knobs() &&
+                   frame.request.document == controller.document() && !controller.isBusy();
+        }));
+        const fs::path file = native(index == 0 ? "a_native.png" : "b_native.png");
+        EXPECT_TRUE(samePicture(controller.frame().picture, readPhoto(file)));
+    }
+}
+
+TEST_F(ViewerManyFiles, ExportsOfAFolderHaveTheNamesOfTheTool) {
+    fs::remove(photo("broken.jpg"));
+    writeImage(photo("a.jpg"), detailedPhoto({200, 300}));
+    const FolderFiles found = filesOfFolder(folder_ / "photos");
+    photo2native({"-n", "cues"}, {at("photos"), at("natives")});
+    std::vector<fs::path> made;
+    for (const auto& entry : fs::directory_iterator(folder_ / "natives"))
+        made.push_back(entry.path());
+    std::vector<fs::path> named = nativesOf(found.files, folder_ / "natives");
+    std::sort(made.begin(), made.end());
+    std::sort(named.begin(), named.end());
+    EXPECT_EQ(named, made);
+    // the same name in two folders
+    const std::vector<fs::path> both = nativesOf({{"/x/a.jpg", {}}, {"/y/a.jpg", {}}}, "/z");
+    ASSERT_EQ(both.size(), 2u);
+    EXPECT_NE(both[0], both[1]);
+}
+
+TEST_F(ViewerManyFiles, APhotoIsNeverReplacedByAnExport) {
+    fs::copy(photo("b.jpg"), photo("b_native.png")); // a photo of this name
+    const std::string before = slurp(photo("b_native.png"));
+    Controller controller(display_);
+    controller.open(std::vector<fs::path>{photo("b.jpg"), photo("b_native.png")});
+    const BatchReport report = exportAll(controller, folder_ / "photos");
+    EXPECT_EQ(report.written, 1u); // b_native_native.png
+    ASSERT_EQ(report.problems.size(), 1u);
+    EXPECT_NE(report.problems[0].find("is one of the photos"), std::string::npos);
+    EXPECT_EQ(slurp(photo("b_native.png")), before);
+}
+
+TEST_F(ViewerManyFiles, AnExportOfAllCanBeCancelled) {
+    Controller controller(display_);
+    controller.open(std::vector<fs::path>{photo("b.jpg")});
+    for (int i = 0; i < 40; ++i) {
+        fs::copy(photo("b.jpg"), photo("c" + std::to_string(i) + ".jpg"));
+        controller.open(Source{photo("c" + std::to_string(i) + ".jpg"), {}, Reading::Photo});
+    }
+    BatchReport report;
+    bool ended = false;
+    QObject::connect(&controller, &Controller::exportAllEnded, [&](const BatchReport& now) {
+        report = now;
+        ended = true;
+    });
+    QObject::connect(&controller, &Controller::exportProgress, [&](double done) {
+        if (done > 0.02) controller.cancelExport();
+    });
+    ASSERT_TRUE(controller.startExportAll(folder_ / "natives"));
+    ASSERT_TRUE(waitFor([&ended] { return ended; }));
+    EXPECT_TRUE(report.cancelled);
+    EXPECT_LT(report.written, 41u);
+    const auto files = std::distance(fs::directory_iterator(folder_ / "natives"), {});
+    EXPECT_EQ(static_cast<std::size_t>(files), report.written); // no incomplete one
+    EXPECT_FALSE(controller.isExporting());
+}
+
+TEST_F(ViewerManyFiles, IconsLookLikeTheirPhotos) {
+    writeImage(photo("red.jpg"), cv::Mat(600, 900, CV_8UC3, cv::Scalar(10, 20, 200)));
+    writeImage(photo("blue.png"), cv::Mat(900, 600, CV_8UC3, cv::Scalar(200, 20, 10)));
+    writeGreys(folder_ / "clip.mkv", {90, 120}, 5);
+    const QImage red = thumbnailOf({photo("red.jpg"), {}}, 60);
+    EXPECT_EQ(red.size(), QSize(60, 40));
+    EXPECT_NEAR(red.pixelColor(30, 20).red(), 200, 4);
+    EXPECT_NEAR(red.pixelColor(30, 20).blue(), 10, 4);
+    const QImage blue = thumbnailOf({photo("blue.png"), {}}, 60);
+    EXPECT_EQ(blue.size(), QSize(40, 60));
+    EXPECT_EQ(blue.pixelColor(20, 30).blue(), 200);
+    EXPECT_FALSE(thumbnailOf({folder_ / "clip.mkv", {}}, 60).isNull());
+    EXPECT_TRUE(thumbnailOf({photo("broken.jpg"), {}}, 60).isNull());
+    EXPECT_TRUE(thumbnailOf({photo("missing.jpg"), {}}, 60).isNull());
+}
+
+TEST_F(ViewerManyFiles, OnlyTheIconsThatAreAskedForAreMade) {
+    Thumbnails thumbnails(1);
+    std::vector<Source> sources;
+    for (int i = 0; i < 2000; ++i)
+        sources.push_back({photo(i == 3 ? "broken.jpg" : "b.jpg"), {}});
+    thumbnails.setSources(sources);
+    QSignalSpy made(&thumbnails, &Thumbnails::made);
+    EXPECT_FALSE(thumbnails.data(thumbnails.index(3), Qt::DecorationRole).isNull()); // a sign
+    EXPECT_FALSE(thumbnails.data(thumbnails.index(0), Qt::DecorationRole).isNull());
+    ASSERT_TRUE(waitFor([&] { return made.count() == 2; }));
+    EXPECT_TRUE(waitFor([&] {
+        return thumbnails.data(thumbnails.index(0), Qt::DecorationRole).value<QPixmap>().width() ==
+               Thumbnails::kSide;
+    }));
+    QTest::qWait(50);
+    EXPECT_EQ(made.count(), 2); // of 2000
+}
+
+// The window with the photos open.
+class ViewerStrip : public ViewerManyFiles {
+  protected:
+    void SetUp() override {
+        ViewerManyFiles::SetUp();
+        window_ = std::make_unique<MainWindow>(display_, std::vector<std::string>());
+        window_->resize(1000, 700);
+        window_->show();
+        ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+    }
+    void dropFolder() {
+        QMimeData data;
+        data.setUrls({QUrl::fromLocalFile(at("photos"))});
+        QDragEnterEvent enter({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+        QCoreApplication::sendEvent(window_.get(), &enter);
+        QDropEvent event({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+        QCoreApplication::sendEvent(window_.get(), &event);
+        ASSERT_TRUE(waitFor(
+            [this] { return controller().sources().size() == 3 && !controller().isBusy(); }));
+    }
+    Controller& controller() { return window_->controller(); }
+    PhotoStrip& strip() { return *window_->findChild<PhotoStrip*>(); }
+    QAction* entry(const QString& text) {
+        for (QAction* action : window_->findChildren<QAction*>())
+            if (action->text().remove('&').remove(QChar(0x2026)) == text) return action;
+        return nullptr;
+    }
+    std::unique_ptr<MainWindow> window_;
+};
+
+TEST_F(ViewerStrip, ShowsTheFilesOfAFolderAndGoesThroughThem) {
+    EXPECT_FALSE(strip().isVisible());
+    dropFolder();
+    EXPECT_TRUE(strip().isVisible());
+    EXPECT_EQ(strip().model()->rowCount(), 3);
+    EXPECT_EQ(strip().currentIndex().row(), 0);
+    EXPECT_FALSE(entry("Previous file")->isEnabled());
+    QTest::keyClick(window_.get(), Qt::Key_PageDown);
+    EXPECT_EQ(controller().current(), 1);
+    EXPECT_EQ(strip().currentIndex().row(), 1);
+    ASSERT_TRUE(waitFor([this] { return !controller().isBusy(); }));
+    QTest::mouseClick(strip().viewport(), Qt::LeftButton, Qt::NoModifier,
+                      strip().visualRect(strip().model()->index(2, 0)).center());
+    EXPECT_EQ(controller().current(), 2);
+    EXPECT_FALSE(entry("Next file")->isEnabled());
+    QTest::keyClick(window_.get(), Qt::Key_PageUp);
+    EXPECT_EQ(controller().current(), 1);
+    strip().setFocus();
+    QTest::keyClick(&strip(), Qt::Key_Left);
+    EXPECT_EQ(controller().current(), 0);
+    entry("Strip of photos")->trigger();
+    EXPECT_FALSE(strip().isVisible());
+    entry("Strip of photos")->trigger();
+    EXPECT_TRUE(strip().isVisible());
+    const QString pictures = qEnvironmentVariable("SESSION_PICTURES");
+    QTest::qWait(pictures.isEmpty() ? 0 : 1500);
+    if (!pictures.isEmpty()) {
+        EXPECT_TRUE(window_->grab().save(pictures + "/strip.png"));
+    }
+}
+
+TEST_F(ViewerStrip, ExportsAllToAFolderAndListsWhatFailed) {
+    dropFolder();
+    spill(native("b_native.png"), "mine");
+    QStringList asked;
+    QTimer timer;
+    QObject::connect(&timer, &QTimer::timeout, &timer, [&] {
+        QWidget* const dialog = QApplication::activeModalWidget();
+        if (auto* files = qobject_cast<QFileDialog*>(dialog)) {
+            files->findChild<QLineEdit*>("fileNameEdit")->setText(at("natives"));
+            QMetaObject::invokeMethod(files, "accept", Qt::QueuedConnection);
+        } else if (auto* box = qobject_cast<QMessageBox*>(dialog)) {
+            asked << box->text() + box->informativeText();
+            QAbstractButton* const yes = box->button(QMessageBox::Yes);
+            (yes != nullptr ? yes : box->button(QMessageBox::Ok))->click();
+        }
+    });
+    timer.start(20);
+    entry("Export all Natives")->trigger();
+    ASSERT_TRUE(waitFor([&] { return asked.size() == 2; }));
+    EXPECT_TRUE(asked[0].contains("1 of the files exist already")) << asked[0].toStdString();
+    EXPECT_TRUE(asked[1].contains("2 Natives written; 1 files were not exported"))
+        << asked[1].toStdString();
+    EXPECT_TRUE(asked[1].contains("broken.jpg"));
+    EXPECT_NE(slurp(native("b_native.png")), "mine");
+    EXPECT_TRUE(entry("Export all Natives")->isEnabled());
+}
+
+} // namespace
+} // namespace altiro3D::test

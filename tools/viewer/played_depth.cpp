@@ -1,0 +1,27 @@
+#include "viewer/played_depth.hpp"
+
+#include "viewer/depth_maker.hpp"
+
+#include <utility>
+
+namespace altiro3D::viewer {
+
+PlayedDepth::PlayedDepth(std::shared_ptr<DepthMaker> maker) : maker_(std::move(maker)) {}
+
+void PlayedDepth::next(Document& document, const std::string& wish) {
+    const std::string chosen = maker_->choose(wish, !document.rawDepth.empty());
+    if (chosen == kGivenDepth) return;
+    if (chosen != chosen_) {
+        DepthKind kind = DepthKind::NearWhite;
+        maker_->use(chosen, [&](DepthSource& source) { kind = source.kind(); });
+        const auto estimate = [maker = maker_, chosen](const cv::Mat& picture, cv::Mat& raw) {
+            cv::Mat photo;
+            maker->use(chosen, [&](DepthSource& source) { source.read(picture, photo, raw); });
+        };
+        depth_.emplace(estimate, kind);
+        chosen_ = chosen;
+    }
+    depth_->next(document.picture, document.depth);
+}
+
+} // namespace altiro3D::viewer

@@ -69,6 +69,7 @@ struct ResumableVideoWriter::Impl {
   private:
     void readRun();
     void writeRun();
+    void removeRun() const;
     void closeSegment(const SavedState& state, bool listed);
 
     Json settings_;
@@ -112,18 +113,24 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
         std::error_code ignored;
         if (name.rfind(".altiro3D-", 0) == 0) fs::remove(entry->path(), ignored);
     }
-    if (there) {
-        readRun();
-    } else {
-        writeRun();
+    if (there) readRun();
+    try {
+        if (!there) writeRun();
+        writer_.emplace(directory, options, segmentFrames, segments_.size(), kept.nextPts);
+    } catch (...) {
+        if (!there) removeRun();
+        throw;
     }
-    writer_.emplace(directory, options, segmentFrames, segments_.size(), kept.nextPts);
 }
 
-// Removes the directory of a run that has kept nothing.
 ResumableVideoWriter::Impl::~Impl() {
     if (complete_ || keepsWork()) return;
     if (writer_) writer_->drop();
+    removeRun();
+}
+
+// Removes the directory of a run that has kept nothing.
+void ResumableVideoWriter::Impl::removeRun() const {
     std::error_code ignored;
     fs::remove(directory / numberedName(0, kState), ignored);
     fs::remove(directory / "run.json", ignored);

@@ -73,6 +73,7 @@ void VideoContainer::open(const AVCodecParameters& pictures, const VideoWriterOp
     Dictionary settings;
     if (!isMatroska()) settings.set("movflags", "+faststart");
     const int result = avformat_write_header(&output, settings.address());
+    avio_flush(output.pb); // a full disk is reported now, not after the first block
     file_->check();
     if (result < 0) {
         throw Error(ErrorCode::Unsupported, path_.string(),

@@ -1,6 +1,7 @@
 #include "altiro3D/video_io.hpp"
 
 #include "altiro3D/error.hpp"
+#include "support/file_limit.hpp"
 #include "support/files.hpp"
 #include "support/video.hpp"
 
@@ -294,6 +295,20 @@ TEST(ResumableVideo, ARunThatHasKeptNothingLeavesNothing) {
     EXPECT_TRUE(fs::is_regular_file(brief));
     for (const fs::path& file : {brief, never})
         EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(file))) << file;
+}
+
+TEST(ResumableVideo, ARunThatCannotBeginLeavesNothing) {
+    const TemporaryDirectory directory;
+    const fs::path out = directory / "out.mkv";
+    RunSettings settings;
+    settings["long"] = std::string(20000, 'x');
+    const std::string text = withFileLimit(10000, [&] {
+        return errorOf(
+            [&] { ResumableVideoWriter(out, plainOptions(), resumable(false, settings)); });
+    });
+    EXPECT_EQ(text, (ResumableVideoWriter::partsDirectory(out) / "run.json").string() +
+                        ": cannot be written: File too large");
+    EXPECT_TRUE(fs::is_empty(directory.path()));
 }
 
 TEST(ResumableVideo, DamagedLeftoversAreRefusedByName) {

@@ -1,6 +1,7 @@
 #include "altiro3D/video_io.hpp"
 
 #include "altiro3D/error.hpp"
+#include "support/file_limit.hpp"
 #include "support/files.hpp"
 #include "support/video.hpp"
 #include "video/other_streams.hpp"
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <condition_variable>
-#include <csignal>
 #include <cstring>
 #include <deque>
 #include <functional>
@@ -20,10 +20,7 @@
 #include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <thread>
-#include <unistd.h>
 
 namespace altiro3D::test {
 namespace {
@@ -807,29 +804,6 @@ TEST(VideoWriter, LinksAreFollowedAndDevicesRefused) {
                   ": cannot be written: No such file or directory; its directory must exist");
 }
 
-// Runs the call in a child that may write files of so many bytes; what it returned.
-std::string withFileLimit(rlim_t bytes, const std::function<std::string()>& call) {
-    int ends[2];
-    if (pipe(ends) != 0) return "no pipe";
-    const pid_t child = fork();
-    if (child == 0) {
-        const rlimit limit{bytes, bytes};
-        signal(SIGXFSZ, SIG_IGN);
-        setrlimit(RLIMIT_FSIZE, &limit);
-        const std::string text = call();
-        const bool told = write(ends[1], text.data(), text.size()) >= 0;
-        _exit(told ? 0 : 1);
-    }
-    close(ends[1]);
-    std::string text;
-    char part[256];
-    for (ssize_t count = 0; (count = read(ends[0], part, sizeof part)) > 0;)
-        text.append(part, static_cast<std::size_t>(count));
-    close(ends[0]);
-    waitpid(child, nullptr, 0);
-    return text;
-}
-
 // A file at its size limit fails in the same way as one on a full disk.
 TEST(VideoWriter, AFileThatCannotGrowIsNamedAndRemoved) {
     for (const char* const name : {"clip.mkv", "clip.mov"}) {
@@ -842,6 +816,17 @@ TEST(VideoWriter, AFileThatCannotGrowIsNamedAndRemoved) {
                 writeClip(file, options, 200);
             });
         });
+        EXPECT_EQ(text, file.string() + ": cannot be written: File too large");
+        EXPECT_EQ(filesIn(directory.path()), 0u) << name;
+    }
+}
+
+TEST(VideoWriter, AFullDiskIsReportedBeforeTheFirstFrame) {
+    for (const char* const name : {"clip.mkv", "clip.mp4"}) {
+        const TemporaryDirectory directory;
+        const fs::path file = directory / name;
+        const std::string text =
+            withFileLimit(4, [&] { return errorOf([&] { VideoWriter(file, smallOptions()); }); });
         EXPECT_EQ(text, file.string() + ": cannot be written: File too large");
         EXPECT_EQ(filesIn(directory.path()), 0u) << name;
     }

@@ -46,6 +46,14 @@ FileHandle lockDirectory(const fs::path& directory) {
     return handle;
 }
 
+// Removes the directory of a run that has kept nothing.
+void removeRun(const fs::path& directory) {
+    std::error_code ignored;
+    fs::remove(directory / numberedName(0, kState), ignored);
+    fs::remove(directory / "run.json", ignored);
+    fs::remove(directory, ignored); // fails if other files are in it
+}
+
 } // namespace
 
 struct ResumableVideoWriter::Impl {
@@ -69,7 +77,6 @@ struct ResumableVideoWriter::Impl {
   private:
     void readRun();
     void writeRun();
-    void removeRun() const;
     void closeSegment(const SavedState& state, bool listed);
 
     Json settings_;
@@ -118,7 +125,7 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
         if (!there) writeRun();
         writer_.emplace(directory, options, segmentFrames, segments_.size(), kept.nextPts);
     } catch (...) {
-        if (!there) removeRun();
+        if (!there) removeRun(directory);
         throw;
     }
 }
@@ -126,15 +133,7 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
 ResumableVideoWriter::Impl::~Impl() {
     if (complete_ || keepsWork()) return;
     if (writer_) writer_->drop();
-    removeRun();
-}
-
-// Removes the directory of a run that has kept nothing.
-void ResumableVideoWriter::Impl::removeRun() const {
-    std::error_code ignored;
-    fs::remove(directory / numberedName(0, kState), ignored);
-    fs::remove(directory / "run.json", ignored);
-    fs::remove(directory, ignored); // fails if other files are in it
+    removeRun(directory);
 }
 
 void ResumableVideoWriter::Impl::readRun() {

@@ -3,7 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "common/folder_search.hpp"
 #include "common/run_tool.hpp"
-#include "viewer/studio.hpp"
+#include "viewer/depth_maker.hpp"
 
 #include <algorithm>
 #include <set>
@@ -24,7 +24,7 @@ bool isOneOf(const std::vector<BatchItem>& items, const fs::path& file) {
 
 // What an export of the open picture takes, made here from its file.
 Setup setupOf(const BatchItem& item, const std::shared_ptr<const Display>& display,
-              Studio& studio) {
+              const DepthMaker& depthMaker, Studio& studio) {
     constexpr int kLookSide = 16; // px of a picture that nobody looks at
     const std::string name = item.source.file.string();
     if (isVideoName(item.source.file))
@@ -37,8 +37,11 @@ Setup setupOf(const BatchItem& item, const std::shared_ptr<const Display>& displ
     if (document->kind != Kind::Scene) return {document, {}, false, item.knobs, display};
     Knobs plain = item.knobs; // what is automatic is chosen by the export itself
     plain.automatic = {};
-    Setup setup =
-        studio.render({document, plain, display, Mode::Depth, 0, {kLookSide, kLookSide}, {}}).setup;
+    const auto painted =
+        item.painted.find(depthMaker.choose(item.knobs.depth, !document->rawDepth.empty()));
+    Request request{document, plain, display, Mode::Depth, 0, {kLookSide, kLookSide}, {}};
+    if (painted != item.painted.end()) request.painted = painted->second;
+    Setup setup = studio.render(request).setup;
     setup.knobs = item.knobs;
     setup.isChosen = false;
     layFlatDepth(setup);
@@ -82,7 +85,7 @@ BatchReport exportBatch(const std::vector<BatchItem>& items,
             if (isOneOf(items, items[i].native))
                 throw Error(ErrorCode::WriteFailed, items[i].native.string(),
                             "is one of the photos, expected another folder");
-            const Setup setup = setupOf(items[i], display, studio);
+            const Setup setup = setupOf(items[i], display, *depthMaker, studio);
             if (writeProduct(setup, Product::Native, items[i].native, tell).empty()) {
                 report.cancelled = true;
                 break;

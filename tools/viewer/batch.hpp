@@ -1,9 +1,10 @@
 #pragma once
 
-#include "viewer/making.hpp"
+#include "viewer/studio.hpp"
 
 #include <atomic>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,6 +18,8 @@ struct BatchItem {
     Source source;
     Knobs knobs;
     std::filesystem::path native; ///< The file to write, which is replaced if it exists.
+    /// What was painted on its depth, by the source of the depth (DepthMaker::choose()).
+    std::map<std::string, PaintedDepth> painted;
 };
 
 /// What became of a batch.

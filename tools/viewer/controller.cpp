@@ -299,7 +299,9 @@ void Controller::requestFrame() {
     // no frames of the previous file while another one is read: they would be taken for frames of
     // the new file
     if (opening_ || !document_ || area_.empty()) return;
-    Request request{document_, knobs_, display_, mode_, position_, area_, pan_};
+    const bool isDraft = canvas_ && canvas_->isPainting();
+    Request request{document_, knobs_, display_,     mode_,  position_,
+                    area_,     pan_,   paintedNow(), isDraft};
     if (!has(modesOf(document_->kind), mode_)) return;
     worker_.post(kRendering,
                  [this, request = std::move(request), studio = studio_, number = readings_] {
@@ -335,22 +337,23 @@ void Controller::setPresenting(bool presenting) {
 void Controller::requestNative() {
     if (!presenting_ || opening_ || !document_) return;
     const cv::Size all(INT_MAX, INT_MAX);
-    worker_.post(kPresenting,
-                 [this, studio = studio_,
-                  request = Request{document_, knobs_, display_, Mode::Native, 0, all, {}}] {
-                     cv::Mat native;
-                     try {
-                         native = studio->render(request).picture;
-                     } catch (const std::exception&) {
-                         return; // the picture in the window says why
-                     }
-                     QMetaObject::invokeMethod(
-                         this,
-                         [this, native, document = request.document] {
-                             if (presenting_ && document == document_) emit nativeReady(native);
-                         },
-                         Qt::QueuedConnection);
-                 });
+    worker_.post(
+        kPresenting,
+        [this, studio = studio_,
+         request = Request{document_, knobs_, display_, Mode::Native, 0, all, {}, paintedNow()}] {
+            cv::Mat native;
+            try {
+                native = studio->render(request).picture;
+            } catch (const std::exception&) {
+                return; // the picture in the window says why
+            }
+            QMetaObject::invokeMethod(
+                this,
+                [this, native, document = request.document] {
+                    if (presenting_ && document == document_) emit nativeReady(native);
+                },
+                Qt::QueuedConnection);
+        });
 }
 
 void Controller::takeFrame(const Frame& frame) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "viewer/batch.hpp"
+#include "viewer/depth_canvas.hpp"
 #include "viewer/framing.hpp"
 #include "viewer/knob_store.hpp"
 #include "viewer/studio.hpp"
@@ -12,7 +13,9 @@
 #include <QTimer>
 #include <QUndoStack>
 #include <atomic>
+#include <map>
 #include <mutex>
+#include <tuple>
 
 namespace altiro3D::viewer {
 
@@ -96,6 +99,24 @@ class Controller : public QObject {
     /// Sets the focus to the depth at a position of the picture, x and y 0..1.
     void focusAt(double x, double y);
 
+    /// Whether a stroke can begin: the window shows a photo or its depth, from the middle.
+    bool canPaint() const;
+    /// Begins a stroke that changes the depth of the current photo; the user can undo it. Depth
+    /// that was painted stays with the photo and the source of its depth until the program ends.
+    /// @param at of the picture in the window, x and y 0..1; may lie outside
+    /// @return false if canPaint() is false or the picture is not up to date
+    bool beginStroke(const Paint& paint, cv::Point2d at);
+    void continueStroke(cv::Point2d at);
+    void endStroke();
+    /// A brush's radius in widths of the picture in the window. @param radius see Paint
+    double brushRadius(double radius) const;
+    /// Whether the depth of the current photo was painted.
+    bool isPainted() const;
+    /// Discards what was painted on the current photo; the user can undo it.
+    void unpaint();
+    /// Photos with painted depth that was not exported as a depth image.
+    std::vector<std::filesystem::path> unsavedDepths() const;
+
     /// Whether the picture in the window is a photo whose frame can be moved.
     bool canFrame() const;
     /// Moves the frame: content follows the mouse, up to the photo's ends.
@@ -149,6 +170,23 @@ class Controller : public QObject {
 
   private:
     class Turn;
+    class Stroke;
+    class Unpaint;
+    /// File, its depth image, its reading, and where its depth is from.
+    using PaintKey = std::tuple<std::filesystem::path, std::filesystem::path, int, std::string>;
+    struct Painted {
+        PaintedDepth depth;
+        int strokes = 0;
+        bool isSaved = false;
+    };
+    PaintKey paintKey() const; // of the current photo
+    PaintedDepth paintedNow() const;
+    PhotoFit shownFit() const;
+    cv::Point2d inPhoto(cv::Point2d at) const;
+    void showCanvas(int strokes);
+    void putPart(const PaintKey& key, const cv::Rect& place, const cv::Mat& part, int strokes);
+    void setSaved(quint64 revision); // of painted depth
+    void setPainted(const PaintKey& key, const Painted& painted);
     /// Sets the settings of the current file, or the standard ones if none is open.
     void setKnobs(const Knobs& knobs);
     void showKnobs(const Knobs& knobs);
@@ -183,6 +221,10 @@ class Controller : public QObject {
     std::filesystem::path knobsFile_; // the file that knobs_ belongs to; empty: none
     KnobStore store_{KnobStore::standardFile()};
     QTimer storeTimer_;
+    std::map<PaintKey, Painted> painted_;
+    std::unique_ptr<DepthCanvas> canvas_;
+    PaintKey canvasKey_;
+    PaintTool tool_ = PaintTool::Nearer;
     QUndoStack undoStack_;
     std::shared_ptr<const Display> display_;
     Mode mode_ = Mode::Sway;

@@ -14,6 +14,8 @@ QString Controller::exportObstacle() const {
         return tr("The file is still being opened; export again when its picture is shown");
     if (frame_.request.knobs.depth != knobs_.depth)
         return tr("The depth is still being estimated; export again when the picture shows it");
+    if (frame_.request.painted.revision != paintedNow().revision)
+        return tr("The depth is still being changed; export again when the picture shows it");
     return {};
 }
 
@@ -30,7 +32,8 @@ bool Controller::startExport(Product product, const std::filesystem::path& targe
     Setup setup = exportSetup();
     exporting_ = true;
     cancelling_ = false;
-    exporter_.post(0, [this, setup = std::move(setup), product, target] {
+    const quint64 revision = paintedNow().revision;
+    exporter_.post(0, [this, setup = std::move(setup), product, target, revision] {
         QString file;
         QString problem;
         try {
@@ -44,8 +47,9 @@ bool Controller::startExport(Product product, const std::filesystem::path& targe
         }
         QMetaObject::invokeMethod(
             this,
-            [this, file, problem] {
+            [this, file, problem, product, revision] {
                 exporting_ = false;
+                if (product == Product::Depth && !file.isEmpty()) setSaved(revision);
                 emit exportEnded(file, problem);
             },
             Qt::QueuedConnection);
@@ -56,8 +60,15 @@ bool Controller::startExport(Product product, const std::filesystem::path& targe
 std::vector<BatchItem> Controller::batch(const std::filesystem::path& folder) const {
     const std::vector<std::filesystem::path> natives = nativesOf(sources_, folder);
     std::vector<BatchItem> items;
-    for (std::size_t i = 0; i < sources_.size(); ++i)
-        items.push_back({sources_[i], knobsOf(sources_[i].file), natives[i]});
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+        items.push_back({sources_[i], knobsOf(sources_[i].file), natives[i], {}});
+        for (const auto& [key, painted] : painted_) {
+            const auto& [file, depth, reading, from] = key;
+            if (file == sources_[i].file && depth == sources_[i].depth &&
+                reading == static_cast<int>(sources_[i].reading))
+                items.back().painted[from] = painted.depth;
+        }
+    }
     return items;
 }
 

@@ -4,6 +4,7 @@
 #include "altiro3D/qt/image.hpp"
 #include "altiro3D/qt/native_widget.hpp"
 #include "viewer/knob_panel.hpp"
+#include "viewer/paint_bar.hpp"
 #include "viewer/photo_strip.hpp"
 #include "viewer/picture_view.hpp"
 #include "viewer/window_words.hpp"
@@ -49,6 +50,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
                             style()->pixelMetric(QStyle::PM_ScrollBarExtent) + 2);
     knobDock->setWidget(scroll);
     addDockWidget(Qt::RightDockWidgetArea, knobDock);
+    buildPaintBar();
     buildActions();
     buildStatus();
     connectController();
@@ -201,7 +203,7 @@ void MainWindow::connectController() {
                 controller_.zoomFrame({x, y}, std::exp2(notches / kNotchesToDouble), gesture);
             });
     connect(picture_, &PictureView::hovered, this, [this](double x) {
-        if (!follow_->isChecked()) return;
+        if (!follow_->isChecked() || paintBar_->paint()) return;
         controller_.setSwinging(false);
         controller_.setPosition(x);
     });
@@ -289,6 +291,7 @@ void MainWindow::showFrame() {
     picture_->setPicture(qt::toImage(frame.picture), {frame.target.width, frame.target.height});
     const Mode mode = frame.request.mode;
     const bool canFocus = !frame.depth.empty();
+    showPointer();
     picture_->setCursor(canFocus               ? Qt::CrossCursor
                         : mode == Mode::Native ? Qt::OpenHandCursor
                                                : Qt::ArrowCursor);
@@ -306,6 +309,8 @@ void MainWindow::showFrame() {
         const double angle =
             frame.request.position * viewConeDegrees(frame.request.display->calibration) / 2;
         text += tr("    seen from %1°").arg(angle, 0, 'f', 1);
+    } else if (paintBar_->paint()) {
+        text += tr("    Paint on the picture, [ and ] change the brush, Escape ends it");
     } else if (canFocus) {
         text += tr("    Click to focus there, drag to move the frame, turn the wheel to zoom");
     }
@@ -338,6 +343,7 @@ void MainWindow::showModes() {
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {
+    if (!mayLosePaintedDepth()) return event->ignore();
     writeSettings();
     controller_.setSwinging(false);
     controller_.cancelExport();

@@ -18,6 +18,7 @@ class NativeWidget;
 namespace altiro3D::viewer {
 
 class KnobPanel;
+class PaintBar;
 class PhotoStrip;
 class PictureView;
 
@@ -49,6 +50,10 @@ class MainWindow : public QMainWindow {
     void buildFiles();
     void buildStrip();
     void buildStatus();
+    void buildPaintBar();
+    void usePaintBar(); // after another choice
+    void showPointer();
+    void paint(double x, double y, bool shift);
     void connectController();
     QAction* action(QMenu& menu, const QString& text, const QKeySequence& keys,
                     const std::function<void()>& what, const QString& name = {});
@@ -64,6 +69,7 @@ class MainWindow : public QMainWindow {
     void beginProgress();
     void select(int index);
     void showStrip();
+    bool mayLosePaintedDepth();
     void showOnDisplay();
     void tellDisplays();
     void remember(const std::filesystem::path& file);
@@ -93,6 +99,7 @@ class MainWindow : public QMainWindow {
     std::vector<std::pair<Product, QAction*>> exports_;
     QAction* depthImage_ = nullptr;
     QAction* closeFile_ = nullptr;
+    PaintBar* paintBar_ = nullptr;
     QAction* exportAll_ = nullptr;
     QAction* copyKnobs_ = nullptr;
     QAction* next_ = nullptr;

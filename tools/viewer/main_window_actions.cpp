@@ -4,11 +4,13 @@
 #include "viewer/main_window.hpp"
 #include "viewer/window_words.hpp"
 
+#include "viewer/paint_bar.hpp"
 #include <QAction>
 #include <QActionGroup>
 #include <QDockWidget>
 #include <QMenuBar>
 #include <QMessageBox>
+
 #include <QToolBar>
 
 namespace altiro3D::viewer {
@@ -92,6 +94,10 @@ void MainWindow::buildEditMenu() {
     redo->setShortcuts({QKeySequence(tr("Ctrl+Shift+Z")), QKeySequence(tr("Ctrl+Y"))});
     edit.addAction(undo);
     edit.addAction(redo);
+    edit.addSeparator();
+    action(
+        edit, tr("&Paint the depth"), QKeySequence(Qt::Key_B),
+        [this] { paintBar_->setVisible(!paintBar_->isVisible()); }, "paintDepth");
     edit.addSeparator();
     action(edit, tr("Reset the &frame"), QKeySequence(Qt::Key_0),
            [this] { controller_.resetFrame(); });

@@ -26,6 +26,11 @@ NativeOptions nativeOptions(const Knobs& knobs) {
     return options;
 }
 
+PhotoFit fitOf(const Setup& setup, cv::Size size) {
+    return fitPhoto(setup.document->picture.size(), setup.display->aspect(), size, setup.knobs.fit,
+                    framingOf(setup));
+}
+
 Scene fittedTiles(const Setup& setup) {
     return fitted(setup, quiltLayout(setup).tileSize);
 }
@@ -137,10 +142,24 @@ Framing framingOf(const Setup& setup) {
 Scene fitted(const Setup& setup, cv::Size size) {
     Scene scene;
     if (setup.document->kind != Kind::Scene) return scene; // quilts and Natives need none
-    const cv::Mat& photo = setup.document->picture;
-    const PhotoFit fit =
-        fitPhoto(photo.size(), setup.display->aspect(), size, setup.knobs.fit, framingOf(setup));
-    fitScene({photo, setup.depth}, fit, setup.knobs.views.focus, scene);
+    fitScene({setup.document->picture, setup.depth}, fitOf(setup, size), setup.knobs.views.focus,
+             scene);
+    return scene;
+}
+
+cv::Mat fittedPhoto(const Setup& setup, cv::Size size) {
+    cv::Mat photo;
+    applyFit(setup.document->picture, fitOf(setup, size), photo);
+    return photo;
+}
+
+Scene fitted(const Setup& setup, const cv::Mat& fittedPhoto) {
+    Scene scene{fittedPhoto, {}};
+    const PhotoFit fit = fitOf(setup, fittedPhoto.size());
+    applyFitToDepth(setup.depth, setup.document->picture.size(), fit, fittedPhoto,
+                    setup.knobs.views.focus, scene.depth);
+    cv::Mat inside = scene.depth(fit.target);
+    refineDepth(fittedPhoto(fit.target), inside, inside);
     return scene;
 }
 

@@ -34,6 +34,12 @@ Framing framingOf(const Setup& setup);
 /// Photo and depth fitted to the panel's shape; empty for quilts and Natives.
 Scene fitted(const Setup& setup, cv::Size size);
 
+/// The photo alone, fitted in this way.
+cv::Mat fittedPhoto(const Setup& setup, cv::Size size);
+
+/// As fitted(), faster, with a photo from fittedPhoto().
+Scene fitted(const Setup& setup, const cv::Mat& fittedPhoto);
+
 /// Makes the quilt of a photo, or returns the document's quilt.
 /// @param fitted of a photo, from fitted() at the layout's tile size
 cv::Mat makeQuilt(const Setup& setup, const Scene& fitted);

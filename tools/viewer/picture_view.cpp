@@ -74,9 +74,47 @@ void PictureView::paintEvent(QPaintEvent* /*event*/) {
             painter.drawImage(place, picture_);
         }
         painter.restore();
+        paintPointer(painter);
     } else {
         paintWords(painter);
     }
+}
+
+// Black beside white is seen on every picture.
+void PictureView::paintPointer(QPainter& painter) const {
+    if (pointer_ == Pointer::Frame) return;
+    painter.setRenderHint(QPainter::Antialiasing);
+    for (const auto& [colour, width] : {std::pair{Qt::black, 3.0}, std::pair{Qt::white, 1.2}}) {
+        painter.setPen(QPen(colour, width));
+        painter.setBrush(Qt::NoBrush);
+        if (pointer_ == Pointer::Lasso) {
+            painter.drawPolyline(line_);
+        } else if (hovering_) {
+            const double radius = radius_ * target_.width() / devicePixelRatioF();
+            painter.drawEllipse(mouse_, radius, radius);
+        }
+    }
+}
+
+void PictureView::setPointer(Pointer pointer, double radius) {
+    if (pointer != pointer_) endStroke();
+    pointer_ = pointer;
+    radius_ = radius;
+    update();
+}
+
+void PictureView::endStroke() {
+    if (!stroking_) return;
+    stroking_ = false;
+    line_.clear();
+    update();
+    emit strokeEnded();
+}
+
+void PictureView::leaveEvent(QEvent* event) {
+    QWidget::leaveEvent(event);
+    hovering_ = false;
+    if (pointer_ != Pointer::Frame) update();
 }
 
 void PictureView::paintWords(QPainter& painter) const {
@@ -106,11 +144,29 @@ void PictureView::resizeEvent(QResizeEvent* /*event*/) {
 
 void PictureView::mousePressEvent(QMouseEvent* event) {
     if (event->button() != Qt::LeftButton) return;
+    if (pointer_ != Pointer::Frame) {
+        if (picture_.isNull()) return;
+        stroking_ = true;
+        line_ = QPolygonF({event->localPos()});
+        const QPointF at = inPicture(event->localPos());
+        emit strokeBegan(at.x(), at.y(), event->modifiers().testFlag(Qt::ShiftModifier));
+        return;
+    }
     pressed_ = last_ = event->pos();
     dragging_ = false;
 }
 
 void PictureView::mouseMoveEvent(QMouseEvent* event) {
+    if (pointer_ != Pointer::Frame) {
+        mouse_ = event->localPos();
+        hovering_ = true;
+        update();
+        if (!stroking_) return;
+        if (pointer_ == Pointer::Lasso) line_ << mouse_;
+        const QPointF at = inPicture(mouse_);
+        emit strokeMoved(at.x(), at.y());
+        return;
+    }
     if ((event->buttons() & Qt::LeftButton) != 0) {
         if (picture_.isNull()) return; // nothing to drag
         if (!dragging_ &&
@@ -126,7 +182,9 @@ void PictureView::mouseMoveEvent(QMouseEvent* event) {
 }
 
 void PictureView::mouseReleaseEvent(QMouseEvent* event) {
-    if (event->button() != Qt::LeftButton || dragging_ || picture_.isNull()) return;
+    if (event->button() != Qt::LeftButton) return;
+    if (stroking_) return endStroke();
+    if (pointer_ != Pointer::Frame || dragging_ || picture_.isNull()) return;
     const QPointF at = inPicture(event->pos());
     if (isInside(at)) emit clicked(at.x(), at.y());
 }

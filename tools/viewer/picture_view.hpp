@@ -2,6 +2,7 @@
 
 #include <QElapsedTimer>
 #include <QImage>
+#include <QPolygonF>
 #include <QWidget>
 
 namespace altiro3D::viewer {
@@ -10,10 +11,20 @@ namespace altiro3D::viewer {
 class PictureView : public QWidget {
     Q_OBJECT
   public:
+    /// What the left button does.
+    enum class Pointer {
+        Frame, ///< Clicks and drags.
+        Brush, ///< Strokes with a circle around the mouse.
+        Lasso  ///< Strokes that leave a line.
+    };
+
     explicit PictureView(QWidget* parent = nullptr);
 
     /// @param image the picture @param target its size in px of the screen
     void setPicture(const QImage& image, QSize target);
+    /// @param radius of the brush, in widths of the picture
+    void setPointer(Pointer pointer, double radius);
+    Pointer pointer() const { return pointer_; }
     /// Shows a headline and advice instead of a picture.
     void setWords(const QString& headline, const QString& advice);
 
@@ -36,6 +47,11 @@ class PictureView : public QWidget {
     /// The picture is dragged, px of the screen. All steps of one drag have the same gesture
     /// number.
     void dragged(const QPoint& by, int gesture);
+    /// A stroke begins, goes on and ends; x and y as in clicked(), also beyond 0..1.
+    /// @param shift the key was held at the beginning
+    void strokeBegan(double x, double y, bool shift);
+    void strokeMoved(double x, double y);
+    void strokeEnded();
     /// The wheel turns over the picture; x and y as in clicked(), notches > 0 away from the user.
     /// Turns within half a second have the same gesture number.
     void wheeled(double x, double y, double notches, int gesture);
@@ -47,12 +63,15 @@ class PictureView : public QWidget {
     void mouseMoveEvent(QMouseEvent* event) override;
     void mouseReleaseEvent(QMouseEvent* event) override;
     void wheelEvent(QWheelEvent* event) override;
+    void leaveEvent(QEvent* event) override;
 
   private:
     QRect pictureRect() const; // px of the screen
     /// A place of the widget, in widths and heights of the picture.
     QPointF inPicture(const QPointF& place) const;
     void paintWords(QPainter& painter) const;
+    void paintPointer(QPainter& painter) const;
+    void endStroke();
 
     QImage picture_;
     QSize target_;
@@ -61,6 +80,12 @@ class PictureView : public QWidget {
     QPoint pressed_;
     QPoint last_;
     bool dragging_ = false;
+    Pointer pointer_ = Pointer::Frame;
+    double radius_ = 0;
+    bool stroking_ = false;
+    bool hovering_ = false;
+    QPointF mouse_;
+    QPolygonF line_; // of the lasso, px of the widget
     int dragGesture_ = 0;
     int wheelGesture_ = 0;
     QElapsedTimer sinceWheel_;

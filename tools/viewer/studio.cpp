@@ -16,6 +16,8 @@ namespace {
 
 // A view of this many px is made within 50 ms on two cores; larger windows show it enlarged.
 constexpr double kMaxPreviewPixels = 7e5;
+// The same with other depth, which is fitted first.
+constexpr double kMaxDraftPixels = 2.5e5;
 
 // The last result and its inputs. Documents and displays are immutable, so equal pointers mean
 // equal contents; the key keeps them alive.
@@ -85,6 +87,7 @@ struct Studio::State {
     using FitKey = std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, Framing, int,
                               int, double>;
     Kept<FitKey, Scene> preview;
+    Kept<FitKey, cv::Mat> photo; // of the preview
     Kept<FitKey, Scene> tiles;
     Kept<FitKey, Scene> panel; // for the best Native
     struct NativeKey {
@@ -125,13 +128,29 @@ struct Studio::State {
         return map;
     }
 
-    const Scene& fit(Kept<FitKey, Scene>& kept, const Setup& setup, cv::Size size) {
+    FitKey fitKey(const std::string& from, const Setup& setup, cv::Size size) const {
         // the bars of Contain lie at the focus, and so does flat depth
         const bool atFocus = setup.knobs.fit == FitMode::Contain || setup.flat;
-        const double level = atFocus ? setup.knobs.views.focus : 0;
-        return kept.get({how, setup.document, setup.display, setup.knobs.fit, framingOf(setup),
-                         size.width, size.height, level},
-                        [&] { return fitted(setup, size); });
+        return {from,
+                setup.document,
+                setup.display,
+                setup.knobs.fit,
+                framingOf(setup),
+                size.width,
+                size.height,
+                atFocus ? setup.knobs.views.focus : 0};
+    }
+
+    const Scene& fit(Kept<FitKey, Scene>& kept, const Setup& setup, cv::Size size) {
+        return kept.get(fitKey(how, setup, size), [&] { return fitted(setup, size); });
+    }
+
+    // For the window, with painted depth: only the depth changes from stroke to stroke.
+    const Scene& fitPainted(const Setup& setup, cv::Size size) {
+        return preview.get(fitKey(how, setup, size), [&] {
+            return fitted(setup, photo.get(fitKey({}, setup, size),
+                                           [&] { return fittedPhoto(setup, size); }));
+        });
     }
 
     // Of a photo at the tiles' size; else nothing, which quilts and Natives need.
@@ -231,14 +250,20 @@ Frame Studio::render(const Request& request) {
     if (kind == Kind::Scene) {
         state_->how =
             state_->depthMaker->choose(request.knobs.depth, !request.document->rawDepth.empty());
-        const DepthMap& map = state_->depth.get({request.document, state_->how}, [&] {
-            return state_->makeDepth(*request.document, state_->how);
-        });
-        setup.depth = map.depth;
-        setup.flat = map.flat;
+        if (request.painted.depth.empty()) {
+            const DepthMap& map = state_->depth.get({request.document, state_->how}, [&] {
+                return state_->makeDepth(*request.document, state_->how);
+            });
+            setup.depth = map.depth;
+            setup.flat = map.flat;
+            frame.depthSource = map.source;
+        } else {
+            setup.depth = request.painted.depth;
+            frame.depthSource = "painted by hand";
+            state_->how += " painted " + std::to_string(request.painted.revision);
+        }
         layFlatDepth(setup);
         state_->choose(setup);
-        frame.depthSource = map.source;
         const QuiltLayout layout = quiltLayout(setup);
         double low = 0;
         double high = 1;
@@ -249,8 +274,9 @@ Frame Studio::render(const Request& request) {
     }
     frame.target = request.mode == Mode::Native ? cv::Size() : inside(request.area, aspect);
     cv::Size size = frame.target;
-    if (size.area() > kMaxPreviewPixels) {
-        const double smaller = std::sqrt(kMaxPreviewPixels / size.area());
+    const double most = request.isDraft ? kMaxDraftPixels : kMaxPreviewPixels;
+    if (size.area() > most) {
+        const double smaller = std::sqrt(most / size.area());
         size = {static_cast<int>(size.width * smaller), static_cast<int>(size.height * smaller)};
     }
     switch (request.mode) {
@@ -264,7 +290,9 @@ Frame Studio::render(const Request& request) {
             frame.picture = sized(request.document->picture(layout.tile(view)), size);
             break;
         }
-        const Scene& fitted = state_->fit(state_->preview, setup, size);
+        const Scene& fitted = request.painted.depth.empty()
+                                  ? state_->fit(state_->preview, setup, size)
+                                  : state_->fitPainted(setup, size);
         frame.depth = fitted.depth;
         if (request.mode == Mode::Depth) {
             cv::Mat grey;

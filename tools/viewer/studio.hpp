@@ -2,6 +2,7 @@
 
 #include "viewer/making.hpp"
 
+#include <QtGlobal>
 #include <memory>
 
 namespace altiro3D::viewer {
@@ -18,15 +19,23 @@ enum class Mode {
 /// The modes of a kind of document; the first one is the default.
 std::vector<Mode> modesOf(Kind kind);
 
+/// Depth that the user has painted.
+struct PaintedDepth {
+    cv::Mat depth{};      ///< [any size, CV_32FC1, 0..1], shows all of the photo; empty: none.
+    quint64 revision = 0; ///< Another number for every other content.
+};
+
 /// A request for a picture for the window.
 struct Request {
     std::shared_ptr<const Document> document;
     Knobs knobs;
     std::shared_ptr<const Display> display;
     Mode mode = Mode::Sway;
-    double position = 0; ///< Position of camera or eye, -1 leftmost .. +1 rightmost.
-    cv::Size area;       ///< Area for the picture, px of the screen.
-    cv::Point pan;       ///< Mode Native: offset from the middle, px.
+    double position = 0;    ///< Position of camera or eye, -1 leftmost .. +1 rightmost.
+    cv::Size area;          ///< Area for the picture, px of the screen.
+    cv::Point pan;          ///< Mode Native: offset from the middle, px.
+    PaintedDepth painted{}; ///< Takes the place of the photo's depth.
+    bool isDraft = false;   ///< Modes Sway and Depth: fewer px, to be quick.
 };
 
 /// A picture for the window.

@@ -26,6 +26,8 @@ constexpr KeyWords kKeys[] = {
     {"M", "Let the camera follow the mouse, or stop that."},
     {"PgDown, PgUp", "Open the next, the previous file."},
     {"P", "Play or stop the video."},
+    {"B", "Paint the depth: brushes and a lasso in a bar of their own; Escape ends it."},
+    {"[, ]", "A smaller, a larger brush."},
     {"0", "Reset the frame. Drag a photo to move it, turn the wheel to zoom (1..100)."},
     {"F11", "Show the Native on the light-field display."},
     {"Escape", "Leave the display; F11 and a double click do the same."},

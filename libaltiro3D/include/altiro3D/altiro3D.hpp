@@ -53,6 +53,7 @@
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/camera.hpp"
 #include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/depth_brush.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/depth_source.hpp"

@@ -1,0 +1,375 @@
+// Painting depth: the canvas, strokes of the controller, the bar of the window.
+
+#include "support/compare.hpp"
+#include "viewer/depth_canvas.hpp"
+#include "viewer/main_window.hpp"
+#include "viewer/paint_bar.hpp"
+#include "viewer/picture_view.hpp"
+#include "viewer_scenes.hpp"
+
+#include <QAbstractButton>
+#include <QAction>
+#include <QApplication>
+#include <QElapsedTimer>
+#include <QMessageBox>
+#include <QMouseEvent>
+#include <QSettings>
+#include <QSignalSpy>
+#include <QTimer>
+#include <QToolButton>
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace viewer;
+
+const cv::Size kPhoto(300, 400);
+
+// Photo of boxDepth(): the box is bright.
+cv::Mat boxPhoto() {
+    cv::Mat photo(kPhoto, CV_8UC3, cv::Scalar(50, 60, 40));
+    photo.setTo(cv::Scalar(200, 180, 160), boxDepth(kPhoto));
+    return photo;
+}
+
+class ViewerPaint : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        QSettings().clear();
+        for (const std::string name : {"photo", "other"}) {
+            writeImage(folder_ / (name + ".png"), boxPhoto());
+            writeImage(folder_ / (name + "-depth.png"), boxDepth(kPhoto));
+        }
+    }
+    fs::path file(const std::string& name) const { return folder_ / name; }
+
+    TemporaryDirectory folder_;
+};
+
+class ViewerPaintController : public ViewerPaint {
+  protected:
+    void SetUp() override {
+        ViewerPaint::SetUp();
+        controller_.setArea(kPhoto);
+        controller_.open(std::vector<fs::path>{file("photo.png"), file("photo-depth.png")});
+        controller_.setMode(Mode::Depth);
+        ASSERT_TRUE(settle());
+    }
+    // Waits for the frame of the last change.
+    bool settle() {
+        return waitFor([this] {
+            const Request& request = controller_.frame().request;
+            return !controller_.isBusy() && request.document == controller_.document() &&
+                   request.document && request.mode == controller_.mode() &&
+                   request.knobs == controller_.knobs() && !request.isDraft &&
+                   controller_.exportObstacle().isEmpty();
+        });
+    }
+    cv::Mat depth() const { return controller_.frame().depth; }
+    void stroke(const Paint& paint, const std::vector<cv::Point2d>& places) {
+        ASSERT_TRUE(controller_.beginStroke(paint, places.front()));
+        for (const cv::Point2d& place : places)
+            controller_.continueStroke(place);
+        controller_.endStroke();
+        ASSERT_TRUE(settle());
+    }
+    Paint farther(double amount = 0.3) const {
+        Paint paint;
+        paint.tool = PaintTool::Farther;
+        paint.amount = amount;
+        return paint;
+    }
+
+    Controller controller_{sampleDisplay({150, 200})};
+};
+
+TEST_F(ViewerPaintController, AStrokeChangesTheDepthUnderIt) {
+    const cv::Mat before = depth().clone();
+    ASSERT_EQ(before.size(), kPhoto);
+    ASSERT_TRUE(controller_.canPaint());
+    EXPECT_FALSE(controller_.isPainted());
+    stroke(farther(), {{0.5, 0.5}, {0.6, 0.6}});
+    EXPECT_TRUE(controller_.isPainted());
+    // by the library, in px: the radius is 0.04 of the photo's longer side
+    DepthBrushOptions options;
+    options.brush = DepthBrush::Farther;
+    options.amount = 0.3;
+    options.radius = 16;
+    DepthStroke expected(boxPhoto(), before, options);
+    expected.moveTo({149.5, 199.5});
+    expected.moveTo({179.5, 239.5});
+    EXPECT_TRUE(samePicture(depth(), expected.depth(), 1e-5)); // floats of two ways to the px
+    EXPECT_NEAR(depth().at<float>(200, 150), 0.7, 1e-5);
+}
+
+TEST_F(ViewerPaintController, StrokesAreUndoneAndDoneAgain) {
+    const cv::Mat before = depth().clone();
+    stroke(farther(), {{0.4, 0.4}, {0.5, 0.6}});
+    const cv::Mat one = depth().clone();
+    stroke(farther(), {{0.6, 0.4}});
+    const cv::Mat two = depth().clone();
+    EXPECT_GT(compare(one, two).count, 100u);
+    EXPECT_EQ(controller_.undoStack().undoText(), "brush: farther");
+    controller_.undoStack().undo();
+    ASSERT_TRUE(settle());
+    EXPECT_TRUE(samePicture(depth(), one));
+    controller_.undoStack().undo();
+    ASSERT_TRUE(settle());
+    EXPECT_TRUE(samePicture(depth(), before));
+    EXPECT_FALSE(controller_.isPainted());
+    EXPECT_TRUE(controller_.unsavedDepths().empty());
+    controller_.undoStack().redo();
+    controller_.undoStack().redo();
+    ASSERT_TRUE(settle());
+    EXPECT_TRUE(samePicture(depth(), two));
+    controller_.unpaint();
+    ASSERT_TRUE(settle());
+    EXPECT_TRUE(samePicture(depth(), before));
+    controller_.undoStack().undo();
+    ASSERT_TRUE(settle());
+    EXPECT_TRUE(samePicture(depth(), two));
+    controller_.undoStack().undo();
+    ASSERT_TRUE(settle());
+    EXPECT_TRUE(samePicture(depth(), one));
+}
+
+TEST_F(ViewerPaintController, TheFrameMovesThePlaces) {
+    Knobs knobs = controller_.knobs();
+    knobs.framing = {{0.5, 0.375}, 2};
+    controller_.turn(knobs, "frame");
+    ASSERT_TRUE(settle());
+    stroke(farther(), {{0.5, 0.75}}); // the middle of the photo
+    controller_.resetFrame();
+    ASSERT_TRUE(settle());
+    EXPECT_NEAR(depth().at<float>(200, 150), 0.7, 1e-5);
+    EXPECT_EQ(depth().at<float>(150, 150), 1);
+    EXPECT_EQ(depth().at<float>(250, 150), 1);
+    EXPECT_NEAR(controller_.brushRadius(0.04), 16.0 / 300, 1e-9);
+}
+
+TEST_F(ViewerPaintController, CopyTakesTheDepthOfItsFirstPlace) {
+    Paint paint;
+    paint.tool = PaintTool::Copy;
+    paint.amount = 1;
+    paint.keepsEdges = false;
+    stroke(paint, {{0.1, 0.5}, {0.5, 0.5}}); // from the wall over the box
+    EXPECT_EQ(depth().at<float>(200, 140), 0);
+    EXPECT_EQ(depth().at<float>(260, 140), 1);
+}
+
+TEST_F(ViewerPaintController, TheLassoLiftsWhatItEncircles) {
+    Paint paint;
+    paint.tool = PaintTool::Lasso;
+    paint.amount = -0.4;
+    stroke(paint, {{0.22, 0.22}, {0.78, 0.22}, {0.78, 0.78}, {0.22, 0.78}});
+    EXPECT_EQ(controller_.undoStack().undoText(), "lasso");
+    cv::Mat expected;
+    boxDepth(kPhoto).convertTo(expected, CV_32F, 0.6 / 255);
+    const Difference difference = compare(depth(), expected, 0.01);
+    EXPECT_LT(static_cast<double>(difference.count), 0.005 * kPhoto.area()) << difference.report;
+}
+
+TEST_F(ViewerPaintController, PaintedDepthStaysWithItsPhotoAndSource) {
+    const cv::Mat before = depth().clone();
+    stroke(farther(), {{0.5, 0.5}});
+    const cv::Mat painted = depth().clone();
+    controller_.open(std::vector<fs::path>{file("other.png"), file("other-depth.png")});
+    ASSERT_TRUE(settle());
+    EXPECT_TRUE(samePicture(depth(), before));
+    controller_.select(0);
+    ASSERT_TRUE(settle());
+    EXPECT_TRUE(samePicture(depth(), painted));
+    Knobs knobs = controller_.knobs();
+    knobs.depth = kBuiltInDepth;
+    controller_.turn(knobs, "depth");
+    ASSERT_TRUE(settle());
+    EXPECT_FALSE(controller_.isPainted());
+    controller_.undoStack().undo();
+    ASSERT_TRUE(settle());
+    EXPECT_TRUE(samePicture(depth(), painted));
+    ASSERT_EQ(controller_.unsavedDepths().size(), 1u);
+    EXPECT_EQ(controller_.unsavedDepths().front(), file("photo.png"));
+}
+
+TEST_F(ViewerPaintController, WhatIsExportedIsWhatIsSeen) {
+    Paint paint;
+    paint.tool = PaintTool::Lasso;
+    paint.amount = -0.7;
+    stroke(paint, {{0.2, 0.2}, {0.8, 0.2}, {0.8, 0.5}, {0.2, 0.5}});
+    const cv::Mat painted = depth().clone();
+    QSignalSpy ended(&controller_, &Controller::exportEnded);
+    ASSERT_TRUE(controller_.startExport(Product::Depth, file("painted.png")));
+    ASSERT_TRUE(waitFor([&] { return ended.count() == 1; }));
+    EXPECT_TRUE(controller_.unsavedDepths().empty());
+    // another program reads the same depth, in 16 bits
+    cv::Mat read;
+    readDepthSamples(file("painted.png")).convertTo(read, CV_32F, 1 / 65535.0);
+    EXPECT_TRUE(samePicture(read, painted, 1.0 / 65535));
+
+    ASSERT_TRUE(controller_.startExport(Product::Native, file("native.png")));
+    ASSERT_TRUE(waitFor([&] { return ended.count() == 2; }));
+    QSignalSpy all(&controller_, &Controller::exportAllEnded);
+    fs::create_directory(file("all"));
+    ASSERT_TRUE(controller_.startExportAll(file("all")));
+    ASSERT_TRUE(waitFor([&] { return all.count() == 1; }));
+    const std::string native = slurp(file("native.png"));
+    EXPECT_TRUE(slurp(file("all") / "photo_native.png") == native);
+    controller_.unpaint();
+    ASSERT_TRUE(settle());
+    ASSERT_TRUE(controller_.startExport(Product::Native, file("native.png")));
+    ASSERT_TRUE(waitFor([&] { return ended.count() == 3; }));
+    EXPECT_TRUE(slurp(file("native.png")) != native);
+}
+
+TEST_F(ViewerPaintController, OnlyPhotosFromTheMiddleArePainted) {
+    controller_.setMode(Mode::Sway);
+    controller_.setPosition(0.5);
+    ASSERT_TRUE(waitFor([this] { return controller_.frame().request.position == 0.5; }));
+    EXPECT_FALSE(controller_.beginStroke(farther(), {0.5, 0.5}));
+    controller_.setPosition(0);
+    ASSERT_TRUE(waitFor([this] { return controller_.frame().request.position == 0; }));
+    EXPECT_TRUE(controller_.canPaint());
+    controller_.setMode(Mode::Native);
+    ASSERT_TRUE(settle());
+    EXPECT_FALSE(controller_.beginStroke(farther(), {0.5, 0.5}));
+    controller_.continueStroke({0.5, 0.5}); // of no stroke: nothing
+    controller_.endStroke();
+    EXPECT_EQ(controller_.undoStack().count(), 0);
+}
+
+TEST(ViewerDepthCanvas, LargePhotosArePaintedSmaller) {
+    const cv::Mat photo(3000, 4000, CV_8UC3, cv::Scalar::all(90));
+    DepthCanvas canvas(photo, cv::Mat(10, 10, CV_32FC1, cv::Scalar(0.25)));
+    EXPECT_LE(canvas.depth().total(), static_cast<std::size_t>(kMaxCanvasPixels));
+    EXPECT_NEAR(static_cast<double>(canvas.depth().cols) / canvas.depth().rows, 4.0 / 3, 0.01);
+    Paint paint;
+    paint.amount = 0.5;
+    canvas.begin(paint, {0.75, 0.25});
+    const PaintedPart part = canvas.end();
+    cv::Point most;
+    cv::minMaxLoc(canvas.depth(), nullptr, nullptr, nullptr, &most);
+    const int radius = static_cast<int>(paint.radius * canvas.depth().cols) + 1;
+    EXPECT_NEAR(most.x, 0.75 * canvas.depth().cols, radius);
+    EXPECT_NEAR(most.y, 0.25 * canvas.depth().rows, radius);
+    EXPECT_NEAR(part.place.width, 2 * radius, 3);
+    canvas.put(part.place, part.before);
+    EXPECT_EQ(cv::countNonZero(canvas.depth() != 0.25F), 0);
+}
+
+class ViewerPaintWindow : public ViewerPaint {
+  protected:
+    void SetUp() override {
+        ViewerPaint::SetUp();
+        window_ =
+            std::make_unique<MainWindow>(sampleDisplay({150, 200}), std::vector<std::string>());
+        window_->resize(1000, 700);
+        window_->show();
+        ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+        window_->controller().open(
+            std::vector<fs::path>{file("photo.png"), file("photo-depth.png")});
+        ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull() && !isBusy(); }));
+    }
+    Controller& controller() { return window_->controller(); }
+    bool isBusy() { return controller().isBusy(); }
+    PictureView& picture() { return *window_->findChild<PictureView*>(); }
+    PaintBar& bar() { return *window_->findChild<PaintBar*>(); }
+    void press(const QString& tool) {
+        auto* action = bar().findChild<QAction*>(tool);
+        ASSERT_NE(action, nullptr);
+        qobject_cast<QToolButton*>(bar().widgetForAction(action))->click();
+    }
+    void beginToPaint() {
+        QTest::keyClick(window_.get(), Qt::Key_B);
+        ASSERT_TRUE(waitFor([this] { return bar().isVisible() && controller().canPaint(); }));
+        ASSERT_TRUE(waitFor([this] { return picture().pointer() == PictureView::Pointer::Brush; }));
+    }
+    void drag(const QPoint& from, const QPoint& to) {
+        QTest::mousePress(&picture(), Qt::LeftButton, Qt::NoModifier, from);
+        for (int i = 1; i <= 4; ++i) { // QTest::mouseMove() holds no button
+            QMouseEvent move(QEvent::MouseMove, from + (to - from) * i / 4, Qt::NoButton,
+                             Qt::LeftButton, Qt::NoModifier);
+            QCoreApplication::sendEvent(&picture(), &move);
+        }
+        QTest::mouseRelease(&picture(), Qt::LeftButton, Qt::NoModifier, to);
+    }
+    // Closes the window and answers its question.
+    QString closing(QMessageBox::StandardButton answer) {
+        QString asked;
+        QTimer timer;
+        QObject::connect(&timer, &QTimer::timeout, &timer, [&] {
+            if (auto* box = qobject_cast<QMessageBox*>(QApplication::activeModalWidget())) {
+                asked = box->text() + " " + box->informativeText();
+                box->button(answer)->click();
+            }
+        });
+        timer.start(20);
+        window_->close();
+        return asked;
+    }
+
+    std::unique_ptr<MainWindow> window_;
+};
+
+TEST_F(ViewerPaintWindow, AKeyShowsTheBarAndEscapeHidesIt) {
+    EXPECT_FALSE(bar().isVisible());
+    controller().setSwinging(true);
+    controller().setMode(Mode::Lens);
+    beginToPaint();
+    EXPECT_EQ(controller().mode(), Mode::Sway);
+    EXPECT_FALSE(controller().isSwinging());
+    ASSERT_TRUE(bar().paint());
+    EXPECT_EQ(bar().paint()->tool, PaintTool::Nearer);
+    const double radius = bar().paint()->radius;
+    QTest::keyClick(window_.get(), Qt::Key_BracketRight);
+    EXPECT_GT(bar().paint()->radius, radius);
+    QTest::keyClick(window_.get(), Qt::Key_BracketLeft);
+    EXPECT_EQ(bar().paint()->radius, radius);
+    press("Smooth");
+    EXPECT_EQ(bar().paint()->tool, PaintTool::Smooth);
+    EXPECT_EQ(bar().paint()->amount, 1);
+    press("Farther");
+    EXPECT_EQ(bar().paint()->amount, 0.1);
+    QTest::keyClick(window_.get(), Qt::Key_Escape);
+    EXPECT_FALSE(bar().isVisible());
+    EXPECT_EQ(picture().pointer(), PictureView::Pointer::Frame);
+}
+
+TEST_F(ViewerPaintWindow, TheMousePaintsAndCtrlZUndoes) {
+    beginToPaint();
+    press("Farther");
+    const Knobs knobs = controller().knobs();
+    const QPoint middle = picture().rect().center();
+    drag(middle, middle + QPoint(40, 30));
+    EXPECT_EQ(controller().knobs(), knobs); // no click, no drag
+    EXPECT_EQ(controller().undoStack().count(), 1);
+    EXPECT_TRUE(controller().isPainted());
+    ASSERT_TRUE(waitFor([this] {
+        const Frame& frame = controller().frame();
+        return !frame.request.isDraft && !frame.request.painted.depth.empty() &&
+               !frame.depth.empty();
+    }));
+    const cv::Mat& depth = controller().frame().depth;
+    EXPECT_NEAR(depth.at<float>(depth.rows / 2, depth.cols / 2), 0.9, 0.01);
+    QTest::keyClick(window_.get(), Qt::Key_Z, Qt::ControlModifier);
+    EXPECT_FALSE(controller().isPainted());
+}
+
+TEST_F(ViewerPaintWindow, ClosingAsksForDepthThatIsNotSaved) {
+    EXPECT_EQ(closing(QMessageBox::Cancel), "");
+    window_->show();
+    beginToPaint();
+    const QPoint middle = picture().rect().center();
+    press("Farther");
+    drag(middle, middle + QPoint(9, 9));
+    EXPECT_EQ(closing(QMessageBox::Cancel),
+              "The depth that you have painted is not saved. Close anyway? " +
+                  QString::fromStdString(file("photo.png").string()));
+    EXPECT_TRUE(window_->isVisible());
+    closing(QMessageBox::Discard);
+    EXPECT_FALSE(window_->isVisible());
+}
+
+} // namespace
+} // namespace altiro3D::test

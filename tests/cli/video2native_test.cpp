@@ -1116,7 +1116,7 @@ TEST(Video2NativeTool, AnInterruptEndsTheFileProperly) {
 
 TEST(Video2NativeTool, MemoryDoesNotGrowWithTheLength) {
     ALTIRO3D_REQUIRE_FFMPEG();
-#ifdef __SANITIZE_ADDRESS__
+#ifdef ALTIRO3D_TOOLS_ARE_SANITIZED
     GTEST_SKIP() << "AddressSanitizer keeps what was freed";
 #endif
     const auto peakOf = [](const char* seconds) {

@@ -38,11 +38,17 @@ void onQtMessage(QtMsgType type, const QMessageLogContext& /*context*/, const QS
 // Refuses options that would otherwise be ignored.
 void requireUsage(const CommandLine& commandLine) {
     commandLine.exclude("show", "list-displays");
-    for (const char* other : {"show", "list-displays"}) {
-        for (const char* option : {"d", "m", "q", "r", "invert"})
+    commandLine.exclude("test-picture", "show");
+    commandLine.exclude("test-picture", "list-displays");
+    for (const char* other : {"show", "list-displays", "test-picture"}) {
+        for (const char* option : {"d", "m", "q", "r"})
             commandLine.exclude(option, other);
     }
-    for (const char* option : {"screen", "each", "shuffle", "loop"}) {
+    commandLine.exclude("invert", "show");
+    commandLine.exclude("invert", "list-displays");
+    if (commandLine.has("screen") && !commandLine.has("show") && !commandLine.has("test-picture"))
+        throw UsageError("--screen applies to --show and --test-picture, expected one of them");
+    for (const char* option : {"each", "shuffle", "loop"}) {
         if (commandLine.has(option) && !commandLine.has("show"))
             throw UsageError("--" + std::string(option) + " applies to --show, expected both");
     }
@@ -51,8 +57,20 @@ void requireUsage(const CommandLine& commandLine) {
     if (commandLine.has("list-displays") && !commandLine.files().empty())
         throw UsageError("--list-displays takes no names, got " +
                          commandLine.files().front().string());
+    if (commandLine.has("test-picture") && !commandLine.files().empty())
+        throw UsageError("--test-picture takes no names, got " +
+                         commandLine.files().front().string());
     if (commandLine.has("d") && commandLine.files().size() != 2)
         throw UsageError("-d takes PHOTO DEPTH; see altiro3Dview --help");
+}
+
+// The display's name for people; empty if none was found.
+QString nameOf(const ChosenDisplay& display) {
+    if (display.isSample) return {};
+    const DisplayModel* const model = findDisplayModel(display.calibration);
+    const std::string serial = display.calibration.serial;
+    const std::string name = model != nullptr ? model->name : std::string("light-field display");
+    return QString::fromStdString(serial.empty() ? name : name + ", " + serial);
 }
 
 int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& messages) {
@@ -75,6 +93,7 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     messages.dropWarnings(); // the window shows them
     window.show();
     const std::vector<std::filesystem::path>& files = commandLine.files();
+    if (files.empty()) window.welcome(nameOf(display));
     if (commandLine.has("d")) {
         window.controller().open(Source{files[0], files[1], Reading::Photo});
     } else {
@@ -94,6 +113,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] [FILE...]");
     commandLine.addUsage("[options] -d PHOTO DEPTH");
     commandLine.addUsage("[options] --show FILE|FOLDER...");
+    commandLine.addUsage("[options] --test-picture");
     commandLine.addUsage("--list-displays [--json]");
     commandLine.addSection("What to do");
     commandLine.add({"d", "depthmode"}, "Open a photo with its depth image.");
@@ -106,8 +126,13 @@ int main(int argc, char** argv) {
     commandLine.add({"shuffle"}, "With --show: in random order.");
     commandLine.add({"loop"}, "With --show: begin again after the last file.");
     commandLine.addAdvanced(
-        {"screen"}, "Screen for --show, by its name or number, instead of the display's own.",
+        {"screen"},
+        "Screen for --show and --test-picture, by its name or number, instead of the display's "
+        "own.",
         "NAME");
+    commandLine.add({"test-picture"},
+                    "Show a picture on the display that tells faults of the calibration, the "
+                    "screen and its colours apart, and print how to read it.");
     commandLine.add({"list-displays"}, "List the displays, screens and volumes found.");
     commandLine.addAdvanced({"json"}, "With --list-displays: write JSON, for programs.");
     addDisplayOptions(commandLine);
@@ -140,6 +165,8 @@ int main(int argc, char** argv) {
                                              return listDisplays(argc, argv, given, messages);
                                          if (given.has("show"))
                                              return present(argc, argv, given, messages);
+                                         if (given.has("test-picture"))
+                                             return presentTestPicture(argc, argv, given, messages);
                                          return runWindow(argc, argv, given, messages);
                                      });
 }

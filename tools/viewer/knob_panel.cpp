@@ -240,6 +240,31 @@ void KnobPanel::connectKnobs() {
     connect(depthImage_, &QToolButton::clicked, this, &KnobPanel::depthImageWanted);
 }
 
+// For screen readers, which do not see what stands beside a field.
+void KnobPanel::nameFields() {
+    const std::pair<QWidget*, QString> names[] = {
+        {reading_, tr("Read as")},
+        {fit_, tr("Shape")},
+        {depth_, tr("Depth from")},
+        {depthImage_, tr("Choose a depth image")},
+        {strength_, tr("Strength")},
+        {autoStrength_, tr("Strength, automatic")},
+        {focus_, tr("Focus")},
+        {autoFocus_, tr("Focus, automatic")},
+        {method_, tr("Method of views")},
+        {best_, tr("Best Native, slower")},
+        {fill_, tr("Content behind edges")},
+        {refinement_, tr("Refinement")},
+        {columns_, tr("Columns of the quilt")},
+        {rows_, tr("Rows of the quilt")},
+    };
+    for (const auto& [field, name] : names) {
+        field->setAccessibleName(name);
+        for (auto* part : field->findChildren<QWidget*>(QString(), Qt::FindDirectChildrenOnly))
+            if (qobject_cast<KnobSlider*>(field) != nullptr) part->setAccessibleName(name);
+    }
+}
+
 void KnobPanel::build() {
     auto* column = new QVBoxLayout(this);
     column->setSpacing(6);
@@ -299,6 +324,7 @@ void KnobPanel::build() {
     form->addRow(tr("Views"), grid);
     form->addRow(layout_);
     column->addWidget(display);
+    nameFields();
 
     column->addStretch(1);
     auto* reset = new QPushButton(tr("Reset all settings"));

@@ -71,6 +71,7 @@ class KnobPanel : public QWidget {
 
   private:
     void build(); // lays out the widgets
+    void nameFields();
     void connectKnobs();
     void turn(const QString& what, int gesture = 0);
     Knobs read() const;

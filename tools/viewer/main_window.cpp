@@ -18,6 +18,7 @@
 #include <QListWidget>
 #include <QMimeData>
 #include <QProgressBar>
+#include <QScreen>
 #include <QScrollArea>
 #include <QStatusBar>
 #include <QStyle>
@@ -36,6 +37,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     setWindowTitle(tr("altiro3D"));
     setWindowIcon(QIcon::fromTheme("altiro3D", QIcon(":/altiro3D.svg")));
     setAcceptDrops(true);
+    picture_->setAccessibleName(tr("Picture"));
     setCentralWidget(picture_);
     buildFiles();
     buildStrip();
@@ -43,6 +45,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     knobDock->setObjectName("knobDock");
     auto* scroll = new QScrollArea;
     scroll->setWidget(knobs_);
+    scroll->setAccessibleName(tr("Settings"));
     scroll->setWidgetResizable(true);
     scroll->setFrameShape(QFrame::NoFrame);
     scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
@@ -54,7 +57,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     buildActions();
     buildStatus();
     connectController();
-    resize(1280, 800);
+    resize(QSize(1280, 800).boundedTo(screen()->availableSize()));
     readSettings();
     showSources();
     showDocument();
@@ -71,6 +74,7 @@ MainWindow::~MainWindow() {
 
 void MainWindow::buildFiles() {
     files_->setObjectName("files");
+    files_->setAccessibleName(tr("Open files"));
     files_->setMinimumWidth(150);
     files_->setTextElideMode(Qt::ElideMiddle);
     files_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
@@ -210,6 +214,7 @@ void MainWindow::connectController() {
 }
 
 void MainWindow::showSources() {
+    if (controller_.sources().size() != 1) endWelcome();
     const QSignalBlocker blocker(files_);
     files_->clear();
     for (const Source& source : controller_.sources()) {
@@ -260,7 +265,7 @@ void MainWindow::showDocument() {
         say(linesOf(lines), 10000);
     }
     told_ = document;
-    if (current) remember(document->source.file);
+    if (current && welcome_ == nullptr) remember(document->source.file);
     knobs_->show(document.get(),
                  current ? QString::fromStdString(controller_.frame().depthSource) : QString());
     showLayout();

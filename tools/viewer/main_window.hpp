@@ -21,6 +21,7 @@ class KnobPanel;
 class PaintBar;
 class PhotoStrip;
 class PictureView;
+class WelcomeCard;
 
 /// The window: files on the left, the picture in the middle, the settings on the right. QSettings
 /// keeps its state from run to run.
@@ -32,6 +33,11 @@ class MainWindow : public QMainWindow {
     ~MainWindow() override;
 
     Controller& controller() { return controller_; }
+
+    /// Opens the sample photo with a card above it, until the user opens something or closes it
+    /// once; then never again. No effect without the sample.
+    /// @param display name of the display that was found; empty: none
+    void welcome(const QString& display);
 
   protected:
     void closeEvent(QCloseEvent* event) override;
@@ -71,6 +77,9 @@ class MainWindow : public QMainWindow {
     void showStrip();
     bool mayLosePaintedDepth();
     void showOnDisplay();
+    void showTestPicture();
+    qt::NativeWidget* onDisplay(); ///< On the display found; null, after a message, if none is.
+    void endWelcome();
     void tellDisplays();
     void remember(const std::filesystem::path& file);
     void fillRecent();
@@ -100,6 +109,7 @@ class MainWindow : public QMainWindow {
     QAction* depthImage_ = nullptr;
     QAction* closeFile_ = nullptr;
     PaintBar* paintBar_ = nullptr;
+    WelcomeCard* welcome_ = nullptr; // only while it is shown
     QAction* exportAll_ = nullptr;
     QAction* copyKnobs_ = nullptr;
     QAction* next_ = nullptr;

@@ -156,6 +156,8 @@ QAction* MainWindow::buildDisplayMenu() {
                            [this] { showOnDisplay(); });
     show->setIconText(tr("Show on display"));
     show->setToolTip(tr("Full screen on the light-field display, px by px (F11)"));
+    action(
+        display, tr("&Test picture"), {}, [this] { showTestPicture(); }, "testPicture");
     action(display, tr("&Find displays…"), {}, [this] { tellDisplays(); });
     action(display, tr("&Choose calibration…"), {}, [this] { calibrationDialog(); });
     return show;

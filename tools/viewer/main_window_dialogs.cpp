@@ -9,6 +9,9 @@
 #include "common/run_tool.hpp"
 #include "viewer/display_list.hpp"
 #include "viewer/main_window.hpp"
+#include "viewer/picture_view.hpp"
+#include "viewer/test_picture.hpp"
+#include "viewer/welcome_card.hpp"
 #include "viewer/window_words.hpp"
 
 #include <QFileDialog>
@@ -192,18 +195,14 @@ void MainWindow::endExportAll(const BatchReport& report) {
     box.exec();
 }
 
-void MainWindow::showOnDisplay() {
+qt::NativeWidget* MainWindow::onDisplay() {
     const std::vector<qt::ScreenFacts> screens = screenFacts();
     const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
     const Display& own = controller_.display();
     const auto chosen = qt::chooseDisplay(displays, screens, own.calibration, own.panelSize());
     if (!chosen) {
         tellDisplays();
-        return;
-    }
-    if (!controller_.document()) {
-        say(tr("Open a file first"), 8000);
-        return;
+        return nullptr;
     }
     const qt::FoundDisplay& display = displays[*chosen];
     if (display.calibration && fingerprint(*display.calibration) != fingerprint(own.calibration))
@@ -212,9 +211,49 @@ void MainWindow::showOnDisplay() {
     onDisplay_ = std::make_unique<qt::NativeWidget>();
     connect(onDisplay_.get(), &qt::NativeWidget::left, this,
             [this] { controller_.setPresenting(false); });
-    connect(&controller_, &Controller::nativeReady, onDisplay_.get(), &qt::NativeWidget::setNative);
     onDisplay_->showOn(*QGuiApplication::screens()[static_cast<int>(*display.screen)]);
-    controller_.setPresenting(true);
+    return onDisplay_.get();
+}
+
+void MainWindow::showOnDisplay() {
+    if (!controller_.document()) {
+        say(tr("Open a file first"), 8000);
+        return;
+    }
+    if (qt::NativeWidget* const widget = onDisplay()) {
+        connect(&controller_, &Controller::nativeReady, widget, &qt::NativeWidget::setNative);
+        controller_.setPresenting(true);
+    }
+}
+
+void MainWindow::showTestPicture() {
+    qt::NativeWidget* const widget = onDisplay();
+    if (widget == nullptr) return;
+    controller_.setPresenting(false);
+    widget->setNative(makeTestPicture(controller_.display()));
+    QMessageBox::information(this, tr("Test picture"), linesOf(testPictureAdvice()));
+}
+
+void MainWindow::welcome(const QString& display) {
+    const auto sample = samplePhoto();
+    if (!sample || QSettings().value("welcomed").toBool()) return;
+    welcome_ = new WelcomeCard;
+    welcome_->greet(display);
+    picture_->setCard(welcome_);
+    connect(welcome_, &WelcomeCard::openWanted, this, &MainWindow::openDialog);
+    connect(welcome_, &WelcomeCard::closed, this, &MainWindow::endWelcome);
+    controller_.open(std::vector<fs::path>{*sample});
+    controller_.setMode(Mode::Sway);
+    controller_.setSwinging(true);
+}
+
+// The sample leaves with its card when the user opens something.
+void MainWindow::endWelcome() {
+    if (welcome_ == nullptr) return;
+    QSettings().setValue("welcomed", true);
+    picture_->setCard(nullptr);
+    welcome_ = nullptr;
+    if (controller_.sources().size() > 1) controller_.close(0);
 }
 
 void MainWindow::tellDisplays() {

@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "viewer/knob_panel.hpp"
 #include "viewer/main_window.hpp"
+#include "viewer/paint_bar.hpp"
 #include "viewer/window_words.hpp"
 
 #include <QAction>
@@ -88,6 +89,7 @@ void MainWindow::readSettings() {
     follow_->setChecked(settings.value("follow", false).toBool());
     restoreGeometry(settings.value("geometry").toByteArray());
     restoreState(settings.value("state").toByteArray());
+    paintBar_->hide();
     showStrip();
 }
 

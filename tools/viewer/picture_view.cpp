@@ -138,7 +138,30 @@ void PictureView::paintWords(QPainter& painter) const {
     painter.drawText(words, wrap, advice_);
 }
 
+void PictureView::setCard(QWidget* card) {
+    if (card_ != nullptr) {
+        card_->hide();
+        card_->deleteLater(); // its button may have asked for it
+    }
+    card_ = card;
+    if (card == nullptr) return;
+    card->setParent(this);
+    placeCard();
+    card->show();
+}
+
+void PictureView::placeCard() {
+    constexpr int kWidest = 520;
+    constexpr int kMargin = 12;
+    if (card_ == nullptr) return;
+    const int room = qMin(kWidest, width() - 2 * kMargin);
+    const int height =
+        card_->hasHeightForWidth() ? card_->heightForWidth(room) : card_->sizeHint().height();
+    card_->setGeometry((width() - room) / 2, kMargin, room, height);
+}
+
 void PictureView::resizeEvent(QResizeEvent* /*event*/) {
+    placeCard();
     emit resized();
 }
 

@@ -28,6 +28,9 @@ class PictureView : public QWidget {
     /// Shows a headline and advice instead of a picture.
     void setWords(const QString& headline, const QString& advice);
 
+    /// Shows a widget above the picture and owns it; null: none.
+    void setCard(QWidget* card);
+
     /// Size of the picture in px of the screen.
     QSize target() const { return target_; }
     const QImage& picture() const { return picture_; }
@@ -73,7 +76,10 @@ class PictureView : public QWidget {
     void paintPointer(QPainter& painter) const;
     void endStroke();
 
+    void placeCard();
+
     QImage picture_;
+    QWidget* card_ = nullptr;
     QSize target_;
     QString headline_;
     QString advice_;

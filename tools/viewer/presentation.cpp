@@ -7,6 +7,7 @@
 #include "viewer/arrivals.hpp"
 #include "viewer/display_list.hpp"
 #include "viewer/slide_presenter.hpp"
+#include "viewer/test_picture.hpp"
 
 #include <QApplication>
 #include <QScreen>
@@ -228,6 +229,27 @@ int present(int& argc, char** argv, const tools::CommandLine& commandLine,
     if (*commandLine.value("show") != "-") return presentFiles(argc, argv, commandLine, messages);
     if (!commandLine.files().empty()) throw tools::UsageError("--show - takes no further names");
     return presentStream(argc, argv, commandLine, messages);
+}
+
+int presentTestPicture(int& argc, char** argv, const tools::CommandLine& commandLine,
+                       tools::Messages& messages) {
+    requireDesktop();
+    const QApplication application(argc, argv);
+    std::setlocale(LC_NUMERIC, "C"); // Qt takes the user's
+    const tools::ChosenDisplay display =
+        tools::findDisplay(commandLine, messages, {[] { return qt::findVolumes(); }, true});
+    if (display.isMapOnly)
+        throw tools::UsageError("a map is not enough, expected the calibration -c");
+    const cv::Mat native = makeTestPicture(display);
+    qt::NativeWidget widget;
+    QObject::connect(&widget, &qt::NativeWidget::left, &QApplication::quit);
+    widget.setNative(native);
+    widget.showOn(screenFor(commandLine, display.isSample ? "calibration" : display.source,
+                            native.size(), true, messages));
+    for (const std::string& sentence : testPictureAdvice())
+        messages.say(sentence);
+    messages.flushWarnings();
+    return QApplication::exec();
 }
 
 } // namespace altiro3D::viewer

@@ -10,4 +10,9 @@ namespace altiro3D::viewer {
 int present(int& argc, char** argv, const tools::CommandLine& commandLine,
             tools::Messages& messages);
 
+/// Shows the test picture on the display until the user closes it, and says how to read it.
+/// @throws UsageError, Error
+int presentTestPicture(int& argc, char** argv, const tools::CommandLine& commandLine,
+                       tools::Messages& messages);
+
 } // namespace altiro3D::viewer

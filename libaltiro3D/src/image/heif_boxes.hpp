@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -21,12 +20,14 @@ namespace altiro3D {
 /// @return the repaired file; empty if there is nothing to repair or the file is malformed
 std::string repairedHeif(std::string_view bytes);
 
-/// The largest coded picture that the HEVC settings of a HEIC file announce (sequence parameter
-/// sets, H.265 7.3.2.2). The decoder allocates it, whatever the size that the file states
-/// elsewhere.
+/// Why a HEIC or AVIF file must not be decoded: a decoder allocates what the file says in these
+/// places, whatever size it states elsewhere.
+/// - HEVC settings (sequence parameter sets, H.265 7.3.2.2) and AV1 sequence headers of more px
+///   than allowed.
+/// - Grids and overlays whose size no picture of the file states.
 /// @param bytes the whole file
-/// @return px; empty if the file has no such settings
-cv::Size largestCodedPicture(std::string_view bytes);
+/// @return a part of a sentence; empty if nothing was found
+std::string heifProblem(std::string_view bytes, double maxPixels);
 
 /// The items of the two pictures of a stereo pair.
 struct HeifEyes {

@@ -134,9 +134,8 @@ HeifFile::HeifFile(string_view bytes) : impl_(std::make_unique<Impl>()) {
         if (!impl_->repaired.empty()) impl_->context = contextOf(impl_->repaired, error);
     }
     require(error);
-    const cv::Size coded = largestCodedPicture(bytes);
-    if (static_cast<double>(coded.width) * coded.height > kMaxImagePixels)
-        throw HeifFailure("its coded picture has " + sizeText(coded) + " px");
+    const std::string problem = heifProblem(bytes, kMaxImagePixels);
+    if (!problem.empty()) throw HeifFailure(problem);
     heif_image_handle* handle = nullptr;
     require(heif_context_get_primary_image_handle(impl_->context.get(), &handle));
     impl_->handle.reset(handle);

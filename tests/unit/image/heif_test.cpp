@@ -165,14 +165,16 @@ std::string hevcSettings(unsigned columns, unsigned rows) {
 }
 
 TEST_F(Heif, TheCodedPictureIsLimitedAsWell) {
-    EXPECT_EQ(largestCodedPicture(appleHeic()), cv::Size(128, 64));
+    EXPECT_EQ(heifProblem(appleHeic(), 128 * 64), "");
+    EXPECT_EQ(heifProblem(appleHeic(), 128 * 64 - 1), "its coded picture has 128 x 64 px");
+    const std::string huge = "its coded picture has 60000 x 50000 px";
     HeifItem photo = hevcColours(1);
     photo.properties.push_back(hevcSettings(60000, 50000));
     const std::string bytes = heifFile("heic", {photo});
-    EXPECT_EQ(largestCodedPicture(bytes), cv::Size(60000, 50000));
+    EXPECT_EQ(heifProblem(bytes, 4e8), huge);
     for (std::size_t size = 0; size < bytes.size(); size += 3)
-        static_cast<void>(largestCodedPicture(bytes.substr(0, size)));
-    EXPECT_TRUE(largestCodedPicture("").empty());
+        static_cast<void>(heifProblem(bytes.substr(0, size), 4e8));
+    EXPECT_EQ(heifProblem("", 4e8), "");
     // Unusual sizes and places hide nothing.
     const auto longBox = [](const std::string& type, const std::string& body) {
         return heifNumber(1, 4) + type + heifNumber(16 + body.size(), 8) + body;
@@ -191,13 +193,76 @@ TEST_F(Heif, TheCodedPictureIsLimitedAsWell) {
                                                   many += heifBox("free", "");
                                               return many + settings;
                                           }())))}) {
-        EXPECT_EQ(largestCodedPicture(hidden), cv::Size(60000, 50000));
+        EXPECT_EQ(heifProblem(hidden, 4e8), huge);
     }
     if (!hasHeif()) return;
     EXPECT_EQ(errorOf([&] { readPhoto(file(bytes)); }),
               (directory / "a.heic").string() +
                   ": cannot be decoded (its coded picture has 60000 x 50000 px), expected a whole "
                   "HEIC file");
+}
+
+// A sequence header of a still picture of so many px, with sizes of 16 bits (AV1 5.5.1).
+std::string av1Sequence(unsigned columns, unsigned rows) {
+    std::string bits = "000"
+                       "1"
+                       "1"
+                       "00000"
+                       "1111"
+                       "1111";
+    for (const unsigned value : {columns - 1, rows - 1}) {
+        for (int bit = 15; bit >= 0; --bit)
+            bits += (value >> bit & 1U) != 0 ? '1' : '0';
+    }
+    bits += std::string(8 - bits.size() % 8, '0');
+    std::string unit;
+    for (std::size_t i = 0; i < bits.size(); i += 8)
+        unit.push_back(static_cast<char>(std::stoi(bits.substr(i, 8), nullptr, 2)));
+    return "\x0a" + heifNumber(unit.size(), 1) + unit;
+}
+
+TEST_F(Heif, TheCodedPictureOfAnAvifIsLimitedAsWell) {
+    const std::string whole = heifFile("avif", {av1Colours(1)});
+    EXPECT_EQ(heifProblem(whole, 128 * 64), "");
+    EXPECT_EQ(heifProblem(whole, 128 * 64 - 1), "its coded picture has 128 x 64 px");
+    HeifItem photo = av1Colours(1);
+    photo.data = std::string("\x12\0", 2) + av1Sequence(30000, 20001) + photo.data;
+    const std::string bytes = heifFile("avif", {photo});
+    EXPECT_EQ(heifProblem(bytes, 4e8), "its coded picture has 30000 x 20001 px");
+    photo.data = "\x7a\x05?????" + photo.data; // padding hides nothing
+    EXPECT_EQ(heifProblem(heifFile("avif", {photo}), 4e8),
+              "its coded picture has 30000 x 20001 px");
+    for (std::size_t size = 0; size < bytes.size(); size += 3)
+        static_cast<void>(heifProblem(bytes.substr(0, size), 4e8));
+    if (!hasHeif()) return;
+    EXPECT_NE(errorOf([&] { readPhoto(file(bytes)); }).find("30000 x 20001 px"), std::string::npos);
+}
+
+TEST_F(Heif, PartsMakeNoPictureThatIsNotStated) {
+    const auto gridOf = [](unsigned columns, unsigned rows, bool isLong) {
+        const unsigned size = isLong ? 4 : 2;
+        return std::string(1, '\0') + heifNumber(isLong ? 1 : 0, 1) + heifNumber(0, 1) +
+               heifNumber(0, 1) + heifNumber(columns, size) + heifNumber(rows, size);
+    };
+    const auto fileOf = [&](const std::string& type, const std::string& data) {
+        HeifItem canvas;
+        canvas.id = 2;
+        canvas.type = type;
+        canvas.data = data;
+        canvas.properties = {ispe(128, 64)};
+        return heifFile("heic", {hevcColours(1), canvas}, {{"dimg", 2, {1}}});
+    };
+    EXPECT_EQ(heifProblem(fileOf("grid", gridOf(128, 64, false)), 4e8), "");
+    EXPECT_EQ(heifProblem(fileOf("grid", gridOf(128, 64, true)), 4e8), "");
+    const std::string problem = "its parts make a picture of 32000 x 32000 px, which it does not "
+                                "state";
+    EXPECT_EQ(heifProblem(fileOf("grid", gridOf(32000, 32000, false)), 4e9), problem);
+    EXPECT_EQ(heifProblem(fileOf("grid", gridOf(32000, 32000, true)), 4e9), problem);
+    EXPECT_EQ(heifProblem(fileOf("iovl", std::string(10, '\0') + heifNumber(32000, 2) +
+                                             heifNumber(32000, 2) + heifNumber(0, 4)),
+                          4e9),
+              problem);
+    EXPECT_NE(heifProblem(fileOf("grid", gridOf(128, 65, false)), 4e8), "");
 }
 
 TEST_F(Heif, CutOffFilesAreOneErrorOrAPicture) {

@@ -1,0 +1,156 @@
+// The first start, and the window without a mouse and without eyes.
+
+#include "viewer/welcome_card.hpp"
+
+#include "viewer/main_window.hpp"
+#include "viewer/picture_view.hpp"
+#include "viewer_scenes.hpp"
+
+#include <QAccessible>
+#include <QAction>
+#include <QComboBox>
+#include <QLabel>
+#include <QMenu>
+#include <QMenuBar>
+#include <QPushButton>
+#include <QSettings>
+#include <QToolBar>
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace viewer;
+
+class ViewerWelcome : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        QSettings().clear();
+        writeImage(folder_ / "own.png", detailedPhoto({60, 80}));
+        begin();
+    }
+    void begin() {
+        window_ =
+            std::make_unique<MainWindow>(sampleDisplay({150, 200}), std::vector<std::string>());
+        window_->resize(1000, 700);
+        window_->show();
+        ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+    }
+    Controller& controller() { return window_->controller(); }
+    WelcomeCard* card() { return window_->findChild<WelcomeCard*>(); }
+    bool hasPicture() {
+        return !window_->findChild<PictureView*>()->picture().isNull() && !controller().isBusy();
+    }
+    QString words() {
+        QString all;
+        for (const QLabel* label : card()->findChildren<QLabel*>())
+            all += label->text() + "\n";
+        return all;
+    }
+    // The card and the sample are gone, and do not come back.
+    void expectNoWelcome() {
+        ASSERT_TRUE(waitFor([this] { return card() == nullptr; }));
+        begin();
+        window_->welcome({});
+        EXPECT_EQ(card(), nullptr);
+        EXPECT_TRUE(controller().sources().empty());
+    }
+
+    TemporaryDirectory folder_;
+    std::unique_ptr<MainWindow> window_;
+};
+
+TEST_F(ViewerWelcome, ShowsTheSampleSwayingAndWhatCanBeDone) {
+    window_->welcome({});
+    ASSERT_TRUE(waitFor([this] { return hasPicture(); }));
+    ASSERT_NE(card(), nullptr);
+    EXPECT_TRUE(card()->isVisible());
+    EXPECT_TRUE(words().contains("No light-field display was found")) << words().toStdString();
+    EXPECT_EQ(controller().sources().front().file.filename(), "sample.jpg");
+    EXPECT_EQ(controller().document()->kind, Kind::Scene);
+    EXPECT_TRUE(controller().isSwinging());
+    EXPECT_FALSE(QSettings().value("recent").toStringList().join("").contains("sample"));
+    // all words are seen
+    for (const QLabel* label : card()->findChildren<QLabel*>())
+        EXPECT_GE(label->height(), label->heightForWidth(label->width()))
+            << label->text().toStdString();
+}
+
+TEST_F(ViewerWelcome, GreetsADisplayByItsName) {
+    window_->welcome("Looking Glass <b>Portrait</b>, LKG-P1");
+    EXPECT_TRUE(words().contains("Welcome, Looking Glass <b>Portrait</b>, LKG-P1\n"));
+    EXPECT_TRUE(words().contains("F11"));
+    for (const QLabel* label : card()->findChildren<QLabel*>())
+        EXPECT_EQ(label->textFormat(), Qt::PlainText);
+}
+
+TEST_F(ViewerWelcome, LeavesWithTheSampleWhenSomethingIsOpened) {
+    window_->welcome({});
+    ASSERT_TRUE(waitFor([this] { return hasPicture(); }));
+    controller().open(std::vector<fs::path>{folder_ / "own.png"});
+    ASSERT_TRUE(waitFor([this] { return hasPicture() && controller().sources().size() == 1; }));
+    EXPECT_EQ(controller().sources().front().file, folder_ / "own.png");
+    ASSERT_TRUE(waitFor([this] {
+        const auto& document = controller().document();
+        return document && document->source.file == folder_ / "own.png";
+    }));
+    expectNoWelcome();
+}
+
+TEST_F(ViewerWelcome, ClosedItStaysAwayAndTheSampleStays) {
+    window_->welcome({});
+    ASSERT_TRUE(waitFor([this] { return hasPicture(); }));
+    card()->findChild<QPushButton*>("welcomeClose")->click();
+    EXPECT_EQ(controller().sources().size(), 1u);
+    expectNoWelcome();
+}
+
+QString accessibleName(QWidget* widget) {
+    QAccessibleInterface* const it = QAccessible::queryAccessibleInterface(widget);
+    return it != nullptr ? it->text(QAccessible::Name) : QString();
+}
+
+TEST_F(ViewerWelcome, AllThatTakesKeysHasANameAndIsReached) {
+    window_->welcome({});
+    ASSERT_TRUE(waitFor([this] { return hasPicture(); }));
+    window_->findChild<QAction*>("paintDepth")->trigger();
+    QList<QWidget*> expected;
+    for (auto* widget : window_->findChildren<QWidget*>()) {
+        if (!widget->isVisible() || !widget->isEnabled()) continue;
+        if (!(widget->focusPolicy() & Qt::TabFocus) || widget->focusProxy() != nullptr) continue;
+        expected << widget;
+        EXPECT_FALSE(accessibleName(widget).isEmpty())
+            << widget->metaObject()->className() << " " << widget->objectName().toStdString()
+            << " in " << widget->parentWidget()->objectName().toStdString();
+    }
+    EXPECT_GT(expected.size(), 10);
+    // Tab goes through all of them
+    QApplication::setActiveWindow(window_.get());
+    expected.front()->setFocus();
+    QSet<QWidget*> reached;
+    for (int i = 0; i < 200; ++i) {
+        reached << QApplication::focusWidget();
+        QTest::keyClick(QApplication::focusWidget(), Qt::Key_Tab);
+    }
+    for (QWidget* widget : expected)
+        EXPECT_TRUE(reached.contains(widget))
+            << widget->metaObject()->className() << " " << accessibleName(widget).toStdString();
+}
+
+TEST_F(ViewerWelcome, EveryButtonOfTheBarsIsInAMenuOrHasAKey) {
+    QSet<QAction*> inMenus;
+    for (const QAction* title : window_->menuBar()->actions()) {
+        EXPECT_TRUE(title->text().contains('&')) << title->text().toStdString();
+        for (QAction* action : title->menu()->actions())
+            inMenus << action;
+    }
+    const auto* bar = window_->findChild<QToolBar*>("tools");
+    for (QAction* action : bar->actions()) {
+        if (action->isSeparator() || action->text().isEmpty()) continue;
+        EXPECT_TRUE(inMenus.contains(action)) << action->text().toStdString();
+    }
+}
+
+} // namespace
+} // namespace altiro3D::test

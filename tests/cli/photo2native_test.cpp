@@ -883,7 +883,37 @@ TEST(Photo2Native, OnlyGivenDepthIsSaidToBeExchanged) {
     EXPECT_TRUE(warns(run({"-d", "l.jpg", "in/l-depth.png", "a.png"}),
                       "in/l-depth.png" + exchanged + "--depth-kind far-white turns it round"));
     EXPECT_TRUE(warns(run({"in", "out"}), "in/l-depth.png" + exchanged + automatic));
-    EXPECT_EQ(depthSource(), "depth image in/l-depth.png");
+    EXPECT_EQ(depthSource(), "depth image beside the photo (in/l-depth.png)");
+}
+
+TEST(Photo2Native, DepthImagesBesideThePhotosOfAFolderAreCheckedAndCanBeRefused) {
+    SmallStudio studio;
+    fs::create_directory(studio / "in");
+    writeImage(studio / "in/a.png", scenery({60, 80}, 3));
+    const auto sourceOf = [&](const Arguments& more) {
+        EXPECT_TRUE(isDone(studio.run(
+            kTool, studio.display() + more + Arguments{"-y", "--report", "r.json", "in", "out"})));
+        const Json picture = Json::parse(slurp(studio / "r.json")).at("pictures").at(0);
+        const auto source = picture.at("depthSource").get<std::string>();
+        EXPECT_EQ(picture.contains("depthImage"), source.find("beside") != std::string::npos);
+        return source;
+    };
+    writeImage(studio / "in/a-depth.png", cv::Mat(40, 30, CV_8UC1, cv::Scalar(9)));
+    const Outcome flat = studio.run(kTool, studio.display() + Arguments{"in", "out"});
+    EXPECT_TRUE(warns(flat, "in/a-depth.png: is not used as depth: it is flat"));
+    EXPECT_EQ(flat.out.find("depth of a-depth.png"), std::string::npos) << flat.out;
+    fs::copy(studio / "depth.png", studio / "in/a-depth.png", fs::copy_options::overwrite_existing);
+    EXPECT_EQ(sourceOf({}), "depth image beside the photo (in/a-depth.png)");
+    EXPECT_EQ(sourceOf({"-n", "cues"}), "built-in estimator");
+    EXPECT_EQ(sourceOf({"--embedded-depth", "off", "-n", "cues"}), "built-in estimator");
+    EXPECT_EQ(sourceOf({"--embedded-depth", "off"}).find("beside"), std::string::npos);
+    // in a folder of depth images they may be named as beside a photo
+    fs::create_directory(studio / "depths");
+    fs::rename(studio / "in/a-depth.png", studio / "depths/a_depth.png");
+    const Outcome apart =
+        studio.run(kTool, studio.display() + Arguments{"-d", "in", "depths", "apart"});
+    EXPECT_TRUE(isDone(apart));
+    EXPECT_NE(apart.out.find("depth of a_depth.png"), std::string::npos) << apart.out;
 }
 
 TEST(Photo2Native, NothingInAFolderIsLostSilently) {

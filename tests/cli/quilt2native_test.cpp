@@ -5,6 +5,7 @@
 #include "altiro3D/video_io.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/heif_files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/video.hpp"
 
@@ -48,6 +49,15 @@ void writeQuiltVideo(const fs::path& file, int frames) {
 }
 
 } // namespace
+
+TEST(Quilt2NativeTool, AnAvifIsAPicture) {
+    const SmallStudio studio;
+    spill(studio / "q.avif", heifFile("avif", {av1Colours(1)}));
+    const Outcome outcome = studio.run(kTool, {"-c", "small.json", "-q", "2x2", "q.avif", "n.png"});
+    if (outcome.err.find("built without libheif") != std::string::npos) GTEST_SKIP() << outcome.err;
+    EXPECT_EQ(outcome.status, 0) << outcome.text();
+    EXPECT_EQ(readBack(studio / "n.png").size(), cv::Size(96, 128));
+}
 
 TEST(Quilt2NativeTool, GivesTheNativeOfTheLibrary) {
     SmallStudio studio;

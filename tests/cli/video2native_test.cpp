@@ -1,6 +1,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/heif_files.hpp"
 #include "support/onnx.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
@@ -1249,6 +1250,32 @@ class FolderStudio : public SmallStudio {
         return run(kTool, display() + quick + more, signal, when);
     }
 };
+
+TEST(Video2NativeFolder, LongVideosBesidePhotosAreNoClipsOfThem) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio;
+    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=2:duration=6 -c:v libx264 " +
+           arg(studio / "in/holiday.mp4"));
+    fs::copy(studio / "in/a.mp4", studio / "in/live.mov");
+    for (const char* name : {"in/holiday.jpg", "in/LIVE.JPG"})
+        spill(studio / name, "a photo");
+    const Outcome outcome = studio.make({"in", "out"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_TRUE(fs::exists(studio / "out/holiday_native.mp4"));
+    EXPECT_NE(outcome.out.find("in/live.mov: is the clip of the Live Photo LIVE.JPG\n"),
+              std::string::npos)
+        << outcome.out;
+}
+
+TEST(Video2NativeTool, HeifPicturesAreNoVideos) {
+    const SmallStudio studio;
+    for (const char* const name : {"a.avif", "a.heic"}) {
+        spill(studio / name, heifFile(fs::path(name).extension().string().substr(1),
+                                      {name[2] == 'a' ? av1Colours(1) : hevcColours(1)}));
+        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{name, "out.mp4"}), 2,
+                          "is a picture, expected a video; photo2native"));
+    }
+}
 
 TEST(Video2NativeFolder, NothingIsLostSilently) {
     ALTIRO3D_REQUIRE_FFMPEG();

@@ -403,7 +403,7 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
     if (isStereoFiles_) {
         if (depthFile.empty()) throw UsageError("--stereo files takes LEFT RIGHT, got one picture");
         given = depthFromStereo({StereoLayout::LeftRight, StereoHalves::Full, depthFile}, source_);
-    } else if (!depthFile.empty()) {
+    } else if (!depthFile.empty() && fromFiles_) { // else the source finds and checks it
         given = depthFromFile(depthFile, kind_);
     }
     DepthSource& source = given ? *given : *source_;

@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/quilt.hpp"
+#include "altiro3D/video_io.hpp"
 #include "common/run_tool.hpp"
 
 #include <algorithm>
@@ -49,7 +50,7 @@ CameraPhotos cameraPhotos(const std::vector<fs::path>& entries) {
     CameraPhotos photos;
     for (const fs::path& entry : entries) {
         if (endings.count(lowerCase(entry.extension().string())) > 0)
-            photos.emplace(entry.stem().string(), entry);
+            photos.emplace(lowerCase(entry.stem().string()), entry);
     }
     return photos;
 }
@@ -69,7 +70,7 @@ constexpr std::array<KindWords, 10> kWords = {{
     {FileKind::DepthVideo, "depth video",
      "is the depth of a video by its name; video2native --depth takes it with its video"},
     {FileKind::QuiltVideo, "quilt video",
-     "is a video of quilts by its name; quilt2native makes a Native of it"},
+     "is a video of quilts by its name; quilt2native makes a Native of it if it is named itself"},
     {FileKind::NativeVideo, "Native video", "is a Native video, which is finished"},
     {FileKind::LiveClip, "Live Photo clip", "is the clip of the Live Photo "},
     {FileKind::Folder, "folder", "is a folder; --recursive also converts what it holds"},
@@ -82,9 +83,20 @@ FileKind kindOfPicture(const fs::path& file, const FolderSearch& how) {
     return FileKind::Photo;
 }
 
+// The clip of a Live Photo has some 3 s.
+bool isBrief(const fs::path& video) {
+    constexpr double kMaxSeconds = 5;
+    try {
+        return VideoReader(video).facts().duration.value_or(0) <= kMaxSeconds;
+    } catch (const Error&) {
+        return true; // it holds nothing else either
+    }
+}
+
 FileKind kindOfVideo(const fs::path& file, const CameraPhotos& photos) {
-    if (photos.count(file.stem().string()) > 0) return FileKind::LiveClip;
     if (isQuiltName(file)) return FileKind::QuiltVideo;
+    if (photos.count(lowerCase(file.stem().string())) > 0 && isBrief(file))
+        return FileKind::LiveClip;
     return photoOfDepthName(file).empty() ? FileKind::Video : FileKind::DepthVideo;
 }
 
@@ -136,7 +148,8 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
         } else {
             found.leftOut.push_back(leftOutFile(entry, kind));
             if (kind == FileKind::LiveClip)
-                found.leftOut.back().why += photos.at(entry.stem().string()).filename().string();
+                found.leftOut.back().why +=
+                    photos.at(lowerCase(entry.stem().string())).filename().string();
         }
     }
     for (const SpareDepth& depth : pairDepthImages(depths, files)) {

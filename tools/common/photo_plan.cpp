@@ -50,6 +50,12 @@ bool takesPairs(const CommandLine& commandLine) {
     return commandLine.has("d") || commandLine.value("stereo") == "files";
 }
 
+// Whether depth images beside the photos are used.
+bool takesStoredDepth(const CommandLine& commandLine) {
+    return !commandLine.has("n") && !commandLine.has("l") &&
+           commandLine.value("embedded-depth") != "off";
+}
+
 std::string pairName(const CommandLine& commandLine) {
     return commandLine.has("d") ? "PHOTO DEPTH" : "LEFT RIGHT";
 }
@@ -81,7 +87,10 @@ std::vector<FolderFile> inputsOf(const CommandLine& commandLine, std::vector<Lef
                 for (const fs::path& depth : listImages(folder))
                     depths[folder / depth.stem()] = depth;
             }
-            const auto found = depths.find(folder / input.file.stem());
+            auto found = depths.find(folder / input.file.stem());
+            for (auto named = depths.begin(); found == depths.end() && named != depths.end();
+                 ++named) // a-depth.png
+                if (photoOfDepthName(named->second) == folder / input.file.stem()) found = named;
             input.depth = found != depths.end() ? found->second
                                                 : folder / input.file.filename(); // fails by name
             inputs.push_back(input);
@@ -100,8 +109,10 @@ std::vector<FolderFile> inputsOf(const CommandLine& commandLine, std::vector<Lef
                 inputs.push_back({name, {}, {}});
                 continue;
             }
-            for (const FolderFile& photo : listFiles(name, search, leftOut, messages))
+            for (FolderFile& photo : listFiles(name, search, leftOut, messages)) {
+                if (!takesStoredDepth(commandLine)) photo.depth.clear();
                 inputs.push_back(photo);
+            }
         }
     }
     if (inputs.empty()) {

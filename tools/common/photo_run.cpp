@@ -127,7 +127,8 @@ NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, const ViewOption
 
 // Pictures that were not named are converted only if they are photos.
 // @param isEstimated no depth came with the picture
-void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimated) {
+void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimated,
+                  Messages& messages) {
     if (!item.isFromFolder || !item.depth.empty()) return;
     const FoundQuilt found = findQuiltLayout(picture);
     if (found.verdict == QuiltVerdict::Quilt) {
@@ -135,6 +136,12 @@ void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimate
                         "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
                             std::to_string(found.layout.rows) +
                             " rows; quilt2native makes Natives of quilts"}};
+    }
+    if (found.verdict == QuiltVerdict::Unsure && found.confidence > 0) {
+        messages.warn(item.photo.string() + ": may be a quilt of " +
+                      std::to_string(found.layout.columns) + " columns x " +
+                      std::to_string(found.layout.rows) +
+                      " rows; if it is one, quilt2native -q makes its Native");
     }
     if (!isEstimated || hasColours(picture)) return;
     const QuietStandardError quiet;
@@ -223,7 +230,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     StageTimes times;
     const double focus = run.maker.options().views.focus;
     Scene scene = run.depth.read(item.photo, item.depth, focus, messages, times);
-    requirePhoto(item, scene.photo, run.depth.isEstimated());
+    requirePhoto(item, scene.photo, run.depth.isEstimated(), messages);
     double aspect = run.display.aspect();
     if (!item.quilt.empty()) aspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
     const cv::Size photoSize = scene.photo.size();
@@ -272,7 +279,12 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
                    {"photoHeight", photoSize.height},
                    {"native", item.native.string()}};
     const bool isPair = commandLine.has("stereo");
-    if (!item.depth.empty()) report[isPair ? "rightImage" : "depthImage"] = item.depth.string();
+    // a depth image beside the photo may not fit it
+    const bool isImageUsed =
+        !item.depth.empty() &&
+        (commandLine.has("d") || isPair ||
+         run.depth.used().find(item.depth.filename().string()) != std::string::npos);
+    if (isImageUsed) report[isPair ? "rightImage" : "depthImage"] = item.depth.string();
     report["depthSource"] = run.depth.used();
     const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
                                                        {"depth", item.savedDepth},
@@ -302,7 +314,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
         for (const auto& [key, file] : others)
             line += file.empty() ? "" : std::string(", ") + key;
         line += item.video.empty() ? "" : ", video";
-        if (!item.depth.empty() && !isPair) line += "; depth of " + item.depth.filename().string();
+        if (isImageUsed && !isPair) line += "; depth of " + item.depth.filename().string();
         const std::string cut = cutText(photoAspect, aspect, fitMode);
         line += cut.empty() ? "" : "; " + cut;
         line += chosen.empty() ? "" : "; " + chosen;

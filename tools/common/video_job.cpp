@@ -44,10 +44,12 @@ std::string factsText(const VideoFacts& facts) {
 }
 
 // A picture opens as a video of one frame; only --input-... makes this intentional.
-void refusePicture(const CommandLine& commandLine, const VideoPlan& plan, const VideoFacts& facts) {
+// @param facts null: of a file that is not opened yet
+void refusePicture(const CommandLine& commandLine, const VideoPlan& plan, const VideoFacts* facts) {
     std::error_code error;
     if (!fs::is_regular_file(plan.input, error) || commandLine.has("input-format") ||
-        commandLine.has("input-options") || !isPicture(plan.input, facts)) {
+        commandLine.has("input-options") ||
+        !(facts != nullptr ? isPicture(plan.input, *facts) : isHeifPicture(plan.input))) {
         return;
     }
     throw UsageError(plan.inputName() + ": is a picture, expected a video; " +
@@ -208,9 +210,10 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     NativeOptions& native = job.native;
     VideoConversion conversion;
     plan.part.threads = std::min(cv::getNumThreads(), 16);
+    refusePicture(commandLine, plan, nullptr); // FFmpeg's error would not say so
     conversion.reader = std::make_unique<VideoReader>(plan.input, plan.part);
     const VideoFacts& facts = conversion.reader->facts();
-    refusePicture(commandLine, plan, facts);
+    refusePicture(commandLine, plan, &facts);
     messages.say((messages.hasSubject() ? "" : plan.inputName() + ": ") + factsText(facts));
     if (!plan.fromQuilt) warnIfQuilt(plan.input, "--from-quilt", messages);
     if (plan.product == VideoProduct::Native) refuseNativeVideo(plan, facts, job.display, messages);

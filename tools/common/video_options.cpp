@@ -6,6 +6,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <fstream>
+#include <set>
 
 namespace altiro3D::tools {
 
@@ -151,7 +153,17 @@ double secondsOption(const std::string& option, const std::string& text) {
                      "\", expected seconds, as 12.5, or [h:]mm:ss");
 }
 
+bool isHeifPicture(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string start(12, '\0');
+    stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+    if (!stream || start.compare(4, 4, "ftyp") != 0) return false;
+    const std::set<std::string> brands = {"heic", "heix", "heim", "heis", "mif1", "mif2", "avif"};
+    return brands.count(start.substr(8)) > 0;
+}
+
 bool isPicture(const std::filesystem::path& file, const VideoFacts& facts) {
+    if (isHeifPicture(file)) return true;
     const std::string& format = facts.format;
     const std::string ending = "_pipe";
     const bool mayBe = format == "image2" ||

@@ -41,6 +41,9 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
 /// Seconds as "90", "1:30" or "0:01:30.5". @throws UsageError that names the option
 double secondsOption(const std::string& option, const std::string& text);
 
+/// Whether a file is a HEIC or AVIF picture, by its first bytes. FFmpeg opens some as videos.
+bool isHeifPicture(const std::filesystem::path& file);
+
 /// Whether a file is a single picture, which FFmpeg reads as a video of one frame.
 /// @param facts of the file; if they do not decide it, the file is read
 bool isPicture(const std::filesystem::path& file, const VideoFacts& facts);

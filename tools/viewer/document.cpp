@@ -128,13 +128,31 @@ void checkDirection(const Document& document, Notes& notes) {
     notes.push_back({NoteCode::Inverted, tools::invertedText(file, DepthKind::NearWhite, isHalf)});
 }
 
+bool takeDepthBeside(Document& document, Notes& notes) {
+    const fs::path beside = findDepthBeside(document.source.file);
+    if (beside.empty()) return false;
+    std::string problem;
+    try {
+        document.rawDepth = readDepthSamples(beside, &notes);
+        problem = reasonAgainstDepth(document.rawDepth, document.picture.size());
+        if (!problem.empty()) problem = beside.string() + ": is not used as depth: " + problem;
+    } catch (const Error& error) {
+        if (error.code() == ErrorCode::OutOfMemory) throw;
+        problem = std::string(error.what()) + "; it is not used";
+    }
+    if (problem.empty()) {
+        document.depthOrigin = "beside it (" + beside.filename().string() + ")";
+        return true;
+    }
+    document.rawDepth.release();
+    notes.push_back({NoteCode::LeftOut, problem});
+    return false;
+}
+
 // Depth that comes with the photo.
 void addPhotoDepth(Document& document, Notes& notes) {
-    const fs::path beside = findDepthBeside(document.source.file);
-    if (!beside.empty()) {
-        document.rawDepth = readDepthSamples(beside, &notes);
-        document.depthOrigin = "beside it (" + beside.filename().string() + ")";
-    } else if (const auto depth = readEmbeddedDepth(document.source.file, &notes)) {
+    if (takeDepthBeside(document, notes)) return;
+    if (const auto depth = readEmbeddedDepth(document.source.file, &notes)) {
         document.rawDepth = depth->depth;
         document.depthOrigin = "in the file (" + depth->text() + ")";
     } else if (const auto pair = readStereoPair(document.source.file, &notes)) {

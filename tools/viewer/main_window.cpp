@@ -258,11 +258,16 @@ void MainWindow::showDocument() {
         showStatus();
     }
     const bool current = document && controller_.problem().isEmpty();
+    if (current && document != told_ && said_ == notes_) { // of the file before
+        said_.clear();
+        showStatus();
+    }
     if (current && document != told_ && !document->notes.empty()) {
         std::vector<std::string> lines;
         for (const Note& note : document->notes)
             lines.push_back(note.text);
-        say(linesOf(lines), 10000);
+        notes_ = linesOf(lines);
+        say(notes_, 10000);
     }
     told_ = document;
     if (current && welcome_ == nullptr) remember(document->source.file);

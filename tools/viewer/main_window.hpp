@@ -117,6 +117,7 @@ class MainWindow : public QMainWindow {
     QLabel* status_ = nullptr;
     QString facts_;
     QString said_;
+    QString notes_; // of the last document that had some
     QTimer* unsay_ = nullptr;
     std::shared_ptr<const Document> told_; // its notes have been shown
     QLabel* busy_ = nullptr;

@@ -203,6 +203,17 @@ photoOfDepthName(const std::filesystem::path& depth);
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 findDepthBeside(const std::filesystem::path& photo);
 
+/// Why a depth image that was found beside a photo must not be used: its shape is not the photo's
+/// (2 %), or its range is less than 1/255 of its largest number, without the lowest and the highest
+/// 0.5 %.
+///
+/// @param samples from readDepthSamples(); non-finite values do not count
+/// @param photo size of the photo, px
+/// @return a part of a sentence ("it is flat"); empty if it can be used
+/// @throws Error InvalidArgument (empty, wrong type)
+[[nodiscard]] ALTIRO3D_EXPORT std::string reasonAgainstDepth(const cv::Mat& samples,
+                                                             cv::Size photo);
+
 /// Whether a picture looks like a depth image rather than a photo: it shows no colours
 /// (hasColours()), at least 70 % of it is smooth, and it has several greys. Grey photos with that
 /// little detail, such as fog, also look so; depth that is noisy or has few levels does not

@@ -19,6 +19,7 @@ struct Found {
     cv::Mat raw;
     std::string description; // empty: nothing was found
     DepthOrigin origin = DepthOrigin::Given;
+    bool isBeside = false; // in a file of its own
     Notes notes;
 };
 
@@ -35,6 +36,7 @@ Found findBeside(const fs::path& photo) {
     try {
         found.raw = readDepthSamples(beside, &found.notes);
         putNameBefore(found.notes, beside);
+        found.isBeside = true;
         found.description = "depth image beside the photo (" + beside.string() + ")";
     } catch (const Error& error) {
         if (error.code() == ErrorCode::OutOfMemory) throw;
@@ -43,17 +45,31 @@ Found findBeside(const fs::path& photo) {
     return found;
 }
 
-Found findDepth(const fs::path& photo) {
-    Found found = findBeside(photo);
-    if (!found.raw.empty()) return found;
-    const Notes notes = std::exchange(found.notes, {});
+// @param before remarks about what was looked at before
+Found findInFile(const fs::path& photo, const Notes& before) {
+    Found found;
     if (const auto depth = readEmbeddedDepth(photo, &found.notes)) {
         found.raw = depth->depth;
         found.description = "depth in the photo's file (" + depth->text() + ")";
     }
     putNameBefore(found.notes, photo);
-    found.notes.insert(found.notes.begin(), notes.begin(), notes.end());
+    found.notes.insert(found.notes.begin(), before.begin(), before.end());
     return found;
+}
+
+Found findDepth(const fs::path& photo) {
+    Found found = findBeside(photo);
+    return found.raw.empty() ? findInFile(photo, found.notes) : found;
+}
+
+// The same, if a depth image beside the photo does not fit it.
+void replaceUnfit(Found& found, const fs::path& photo, cv::Size size) {
+    if (!found.isBeside) return;
+    const std::string reason = reasonAgainstDepth(found.raw, size);
+    if (reason.empty()) return;
+    const std::string beside = findDepthBeside(photo).string();
+    found.notes.push_back({NoteCode::LeftOut, beside + ": is not used as depth: " + reason});
+    found = findInFile(photo, found.notes);
 }
 
 // Without a reliable match there is no depth, and a remark says why.
@@ -129,6 +145,7 @@ class PhotoDepthSource : public FoundDepthSource {
         if (notes != nullptr) notes->insert(notes->end(), pairNotes.begin(), pairNotes.end());
         photo = pair ? pair->left : readPhotoOf(file, notes); // of two that are broken it is named
         Found found = depth.get();
+        replaceUnfit(found, file, photo.size());
         if (pair && found.raw.empty()) {
             Found matched = matchPair(*pair, file);
             matched.notes.insert(matched.notes.begin(), found.notes.begin(), found.notes.end());

@@ -5,6 +5,7 @@
 #include "base/checks.hpp"
 #include "base/text.hpp"
 #include "image/image_list.hpp"
+#include "image/picture_shape.hpp"
 
 #include <algorithm>
 #include <array>
@@ -118,6 +119,31 @@ fs::path photoOfDepthName(const fs::path& depth) {
             return depth.parent_path() / stem.substr(0, separator);
     }
     return {};
+}
+
+std::string reasonAgainstDepth(const cv::Mat& samples, cv::Size photo) {
+    checkType(samples, {CV_8UC1, CV_16UC1, CV_32FC1, CV_64FC1}, "samples",
+              "one channel of 8 or 16 bits or of floats");
+    if (!haveOneShape(samples.size(), photo))
+        return "its shape, " + sizeText(samples.size()) + " px, is not that of the photo, " +
+               sizeText(photo) + " px";
+    cv::Mat numbers;
+    samples.convertTo(numbers, CV_32F);
+    std::vector<float> values;
+    for (const float value : cv::Mat_<float>(numbers)) {
+        if (std::isfinite(value)) values.push_back(value);
+    }
+    if (values.empty()) return "it is flat";
+    const auto percentile = [&values](double share) {
+        const auto at = values.begin() +
+                        static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+        std::nth_element(values.begin(), at, values.end());
+        return static_cast<double>(*at);
+    };
+    const double low = percentile(0.005);
+    const double high = percentile(0.995);
+    const bool isFlat = (high - low) * 255 < std::max(std::abs(low), std::abs(high)) || high == low;
+    return isFlat ? "it is flat" : "";
 }
 
 fs::path findDepthBeside(const fs::path& photo) {

@@ -20,10 +20,10 @@ bool isDigit(char c) {
 } // namespace
 
 bool hasImageExtension(const fs::path& file) {
-    constexpr std::array<const char*, 23> kExtensions = {
-        ".png", ".jpg", ".jpeg", ".jpe",  ".mpo",  ".tif", ".tiff", ".webp",
-        ".bmp", ".dib", ".pnm",  ".ppm",  ".pgm",  ".pbm", ".pfm",  ".exr",
-        ".hdr", ".jp2", ".j2k",  ".heic", ".heif", ".hif", ".avif"};
+    constexpr std::array<const char*, 24> kExtensions = {
+        ".png",  ".jpg", ".jpeg", ".jpe", ".jfif", ".mpo",  ".tif", ".tiff",
+        ".webp", ".bmp", ".dib",  ".pnm", ".ppm",  ".pgm",  ".pbm", ".pfm",
+        ".exr",  ".hdr", ".jp2",  ".j2k", ".heic", ".heif", ".hif", ".avif"};
     return std::find(kExtensions.begin(), kExtensions.end(), lowerExtension(file)) !=
            kExtensions.end();
 }

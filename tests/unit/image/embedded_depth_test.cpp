@@ -436,6 +436,44 @@ TEST_F(EmbeddedDepthFiles, TheDepthBesideAPhotoIsFoundByEveryName) {
     EXPECT_EQ(findDepthBeside(""), "");
 }
 
+TEST(ReasonAgainstDepth, IsAnotherShapeOrNoRange) {
+    const cv::Size photo(400, 300);
+    const auto reason = [&](const cv::Mat& samples) { return reasonAgainstDepth(samples, photo); };
+    cv::Mat ramp(30, 40, CV_32FC1);
+    for (int i = 0; i < 1200; ++i)
+        ramp.at<float>(i / 40, i % 40) = 1000 + static_cast<float>(i);
+    EXPECT_EQ(reason(ramp), "");
+    EXPECT_EQ(reason(-ramp), "");
+    EXPECT_EQ(reason(ramp.colRange(0, 39)),
+              "its shape, 39 x 30 px, is not that of the photo, 400 x "
+              "300 px");
+    cv::Mat flat(30, 40, CV_32FC1, cv::Scalar(7));
+    EXPECT_EQ(reason(flat), "it is flat");
+    flat.at<float>(3, 3) = 255; // single px are no range
+    flat.at<float>(4, 3) = std::numeric_limits<float>::infinity();
+    EXPECT_EQ(reason(flat), "it is flat");
+    EXPECT_EQ(reason(cv::Mat::zeros(30, 40, CV_32FC1)), "it is flat");
+    EXPECT_EQ(reason(cv::Mat(30, 40, CV_32FC1, cv::Scalar(std::nan("")))), "it is flat");
+    EXPECT_EQ(errorOf([&] { static_cast<void>(reason({})); }),
+              "samples: is empty, expected one channel of 8 or 16 bits or of floats");
+}
+
+TEST_F(EmbeddedDepthFiles, DepthBesideThatDoesNotFitIsLeftOut) {
+    const auto source = storedDepthOr(depthFromCues());
+    const auto path = file(gDepthPhoto(photo, depthPng));
+    for (const cv::Mat& unfit : {cv::Mat(15, 20, CV_8UC1, cv::Scalar(90)), ramp(20, 20)}) {
+        spill(directory / "a_depth.png", coded(".png", unfit));
+        notes.clear();
+        static_cast<void>(source->readImage(path, &notes));
+        EXPECT_EQ(source->description(), "depth in the photo's file (GDepth, 40 x 30 px)");
+        ASSERT_EQ(notes.size(), 1u);
+        EXPECT_EQ(
+            notes[0].text.find((directory / "a_depth.png").string() + ": is not used as depth: it"),
+            0u)
+            << notes[0].text;
+    }
+}
+
 TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {
     const auto source = storedDepthOr(depthFromCues());
     altiro3D::Scene scene;

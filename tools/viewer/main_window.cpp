@@ -6,6 +6,7 @@
 #include "viewer/knob_panel.hpp"
 #include "viewer/photo_strip.hpp"
 #include "viewer/picture_view.hpp"
+#include "viewer/video_bar.hpp"
 #include "viewer/window_words.hpp"
 
 #include <QAction>
@@ -35,7 +36,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     setWindowTitle(tr("altiro3D"));
     setWindowIcon(QIcon::fromTheme("altiro3D", QIcon(":/altiro3D.svg")));
     setAcceptDrops(true);
-    setCentralWidget(picture_);
+    setCentralWidget(withVideoBar(picture_, controller_));
     buildFiles();
     buildStrip();
     auto* knobDock = new QDockWidget(tr("Settings"));

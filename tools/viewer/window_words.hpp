@@ -26,6 +26,9 @@ constexpr KeyWords kKeys[] = {
     {"M", "Let the camera follow the mouse, or stop that."},
     {"PgDown, PgUp", "Open the next, the previous file."},
     {"P", "Play or stop the video."},
+    {"Shift+Left, Shift+Right", "Go back or on by 5 s in the video, also during --show."},
+    {"Shift+M, +, -", "Switch the sound of the video off or on, make it louder, quieter; also "
+                      "during --show."},
     {"0", "Reset the frame. Drag a photo to move it, turn the wheel to zoom (1..100)."},
     {"F11", "Show the Native on the light-field display."},
     {"Escape", "Leave the display; F11 and a double click do the same."},

@@ -21,7 +21,9 @@ struct AudioReaderOptions {
 ///
 /// The first sample delivered belongs to the time `from` of the file, on the same clock as the
 /// frames of VideoReader. Where the track has no sound (before its start, in a gap), silence is
-/// delivered; a damaged packet is skipped and replaced by silence.
+/// delivered; a damaged packet is skipped and replaced by silence. After a seek the time is as
+/// exact as the container's times: to the sample in .wav, .flac, .mov and .mp4, to 1 ms in .mkv. A
+/// mono track is delivered in both channels at 71 % of its amplitude, which is as loud.
 ///
 /// The class turns FFmpeg's messages off as VideoReader does. One thread at a time per object.
 class ALTIRO3D_EXPORT AudioReader {

@@ -37,6 +37,7 @@ class SlidePresenter : public QObject {
 
     /// How videos are played; each is shown once.
     void setPlaySettings(const PlaySettings& settings);
+    const PlaySettings& playSettings() const { return playSettings_; }
 
     /// Begins on a screen.
     void start(QScreen& screen);

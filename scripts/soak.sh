@@ -2,14 +2,17 @@
 # Converts many photos in one process and a long video in another one. Prints their memory, open files and
 # threads at intervals, and fails if one of these grows during the run (see judge below).
 #
-#   scripts/soak.sh [PHOTOS [SECONDS]]      1000 photos, an hour of video
+#   scripts/soak.sh [PHOTOS [SECONDS [PLAYED]]]      1000 photos, an hour of video, 600 s played
+#
+# Then the viewer's player plays a video with a white picture and a click in each second, for PLAYED seconds. The run
+# fails if a picture is shown more than 40 ms from its click in the recording of what was played.
 #
 # The photos are docs/examples/sample.jpg at sixteen sizes, the video is made of FFmpeg's test
 # pictures with sound; $SOAK_CLIP is used instead if it is set, again and again, and $SOAK_NETWORK is
 # the depth network of both. The panel is 384 x 512 px.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-photos=${1:-1000} seconds=${2:-3600}
+photos=${1:-1000} seconds=${2:-3600} played=${3:-600}
 tools=build/dev/tools
 network=(${SOAK_NETWORK:+-n "$SOAK_NETWORK"})
 place=$(mktemp -d)
@@ -121,5 +124,12 @@ if ((seconds > 0)); then
     ffprobe -v error -count_packets -show_entries stream=codec_name,nb_read_packets \
         -of csv=p=0 "$place/native.mp4"
     judge video || failed=1
+fi
+
+if ((played > 0)); then
+    ALTIRO3D_CLICK_SECONDS=$played build/dev/tests/qt/altiro3D_qt_tests \
+        --gtest_filter=VideoSound.PicturesStayInStepAndEverySampleIsPlayed >"$place/log" 2>&1 || failed=1
+    grep -E 'Failure|Skipped' -A3 "$place/log" || true
+    grep 'after their clicks' "$place/log" || failed=1
 fi
 exit "$failed"

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
 #endif
     const altiro3D::test::Home home;
     qputenv("QT_QPA_PLATFORM", "offscreen");
+    qputenv("SDL_AUDIODRIVER", "dummy"); // nobody hears the tests
     ::testing::InitGoogleTest(&argc, argv);
     if (::testing::GTEST_FLAG(list_tests)) return RUN_ALL_TESTS(); // takes no desktop
     const QApplication application(argc, argv);

@@ -91,6 +91,7 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     QApplication::setDesktopFileName("altiro3Dview");
     MainWindow window(display, messages.warnings());
     messages.dropWarnings(); // the window shows them
+    window.controller().setPlaySettings(playSettings(commandLine));
     window.show();
     const std::vector<std::filesystem::path>& files = commandLine.files();
     if (files.empty()) window.welcome(nameOf(display));
@@ -125,6 +126,8 @@ int main(int argc, char** argv) {
     commandLine.add({"each"}, "With --show: show each picture for S seconds (default 20).", "S");
     commandLine.add({"shuffle"}, "With --show: in random order.");
     commandLine.add({"loop"}, "With --show: begin again after the last file.");
+    commandLine.add({"volume"}, "Volume of videos, 0..100 % (default 100).", "PERCENT");
+    commandLine.add({"mute"}, "Play videos without sound.");
     commandLine.addAdvanced(
         {"screen"},
         "Screen for --show and --test-picture, by its name or number, instead of the display's "

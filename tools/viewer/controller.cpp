@@ -224,6 +224,21 @@ void Controller::swing() {
 void Controller::setPlaying(bool playing) {
     playing_ = playing;
     if (player_) player_->setPaused(!playing);
+    emit playingChanged(playing);
+}
+
+VideoPlayer::State Controller::videoState() const {
+    return player_ ? player_->state() : VideoPlayer::State();
+}
+
+void Controller::setPlaySettings(const PlaySettings& settings) {
+    playSettings_ = settings;
+    if (player_) player_->set(settings);
+    emit playSettingsChanged();
+}
+
+void Controller::seekVideo(double seconds) {
+    if (player_) player_->seek(seconds);
 }
 
 VideoPlayer::Counts Controller::videoCounts() const {
@@ -262,7 +277,8 @@ void Controller::play() {
         emit pictureArrived();
     };
     pictureWaits_ = false; // the player before has ended
-    player_ = std::make_shared<VideoPlayer>(source.file, show, fail);
+    playSettings_.track = -1;
+    player_ = std::make_shared<VideoPlayer>(source.file, show, fail, playSettings_);
     player_->setPaused(!playing_);
 }
 

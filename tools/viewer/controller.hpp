@@ -92,6 +92,13 @@ class Controller : public QObject {
     void setPlaying(bool playing);
     /// Picture counts of the open video; zeros if none is open.
     VideoPlayer::Counts videoCounts() const;
+    /// What is to be shown about the open video; zeros if none is open.
+    VideoPlayer::State videoState() const;
+    /// How videos are played; the track belongs to the open one.
+    const PlaySettings& playSettings() const { return playSettings_; }
+    void setPlaySettings(const PlaySettings& settings);
+    /// Goes to a time of the open video, s.
+    void seekVideo(double seconds);
     /// Sets the area for the picture, px of the screen.
     void setArea(cv::Size area);
     /// Moves a Native in its window, px.
@@ -157,6 +164,8 @@ class Controller : public QObject {
     void displayChanged();
     void modeChanged();
     void swingingChanged(bool swinging);
+    void playingChanged(bool playing);
+    void playSettingsChanged();
     void frameReady();
     /// @param native [panel size, CV_8UC3]
     void nativeReady(const cv::Mat& native);
@@ -236,6 +245,7 @@ class Controller : public QObject {
     cv::Point pan_;
     bool presenting_ = false;
     bool playing_ = true;
+    PlaySettings playSettings_;
     quint64 frameReading_ = 0; // the reading that the last frame belongs to
     Frame frame_;
     bool exporting_ = false;

@@ -7,6 +7,7 @@
 #include "viewer/paint_bar.hpp"
 #include "viewer/photo_strip.hpp"
 #include "viewer/picture_view.hpp"
+#include "viewer/video_bar.hpp"
 #include "viewer/window_words.hpp"
 
 #include <QAction>
@@ -38,7 +39,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     setWindowIcon(QIcon::fromTheme("altiro3D", QIcon(":/altiro3D.svg")));
     setAcceptDrops(true);
     picture_->setAccessibleName(tr("Picture"));
-    setCentralWidget(picture_);
+    setCentralWidget(withVideoBar(picture_, controller_));
     buildFiles();
     buildStrip();
     auto* knobDock = new QDockWidget(tr("Settings"));

@@ -135,6 +135,7 @@ void MainWindow::buildViewMenu() {
     play->setCheckable(true);
     play->setChecked(controller_.isPlaying());
     connect(play, &QAction::toggled, this, [this](bool on) { controller_.setPlaying(on); });
+    connect(&controller_, &Controller::playingChanged, play, &QAction::setChecked);
     view.addSeparator();
     next_ = action(view, tr("&Next file"), QKeySequence(Qt::Key_PageDown),
                    [this] { controller_.select(controller_.current() + 1); });

@@ -14,6 +14,7 @@
 #include <atomic>
 #include <chrono>
 #include <clocale>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <random>
@@ -209,12 +210,15 @@ int presentFiles(int& argc, char** argv, const tools::CommandLine& commandLine,
                              });
     QObject::connect(&presenter, &SlidePresenter::ended, &application, &QApplication::quit,
                      Qt::QueuedConnection);
+    presenter.setPlaySettings(playSettings(commandLine));
     presenter.start(screen);
     const int status = QApplication::exec();
     const VideoPlayer::Counts counts = presenter.counts();
     if (counts.shown + counts.dropped > 0) {
         messages.detail(std::to_string(counts.shown) + " pictures of videos shown, " +
                         std::to_string(counts.dropped) + " dropped");
+        if (const std::string why = soundProblem(); !why.empty())
+            messages.detail("videos are shown without sound: " + why);
     }
     if (presenter.show().hasShown() || problem.empty()) return status;
     if (isSingle) throw std::runtime_error(problem);
@@ -223,6 +227,14 @@ int presentFiles(int& argc, char** argv, const tools::CommandLine& commandLine,
 }
 
 } // namespace
+
+PlaySettings playSettings(const tools::CommandLine& commandLine) {
+    PlaySettings settings;
+    if (const auto volume = commandLine.number("volume", 0, 100))
+        settings.volume = static_cast<int>(std::lround(*volume));
+    settings.muted = commandLine.has("mute");
+    return settings;
+}
 
 int present(int& argc, char** argv, const tools::CommandLine& commandLine,
             tools::Messages& messages) {

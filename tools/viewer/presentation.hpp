@@ -1,8 +1,13 @@
 #pragma once
 
 #include "common/run_tool.hpp"
+#include "viewer/video_player.hpp"
 
 namespace altiro3D::viewer {
+
+/// Reads --volume and --mute.
+/// @throws UsageError
+PlaySettings playSettings(const tools::CommandLine& commandLine);
 
 /// Shows files one after the other, or the Natives from standard input, on the display until the
 /// user closes it or, without --loop, several files have been shown.

@@ -4,6 +4,7 @@
 #include <QGuiApplication>
 #include <QKeyEvent>
 #include <QScreen>
+#include <algorithm>
 #include <utility>
 
 namespace altiro3D::viewer {
@@ -31,6 +32,7 @@ SlidePresenter::SlidePresenter(const SlideShow::Settings& settings, ShowFiles fi
       show_(settings, {[this](const Source& source) { make(source); }, report_}),
       maker_(std::make_shared<SlideMaker>(std::move(display), screen)),
       worker_(std::make_unique<Worker>()) {
+    playSettings_.atEnd = AtEnd::Finish;
     show_.setFiles(files_.files());
     widget_.installEventFilter(this);
     connect(&widget_, &qt::NativeWidget::left, this, &SlidePresenter::ended);
@@ -84,12 +86,40 @@ VideoPlayer::Counts SlidePresenter::counts() const {
 
 bool SlidePresenter::eventFilter(QObject* object, QEvent* event) {
     if (event->type() == QEvent::Close) emit ended();
-    if (event->type() == QEvent::KeyPress && onKey(static_cast<QKeyEvent*>(event)->key()))
-        return true;
+    if (event->type() == QEvent::KeyPress && onKey(*static_cast<QKeyEvent*>(event))) return true;
     return QObject::eventFilter(object, event);
 }
 
-bool SlidePresenter::onKey(int key) {
+void SlidePresenter::setPlaySettings(const PlaySettings& settings) {
+    playSettings_ = settings;
+    playSettings_.atEnd = AtEnd::Finish;
+    if (player_) player_->set(playSettings_);
+}
+
+bool SlidePresenter::onSoundKey(int key) {
+    PlaySettings settings = playSettings_;
+    if (key == Qt::Key_M)
+        settings.muted = !settings.muted;
+    else if (key == Qt::Key_Plus)
+        settings.volume = std::min(settings.volume + kVolumeStep, 100);
+    else if (key == Qt::Key_Minus)
+        settings.volume = std::max(settings.volume - kVolumeStep, 0);
+    else
+        return false;
+    setPlaySettings(settings);
+    return true;
+}
+
+bool SlidePresenter::onKey(const QKeyEvent& event) {
+    const int key = event.key();
+    const bool seeks = (event.modifiers() & Qt::ShiftModifier) != 0 &&
+                       (key == Qt::Key_Left || key == Qt::Key_Right);
+    if (seeks) {
+        if (player_)
+            player_->seek(player_->state().position + (key == Qt::Key_Left ? -1 : 1) * kSeekStep);
+        return true;
+    }
+    if (onSoundKey(key)) return true;
     switch (key) {
     case Qt::Key_Right:
     case Qt::Key_PageDown:
@@ -157,7 +187,7 @@ void SlidePresenter::begin(const Slide& slide) {
                 },
                 Qt::QueuedConnection);
         },
-        false);
+        playSettings_);
     player_->setPaused(show_.isPaused());
 }
 

@@ -17,6 +17,7 @@
 #include <memory>
 #include <string>
 
+class QKeyEvent;
 class QScreen;
 
 namespace altiro3D::viewer {
@@ -34,6 +35,10 @@ class SlidePresenter : public QObject {
                    std::function<void(const std::string&)> report);
     ~SlidePresenter() override;
 
+    /// How videos are played; each is shown once.
+    void setPlaySettings(const PlaySettings& settings);
+    const PlaySettings& playSettings() const { return playSettings_; }
+
     /// Begins on a screen.
     void start(QScreen& screen);
 
@@ -50,7 +55,8 @@ class SlidePresenter : public QObject {
     bool eventFilter(QObject* object, QEvent* event) override;
 
   private:
-    bool onKey(int key);
+    bool onKey(const QKeyEvent& event);
+    bool onSoundKey(int key);
     void make(const Source& source);
     void tick();
     void begin(const Slide& slide); // of what is shown from now on
@@ -70,6 +76,7 @@ class SlidePresenter : public QObject {
     int change_ = 0; // of the show, that is on the screen
     cv::Mat native_; // of the slide or of the frame that is shown
     VideoPlayer::Counts counts_;
+    PlaySettings playSettings_;
     Arrivals arrivals_;
     std::unique_ptr<VideoPlayer> player_;
     std::shared_ptr<SlideMaker> maker_;

@@ -28,6 +28,9 @@ constexpr KeyWords kKeys[] = {
     {"P", "Play or stop the video."},
     {"B", "Paint the depth: brushes and a lasso in a bar of their own; Escape ends it."},
     {"[, ]", "A smaller, a larger brush."},
+    {"Shift+Left, Shift+Right", "Go back or on by 5 s in the video, also during --show."},
+    {"Shift+M, +, -", "Switch the sound of the video off or on, make it louder, quieter; also "
+                      "during --show."},
     {"0", "Reset the frame. Drag a photo to move it, turn the wheel to zoom (1..100)."},
     {"F11", "Show the Native on the light-field display."},
     {"Escape", "Leave the display; F11 and a double click do the same."},

@@ -50,6 +50,7 @@
 /// Photos and flat video as glasses-free 3D pictures. altiro3D.hpp lists the rules for the whole
 /// namespace.
 
+#include "altiro3D/audio_reader.hpp"
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/camera.hpp"
 #include "altiro3D/depth2quilt.hpp"

@@ -180,7 +180,8 @@ bool hasFramePerPacket(const AVCodecParameters& parameters) {
     }
 }
 
-// Opens the container and chooses the stream.
+} // namespace
+
 void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOptions& options) {
     input.subject = path == "-" ? "standard input" : path.string();
     std::string url = "file:" + path.string();
@@ -248,9 +249,14 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
     if (result < 0 && raw->nb_streams == 0) {
         throw Error(ErrorCode::BadFormat, input.subject, "cannot be read: " + ffmpegText(result));
     }
-    input.stream = chooseStream(*raw);
+}
+
+namespace {
+
+void chooseStream(VideoInput& input) {
+    input.stream = chooseStream(*input.format);
     if (input.stream == nullptr) {
-        const std::string contents = otherContents(*raw);
+        const std::string contents = otherContents(*input.format);
         throw Error(ErrorCode::BadFormat, input.subject,
                     "holds no video stream" + (contents.empty() ? "" : " but " + contents) +
                         ", expected a video");
@@ -397,6 +403,7 @@ void listContents(const AVFormatContext& format, VideoFacts& facts) {
 VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& options) {
     VideoInput input;
     openContainer(input, path, options);
+    chooseStream(input);
     openDecoder(input, options.threads);
     fillFacts(input);
     listContents(*input.format, input.facts);

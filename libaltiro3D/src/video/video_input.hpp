@@ -34,6 +34,12 @@ struct VideoInput {
     bool hasFixedTimes() const;
 };
 
+/// Opens a container and reads what its streams are. Sets `subject`, `kind` and `format` alone.
+///
+/// @throws Error as VideoReader::VideoReader()
+void openContainer(VideoInput& input, const std::filesystem::path& path,
+                   const VideoReaderOptions& options);
+
 /// Opens a video and reads its properties.
 ///
 /// @param options options with `threads` > 0

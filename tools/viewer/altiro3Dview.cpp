@@ -74,6 +74,7 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     MainWindow window(display, messages.warnings());
     messages.dropWarnings(); // the window shows them
     window.controller().setPlaySettings(playSettings(commandLine));
+    if (messages.verbose()) detailSilence(messages);
     window.show();
     const std::vector<std::filesystem::path>& files = commandLine.files();
     if (commandLine.has("d")) {

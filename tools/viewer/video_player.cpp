@@ -138,8 +138,12 @@ void VideoPlayer::openSound(const VideoFacts& facts) {
         if (stream.kind == StreamKind::Audio) tracks.push_back(stream);
     std::unique_ptr<SoundPlayer> sound;
     std::string problem;
-    if (!tracks.empty() && !facts.isDevice && !sound_ && !isSilent_)
-        sound = SoundPlayer::open(file_, problem);
+    bool opens = !tracks.empty() && !facts.isDevice;
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        opens = opens && !sound_ && !isSilent_;
+    }
+    if (opens) sound = SoundPlayer::open(file_, problem);
     const std::lock_guard<std::mutex> lock(mutex_);
     state_.tracks = tracks;
     state_.duration = facts.isDevice ? 0 : facts.duration.value_or(0);

@@ -309,6 +309,16 @@ TEST_F(VideoSound, AMachineWithoutSoundPlaysOn) {
         EXPECT_NEAR(std::chrono::duration<double>(whites[i] - whites[i - 1]).count(), 1, 0.2);
 }
 
+// The device fails when it is given the first samples.
+TEST_F(VideoSound, ALostDeviceDoesNotStopTheVideo) {
+    const fs::path file = makeClicks(folder_ / "c.mkv", 2);
+    const Environment driver("SDL_AUDIODRIVER", "disk");
+    const Environment name("SDL_DISKAUDIOFILE", "/dev/full");
+    Played played(file, once());
+    ASSERT_TRUE(waitFor([&] { return played.isDone(); }));
+    EXPECT_EQ(played.whites().size(), 2U);
+}
+
 TEST_F(VideoSound, AtTheEndItStopsUntilItPlaysAgain) {
     const fs::path file = makeClicks(folder_ / "c.mkv", 1);
     const Environment driver("SDL_AUDIODRIVER", "dummy");

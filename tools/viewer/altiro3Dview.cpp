@@ -92,6 +92,7 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     MainWindow window(display, messages.warnings());
     messages.dropWarnings(); // the window shows them
     window.controller().setPlaySettings(playSettings(commandLine));
+    if (messages.verbose()) detailSilence(messages);
     window.show();
     const std::vector<std::filesystem::path>& files = commandLine.files();
     if (files.empty()) window.welcome(nameOf(display));

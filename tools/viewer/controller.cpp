@@ -252,6 +252,7 @@ void Controller::play() {
         std::make_shared<PlayedDepth>(depthMaker_); // used by the player's thread alone
     const auto show = [this, number, source, depth, display = display_](const cv::Mat& picture) {
         if (pictureWaits_.exchange(true)) return false; // the one before is still being made
+        const auto since = std::chrono::steady_clock::now();
         auto document = std::make_shared<Document>(documentOf(source, picture, *display));
         document->video = true;
         if (document->kind == Kind::Scene) {
@@ -264,7 +265,7 @@ void Controller::play() {
         }
         {
             const std::lock_guard<std::mutex> lock(arrivalMutex_);
-            arrival_ = {number, document, {}};
+            arrival_ = {number, document, {}, since};
         }
         emit pictureArrived();
         return true;
@@ -272,7 +273,7 @@ void Controller::play() {
     const auto fail = [this, number](const std::string& problem) {
         {
             const std::lock_guard<std::mutex> lock(arrivalMutex_);
-            arrival_ = {number, nullptr, QString::fromStdString(problem)};
+            arrival_ = {number, nullptr, QString::fromStdString(problem), {}};
         }
         emit pictureArrived();
     };
@@ -295,6 +296,7 @@ void Controller::takePicture() {
         return;
     }
     document_ = arrival.document;
+    shownSince_ = arrival.since;
     requestFrame();
     requestNative();
 }
@@ -339,6 +341,7 @@ void Controller::requestFrame() {
                              waiting_ = frame.request.knobs.depth != knobs_.depth;
                              problem_ = problem;
                              takeFrame(frame);
+                             noteShown(frame);
                              if (changed) emit documentChanged();
                          },
                          Qt::QueuedConnection);
@@ -370,6 +373,14 @@ void Controller::requestNative() {
                 },
                 Qt::QueuedConnection);
         });
+}
+
+// The time that the picture took to the window leads the next ones.
+void Controller::noteShown(const Frame& frame) {
+    if (!player_ || !shownSince_ || frame.request.document != document_) return;
+    const auto now = std::chrono::steady_clock::now();
+    player_->noteDelay(std::chrono::duration<double>(now - *shownSince_).count());
+    shownSince_.reset();
 }
 
 void Controller::takeFrame(const Frame& frame) {

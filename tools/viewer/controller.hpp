@@ -13,8 +13,10 @@
 #include <QTimer>
 #include <QUndoStack>
 #include <atomic>
+#include <chrono>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <tuple>
 
 namespace altiro3D::viewer {
@@ -209,6 +211,7 @@ class Controller : public QObject {
     void requestFrame();
     void requestNative();
     void takeFrame(const Frame& frame);
+    void noteShown(const Frame& frame);
     FramedPhoto framedPhoto() const;
     /// The settings with the frame that is shown, which the user moves from now on.
     Knobs withFrame() const;
@@ -255,7 +258,9 @@ class Controller : public QObject {
         quint64 reading = 0;                      // the reading that it belongs to
         std::shared_ptr<const Document> document; // null: the video stopped because of `problem`
         QString problem;
+        std::chrono::steady_clock::time_point since; // when the player delivered it
     };
+    std::optional<std::chrono::steady_clock::time_point> shownSince_; // of a picture, until shown
     std::mutex arrivalMutex_;
     Arrival arrival_;                    // from the player's thread
     std::string depthWish_ = kBestDepth; // Knobs::depth, for the player's thread

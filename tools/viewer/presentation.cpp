@@ -217,8 +217,7 @@ int presentFiles(int& argc, char** argv, const tools::CommandLine& commandLine,
     if (counts.shown + counts.dropped > 0) {
         messages.detail(std::to_string(counts.shown) + " pictures of videos shown, " +
                         std::to_string(counts.dropped) + " dropped");
-        if (const std::string why = soundProblem(); !why.empty())
-            messages.detail("videos are shown without sound: " + why);
+        if (messages.verbose()) detailSilence(messages);
     }
     if (presenter.show().hasShown() || problem.empty()) return status;
     if (isSingle) throw std::runtime_error(problem);
@@ -234,6 +233,11 @@ PlaySettings playSettings(const tools::CommandLine& commandLine) {
         settings.volume = static_cast<int>(std::lround(*volume));
     settings.muted = commandLine.has("mute");
     return settings;
+}
+
+void detailSilence(tools::Messages& messages) {
+    if (const std::string why = soundProblem(); !why.empty())
+        messages.detail("videos are shown without sound: " + why);
 }
 
 int present(int& argc, char** argv, const tools::CommandLine& commandLine,

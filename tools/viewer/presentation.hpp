@@ -9,6 +9,9 @@ namespace altiro3D::viewer {
 /// @throws UsageError
 PlaySettings playSettings(const tools::CommandLine& commandLine);
 
+/// Says why videos have no sound, if the computer has no sound output.
+void detailSilence(tools::Messages& messages);
+
 /// Shows files one after the other, or the Natives from standard input, on the display until the
 /// user closes it or, without --loop, several files have been shown.
 /// @throws UsageError, Error

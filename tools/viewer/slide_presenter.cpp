@@ -47,10 +47,12 @@ SlidePresenter::SlidePresenter(const SlideShow::Settings& settings, ShowFiles fi
     connect(
         &arrivals_, &Arrivals::arrived, this,
         [this] {
+            const qint64 delivered = deliveredAt_; // the next one may come after take()
             cv::Mat frame = arrivals_.take();
             if (frame.empty() || !player_) return; // of a video that has been left
             native_ = frame;
             draw();
+            player_->noteDelay(static_cast<double>(clock_.elapsed() - delivered) / 1000);
         },
         Qt::QueuedConnection);
 }
@@ -174,7 +176,9 @@ void SlidePresenter::begin(const Slide& slide) {
     player_ = std::make_unique<VideoPlayer>(
         slide.source.file,
         [this, convert = slide.nativeOfFrame](const cv::Mat& frame) {
-            return arrivals_.isFree() && arrivals_.put(convert(frame));
+            if (!arrivals_.isFree()) return false;
+            deliveredAt_ = clock_.elapsed();
+            return arrivals_.put(convert(frame));
         },
         [this, change = change_](const std::string& problem) {
             // what cannot be read further ends here, too

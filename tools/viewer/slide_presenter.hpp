@@ -13,6 +13,7 @@
 #include <QFileSystemWatcher>
 #include <QObject>
 #include <QTimer>
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
@@ -77,6 +78,7 @@ class SlidePresenter : public QObject {
     cv::Mat native_; // of the slide or of the frame that is shown
     VideoPlayer::Counts counts_;
     PlaySettings playSettings_;
+    std::atomic<qint64> deliveredAt_{0}; // ms of clock_, of the frame that arrives next
     Arrivals arrivals_;
     std::unique_ptr<VideoPlayer> player_;
     std::shared_ptr<SlideMaker> maker_;

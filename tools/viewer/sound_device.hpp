@@ -29,7 +29,7 @@ class SoundDevice {
     SoundDevice() = default;
 
     std::function<void(float*, int)> fill_;
-    unsigned number_ = 0; // SDL's
+    [[maybe_unused]] unsigned number_ = 0; // SDL's
 };
 
 /// Why there is no sound output; empty if there is one.

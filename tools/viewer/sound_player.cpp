@@ -7,10 +7,11 @@ namespace altiro3D::viewer {
 
 namespace {
 
-constexpr std::size_t kChunk = 2048;              // samples that are read at a time
-constexpr std::size_t kRing = 16 * kChunk;        // 0.7 s
-constexpr double kRate = SoundDevice::kRate;      // samples per second
-constexpr double kPeriod = SoundDevice::kPeriod;  // samples: a block sounds while the next is made
+constexpr std::size_t kChunk = 2048;             // samples that are read at a time
+constexpr std::size_t kRing = 16 * kChunk;       // 0.7 s
+constexpr double kRate = SoundDevice::kRate;     // samples per second
+constexpr double kPeriod = SoundDevice::kPeriod; // samples: a block sounds while the next is made
+constexpr double kUnheard = 1; // s before the start, until the first sample is taken
 constexpr std::chrono::milliseconds kStuck(2000); // without a call of the device
 
 } // namespace
@@ -69,11 +70,10 @@ double SoundPlayer::time() const {
 // While the block is played that was taken before the last one, the device takes the last one.
 double SoundPlayer::timeLocked() const {
     if (paused_) return pausedAt_;
-    double samples = static_cast<double>(blockBegin_) - kPeriod;
-    if (blockLength_ > 0) {
-        const double since = std::chrono::duration<double>(Clock::now() - blockTime_).count();
-        samples += std::min(since * kRate, static_cast<double>(blockLength_));
-    }
+    if (blockLength_ == 0) return playing_.from - kUnheard;
+    const double since = std::chrono::duration<double>(Clock::now() - blockTime_).count();
+    const double samples = static_cast<double>(blockBegin_) - kPeriod +
+                           std::min(since * kRate, static_cast<double>(blockLength_));
     return playing_.from + samples / kRate * playing_.speed;
 }
 

@@ -15,7 +15,9 @@ constexpr double kMinLength = 0.04; // s, of a video, so that a single picture i
 constexpr double kMaxGap = 0.25;    // s, after which a late picture is shown as well
 constexpr double kLongestWait = 3600; // s; files may state more than the clock's numbers hold
 constexpr double kShortestWait = 0.001;
-constexpr double kFarthest = 1e8; // s, that can be sought
+constexpr double kLongestLead = 0.2; // s
+constexpr double kLeadShare = 0.2;   // of a new delay in the smoothed one
+constexpr double kFarthest = 1e8;    // s, that can be sought
 
 } // namespace
 
@@ -51,11 +53,11 @@ void VideoPlayer::setPaused(bool paused) {
 void VideoPlayer::set(const PlaySettings& settings) {
     {
         const std::lock_guard<std::mutex> lock(mutex_);
-        const double at = now();
+        const double at = std::max(now(), state_.position); // the sound may not have begun
         const bool begins = settings.speed != settings_.speed || settings.track != settings_.track;
         settings_ = settings;
         if (sound_) sound_->setVolume(settings.muted ? 0 : settings.volume / 100.0);
-        if (begins) startClock(std::max(at, 0.0));
+        if (begins) startClock(at);
     }
     wake_.notify_one();
 }
@@ -66,6 +68,11 @@ void VideoPlayer::seek(double seconds) {
         wanted_ = std::clamp(seconds, 0.0, kFarthest);
     }
     wake_.notify_one();
+}
+
+void VideoPlayer::noteDelay(double seconds) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    lead_ += kLeadShare * (std::clamp(seconds, 0.0, kLongestLead) - lead_);
 }
 
 VideoPlayer::Counts VideoPlayer::counts() const {
@@ -85,7 +92,7 @@ VideoPlayer::State VideoPlayer::state() const {
 // Called with the mutex held, as the next one.
 double VideoPlayer::now() {
     if (sound_ && sound_->isStuck()) { // the device is lost
-        base_ = sound_->time();
+        base_ = std::max(sound_->time(), state_.position);
         since_ = Clock::now();
         sound_.reset();
         isSilent_ = true;
@@ -101,10 +108,10 @@ void VideoPlayer::startClock(double from) {
     if (sound_) sound_->start(from, settings_.track, settings_.speed);
 }
 
-bool VideoPlayer::waitUntil(double seconds) {
+bool VideoPlayer::waitUntil(double seconds, bool leads) {
     std::unique_lock<std::mutex> lock(mutex_);
     while (!isInterrupted()) {
-        const double left = (seconds - now()) / settings_.speed;
+        const double left = (seconds - now()) / settings_.speed - (leads ? lead_ : 0);
         if (!paused_ && left <= 0) return true;
         const std::chrono::duration<double> wait(
             paused_ ? kLongestWait : std::clamp(left, kShortestWait, sound_ ? 0.1 : kLongestWait));
@@ -119,7 +126,7 @@ bool VideoPlayer::waitForEnd(double seconds) {
     std::unique_lock<std::mutex> lock(mutex_);
     while (sound_ && !sound_->isOver()) {
         if (isInterrupted()) return false;
-        state_.position = now(); // notices a lost device
+        state_.position = std::max(state_.position, now()); // notices a lost device
         wake_.wait_for(lock, std::chrono::milliseconds(10));
     }
     return !isInterrupted();
@@ -131,8 +138,12 @@ void VideoPlayer::openSound(const VideoFacts& facts) {
         if (stream.kind == StreamKind::Audio) tracks.push_back(stream);
     std::unique_ptr<SoundPlayer> sound;
     std::string problem;
-    if (!tracks.empty() && !facts.isDevice && !sound_ && !isSilent_)
-        sound = SoundPlayer::open(file_, problem);
+    bool opens = !tracks.empty() && !facts.isDevice;
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        opens = opens && !sound_ && !isSilent_;
+    }
+    if (opens) sound = SoundPlayer::open(file_, problem);
     const std::lock_guard<std::mutex> lock(mutex_);
     state_.tracks = tracks;
     state_.duration = facts.isDevice ? 0 : facts.duration.value_or(0);
@@ -164,12 +175,12 @@ bool VideoPlayer::playFrom(double from) {
             startClock(from);
         }
         isFirst = false;
-        if (!showsNow && !waitUntil(time)) return false;
+        if (!showsNow && !waitUntil(time, true)) return false;
         const Clock::time_point since = Clock::now();
         double late = 0;
         {
             const std::lock_guard<std::mutex> lock(mutex_);
-            late = now() - time;
+            late = now() + lead_ * settings_.speed - time;
         }
         const double gap = std::chrono::duration<double>(since - last).count();
         const double duration =

@@ -75,6 +75,9 @@ class VideoPlayer {
     /// Goes to a time, s; a paused player shows the picture there. Times outside the video become
     /// its start or its end. A capture device ignores it.
     void seek(double seconds);
+    /// Delivers pictures earlier, by the time from `show` to the screen.
+    /// @param seconds the time that the last picture took; the player smooths it
+    void noteDelay(double seconds);
     Counts counts() const;
     State state() const;
 
@@ -84,7 +87,8 @@ class VideoPlayer {
     void run();
     /// Plays from a time to the end, the sound included. @return false if it was interrupted
     bool playFrom(double from);
-    bool waitUntil(double seconds); // false: interrupted
+    /// @param leads earlier by lead_ @return false if it was interrupted
+    bool waitUntil(double seconds, bool leads = false);
     bool waitForEnd(double seconds);
     bool isInterrupted() const { return ending_ || wanted_; }
     void startClock(double from);
@@ -102,6 +106,7 @@ class VideoPlayer {
     bool paused_ = false;
     std::optional<double> wanted_; // a time to seek, s
     State state_;
+    double lead_ = 0; // s, by which pictures are delivered earlier
     // The clock where there is no sound: the video's time `base_` was at `since_`.
     double base_ = 0;
     Clock::time_point since_;

@@ -70,7 +70,16 @@ TEST(ViewerDocument, DepthThatComesWithAPhotoIsUsed) {
     EXPECT_EQ(inside.facts(),
               "Photo, 90 x 60 px, with depth in the file (Dynamic Depth, 90 x 60 px)");
     EXPECT_GT(inside.rawDepth.at<float>(30, 85), inside.rawDepth.at<float>(30, 5));
-    writeImage(directory / "a_depth.png", cv::Mat(6, 9, CV_8UC1, cv::Scalar(7)));
+    cv::Mat small(6, 9, CV_8UC1, cv::Scalar(7));
+    writeImage(directory / "a_depth.png", small); // flat: of no use
+    const Document flat = readDocument({directory / "a.jpg", {}, Reading::Automatic}, display);
+    EXPECT_EQ(flat.facts(), inside.facts());
+    ASSERT_FALSE(flat.notes.empty());
+    EXPECT_NE(flat.notes.back().text.find("a_depth.png: is not used as depth: it is flat"),
+              std::string::npos)
+        << flat.notes.back().text;
+    small.colRange(0, 4) = 90;
+    writeImage(directory / "a_depth.png", small);
     const Document beside = readDocument({directory / "a.jpg", {}, Reading::Automatic}, display);
     EXPECT_EQ(beside.facts(), "Photo, 90 x 60 px, with depth beside it (a_depth.png)");
     EXPECT_EQ(beside.rawDepth.size(), cv::Size(9, 6));

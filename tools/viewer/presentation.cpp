@@ -210,6 +210,7 @@ int presentFiles(int& argc, char** argv, const tools::CommandLine& commandLine,
                              });
     QObject::connect(&presenter, &SlidePresenter::ended, &application, &QApplication::quit,
                      Qt::QueuedConnection);
+    if (messages.verbose()) detailSilence(messages);
     presenter.setPlaySettings(playSettings(commandLine));
     presenter.start(screen);
     const int status = QApplication::exec();
@@ -217,7 +218,6 @@ int presentFiles(int& argc, char** argv, const tools::CommandLine& commandLine,
     if (counts.shown + counts.dropped > 0) {
         messages.detail(std::to_string(counts.shown) + " pictures of videos shown, " +
                         std::to_string(counts.dropped) + " dropped");
-        if (messages.verbose()) detailSilence(messages);
     }
     if (presenter.show().hasShown() || problem.empty()) return status;
     if (isSingle) throw std::runtime_error(problem);

@@ -3,6 +3,7 @@
 #ifdef ALTIRO3D_HAVE_SDL
 #define SDL_MAIN_HANDLED
 #include <SDL.h>
+#include <dlfcn.h>
 #include <mutex>
 #endif
 
@@ -18,6 +19,17 @@ std::mutex& sdlMutex() {
     return mutex;
 }
 
+void ignore(const char* /*file*/, int /*line*/, const char* /*function*/, int /*code*/,
+            const char* /*format*/, ...) {}
+
+// ALSA writes to standard error where there is no device; SDL says it as well.
+void quietAlsa() {
+    void* const alsa = dlopen("libasound.so.2", RTLD_LAZY); // stays loaded: SDL uses it
+    void* const set = alsa != nullptr ? dlsym(alsa, "snd_lib_error_set_handler") : nullptr;
+    if (set == nullptr) return;
+    reinterpret_cast<int (*)(decltype(&ignore))>(set)(&ignore);
+}
+
 } // namespace
 
 std::unique_ptr<SoundDevice> SoundDevice::open(std::function<void(float*, int)> fill,
@@ -25,6 +37,7 @@ std::unique_ptr<SoundDevice> SoundDevice::open(std::function<void(float*, int)> 
     const std::lock_guard<std::mutex> lock(sdlMutex());
     SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1"); // Ctrl-C must end the program
     SDL_SetHint(SDL_HINT_APP_NAME, "altiro3D");
+    quietAlsa();
     if (SDL_InitSubSystem(SDL_INIT_AUDIO) != 0) {
         problem = SDL_GetError();
         return nullptr;
@@ -47,6 +60,8 @@ std::unique_ptr<SoundDevice> SoundDevice::open(std::function<void(float*, int)> 
         SDL_QuitSubSystem(SDL_INIT_AUDIO);
         return nullptr;
     }
+    const std::string driver = SDL_GetCurrentAudioDriver();
+    device->delay_ = driver == "disk" || driver == "dummy" ? 0 : kPeriod;
     SDL_PauseAudioDevice(device->number_, 0);
     return device;
 }

@@ -22,6 +22,9 @@ class SoundDevice {
                                              std::string& problem);
     /// Closes the output; `fill` is not called any more.
     ~SoundDevice();
+    /// Samples that are still to be heard when `fill` is called: those of the call before. SDL's
+    /// drivers `disk` and `dummy` have no buffer, so there are none.
+    int delay() const { return delay_; }
     SoundDevice(const SoundDevice&) = delete;
     SoundDevice& operator=(const SoundDevice&) = delete;
 
@@ -29,6 +32,7 @@ class SoundDevice {
     SoundDevice() = default;
 
     std::function<void(float*, int)> fill_;
+    int delay_ = 0;
     [[maybe_unused]] unsigned number_ = 0; // SDL's
 };
 

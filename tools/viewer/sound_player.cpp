@@ -7,11 +7,10 @@ namespace altiro3D::viewer {
 
 namespace {
 
-constexpr std::size_t kChunk = 2048;             // samples that are read at a time
-constexpr std::size_t kRing = 16 * kChunk;       // 0.7 s
-constexpr double kRate = SoundDevice::kRate;     // samples per second
-constexpr double kPeriod = SoundDevice::kPeriod; // samples: a block sounds while the next is made
-constexpr double kUnheard = 1; // s before the start, until the first sample is taken
+constexpr std::size_t kChunk = 2048;         // samples that are read at a time
+constexpr std::size_t kRing = 16 * kChunk;   // 0.7 s
+constexpr double kRate = SoundDevice::kRate; // samples per second
+constexpr double kUnheard = 1;               // s before the start, until the first sample is taken
 constexpr std::chrono::milliseconds kStuck(2000); // without a call of the device
 
 } // namespace
@@ -23,6 +22,10 @@ std::unique_ptr<SoundPlayer> SoundPlayer::open(const std::filesystem::path& file
     player->device_ = SoundDevice::open(
         [self = player.get()](float* samples, int count) { self->fill(samples, count); }, problem);
     if (!player->device_) return nullptr;
+    {
+        const std::lock_guard<std::mutex> lock(player->mutex_);
+        player->delay_ = player->device_->delay();
+    }
     player->thread_ = std::thread([self = player.get()] { self->feed(); });
     return player;
 }
@@ -67,12 +70,12 @@ double SoundPlayer::time() const {
     return timeLocked();
 }
 
-// While the block is played that was taken before the last one, the device takes the last one.
+// The device takes a block while the one before is heard, unless it has no buffer.
 double SoundPlayer::timeLocked() const {
     if (paused_) return pausedAt_;
     if (blockLength_ == 0) return playing_.from - kUnheard;
     const double since = std::chrono::duration<double>(Clock::now() - blockTime_).count();
-    const double samples = static_cast<double>(blockBegin_) - kPeriod +
+    const double samples = static_cast<double>(blockBegin_) - delay_ +
                            std::min(since * kRate, static_cast<double>(blockLength_));
     return playing_.from + samples / kRate * playing_.speed;
 }

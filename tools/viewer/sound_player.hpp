@@ -70,6 +70,7 @@ class SoundPlayer {
     bool paused_ = false;
     double pausedAt_ = 0;
     double volume_ = 1;
+    int delay_ = 0; // SoundDevice::delay()
     // The samples that wait, as a ring, and what was taken of them since the start.
     std::vector<float> ring_;
     std::size_t first_ = 0;

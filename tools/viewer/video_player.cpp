@@ -13,7 +13,9 @@ namespace {
 constexpr double kUsualDuration = 0.04; // s, if a picture states none
 constexpr double kMinLength = 0.04; // s, of a video, so that a single picture is not read in a loop
 constexpr double kMaxGap = 0.25;    // s, after which a late picture is shown as well
+constexpr double kLatest = 0.03;    // s; a picture that is later is out of step with the sound
 constexpr double kLongestWait = 3600; // s; files may state more than the clock's numbers hold
+constexpr double kSoundWait = 0.005;  // s; the sound begins and goes on at times of its own
 constexpr double kShortestWait = 0.001;
 constexpr double kLongestLead = 0.2; // s
 constexpr double kLeadShare = 0.2;   // of a new delay in the smoothed one
@@ -114,7 +116,8 @@ bool VideoPlayer::waitUntil(double seconds, bool leads) {
         const double left = (seconds - now()) / settings_.speed - (leads ? lead_ : 0);
         if (!paused_ && left <= 0) return true;
         const std::chrono::duration<double> wait(
-            paused_ ? kLongestWait : std::clamp(left, kShortestWait, sound_ ? 0.1 : kLongestWait));
+            paused_ ? kLongestWait
+                    : std::clamp(left, kShortestWait, sound_ ? kSoundWait : kLongestWait));
         wake_.wait_for(lock, wait);
     }
     return false;
@@ -178,15 +181,18 @@ bool VideoPlayer::playFrom(double from) {
         if (!showsNow && !waitUntil(time, true)) return false;
         const Clock::time_point since = Clock::now();
         double late = 0;
+        double speed = 1;
         {
             const std::lock_guard<std::mutex> lock(mutex_);
-            late = now() + lead_ * settings_.speed - time;
+            speed = settings_.speed;
+            late = now() + lead_ * speed - time;
         }
         const double gap = std::chrono::duration<double>(since - last).count();
         const double duration =
             frame.duration > 0 ? static_cast<double>(frame.duration) * unit : kUsualDuration;
         end = std::max(end, time + duration);
-        const bool shown = (late < duration || gap > kMaxGap) && show_(frame.picture);
+        const bool shown =
+            (late < std::min(duration, kLatest * speed) || gap > kMaxGap) && show_(frame.picture);
         if (shown) {
             last = since;
             frame.picture = cv::Mat(); // its receiver may keep it

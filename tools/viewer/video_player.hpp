@@ -39,7 +39,7 @@ constexpr double kSeekStep = 5; ///< s of one key press.
 
 /// Plays a video with its sound, at its own rate or faster or slower. The pictures follow the clock
 /// of the sound, or the computer's clock where there is none. It delivers each picture at its time
-/// and drops late ones, but delivers at least one in 0.25 s if it can.
+/// and drops those that are over 30 ms late, but delivers at least one in 0.25 s if it can.
 class VideoPlayer {
   public:
     /// Numbers of pictures so far.

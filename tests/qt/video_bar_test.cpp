@@ -22,8 +22,6 @@ namespace fs = std::filesystem;
 using namespace viewer;
 using Clock = Recording::Clock;
 
-constexpr double kInStep = 0.04; // s
-
 // Times at which a picture turns from dark to bright.
 class Flashes {
   public:
@@ -171,7 +169,7 @@ TEST_F(ViewerVideoBar, TheWindowIsInStep) {
     recording.stop();
     const double worst = flashes.largestOffset(recording);
     std::printf("window: at most %.1f ms\n", worst * 1000);
-    EXPECT_LT(worst, kInStep);
+    EXPECT_LT(worst, inStep());
 }
 
 TEST_F(ViewerVideoBar, AShowIsInStepAndHasItsKeys) {
@@ -207,7 +205,7 @@ TEST_F(ViewerVideoBar, AShowIsInStepAndHasItsKeys) {
     recording.stop();
     const double worst = flashes.largestOffset(recording);
     std::printf("show: at most %.1f ms\n", worst * 1000);
-    EXPECT_LT(worst, kInStep);
+    EXPECT_LT(worst, inStep());
 }
 
 TEST(VideoBarWords, TimesAreForPeople) {

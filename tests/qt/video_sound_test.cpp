@@ -18,8 +18,6 @@ using viewer::PlaySettings;
 using viewer::VideoPlayer;
 using Clock = Recording::Clock;
 
-constexpr double kInStep = 0.04; // s
-
 // A player, and when it showed white pictures.
 class Played {
   public:
@@ -120,7 +118,7 @@ TEST_F(VideoSound, PicturesStayInStepAndEverySampleIsPlayed) {
         EXPECT_EQ(clicks[i] - clicks[i - 1], 48000) << i; // no sample was lost or repeated
     EXPECT_GE(whites.size(), clicks.size() * 9 / 10);
     const std::vector<double> apart = offsets(recording, clicks, whites);
-    EXPECT_LT(largest(apart), kInStep);
+    EXPECT_LT(largest(apart), inStep());
     const auto [least, most] = std::minmax_element(apart.begin(), apart.end());
     std::printf("%d s: pictures %.1f..%.1f ms after their clicks, %lld shown, %lld dropped\n",
                 seconds, *least * 1000, *most * 1000, static_cast<long long>(counts.shown),
@@ -140,7 +138,7 @@ TEST_F(VideoSound, LoopsStayInStep) {
     recording.stop();
     const std::vector<double> clicks = clicksOf(recording.samples());
     EXPECT_GE(clicks.size(), 4U);
-    EXPECT_LT(largest(offsets(recording, clicks, whites)), kInStep);
+    EXPECT_LT(largest(offsets(recording, clicks, whites)), inStep());
 }
 
 TEST_F(VideoSound, SeeksPausesAndGoesOnInStep) {
@@ -169,7 +167,7 @@ TEST_F(VideoSound, SeeksPausesAndGoesOnInStep) {
         whites = played.whites();
     }
     recording.stop();
-    EXPECT_LT(largest(offsets(recording, clicksOf(recording.samples()), whites)), kInStep);
+    EXPECT_LT(largest(offsets(recording, clicksOf(recording.samples()), whites)), inStep());
 }
 
 TEST_F(VideoSound, APausedPlayerShowsWhereItWasSent) {
@@ -205,7 +203,7 @@ TEST_F(VideoSound, OtherSpeedsStayInStep) {
         for (std::size_t i = 1; i < clicks.size(); ++i)
             EXPECT_NEAR(clicks[i] - clicks[i - 1], 48000 / speed, 3);
         EXPECT_GE(whites.size(), 5U);
-        EXPECT_LT(largest(offsets(recording, clicks, whites)), kInStep) << speed;
+        EXPECT_LT(largest(offsets(recording, clicks, whites)), inStep()) << speed;
         fs::remove(folder_ / "played.raw");
     }
 }

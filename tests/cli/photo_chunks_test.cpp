@@ -37,8 +37,8 @@ class PhotoStudio : public SmallStudio {
         spill(*this / "in/notes.txt", "not a picture");
     }
     Arguments options() const {
-        return display() + Arguments{"-j",           "2", "-n",       "cues",  "--save-quilt", "q",
-                                     "--save-views", "v", "--report", "r.json"};
+        return display() +
+               Arguments{"-j", "2", "--save-quilt", "q", "--save-views", "v", "--report", "r.json"};
     }
     Outcome oneRun(const Arguments& more = {}) const {
         return run(kTool, options() + more + Arguments{"in", "out"});

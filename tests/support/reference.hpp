@@ -61,6 +61,12 @@ cv::Mat referenceFit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat
 /// @return [as depth, CV_32FC1]
 cv::Mat referenceSmoothSurfaces(double noise, const cv::Mat& depth);
 
+/// fitPlanes(): per px and in double, from the formulas of docs/mathematics.md, 4a.1. The grid is
+/// that of smoothSurfaces().
+/// @param photo [CV_8UC3] @param noise > 0 @param depth [as photo, CV_32FC1, 0..1]
+/// @return [as photo, CV_32FC1]
+cv::Mat referenceFitPlanes(const cv::Mat& photo, double noise, const cv::Mat& depth);
+
 /// sharpenSteps(): per px and in double, from the formulas of docs/mathematics.md, 4a.4.
 /// @param photo [CV_8UC3] @param depth [as photo, CV_32FC1, 0..1]
 /// @return [as photo, CV_32FC1]

@@ -3,10 +3,12 @@
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/trade.hpp"
 #include "depth/depth_noise.hpp"
+#include "depth/depth_planes.hpp"
 #include "depth/depth_steps.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
+#include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
 
@@ -210,6 +212,59 @@ TEST(DepthRefine, SmoothingIsThatOfTheFormulas) {
                 << size << " " << deviation;
         }
     }
+}
+
+TEST(DepthRefine, PlanesAreThoseOfTheFormulas) {
+    for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 5), cv::Size(61, 47), {5, 700}}) {
+        const World made = world(size);
+        cv::Mat noise(size, CV_32FC1);
+        cv::RNG(11).fill(noise, cv::RNG::NORMAL, 0, 0.03);
+        const cv::Mat depth = cv::min(cv::max(made.depth + noise, 0), 1);
+        for (const cv::Mat& photo : {made.photo, randomPhoto(size)}) {
+            for (const double deviation : {0.005, 0.03, 0.2, 1.0}) {
+                cv::Mat result = depth.clone();
+                fitPlanes(photo, deviation, result);
+                // float against double
+                EXPECT_TRUE(samePicture(result, referenceFitPlanes(photo, deviation, depth), 2e-5))
+                    << size << " " << deviation;
+            }
+        }
+    }
+}
+
+// A plane with noise, and a small step that only the photo shows well.
+TEST(DepthRefine, PlanesSmoothMoreThanMeansAndKeepSmallSteps) {
+    const cv::Size size(240, 200);
+    cv::Mat photo(size, CV_8UC3, cv::Scalar(90, 130, 60));
+    cv::Mat depth(size, CV_32FC1);
+    for (int x = 0; x < size.width; ++x)
+        depth.col(x).setTo(cv::Scalar(0.2 + x / 1000.0));
+    const cv::Rect thing(80, 60, 70, 80);
+    photo(thing).setTo(cv::Scalar(30, 60, 190));
+    depth(thing) += 0.06;
+    cv::Mat noise(size, CV_32FC1);
+    cv::RNG(3).fill(noise, cv::RNG::NORMAL, 0, 1);
+    cv::GaussianBlur(noise, noise, {}, 3);
+    noise *= 0.02 / cv::norm(noise) * std::sqrt(static_cast<double>(noise.total()));
+    cv::Mat means = depth + noise;
+    cv::Mat planes = means.clone();
+    smoothSurfaces(0.02, means);
+    fitPlanes(photo, 0.02, planes);
+    // measured: 0.52
+    EXPECT_LT(cv::norm(planes, depth), 0.6 * cv::norm(means, depth));
+}
+
+TEST(DepthRefine, PlanesAreTheSameOnAllProcessors) {
+    const World made = world({131, 97});
+    cv::Mat noise(made.depth.size(), CV_32FC1);
+    cv::RNG(5).fill(noise, cv::RNG::UNIFORM, -0.05, 0.05);
+    cv::Mat first;
+    forEachInstructionSet([&](const char* name) {
+        cv::Mat result = cv::min(cv::max(made.depth + noise, 0), 1);
+        fitPlanes(made.photo, 0.03, result);
+        if (first.empty()) first = result;
+        EXPECT_TRUE(samePicture(result, first)) << name;
+    });
 }
 
 TEST(DepthRefine, SharpeningIsThatOfTheFormulas) {

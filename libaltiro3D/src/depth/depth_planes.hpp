@@ -1,0 +1,16 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+namespace altiro3D {
+
+/// Smooths the surfaces of a depth map: smoothSurfaces(), then planes through the px that have a
+/// similar place, smoothed depth and colour (docs/mathematics.md, 4a.1).
+///
+/// @param photo [rows x cols, CV_8UC3, BGR]
+/// @param noise standard deviation of the noise, > 0
+/// @param depth [as photo, CV_32FC1, 0..1], changed in place; the same bytes for any number of
+///        threads and all instruction sets
+void fitPlanes(const cv::Mat& photo, double noise, cv::Mat& depth);
+
+} // namespace altiro3D

@@ -9,7 +9,7 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/native_lut.hpp"
-#include "altiro3D/native_renderer.hpp"
+#include "altiro3D/native_maker.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "paper_pipeline.hpp"

@@ -195,7 +195,8 @@ struct FoundQuilt {
 /// @throws Error InvalidArgument (an empty picture or a wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT double likenessOfViews(const std::vector<cv::Mat>& pictures);
 
-/// Pictures below this likenessOfViews() are not views of one scene.
-constexpr double kMinLikenessOfViews = 0.15;
+/// Neighbours below this likenessOfViews() are not views of one scene. Measured for neighbours of
+/// real light fields: 0.97 and more.
+constexpr double kMinLikenessOfViews = 0.35;
 
 } // namespace altiro3D

@@ -178,22 +178,26 @@ TEST(Quilt2NativeTool, AFolderIsConvertedAndNothingInItIsLostSilently) {
     fs::copy(studio / "quilt.png", studio / "in/q_qs3x2a0.75.png");
     writeImage(studio / "in/photo.png", scenery({400, 300}, 7));
     spill(studio / "in/clip.mp4", "not a picture");
+    writeQuiltVideo(studio / "in/film_qs3x2a0.75.mkv", 3);
     const Outcome outcome =
         studio.run(kTool, Arguments{"-c", "small.json"} + Arguments{"in", "out"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_NE(outcome.out.find("photo.png: is a photo or another picture of one view; photo2"),
               std::string::npos);
-    EXPECT_NE(outcome.out.find("2 quilts made, 3 left out (1 video, 1 folder, 1 photo), in "),
+    EXPECT_NE(outcome.out.find("3 quilts made, 3 left out (1 video, 1 folder, 1 photo), in "),
               std::string::npos)
         << outcome.out;
     EXPECT_TRUE(isDone(
         studio.run(kTool, Arguments{"-c", "small.json"} + Arguments{"in/web.png", "alone.png"})));
     EXPECT_EQ(slurp(studio / "out/web_native.png"), slurp(studio / "alone.png"));
     EXPECT_TRUE(fs::exists(studio / "out/q_qs3x2a0.75_native.png"));
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, {"-c", "small.json", "in/film_qs3x2a0.75.mkv", "film.mkv"})));
+    EXPECT_EQ(slurp(studio / "out/film_qs3x2a0.75_native.mkv"), slurp(studio / "film.mkv"));
     EXPECT_FALSE(fs::exists(studio / "out/photo_native.png"));
     EXPECT_NE(
         studio.run(kTool, Arguments{"-c", "small.json"} + Arguments{"--skip-existing", "in", "out"})
-            .out.find("0 quilts made, 2 skipped as the outputs exist, "),
+            .out.find("0 quilts made, 3 skipped as the outputs exist, "),
         std::string::npos);
 }
 
@@ -225,6 +229,30 @@ TEST(Quilt2NativeTool, OptionsWithoutAnEffectAreRefusedForFoldersToo) {
             "exclude each other"));
     }
     EXPECT_FALSE(fs::exists(studio / "out"));
+}
+
+TEST(Quilt2NativeTool, RowsFromTheTopAndStretchedViewsAreSaid) {
+    SmallStudio studio;
+    const cv::Mat quilt = quiltOfAScene();
+    writeImage(studio / "web.png", quilt); // views of 1.4 : 1 for a panel of 0.75 : 1
+    cv::Mat turned(quilt.size(), quilt.type());
+    for (int row = 0; row < 5; ++row)
+        quilt.rowRange(100 * row, 100 * (row + 1))
+            .copyTo(turned.rowRange(400 - 100 * row, 500 - 100 * row));
+    writeImage(studio / "top.png", turned);
+    const Arguments calibration{"-c", "small.json"};
+    EXPECT_TRUE(warns(studio.run(kTool, calibration + Arguments{"web.png", "a.png"}),
+                      "the views have the shape 7:5 by their px and are stretched to the panel's, "
+                      "3:4, as the file name does not state their shape"));
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, calibration + Arguments{"--fit", "contain", "web.png", "b.png"})));
+    EXPECT_NE(slurp(studio / "a.png"), slurp(studio / "b.png"));
+    EXPECT_TRUE(
+        fails(studio.run(kTool, calibration + Arguments{"top.png", "c.png"}), 2,
+              "top.png: its rows of views seem to run from the top to the bottom (4 columns "
+              "x 5 rows), expected the first view at the bottom left"));
+    EXPECT_TRUE(warns(studio.run(kTool, calibration + Arguments{"-q", "5x4", "top.png", "c.png"}),
+                      "are stretched to the panel's"));
 }
 
 TEST(Quilt2NativeTool, ANativeInAFolderIsSaidToBeOne) {

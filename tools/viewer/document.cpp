@@ -195,8 +195,8 @@ std::string Document::facts() const {
 
 const std::vector<std::string>& pictureEndings() {
     static const std::vector<std::string> endings = {
-        "jpg", "jpeg", "jpe", "mpo", "png", "tif", "tiff", "webp", "bmp",  "dib", "pnm", "ppm",
-        "pgm", "pbm",  "pfm", "exr", "hdr", "jp2", "j2k",  "heic", "heif", "hif", "avif"};
+        "jpg", "jpeg", "jpe", "mpo", "jps", "png", "tif", "tiff", "webp", "bmp",  "dib", "pnm",
+        "ppm", "pgm",  "pbm", "pfm", "exr", "hdr", "jp2", "j2k",  "heic", "heif", "hif", "avif"};
     return endings;
 }
 
@@ -258,7 +258,10 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
         if (request.found) document.certainty = found->confidence;
         document.notes = resolved.notes;
         document.picture = fitQuilt(document.picture, document.layout);
-        if (QuiltShape(source.file, document.layout, display).fitsUnasked())
+        const QuiltShape shape(source.file, document.layout, display);
+        if (shape.stretchesUnasked())
+            document.notes.push_back({NoteCode::Doubtful, tools::stretchText(shape)});
+        if (shape.fitsUnasked())
             document.notes.push_back({NoteCode::AsItIs,
                                       "the file name states another shape than the panel's: black "
                                       "bars keep it on the display"});

@@ -289,6 +289,7 @@ int main(int argc, char** argv) {
         "Of a directory only quilts are converted, and videos of quilts whose names "
         "state the layout; one bad quilt does not stop the rest. Photos, Natives, "
         "other videos and other files are named, counted and left out.");
+    commandLine.addNote("Quilts may be " + readableFormats() + ", or videos of quilts.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday_qs8x6a0.75.png native.png",
                         "Make a Native of a quilt whose name states its layout.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "-q 6x8 quilt.png native-q.png",

@@ -122,6 +122,7 @@ int main(int argc, char** argv) {
         std::to_string(kFewestViews) +
         " of one size, with one number in their names that counts in equal steps. Files that "
         "are named one by one are used as views in the given order, whatever they show.");
+    commandLine.addNote("Views may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "views native.png",
                         "Make a Native of the pictures in a directory.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--reverse views reversed.png",

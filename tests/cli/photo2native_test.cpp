@@ -1336,7 +1336,10 @@ TEST(Photo2Native, AJpsHoldsBothEyesTheRightOneFirst) {
 
 TEST(Photo2Native, ThatHalfOfAFileIsShownIsSaid) {
     SmallStudio studio;
-    writeImage(studio / "p.png", scenery({300, 200}, 3));
+    const Eyes eyes = wallAndThing(6, 26);
+    cv::Mat both;
+    cv::hconcat(eyes.left, randomPhoto(eyes.left.size(), 77), both);
+    writeImage(studio / "p.png", both);
     EXPECT_TRUE(
         warns(studio.run(kTool, studio.display() + Arguments{"-n", "cues", "--stereo", "left-right",
                                                              "p.png", "a.png"}),
@@ -1356,7 +1359,7 @@ TEST(Photo2Native, PicturesOfAFolderNeedNoExtension) {
         studio.run(kTool, studio.display() + Arguments{"-n", "cues", "in", "out"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_TRUE(fs::exists(studio / "out/IMG_0001_native.png"));
-    EXPECT_NE(outcome.out.find("1 photo made, 3 left out (1 other file, 2 raw pictures), in "),
+    EXPECT_NE(outcome.out.find("1 photo made, 3 left out (2 raw pictures, 1 other file), in "),
               std::string::npos)
         << outcome.out;
     EXPECT_NE(outcome.out.find("b.nef: is a raw picture of a camera, which is not read; export it"),

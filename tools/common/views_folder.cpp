@@ -128,7 +128,6 @@ class CameraPath {
 std::string reasonByContents(const std::vector<fs::path>& files) {
     constexpr std::size_t kMostPairs = 6;
     const std::size_t pairs = std::min(kMostPairs, files.size() - 1);
-    const std::string unlike = "holds pictures that do not resemble each other";
     CameraPath path;
     cv::Size size;
     for (std::size_t i = 0; i < pairs; ++i) {
@@ -137,7 +136,8 @@ std::string reasonByContents(const std::vector<fs::path>& files) {
         const Look to = lookAt(files[at + 1]);
         if (i == 0) size = from.size;
         if (from.size != size || to.size != size) return "holds pictures of different sizes";
-        if (likenessOfViews({from.colours, to.colours}) < kMinLikenessOfViews) return unlike;
+        if (likenessOfViews({from.colours, to.colours}) < kMinLikenessOfViews)
+            return "holds pictures that do not resemble each other";
         path.add(from, to);
     }
     return path.problem();

@@ -1332,6 +1332,9 @@ TEST(Photo2Native, AJpsHoldsBothEyesTheRightOneFirst) {
     EXPECT_EQ(slurp(studio / "b.png"), slurp(studio / "a.png"));
     EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos", "out"})));
     EXPECT_EQ(slurp(studio / "out/p_native.png"), slurp(studio / "a.png"));
+    EXPECT_TRUE(warns(
+        studio.run(kTool, studio.display() + Arguments{"-n", "cues", "photos/p.jps", "c.png"}),
+        "p.jps: holds the pictures of both eyes, which are read as one picture"));
 }
 
 TEST(Photo2Native, ThatHalfOfAFileIsShownIsSaid) {

@@ -429,6 +429,11 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
     const bool isNamed = fromFiles_ || rgbdSide_; // by an option
     if (!isEstimated() && !isNamed && (depthFile.empty() || isStereoFiles_))
         messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + used_);
+    if (isEstimated() && !photoDepth_.useDepth && !stereo_ && !isStereoFiles_ &&
+        lowerCase(photoFile.extension().string()) == ".jps")
+        messages.warn(photoFile.string() +
+                      ": holds the pictures of both eyes, which are read as one "
+                      "picture; --stereo right-left reads the left one");
     times.end("read");
     try {
         const QuietStandardError quiet; // it may load the network

@@ -322,18 +322,15 @@ auto reading(const fs::path& path, const Work& work) {
 // Whether colours are converted to sRGB: those of photos are, and numbers of depth images are not.
 enum class Colours { ToSrgb, AsStored };
 
-// Empty if the file is not a CMYK JPEG.
-cv::Mat decodeInks(const ImageHeader& header, const std::string& bytes, ColourFacts& facts,
-                   Notes* notes) {
-    if (header.format != ImageFormat::Jpeg || header.isCutOff) return {};
-    const cv::Mat inks = decodeCmykJpeg(bytes);
-    if (inks.empty()) return {};
+// Decodes a CMYK JPEG; its colours are then done.
+cv::Mat decodeInks(const fs::path& path, ImageHeader& header, std::string& bytes,
+                   ColourFacts& facts, Notes* notes) {
     const std::string icc = isCmykProfile(facts.icc) ? facts.icc : std::string();
-    cv::Mat picture = inksToSrgb(inks, icc, !header.isUnmarkedCmyk);
-    const bool isByProfile = !icc.empty() && !picture.empty();
-    if (picture.empty()) picture = inksToSrgb(inks, {}, !header.isUnmarkedCmyk);
-    facts = ColourFacts(); // is done
-    if (notes != nullptr && !isByProfile) {
+    facts = ColourFacts();
+    const cv::Mat inks = decodeCmykJpeg(bytes); // empty if the file is damaged
+    cv::Mat picture;
+    if (!inks.empty() && !icc.empty()) picture = inksToSrgb(inks, icc, !header.isUnmarkedCmyk);
+    if (notes != nullptr && picture.empty()) {
         notes->push_back({NoteCode::Doubtful, "the file is CMYK without a colour profile that can "
                                               "be used: its colours are approximate"});
     }
@@ -341,7 +338,8 @@ cv::Mat decodeInks(const ImageHeader& header, const std::string& bytes, ColourFa
         notes->push_back({NoteCode::Doubtful,
                           "the file is CMYK without Adobe's mark: its colours may be inverted"});
     }
-    return picture;
+    if (inks.empty()) return decode(path, header, bytes);
+    return picture.empty() ? inksToSrgb(inks, {}, !header.isUnmarkedCmyk) : picture;
 }
 
 LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
@@ -356,8 +354,8 @@ LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
     checkHeader(path, header);
     ColourFacts facts =
         colours == Colours::ToSrgb ? readColourFacts(bytes, header.format) : ColourFacts();
-    cv::Mat picture = decodeInks(header, bytes, facts, notes);
-    if (picture.empty()) picture = decode(path, header, bytes);
+    cv::Mat picture =
+        header.isCmyk ? decodeInks(path, header, bytes, facts, notes) : decode(path, header, bytes);
     std::string().swap(bytes);
     picture = withoutAlpha(picture, header);
     blackenTransparent(picture, header);

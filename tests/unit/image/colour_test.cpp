@@ -231,12 +231,12 @@ std::string cmykProfile() {
 }
 
 // @param inks 0..255, as they are stored
-std::string cmykJpeg(const cv::Scalar& inks) {
-    const cv::Mat picture(16, 16, CV_8UC4, inks);
+std::string cmykJpeg(const cv::Scalar& inks, int side = 16) {
+    const cv::Mat picture(side, side, CV_8UC4, inks);
     const tjhandle coder = tjInitCompress();
     unsigned char* bytes = nullptr;
     unsigned long size = 0;
-    tjCompress2(coder, picture.data, 16, 0, 16, TJPF_CMYK, &bytes, &size, TJSAMP_444, 100, 0);
+    tjCompress2(coder, picture.data, side, 0, side, TJPF_CMYK, &bytes, &size, TJSAMP_444, 100, 0);
     const std::string file(reinterpret_cast<const char*>(bytes), size);
     tjFree(bytes);
     tjDestroy(coder);
@@ -281,6 +281,12 @@ TEST_F(ColourFiles, InksAreConvertedByTheirProfile) {
     EXPECT_NEAR(read(withSegments(cmykJpeg({55, 255, 255, 255}), foreign)).at<cv::Vec3b>(8, 8)[2],
                 55, 3);
     ASSERT_EQ(notes.size(), 1U);
+    // a file that ends too early is shown as far as it goes, and not by its profile
+    const std::string whole = withSegments(cmykJpeg({155, 55, 255, 255}, 256), segment);
+    EXPECT_EQ(read(whole.substr(0, whole.size() - 300)).size(), cv::Size(256, 256));
+    ASSERT_EQ(notes.size(), 2U);
+    EXPECT_NE(notes[0].text.find("CMYK"), std::string::npos);
+    EXPECT_EQ(notes[1].code, NoteCode::CutOff);
     // without Adobe's mark 255 is all of an ink
     std::string unmarked = cmykJpeg({255, 0, 0, 0});
     const std::size_t mark = unmarked.find("Adobe");

@@ -94,6 +94,12 @@ void refuseVideoOptions(const CommandLine& commandLine) {
     }
 }
 
+// Of a Native. .mkv holds more kinds of subtitles than .mp4, so it is kept.
+std::string endingOf(const fs::path& quilt) {
+    if (!isVideoFileName(quilt)) return ".png";
+    return lowerCase(quilt.extension().string()) == ".mkv" ? ".mkv" : ".mp4";
+}
+
 // Converts the quilts of a folder; one that cannot be converted does not stop the rest. Exit
 // status.
 int convertFolder(const CommandLine& commandLine, Messages& messages) {
@@ -104,7 +110,8 @@ int convertFolder(const CommandLine& commandLine, Messages& messages) {
     }
     refuseVideoOptions(commandLine);
     FolderSearch search;
-    search.wanted = {FileKind::Photo, FileKind::Quilt}; // a quilt need not be named as one
+    // a quilt need not be named as one
+    search.wanted = {FileKind::Photo, FileKind::Quilt, FileKind::QuiltVideo};
     search.recursive = commandLine.has("recursive");
     search.pairDepth = false;
     search.outputs = {outputFolder};
@@ -114,14 +121,18 @@ int convertFolder(const CommandLine& commandLine, Messages& messages) {
         throw Error(ErrorCode::NotFound, folder.string(), "holds no pictures, expected quilts");
     }
     requireDirectoryName(outputFolder, "quilts");
-    const ChosenDisplay display = findDisplay(commandLine, messages);
+    VideoJob videos;
+    videos.plan.fromQuilt = true;
+    prepareVideo(commandLine, videos, messages);
+    const ChosenDisplay& display = videos.display;
     const bool skip = commandLine.has("skip-existing");
     Outputs outputs(commandLine.has("y") || skip);
     for (const fs::path& file : display.files)
         outputs.addInput(file);
     std::vector<fs::path> natives;
-    for (const std::string& stem : outputStems(quilts))
-        natives.push_back(outputFolder / (stem + "_native.png"));
+    const std::vector<std::string> stems = outputStems(quilts);
+    for (std::size_t i = 0; i < quilts.size(); ++i)
+        natives.push_back(outputFolder / (stems[i] + "_native" + endingOf(quilts[i].file)));
     for (std::size_t i = 0; i < quilts.size(); ++i) {
         outputs.addInput(quilts[i].file);
         outputs.addDirectory(natives[i].parent_path());
@@ -133,11 +144,19 @@ int convertFolder(const CommandLine& commandLine, Messages& messages) {
     const auto made = std::count_if(natives.begin(), natives.end(), isMade);
     FolderRun run("quilt", quilts.size() - static_cast<std::size_t>(made), leftOut, messages);
     for (std::size_t i = 0; i < quilts.size(); ++i) {
+        if (isStopWanted()) break;
         if (isMade(natives[i])) {
             run.skip(quilts[i].file, natives[i]);
             continue;
         }
         run.convert(quilts[i].file, [&] {
+            if (isVideoFileName(quilts[i].file)) {
+                videos.plan.input = quilts[i].file;
+                videos.plan.output = natives[i];
+                videos.plan.isFile = videos.plan.isFromFolder = videos.plan.isChecked = true;
+                videos.plan.place = run.place() + " ";
+                return makeVideo(commandLine, videos, nullptr, messages);
+            }
             const Job job{
                 commandLine, quilts[i].file,      natives[i], fitOption(commandLine), {}, {},
                 {},          ViewFilter::Nearest, true};
@@ -145,7 +164,8 @@ int convertFolder(const CommandLine& commandLine, Messages& messages) {
             return kExitDone;
         });
     }
-    return run.end();
+    const int status = run.end();
+    return isStopWanted() ? kExitStopped : status;
 }
 
 // Returns the exit status.
@@ -265,9 +285,11 @@ int main(int argc, char** argv) {
         "picture. A Native video is "
         "H.264 4:4:4 in .mp4, .mov or .mkv, which keeps the colour of every "
         "sub-pixel; sound, subtitles, chapters and tags are copied.");
-    commandLine.addNote("Of a directory only quilts are converted; one bad quilt does not stop the "
-                        "rest. Photos, Natives, videos and other files are named, counted and left "
-                        "out.");
+    commandLine.addNote(
+        "Of a directory only quilts are converted, and videos of quilts whose names "
+        "state the layout; one bad quilt does not stop the rest. Photos, Natives, "
+        "other videos and other files are named, counted and left out.");
+    commandLine.addNote("Quilts may be " + readableFormats() + ", or videos of quilts.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday_qs8x6a0.75.png native.png",
                         "Make a Native of a quilt whose name states its layout.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "-q 6x8 quilt.png native-q.png",

@@ -6,6 +6,7 @@
 #include "common/picture_options.hpp"
 #include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
+#include "common/views_folder.hpp"
 #include "common/views_quilt.hpp"
 
 #include <algorithm>
@@ -18,17 +19,40 @@ namespace fs = std::filesystem;
 
 namespace {
 
+std::vector<fs::path> listViews(const fs::path& directory) {
+    std::vector<fs::path> files = listImages(directory);
+    if (!files.empty()) return files;
+    throw Error(ErrorCode::NotFound, directory.string(),
+                "holds no pictures, expected one file for each view");
+}
+
+// @throws Error unless a directory holds views and nothing else
+void requireViews(const fs::path& directory, const std::vector<fs::path>& files, int viewCount) {
+    for (const fs::path& file : files)
+        refuseNative(file, "views of one scene, a file for each");
+    const std::size_t fewest = std::min(kFewestViews, static_cast<std::size_t>(viewCount));
+    const std::string reason = reasonAgainstViews(files, fewest);
+    if (reason.empty()) return;
+    throw Error(ErrorCode::BadFormat, directory.string(),
+                reason + ", expected at least " + std::to_string(fewest) +
+                    " views of one scene from neighbouring cameras (to use other pictures as "
+                    "views, name the files; photo2native makes Natives of photos)");
+}
+
 int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 2) commandLine.failNames("DIR and OUT", 2);
-    const fs::path& directory = commandLine.files()[0];
-    const fs::path& output = commandLine.files()[1];
+    if (commandLine.files().size() < 2) commandLine.failNames("DIR and OUT", 2);
+    const fs::path& output = commandLine.files().back();
     const FitMode mode = fitOption(commandLine, FitMode::Cover);
     requirePictureName(output);
-    std::vector<fs::path> files = listImages(directory);
-    if (files.empty()) {
-        throw Error(ErrorCode::NotFound, directory.string(),
-                    "holds no pictures, expected one file for each view");
-    }
+    const bool isDirectory = commandLine.files().size() == 2; // else each view is named
+    std::error_code error;
+    if (!isDirectory && fs::is_directory(commandLine.files().front(), error))
+        commandLine.failNames("one DIR or the names of views, and OUT", 2);
+    std::vector<fs::path> files =
+        isDirectory
+            ? listViews(commandLine.files().front())
+            : std::vector<fs::path>(commandLine.files().begin(), commandLine.files().end() - 1);
+    const std::vector<fs::path> sorted = files;
     if (commandLine.has("reverse")) std::reverse(files.begin(), files.end());
     Outputs outputs(commandLine.has("y"));
     for (const fs::path& file : files)
@@ -46,11 +70,12 @@ int run(const CommandLine& commandLine, Messages& messages) {
         outputs.addOutput(*quiltOutput);
     }
     outputs.check();
+    if (isDirectory) requireViews(commandLine.files().front(), sorted, layout.viewCount);
 
     messages.say("quilt: " + quiltText(layout, display.aspect()));
     Progress progress(files.size());
     const ViewsQuilt views = quiltOfViews(
-        directory, files, layout, display.aspect(), mode, messages,
+        files, layout, display.aspect(), mode, messages,
         [&progress](const fs::path& file) { progress.step(file.filename().string()); });
     progress.clear();
     times.end("read views");
@@ -78,6 +103,7 @@ int main(int argc, char** argv) {
         "views2native", "Turns a directory of views, sorted by name from the leftmost camera to "
                         "the rightmost, into the Native picture for a display.");
     commandLine.addUsage("[options] DIR OUT.png");
+    commandLine.addUsage("[options] VIEW... OUT.png");
     commandLine.addSection("Views");
     commandLine.add({"reverse"}, "The files run from the rightmost camera to the leftmost.");
     addFitOption(commandLine, "cover");
@@ -91,6 +117,12 @@ int main(int argc, char** argv) {
         "Numbers in names are sorted by value: view9.png comes before view10.png. If "
         "there are more or fewer pictures than views, each view takes the picture "
         "nearest to it.");
+    commandLine.addNote(
+        "A directory must hold views of one scene and no other pictures: at least " +
+        std::to_string(kFewestViews) +
+        " of one size, with one number in their names that counts in equal steps. Files that "
+        "are named one by one are used as views in the given order, whatever they show.");
+    commandLine.addNote("Views may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "views native.png",
                         "Make a Native of the pictures in a directory.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--reverse views reversed.png",

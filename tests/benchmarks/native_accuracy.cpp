@@ -11,7 +11,7 @@
 
 #include "altiro3D/calibration.hpp"
 #include "altiro3D/depth2quilt.hpp"
-#include "altiro3D/native_renderer.hpp"
+#include "altiro3D/native_maker.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "support/files.hpp"
 #include "support/scene.hpp"

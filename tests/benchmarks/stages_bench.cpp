@@ -9,7 +9,7 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/native_lut.hpp"
-#include "altiro3D/native_renderer.hpp"
+#include "altiro3D/native_maker.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "paper_pipeline.hpp"
@@ -300,14 +300,29 @@ void BM_FitDepth(benchmark::State& state, const BenchDisplay& display) {
     }
 }
 
+// A file of docs/examples.
+cv::Mat sample(const char* file, int flags) {
+    cv::Mat picture = cv::imread(std::string(ALTIRO3D_BENCH_SAMPLES) + "/" + file, flags);
+    require(!picture.empty(), "docs/examples cannot be read");
+    return picture;
+}
+
+// The sample photo and its depth, of a view's size: many things one before the other.
+void busyScene(const BenchDisplay& display, cv::Mat& photo, cv::Mat& depth) {
+    const cv::Size tile = display.layout.tileSize;
+    cv::Mat wholeDepth = sample("sample-depth.png", cv::IMREAD_UNCHANGED); // 16 bits
+    cv::resize(sample("sample.jpg", cv::IMREAD_COLOR), photo, tile, 0, 0, cv::INTER_AREA);
+    cv::resize(wholeDepth, wholeDepth, tile, 0, 0, cv::INTER_NEAREST);
+    wholeDepth.convertTo(depth, CV_32F, 1 / 65535.0);
+}
+
 // Depth as it comes: exact, soft (both measured), soft with known flaws as in a video, and noisy.
-void refine(benchmark::State& state, const BenchDisplay& display, const cv::Mat& depth,
-            bool isKnown) {
+void refine(benchmark::State& state, const cv::Mat& photo, const cv::Mat& depth, bool isKnown) {
     DepthRefineOptions options;
-    if (isKnown) options.flaws = measureDepthFlaws(display.photo(), depth);
+    if (isKnown) options.flaws = measureDepthFlaws(photo, depth);
     cv::Mat refined;
     for (auto _ : state) {
-        refineDepth(display.photo(), depth, refined, options);
+        refineDepth(photo, depth, refined, options);
         benchmark::DoNotOptimize(refined.data);
     }
 }
@@ -319,19 +334,29 @@ cv::Mat softDepth(const BenchDisplay& display) {
 }
 
 void BM_RefineDepthExact(benchmark::State& state, const BenchDisplay& display) {
-    refine(state, display, display.depth(), false);
+    refine(state, display.photo(), display.depth(), false);
 }
 void BM_RefineDepth(benchmark::State& state, const BenchDisplay& display) {
-    refine(state, display, softDepth(display), false);
+    refine(state, display.photo(), softDepth(display), false);
 }
 void BM_RefineDepthKnown(benchmark::State& state, const BenchDisplay& display) {
-    refine(state, display, softDepth(display), true);
+    refine(state, display.photo(), softDepth(display), true);
+}
+// Soft depth as a network gives it: most px are in a step.
+void BM_RefineDepthBusy(benchmark::State& state, const BenchDisplay& display) {
+    cv::Mat photo;
+    cv::Mat depth;
+    busyScene(display, photo, depth);
+    cv::Mat small;
+    cv::resize(depth, small, {128, 128}, 0, 0, cv::INTER_AREA);
+    cv::resize(small, depth, depth.size(), 0, 0, cv::INTER_CUBIC);
+    refine(state, photo, depth, true);
 }
 void BM_RefineDepthNoisy(benchmark::State& state, const BenchDisplay& display) {
     cv::Mat noise(display.depth().size(), CV_32FC1);
     cv::RNG(1).fill(noise, cv::RNG::NORMAL, 0, 0.2); // 0.02 after the blur
     cv::GaussianBlur(noise, noise, {}, 3);
-    refine(state, display, display.depth() + noise, false);
+    refine(state, display.photo(), display.depth() + noise, false);
 }
 
 // ---- photo and depth to quilt
@@ -479,24 +504,13 @@ struct DirectPath {
     bool panelPixels = false; // photo and depth of the panel's size
 };
 
-// A file of docs/examples.
-cv::Mat sample(const char* file, int flags) {
-    cv::Mat picture = cv::imread(std::string(ALTIRO3D_BENCH_SAMPLES) + "/" + file, flags);
-    require(!picture.empty(), "docs/examples cannot be read");
-    return picture;
-}
-
 void renderNatives(benchmark::State& state, const BenchDisplay& display, const DirectPath& path) {
     cv::Mat photo = display.photo();
     cv::Mat depth = display.depth();
     if (path.busy) {
         photo.release(); // these are the display's
         depth.release();
-        const cv::Size tile = display.layout.tileSize;
-        cv::Mat wholeDepth = sample("sample-depth.png", cv::IMREAD_UNCHANGED); // 16 bits
-        cv::resize(sample("sample.jpg", cv::IMREAD_COLOR), photo, tile, 0, 0, cv::INTER_AREA);
-        cv::resize(wholeDepth, wholeDepth, tile, 0, 0, cv::INTER_NEAREST);
-        wholeDepth.convertTo(depth, CV_32F, 1 / 65535.0);
+        busyScene(display, photo, depth);
     }
     if (path.panelPixels) {
         cv::Mat large;
@@ -649,6 +663,7 @@ void registerAll(const BenchDisplay& display) {
     registerStage("BM_RefineDepthExact", BM_RefineDepthExact, display);
     registerStage("BM_RefineDepth", BM_RefineDepth, display);
     registerStage("BM_RefineDepthKnown", BM_RefineDepthKnown, display);
+    registerStage("BM_RefineDepthBusy", BM_RefineDepthBusy, display);
     registerStage("BM_RefineDepthNoisy", BM_RefineDepthNoisy, display);
     registerStage("BM_QuiltFast", BM_QuiltFast, display);
     registerStage("BM_QuiltLayered", BM_QuiltLayered, display);

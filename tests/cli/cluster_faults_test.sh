@@ -58,7 +58,7 @@ check() { # description, condition...
     "$@" || fail "$what"
 }
 run() { # a tool; leaves `status`, out and err
-    timeout 120 "$@" >out 2>err </dev/null
+    timeout 600 "$@" >out 2>err </dev/null
     status=$?
 }
 ends() { [[ $status == "$1" ]]; }
@@ -354,7 +354,7 @@ CONF
 
     echo "three computers, of which one is dead and one dies"
     plan_film hosts
-    timeout 300 altiro3Dcluster --hosts hosts hosts.plan >log/cluster 2>&1 </dev/null &
+    timeout 600 altiro3Dcluster --hosts hosts hosts.plan >log/cluster 2>&1 </dev/null &
     local cluster=$!
     pids[cluster]=$cluster
     check "far works" until_true 60 is_busy far

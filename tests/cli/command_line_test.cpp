@@ -155,6 +155,8 @@ TEST_P(EveryTool, TheExamplesOfTheHelpWork) {
         writeImage(studio_ / "holiday_qs8x6a0.75.png", quilt);
     if (tool() == "video2native") fs::copy(studio_ / "clip.mp4", studio_ / "clip-depth.mp4");
     if (tool() == "native2view") fs::copy(studio_ / "panel.png", studio_ / "native.png");
+    for (const char* more : {"views/view6.png", "views/view7.png"}) // a folder has 8 at least
+        fs::copy(studio_ / "views/view5.png", studio_ / more);
     for (const Arguments& example : examples) {
         const Outcome outcome = studio_.run(tool(), example);
         EXPECT_EQ(outcome.status, 0) << outcome.text();

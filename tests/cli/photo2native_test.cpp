@@ -1211,10 +1211,12 @@ TEST(Photo2Native, DepthInThePhotoIsUsedAndSaid) {
         EXPECT_EQ(run.out.find("depth in the photo"), std::string::npos) << run.out;
     }
     EXPECT_NE(slurp(studio / "a.png"), slurp(studio / "cues.png"));
-    EXPECT_TRUE(
-        fails(studio.run(kTool, studio.display() + Arguments{"-n", "cues", "--embedded-depth",
-                                                             "auto", "p.jpg", "x.png"}),
-              2, "expected no -n"));
+    // both: the named source is for photos without depth
+    const Outcome both =
+        studio.run(kTool, studio.display() + Arguments{"-n", "cues", "--embedded-depth", "auto",
+                                                       "p.jpg", "x.png"});
+    EXPECT_TRUE(isDone(both));
+    EXPECT_EQ(slurp(studio / "x.png"), slurp(studio / "a.png"));
 }
 
 TEST(Photo2Native, APhotoIsSavedWithItsDepth) {
@@ -1310,6 +1312,91 @@ TEST(Photo2Native, AnMpoIsUsedAsAPairByItself) {
         EXPECT_NE(flat.err.find("several pictures: the first one is read"), std::string::npos);
         EXPECT_NE(slurp(studio / "b.png"), slurp(studio / "a.png"));
     }
+}
+
+TEST(Photo2Native, AJpsHoldsBothEyesTheRightOneFirst) {
+    SmallStudio studio;
+    const Eyes eyes = wallAndThing(6, 26);
+    cv::Mat both;
+    cv::hconcat(eyes.right, eyes.left, both);
+    writeImage(studio / "both.jpg", both);
+    fs::create_directory(studio / "photos");
+    fs::copy(studio / "both.jpg", studio / "photos/p.jps");
+    const Outcome one = studio.run(kTool, studio.display() + Arguments{"photos/p.jps", "a.png"});
+    EXPECT_TRUE(isDone(one));
+    EXPECT_NE(one.out.find("p.jps: stereo pair (JPS), depth by matching; shift "),
+              std::string::npos)
+        << one.out;
+    EXPECT_TRUE(isDone(studio.run(
+        kTool, studio.display() + Arguments{"--stereo", "right-left", "both.jpg", "b.png"})));
+    EXPECT_EQ(slurp(studio / "b.png"), slurp(studio / "a.png"));
+    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos", "out"})));
+    EXPECT_EQ(slurp(studio / "out/p_native.png"), slurp(studio / "a.png"));
+    EXPECT_TRUE(warns(
+        studio.run(kTool, studio.display() + Arguments{"-n", "cues", "photos/p.jps", "c.png"}),
+        "p.jps: holds the pictures of both eyes, which are read as one picture"));
+}
+
+TEST(Photo2Native, ThatHalfOfAFileIsShownIsSaid) {
+    SmallStudio studio;
+    const Eyes eyes = wallAndThing(6, 26);
+    cv::Mat both;
+    cv::hconcat(eyes.left, randomPhoto(eyes.left.size(), 77), both);
+    writeImage(studio / "p.png", both);
+    EXPECT_TRUE(
+        warns(studio.run(kTool, studio.display() + Arguments{"-n", "cues", "--stereo", "left-right",
+                                                             "p.png", "a.png"}),
+              "the left eye's picture alone is shown; if the file does not hold both eyes, "
+              "all of it is shown without --stereo"));
+}
+
+TEST(Photo2Native, PicturesOfAFolderNeedNoExtension) {
+    SmallStudio studio;
+    fs::create_directory(studio / "in");
+    writeImage(studio / "p.jpg", scenery({200, 150}, 3));
+    fs::copy(studio / "p.jpg", studio / "in/IMG_0001");
+    spill(studio / "in/README", "text");
+    for (const char* raw : {"in/a.CR3", "in/b.nef"})
+        spill(studio / raw, "x");
+    const Outcome outcome =
+        studio.run(kTool, studio.display() + Arguments{"-n", "cues", "in", "out"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_TRUE(fs::exists(studio / "out/IMG_0001_native.png"));
+    EXPECT_NE(outcome.out.find("1 photo made, 3 left out (2 raw pictures, 1 other file), in "),
+              std::string::npos)
+        << outcome.out;
+    EXPECT_NE(outcome.out.find("b.nef: is a raw picture of a camera, which is not read; export it"),
+              std::string::npos);
+}
+
+TEST(Photo2Native, TheSharpOriginalIsNamed) {
+    SmallStudio studio;
+    writeImage(studio / "blurred.jpg", scenery({120, 160}, 3));
+    writeImage(studio / "sharp.jpg", scenery({120, 160}, 4));
+    writeImage(studio / "d.png", madeDepth(120, 160));
+    spill(studio / "p.jpg", gDepthPhoto(slurp(studio / "blurred.jpg"), slurp(studio / "d.png"),
+                                        "RangeInverse", 1, 10, slurp(studio / "sharp.jpg")));
+    const auto run = [&](const char* photo) {
+        return studio.run(kTool, studio.display() + Arguments{"--unblurred", "-y", "--report",
+                                                              "r.json", photo, "a.png"});
+    };
+    const auto isReported = [&] {
+        return Json::parse(slurp(studio / "r.json"))
+            .at("pictures")
+            .at(0)
+            .at("unblurred")
+            .get<bool>();
+    };
+    const Outcome found = run("p.jpg");
+    EXPECT_TRUE(isDone(found));
+    EXPECT_NE(found.out.find("p.jpg: the sharp original in the file is used\n"), std::string::npos)
+        << found.out;
+    EXPECT_TRUE(isReported());
+    const Outcome none = run("sharp.jpg");
+    EXPECT_TRUE(isDone(none));
+    EXPECT_NE(none.out.find("sharp.jpg: no sharp original in the file is used\n"),
+              std::string::npos);
+    EXPECT_FALSE(isReported());
 }
 
 TEST(Photo2Native, APairThatDoesNotMatchIsNamedAndItsDepthEstimated) {

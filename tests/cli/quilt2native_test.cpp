@@ -122,24 +122,28 @@ TEST(Quilt2NativeTool, ViewsOfFractionalSizeAreSampledWhereTheyLie) {
     writeImage(studio / "rest.png", quilt);
     ASSERT_TRUE(isDone(
         studio.run("altiro3Dnative", {"-m", "a.map", "-q", "9x5", "-r", "5x8", "small.json"})));
-    EXPECT_TRUE(warns(studio.run(kTool, {"-m", "a.map", "rest.png", "m.png"}), "44 x 50"));
+    EXPECT_TRUE(warns(studio.run(kTool, {"-m", "a.map", "--fit", "stretch", "rest.png", "m.png"}),
+                      "44 x 50"));
     EXPECT_TRUE(samePicture(readBack(studio / "m.png"),
                             libraryNative(studio, quilt(cv::Rect(0, 5, 40, 45)), 5, 9)));
-    EXPECT_TRUE(isDone(studio.run(kTool, {"-c", "small.json", "-q", "9x5", "rest.png", "a.png"})));
+    EXPECT_TRUE(isDone(studio.run(
+        kTool, {"-c", "small.json", "--fit", "stretch", "-q", "9x5", "rest.png", "a.png"})));
     EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, quilt, 5, 9)));
 }
 
 TEST(Quilt2NativeTool, ALayoutThatNothingStatesIsFoundInThePicture) {
     SmallStudio studio;
     writeImage(studio / "web.png", quiltOfAScene());
-    const Outcome outcome = studio.run(kTool, {"-c", "small.json", "web.png", "a.png"});
+    const Outcome outcome =
+        studio.run(kTool, {"-c", "small.json", "--fit", "stretch", "web.png", "a.png"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_NE(
         outcome.out.find("each view 140 x 100 px, shown 3:4; found in the picture, 100 % sure"),
         std::string::npos)
         << outcome.out;
     EXPECT_NE(outcome.out.find(" % sure"), std::string::npos);
-    ASSERT_TRUE(isDone(studio.run(kTool, {"-c", "small.json", "-q", "5x4", "web.png", "b.png"})));
+    ASSERT_TRUE(isDone(studio.run(
+        kTool, {"-c", "small.json", "--fit", "stretch", "-q", "5x4", "web.png", "b.png"})));
     EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
     // options and names come first
     fs::copy(studio / "web.png", studio / "web_qs2x5.png");
@@ -162,8 +166,8 @@ TEST(Quilt2NativeTool, APhotoIsRefusedAndAnUnclearPictureIsAskedAbout) {
     writeImage(studio / "photo2.png", scenery({400, 300}, 7));
     EXPECT_TRUE(fails(studio.run(kTool, {"-c", "small.json", "photo2.png", "a.png"}), 1,
                       "photo2.png: is a photo or another picture of one view, expected a quilt"));
-    EXPECT_TRUE(
-        isDone(studio.run(kTool, {"-c", "small.json", "-q", "2x3", "photo2.png", "a.png"})));
+    EXPECT_TRUE(isDone(studio.run(
+        kTool, {"-c", "small.json", "--fit", "stretch", "-q", "2x3", "photo2.png", "a.png"})));
     fs::remove(studio / "a.png");
     EXPECT_TRUE(fails(studio.run(kTool, {"-c", "small.json", "quilt.png", "a.png"}), 2,
                       "quilt.png: its name does not state the layout, and the picture shows none "
@@ -178,23 +182,28 @@ TEST(Quilt2NativeTool, AFolderIsConvertedAndNothingInItIsLostSilently) {
     fs::copy(studio / "quilt.png", studio / "in/q_qs3x2a0.75.png");
     writeImage(studio / "in/photo.png", scenery({400, 300}, 7));
     spill(studio / "in/clip.mp4", "not a picture");
-    const Outcome outcome =
-        studio.run(kTool, Arguments{"-c", "small.json"} + Arguments{"in", "out"});
+    writeQuiltVideo(studio / "in/film_qs3x2a0.75.mkv", 3);
+    const Outcome outcome = studio.run(kTool, Arguments{"-c", "small.json", "--fit", "stretch"} +
+                                                  Arguments{"in", "out"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_NE(outcome.out.find("photo.png: is a photo or another picture of one view; photo2"),
               std::string::npos);
-    EXPECT_NE(outcome.out.find("2 quilts made, 3 left out (1 video, 1 folder, 1 photo), in "),
+    EXPECT_NE(outcome.out.find("3 quilts made, 3 left out (1 video, 1 folder, 1 photo), in "),
               std::string::npos)
         << outcome.out;
-    EXPECT_TRUE(isDone(
-        studio.run(kTool, Arguments{"-c", "small.json"} + Arguments{"in/web.png", "alone.png"})));
+    EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"-c", "small.json", "--fit", "stretch"} +
+                                             Arguments{"in/web.png", "alone.png"})));
     EXPECT_EQ(slurp(studio / "out/web_native.png"), slurp(studio / "alone.png"));
     EXPECT_TRUE(fs::exists(studio / "out/q_qs3x2a0.75_native.png"));
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, {"-c", "small.json", "in/film_qs3x2a0.75.mkv", "film.mkv"})));
+    EXPECT_EQ(slurp(studio / "out/film_qs3x2a0.75_native.mkv"), slurp(studio / "film.mkv"));
     EXPECT_FALSE(fs::exists(studio / "out/photo_native.png"));
-    EXPECT_NE(
-        studio.run(kTool, Arguments{"-c", "small.json"} + Arguments{"--skip-existing", "in", "out"})
-            .out.find("0 quilts made, 2 skipped as the outputs exist, "),
-        std::string::npos);
+    EXPECT_NE(studio
+                  .run(kTool, Arguments{"-c", "small.json", "--fit", "stretch"} +
+                                  Arguments{"--skip-existing", "in", "out"})
+                  .out.find("0 quilts made, 3 skipped as the outputs exist, "),
+              std::string::npos);
 }
 
 TEST(Quilt2NativeTool, OptionsWithoutAnEffectAreRefusedForFoldersToo) {
@@ -227,12 +236,37 @@ TEST(Quilt2NativeTool, OptionsWithoutAnEffectAreRefusedForFoldersToo) {
     EXPECT_FALSE(fs::exists(studio / "out"));
 }
 
+TEST(Quilt2NativeTool, RowsFromTheTopAndStretchedViewsAreSaid) {
+    SmallStudio studio;
+    const cv::Mat quilt = quiltOfAScene();
+    writeImage(studio / "web.png", quilt); // views of 1.4 : 1 for a panel of 0.75 : 1
+    cv::Mat turned(quilt.size(), quilt.type());
+    for (int row = 0; row < 5; ++row)
+        quilt.rowRange(100 * row, 100 * (row + 1))
+            .copyTo(turned.rowRange(400 - 100 * row, 500 - 100 * row));
+    writeImage(studio / "top.png", turned);
+    const Arguments calibration{"-c", "small.json"};
+    EXPECT_TRUE(warns(studio.run(kTool, calibration + Arguments{"web.png", "a.png"}),
+                      "the views have the shape 7:5 by their px and are stretched to the panel's, "
+                      "3:4, as the file name does not state their shape"));
+    EXPECT_TRUE(
+        isDone(studio.run(kTool, calibration + Arguments{"--fit", "contain", "web.png", "b.png"})));
+    EXPECT_NE(slurp(studio / "a.png"), slurp(studio / "b.png"));
+    EXPECT_TRUE(
+        fails(studio.run(kTool, calibration + Arguments{"top.png", "c.png"}), 2,
+              "top.png: its rows of views seem to run from the top to the bottom (4 columns "
+              "x 5 rows), expected the first view at the bottom left"));
+    EXPECT_TRUE(warns(studio.run(kTool, calibration + Arguments{"-q", "5x4", "top.png", "c.png"}),
+                      "are stretched to the panel's"));
+}
+
 TEST(Quilt2NativeTool, ANativeInAFolderIsSaidToBeOne) {
     SmallStudio studio;
     fs::create_directory(studio / "in");
     writeImage(studio / "in/web.png", quiltOfAScene());
     writeImage(studio / "in/n.png", madePhoto(96, 128), ImageMark::Native);
-    const Outcome outcome = studio.run(kTool, {"-c", "small.json", "in", "out"});
+    const Outcome outcome =
+        studio.run(kTool, {"-c", "small.json", "--fit", "stretch", "in", "out"});
     EXPECT_TRUE(warns(outcome, "in/n.png: is a Native, which is finished; it is left out"));
     EXPECT_NE(outcome.out.find("1 quilt made, 1 left out (1 Native)"), std::string::npos)
         << outcome.out;
@@ -241,7 +275,7 @@ TEST(Quilt2NativeTool, ANativeInAFolderIsSaidToBeOne) {
 TEST(Quilt2NativeTool, QuiltsInSubfoldersAndOfOneNameDoNotCollide) {
     SmallStudio studio;
     fs::create_directories(studio / "in/deeper");
-    const Arguments calibration{"-c", "small.json"};
+    const Arguments calibration{"-c", "small.json", "--fit", "stretch"};
     for (const char* name : {"in/a.png", "in/a.bmp", "in/a.bmp.tif", "in/deeper/a.png"})
         writeImage(studio / name, quiltOfAScene());
     const Outcome outcome =
@@ -266,7 +300,8 @@ TEST(Quilt2NativeTool, TheLayoutOfAVideoIsFoundInItsFirstFrames) {
     for (int i = 0; i < 4; ++i) // the first frame is black
         writer.write({i == 0 ? cv::Mat(quilt.size(), CV_8UC3, cv::Scalar::all(0)) : quilt, i, 1});
     writer.finish();
-    const Outcome outcome = studio.run(kTool, {"-c", "small.json", "web.mkv", "a.mkv"});
+    const Outcome outcome =
+        studio.run(kTool, {"-c", "small.json", "--fit", "stretch", "web.mkv", "a.mkv"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_NE(
         outcome.out.find("each view 140 x 100 px, shown 3:4; found in the picture, 100 % sure"),

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "altiro3D/depth_map.hpp"
-#include "altiro3D/native_renderer.hpp"
+#include "altiro3D/native_maker.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "support/files.hpp"

@@ -1277,6 +1277,35 @@ TEST(Video2NativeTool, HeifPicturesAreNoVideos) {
     }
 }
 
+TEST(Video2NativeFolder, VideosOfQuiltsWithoutANameAreLeftOut) {
+    const SmallStudio studio;
+    fs::create_directory(studio / "in");
+    const QuiltLayout layout{4, 5, {140, 100}, 20};
+    cv::Mat quilt;
+    Depth2Quilt(layout).render(scenery({140, 100}, 3), randomDepth({140, 100}), quilt);
+    for (const bool isQuilt : {true, false}) {
+        VideoWriterOptions options;
+        options.size = layout.size();
+        options.codec = VideoCodec::Ffv1;
+        options.timeBase = {1, 100};
+        VideoWriter writer(studio / (isQuilt ? "in/film.mkv" : "in/flat.mkv"), options);
+        const cv::Mat picture = isQuilt ? quilt : scenery(layout.size(), 7);
+        for (int i = 0; i < 3; ++i)
+            writer.write({picture, 10 * i, 10});
+        writer.finish();
+    }
+    const Outcome outcome = studio.run(
+        kTool, studio.display() + Arguments{"-n", "cues", "--codec", "ffv1", "in", "out"});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_NE(
+        outcome.out.find("film.mkv: is a video of quilts of 4 columns x 5 rows; quilt2native"),
+        std::string::npos)
+        << outcome.out;
+    EXPECT_NE(outcome.out.find("1 video made, 1 left out (1 quilt video), in "), std::string::npos)
+        << outcome.out;
+    EXPECT_TRUE(fs::exists(studio / "out/flat_native.mkv"));
+}
+
 TEST(Video2NativeFolder, NothingIsLostSilently) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const FolderStudio studio;

@@ -1,6 +1,7 @@
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/files.hpp"
 #include "support/random_pictures.hpp"
 
 #include <opencv2/core.hpp>
@@ -65,24 +66,28 @@ TEST(Views2Native, SortsNumbersByValue) {
 
 TEST(Views2Native, OtherCountsAreSpreadOverTheViewsWithAWarning) {
     SmallStudio studio;
-    const auto viewsOf = [&](int pictures) {
-        writeGreys(studio / "grey", pictures);
-        EXPECT_TRUE(warns(studio.run(kTool, studio.display() + Arguments{"-y", "--save-quilt",
-                                                                         "q.png", "grey", "a.png"}),
-                          "holds " + std::to_string(pictures) +
-                              (pictures == 1 ? " picture" : " pictures") + " for 6 views"));
-        fs::remove_all(studio / "grey");
+    const auto viewsOf = [&](int pictures, const Arguments& views) {
+        EXPECT_TRUE(
+            warns(studio.run(kTool, studio.display() + Arguments{"-y", "--save-quilt", "q.png"} +
+                                        views + Arguments{"a.png"}),
+                  "are " + std::to_string(pictures) + " pictures for 6 views"));
         return greys(studio / "q_qs3x2a0.75.png", 3, 2);
     };
-    EXPECT_EQ(viewsOf(1), (std::vector<int>{10, 10, 10, 10, 10, 10}));
-    EXPECT_EQ(viewsOf(2), (std::vector<int>{10, 10, 10, 20, 20, 20}));
-    EXPECT_EQ(viewsOf(11), (std::vector<int>{10, 30, 50, 70, 90, 110}));
+    writeGreys(studio / "grey", 11);
+    EXPECT_EQ(viewsOf(11, {"grey"}), (std::vector<int>{10, 30, 50, 70, 90, 110}));
+    EXPECT_EQ(viewsOf(2, {"grey/view5.png", "grey/view2.png"}),
+              (std::vector<int>{50, 50, 50, 20, 20, 20}));
 }
 
 TEST(Views2Native, ViewsOfDifferentSizesAreRefused) {
     SmallStudio studio;
     writeImage(studio / "views/view3.png", madePhoto(31, 40));
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"views", "a.png"}), 1,
+                      "views: holds pictures of different sizes, expected at least 6 views"));
+    Arguments named = studio.display();
+    for (int i = 0; i < 6; ++i)
+        named.push_back("views/view" + std::to_string(i) + ".png");
+    EXPECT_TRUE(fails(studio.run(kTool, named + Arguments{"a.png"}), 1,
                       "views/view3.png: has 31 x 40 px, expected 30 x 40 px"));
 }
 
@@ -99,21 +104,93 @@ TEST(Views2Native, ViewsOfAnotherShapeAreCutWithAWarningUnlessFitIsGiven) {
     EXPECT_TRUE(isDone(run({"--fit", "stretch"})));
 }
 
-TEST(Views2Native, AFolderOfPhotosOrNativesIsNoFolderOfViews) {
+// Pictures of `photo`, seen through a window that moves by `step(i)` px.
+template <class Step>
+void writeWindows(const fs::path& directory, int count, Step step) {
+    fs::create_directory(directory);
+    const cv::Mat photo = scenery({220, 200}, 20);
+    for (int i = 0; i < count; ++i) {
+        const cv::Point at = step(i);
+        writeImage(directory / ("IMG_" + std::to_string(100 + i) + ".png"),
+                   photo(cv::Rect(30 + at.x, 30 + at.y, 105, 140)).clone());
+    }
+}
+
+TEST(Views2Native, AFolderOfOtherPicturesIsNoFolderOfViews) {
     SmallStudio studio;
+    const auto refusal = [&](const char* folder, const std::string& reason) {
+        return fails(studio.run(kTool, studio.display() + Arguments{folder, "a.png"}), 1,
+                     folder + (": " + reason));
+    };
     fs::create_directory(studio / "photos");
     fs::create_directory(studio / "mixed");
+    fs::create_directory(studio / "grid");
     for (int i = 0; i < 6; ++i) {
         writeImage(studio / ("photos/IMG_" + std::to_string(i) + ".png"),
                    scenery({120, 160}, 20 + i));
         writeImage(studio / ("mixed/v" + std::to_string(i) + ".png"), scenery({120, 160}, 20),
                    i == 4 ? ImageMark::Native : ImageMark::None);
+        writeImage(studio / ("grid/view_0" + std::to_string(i / 3) + "_0" + std::to_string(i % 3) +
+                             ".png"),
+                   scenery({120, 160}, 20));
     }
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"photos", "a.png"}), 1,
-                      "photos: holds pictures that do not resemble each other, expected views"));
+    EXPECT_TRUE(refusal("photos", "holds pictures that do not resemble each other, expected at "
+                                  "least 6 views of one scene"));
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"mixed", "a.png"}), 1,
                       "mixed/v4.png: is a Native already, expected views"));
+    EXPECT_TRUE(refusal("grid", "holds names with two numbers that count, such as view_01_00.png"));
+    fs::rename(studio / "views/view3.png", studio / "views/depth.png");
+    EXPECT_TRUE(refusal("views", "holds depth.png and view0.png, which are not numbered"));
+    fs::rename(studio / "views/depth.png", studio / "views/view7.png");
+    EXPECT_TRUE(refusal("views", "misses numbers between view2.png and view4.png"));
+    fs::remove(studio / "views/view7.png");
+    EXPECT_TRUE(refusal("views", "holds 5 pictures, expected at least 6 views"));
     EXPECT_FALSE(fs::exists(studio / "a.png"));
+}
+
+TEST(Views2Native, TheCameraOfViewsMovesInOneDirection) {
+    SmallStudio studio;
+    const auto run = [&](const char* folder) {
+        return studio.run(kTool, studio.display() + Arguments{"-y", folder, "a.png"});
+    };
+    writeWindows(studio / "row", 8, [](int i) { return cv::Point(2 * i, 0); });
+    writeWindows(studio / "still", 8, [](int) { return cv::Point(0, 0); });
+    writeWindows(studio / "up", 8, [](int i) { return cv::Point(0, -2 * i); });
+    constexpr int kHand[8][2] = {{0, 0}, {3, -2}, {-1, 2}, {1, -1},
+                                 {4, 3}, {0, 0},  {-2, 2}, {1, 1}};
+    writeWindows(studio / "hand", 8, [&](int i) { return cv::Point(kHand[i][0], kHand[i][1]); });
+    EXPECT_TRUE(warns(run("row"), "there are 8 pictures for 6 views"));
+    EXPECT_TRUE(warns(run("still"), "there are 8 pictures for 6 views"));
+    EXPECT_TRUE(fails(run("up"), 1, "up: holds pictures of a camera that moves up or down"));
+    EXPECT_TRUE(fails(run("hand"), 1, "hand: holds pictures of a camera that moves to and fro"));
+}
+
+TEST(Views2Native, RealLightFieldsAreViewsUnlessTheyAreGrids) {
+    ALTIRO3D_REQUIRE_DATA("lightfields");
+    SmallStudio studio;
+    const auto run = [&](const fs::path& folder) {
+        return studio.run(kTool, studio.display() +
+                                     Arguments{"-y", "--fit", "cover", folder.string(), "a.png"});
+    };
+    const fs::path cards = dataPath("lightfields/stanford_cards");
+    EXPECT_TRUE(warns(run(dataPath("lightfields/greenbuddha_33")), "33 pictures for 6 views"));
+    const fs::path numbers = dataPath("lightfields/numbers_64");
+    EXPECT_TRUE(fails(run(numbers), 1, "do not resemble each other"));
+    Arguments named = studio.display() + Arguments{"--fit", "cover"};
+    for (int i = 10; i < 16; ++i)
+        named.push_back((numbers / (std::to_string(i) + ".png")).string());
+    EXPECT_TRUE(isDone(studio.run(kTool, named + Arguments{"named.png"})));
+    EXPECT_TRUE(fails(run(cards), 1, "which are not numbered as one sequence"));
+    fs::create_directory(studio / "grid");
+    fs::create_directory(studio / "line");
+    for (const fs::path& file : listImages(cards)) {
+        const std::string name = file.filename().string();
+        if (name[0] != 'r') continue; // the depth map
+        fs::create_symlink(file, studio / "grid" / name);
+        if (name.rfind("r08", 0) == 0) fs::create_symlink(file, studio / "line" / name);
+    }
+    EXPECT_TRUE(fails(run("grid"), 1, "holds names with two numbers that count"));
+    EXPECT_TRUE(warns(run("line"), "9 pictures for 6 views"));
 }
 
 TEST(Views2Native, PlacesWithoutViewsAreNamed) {

@@ -24,5 +24,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     Notes notes;
     convertToSrgb(picture, facts, &notes);
     fuzz::require(picture.size() == cv::Size(3, 2), "the size stays");
+    if (isCmykProfile(facts.icc)) {
+        const cv::Mat inks(2, 3, CV_8UC4, cv::Scalar(10, 120, 250, 30));
+        const cv::Mat colours = inksToSrgb(inks, facts.icc, (kind & 2U) != 0);
+        fuzz::require(colours.empty() || colours.size() == inks.size(), "the size stays");
+    }
     return 0;
 }

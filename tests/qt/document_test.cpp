@@ -279,6 +279,12 @@ TEST(ViewerDocument, AFolderIsItsFilesUnlessTheyAreViewsOfOneScene) {
         writeImage(inFolder("v" + std::to_string(i) + ".png"), quilt(layout.tile(i)));
     EXPECT_EQ(filesOfFolder(folder.path()).files.front().file, folder.path());
     EXPECT_EQ(filesOfFolder(folder.path()).files.size(), 1U);
+    for (const char* name : {"v12.png", "v5.png"}) { // after the last one; in place of another
+        writeImage(inFolder(name), boxDepth(layout.tileSize));
+        EXPECT_GT(filesOfFolder(folder.path()).files.size(), 1U) << name;
+        fs::remove(inFolder("v12.png"));
+    }
+    writeImage(inFolder("v5.png"), quilt(layout.tile(5)));
     spill(inFolder("notes.txt"), "x"); // such a file does not matter
     EXPECT_EQ(filesOfFolder(folder.path()).files.front().file, folder.path());
 

@@ -176,13 +176,17 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
             "The photo holds the pictures of both eyes: left-right, right-left or top-bottom. "
             "Depth is found by matching them. Halves of a 16:9 picture count as squeezed; "
             ":full or :squeezed after the order says so (left-right:full). files: LEFT RIGHT "
-            "instead of PHOTO. MPO and spatial HEIC need no option.",
+            "instead of PHOTO. MPO, JPS and spatial HEIC need no option. If both eyes do not "
+            "match, "
+            "the depth of the left picture is estimated, by -n if it is given.",
             "ORDER|files");
         commandLine.addAdvanced(
             {"embedded-depth"},
             "auto (default) uses the depth that comes with a photo, in its file (portraits of "
             "phones, MPO and spatial photos) or beside it (a.jpg and a-depth.png, a_depth.png, "
-            "a.disparity.png, ...); off ignores it. -d, --rgbd and -n go before it.",
+            "a.disparity.png, ...); off ignores it. -d, --rgbd, -n and -l go before it; with -n "
+            "and auto together, -n is "
+            "for photos without depth.",
             "auto|off");
         commandLine.addAdvanced({"unblurred"},
                                 "Use the sharp original of a portrait where the file has one.");
@@ -256,11 +260,7 @@ void ChosenDepth::choosePhotoDepth(const CommandLine& commandLine) {
     }
     if (fromFiles_ || rgbdSide_) return;
     const bool isNamed = commandLine.has("n") || commandLine.has("l");
-    if (isNamed && use.value_or(1) == 0) {
-        throw UsageError("--embedded-depth auto uses the depth of the photo, expected no -n and no "
-                         "-l with it");
-    }
-    photoDepth_.useDepth = !isNamed && use.value_or(0) == 0;
+    photoDepth_.useDepth = use ? *use == 0 : !isNamed;
     this->use(source_);
 }
 
@@ -413,12 +413,27 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
         const QuietStandardError quiet;
         scene.photo = source.readImage(photoFile, &notes);
     }
-    messages.warn(notes);
+    isUnblurred_ = false;
+    for (const Note& note : notes) {
+        if (note.code == NoteCode::Chosen) {
+            isUnblurred_ = true;
+            messages.say(note.text);
+        } else {
+            messages.warn(note.text);
+        }
+    }
+    if (photoDepth_.unblurred && !isUnblurred_)
+        messages.say(photoFile.string() + ": no sharp original in the file is used");
     origin_ = source.origin();
     used_ = fromFiles_ ? description_ : source.description();
     const bool isNamed = fromFiles_ || rgbdSide_; // by an option
     if (!isEstimated() && !isNamed && (depthFile.empty() || isStereoFiles_))
         messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + used_);
+    if (isEstimated() && !photoDepth_.useDepth && !stereo_ && !isStereoFiles_ &&
+        lowerCase(photoFile.extension().string()) == ".jps")
+        messages.warn(photoFile.string() +
+                      ": holds the pictures of both eyes, which are read as one "
+                      "picture; --stereo right-left reads the left one");
     times.end("read");
     try {
         const QuietStandardError quiet; // it may load the network

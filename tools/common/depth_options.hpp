@@ -64,6 +64,8 @@ class ChosenDepth {
     /// Meaning of the numbers of given depth, or of estimate().
     DepthKind kind() const;
     /// True if the depth of the last photo was estimated, not given.
+    /// Whether the last photo was the sharp original of a portrait (--unblurred).
+    bool isUnblurred() const { return isUnblurred_; }
     bool isEstimated() const { return origin_ == DepthOrigin::Estimated; }
     /// Estimates raw depth of a picture with the network or the built-in estimator.
     /// @param picture [rows x cols, CV_8UC3, BGR]
@@ -89,6 +91,7 @@ class ChosenDepth {
     std::filesystem::path networkFile_;
     std::string description_;
     std::string used_;
+    bool isUnblurred_ = false;
     DepthOrigin origin_ = DepthOrigin::Estimated; // of the last photo
 };
 

@@ -107,8 +107,18 @@ const KindWords* wordsOf(FileKind kind) {
     return found == kWords.end() ? nullptr : found;
 }
 
+bool isRawName(const fs::path& file) {
+    static const std::set<std::string> endings = {".dng", ".nef", ".nrw", ".arw", ".sr2", ".pef",
+                                                  ".srw", ".erf", ".3fr", ".iiq", ".cr2", ".cr3",
+                                                  ".crw", ".raf", ".orf", ".rw2", ".raw", ".x3f"};
+    return endings.count(lowerCase(file.extension().string())) > 0;
+}
+
 LeftOutFile leftOutFile(const fs::path& file, FileKind kind) {
     const KindWords* const words = wordsOf(kind);
+    if (words == nullptr && isRawName(file))
+        return {file, kind,
+                "is a raw picture of a camera, which is not read; export it from a photo program"};
     return {file, kind,
             words != nullptr ? words->why : "is no picture or video of a format that can be read"};
 }
@@ -117,6 +127,7 @@ LeftOutFile leftOutFile(const fs::path& file, FileKind kind) {
 std::string kindText(const LeftOutFile& file) {
     if (const KindWords* const words = wordsOf(file.kind)) return words->name;
     const std::string ending = lowerCase(file.file.extension().string());
+    if (isRawName(file.file)) return "raw picture";
     return ending.empty() ? "other file" : ending + " file";
 }
 

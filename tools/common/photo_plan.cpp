@@ -52,8 +52,8 @@ bool takesPairs(const CommandLine& commandLine) {
 
 // Whether depth images beside the photos are used.
 bool takesStoredDepth(const CommandLine& commandLine) {
-    return !commandLine.has("n") && !commandLine.has("l") &&
-           commandLine.value("embedded-depth") != "off";
+    if (const auto use = commandLine.value("embedded-depth")) return use != "off";
+    return !commandLine.has("n") && !commandLine.has("l");
 }
 
 std::string pairName(const CommandLine& commandLine) {

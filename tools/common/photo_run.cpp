@@ -286,6 +286,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
          run.depth.used().find(item.depth.filename().string()) != std::string::npos);
     if (isImageUsed) report[isPair ? "rightImage" : "depthImage"] = item.depth.string();
     report["depthSource"] = run.depth.used();
+    if (commandLine.has("unblurred")) report["unblurred"] = run.depth.isUnblurred();
     const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
                                                        {"depth", item.savedDepth},
                                                        {"rgbd", item.rgbd},

@@ -79,9 +79,17 @@ bool blends(const QuiltSampling& sampling) {
 }
 
 void tellShape(const QuiltShape& shape, Messages& messages) {
+    if (shape.stretchesUnasked())
+        messages.warnOfSubject(stretchText(shape) + "; --fit contain keeps the shape of the px");
     if (!shape.fitsUnasked()) return;
     messages.say("fit: by the file name the shape of the views differs from the panel's; black "
                  "bars keep it (--fit cover or stretch fills the panel)");
+}
+
+std::string stretchText(const QuiltShape& shape) {
+    return "the views have the shape " + aspectText(shape.aspect()) +
+           " by their px and are stretched to the panel's, " + aspectText(shape.shownAspect()) +
+           ", as the file name does not state their shape";
 }
 
 std::string quiltText(const QuiltLayout& layout, double aspect) {
@@ -130,6 +138,13 @@ std::optional<QuiltGrid> certainLayout(const FoundQuilt& found, const fs::path& 
                     "makes a Native of a photo; -q ROWSxCOLUMNS reads any picture as a quilt)");
     case QuiltVerdict::Unsure:
         break;
+    }
+    if (found.isFromTop) {
+        throw UsageError(
+            file.string() + ": its rows of views seem to run from the top to the bottom (" +
+            std::to_string(grid.columns) + " columns x " + std::to_string(grid.rows) +
+            " rows), expected the first view at the bottom left; -q ROWSxCOLUMNS reads "
+            "it as it is");
     }
     // a few px more or less, where views have a fractional size
     if (usual.tileSize == cv::Size(size.width / usual.columns, size.height / usual.rows))

@@ -20,8 +20,12 @@ QuiltSampling samplingOption(const CommandLine& commandLine);
 /// True if sub-pixels blend views or px of views.
 bool blends(const QuiltSampling& sampling);
 
-/// Reports black bars that keep the shape of a quilt's views, unless the user asked for them.
+/// Reports black bars that keep the shape of a quilt's views, unless the user asked for them. Warns
+/// if the views are stretched, as their shape is not known.
 void tellShape(const QuiltShape& shape, Messages& messages);
+
+/// The views are stretched, as their shape is not known.
+std::string stretchText(const QuiltShape& shape);
 
 /// A quilt's layout as text for people: QuiltLayout::text(), followed by the shape of the views if
 /// their px are not square.

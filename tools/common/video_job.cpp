@@ -85,16 +85,14 @@ DisplayUse useOf(VideoProduct product) {
 }
 
 // What is found in the first frames of a video of quilts: one of them may be dark, or a title. None
-// if the layout is stated, or if the frames cannot be read twice.
-std::optional<FoundQuilt> searchFrames(const CommandLine& commandLine, const VideoPlan& plan) {
-    constexpr int kLastFrame = 64;
+// if the frames cannot be read twice.
+std::optional<FoundQuilt> searchFrames(const VideoPlan& plan, int lastFrame) {
     std::error_code error;
-    if (isLayoutStated(commandLine, plan.input) || !fs::is_regular_file(plan.input, error))
-        return std::nullopt;
+    if (!fs::is_regular_file(plan.input, error)) return std::nullopt;
     VideoReader reader(plan.input, plan.part);
     std::optional<FoundQuilt> best;
     int wanted = 0;
-    for (int number = 0; number <= kLastFrame; ++number) {
+    for (int number = 0; number <= lastFrame; ++number) {
         const auto frame = reader.next();
         if (!frame) break;
         if (number != wanted) continue;
@@ -107,6 +105,23 @@ std::optional<FoundQuilt> searchFrames(const CommandLine& commandLine, const Vid
         if (!best || saysMore) best = found;
     }
     return best;
+}
+
+// Videos of a folder that are not named as videos of quilts are searched for one.
+void refuseQuiltVideo(const VideoPlan& plan, Messages& messages) {
+    constexpr int kLastFrame = 4;
+    const std::optional<FoundQuilt> found = searchFrames(plan, kLastFrame);
+    if (!found || found->confidence <= 0) return;
+    const std::string text = "a video of quilts of " + std::to_string(found->layout.columns) +
+                             " columns x " + std::to_string(found->layout.rows) + " rows";
+    if (found->verdict == QuiltVerdict::Quilt) {
+        throw NotTaken{
+            {plan.input, FileKind::QuiltVideo,
+             "is " + text + "; quilt2native makes a Native of it if it is named itself"}};
+    }
+    if (found->verdict == QuiltVerdict::Unsure)
+        messages.warnOfSubject("may be " + text +
+                               "; if it is one, quilt2native -q makes its Native");
 }
 
 // The path from frames with depth to Natives.
@@ -218,7 +233,9 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     if (!plan.fromQuilt) warnIfQuilt(plan.input, "--from-quilt", messages);
     if (plan.product == VideoProduct::Native) refuseNativeVideo(plan, facts, job.display, messages);
     std::optional<FoundQuilt> found;
-    if (plan.fromQuilt) found = searchFrames(commandLine, plan);
+    if (plan.fromQuilt && !isLayoutStated(commandLine, plan.input)) found = searchFrames(plan, 64);
+    if (plan.isFromFolder && !plan.fromQuilt && !job.depth->rgbdSide())
+        refuseQuiltVideo(plan, messages);
     job.layout = plan.fromQuilt ? chooseQuilt(commandLine, job.display, messages, plan.input,
                                               facts.size, found)
                                 : layoutOfViews(commandLine, job, messages);

@@ -1,20 +1,16 @@
 #include "common/views_quilt.hpp"
 
 #include "altiro3D/error.hpp"
-#include "altiro3D/quilt2native.hpp"
 #include "common/picture_options.hpp"
 
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 namespace altiro3D::tools {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr int kLookSide = 96; // px
 
 // The picture nearest to a view's camera position among `pictures` evenly spaced ones.
 std::size_t pictureOfView(int view, int views, std::size_t pictures) {
@@ -24,11 +20,11 @@ std::size_t pictureOfView(int view, int views, std::size_t pictures) {
 
 } // namespace
 
-ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& files,
-                        const QuiltLayout& layout, double aspect, FitMode mode, Messages& messages,
+ViewsQuilt quiltOfViews(const std::vector<fs::path>& files, const QuiltLayout& layout,
+                        double aspect, FitMode mode, Messages& messages,
                         const std::function<void(const fs::path&)>& atFile) {
     if (files.size() != static_cast<std::size_t>(layout.viewCount)) {
-        messages.warn(directory.string() + " holds " + counted(files.size(), "picture") + " for " +
+        messages.warn("there are " + counted(files.size(), "picture") + " for " +
                       counted(layout.viewCount, "view") +
                       ": each view takes the picture nearest to it");
     }
@@ -36,7 +32,6 @@ ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& 
     result.quilt = cv::Mat(layout.size(), CV_8UC3, cv::Scalar::all(0));
     for (const fs::path& file : files)
         refuseNative(file, "views of one scene, a file for each");
-    std::vector<cv::Mat> looks; // small copies
     cv::Size& viewSize = result.viewSize;
     for (std::size_t picture = 0; picture < files.size(); ++picture) {
         cv::Mat view; // read for its first tile; not read without any
@@ -53,16 +48,9 @@ ViewsQuilt quiltOfViews(const fs::path& directory, const std::vector<fs::path>& 
                                     sizeText(viewSize) + " like the views before it");
                 }
                 applyFit(view, fitPhoto(viewSize, aspect, layout.tileSize, mode), fitted);
-                cv::resize(view, looks.emplace_back(), {kLookSide, kLookSide}, 0, 0,
-                           cv::INTER_AREA);
             }
             fitted.copyTo(result.quilt(layout.tile(i)));
         }
-    }
-    if (likenessOfViews(looks) < kMinLikenessOfViews) {
-        throw Error(ErrorCode::BadFormat, directory.string(),
-                    "holds pictures that do not resemble each other, expected views of one scene "
-                    "from neighbouring cameras (photo2native makes Natives of photos)");
     }
     return result;
 }

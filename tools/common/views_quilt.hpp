@@ -20,15 +20,12 @@ struct ViewsQuilt {
 /// Reads sorted views into a quilt. If their number differs from the layout's, each tile takes the
 /// view of the nearest position.
 ///
-/// @param directory directory of the views, for warnings
 /// @param files from the leftmost camera to the rightmost, at least one
 /// @param aspect width : height of the panel, to which `mode` fits each view
 /// @param atFile called once with each file, before it is read; its exceptions end the work. A file
 ///        that no tile shows is not read.
-/// @throws Error as readPhoto(), Mismatch (views of different sizes), BadFormat (Natives, pictures
-///         that do not resemble each other)
-ViewsQuilt quiltOfViews(const std::filesystem::path& directory,
-                        const std::vector<std::filesystem::path>& files, const QuiltLayout& layout,
+/// @throws Error as readPhoto(), Mismatch (views of different sizes), BadFormat (Natives)
+ViewsQuilt quiltOfViews(const std::vector<std::filesystem::path>& files, const QuiltLayout& layout,
                         double aspect, FitMode mode, Messages& messages,
                         const std::function<void(const std::filesystem::path&)>& atFile);
 

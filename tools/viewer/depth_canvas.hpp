@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/depth_brush.hpp"
+#include "altiro3D/depth_map.hpp"
 
 #include <opencv2/core/mat.hpp>
 #include <optional>

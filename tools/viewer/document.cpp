@@ -5,12 +5,12 @@
 #include "common/folder_search.hpp"
 #include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
+#include "common/views_folder.hpp"
 #include "common/views_quilt.hpp"
 
 #include <algorithm>
 #include <map>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <set>
 
@@ -92,8 +92,8 @@ Document documentOfViews(const Source& source, const Display& display) {
     document.kind = Kind::Quilt;
     document.layout = display.quilt;
     tools::Messages messages("altiro3Dview", false);
-    document.picture = tools::quiltOfViews(source.file, files, document.layout, display.aspect(),
-                                           FitMode::Cover, messages, [](const fs::path&) {})
+    document.picture = tools::quiltOfViews(files, document.layout, display.aspect(), FitMode::Cover,
+                                           messages, [](const fs::path&) {})
                            .quilt;
     for (const std::string& warning : messages.warnings())
         document.notes.push_back({NoteCode::Doubtful, warning});
@@ -163,33 +163,17 @@ void addPhotoDepth(Document& document, Notes& notes) {
     }
 }
 
-// Whether the files of a folder are views of one scene. Some neighbours are compared.
+// Whether the files of a folder are views of one scene.
 bool areViews(const std::vector<Source>& files) {
-    constexpr std::size_t kCompared = 4;
-    constexpr int kLookSide = 96; // px
-    if (files.size() < 2) return false;
+    std::vector<fs::path> pictures;
     for (const Source& source : files) {
         const fs::path& file = source.file;
         if (!source.depth.empty() || isVideoName(file) || parseQuiltName(file) ||
             isMarkedNative(file))
             return false;
+        pictures.push_back(file);
     }
-    const std::size_t count = std::min(kCompared, files.size());
-    const std::size_t first = (files.size() - count) / 2;
-    std::vector<cv::Mat> looks;
-    cv::Size size;
-    const tools::QuietStandardError quiet; // decoders print messages
-    try {
-        for (std::size_t i = first; i < first + count; ++i) {
-            const cv::Mat view = readPhoto(files[i].file);
-            if (i == first) size = view.size();
-            if (view.size() != size) return false;
-            cv::resize(view, looks.emplace_back(), {kLookSide, kLookSide}, 0, 0, cv::INTER_AREA);
-        }
-    } catch (const Error&) {
-        return false; // each file is then opened on its own, and says what is wrong
-    }
-    return likenessOfViews(looks) >= kMinLikenessOfViews;
+    return tools::reasonAgainstViews(pictures).empty();
 }
 
 } // namespace
@@ -211,8 +195,8 @@ std::string Document::facts() const {
 
 const std::vector<std::string>& pictureEndings() {
     static const std::vector<std::string> endings = {
-        "jpg", "jpeg", "jpe", "mpo", "png", "tif", "tiff", "webp", "bmp",  "dib", "pnm", "ppm",
-        "pgm", "pbm",  "pfm", "exr", "hdr", "jp2", "j2k",  "heic", "heif", "hif", "avif"};
+        "jpg", "jpeg", "jpe", "mpo", "jps", "png", "tif", "tiff", "webp", "bmp",  "dib", "pnm",
+        "ppm", "pgm",  "pbm", "pfm", "exr", "hdr", "jp2", "j2k",  "heic", "heif", "hif", "avif"};
     return endings;
 }
 
@@ -274,7 +258,10 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
         if (request.found) document.certainty = found->confidence;
         document.notes = resolved.notes;
         document.picture = fitQuilt(document.picture, document.layout);
-        if (QuiltShape(source.file, document.layout, display).fitsUnasked())
+        const QuiltShape shape(source.file, document.layout, display);
+        if (shape.stretchesUnasked())
+            document.notes.push_back({NoteCode::Doubtful, tools::stretchText(shape)});
+        if (shape.fitsUnasked())
             document.notes.push_back({NoteCode::AsItIs,
                                       "the file name states another shape than the panel's: black "
                                       "bars keep it on the display"});

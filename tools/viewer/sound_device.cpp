@@ -19,6 +19,14 @@ std::mutex& sdlMutex() {
     return mutex;
 }
 
+// Frees what SDL keeps for a thread that it did not start, such as the text of the last error.
+struct ThreadCleanup {
+    ThreadCleanup() = default;
+    ThreadCleanup(const ThreadCleanup&) = delete;
+    ThreadCleanup& operator=(const ThreadCleanup&) = delete;
+    ~ThreadCleanup() { SDL_TLSCleanup(); }
+};
+
 void ignore(const char* /*file*/, int /*line*/, const char* /*function*/, int /*code*/,
             const char* /*format*/, ...) {}
 
@@ -35,6 +43,7 @@ void quietAlsa() {
 std::unique_ptr<SoundDevice> SoundDevice::open(std::function<void(float*, int)> fill,
                                                std::string& problem) {
     const std::lock_guard<std::mutex> lock(sdlMutex());
+    const ThreadCleanup cleanup;
     SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1"); // Ctrl-C must end the program
     SDL_SetHint(SDL_HINT_APP_NAME, "altiro3D");
     quietAlsa();
@@ -69,6 +78,7 @@ std::unique_ptr<SoundDevice> SoundDevice::open(std::function<void(float*, int)> 
 SoundDevice::~SoundDevice() {
     if (number_ == 0) return;
     const std::lock_guard<std::mutex> lock(sdlMutex());
+    const ThreadCleanup cleanup;
     SDL_CloseAudioDevice(number_);
     SDL_QuitSubSystem(SDL_INIT_AUDIO);
 }

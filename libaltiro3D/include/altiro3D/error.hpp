@@ -47,6 +47,7 @@ enum class NoteCode {
     Repaired,  ///< Damaged parts are left out or replaced.
     AsItIs,    ///< A property is not corrected: interlaced pictures, HDR, fringe.
     Doubtful,  ///< A value is unlikely, or the file does not say how to read it.
+    Chosen,    ///< Another picture of the file is used, as was asked for.
     Inverted   ///< Near and far of given depth look exchanged (looksInverted()).
 };
 

@@ -142,6 +142,11 @@ class ALTIRO3D_EXPORT QuiltShape {
     /// How the views are fitted. @return as given to the constructor, else as chosen by it
     [[nodiscard]] FitMode fit() const { return fit_; }
 
+    /// Whether the constructor chose to stretch the views, as the name does not state their shape
+    /// and their px have another one than the panel, so that tools can report it.
+    /// @return true if `fit` was not given, the fit is Stretch, and the shapes differ
+    [[nodiscard]] bool stretchesUnasked() const { return isStretchedUnasked_; }
+
     /// Whether the constructor chose black bars itself, so that tools can report it.
     /// @return true if `fit` was not given and the fit is Contain
     [[nodiscard]] bool fitsUnasked() const { return isFittedUnasked_; }
@@ -151,6 +156,7 @@ class ALTIRO3D_EXPORT QuiltShape {
     double aspect_;
     double panelAspect_;
     bool isFittedUnasked_;
+    bool isStretchedUnasked_;
     FitMode fit_;
 };
 
@@ -166,8 +172,10 @@ struct FoundQuilt {
     QuiltVerdict verdict = QuiltVerdict::NoQuilt; ///< How far the layout can be trusted.
     QuiltLayout layout; ///< The most likely layout; of no use if the confidence is 0. Its tiles
                         ///< have the size of the picture divided by columns and rows, rounded down.
-    double confidence = 0; ///< How alike neighbouring views are, 0..1, lowered if another layout
-                           ///< fits as well, or if the views hold nothing but a regular pattern.
+    double confidence = 0;  ///< How alike neighbouring views are, 0..1, lowered if another layout
+                            ///< fits as well, or if the views hold nothing but a regular pattern.
+    bool isFromTop = false; ///< The layout is clear, but its rows follow each other downwards, and
+                            ///< those of a quilt upwards; the verdict is then Unsure.
 };
 
 /// Finds the columns and rows of a quilt by comparing parts of the picture.
@@ -175,8 +183,10 @@ struct FoundQuilt {
 /// Neighbouring views of a quilt resemble each other: those side by side, and the last one of a row
 /// and the first one of the row above. The function searches divisions of the picture of up to 20
 /// columns and 20 rows, and takes the finest one whose parts resemble each other in this way.
-/// Quilts may be scaled, compressed, and cropped by some px. For drawn grids and other regular
-/// patterns the verdict is Unsure, because any multiple of their period fits.
+/// Quilts may be scaled, compressed, and cropped by some px, and have lines between their views. If
+/// the picture has no such rows, a single row of 4 or more views is searched. The verdict is Unsure
+/// if the camera moves, but the rows do not go on in the row above. For drawn grids and other
+/// regular patterns the verdict is Unsure, because any multiple of their period fits.
 ///
 /// @param picture [rows x cols, CV_8UC3, BGR]
 /// @return verdict, layout and confidence; Unsure, with confidence 0, for pictures of one colour,
@@ -195,7 +205,8 @@ struct FoundQuilt {
 /// @throws Error InvalidArgument (an empty picture or a wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT double likenessOfViews(const std::vector<cv::Mat>& pictures);
 
-/// Pictures below this likenessOfViews() are not views of one scene.
-constexpr double kMinLikenessOfViews = 0.15;
+/// Neighbours below this likenessOfViews() are not views of one scene. Measured for neighbours of
+/// real light fields: 0.97 and more.
+constexpr double kMinLikenessOfViews = 0.35;
 
 } // namespace altiro3D

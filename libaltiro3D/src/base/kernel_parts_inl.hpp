@@ -42,6 +42,27 @@ HWY_INLINE hn::Vec<D> gatherFloats(D d, const float* table, I indices) {
     return hn::BitCast(d, gatherBytes4(whole, table, hn::ShiftLeft<2>(indices)));
 }
 
+// Squared difference of the upper 16 bits plus squared difference of the lower 16 bits, of each
+// lane of 32 bits.
+template <class D, class I = hn::Vec<D>>
+HWY_INLINE I squaresOfPair([[maybe_unused]] D d, I a, I b) {
+#if ALTIRO3D_AVX512
+    const __m512i both = _mm512_sub_epi16(a.raw, b.raw);
+    return I{_mm512_madd_epi16(both, both)};
+#elif HWY_TARGET == HWY_AVX2
+    const __m256i both = _mm256_sub_epi16(a.raw, b.raw);
+    return I{_mm256_madd_epi16(both, both)};
+#elif HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
+    const __m128i both = _mm_sub_epi16(a.raw, b.raw);
+    return I{_mm_madd_epi16(both, both)};
+#else
+    const I bits = hn::Set(d, 0xFFFF);
+    const I low = hn::Sub(hn::And(a, bits), hn::And(b, bits));
+    const I high = hn::Sub(hn::ShiftRight<16>(a), hn::ShiftRight<16>(b));
+    return hn::Add(hn::Mul(low, low), hn::Mul(high, high));
+#endif
+}
+
 // The first four and the last four of the eight bytes at base + offset, for each lane of `offsets`.
 template <class V>
 struct EightBytes {

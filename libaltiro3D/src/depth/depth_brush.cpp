@@ -1,4 +1,4 @@
-#include "altiro3D/depth_brush.hpp"
+#include "altiro3D/depth_map.hpp"
 
 #include "base/checks.hpp"
 #include "depth/depth_values.hpp"

@@ -51,25 +51,6 @@ class Taps {
     I inside_; // relative to the first tap
 };
 
-// Squared difference of the upper 16 bits plus squared difference of the lower 16 bits.
-HWY_INLINE I squaresOfPair(I a, I b) {
-#if ALTIRO3D_AVX512
-    const __m512i both = _mm512_sub_epi16(a.raw, b.raw);
-    return I{_mm512_madd_epi16(both, both)};
-#elif HWY_TARGET == HWY_AVX2
-    const __m256i both = _mm256_sub_epi16(a.raw, b.raw);
-    return I{_mm256_madd_epi16(both, both)};
-#elif HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
-    const __m128i both = _mm_sub_epi16(a.raw, b.raw);
-    return I{_mm_madd_epi16(both, both)};
-#else
-    const I bits = hn::Set(Wholes(), 0xFFFF);
-    const I low = hn::Sub(hn::And(a, bits), hn::And(b, bits));
-    const I high = hn::Sub(hn::ShiftRight<16>(a), hn::ShiftRight<16>(b));
-    return hn::Add(hn::Mul(low, low), hn::Mul(high, high));
-#endif
-}
-
 // One vector of px. The 16 table look-ups per px limit the speed.
 template <bool kNear>
 HWY_INLINE F fitVector(const Taps& taps, const FitSamples& samples, const F* columnWeight,
@@ -84,8 +65,8 @@ HWY_INLINE F fitVector(const Taps& taps, const FitSamples& samples, const F* col
         for (std::size_t j = 0; j < kFitTaps; ++j) {
             const std::ptrdiff_t at = row + static_cast<std::ptrdiff_t>(j);
             const I square =
-                hn::Add(squaresOfPair(taps.read<kNear>(samples.blueGreen + at), blueGreen),
-                        squaresOfPair(taps.read<kNear>(samples.red + at), red));
+                hn::Add(squaresOfPair(whole, taps.read<kNear>(samples.blueGreen + at), blueGreen),
+                        squaresOfPair(whole, taps.read<kNear>(samples.red + at), red));
             const I step = hn::Min(hn::ShiftRight<kColorShift>(square), lastStep);
             const F weight =
                 hn::Mul(gatherFloats(d, colorWeight, step), hn::Mul(rowWeight[i], columnWeight[j]));

@@ -1,7 +1,7 @@
 #include "depth/depth_planes.hpp"
 
 #include "depth/depth_noise.hpp"
-#include "depth/depth_plane_rows.hpp"
+#include "depth/depth_planes_row.hpp"
 
 #include <algorithm>
 #include <array>

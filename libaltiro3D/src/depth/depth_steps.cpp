@@ -1,5 +1,8 @@
 #include "depth/depth_steps.hpp"
 
+#include "base/pixel_rows.hpp"
+#include "depth/depth_steps_row.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,9 +15,6 @@
 namespace altiro3D {
 
 namespace {
-
-constexpr int kColorShift = 4;
-constexpr std::size_t kColorSteps = 512;
 
 // One pass of a separable filter with a symmetric kernel; px at the border are repeated.
 void blur(const cv::Mat& depth, const std::vector<float>& half, cv::Mat& blurred, cv::Mat& buffer) {
@@ -157,13 +157,17 @@ void keepHardSteps(const cv::Mat& given, double sigma, Surroundings& around, cv:
     });
 }
 
-// The neighbourhood of a px that decides to which side it belongs.
 struct Tap {
     int x;
     int y;
     float weight;
 };
 
+int radiusFor(double width) {
+    return std::max(2, static_cast<int>(std::lround(0.8 * width)));
+}
+
+// The neighbourhood of a px that decides to which side it belongs.
 std::vector<Tap> windowOf(int radius) {
     std::vector<Tap> taps;
     const int stride = (radius + 5) / 6; // large windows are sampled
@@ -177,35 +181,94 @@ std::vector<Tap> windowOf(int radius) {
     return taps;
 }
 
-// Similarity of colours by their squared distance >> kColorShift.
-std::array<float, kColorSteps + 1> makeColorWeights() {
+// Similarity of colours by their squared distance >> kStepColorShift.
+std::vector<float> makeColorWeights() {
     constexpr double kSigma = 14; // levels; 8 to 20 give the same within 0.05 dB
-    std::array<float, kColorSteps + 1> weights{};
-    for (std::size_t i = 0; i < kColorSteps; ++i) {
-        const double square = (static_cast<double>(i) + 0.5) * (1 << kColorShift);
-        weights[i] = static_cast<float>(std::exp(-square / (2 * kSigma * kSigma)));
+    std::vector<float> weights;
+    for (int i = 0; i < kStepColors; ++i) {
+        const double square = (i + 0.5) * (1 << kStepColorShift);
+        weights.push_back(static_cast<float>(std::exp(-square / (2 * kSigma * kSigma))));
     }
+    weights.push_back(0);
     return weights;
 }
 
 // One side of a step: its mean depth, and how similar the photo there is to the px in question.
 struct StepSide {
-    float depth = 0;
-    float weight = 0;
-    float color = 0;
+    float depth;
+    float color;
+};
 
-    void add(float tapDepth, float tapWeight, float similarity) {
-        depth += tapWeight * tapDepth;
-        weight += tapWeight;
-        color += tapWeight * similarity;
+// Sums over one side for each px of a row.
+struct SideRows {
+    std::vector<float> depth;
+    std::vector<float> weight;
+    std::vector<float> color;
+
+    explicit SideRows(std::size_t count)
+        : depth(paddedRow<float>(count)), weight(depth), color(depth) {}
+    StepSums sums() { return {depth.data(), weight.data(), color.data()}; }
+    bool has(std::size_t x) const { return weight[x] > 0; }
+    StepSide mean(std::size_t x) const { return {depth[x] / weight[x], color[x] / weight[x]}; }
+};
+
+// What the px of one row need.
+struct StepBuffers {
+    std::vector<std::uint8_t> wanted;
+    std::vector<float> middle;
+    std::vector<float> scale;
+    SideRows nearSide;
+    SideRows farSide;
+    std::vector<StepTap> taps;
+
+    explicit StepBuffers(std::size_t count)
+        : wanted(paddedRow<std::uint8_t>(count)), middle(paddedRow<float>(count)),
+          scale(paddedRow<float>(count)), nearSide(count), farSide(count) {}
+};
+
+// Photo and depth as StepRow needs them.
+class StepPlanes {
+  public:
+    // @param margin largest reach of the taps
+    StepPlanes(const cv::Mat& photo, int margin)
+        : margin_(margin), blueGreen_(emptyPlane(photo.size(), CV_32S)),
+          red_(emptyPlane(photo.size(), CV_32S)), depth_(emptyPlane(photo.size(), CV_32F)) {
+        cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
+            for (int y = range.start; y < range.end; ++y) {
+                const auto* bgr = photo.ptr<std::uint8_t>(y);
+                auto* const blueGreen = blueGreen_.ptr<std::int32_t>(y) + margin_;
+                auto* const red = red_.ptr<std::int32_t>(y) + margin_;
+                for (int x = 0; x < photo.cols; ++x, bgr += 3) {
+                    blueGreen[x] = bgr[0] | (bgr[1] << 16);
+                    red[x] = bgr[2];
+                }
+            }
+        });
     }
-    // Sums become means. @return false without samples
-    bool finish() {
-        if (!(weight > 0)) return false;
-        depth /= weight;
-        color /= weight;
-        return true;
+    void setDepth(const cv::Mat& depth) {
+        depth.copyTo(depth_(cv::Rect({margin_, 0}, depth.size())));
     }
+    // Elements from row to row.
+    std::ptrdiff_t stride() const { return depth_.cols; }
+    // @return the planes of row y
+    StepRow row(int y) const {
+        StepRow row;
+        row.depth = depth_.ptr<float>(y) + margin_;
+        row.blueGreen = blueGreen_.ptr<std::int32_t>(y) + margin_;
+        row.red = red_.ptr<std::int32_t>(y) + margin_;
+        return row;
+    }
+
+  private:
+    cv::Mat emptyPlane(cv::Size size, int type) const {
+        const int padding = 2 * margin_ + static_cast<int>(kRowPadding);
+        return cv::Mat::zeros(size.height, size.width + padding, type);
+    }
+
+    int margin_;
+    cv::Mat blueGreen_;
+    cv::Mat red_;
+    cv::Mat depth_;
 };
 
 // Parameters that were measured on the scenes of docs/lab/views.md.
@@ -230,57 +293,75 @@ class Sharpener {
     // @param given the depth that stays where the photo has no edge
     // @param depth the depth of which steps are made
     // @param part px within this part of a step's height from its middle are decided
-    // @param around its memory is used
-    Sharpener(const cv::Mat& photo, const cv::Mat& given, const cv::Mat& depth, double width,
-              float part, Surroundings& around)
-        : photo_(photo), given_(given), depth_(depth), width_(static_cast<float>(width)),
-          part_(part), around_(around) {
-        const int radius = std::max(2, static_cast<int>(std::lround(0.8 * width)));
-        taps_ = windowOf(radius);
-        findSurroundings(depth, radius, around);
+    // @param planes @param around their memory is used
+    Sharpener(const cv::Mat& given, const cv::Mat& depth, double width, float part,
+              StepPlanes& planes, Surroundings& around)
+        : given_(given), depth_(depth), width_(static_cast<float>(width)), part_(part),
+          planes_(planes), around_(around), taps_(windowOf(radiusFor(width))) {
+        findSurroundings(depth, radiusFor(width), around);
+        planes.setDepth(depth);
     }
 
     // @param to row y of the result, which holds the depth
-    void row(int y, float* to) const {
+    void row(int y, StepBuffers& buffers, float* to) const {
+        if (!findSteps(y, buffers)) return;
+        static const std::vector<float> colorWeights = makeColorWeights();
+        buffers.taps.clear();
+        for (const Tap& tap : taps_) {
+            if (y + tap.y >= 0 && y + tap.y < depth_.rows)
+                buffers.taps.push_back({tap.x, tap.y * planes_.stride() + tap.x, tap.weight});
+        }
+        StepRow row = planes_.row(y);
+        row.count = static_cast<std::size_t>(depth_.cols);
+        row.wanted = buffers.wanted.data();
+        row.middle = buffers.middle.data();
+        row.scale = buffers.scale.data();
+        row.taps = buffers.taps.data();
+        row.tapCount = buffers.taps.size();
+        row.reach = taps_.back().x;
+        sumStepSides(row, colorWeights.data(), buffers.nearSide.sums(), buffers.farSide.sums());
         for (int x = 0; x < depth_.cols; ++x) {
-            if (isStep(x, y)) to[x] = pixel(x, y);
+            if (buffers.wanted[static_cast<std::size_t>(x)] != 0) to[x] = pixel(x, y, buffers);
         }
     }
 
   private:
-    // A slope is not a step: it is higher than its steepest place makes a step of this width.
-    bool isStep(int x, int y) const {
-        const float height = around_.most.ptr<float>(y)[x] - around_.least.ptr<float>(y)[x];
+    // Marks the px of a row that may have to be decided. @return whether there are any
+    bool findSteps(int y, StepBuffers& buffers) const {
+        const auto* const least = around_.least.ptr<float>(y);
+        const auto* const most = around_.most.ptr<float>(y);
+        const auto* const steepest = around_.steepest.ptr<float>(y);
+        const auto* const depth = depth_.ptr<float>(y);
         const float ramp = 1.5F * (width_ + 1);
-        return height >= kMinHeight &&
-               height * height <= ramp * ramp * around_.steepest.ptr<float>(y)[x];
+        // The means of the sides lie in their halves of least..most, so px that are farther from
+        // the middle than this are not within part_.
+        constexpr float kRounding = 0.01F;
+        const float reach = part_ + 0.5F + kRounding;
+        bool any = false;
+        for (int x = 0; x < depth_.cols; ++x) {
+            const auto at = static_cast<std::size_t>(x);
+            const float height = most[x] - least[x];
+            buffers.wanted[at] = 0;
+            // A slope is not a step: it is higher than its steepest place makes a step of this
+            // width.
+            if (height < kMinHeight || height * height > ramp * ramp * steepest[x]) continue;
+            const float middle = (most[x] + least[x]) / 2;
+            const float scale = 2 / height;
+            if (std::abs(depth[x] - middle) * scale > reach) continue;
+            buffers.wanted[at] = 1;
+            buffers.middle[at] = middle;
+            buffers.scale[at] = scale;
+            any = true;
+        }
+        return any;
     }
 
-    float pixel(int x, int y) const {
-        const float low = around_.least.ptr<float>(y)[x];
-        const float high = around_.most.ptr<float>(y)[x];
-        const float middle = (high + low) / 2;
-        const float scale = 2 / (high - low);
+    float pixel(int x, int y, const StepBuffers& buffers) const {
+        const auto at = static_cast<std::size_t>(x);
         const float here = depth_.ptr<float>(y)[x];
-        // The means of the sides lie in their halves of low..high, so px that are farther from the
-        // middle than this are not within part_.
-        constexpr float kRounding = 0.01F;
-        if (std::abs(here - middle) * scale > part_ + 0.5F + kRounding) return here;
-        const std::uint8_t* const color = photo_.ptr<std::uint8_t>(y) + 3 * x;
-        StepSide nearSide;
-        StepSide farSide;
-        for (const Tap& tap : taps_) {
-            const int column = x + tap.x;
-            const int row = y + tap.y;
-            if (column < 0 || row < 0 || column >= depth_.cols || row >= depth_.rows) continue;
-            const float depth = depth_.ptr<float>(row)[column];
-            const float side = (depth - middle) * scale;
-            const float weight = side * side * tap.weight; // px of the ramp itself count little
-            const float similarity =
-                similarityOf(color, photo_.ptr<std::uint8_t>(row) + 3 * column);
-            (side > 0 ? nearSide : farSide).add(depth, weight, similarity);
-        }
-        if (!nearSide.finish() || !farSide.finish()) return here;
+        if (!buffers.nearSide.has(at) || !buffers.farSide.has(at)) return here;
+        const StepSide nearSide = buffers.nearSide.mean(at);
+        const StepSide farSide = buffers.farSide.mean(at);
         if (!(nearSide.depth > farSide.depth)) return here; // equal but for rounding
         const float place = (here - farSide.depth) / (nearSide.depth - farSide.depth);
         if (std::abs(place - 0.5F) > part_) return here;
@@ -288,21 +369,13 @@ class Sharpener {
         return farSide.depth + (nearSide.depth - farSide.depth) * sideOf(place, nearSide, farSide);
     }
 
-    static float similarityOf(const std::uint8_t* a, const std::uint8_t* b) {
-        static const std::array<float, kColorSteps + 1> weights = makeColorWeights();
-        int square = 0;
-        for (int c = 0; c < 3; ++c)
-            square += (a[c] - b[c]) * (a[c] - b[c]);
-        return weights[std::min(static_cast<std::size_t>(square >> kColorShift), kColorSteps)];
-    }
-
-    cv::Mat photo_;
     cv::Mat given_;
     cv::Mat depth_;
     float width_;
     float part_;
-    std::vector<Tap> taps_;
+    const StepPlanes& planes_;
     const Surroundings& around_;
+    std::vector<Tap> taps_;
 };
 
 } // namespace
@@ -319,12 +392,14 @@ void sharpenSteps(const cv::Mat& photo, double softness, double overshoot, cv::M
         keepHardSteps(given, sigma, around, depth);
         width /= 2;
     }
+    StepPlanes planes(photo, radiusFor(std::max(width, kLeftWidth)));
     cv::Mat before;
     const auto sharpen = [&](const cv::Mat& flat, double ramp, float part) {
-        const Sharpener sharpener(photo, flat, before, ramp, part, around);
+        const Sharpener sharpener(flat, before, ramp, part, planes, around);
         cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
+            StepBuffers buffers(static_cast<std::size_t>(depth.cols));
             for (int y = range.start; y < range.end; ++y)
-                sharpener.row(y, depth.ptr<float>(y));
+                sharpener.row(y, buffers, depth.ptr<float>(y));
         });
     };
     depth.copyTo(before);

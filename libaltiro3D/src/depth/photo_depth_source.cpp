@@ -162,7 +162,13 @@ class PhotoDepthSource : public FoundDepthSource {
             cv::Mat original = readUnblurredPhoto(file, &own);
             putNameBefore(own, file);
             if (notes != nullptr) notes->insert(notes->end(), own.begin(), own.end());
-            if (!original.empty()) return original;
+            if (!original.empty()) {
+                if (notes != nullptr)
+                    notes->push_back({NoteCode::Chosen, file.string() +
+                                                            ": the sharp original in the file is "
+                                                            "used"});
+                return original;
+            }
         }
         return otherwise().readImage(file, notes);
     }
@@ -179,7 +185,11 @@ class StereoSource : public FoundDepthSource {
         keep({}, nullptr);
         const StereoPair pair = readPair(file, notes);
         try {
-            keep(matchPair(pair, file), notes);
+            Found found = matchPair(pair, file);
+            if (found.raw.empty() && input_.right.empty() && !found.notes.empty())
+                found.notes.front().text += "; if the file does not hold both eyes, all of it is "
+                                            "shown without --stereo";
+            keep(std::move(found), notes);
         } catch (const Error& error) {
             if (input_.right.empty() || error.code() != ErrorCode::Mismatch) throw;
             throw Error(error.code(), input_.right.string(), error.what());

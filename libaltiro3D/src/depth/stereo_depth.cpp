@@ -320,9 +320,10 @@ std::string StereoMatch::text() const {
 Notes StereoMatch::remarks(const std::string& pair) const {
     Notes notes;
     if (!isReliable) {
-        notes.push_back({NoteCode::LeftOut,
-                         "the stereo pair (" + pair +
-                             ") is not used, because its pictures do not match (" + text() + ")"});
+        notes.push_back(
+            {NoteCode::LeftOut, "the stereo pair (" + pair +
+                                    ") is not used, because its pictures do not match (" + text() +
+                                    "): the left eye's picture alone is shown"});
     } else if (looksSwapped) {
         notes.push_back({NoteCode::Doubtful,
                          "the eyes of the stereo pair (" + pair +

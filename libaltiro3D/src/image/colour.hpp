@@ -45,6 +45,16 @@ ColourFacts readColourFacts(const HeifFile& file, std::optional<std::uint32_t> i
 /// @param notes if given, receives remarks (damaged profile, tone mapping)
 void convertToSrgb(cv::Mat& picture, const ColourFacts& facts, Notes* notes);
 
+/// Whether a profile is for CMYK.
+bool isCmykProfile(std::string_view icc);
+
+/// Converts inks to sRGB as convertToSrgb() does.
+/// @param inks [CV_8UC4] cyan, magenta, yellow, black
+/// @param icc a profile for CMYK; empty: colours by the usual formula, (1 - ink) (1 - black)
+/// @param isInverted 0 is all of an ink, as Adobe's programs write it; else 255 is
+/// @return [CV_8UC3, BGR]; empty if the profile is damaged
+cv::Mat inksToSrgb(const cv::Mat& inks, const std::string& icc, bool isInverted);
+
 /// The light of an HDR picture as sRGB, in plain formulas: the reference of convertToSrgb() for PQ
 /// and HLG, whose tables it fills.
 /// @param value 0..1, as encoded @param transfer 16 (PQ) or 18 (HLG)

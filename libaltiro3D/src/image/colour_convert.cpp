@@ -125,13 +125,11 @@ bool changesLittle(const Profile& profile, bool isGrey) {
     return true;
 }
 
-// Converts all rows on all threads.
-bool apply(const Profile& profile, bool isGrey, cv::Mat& picture) {
+// Converts all rows on all threads. Empty if the profile cannot be used.
+cv::Mat converted(const cv::Mat& picture, const Profile& profile, cmsUInt32Number input) {
     const bool deep = picture.depth() == CV_16U;
-    const cmsUInt32Number input =
-        isGrey ? (deep ? TYPE_GRAY_16 : TYPE_GRAY_8) : (deep ? TYPE_BGR_16 : TYPE_BGR_8);
     const Transform transform = transformOf(profile, input, deep ? TYPE_BGR_16 : TYPE_BGR_8);
-    if (!transform) return false;
+    if (!transform) return {};
     cv::Mat result(picture.size(), deep ? CV_16UC3 : CV_8UC3);
     cv::parallel_for_(cv::Range(0, picture.rows), [&](const cv::Range& rows) {
         cmsDoTransformLineStride(transform.get(), picture.ptr(rows.start), result.ptr(rows.start),
@@ -140,8 +138,37 @@ bool apply(const Profile& profile, bool isGrey, cv::Mat& picture) {
                                  static_cast<cmsUInt32Number>(picture.step[0]),
                                  static_cast<cmsUInt32Number>(result.step[0]), 0, 0);
     });
+    return result;
+}
+
+bool apply(const Profile& profile, bool isGrey, cv::Mat& picture) {
+    const bool deep = picture.depth() == CV_16U;
+    const cmsUInt32Number input =
+        isGrey ? (deep ? TYPE_GRAY_16 : TYPE_GRAY_8) : (deep ? TYPE_BGR_16 : TYPE_BGR_8);
+    const cv::Mat result = converted(picture, profile, input);
+    if (result.empty()) return false;
     picture = result;
     return true;
+}
+
+Profile profileOf(std::string_view icc) {
+    return Profile(cmsOpenProfileFromMem(icc.data(), static_cast<cmsUInt32Number>(icc.size())));
+}
+
+// (1 - ink) (1 - black)
+cv::Mat usualColours(const cv::Mat& inks, bool isInverted) {
+    cv::Mat colours(inks.size(), CV_8UC3);
+    const int invert = isInverted ? 0 : 255;
+    for (int y = 0; y < inks.rows; ++y) {
+        const std::uint8_t* from = inks.ptr(y);
+        std::uint8_t* to = colours.ptr(y);
+        for (int x = 0; x < inks.cols; ++x, from += 4, to += 3) {
+            for (int c = 0; c < 3; ++c) // yellow takes blue
+                to[c] = static_cast<std::uint8_t>(
+                    ((from[2 - c] ^ invert) * (from[3] ^ invert) + 127) / 255);
+        }
+    }
+    return colours;
 }
 
 void addNote(Notes* notes, NoteCode code, const std::string& text) {
@@ -297,6 +324,16 @@ void toneMap(cv::Mat& picture, int primaries, int transfer) {
 
 } // namespace
 
+bool isCmykProfile(std::string_view icc) {
+    const Profile profile = profileOf(icc);
+    return profile && cmsGetColorSpace(profile.get()) == cmsSigCmykData;
+}
+
+cv::Mat inksToSrgb(const cv::Mat& inks, const std::string& icc, bool isInverted) {
+    if (icc.empty()) return usualColours(inks, isInverted);
+    return converted(inks, profileOf(icc), isInverted ? TYPE_CMYK_8_REV : TYPE_CMYK_8);
+}
+
 double linearLight(double value, int transfer) {
     if (transfer == kPq) return lightOfPq(value);
     constexpr double kA = 0.17883277;
@@ -335,10 +372,7 @@ void convertToSrgb(cv::Mat& picture, const ColourFacts& facts, Notes* notes) {
                          profileOf(chromaticitiesOf(facts.code->primaries), exponentOf(transfer)),
                          notes);
     } else if (!facts.icc.empty()) {
-        convertByProfile(picture,
-                         Profile(cmsOpenProfileFromMem(
-                             facts.icc.data(), static_cast<cmsUInt32Number>(facts.icc.size()))),
-                         notes);
+        convertByProfile(picture, profileOf(facts.icc), notes);
     } else if (!facts.isSrgb && (facts.gamma > 0 || facts.chromaticities)) {
         const bool isUsual = facts.gamma <= 0 || std::abs(facts.gamma / kUsualGamma - 1) < 0.01;
         if (!isUsual && (facts.gamma < 0.1 || facts.gamma > 10)) return;

@@ -37,7 +37,7 @@ const char* nameOf(EmbeddedDepthForm form) {
     case EmbeddedDepthForm::AppleJpeg:
         return "Apple JPEG";
     case EmbeddedDepthForm::GDepth:
-        return "GDepth";
+        return "Google lens blur";
     case EmbeddedDepthForm::DynamicDepth:
         return "Dynamic Depth";
     case EmbeddedDepthForm::Avif:

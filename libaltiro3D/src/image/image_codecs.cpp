@@ -25,8 +25,9 @@ struct CloseTurboJpeg {
 };
 using TurboJpeg = std::unique_ptr<std::remove_pointer_t<tjhandle>, CloseTurboJpeg>;
 
-// Empty if the file is unusual (CMYK, for instance) or damaged: OpenCV shows more of some.
-cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels) {
+// Empty if the file is unusual or damaged: OpenCV shows more of some.
+// @param cmyk inks are wanted, else grey or colours
+cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, bool cmyk = false) {
     const TurboJpeg jpeg(tjInitDecompress());
     const auto* const from = reinterpret_cast<const unsigned char*>(bytes.data());
     int columns = 0;
@@ -37,13 +38,13 @@ cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels) {
                                                &subsampling, &colours) != 0) {
         return {};
     }
-    if (colours != TJCS_GRAY && colours != TJCS_YCbCr && colours != TJCS_RGB) return {};
+    if ((colours == TJCS_CMYK || colours == TJCS_YCCK) != cmyk) return {};
     if (std::int64_t{columns} * rows > kMaxPixels) return {};
     const bool isGrey = colours == TJCS_GRAY && channels == ImageChannels::AsStored;
-    cv::Mat image = largeMat(rows, columns, isGrey ? CV_8UC1 : CV_8UC3);
-    const int status =
-        tjDecompress2(jpeg.get(), from, bytes.size(), image.data, columns,
-                      static_cast<int>(image.step), rows, isGrey ? TJPF_GRAY : TJPF_BGR, 0);
+    const int format = cmyk ? TJPF_CMYK : isGrey ? TJPF_GRAY : TJPF_BGR;
+    cv::Mat image = largeMat(rows, columns, CV_8UC(tjPixelSize[format]));
+    const int status = tjDecompress2(jpeg.get(), from, bytes.size(), image.data, columns,
+                                     static_cast<int>(image.step), rows, format, 0);
     if (status != 0) return {};
     return image;
 }
@@ -139,6 +140,10 @@ cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels ch
     return openCvCodecs().decode(encoded, channels == ImageChannels::Colour
                                               ? cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION
                                               : cv::IMREAD_UNCHANGED);
+}
+
+cv::Mat decodeCmykJpeg(std::string_view bytes) {
+    return decodeJpeg(bytes, ImageChannels::AsStored, true);
 }
 
 std::vector<unsigned char> encodeJpeg(const cv::Mat& image) {

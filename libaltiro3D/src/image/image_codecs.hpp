@@ -23,6 +23,10 @@ enum class ImageChannels {
 /// @throws cv::Exception
 cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels channels);
 
+/// Decodes the inks of a CMYK JPEG.
+/// @return CV_8UC4, 0..255 as stored; empty if the JPEG is not CMYK, or damaged
+cv::Mat decodeCmykJpeg(std::string_view bytes);
+
 /// Quality 95, colours at half resolution (4:2:0), as OpenCV writes it.
 /// @param image CV_8UC1 or CV_8UC3
 /// @return the file; empty if it cannot be encoded

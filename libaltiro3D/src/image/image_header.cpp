@@ -120,7 +120,8 @@ void readJpeg(string_view bytes, ImageHeader& header) {
     header.usableBytes = end.usableBytes;
     header.isCutOff = !end.hasEnd;
     header.hasWholeScan = progressive && end.scans > 0;
-    header.isUnmarkedCmyk = components == 4 && !hasAdobe;
+    header.isCmyk = components == 4;
+    header.isUnmarkedCmyk = header.isCmyk && !hasAdobe;
 }
 
 // --------------------------------------------------------------------------------------- TIFF

@@ -51,6 +51,7 @@ struct ImageHeader {
     bool isCutOff = false;       ///< The file ends before the picture does.
     std::size_t usableBytes = 0; ///< JPEG: bytes before a last, incomplete segment.
     bool hasWholeScan = false;   ///< JPEG: progressive, and at least its first pass is complete.
+    bool isCmyk = false;         ///< JPEG: four components, which are inks.
     bool isUnmarkedCmyk = false; ///< JPEG: CMYK without Adobe's marker.
     bool isNative = false;       ///< PNG: marked as a Native by writeImage().
     unsigned pictures = 1;       ///< Pages or frames in the file; more than 1 is a remark.

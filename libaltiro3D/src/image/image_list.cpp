@@ -2,10 +2,12 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "base/image_format.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
 #include <array>
+#include <fstream>
 
 namespace altiro3D {
 
@@ -17,13 +19,23 @@ bool isDigit(char c) {
     return c >= '0' && c <= '9';
 }
 
+// Whether a file without an extension is a picture by its first bytes.
+bool isNamelessPicture(const fs::path& file) {
+    if (!file.extension().empty()) return false;
+    std::string start(512, '\0');
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+    start.resize(static_cast<std::size_t>(stream.gcount()));
+    return imageFormat(start) != ImageFormat::Unknown;
+}
+
 } // namespace
 
 bool hasImageExtension(const fs::path& file) {
-    constexpr std::array<const char*, 24> kExtensions = {
-        ".png",  ".jpg", ".jpeg", ".jpe", ".jfif", ".mpo",  ".tif", ".tiff",
-        ".webp", ".bmp", ".dib",  ".pnm", ".ppm",  ".pgm",  ".pbm", ".pfm",
-        ".exr",  ".hdr", ".jp2",  ".j2k", ".heic", ".heif", ".hif", ".avif"};
+    constexpr std::array<const char*, 25> kExtensions = {
+        ".png",  ".jpg", ".jpeg", ".jpe",  ".jfif", ".mpo", ".jps", ".tif", ".tiff",
+        ".webp", ".bmp", ".dib",  ".pnm",  ".ppm",  ".pgm", ".pbm", ".pfm", ".exr",
+        ".hdr",  ".jp2", ".j2k",  ".heic", ".heif", ".hif", ".avif"};
     return std::find(kExtensions.begin(), kExtensions.end(), lowerExtension(file)) !=
            kExtensions.end();
 }
@@ -40,7 +52,8 @@ std::vector<fs::path> listImages(const fs::path& directory) {
         const fs::path& path = entries->path();
         const bool isHidden = path.filename().string().rfind('.', 0) == 0;
         std::error_code unreadable; // dangling links are left out
-        if (!isHidden && hasImageExtension(path) && entries->is_regular_file(unreadable))
+        if (!isHidden && entries->is_regular_file(unreadable) &&
+            (hasImageExtension(path) || isNamelessPicture(path)))
             pictures.push_back(path);
         entries.increment(error);
     }

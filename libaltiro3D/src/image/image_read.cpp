@@ -58,6 +58,13 @@ const char* nameOf(ImageFormat format) {
     return "unknown";
 }
 
+// "camera raw (nef)": nef
+std::string extensionOf(const std::string& rawName) {
+    const std::size_t open = rawName.find('(');
+    return open == std::string::npos ? rawName
+                                     : rawName.substr(open + 1, rawName.size() - open - 2);
+}
+
 [[noreturn]] void refuseUnknown(const fs::path& path, const ImageHeader& header) {
     const std::string& name = header.otherFormat;
     if (name == "HTML") {
@@ -71,6 +78,12 @@ const char* nameOf(ImageFormat format) {
     if (name == "ZIP" || name == "gzip") {
         throw Error(ErrorCode::Unsupported, path.string(),
                     "is a " + name + " archive, expected a picture; unpack it first");
+    }
+    if (name.rfind("camera raw", 0) == 0 || name == "DNG") {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    "is a raw picture of a camera (" + extensionOf(name) +
+                        "), which is not read, expected " + readableFormats() +
+                        "; export it from a photo program first");
     }
     if (!name.empty()) {
         throw Error(ErrorCode::Unsupported, path.string(),
@@ -126,10 +139,6 @@ void addNotes(const ImageHeader& header, const std::string& extension, Notes* no
         notes->push_back({NoteCode::CutOff,
                           header.hasWholeScan ? "the file is cut off: its fine detail is missing"
                                               : "the file is cut off: its lower part is missing"});
-    }
-    if (header.isUnmarkedCmyk) {
-        notes->push_back({NoteCode::Doubtful,
-                          "the file is CMYK without Adobe's mark: its colours may be inverted"});
     }
     if (extension == ".mpo" && header.format == ImageFormat::Jpeg) {
         notes->push_back(
@@ -313,6 +322,26 @@ auto reading(const fs::path& path, const Work& work) {
 // Whether colours are converted to sRGB: those of photos are, and numbers of depth images are not.
 enum class Colours { ToSrgb, AsStored };
 
+// Decodes a CMYK JPEG; its colours are then done.
+cv::Mat decodeInks(const fs::path& path, ImageHeader& header, std::string& bytes,
+                   ColourFacts& facts, Notes* notes) {
+    const std::string icc = isCmykProfile(facts.icc) ? facts.icc : std::string();
+    facts = ColourFacts();
+    const cv::Mat inks = decodeCmykJpeg(bytes); // empty if the file is damaged
+    cv::Mat picture;
+    if (!inks.empty() && !icc.empty()) picture = inksToSrgb(inks, icc, !header.isUnmarkedCmyk);
+    if (notes != nullptr && picture.empty()) {
+        notes->push_back({NoteCode::Doubtful, "the file is CMYK without a colour profile that can "
+                                              "be used: its colours are approximate"});
+    }
+    if (notes != nullptr && header.isUnmarkedCmyk) {
+        notes->push_back({NoteCode::Doubtful,
+                          "the file is CMYK without Adobe's mark: its colours may be inverted"});
+    }
+    if (inks.empty()) return decode(path, header, bytes);
+    return picture.empty() ? inksToSrgb(inks, {}, !header.isUnmarkedCmyk) : picture;
+}
+
 LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
     const std::string extension = lowerExtension(path);
     std::string bytes = readFile(path, kMaxImageFileBytes);
@@ -323,9 +352,10 @@ LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
     loaded.header = readImageHeader(bytes, extension);
     ImageHeader& header = loaded.header;
     checkHeader(path, header);
-    const ColourFacts facts =
+    ColourFacts facts =
         colours == Colours::ToSrgb ? readColourFacts(bytes, header.format) : ColourFacts();
-    cv::Mat picture = decode(path, header, bytes);
+    cv::Mat picture =
+        header.isCmyk ? decodeInks(path, header, bytes, facts, notes) : decode(path, header, bytes);
     std::string().swap(bytes);
     picture = withoutAlpha(picture, header);
     blackenTransparent(picture, header);

@@ -62,6 +62,14 @@ cv::Mat readFirst(const fs::path& photo, Notes* notes) {
     return picture;
 }
 
+// JPS: both eyes in one JPEG, the right one's picture at the left.
+StereoPair pairOfJps(const fs::path& photo, Notes* notes) {
+    StereoPair pair =
+        splitStereoPair(readPhoto(photo, notes), StereoLayout::RightLeft, StereoHalves::Automatic);
+    pair.origin = "JPS";
+    return pair;
+}
+
 std::optional<StereoPair> pairOfJpeg(const fs::path& photo, string_view bytes, Notes* notes) {
     const string_view second = findSecondEye(bytes);
     if (second.empty()) return std::nullopt;
@@ -121,6 +129,7 @@ std::optional<StereoPair> readStereoPair(const fs::path& photo, Notes* notes) {
     if (givesBytesOnce(photo) || !canHoldPair(photo)) return std::nullopt;
     return orOutOfMemory(photo.string(), "does not fit into memory, expected a smaller picture",
                          [&]() -> std::optional<StereoPair> {
+                             if (lowerExtension(photo) == ".jps") return pairOfJps(photo, notes);
                              const std::string bytes = readFile(photo, kMaxImageFileBytes);
                              const ImageFormat format = imageFormat(bytes);
                              if (format == ImageFormat::Jpeg)

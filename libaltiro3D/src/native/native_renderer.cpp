@@ -1,4 +1,4 @@
-#include "altiro3D/native_renderer.hpp"
+#include "altiro3D/native_maker.hpp"
 
 #include "base/checks.hpp"
 #include "base/text.hpp"

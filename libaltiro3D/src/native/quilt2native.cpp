@@ -7,6 +7,7 @@
 #include "native/view_table.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -61,6 +62,20 @@ void requireLayout(const cv::Mat& quilt, const QuiltLayout& layout) {
                     " px for " + layout.text());
 }
 
+// For each of `wanted` px of `views` equal views: the nearest of `samples` px that lies in the view
+// as a whole. A px on the border of two views of fractional size shows both.
+std::vector<int> samplesOfViews(int wanted, int views, int samples) {
+    std::vector<int> sources;
+    for (int i = 0; i < wanted; ++i) {
+        const std::int64_t view = i / (wanted / views);
+        const auto first = static_cast<int>((view * samples + views - 1) / views);
+        const auto last = static_cast<int>((view + 1) * samples / views - 1);
+        const int nearest = nearestSample(i, wanted, samples);
+        sources.push_back(first <= last ? std::clamp(nearest, first, last) : nearest);
+    }
+    return sources;
+}
+
 } // namespace
 
 struct Quilt2Native::Impl {
@@ -84,14 +99,14 @@ cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout) {
     if (quilt.size() == wanted) return quilt;
     cv::Mat whole(wanted, quilt.type());
     const std::size_t bytes = quilt.elemSize();
+    const std::vector<int> columns = samplesOfViews(wanted.width, layout.columns, quilt.cols);
+    const std::vector<int> lines = samplesOfViews(wanted.height, layout.rows, quilt.rows);
     std::vector<std::size_t> sources; // per column, in bytes
-    for (int x = 0; x < wanted.width; ++x) {
-        sources.push_back(static_cast<std::size_t>(nearestSample(x, wanted.width, quilt.cols)) *
-                          bytes);
-    }
+    for (const int column : columns)
+        sources.push_back(static_cast<std::size_t>(column) * bytes);
     cv::parallel_for_(cv::Range(0, wanted.height), [&](const cv::Range& rows) {
         for (int y = rows.start; y < rows.end; ++y) {
-            const uchar* in = quilt.ptr(nearestSample(y, wanted.height, quilt.rows));
+            const uchar* in = quilt.ptr(lines[static_cast<std::size_t>(y)]);
             uchar* out = whole.ptr(y);
             for (const std::size_t source : sources) {
                 std::memcpy(out, in + source, bytes);

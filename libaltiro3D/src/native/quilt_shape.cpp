@@ -18,7 +18,9 @@ QuiltShape::QuiltShape(const fs::path& file, const QuiltLayout& layout, const Di
     const bool isStated = name && name->aspect;
     aspect_ = isStated ? *name->aspect
                        : static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
-    isFittedUnasked_ = !fit && isStated && !haveSameShape(aspect_, panelAspect_);
+    const bool isUnasked = !fit && !haveSameShape(aspect_, panelAspect_);
+    isFittedUnasked_ = isUnasked && isStated;
+    isStretchedUnasked_ = isUnasked && !isStated;
     fit_ = fit.value_or(isFittedUnasked_ ? FitMode::Contain : FitMode::Stretch);
 }
 

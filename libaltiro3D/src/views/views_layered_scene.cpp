@@ -4,6 +4,7 @@
 #include "base/pixel_rows.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <opencv2/core.hpp>
@@ -198,6 +199,15 @@ bool isStill(const cv::Mat& depth, int row, double focus) {
                        [&](float value) { return offsetFromFocus(value, focus) == 0; });
 }
 
+// Sets what lies beside both directions of a row of a table.
+void padTable(cv::Mat& table, int y, int width, std::int16_t value) {
+    auto* const row = table.ptr<std::int16_t>(y);
+    auto* const end = row + table.cols;
+    std::fill_n(row, kTablePadding, value);
+    std::fill_n(row + kTablePadding + width, 2 * kTablePadding, value);
+    std::fill(row + 3 * kTablePadding + 2 * width, end, value);
+}
+
 } // namespace
 
 LayeredTables LayeredScene::tables(int row) const {
@@ -233,21 +243,23 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
     scene.reachPixels = static_cast<float>(options.reachPixels);
     scene.reachColumns = reach;
     scene.clear = largeMat(photo.rows, 2 * scene.stride(), CV_16UC1);
-    const std::int16_t outside = columnWord(0, false, true);
-    for (cv::Mat* table : {&scene.words, &scene.bounds, &scene.left, &scene.surfaceOf}) {
+    const std::array<cv::Mat*, 4> padded = {&scene.words, &scene.bounds, &scene.left,
+                                            &scene.surfaceOf};
+    for (cv::Mat* table : padded)
         *table = largeMat(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
-        table->setTo(cv::Scalar::all(table == &scene.words ? outside : 0));
-    }
     for (std::vector<LayeredRow>& rows : scene.rows)
         rows.resize(rowCount);
     cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
         std::vector<float> offsets(static_cast<std::size_t>(photo.cols));
         TableWriter writer(photo.cols, reach, options);
+        const std::int16_t outside = columnWord(0, false, true);
         for (int y = range.start; y < range.end; ++y) {
             const auto* depthRow = depth.ptr<float>(y);
             const auto* bgr = photo.ptr<std::uint8_t>(y);
             std::transform(depthRow, depthRow + photo.cols, offsets.begin(),
                            [&](float value) { return offsetFromFocus(value, focus); });
+            for (cv::Mat* table : padded)
+                padTable(*table, y, photo.cols, table == &scene.words ? outside : 0);
             LayeredRow& plain = scene.rows[0][static_cast<std::size_t>(y)];
             LayeredRow& mirrored = scene.rows[1][static_cast<std::size_t>(y)];
             cutSurfaces(bgr, offsets, options, plain.surfaces);

@@ -1,4 +1,4 @@
-#include "altiro3D/depth_brush.hpp"
+#include "altiro3D/depth_map.hpp"
 
 #include "depth/photo_paths.hpp"
 #include "support/compare.hpp"

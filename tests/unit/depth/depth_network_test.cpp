@@ -270,6 +270,8 @@ TEST_F(ModelCatalog, OfTheSourceTreeHoldsTheKnownNetworks) {
 
     const NetworkProfile& anything = catalog[0];
     EXPECT_EQ(anything.name, "depth-anything-v2-small");
+    EXPECT_EQ(anything.bytes, 99060839U);
+    EXPECT_EQ(anything.sha256, "afb6a5c28f3b6bf1618c6e43f02073ef9dfdc70e937502d51603e57b0a1df10c");
     EXPECT_EQ(anything.engine, InferenceEngine::OnnxRuntime);
     EXPECT_EQ(anything.multipleOf, 14);
     EXPECT_EQ(anything.mean, (std::array<double, 3>{0.485, 0.456, 0.406}));

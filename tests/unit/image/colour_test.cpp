@@ -15,6 +15,7 @@
 #include <lcms2.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <turbojpeg.h>
 #include <zlib.h>
 
 namespace altiro3D {
@@ -202,6 +203,97 @@ TEST_F(ColourFiles, AllFormatsWithProfilesAreConverted) {
             EXPECT_NEAR(colour[2], 40, 14);
         }
     }
+}
+
+// The lightness of the test profile, which shows greys: each ink darkens by its own share.
+double lightnessOf(double cyan, double magenta, double black) {
+    return 100 * (1 - black) * (1 - 0.5 * cyan) * (1 - 0.3 * magenta);
+}
+
+std::string cmykProfile() {
+    const auto sample = [](const cmsUInt16Number in[], cmsUInt16Number out[], void* /*cargo*/) {
+        const cmsCIELab lab{lightnessOf(in[0] / 65535.0, in[1] / 65535.0, in[3] / 65535.0), 0, 0};
+        cmsFloat2LabEncoded(out, &lab);
+        return 1;
+    };
+    const cmsHPROFILE profile = cmsCreateProfilePlaceholder(nullptr);
+    cmsSetProfileVersion(profile, 2.1);
+    cmsSetDeviceClass(profile, cmsSigOutputClass);
+    cmsSetColorSpace(profile, cmsSigCmykData);
+    cmsSetPCS(profile, cmsSigLabData);
+    cmsPipeline* const pipeline = cmsPipelineAlloc(nullptr, 4, 3);
+    cmsStage* const grid = cmsStageAllocCLut16bit(nullptr, 9, 4, 3, nullptr);
+    cmsStageSampleCLut16bit(grid, sample, nullptr, 0);
+    cmsPipelineInsertStage(pipeline, cmsAT_BEGIN, grid);
+    cmsWriteTag(profile, cmsSigAToB0Tag, pipeline);
+    cmsPipelineFree(pipeline);
+    return saved(profile);
+}
+
+// @param inks 0..255, as they are stored
+std::string cmykJpeg(const cv::Scalar& inks, int side = 16) {
+    const cv::Mat picture(side, side, CV_8UC4, inks);
+    const tjhandle coder = tjInitCompress();
+    unsigned char* bytes = nullptr;
+    unsigned long size = 0;
+    tjCompress2(coder, picture.data, side, 0, side, TJPF_CMYK, &bytes, &size, TJSAMP_444, 100, 0);
+    const std::string file(reinterpret_cast<const char*>(bytes), size);
+    tjFree(bytes);
+    tjDestroy(coder);
+    return file;
+}
+
+// The sRGB level of a grey.
+double greyLevel(double lightness) {
+    const double f = (lightness + 16) / 116;
+    const double light = lightness > 8 ? f * f * f : lightness / 903.3;
+    return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
+}
+
+TEST_F(ColourFiles, InksAreConvertedByTheirProfile) {
+    const std::string profile = cmykProfile();
+    const std::string segment = jpegSegment(0xe2, std::string("ICC_PROFILE\0\1\1", 14) + profile);
+    ASSERT_LT(profile.size(), 60000U);
+    const std::array<double, 4> colours[] = {{0, 0, 0, 0},     {1, 0, 0, 0},   {0, 1, 0, 0},
+                                             {0, 0, 1, 0},     {0, 0, 0, 0.5}, {0.25, 0.5, 1, 0.25},
+                                             {0.5, 0.25, 0, 0}};
+    for (const auto& [cyan, magenta, yellow, black] : colours) {
+        // Adobe's programs store 0 for all of an ink
+        const std::string file = cmykJpeg(
+            {255 - 255 * cyan, 255 - 255 * magenta, 255 - 255 * yellow, 255 - 255 * black});
+        const cv::Vec3b grey = read(withSegments(file, segment)).at<cv::Vec3b>(8, 8);
+        EXPECT_TRUE(notes.empty());
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(grey[c], greyLevel(lightnessOf(cyan, magenta, black)), 3)
+                << cyan << " " << magenta << " " << yellow << " " << black;
+        }
+        // without a profile each ink takes its colour away, and a note says so
+        const cv::Vec3b usual = read(file).at<cv::Vec3b>(8, 8);
+        ASSERT_EQ(notes.size(), 1U);
+        EXPECT_NE(notes[0].text.find("CMYK without a colour profile"), std::string::npos);
+        EXPECT_NEAR(usual[0], 255 * (1 - yellow) * (1 - black), 3);
+        EXPECT_NEAR(usual[1], 255 * (1 - magenta) * (1 - black), 3);
+        EXPECT_NEAR(usual[2], 255 * (1 - cyan) * (1 - black), 3);
+    }
+    // an RGB profile is not for inks
+    const std::string foreign =
+        jpegSegment(0xe2, std::string("ICC_PROFILE\0\1\1", 14) + iccProfile(kSwapped, 0));
+    EXPECT_NEAR(read(withSegments(cmykJpeg({55, 255, 255, 255}), foreign)).at<cv::Vec3b>(8, 8)[2],
+                55, 3);
+    ASSERT_EQ(notes.size(), 1U);
+    // a file that ends too early is shown as far as it goes, and not by its profile
+    const std::string whole = withSegments(cmykJpeg({155, 55, 255, 255}, 256), segment);
+    EXPECT_EQ(read(whole.substr(0, whole.size() - 300)).size(), cv::Size(256, 256));
+    ASSERT_EQ(notes.size(), 2U);
+    EXPECT_NE(notes[0].text.find("CMYK"), std::string::npos);
+    EXPECT_EQ(notes[1].code, NoteCode::CutOff);
+    // without Adobe's mark 255 is all of an ink
+    std::string unmarked = cmykJpeg({255, 0, 0, 0});
+    const std::size_t mark = unmarked.find("Adobe");
+    ASSERT_NE(mark, std::string::npos);
+    unmarked.erase(mark - 4, 16);
+    (void)read(unmarked); // is stored as YCCK, which only the mark tells
+    EXPECT_EQ(notes.size(), 2U);
 }
 
 TEST_F(ColourFiles, WhatIsSrgbKeepsItsBytes) {

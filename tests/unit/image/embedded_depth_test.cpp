@@ -226,8 +226,9 @@ TEST_F(EmbeddedDepthFiles, DepthOfAnotherShapeOrWithoutRangeIsNotUsed) {
     EXPECT_FALSE(read(gDepthPhoto(photo, coded(".png", ramp(kColumns, kRows + 2)))));
     ASSERT_EQ(notes.size(), 1U);
     EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
-    EXPECT_EQ(notes[0].text, "the depth (GDepth, 40 x 32 px) in the file is not used: its shape is "
-                             "not that of the photo, 160 x 120 px");
+    EXPECT_EQ(notes[0].text,
+              "the depth (Google lens blur, 40 x 32 px) in the file is not used: its shape is "
+              "not that of the photo, 160 x 120 px");
     cv::Mat flat(kRows, kColumns, CV_8UC1, cv::Scalar(77));
     flat.at<std::uint8_t>(3, 3) = 255; // one px is no range
     EXPECT_FALSE(read(gDepthPhoto(photo, coded(".png", flat))));
@@ -465,7 +466,8 @@ TEST_F(EmbeddedDepthFiles, DepthBesideThatDoesNotFitIsLeftOut) {
         spill(directory / "a_depth.png", coded(".png", unfit));
         notes.clear();
         static_cast<void>(source->readImage(path, &notes));
-        EXPECT_EQ(source->description(), "depth in the photo's file (GDepth, 40 x 30 px)");
+        EXPECT_EQ(source->description(),
+                  "depth in the photo's file (Google lens blur, 40 x 30 px)");
         ASSERT_EQ(notes.size(), 1u);
         EXPECT_EQ(
             notes[0].text.find((directory / "a_depth.png").string() + ": is not used as depth: it"),
@@ -479,7 +481,7 @@ TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {
     altiro3D::Scene scene;
     const auto path = file(gDepthPhoto(photo, depthPng));
     source->readScene(source->readImage(path), 0.5, scene);
-    EXPECT_EQ(source->description(), "depth in the photo's file (GDepth, 40 x 30 px)");
+    EXPECT_EQ(source->description(), "depth in the photo's file (Google lens blur, 40 x 30 px)");
     EXPECT_EQ(scene.depth.size(), cv::Size(kColumns, kRows));
     EXPECT_GT(scene.depth.at<float>(5, 0), scene.depth.at<float>(5, kColumns - 1));
 
@@ -538,6 +540,21 @@ TEST(Xmp, QuotesInCommentsAndRawTextMeanNothing) {
     EXPECT_EQ(Xmp(xmpOf(data, raw)).value("v", "b"), "it's \"<");
     for (const std::string unfinished : {"<!-- '", "<![CDATA[ '", "<!--", "<"})
         EXPECT_FALSE(Xmp(unfinished).has("u", "Data"));
+}
+
+TEST(Xmp, PacketMarksAroundItMeanNothing) {
+    const std::string data = xmpOf("xmlns:a='u' a:Data='1'");
+    const std::string id = " id='W5M0MpCehiHzreSzNTczkc9d'?>";
+    const std::string padding = std::string(4000, ' ') + "<?xpacket end='w'?>";
+    for (const std::string& before :
+         {"<?xpacket begin='\xef\xbb\xbf'" + id, "<?xpacket begin='\xff\xfe'" + id,
+          "<?xpacket begin=''" + id + "\n<?xml version='1.0' encoding='UTF-8'?>\n",
+          std::string("\xef\xbb\xbf\n <?xml version='1.0'?>"), std::string(1, '\0'),
+          "<?xpacket begin=\"it's\"" + id + "<!-- <b>'</b> -->"}) {
+        EXPECT_EQ(Xmp(before + data + padding).value("u", "Data"), "1") << before;
+        EXPECT_FALSE(Xmp(before).has("u", "Data"));
+    }
+    EXPECT_FALSE(Xmp("<?xpacket begin=''" + data).has("u", "Data")) << "no end";
 }
 
 TEST(Xmp, DocumentTypesAndDepthAreRefused) {

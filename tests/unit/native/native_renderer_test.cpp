@@ -1,4 +1,4 @@
-#include "altiro3D/native_renderer.hpp"
+#include "altiro3D/native_maker.hpp"
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/photo_fit.hpp"

@@ -8,7 +8,9 @@
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D::test {
 namespace {
@@ -183,9 +185,15 @@ TEST(Quilt2Native, ViewsOfFractionalSizeAreSampledWhereTheyLie) {
         const double top = 47 - (view / 5 + 1) * 47 / 9.0;
         for (int y = 0; y < 5; ++y) {
             for (int x = 0; x < 8; ++x) {
+                // px on the border of two views show both: the view's own next to it is taken.
                 // a ten-thousandth: px whose centres are on a border of px may lie on its one side
-                const int column = static_cast<int>(left + (x + 0.5) / 8 * 44 / 5.0 + 1e-4);
-                const int row = static_cast<int>(top + (y + 0.5) / 5 * 47 / 9.0 + 1e-4);
+                const int column =
+                    std::clamp(static_cast<int>(left + (x + 0.5) / 8 * 44 / 5.0 + 1e-4),
+                               static_cast<int>(std::ceil(left - 1e-4)),
+                               static_cast<int>(std::floor(left + 44 / 5.0 + 1e-4)) - 1);
+                const int row = std::clamp(static_cast<int>(top + (y + 0.5) / 5 * 47 / 9.0 + 1e-4),
+                                           static_cast<int>(std::ceil(top - 1e-4)),
+                                           static_cast<int>(std::floor(top + 47 / 9.0 + 1e-4)) - 1);
                 ASSERT_EQ(tile.at<cv::Vec3b>(y, x), quilt.at<cv::Vec3b>(row, column))
                     << view << " " << x << " " << y;
             }
@@ -201,6 +209,24 @@ TEST(Quilt2Native, ViewsOfFractionalSizeAreSampledWhereTheyLie) {
                   (void)fitQuilt(randomPhoto({45, 47}), layout);
               }).find("has 45 x 47 px, expected 40 x 45 px"),
               std::string::npos);
+}
+
+TEST(Quilt2Native, ViewsOfFractionalSizeShowNothingOfTheirNeighbours) {
+    const QuiltLayout layout{5, 4, {40, 30}, 20};
+    cv::Mat quilt(layout.size(), CV_8UC3);
+    for (int view = 0; view < 20; ++view)
+        quilt(layout.tile(view)).setTo(cv::Scalar::all(view % 5 % 2 == view / 5 % 2 ? 20 : 220));
+    cv::Mat scaled; // views of 33.4 x 23.25 px, whose borders are mixed
+    cv::resize(quilt, scaled, {167, 93}, 0, 0, cv::INTER_AREA);
+    const QuiltLayout small{5, 4, {33, 23}, 20};
+    const cv::Mat whole = fitQuilt(scaled, small);
+    for (int view = 0; view < 20; ++view) {
+        const int grey = view % 5 % 2 == view / 5 % 2 ? 20 : 220;
+        EXPECT_EQ(cv::norm(whole(small.tile(view)),
+                           cv::Mat(small.tileSize, CV_8UC3, cv::Scalar::all(grey)), cv::NORM_INF),
+                  0)
+            << view;
+    }
 }
 
 TEST(Quilt2Native, ForAMapUnusedColumnsAtTheRightAndRowsAtTheTopAreCutOff) {

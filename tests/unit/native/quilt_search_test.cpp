@@ -107,15 +107,73 @@ TEST(FindQuiltLayout, AMovingCameraIsNotNeeded) {
     EXPECT_GT(found.confidence, 0.99);
 }
 
-TEST(FindQuiltLayout, TheOrderOfTheViewsCounts) {
-    // rows from the top: the end of a row does not go on in the row above
-    const QuiltLayout layout = layoutOf(5, 4, {150, 120});
-    const cv::Mat quilt = quiltOf(layout, 8, 40);
+// The rows in the order from the top.
+cv::Mat fromTop(const cv::Mat& quilt, const QuiltLayout& layout) {
+    const int height = layout.tileSize.height;
     cv::Mat turned(quilt.size(), quilt.type());
-    for (int row = 0; row < 4; ++row)
-        quilt.rowRange(120 * (3 - row), 120 * (4 - row))
-            .copyTo(turned.rowRange(120 * row, 120 * (row + 1)));
-    EXPECT_LT(findQuiltLayout(turned).confidence, findQuiltLayout(quilt).confidence - 0.1);
+    for (int row = 0; row < layout.rows; ++row)
+        quilt.rowRange(height * row, height * (row + 1))
+            .copyTo(
+                turned.rowRange(height * (layout.rows - 1 - row), height * (layout.rows - row)));
+    return turned;
+}
+
+TEST(FindQuiltLayout, IsNotSureOfRowsFromTheTop) {
+    int seed = 8;
+    for (const QuiltLayout& layout :
+         {layoutOf(5, 4, {150, 120}), layoutOf(8, 6, {105, 140}), layoutOf(4, 8, {160, 90})}) {
+        for (const double strength : {5.0, 10.0, 40.0}) {
+            const cv::Mat quilt = quiltOf(layout, ++seed, strength);
+            const std::string columns = std::to_string(layout.columns);
+            const std::string expected = columns + " x " + std::to_string(layout.rows);
+            for (const cv::Mat& right : {quilt, compressed(scaled(quilt, {901, 887}), 60)}) {
+                EXPECT_EQ(textOf(right), expected) << strength;
+                EXPECT_FALSE(findQuiltLayout(right).isFromTop) << strength;
+            }
+            const cv::Mat turned = fromTop(quilt, layout);
+            for (const cv::Mat& wrong : {turned, compressed(scaled(turned, {901, 887}), 60)}) {
+                EXPECT_EQ(textOf(wrong), expected + ", unsure") << strength;
+                EXPECT_TRUE(strength > 20 || findQuiltLayout(wrong).isFromTop) << strength;
+            }
+        }
+    }
+    // without a movement of the camera all orders give the same
+    const QuiltLayout still = layoutOf(6, 4, {150, 120});
+    EXPECT_EQ(textOf(fromTop(quiltOf(still, 5, 0), still)), "6 x 4");
+}
+
+TEST(FindQuiltLayout, QuiltsMayHaveOneRow) {
+    for (const int columns : {5, 8, 12}) {
+        const QuiltLayout layout = layoutOf(columns, 1, {150, 200});
+        const cv::Mat quilt = quiltOf(layout, 30 + columns, 10);
+        const std::string expected = std::to_string(columns) + " x 1";
+        EXPECT_EQ(textOf(quilt), expected);
+        EXPECT_EQ(textOf(compressed(scaled(quilt, {columns * 131 + 3, 180}), 60)), expected);
+    }
+    EXPECT_NE(findQuiltLayout(quiltOf(layoutOf(2, 1, {300, 300}), 4, 10)).verdict,
+              QuiltVerdict::Quilt); // a stereo pair
+}
+
+TEST(FindQuiltLayout, QuiltsMayHaveLinesBetweenTheirViews) {
+    for (const int grey : {0, 128, 255}) {
+        const QuiltLayout layout = layoutOf(5, 9, {150, 84});
+        cv::Mat quilt = quiltOf(layout, 70 + grey, 10);
+        for (int view = 0; view < layout.viewCount; ++view)
+            cv::rectangle(quilt, layout.tile(view), cv::Scalar::all(grey), 2);
+        EXPECT_EQ(textOf(quilt), "5 x 9") << grey;
+        EXPECT_EQ(textOf(compressed(scaled(quilt, {701, 743}), 60)), "5 x 9") << grey;
+    }
+}
+
+TEST(FindQuiltLayout, IsNotSureOfAPhotoWithLines) {
+    for (const int period : {60, 100, 150}) {
+        cv::Mat photo = seenScene({1200, 900}, 90 + period).photo;
+        for (int x = period; x < photo.cols; x += period)
+            cv::line(photo, {x, 0}, {x, photo.rows}, cv::Scalar::all(255), 4);
+        for (int y = period; y < photo.rows; y += period)
+            cv::line(photo, {0, y}, {photo.cols, y}, cv::Scalar::all(255), 4);
+        EXPECT_NE(findQuiltLayout(photo).verdict, QuiltVerdict::Quilt) << period;
+    }
 }
 
 TEST(FindQuiltLayout, PhotosAreNoQuilts) {

@@ -26,6 +26,7 @@ TEST(QuiltShape, BarsKeepAShapeThatTheNameTells) {
     for (const char* name : {"a.png", "a_qs3x2a1.5.png", "a_qs3x2.png"}) {
         const QuiltShape own(name, kLayout, display);
         EXPECT_FALSE(own.fitsUnasked()) << name;
+        EXPECT_EQ(own.stretchesUnasked(), std::string(name) != "a_qs3x2a1.5.png") << name; // 2 : 1
         EXPECT_EQ(own.shownAspect(), 1.5) << name;
         EXPECT_TRUE(samePicture(own.apply(quilt), quilt)) << name;
     }
@@ -37,6 +38,7 @@ TEST(QuiltShape, AGivenFitIsUsed) {
     for (const FitMode fit : {FitMode::Cover, FitMode::Contain, FitMode::Stretch}) {
         const QuiltShape shape("a_qs3x2a2.png", kLayout, display, fit);
         EXPECT_FALSE(shape.fitsUnasked());
+        EXPECT_FALSE(QuiltShape("a.png", kLayout, display, fit).stretchesUnasked());
         cv::Mat expected;
         applyFitToViews(quilt, kLayout, 2, 1.5, fit, expected);
         EXPECT_TRUE(samePicture(shape.apply(quilt), fit == FitMode::Stretch ? quilt : expected));

@@ -1,4 +1,4 @@
-#include "depth/depth_plane_rows.hpp"
+#include "depth/depth_planes_row.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -7,7 +7,7 @@
 // This file is compiled once per instruction set; the best one is chosen at run time. No sum runs
 // over columns, so the bits are the same.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "depth/depth_plane_rows.cpp"
+#define HWY_TARGET_INCLUDE "depth/depth_planes_row.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
 #include <hwy/highway.h>
 

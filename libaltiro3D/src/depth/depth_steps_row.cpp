@@ -1,0 +1,107 @@
+#include "depth/depth_steps_row.hpp"
+
+// This file is compiled once per instruction set; the best one is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "depth/depth_steps_row.cpp"
+#include <hwy/foreach_target.h> // IWYU pragma: keep
+
+#include "base/kernel_parts_inl.hpp"
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace altiro3D {
+namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::ScalableTag<float>;
+using Wholes = hn::RebindToSigned<Floats>;
+
+// One vector of px. Arithmetic limits the speed, some 25 operations per tap and a table look-up.
+// @tparam kInside all taps are columns of the row
+template <bool kInside>
+HWY_INLINE void sumVector(const StepRow& row, const float* HWY_RESTRICT colorWeight, std::size_t x,
+                          const StepSums& nearSide, const StepSums& farSide) {
+    const Floats d;
+    const Wholes whole;
+    const auto middle = hn::LoadU(d, row.middle + x);
+    const auto scale = hn::LoadU(d, row.scale + x);
+    const auto blueGreen = hn::LoadU(whole, row.blueGreen + x);
+    const auto red = hn::LoadU(whole, row.red + x);
+    const auto lastStep = hn::Set(whole, kStepColors);
+    [[maybe_unused]] const auto columns = hn::Iota(whole, static_cast<std::int32_t>(x));
+    [[maybe_unused]] const auto end = hn::Set(whole, static_cast<std::int32_t>(row.count));
+    auto nearDepth = hn::Zero(d);
+    auto nearWeight = hn::Zero(d);
+    auto nearColor = hn::Zero(d);
+    auto farDepth = hn::Zero(d);
+    auto farWeight = hn::Zero(d);
+    auto farColor = hn::Zero(d);
+    for (std::size_t i = 0; i < row.tapCount; ++i) {
+        const StepTap& tap = row.taps[i];
+        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(x) + tap.offset;
+        const auto depth = hn::LoadU(d, row.depth + at);
+        const auto side = hn::Mul(hn::Sub(depth, middle), scale);
+        auto weight = hn::Mul(hn::Mul(side, side), hn::Set(d, tap.weight));
+        if (!kInside) {
+            const auto column = hn::Add(columns, hn::Set(whole, tap.column));
+            const auto inside = hn::AndNot(hn::Lt(column, hn::Zero(whole)), hn::Lt(column, end));
+            weight = hn::IfThenElseZero(hn::RebindMask(d, inside), weight);
+        }
+        const auto square =
+            hn::Add(squaresOfPair(whole, hn::LoadU(whole, row.blueGreen + at), blueGreen),
+                    squaresOfPair(whole, hn::LoadU(whole, row.red + at), red));
+        const auto step = hn::Min(hn::ShiftRight<kStepColorShift>(square), lastStep);
+        const auto similarity = gatherFloats(d, colorWeight, step);
+        const auto isNear = hn::Gt(side, hn::Zero(d));
+        const auto ofNear = hn::IfThenElseZero(isNear, weight);
+        const auto ofFar = hn::IfThenZeroElse(isNear, weight);
+        nearDepth = hn::Add(nearDepth, hn::Mul(ofNear, depth));
+        nearWeight = hn::Add(nearWeight, ofNear);
+        nearColor = hn::Add(nearColor, hn::Mul(ofNear, similarity));
+        farDepth = hn::Add(farDepth, hn::Mul(ofFar, depth));
+        farWeight = hn::Add(farWeight, ofFar);
+        farColor = hn::Add(farColor, hn::Mul(ofFar, similarity));
+    }
+    hn::StoreU(nearDepth, d, nearSide.depth + x);
+    hn::StoreU(nearWeight, d, nearSide.weight + x);
+    hn::StoreU(nearColor, d, nearSide.color + x);
+    hn::StoreU(farDepth, d, farSide.depth + x);
+    hn::StoreU(farWeight, d, farSide.weight + x);
+    hn::StoreU(farColor, d, farSide.color + x);
+}
+
+void sumStepSidesOn(const StepRow& row, const float* HWY_RESTRICT colorWeight,
+                    const StepSums& nearSide, const StepSums& farSide) {
+    const std::size_t lanes = hn::Lanes(Floats());
+    const auto reach = static_cast<std::size_t>(row.reach);
+    for (std::size_t x = 0; x < row.count; x += lanes) {
+        unsigned wanted = 0;
+        for (std::size_t i = x; i < x + lanes; ++i)
+            wanted |= row.wanted[i];
+        if (wanted == 0) continue;
+        if (x >= reach && x + lanes + reach <= row.count) {
+            sumVector<true>(row, colorWeight, x, nearSide, farSide);
+        } else {
+            sumVector<false>(row, colorWeight, x, nearSide, farSide);
+        }
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace altiro3D
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace altiro3D {
+
+HWY_EXPORT(sumStepSidesOn);
+
+void sumStepSides(const StepRow& row, const float* colorWeight, const StepSums& nearSide,
+                  const StepSums& farSide) {
+    HWY_DYNAMIC_DISPATCH(sumStepSidesOn)(row, colorWeight, nearSide, farSide);
+}
+
+} // namespace altiro3D
+#endif

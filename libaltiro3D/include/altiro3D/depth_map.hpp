@@ -207,8 +207,8 @@ class ALTIRO3D_EXPORT DepthStroke {
     ///         differ)
     DepthStroke(const cv::Mat& photo, const cv::Mat& depth, const DepthBrushOptions& options);
     ~DepthStroke();
-    DepthStroke(DepthStroke&& other) noexcept;            ///< Takes over a stroke.
-    DepthStroke& operator=(DepthStroke&& other) noexcept; ///< Takes over a stroke.
+    DepthStroke(DepthStroke&&) noexcept;            ///< Moves.
+    DepthStroke& operator=(DepthStroke&&) noexcept; ///< Moves. @return *this
 
     /// Draws a straight line from the last place, or begins at this one.
     /// @param place x and y, px; (0, 0) is the centre of the first px. May lie outside the photo.

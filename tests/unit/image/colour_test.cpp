@@ -48,7 +48,7 @@ std::string iccProfile(const Primaries& p, double exponent) {
     cmsToneCurve* const curve = exponent > 0 ? cmsBuildGamma(nullptr, exponent)
                                              : cmsBuildParametricToneCurve(nullptr, 4, srgb);
     cmsToneCurve* const curves[3] = {curve, curve, curve};
-    const std::string bytes = saved(cmsCreateRGBProfile(&white, &primaries, curves));
+    std::string bytes = saved(cmsCreateRGBProfile(&white, &primaries, curves));
     cmsFreeToneCurve(curve);
     return bytes;
 }
@@ -193,7 +193,7 @@ TEST_F(ColourFiles, AllFormatsWithProfilesAreConverted) {
     }
     for (std::size_t i = 0; i < files.size(); ++i) {
         const cv::Mat picture = read(files[i]);
-        const cv::Vec3b colour = picture.at<cv::Vec3b>(4, 4); // red and green have changed places
+        const auto& colour = picture.at<cv::Vec3b>(4, 4); // red and green have changed places
         if (i < 3) {
             EXPECT_NEAR(colour[2], 60, 4) << i;
             EXPECT_NEAR(colour[1], 200, 4) << i;
@@ -237,7 +237,7 @@ std::string cmykJpeg(const cv::Scalar& inks, int side = 16) {
     unsigned char* bytes = nullptr;
     unsigned long size = 0;
     tjCompress2(coder, picture.data, side, 0, side, TJPF_CMYK, &bytes, &size, TJSAMP_444, 100, 0);
-    const std::string file(reinterpret_cast<const char*>(bytes), size);
+    std::string file(reinterpret_cast<const char*>(bytes), size);
     tjFree(bytes);
     tjDestroy(coder);
     return file;
@@ -373,7 +373,8 @@ TEST(Colour, ToneMappingKeepsTheDarkAndEndsAtWhite) {
     EXPECT_NEAR(toneMapped(1000), 203, 1e-6);
     EXPECT_NEAR(toneMapped(10000), 203, 1e-6);
     double last = 0;
-    for (double light = 0; light < 1200; light += 1) {
+    for (int step = 0; step < 1200; ++step) {
+        const double light = step;
         EXPECT_GE(toneMapped(light), last);
         EXPECT_LE(toneMapped(light), light + 1e-9);
         last = toneMapped(light);

@@ -181,8 +181,9 @@ TEST(Quilt2Native, ViewsOfFractionalSizeAreSampledWhereTheyLie) {
     ASSERT_EQ(whole.size(), layout.size());
     for (int view = 0; view < 45; ++view) {
         const cv::Mat tile = whole(layout.tile(view));
-        const double left = view % 5 * 44 / 5.0; // of the view in the quilt
-        const double top = 47 - (view / 5 + 1) * 47 / 9.0;
+        const cv::Point at(view % 5, view / 5);
+        const double left = at.x * 44 / 5.0; // of the view in the quilt
+        const double top = 47 - (at.y + 1) * 47 / 9.0;
         for (int y = 0; y < 5; ++y) {
             for (int x = 0; x < 8; ++x) {
                 // px on the border of two views show both: the view's own next to it is taken.

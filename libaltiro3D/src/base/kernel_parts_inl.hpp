@@ -13,6 +13,8 @@
 // Whether this instruction set is AVX-512 or a later one of x86. Highway gives better sets lower
 // numbers.
 #define ALTIRO3D_AVX512 (HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3)
+// The same with look-ups of bytes in a whole register.
+#define ALTIRO3D_AVX512_BYTES (HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3_DL)
 
 HWY_BEFORE_NAMESPACE();
 namespace altiro3D {
@@ -182,7 +184,7 @@ class ChosenLanes {
 #endif
 };
 
-// Rounds 0..2^22 to the nearest whole number (halves to even), without the handling of larger
+// Rounds -2^22..2^22 to the nearest whole number (halves to even), without the handling of larger
 // values in hn::NearestInt.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE hn::Vec<hn::RebindToSigned<D>> smallNearestInt(D d, V value) {
@@ -273,9 +275,14 @@ class ByteWindow {
     using Bytes = hn::ScalableTag<std::uint8_t>;
 
   public:
+    // Reads 64 bytes, of which the last ones may be undefined.
     HWY_INLINE explicit ByteWindow(const std::uint8_t* from) {
+#if ALTIRO3D_AVX512_BYTES
+        tables_[0] = hn::LoadU(Bytes(), from);
+#else
         for (int k = 0; k < kTables; ++k)
             tables_[k] = hn::LoadDup128(Bytes(), from + 16 * k);
+#endif
     }
 
     // The bytes `index` and index + 1, in the lower and the upper half of each lane.
@@ -285,6 +292,9 @@ class ByteWindow {
         const Bytes bytes;
         const auto both = hn::Add(hn::Or(index, hn::ShiftLeft<8>(index)), hn::Set(narrow, 0x100));
         auto place = hn::BitCast(bytes, both);
+#if ALTIRO3D_AVX512_BYTES
+        return hn::Vec<Narrow>{_mm512_permutexvar_epi8(place.raw, tables_[0].raw)};
+#else
         const auto next = hn::Set(bytes, 16);
         const auto last = hn::Set(bytes, 0x70); // moves places of later tables to 128 and beyond
         // a place of 128 and beyond gives 0
@@ -295,10 +305,11 @@ class ByteWindow {
             found = hn::Or(found, hn::TableLookupBytesOr0(tables_[k], inTable));
         }
         return hn::BitCast(narrow, found);
+#endif
     }
 
   private:
-    hn::Vec<Bytes> tables_[kTables];
+    hn::Vec<Bytes> tables_[ALTIRO3D_AVX512_BYTES ? 1 : kTables];
 };
 
 // lower byte * (2^kBits - part) + upper byte * part, for each lane of `pairs`.
@@ -339,10 +350,15 @@ HWY_INLINE int windowOf(float first, float last, int reach) {
 // Stores the lowest byte of each lane.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void storeBytes(D d, V values, std::uint8_t* to) {
+#if ALTIRO3D_AVX512 // hn::TruncateTo() of Highway 1.0.3 is wrong for AVX3_DL
+    static_cast<void>(d);
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm512_cvtepi32_epi8(values.raw));
+#else
     const hn::RebindToUnsigned<D> bits;
     const hn::Rebind<std::uint8_t, D> narrow;
     static_cast<void>(d);
     hn::StoreU(hn::TruncateTo(narrow, hn::BitCast(bits, values)), narrow, to);
+#endif
 }
 
 } // namespace HWY_NAMESPACE

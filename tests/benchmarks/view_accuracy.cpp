@@ -61,7 +61,8 @@ std::vector<Method> methods() {
     list.push_back({"Fast", [](const Pair& pair) {
                         altiro3D::ViewOptions options;
                         options.focus = pair.focus;
-                        return altiro3D::makeFastRenderer(pair.photo, pair.depth, options);
+                        return altiro3D::makeFastRenderer(pair.photo, pair.depth, options,
+                                                          std::abs(pair.shift));
                     }});
     list.push_back({"Real", [](const Pair& pair) {
                         return altiro3D::makeRealRenderer(pair.photo, pair.depth, pair.focus, {});

@@ -70,7 +70,7 @@ LensPhases::LensPhases(LensGeometry geometry) : geometry_(std::move(geometry)) {
 template <class T>
 void LensPhases::fillViews(int y, int channel, int views, T* out) const {
     const std::uint32_t* columns = columnPhases(y, channel);
-    const std::uint16_t* highHalves = highHalves_[tableOf(y, channel)].data();
+    const std::uint16_t* highHalves = columnHalves(y, channel);
     const std::uint32_t row = rowPhase(y, channel);
     const auto count = static_cast<std::uint32_t>(views);
     const auto width = static_cast<std::size_t>(geometry_.panelWidth);

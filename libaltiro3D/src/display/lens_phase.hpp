@@ -30,6 +30,11 @@ class LensPhases {
         return columns_[tableOf(y, channel)].data();
     }
 
+    /// The upper 16 bits of columnPhases().
+    const std::uint16_t* columnHalves(int y, int channel) const {
+        return highHalves_[tableOf(y, channel)].data();
+    }
+
     /// The part of the phase that depends on the row.
     /// @param y row from the top @param channel 0 red, 1 green, 2 blue
     std::uint32_t rowPhase(int y, int channel) const {

@@ -16,8 +16,8 @@ namespace altiro3D {
 
 namespace {
 
-// Rendering rows of views is faster if the panel has more than four sub-pixels per pixel of all
-// views (measured: docs/performance.md).
+// With Layered, rendering rows of views is faster if the panel has more than four sub-pixels per
+// pixel of all views (measured: docs/performance.md).
 constexpr double kSamplesPerSubpixel = 0.25;
 
 // For each px of a side of the panel, the px of the photo under it.
@@ -45,6 +45,14 @@ struct NativeRenderer::Impl {
     ViewPositions positions;
 
     cv::Size panelSize() const { return {lens.geometry().panelWidth, lens.geometry().panelHeight}; }
+
+    // p S/2 in px of each view of a photo
+    std::vector<double> shiftsOfAllViews(int photoWidth) const {
+        std::vector<double> shifts;
+        for (int i = 0; i < viewCount; ++i)
+            shifts.push_back(shiftOf(options, photoWidth, viewPosition(i, viewCount)));
+        return shifts;
+    }
 
     // @param columns, rowOf column and row of the photo under each column and row of the panel
     void renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo,
@@ -85,13 +93,36 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
                                            const std::vector<int>& rowOf, cv::Mat& native) const {
     const float halfParallax = halfParallaxOf(options, photo.cols);
     const auto width = static_cast<std::size_t>(native.cols);
-    cv::parallel_for_(cv::Range(0, native.rows), [&](const cv::Range& rows) {
+    const WholeShifts wholeShiftsOfViews(shiftsOfAllViews(photo.cols));
+    forRows(native.rows, [&](const cv::Range& rows) {
         const std::unique_ptr<SubpixelSampler> sampler =
             renderer.sampler(columns, static_cast<double>(halfParallax));
         std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(width);
         std::vector<float> shifts = paddedRow<float>(width);
+        std::vector<std::int16_t> wholeShifts = paddedRow<std::int16_t>(width);
         std::array<std::vector<std::uint8_t>, 3> planes; // blue, green, red
         planes.fill(paddedRow<std::uint8_t>(width));
+        const bool discrete = positions == ViewPositions::Discrete;
+        const auto sampleRow = [&](int y, int colour, int channel, std::uint8_t* values) {
+            if (discrete) lens.viewsOfRow(y, colour, viewCount, views.data());
+            if (!sampler->takesWholeShifts()) {
+                if (discrete) {
+                    shiftsOfViews(views.data(), width, viewCount, halfParallax, shifts.data());
+                } else {
+                    shiftsOfPhases(lens.columnPhases(y, colour), lens.rowPhase(y, colour), width,
+                                   viewCount, halfParallax, shifts.data());
+                }
+                sampler->sample(channel, shifts.data(), values);
+                return;
+            }
+            if (discrete) {
+                wholeShiftsOfViews.ofViews(views.data(), width, wholeShifts.data());
+            } else {
+                wholeShiftsOfPhases(lens.columnHalves(y, colour), lens.rowPhase(y, colour), width,
+                                    viewCount, halfParallax, wholeShifts.data());
+            }
+            sampler->sampleWhole(channel, wholeShifts.data(), values);
+        };
         int open = -1;
         for (int y = rows.start; y < rows.end; ++y) {
             const int row = rowOf[static_cast<std::size_t>(y)];
@@ -108,16 +139,8 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
             }
             open = row;
             for (int colour = 0; colour < 3; ++colour) { // red, green, blue
-                if (positions == ViewPositions::Discrete) {
-                    lens.viewsOfRow(y, colour, viewCount, views.data());
-                    shiftsOfViews(views.data(), width, viewCount, halfParallax, shifts.data());
-                } else {
-                    shiftsOfPhases(lens.columnPhases(y, colour), lens.rowPhase(y, colour), width,
-                                   viewCount, halfParallax, shifts.data());
-                }
                 const int channel = 2 - colour;
-                sampler->sample(channel, shifts.data(),
-                                planes[static_cast<std::size_t>(channel)].data());
+                sampleRow(y, colour, channel, planes[static_cast<std::size_t>(channel)].data());
             }
             interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width, pixels);
         }
@@ -129,15 +152,13 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
 void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Mat& photo,
                                       const std::vector<int>& columns,
                                       const std::vector<int>& rowOf, cv::Mat& native) const {
-    std::vector<double> shifts;
-    for (int i = 0; i < viewCount; ++i)
-        shifts.push_back(shiftOf(options, photo.cols, viewPosition(i, viewCount)));
+    const std::vector<double> shifts = shiftsOfAllViews(photo.cols);
     const auto width = static_cast<std::size_t>(native.cols);
     const auto rowBytes = 3 * static_cast<std::uint32_t>(photo.cols);
     std::vector<std::uint32_t> byteOf(columns.begin(), columns.end());
     for (std::uint32_t& byte : byteOf)
         byte *= 3;
-    cv::parallel_for_(cv::Range(0, native.rows), [&](const cv::Range& rows) {
+    forRows(native.rows, [&](const cv::Range& rows) {
         const std::unique_ptr<RowRenderer> rowRenderer = renderer.rowRenderer();
         std::vector<std::uint8_t> viewRows(std::size_t{rowBytes} *
                                            static_cast<std::size_t>(viewCount));
@@ -192,7 +213,8 @@ void NativeRenderer::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat&
     const double samples = 1.0 * self.viewCount * static_cast<double>(photo.total());
     const double subpixels = 3.0 * static_cast<double>(native.total());
     const bool mostAreShown = kSamplesPerSubpixel * subpixels > samples;
-    if (self.positions == ViewPositions::Discrete && mostAreShown && renderer->makesRows()) {
+    if (self.positions == ViewPositions::Discrete && mostAreShown &&
+        self.options.method == ViewMethod::Layered) {
         self.renderRows(*renderer, photo, columns, rowOf, native);
     } else {
         self.renderSubpixels(*renderer, photo, columns, rowOf, native);

@@ -1,6 +1,11 @@
 #include "native/shift_kernels.hpp"
 
+#include "views/views_fast_row.hpp"
+
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <numeric>
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
@@ -80,6 +85,41 @@ void shiftsOfPhasesOn(const std::uint32_t* HWY_RESTRICT columns, std::uint32_t r
     }
 }
 
+// Loads and stores limit the speed.
+void wholeShiftsOfViewsOn(const std::uint16_t* HWY_RESTRICT views, std::size_t count,
+                          std::int16_t last, std::int16_t perStep, std::int16_t fraction,
+                          std::int16_t* HWY_RESTRICT shifts) {
+    const hn::ScalableTag<std::int16_t> d;
+    const hn::RebindToUnsigned<decltype(d)> bits;
+    const auto vLast = hn::Set(d, last);
+    const auto vPerStep = hn::Set(d, perStep);
+    const auto vFraction = hn::Set(d, fraction);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const auto view = hn::BitCast(d, hn::LoadU(bits, views + i));
+        const auto steps = hn::Sub(hn::Add(view, view), vLast);
+        const auto part = hn::MulFixedPoint15(steps, vFraction);
+        hn::StoreU(hn::Add(hn::Mul(steps, vPerStep), part), d, shifts + i);
+    }
+}
+
+// Loads and stores limit the speed.
+void wholeShiftsOfPhasesOn(const std::uint16_t* HWY_RESTRICT columnHalves, std::uint16_t row,
+                           std::size_t count, std::int16_t scale, std::int16_t largest,
+                           std::int16_t* HWY_RESTRICT shifts) {
+    const hn::ScalableTag<std::int16_t> d;
+    const hn::RebindToUnsigned<decltype(d)> bits;
+    // moves the phase 1/2 to 0
+    const auto vRow = hn::Set(bits, static_cast<std::uint16_t>(row + 0x8000));
+    const auto vScale = hn::Set(d, scale);
+    const auto right = hn::Set(d, largest);
+    const auto left = hn::Neg(right);
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const auto place = hn::BitCast(d, hn::Add(hn::LoadU(bits, columnHalves + i), vRow));
+        const auto wide = hn::MulFixedPoint15(place, vScale);
+        hn::StoreU(hn::Max(hn::Min(wide, right), left), d, shifts + i);
+    }
+}
+
 } // namespace HWY_NAMESPACE
 } // namespace altiro3D
 HWY_AFTER_NAMESPACE();
@@ -89,6 +129,8 @@ namespace altiro3D {
 
 HWY_EXPORT(shiftsOfViewsOn);
 HWY_EXPORT(shiftsOfPhasesOn);
+HWY_EXPORT(wholeShiftsOfViewsOn);
+HWY_EXPORT(wholeShiftsOfPhasesOn);
 
 void shiftsOfViews(const std::uint16_t* views, std::size_t count, int viewCount, float halfParallax,
                    float* shifts) {
@@ -98,6 +140,47 @@ void shiftsOfViews(const std::uint16_t* views, std::size_t count, int viewCount,
 void shiftsOfPhases(const std::uint32_t* columns, std::uint32_t row, std::size_t count,
                     int viewCount, float halfParallax, float* shifts) {
     HWY_DYNAMIC_DISPATCH(shiftsOfPhasesOn)(columns, row, count, viewCount, halfParallax, shifts);
+}
+
+WholeShifts::WholeShifts(const std::vector<double>& shifts) : ofView_(shifts.size()) {
+    std::transform(shifts.begin(), shifts.end(), ofView_.begin(), wholeShift);
+    const auto last = static_cast<int>(shifts.size()) - 1;
+    // steps of up to 2^10 keep the error of the fraction small, so almost every parallax succeeds
+    constexpr int kMaxSteps = 1 << 10;
+    if (last > kMaxSteps || shifts.back() >= double{kMaxWholeShift}) return;
+    const double perStep = last > 0 ? shifts.back() * double{kShiftSteps} / last : 0;
+    const double whole = std::nearbyint(perStep);
+    perStep_ = static_cast<std::int16_t>(whole);
+    fraction_ = static_cast<std::int16_t>(
+        std::clamp(std::round((perStep - whole) * 32768), -32767.0, 32767.0));
+    std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(shifts.size());
+    std::iota(views.begin(), views.end(), std::uint16_t{0});
+    std::vector<std::int16_t> products = paddedRow<std::int16_t>(shifts.size());
+    byProduct_ = true;
+    ofViews(views.data(), shifts.size(), products.data());
+    byProduct_ = std::equal(ofView_.begin(), ofView_.end(), products.begin());
+}
+
+void WholeShifts::ofViews(const std::uint16_t* views, std::size_t count,
+                          std::int16_t* shifts) const {
+    if (!byProduct_) {
+        for (std::size_t i = 0; i < count; ++i)
+            shifts[i] = ofView_[views[i]];
+        return;
+    }
+    const auto last = static_cast<std::int16_t>(ofView_.size() - 1);
+    HWY_DYNAMIC_DISPATCH(wholeShiftsOfViewsOn)(views, count, last, perStep_, fraction_, shifts);
+}
+
+void wholeShiftsOfPhases(const std::uint16_t* columnHalves, std::uint32_t row, std::size_t count,
+                         int viewCount, float halfParallax, std::int16_t* shifts) {
+    const double stretch = viewCount > 1 ? viewCount / (viewCount - 1.0) : 0;
+    const auto scale = static_cast<std::int16_t>(
+        std::lround(static_cast<double>(halfParallax * kShiftSteps) * stretch));
+    // the halves leave out a half on average, each
+    const auto half = static_cast<std::uint16_t>((row >> 16) + 1);
+    HWY_DYNAMIC_DISPATCH(wholeShiftsOfPhasesOn)
+    (columnHalves, half, count, scale, wholeShift(static_cast<double>(halfParallax)), shifts);
 }
 
 } // namespace altiro3D

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace altiro3D {
 
@@ -24,5 +25,31 @@ void shiftsOfViews(const std::uint16_t* views, std::size_t count, int viewCount,
 /// @param shifts result in px
 void shiftsOfPhases(const std::uint32_t* columns, std::uint32_t row, std::size_t count,
                     int viewCount, float halfParallax, float* shifts);
+
+/// wholeShift() of p S/2 for sub-pixels that show whole views.
+class WholeShifts {
+  public:
+    /// @param shifts p S/2 of each view in px; 1..65536 views
+    explicit WholeShifts(const std::vector<double>& shifts);
+
+    /// Reads and writes up to kRowPadding beyond `count`.
+    /// @param views view of each of `count` sub-pixels @param shifts result
+    void ofViews(const std::uint16_t* views, std::size_t count, std::int16_t* shifts) const;
+
+  private:
+    std::vector<std::int16_t> ofView_;
+    // The shift of a view is 2 view - (views - 1) times the sum of these.
+    std::int16_t perStep_ = 0;
+    std::int16_t fraction_ = 0; // of 2^15
+    bool byProduct_ = false;    // whether this gives the shifts of all views
+};
+
+/// wholeShift() of p S/2 for sub-pixels with continuous positions, as shiftsOfPhases(), from the
+/// upper halves of phases: positions are exact to 2^-14. Reads and writes up to kRowPadding beyond
+/// `count`.
+/// @param columnHalves LensPhases::columnHalves()
+/// @param halfParallax S/2 in px, below kMaxWholeShift
+void wholeShiftsOfPhases(const std::uint16_t* columnHalves, std::uint32_t row, std::size_t count,
+                         int viewCount, float halfParallax, std::int16_t* shifts);
 
 } // namespace altiro3D

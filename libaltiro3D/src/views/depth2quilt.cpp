@@ -33,7 +33,7 @@ void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& qu
         shifts.push_back(shiftOf(options_, photo.cols, viewPosition(i, layout_.viewCount)));
     const bool direct = photo.size() == layout_.tileSize;
     if (direct && renderer->makesRows()) {
-        cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& rows) {
+        forRows(photo.rows, [&](const cv::Range& rows) {
             const std::unique_ptr<RowRenderer> rowRenderer = renderer->rowRenderer();
             std::vector<std::uint8_t*> targets(shifts.size());
             for (int y = rows.start; y < rows.end; ++y) {

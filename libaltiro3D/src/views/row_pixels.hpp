@@ -50,11 +50,12 @@ class ColumnRuns {
 
     /// @param values one value per column
     /// @param out one value per pixel and padding (kRowPadding), overwritten
-    void copy(const float* values, float* out) const {
+    template <class T>
+    void copy(const T* values, T* out) const {
         constexpr std::size_t kAtOnce =
             4; // most runs have no more: the next one overwrites the rest
         for (std::size_t i = 0; i + 1 < runs_.size(); ++i) {
-            const float value = values[runs_[i].column];
+            const T value = values[runs_[i].column];
             std::size_t begin = runs_[i].begin;
             do {
                 std::fill_n(out + begin, kAtOnce, value);

@@ -12,16 +12,17 @@ namespace {
 
 std::unique_ptr<ViewRenderer> rendererOf(const cv::Mat& photo, const cv::Mat& depth,
                                          const ViewOptions& options, double reach) {
+    const double largestShift = shiftOf(options, photo.cols, reach);
     switch (options.method) {
     case ViewMethod::Fast:
-        return makeFastRenderer(photo, depth, options);
+        return makeFastRenderer(photo, depth, options, largestShift);
     case ViewMethod::Real:
         return makeRealRenderer(photo, depth, options.focus, options.real);
     case ViewMethod::Layered:
         break;
     }
     LayeredSettings settings{options.layered};
-    settings.reachPixels = shiftOf(options, photo.cols, reach);
+    settings.reachPixels = largestShift;
     return makeLayeredRenderer(photo, depth, options.focus, settings);
 }
 

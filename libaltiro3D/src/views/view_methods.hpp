@@ -20,8 +20,9 @@ std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& 
 /// Method Fast. Photo and depth must outlive the renderer.
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
+/// @param largestShift largest |shift| of the views, px
 std::unique_ptr<ViewRenderer> makeFastRenderer(const cv::Mat& photo, const cv::Mat& depth,
-                                               const ViewOptions& options);
+                                               const ViewOptions& options, double largestShift);
 
 /// Method Real for cameras on one horizontal line. Photo and depth must outlive the renderer.
 /// @param photo [rows x cols, CV_8UC3, BGR]

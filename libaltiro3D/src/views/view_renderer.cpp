@@ -14,12 +14,17 @@ double shiftOf(const ViewOptions& options, int width, double position) {
     return static_cast<double>(bounded * halfParallaxOf(options, width));
 }
 
+void forRows(int rows, const std::function<void(const cv::Range&)>& body) {
+    constexpr int kPartsPerThread = 8;
+    cv::parallel_for_(cv::Range(0, rows), body, kPartsPerThread * cv::getNumThreads());
+}
+
 void renderWhole(const ViewRenderer& renderer, double shiftPixels, cv::Mat& view) {
     if (!renderer.makesRows()) {
         renderer.render(shiftPixels, view);
         return;
     }
-    cv::parallel_for_(cv::Range(0, view.rows), [&](const cv::Range& rows) {
+    forRows(view.rows, [&](const cv::Range& rows) {
         const std::unique_ptr<RowRenderer> rowRenderer = renderer.rowRenderer();
         const std::vector<double> shifts = {shiftPixels};
         for (int y = rows.start; y < rows.end; ++y)

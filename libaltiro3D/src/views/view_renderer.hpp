@@ -3,6 +3,8 @@
 #include "altiro3D/view_options.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <vector>
@@ -41,6 +43,16 @@ class SubpixelSampler {
     ///        for, and kRowPadding more
     /// @param values result, the same number, and kRowPadding more
     virtual void sample(int channel, const float* shifts, std::uint8_t* values) = 0;
+
+    /// Whether shifts are to be given to sampleWhole() instead of sample().
+    virtual bool takesWholeShifts() const { return false; }
+
+    /// As sample(). @param shifts wholeShift() of p S/2
+    virtual void sampleWhole(int channel, const std::int16_t* shifts, std::uint8_t* values) {
+        static_cast<void>(channel);
+        static_cast<void>(shifts);
+        static_cast<void>(values);
+    }
 };
 
 /// Renders the same row of several views, so work that a row needs once is done once. One object
@@ -97,6 +109,10 @@ class ViewRenderer {
         return nullptr;
     }
 };
+
+/// Calls body(range) for parts of 0..rows-1 on all threads. There are few parts, because samplers
+/// and row renderers are made for each.
+void forRows(int rows, const std::function<void(const cv::Range&)>& body);
 
 /// ViewRenderer::render(), on all threads if the method supports rows.
 void renderWhole(const ViewRenderer& renderer, double shiftPixels, cv::Mat& view);

@@ -1,5 +1,6 @@
 // Method Fast: view(x, y) = photo(x + shift (depth(x, y) - focus), y), linear, borders repeated.
-// Each refinement reads the depth again at the source position found so far.
+// Each refinement reads the depth again at the source position found so far. Without refinement,
+// places are computed in whole numbers (views_fast_row.hpp) unless the parallax is very large.
 
 #include "base/pixel_rows.hpp"
 #include "views/row_pixels.hpp"
@@ -8,18 +9,13 @@
 
 #include <array>
 #include <cmath>
-#include <opencv2/imgproc.hpp>
+#include <cstring>
+#include <numeric>
+#include <opencv2/core.hpp>
 
 namespace altiro3D {
 
 namespace {
-
-// Rows processed together: their map and pixels fit into the second-level cache.
-constexpr int kRowsAtATime = 16;
-
-float boundedShift(double shiftPixels) {
-    return static_cast<float>(std::clamp(shiftPixels, -kMaxShift, kMaxShift));
-}
 
 // Offsets of a row of depth; the last one is repeated.
 void readOffsets(const cv::Mat& depth, int row, double focus, std::vector<float>& offsets) {
@@ -35,27 +31,36 @@ class FastPixels {
   public:
     // @param reach largest distance of positions from their columns, px
     FastPixels(const std::vector<int>& columns, int reach, int width)
-        : places_(paddedRow<float>(columns.size())), offsets_(places_), runs_(columns),
+        : columns_(paddedRow<std::int32_t>(columns.size())),
+          inWindow_(paddedRow<std::int16_t>(columns.size())), offsets_(inWindow_), runs_(columns),
           windows_(columns, reach), width_(width) {
-        std::transform(columns.begin(), columns.end(), places_.begin(),
-                       [](int column) { return 32.0F * static_cast<float>(column); });
+        for (std::size_t i = 0; i < columns.size(); ++i) {
+            columns_[i] = 32 * columns[i];
+            const std::int32_t from = windows_.starts[i / kWindowPixels];
+            if (from >= 0) inWindow_[i] = static_cast<std::int16_t>(32 * (columns[i] - from));
+        }
     }
 
-    // @param offsets depth - focus of each column of the photo
-    void open(const std::vector<float>& offsets) {
+    // @param offsets fastOffsets() of each column of the photo
+    void open(const std::vector<std::int16_t>& offsets) {
         runs_.copy(offsets.data(), offsets_.data());
-        for (float& offset : offsets_)
-            offset *= 32;
     }
 
     FastRow row(const std::uint8_t* plane, std::size_t count) const {
-        return {plane,  places_.data(), offsets_.data(), windows_.starts.data(), windows_.tables,
-                width_, count};
+        return {plane,
+                columns_.data(),
+                inWindow_.data(),
+                offsets_.data(),
+                windows_.starts.data(),
+                windows_.tables,
+                width_,
+                count};
     }
 
   private:
-    std::vector<float> places_;
-    std::vector<float> offsets_;
+    std::vector<std::int32_t> columns_;
+    std::vector<std::int16_t> inWindow_;
+    std::vector<std::int16_t> offsets_;
     ColumnRuns runs_;
     RowWindows windows_;
     int width_;
@@ -63,9 +68,11 @@ class FastPixels {
 
 class FastSampler : public SubpixelSampler {
   public:
+    // @param whole whether to compute in whole numbers, without refinement
     FastSampler(const cv::Mat& photo, const cv::Mat& depth, double focus, int refinement,
-                const std::vector<int>& columns, double largestShift)
-        : photo_(photo), depth_(depth), focus_(focus), refinement_(refinement), columns_(columns),
+                bool whole, const std::vector<int>& columns, double largestShift)
+        : photo_(photo), depth_(depth), focus_(focus), refinement_(refinement), whole_(whole),
+          columns_(columns),
           pixels_(columns,
                   static_cast<int>(std::ceil(
                       std::min(largestShift * std::max(focus, 1 - focus), 1.0 * photo.cols))),
@@ -73,24 +80,33 @@ class FastSampler : public SubpixelSampler {
           offsets_(paddedRow<float>(static_cast<std::size_t>(photo.cols))) {
         for (std::vector<std::uint8_t>& plane : planes_)
             plane = paddedRow<std::uint8_t>(static_cast<std::size_t>(photo.cols));
-        if (refinement_ == 0) return;
+        if (whole_) {
+            wholeOffsets_ = paddedRow<std::int16_t>(static_cast<std::size_t>(photo.cols));
+            return;
+        }
         columnPlaces_ = paddedRow<float>(columns.size());
         ownOffsets_ = places_ = columnPlaces_;
         std::copy(columns.begin(), columns.end(), columnPlaces_.begin());
     }
 
     void open(int row) override {
-        readOffsets(depth_, row, focus_, offsets_);
-        still_ = std::all_of(offsets_.begin(), offsets_.begin() + photo_.cols,
-                             [](float offset) { return offset == 0; });
-        if (still_) return;
         const auto width = static_cast<std::size_t>(photo_.cols);
+        if (whole_) {
+            still_ = fastOffsets(depth_.ptr<float>(row), width, focus_, wholeOffsets_.data());
+        } else {
+            readOffsets(depth_, row, focus_, offsets_);
+            still_ = std::all_of(offsets_.begin(), offsets_.begin() + photo_.cols,
+                                 [](float offset) { return offset == 0; });
+        }
+        if (still_) return;
         splitRow(photo_.ptr<std::uint8_t>(row), width, planes_[0].data(), planes_[1].data(),
                  planes_[2].data());
         for (std::vector<std::uint8_t>& plane : planes_)
             std::fill_n(plane.begin() + photo_.cols, 4, plane[width - 1]);
-        pixels_.open(offsets_);
-        if (refinement_ == 0) return;
+        if (whole_) {
+            pixels_.open(wholeOffsets_);
+            return;
+        }
         for (std::size_t i = 0; i < columns_.size(); ++i)
             ownOffsets_[i] = offsets_[static_cast<std::size_t>(columns_[i])];
     }
@@ -98,66 +114,114 @@ class FastSampler : public SubpixelSampler {
     bool still() const override { return still_; }
 
     void sample(int channel, const float* shifts, std::uint8_t* values) override {
-        const FastRow row =
-            pixels_.row(planes_[static_cast<std::size_t>(channel)].data(), columns_.size());
-        if (refinement_ == 0) {
-            fastSamples(row, shifts, values);
-            return;
-        }
         fastPlaces(columnPlaces_.data(), ownOffsets_.data(), shifts, columns_.size(),
                    offsets_.data(), photo_.cols, refinement_, places_.data());
-        fastSamplesAt(row, places_.data(), values);
+        fastSamplesAt(rowOf(channel), places_.data(), values);
+    }
+
+    bool takesWholeShifts() const override { return whole_; }
+
+    void sampleWhole(int channel, const std::int16_t* shifts, std::uint8_t* values) override {
+        fastWholeSamples(rowOf(channel), shifts, values);
     }
 
   private:
+    FastRow rowOf(int channel) const {
+        return pixels_.row(planes_[static_cast<std::size_t>(channel)].data(), columns_.size());
+    }
+
     const cv::Mat& photo_;
     const cv::Mat& depth_;
     double focus_;
     int refinement_;
+    bool whole_;
     const std::vector<int>& columns_;
     FastPixels pixels_;
     bool still_ = false;
     std::array<std::vector<std::uint8_t>, 3> planes_;
     std::vector<float> offsets_; // of the row of the photo
-    // with refinement only, for each requested column
+    std::vector<std::int16_t> wholeOffsets_;
+    // unless in whole numbers, for each requested column
     std::vector<float> columnPlaces_;
     std::vector<float> ownOffsets_;
     std::vector<float> places_;
 };
 
+class FastRows : public RowRenderer {
+  public:
+    FastRows(const cv::Mat& photo, std::unique_ptr<SubpixelSampler> sampler)
+        : photo_(photo), sampler_(std::move(sampler)) {
+        const auto width = static_cast<std::size_t>(photo.cols);
+        shifts_ = paddedRow<float>(width);
+        wholeShifts_ = paddedRow<std::int16_t>(width);
+        planes_.fill(paddedRow<std::uint8_t>(width));
+    }
+
+    void render(int row, const std::vector<double>& shifts,
+                const std::vector<std::uint8_t*>& views) override {
+        sampler_->open(row);
+        for (std::size_t i = 0; i < shifts.size(); ++i)
+            renderView(row, shifts[i], views[i]);
+    }
+
+  private:
+    void renderView(int row, double shift, std::uint8_t* bgr) {
+        const auto width = static_cast<std::size_t>(photo_.cols);
+        if (shift == 0 || sampler_->still()) {
+            std::memcpy(bgr, photo_.ptr<std::uint8_t>(row), 3 * width);
+            return;
+        }
+        if (sampler_->takesWholeShifts()) {
+            std::fill(wholeShifts_.begin(), wholeShifts_.end(), wholeShift(shift));
+        } else {
+            const double bounded = std::clamp(shift, -kMaxShift, kMaxShift);
+            std::fill(shifts_.begin(), shifts_.end(), static_cast<float>(bounded));
+        }
+        for (int channel = 0; channel < 3; ++channel) {
+            std::uint8_t* values = planes_[static_cast<std::size_t>(channel)].data();
+            if (sampler_->takesWholeShifts()) {
+                sampler_->sampleWhole(channel, wholeShifts_.data(), values);
+            } else {
+                sampler_->sample(channel, shifts_.data(), values);
+            }
+        }
+        interleaveRow(planes_[0].data(), planes_[1].data(), planes_[2].data(), width, bgr);
+    }
+
+    const cv::Mat& photo_;
+    std::unique_ptr<SubpixelSampler> sampler_;
+    std::vector<float> shifts_;
+    std::vector<std::int16_t> wholeShifts_;
+    std::array<std::vector<std::uint8_t>, 3> planes_;
+};
+
 class FastRenderer : public ViewRenderer {
   public:
-    FastRenderer(const cv::Mat& photo, const cv::Mat& depth, const ViewOptions& options)
-        : photo_(photo), depth_(depth), focus_(options.focus), refinement_(options.refinement) {}
+    FastRenderer(const cv::Mat& photo, const cv::Mat& depth, const ViewOptions& options,
+                 double largestShift)
+        : photo_(photo), depth_(depth), focus_(options.focus), refinement_(options.refinement),
+          largestShift_(largestShift),
+          whole_(refinement_ == 0 && largestShift < double{kMaxWholeShift}),
+          columns_(static_cast<std::size_t>(photo.cols)) {
+        std::iota(columns_.begin(), columns_.end(), 0);
+    }
 
     void render(double shiftPixels, cv::Mat& view) const override {
-        const auto width = static_cast<std::size_t>(photo_.cols);
-        const int rowsAtATime = std::min(kRowsAtATime, photo_.rows);
-        const int padded = photo_.cols + static_cast<int>(kRowPadding);
-        cv::Mat mapX(rowsAtATime, padded, CV_32FC1);
-        cv::Mat mapY(rowsAtATime, photo_.cols, CV_32FC1);
-        std::vector<float> columns = paddedRow<float>(width);
-        for (std::size_t x = 0; x < width; ++x)
-            columns[x] = static_cast<float>(x);
-        std::vector<float> offsets = paddedRow<float>(width);
-        const std::vector<float> shifts(offsets.size(), boundedShift(shiftPixels));
-        for (int y0 = 0; y0 < photo_.rows; y0 += rowsAtATime) {
-            const int rows = std::min(rowsAtATime, photo_.rows - y0);
-            for (int i = 0; i < rows; ++i) {
-                readOffsets(depth_, y0 + i, focus_, offsets);
-                fastPlaces(columns.data(), offsets.data(), shifts.data(), width, offsets.data(),
-                           photo_.cols, refinement_, mapX.ptr<float>(i));
-                std::fill_n(mapY.ptr<float>(i), photo_.cols, static_cast<float>(y0 + i));
-            }
-            cv::Mat target = view.rowRange(y0, y0 + rows);
-            cv::remap(photo_, target, mapX(cv::Rect(0, 0, photo_.cols, rows)),
-                      mapY.rowRange(0, rows), cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-        }
+        FastRows rows(photo_, sampler(columns_, std::abs(shiftPixels)));
+        const std::vector<double> shifts = {shiftPixels};
+        for (int y = 0; y < photo_.rows; ++y)
+            rows.render(y, shifts, {view.ptr<std::uint8_t>(y)});
+    }
+
+    bool makesRows() const override { return true; }
+
+    std::unique_ptr<RowRenderer> rowRenderer() const override {
+        return std::make_unique<FastRows>(photo_, sampler(columns_, largestShift_));
     }
 
     std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,
                                              double largestShift) const override {
-        return std::make_unique<FastSampler>(photo_, depth_, focus_, refinement_, columns,
+        return std::make_unique<FastSampler>(photo_, depth_, focus_, refinement_, whole_, columns,
                                              largestShift);
     }
 
@@ -166,13 +230,16 @@ class FastRenderer : public ViewRenderer {
     cv::Mat depth_;
     double focus_;
     int refinement_;
+    double largestShift_;
+    bool whole_;               // whether places are computed in whole numbers
+    std::vector<int> columns_; // all
 };
 
 } // namespace
 
 std::unique_ptr<ViewRenderer> makeFastRenderer(const cv::Mat& photo, const cv::Mat& depth,
-                                               const ViewOptions& options) {
-    return std::make_unique<FastRenderer>(photo, depth, options);
+                                               const ViewOptions& options, double largestShift) {
+    return std::make_unique<FastRenderer>(photo, depth, options, largestShift);
 }
 
 } // namespace altiro3D

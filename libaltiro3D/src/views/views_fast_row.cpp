@@ -2,6 +2,8 @@
 
 #include "views/row_pixels.hpp"
 
+#include <algorithm>
+
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "views/views_fast_row.cpp"
@@ -45,99 +47,154 @@ void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT o
     }
 }
 
-// Samples at places, which `placesAt(i)` gives as floats in 1/32 px. Without a window, one gather
-// of four bytes per sample, of which two are used, limits the speed; without a gather, arithmetic
-// does.
-template <class P>
-HWY_INLINE void gatherSamples(const FastRow& row, std::size_t begin, std::size_t end,
-                              const P& placesAt, std::uint8_t* HWY_RESTRICT values) {
+// About ten operations per depth limit the speed.
+bool fastOffsetsOn(const float* HWY_RESTRICT depth, std::size_t count, double focus,
+                   std::int16_t* HWY_RESTRICT offsets) {
     const hn::ScalableTag<float> d;
-    const hn::RebindToSigned<decltype(d)> whole;
-    const auto byte = hn::Set(whole, 255);
-    const auto round = hn::Set(whole, 16);
-    for (std::size_t i = begin; i < end; i += hn::Lanes(d)) {
-        const auto place = smallNearestInt(d, placesAt(i));
-        const auto four = gatherBytes4(whole, row.plane, hn::ShiftRight<5>(place));
-        const auto first = hn::And(four, byte);
-        const auto second = hn::And(hn::ShiftRight<8>(four), byte);
-        const auto product = hn::Mul(hn::Sub(second, first), hn::And(place, hn::Set(whole, 31)));
-        const auto sum = hn::Add(hn::ShiftLeft<5>(first), product);
-        storeBytes(whole, hn::ShiftRight<5>(hn::Add(sum, round)), values + i);
+    const hn::Rebind<std::int16_t, decltype(d)> narrow;
+    const auto zero = hn::Zero(d);
+    const auto one = hn::Set(d, 1.0F);
+    const auto middle = hn::Set(d, static_cast<float>(focus));
+    const auto steps = hn::Set(d, kOffsetSteps);
+    const auto offsetsOf = [&](auto value) HWY_ATTR {
+        const auto positive = hn::IfThenElseZero(hn::Gt(value, zero), value); // not NaN
+        const auto away = hn::Mul(hn::Sub(hn::Min(positive, one), middle), steps);
+        return hn::DemoteTo(narrow, smallNearestInt(d, away));
+    };
+    auto any = hn::Zero(narrow);
+    std::size_t i = 0;
+    for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d)) {
+        const auto whole = offsetsOf(hn::LoadU(d, depth + i));
+        any = hn::Or(any, whole);
+        hn::StoreU(whole, narrow, offsets + i);
     }
+    if (i < count) {
+        HWY_ALIGN float rest[HWY_LANES(float)];
+        for (std::size_t k = 0; k < hn::Lanes(d); ++k)
+            rest[k] = depth[std::min(i + k, count - 1)];
+        const auto whole = offsetsOf(hn::Load(d, rest));
+        any = hn::Or(any, whole);
+        hn::StoreU(whole, narrow, offsets + i);
+    }
+    return hn::AllTrue(narrow, hn::Eq(any, hn::Zero(narrow)));
 }
 
-// The same, from windows of the row in registers. Arithmetic limits the speed: some 45 operations
-// per vector of 16-bit lanes.
-template <int kTables, class P>
-HWY_INLINE void windowSamples(const FastRow& row, const P& placesAt,
+// Samples at places in 1/32 px. One gather of four bytes per sample, of which two are used, limits
+// the speed.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void gatherSamples(D whole, const std::uint8_t* plane, V place,
                               std::uint8_t* HWY_RESTRICT values) {
-#if HWY_TARGET == HWY_SCALAR
-    gatherSamples(row, 0, row.count, placesAt, values);
-#else
-    const hn::ScalableTag<float> d;
-    const hn::RebindToSigned<decltype(d)> whole;
+    const auto byte = hn::Set(whole, 255);
+    const auto four = gatherBytes4(whole, plane, hn::ShiftRight<5>(place));
+    const auto first = hn::And(four, byte);
+    const auto second = hn::And(hn::ShiftRight<8>(four), byte);
+    const auto product = hn::Mul(hn::Sub(second, first), hn::And(place, hn::Set(whole, 31)));
+    const auto sum = hn::Add(hn::ShiftLeft<5>(first), product);
+    storeBytes(whole, hn::ShiftRight<5>(hn::Add(sum, hn::Set(whole, 16))), values);
+}
+
+#if HWY_TARGET != HWY_SCALAR
+// The same at places in 1/32 px from the start of a window.
+template <int kTables, class V>
+HWY_INLINE void windowSamples(const ByteWindow<kTables>& window, V place,
+                              std::uint8_t* HWY_RESTRICT values) {
     const hn::ScalableTag<std::int16_t> narrow;
     const hn::Rebind<std::uint8_t, decltype(narrow)> bytes;
-    const std::size_t lanes = hn::Lanes(d);
-    const OrderedPack pack;
+    const auto pairs = window.pairs(hn::ShiftRight<5>(place));
+    const auto sum = mixPairs<5>(pairs, hn::And(place, hn::Set(narrow, 31)));
+    // (sum + 16) >> 5, as (sum 2^10 + 2^14) >> 15
+    const auto value = hn::MulFixedPoint15(sum, hn::Set(narrow, 1 << 10));
+    hn::StoreU(hn::DemoteTo(bytes, value), bytes, values);
+}
+#endif
+
+// Calls inWindow(window, first pixel, column where it starts) and elsewhere(first pixel) for runs
+// of kWindowPixels pixels.
+template <int kTables, class W, class E>
+HWY_INLINE void forWindowsOf(const FastRow& row, [[maybe_unused]] const W& inWindow,
+                             const E& elsewhere) {
     for (std::size_t begin = 0; begin < row.count; begin += kWindowPixels) {
-        const std::int32_t from = row.windows[begin / kWindowPixels];
-        if (HWY_UNLIKELY(from < 0)) {
-            gatherSamples(row, begin, begin + kWindowPixels, placesAt, values);
+        [[maybe_unused]] const std::int32_t from = row.windows[begin / kWindowPixels];
+#if HWY_TARGET != HWY_SCALAR
+        if (HWY_LIKELY(from >= 0)) {
+            inWindow(ByteWindow<kTables>(row.plane + from), begin, from);
             continue;
         }
-        const ByteWindow<kTables> window(row.plane + from);
-        // 2^23 + 2^22 + place has the place in its lowest bits
-        const auto magic = hn::Set(d, 0x1.8p23F);
-        const auto start = hn::Add(hn::BitCast(whole, magic), hn::Set(whole, 32 * from));
-        for (std::size_t i = begin; i < begin + kWindowPixels; i += 2 * lanes) {
-            const auto low = hn::BitCast(whole, hn::Add(placesAt(i), magic));
-            const auto high = hn::BitCast(whole, hn::Add(placesAt(i + lanes), magic));
-            const auto place = pack(hn::Sub(low, start), hn::Sub(high, start));
-            const auto pairs = window.pairs(hn::ShiftRight<5>(place));
-            const auto sum = mixPairs<5>(pairs, hn::And(place, hn::Set(narrow, 31)));
-            const auto value = hn::ShiftRight<5>(hn::Add(sum, hn::Set(narrow, 16)));
-            hn::StoreU(hn::DemoteTo(bytes, value), bytes, values + i);
-        }
-    }
 #endif
+        elsewhere(begin);
+    }
 }
 
-template <class P>
-HWY_INLINE void samples(const FastRow& row, const P& placesAt, std::uint8_t* values) {
+template <class W, class E>
+HWY_INLINE void forWindows(const FastRow& row, const W& inWindow, const E& elsewhere) {
     switch (row.tables) {
     case 2:
-        return windowSamples<2>(row, placesAt, values);
+        return forWindowsOf<2>(row, inWindow, elsewhere);
     case 3:
-        return windowSamples<3>(row, placesAt, values);
+        return forWindowsOf<3>(row, inWindow, elsewhere);
     default:
-        return windowSamples<4>(row, placesAt, values);
+        return forWindowsOf<4>(row, inWindow, elsewhere);
     }
 }
 
-// The factors are powers of two times those of fastPlacesOn(), so rounding is the same.
-void fastSamplesOn(const FastRow& row, const float* HWY_RESTRICT shifts,
-                   std::uint8_t* HWY_RESTRICT values) {
-    const hn::ScalableTag<float> d;
-    const auto left = hn::Zero(d);
-    const auto right = hn::Set(d, 32.0F * static_cast<float>(row.width - 1));
-    samples(
+// Arithmetic limits the speed: some 25 operations per vector of 16-bit lanes.
+void fastWholeSamplesOn(const FastRow& row, const std::int16_t* HWY_RESTRICT shifts,
+                        std::uint8_t* HWY_RESTRICT values) {
+    const hn::ScalableTag<std::int16_t> d;
+    const int last = 32 * (row.width - 1);
+    forWindows(
         row,
-        [&](std::size_t i) HWY_ATTR {
-            const auto away = hn::Mul(hn::LoadU(d, shifts + i), hn::LoadU(d, row.ownOffsets + i));
-            const auto place = hn::Add(hn::LoadU(d, row.columns + i), away);
-            return hn::Min(hn::Max(place, left), right);
+        [&](const auto& window, std::size_t begin, std::int32_t from) HWY_ATTR {
+            const auto left = hn::Set(d, static_cast<std::int16_t>(std::max(-32 * from, -32768)));
+            const auto right =
+                hn::Set(d, static_cast<std::int16_t>(std::min(last - 32 * from, 32767)));
+            for (std::size_t i = begin; i < begin + kWindowPixels; i += hn::Lanes(d)) {
+                const auto away =
+                    hn::MulFixedPoint15(hn::LoadU(d, shifts + i), hn::LoadU(d, row.offsets + i));
+                const auto place = hn::Add(hn::LoadU(d, row.inWindow + i), away);
+                windowSamples(window, hn::Min(hn::Max(place, left), right), values + i);
+            }
         },
-        values);
+        [&](std::size_t begin) HWY_ATTR {
+            const hn::ScalableTag<std::int32_t> whole;
+            const hn::Rebind<std::int16_t, decltype(whole)> narrow;
+            const auto left = hn::Zero(whole);
+            const auto right = hn::Set(whole, last);
+            for (std::size_t i = begin; i < begin + kWindowPixels; i += hn::Lanes(whole)) {
+                const auto away = hn::MulFixedPoint15(hn::LoadU(narrow, shifts + i),
+                                                      hn::LoadU(narrow, row.offsets + i));
+                const auto place =
+                    hn::Add(hn::LoadU(whole, row.columns + i), hn::PromoteTo(whole, away));
+                gatherSamples(whole, row.plane, hn::Min(hn::Max(place, left), right), values + i);
+            }
+        });
 }
 
 void fastSamplesAtOn(const FastRow& row, const float* HWY_RESTRICT places,
                      std::uint8_t* HWY_RESTRICT values) {
     const hn::ScalableTag<float> d;
-    const auto steps = hn::Set(d, 32.0F);
-    samples(
-        row, [&](std::size_t i) HWY_ATTR { return hn::Mul(hn::LoadU(d, places + i), steps); },
-        values);
+    const hn::RebindToSigned<decltype(d)> whole;
+    const std::size_t lanes = hn::Lanes(d);
+    const auto placesAt = [&](std::size_t i) HWY_ATTR {
+        return smallNearestInt(d, hn::Mul(hn::LoadU(d, places + i), hn::Set(d, 32.0F)));
+    };
+    forWindows(
+        row,
+        [&]([[maybe_unused]] const auto& window, [[maybe_unused]] std::size_t begin,
+            [[maybe_unused]] std::int32_t from) HWY_ATTR {
+#if HWY_TARGET != HWY_SCALAR
+            const OrderedPack pack;
+            const auto start = hn::Set(whole, 32 * from);
+            for (std::size_t i = begin; i < begin + kWindowPixels; i += 2 * lanes)
+                windowSamples(
+                    window, pack(hn::Sub(placesAt(i), start), hn::Sub(placesAt(i + lanes), start)),
+                    values + i);
+#endif
+        },
+        [&](std::size_t begin) HWY_ATTR {
+            for (std::size_t i = begin; i < begin + kWindowPixels; i += lanes)
+                gatherSamples(whole, row.plane, placesAt(i), values + i);
+        });
 }
 
 } // namespace HWY_NAMESPACE
@@ -148,7 +205,8 @@ HWY_AFTER_NAMESPACE();
 namespace altiro3D {
 
 HWY_EXPORT(fastPlacesOn);
-HWY_EXPORT(fastSamplesOn);
+HWY_EXPORT(fastOffsetsOn);
+HWY_EXPORT(fastWholeSamplesOn);
 HWY_EXPORT(fastSamplesAtOn);
 
 void fastPlaces(const float* columns, const float* ownOffsets, const float* shifts,
@@ -157,8 +215,12 @@ void fastPlaces(const float* columns, const float* ownOffsets, const float* shif
     (columns, ownOffsets, shifts, count, offsets, width, refinement, places);
 }
 
-void fastSamples(const FastRow& row, const float* shifts, std::uint8_t* values) {
-    HWY_DYNAMIC_DISPATCH(fastSamplesOn)(row, shifts, values);
+bool fastOffsets(const float* depth, std::size_t count, double focus, std::int16_t* offsets) {
+    return HWY_DYNAMIC_DISPATCH(fastOffsetsOn)(depth, count, focus, offsets);
+}
+
+void fastWholeSamples(const FastRow& row, const std::int16_t* shifts, std::uint8_t* values) {
+    HWY_DYNAMIC_DISPATCH(fastWholeSamplesOn)(row, shifts, values);
 }
 
 void fastSamplesAt(const FastRow& row, const float* places, std::uint8_t* values) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -19,26 +21,50 @@ namespace altiro3D {
 void fastPlaces(const float* columns, const float* ownOffsets, const float* shifts,
                 std::size_t count, const float* offsets, int width, int refinement, float* places);
 
+/// Without refinement and with shifts below kMaxWholeShift, Fast computes in 16-bit whole numbers:
+/// shifts in steps of 1/128 px, offsets in steps of 1/8192, and places in steps of 1/32 px, as
+/// 32 column + (shift offset + 2^14) >> 15, clamped to the row. A place differs from the exact one
+/// by 1/64 px (rounding) and at most 1/128 px (steps of shift and offset).
+constexpr float kMaxWholeShift = 64;
+constexpr float kShiftSteps = 128;
+constexpr float kOffsetSteps = 8192;
+
+/// A shift in whole steps, at most +-255 px.
+inline std::int16_t wholeShift(double shiftPixels) {
+    return static_cast<std::int16_t>(
+        std::floor(std::clamp(shiftPixels, -255.0, 255.0) * double{kShiftSteps} + 0.5));
+}
+
+/// Offsets of a row from the focus in whole steps, depth clamped to 0..1, NaN as 0.
+///
+/// @param depth `count` values @param focus 0..1
+/// @param offsets result, `count` and up to kRowPadding more
+/// @return whether all of them are 0
+bool fastOffsets(const float* depth, std::size_t count, double focus, std::int16_t* offsets);
+
 /// Pixels that read one channel of a row of the photo. All arrays are padded (kRowPadding); the
 /// padding is read.
 struct FastRow {
     const std::uint8_t* plane = nullptr; ///< The channel; its last px is repeated at least 4 times.
-    const float* columns = nullptr;      ///< 32 times the column of each of `count` pixels.
-    const float* ownOffsets = nullptr;   ///< 32 times depth - focus in that column.
-    const std::int32_t* windows = nullptr; ///< RowWindows::starts
-    int tables = 2;                        ///< RowWindows::tables
-    int width = 0;                         ///< Columns of the photo.
+    const std::int32_t* columns = nullptr;  ///< 32 times the column of each of `count` pixels.
+    const std::int16_t* inWindow = nullptr; ///< The same from the start of the pixel's window.
+    const std::int16_t* offsets = nullptr;  ///< fastOffsets() of that column.
+    const std::int32_t* windows = nullptr;  ///< RowWindows::starts
+    int tables = 2;                         ///< RowWindows::tables
+    int width = 0;                          ///< Columns of the photo.
     std::size_t count = 0;
 };
 
-/// Samples a plane linearly at column + shift * offset, clamped to the row and rounded to 1/32 px,
-/// with the rounding of cv::remap. Equals fastPlaces() without refinement and fastSamplesAt().
+/// Samples a plane linearly at places in whole numbers, with the rounding of cv::remap.
 ///
-/// @param shifts p S/2 of each pixel, px, finite
+/// @param shifts wholeShift() of each pixel
 /// @param values result, `count` and padding
-void fastSamples(const FastRow& row, const float* shifts, std::uint8_t* values);
+void fastWholeSamples(const FastRow& row, const std::int16_t* shifts, std::uint8_t* values);
 
-/// Samples a plane as fastSamples(), at given places. @param places from fastPlaces()
+/// Samples a plane linearly at given places, rounded to 1/32 px, with the rounding of cv::remap.
+///
+/// @param places from fastPlaces()
+/// @param values result, `count` and padding
 void fastSamplesAt(const FastRow& row, const float* places, std::uint8_t* values);
 
 } // namespace altiro3D

@@ -123,6 +123,29 @@ TEST(NativeRenderer, GivesTheNativeOfTheQuiltBitForBit) {
     }
 }
 
+// Places of Fast are computed in whole numbers up to S/2 = 64 px, and read from registers where the
+// columns of the photo are near enough to each other.
+TEST(NativeRenderer, FastGivesTheNativeOfTheQuiltForAnyWidthAndParallax) {
+    const Calibration calibration = stripes(150, 20);
+    for (const int width : {1, 2, 33, 150, 640, 5000}) {
+        const cv::Size tile(width, 7);
+        const cv::Mat photo = randomPhoto(tile);
+        const cv::Mat depth = stepsAndSlopes(tile);
+        for (const double halfParallax : {0.004, 0.3, 15.0, 30.5, 63.99, 64.0, 200.0}) {
+            for (const double focus : {0.0, 0.5, 0.71, 1.0}) {
+                const QuiltLayout layout{4, 4, tile, 15};
+                const ViewOptions options =
+                    optionsOf(ViewMethod::Fast, std::min(200 * halfParallax / width, 1e4), focus);
+                cv::Mat native;
+                NativeRenderer(calibration, layout.viewCount, options).render(photo, depth, native);
+                EXPECT_TRUE(
+                    samePicture(native, overTheQuilt(calibration, layout, options, photo, depth)))
+                    << width << " " << halfParallax << " " << focus;
+            }
+        }
+    }
+}
+
 TEST(NativeRenderer, GivesTheNativeOfTheQuiltOnRealDisplays) {
     ALTIRO3D_REQUIRE_DATA("calibrations");
     const QuiltLayout layout{8, 6, {84, 112}, 48};
@@ -331,6 +354,60 @@ TEST(NativeRenderer, ShiftsOfViewsAreTheQuotientsOfFloats) {
                 const float position = count == 1 ? 0 : twice / static_cast<float>(count - 1);
                 ASSERT_EQ(shifts[static_cast<std::size_t>(view)], position * 16.8F)
                     << name << " " << view << " of " << count;
+            }
+        }
+    });
+}
+
+// The nearest step of 1/128 px to p S/2, for each view.
+TEST(NativeRenderer, WholeShiftsAreTheNearestSteps) {
+    forEachInstructionSet([&](const char* name) {
+        for (const double halfParallax : {0.0, 0.01, 1.0, 16.8, 21.123, 63.99}) {
+            for (const int count : {1, 2, 3, 45, 48, 91, 256, 1025, 2000}) {
+                const auto size = static_cast<std::size_t>(count);
+                std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(size);
+                std::vector<double> all(size);
+                for (std::size_t view = 0; view < size; ++view) {
+                    views[view] = static_cast<std::uint16_t>(view);
+                    all[view] = viewPosition(static_cast<int>(view), count) * halfParallax;
+                }
+                std::vector<std::int16_t> shifts = paddedRow<std::int16_t>(size);
+                WholeShifts(all).ofViews(views.data(), size, shifts.data());
+                for (std::size_t view = 0; view < size; ++view)
+                    ASSERT_EQ(shifts[view], static_cast<int>(std::floor(all[view] * 128 + 0.5)))
+                        << name << " " << view << " of " << count << " " << halfParallax;
+            }
+        }
+    });
+}
+
+TEST(NativeRenderer, WholeShiftsOfPhasesAreNearTheShiftsOfFloats) {
+    std::vector<std::uint32_t> columns = paddedRow<std::uint32_t>(500);
+    cv::RNG rng(3);
+    for (std::uint32_t& phase : columns)
+        phase = rng.next();
+    columns[0] = 0;
+    columns[1] = ~std::uint32_t{0};
+    std::vector<std::uint16_t> halves = paddedRow<std::uint16_t>(columns.size());
+    std::transform(columns.begin(), columns.end(), halves.begin(),
+                   [](std::uint32_t phase) { return static_cast<std::uint16_t>(phase >> 16); });
+    std::vector<float> exact = paddedRow<float>(500);
+    std::vector<std::int16_t> whole = paddedRow<std::int16_t>(500);
+    forEachInstructionSet([&](const char* name) {
+        for (const std::uint32_t row : {0U, 0x12345678U, 0xfffffffU}) {
+            for (const int views : {1, 2, 48, 4000}) {
+                for (const float halfParallax : {0.0F, 16.8F, 63.9F}) {
+                    shiftsOfPhases(columns.data(), row, 500, views, halfParallax, exact.data());
+                    wholeShiftsOfPhases(halves.data(), row, 500, views, halfParallax, whole.data());
+                    for (std::size_t i = 0; i < 500; ++i) {
+                        const std::uint32_t phase = columns[i] + row;
+                        const std::uint32_t toEnd = std::min(phase, 0U - phase);
+                        if (toEnd < 3 << 16) continue; // may count as the other end of the lens
+                        // a half for the rounding of the shift, as much for that of S/2, and phases
+                        ASSERT_NEAR(whole[i], 128 * exact[i], 1 + 128 * halfParallax * 0x1p-13)
+                            << name << " " << row << " " << views << " " << halfParallax;
+                    }
+                }
             }
         }
     });

@@ -5,6 +5,8 @@
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 #include <opencv2/imgproc.hpp>
@@ -43,6 +45,41 @@ TEST(Depth2Quilt, FastIsTheFormulaUpToRemapsFixedPoint) {
             EXPECT_TRUE(samePicture(view, expected, 255 / 64.0 + 1)) << size << " " << position;
         }
     }
+}
+
+// Of a photo that is a ramp of 4 levels per px, a view tells the places it was sampled at.
+TEST(Depth2Quilt, FastTakesPlacesToTheNearestOf32PerPixelAlmostAlways) {
+    const cv::Size size(60, 40);
+    cv::Mat photo(size, CV_8UC3);
+    for (int x = 0; x < size.width; ++x)
+        photo.col(x).setTo(cv::Scalar::all(4 * x));
+    const cv::Mat depth = randomDepth(size);
+    int unlike = 0;
+    int all = 0;
+    for (const double position : {-1.0, -0.37, 0.011, 0.7, 1.0}) {
+        for (const double halfParallax : {0.5, 7.3, 63.9}) {
+            const double strength = 200 * halfParallax / size.width;
+            cv::Mat view;
+            maker(strength, 0.4).renderView(photo, depth, position, view);
+            for (int y = 0; y < size.height; ++y) {
+                for (int x = 0; x < size.width; ++x) {
+                    const long double exact =
+                        std::clamp(x + static_cast<long double>(position) * halfParallax *
+                                           (static_cast<long double>(depth.at<float>(y, x)) - 0.4L),
+                                   0.0L, 59.0L);
+                    // a place and the rounding of its level
+                    const long double level = 4 * exact;
+                    ASSERT_NEAR(view.at<cv::Vec3b>(y, x)[0], static_cast<double>(level),
+                                4 * (1 / 64.0 + 1 / 128.0) + 0.5)
+                        << x << " " << y << " " << position << " " << halfParallax;
+                    const auto nearest = std::lround(std::round(exact * 32) / 8);
+                    if (view.at<cv::Vec3b>(y, x)[0] != nearest) ++unlike;
+                    ++all;
+                }
+            }
+        }
+    }
+    EXPECT_LT(unlike, all / 20); // halves, and places that steps of shift and offset move
 }
 
 // The rule of signs: nearer things move against the camera.

@@ -1,5 +1,7 @@
 #include "base/pixel_rows.hpp"
 
+#include <algorithm>
+
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "base/pixel_rows.cpp"
@@ -12,6 +14,43 @@ namespace altiro3D {
 namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
+
+// Neighbouring pixels show few columns: a vector of them, from which each pixel takes its own.
+template <class D, class T, class U>
+HWY_INLINE void pickColumnsAs(D d, const std::int32_t* HWY_RESTRICT columns, std::size_t count,
+                              const T* HWY_RESTRICT values, U* HWY_RESTRICT out) {
+    const hn::RebindToSigned<D> whole;
+    const hn::Rebind<U, D> result;
+    const auto lanes = static_cast<std::int32_t>(hn::Lanes(d));
+    std::size_t i = 0;
+    for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d)) {
+        const auto [from, to] = std::minmax(columns[i], columns[i + hn::Lanes(d) - 1]);
+        if (to - from >= lanes) {
+            for (std::size_t k = i; k < i + hn::Lanes(d); ++k)
+                out[k] = static_cast<U>(values[columns[k]]);
+            continue;
+        }
+        const auto index = hn::Sub(hn::LoadU(whole, columns + i), hn::Set(whole, from));
+        const auto picked =
+            hn::TableLookupLanes(hn::LoadU(d, values + from), hn::IndicesFromVec(d, index));
+        if constexpr (sizeof(U) == sizeof(T)) {
+            hn::StoreU(picked, result, out + i);
+        } else {
+            hn::StoreU(hn::DemoteTo(result, picked), result, out + i);
+        }
+    }
+    for (; i < count; ++i)
+        out[i] = static_cast<U>(values[columns[i]]);
+}
+
+void pickFloatsOn(const std::int32_t* columns, std::size_t count, const float* values, float* out) {
+    pickColumnsAs(hn::ScalableTag<float>(), columns, count, values, out);
+}
+
+void pickShortsOn(const std::int32_t* columns, std::size_t count, const std::int32_t* values,
+                  std::int16_t* out) {
+    pickColumnsAs(hn::ScalableTag<std::int32_t>(), columns, count, values, out);
+}
 
 void interleaveRowOn(const std::uint8_t* HWY_RESTRICT blue, const std::uint8_t* HWY_RESTRICT green,
                      const std::uint8_t* HWY_RESTRICT red, std::size_t count,
@@ -58,8 +97,19 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace altiro3D {
 
+HWY_EXPORT(pickFloatsOn);
+HWY_EXPORT(pickShortsOn);
 HWY_EXPORT(interleaveRowOn);
 HWY_EXPORT(splitRowOn);
+
+void pickColumns(const std::int32_t* columns, std::size_t count, const float* values, float* out) {
+    HWY_DYNAMIC_DISPATCH(pickFloatsOn)(columns, count, values, out);
+}
+
+void pickColumns(const std::int32_t* columns, std::size_t count, const std::int32_t* values,
+                 std::int16_t* out) {
+    HWY_DYNAMIC_DISPATCH(pickShortsOn)(columns, count, values, out);
+}
 
 void interleaveRow(const std::uint8_t* blue, const std::uint8_t* green, const std::uint8_t* red,
                    std::size_t count, std::uint8_t* bgr) {

@@ -15,6 +15,14 @@ std::vector<T> paddedRow(std::size_t count) {
     return std::vector<T>(count + kRowPadding);
 }
 
+/// Values of columns for the pixels that show them: out[i] = values[columns[i]]. Reads up to
+/// kRowPadding values beyond the last column.
+/// @param columns of `count` pixels, in order (ascending or descending)
+void pickColumns(const std::int32_t* columns, std::size_t count, const float* values, float* out);
+/// The same for values that fit into 16 bits.
+void pickColumns(const std::int32_t* columns, std::size_t count, const std::int32_t* values,
+                 std::int16_t* out);
+
 /// Planes to B G R pixels. Reads up to kRowPadding beyond `count`, writes 3 * count bytes.
 void interleaveRow(const std::uint8_t* blue, const std::uint8_t* green, const std::uint8_t* red,
                    std::size_t count, std::uint8_t* bgr);

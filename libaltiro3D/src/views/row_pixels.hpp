@@ -37,39 +37,4 @@ struct RowWindows {
     }
 };
 
-/// Copies values of columns of the photo to the pixels that show them.
-class ColumnRuns {
-  public:
-    /// @param columns columns of the pixels, in order
-    explicit ColumnRuns(const std::vector<int>& columns) {
-        for (std::size_t i = 0; i < columns.size(); ++i)
-            if (i == 0 || columns[i] != columns[i - 1])
-                runs_.push_back({static_cast<std::size_t>(columns[i]), i});
-        runs_.push_back({0, columns.size()});
-    }
-
-    /// @param values one value per column
-    /// @param out one value per pixel and padding (kRowPadding), overwritten
-    template <class T>
-    void copy(const T* values, T* out) const {
-        constexpr std::size_t kAtOnce =
-            4; // most runs have no more: the next one overwrites the rest
-        for (std::size_t i = 0; i + 1 < runs_.size(); ++i) {
-            const T value = values[runs_[i].column];
-            std::size_t begin = runs_[i].begin;
-            do {
-                std::fill_n(out + begin, kAtOnce, value);
-                begin += kAtOnce;
-            } while (begin < runs_[i + 1].begin);
-        }
-    }
-
-  private:
-    struct Run {
-        std::size_t column;
-        std::size_t begin; // its first pixel
-    };
-    std::vector<Run> runs_; // and the end
-};
-
 } // namespace altiro3D

@@ -32,7 +32,7 @@ class FastPixels {
     // @param reach largest distance of positions from their columns, px
     FastPixels(const std::vector<int>& columns, int reach, int width)
         : columns_(paddedRow<std::int32_t>(columns.size())),
-          inWindow_(paddedRow<std::int16_t>(columns.size())), offsets_(inWindow_), runs_(columns),
+          inWindow_(paddedRow<std::int16_t>(columns.size())), offsets_(inWindow_),
           windows_(columns, reach), width_(width) {
         for (std::size_t i = 0; i < columns.size(); ++i) {
             columns_[i] = 32 * columns[i];
@@ -41,9 +41,9 @@ class FastPixels {
         }
     }
 
-    // @param offsets fastOffsets() of each column of the photo
-    void open(const std::vector<std::int16_t>& offsets) {
-        runs_.copy(offsets.data(), offsets_.data());
+    // @param columns as before @param offsets fastOffsets() of each column of the photo
+    void open(const std::vector<int>& columns, const std::vector<std::int32_t>& offsets) {
+        pickColumns(columns.data(), columns.size(), offsets.data(), offsets_.data());
     }
 
     FastRow row(const std::uint8_t* plane, std::size_t count) const {
@@ -61,7 +61,6 @@ class FastPixels {
     std::vector<std::int32_t> columns_;
     std::vector<std::int16_t> inWindow_;
     std::vector<std::int16_t> offsets_;
-    ColumnRuns runs_;
     RowWindows windows_;
     int width_;
 };
@@ -81,7 +80,7 @@ class FastSampler : public SubpixelSampler {
         for (std::vector<std::uint8_t>& plane : planes_)
             plane = paddedRow<std::uint8_t>(static_cast<std::size_t>(photo.cols));
         if (whole_) {
-            wholeOffsets_ = paddedRow<std::int16_t>(static_cast<std::size_t>(photo.cols));
+            wholeOffsets_ = paddedRow<std::int32_t>(static_cast<std::size_t>(photo.cols));
             return;
         }
         columnPlaces_ = paddedRow<float>(columns.size());
@@ -104,7 +103,7 @@ class FastSampler : public SubpixelSampler {
         for (std::vector<std::uint8_t>& plane : planes_)
             std::fill_n(plane.begin() + photo_.cols, 4, plane[width - 1]);
         if (whole_) {
-            pixels_.open(wholeOffsets_);
+            pixels_.open(columns_, wholeOffsets_);
             return;
         }
         for (std::size_t i = 0; i < columns_.size(); ++i)
@@ -140,7 +139,7 @@ class FastSampler : public SubpixelSampler {
     bool still_ = false;
     std::array<std::vector<std::uint8_t>, 3> planes_;
     std::vector<float> offsets_; // of the row of the photo
-    std::vector<std::int16_t> wholeOffsets_;
+    std::vector<std::int32_t> wholeOffsets_;
     // unless in whole numbers, for each requested column
     std::vector<float> columnPlaces_;
     std::vector<float> ownOffsets_;

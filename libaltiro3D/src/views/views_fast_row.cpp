@@ -49,34 +49,32 @@ void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT o
 
 // About ten operations per depth limit the speed.
 bool fastOffsetsOn(const float* HWY_RESTRICT depth, std::size_t count, double focus,
-                   std::int16_t* HWY_RESTRICT offsets) {
+                   std::int32_t* HWY_RESTRICT offsets) {
     const hn::ScalableTag<float> d;
-    const hn::Rebind<std::int16_t, decltype(d)> narrow;
+    const hn::RebindToSigned<decltype(d)> whole;
     const auto zero = hn::Zero(d);
     const auto one = hn::Set(d, 1.0F);
     const auto middle = hn::Set(d, static_cast<float>(focus));
     const auto steps = hn::Set(d, kOffsetSteps);
-    const auto offsetsOf = [&](auto value) HWY_ATTR {
+    auto any = hn::Zero(whole);
+    const auto convert = [&](const float* from, std::int32_t* to) HWY_ATTR {
+        const auto value = hn::LoadU(d, from);
         const auto positive = hn::IfThenElseZero(hn::Gt(value, zero), value); // not NaN
         const auto away = hn::Mul(hn::Sub(hn::Min(positive, one), middle), steps);
-        return hn::DemoteTo(narrow, smallNearestInt(d, away));
+        const auto offset = smallNearestInt(d, away);
+        any = hn::Or(any, offset);
+        hn::StoreU(offset, whole, to);
     };
-    auto any = hn::Zero(narrow);
     std::size_t i = 0;
-    for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d)) {
-        const auto whole = offsetsOf(hn::LoadU(d, depth + i));
-        any = hn::Or(any, whole);
-        hn::StoreU(whole, narrow, offsets + i);
-    }
-    if (i < count) {
+    for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d))
+        convert(depth + i, offsets + i);
+    if (i < count) { // the depth has no padding
         HWY_ALIGN float rest[HWY_LANES(float)];
         for (std::size_t k = 0; k < hn::Lanes(d); ++k)
             rest[k] = depth[std::min(i + k, count - 1)];
-        const auto whole = offsetsOf(hn::Load(d, rest));
-        any = hn::Or(any, whole);
-        hn::StoreU(whole, narrow, offsets + i);
+        convert(rest, offsets + i);
     }
-    return hn::AllTrue(narrow, hn::Eq(any, hn::Zero(narrow)));
+    return hn::AllTrue(whole, hn::Eq(any, hn::Zero(whole)));
 }
 
 // Samples at places in 1/32 px. One gather of four bytes per sample, of which two are used, limits
@@ -215,7 +213,7 @@ void fastPlaces(const float* columns, const float* ownOffsets, const float* shif
     (columns, ownOffsets, shifts, count, offsets, width, refinement, places);
 }
 
-bool fastOffsets(const float* depth, std::size_t count, double focus, std::int16_t* offsets) {
+bool fastOffsets(const float* depth, std::size_t count, double focus, std::int32_t* offsets) {
     return HWY_DYNAMIC_DISPATCH(fastOffsetsOn)(depth, count, focus, offsets);
 }
 

@@ -40,7 +40,7 @@ inline std::int16_t wholeShift(double shiftPixels) {
 /// @param depth `count` values @param focus 0..1
 /// @param offsets result, `count` and up to kRowPadding more
 /// @return whether all of them are 0
-bool fastOffsets(const float* depth, std::size_t count, double focus, std::int16_t* offsets);
+bool fastOffsets(const float* depth, std::size_t count, double focus, std::int32_t* offsets);
 
 /// Pixels that read one channel of a row of the photo. All arrays are padded (kRowPadding); the
 /// padding is read.

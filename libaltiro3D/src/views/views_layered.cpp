@@ -26,9 +26,8 @@ constexpr std::size_t kPixelsAtATime = 512;
 class LayeredReader {
   public:
     LayeredReader(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
-        : photo_(photo), scene_(scene), columns_(columns), runs_(columns),
-          near_(columns, scene.reachColumns), anywhere_(columns, scene.width),
-          columnPlaces_(paddedRow<float>(columns.size())),
+        : photo_(photo), scene_(scene), columns_(columns), near_(columns, scene.reachColumns),
+          anywhere_(columns, scene.width), columnPlaces_(paddedRow<float>(columns.size())),
           places_(paddedRow<std::int32_t>(columns.size())) {
         for (std::vector<std::int32_t>* list : room_.all())
             *list = places_;
@@ -55,7 +54,8 @@ class LayeredReader {
         layeredColumns(tables_, scratch_, known_);
         if (!isWholeRow_) {
             for (std::size_t i = 0; i < known_.all().size(); ++i)
-                runs_.copy(known_.all()[i]->data(), copies_.all()[i]->data());
+                pickColumns(columns_.data(), columns_.size(), known_.all()[i]->data(),
+                            copies_.all()[i]->data());
         }
         listSurfaces();
         splitPlanes();
@@ -195,7 +195,6 @@ class LayeredReader {
     LayeredColumns copies_;   // of each pixel's column
     bool isWholeRow_ = false; // pixels and columns are the same
     std::vector<float> scratch_;
-    ColumnRuns runs_;
     RowWindows near_;                 // within the reach of the scene
     RowWindows anywhere_;             // beyond it
     std::vector<float> columnPlaces_; // all pixels, see LayeredPixels

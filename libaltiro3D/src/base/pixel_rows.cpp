@@ -7,6 +7,8 @@
 #define HWY_TARGET_INCLUDE "base/pixel_rows.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
 
+#include "base/kernel_parts_inl.hpp"
+
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -52,15 +54,55 @@ void pickShortsOn(const std::int32_t* columns, std::size_t count, const std::int
     pickColumnsAs(hn::ScalableTag<std::int32_t>(), columns, count, values, out);
 }
 
+#if ALTIRO3D_AVX512_BYTES
+// For each byte of 64 B G R pixels its pixel, and which bytes are green and red.
+struct Interleaving {
+    alignas(64) std::uint8_t pixels[192] = {};
+    std::uint64_t green[3] = {};
+    std::uint64_t red[3] = {};
+};
+constexpr Interleaving interleaving() {
+    Interleaving result{};
+    for (int k = 0; k < 192; ++k) {
+        result.pixels[k] = static_cast<std::uint8_t>(k / 3);
+        const std::uint64_t bit = std::uint64_t{1} << (k % 64);
+        if (k % 3 == 1) result.green[k / 64] |= bit;
+        if (k % 3 == 2) result.red[k / 64] |= bit;
+    }
+    return result;
+}
+constexpr Interleaving kInterleaving = interleaving();
+
+// Three look-ups for each register of the result.
+HWY_INLINE void interleave64(const std::uint8_t* blue, const std::uint8_t* green,
+                             const std::uint8_t* red, std::uint8_t* bgr) {
+    const __m512i b = _mm512_loadu_si512(blue);
+    const __m512i g = _mm512_loadu_si512(green);
+    const __m512i r = _mm512_loadu_si512(red);
+    for (int k = 0; k < 3; ++k) {
+        const __m512i pixels = _mm512_load_si512(kInterleaving.pixels + 64 * k);
+        const __m512i two = _mm512_mask_permutexvar_epi8(_mm512_permutexvar_epi8(pixels, b),
+                                                         kInterleaving.green[k], pixels, g);
+        _mm512_storeu_si512(bgr + 64 * k,
+                            _mm512_mask_permutexvar_epi8(two, kInterleaving.red[k], pixels, r));
+    }
+}
+#endif
+
 void interleaveRowOn(const std::uint8_t* HWY_RESTRICT blue, const std::uint8_t* HWY_RESTRICT green,
                      const std::uint8_t* HWY_RESTRICT red, std::size_t count,
                      std::uint8_t* HWY_RESTRICT bgr) {
     const hn::ScalableTag<std::uint8_t> d;
     const std::size_t lanes = hn::Lanes(d);
     std::size_t i = 0;
+#if ALTIRO3D_AVX512_BYTES
+    for (; i + lanes <= count; i += lanes)
+        interleave64(blue + i, green + i, red + i, bgr + 3 * i);
+#else
     for (; i + lanes <= count; i += lanes)
         hn::StoreInterleaved3(hn::LoadU(d, blue + i), hn::LoadU(d, green + i),
                               hn::LoadU(d, red + i), d, bgr + 3 * i);
+#endif
     for (; i < count; ++i) {
         bgr[3 * i] = blue[i];
         bgr[3 * i + 1] = green[i];

@@ -287,7 +287,7 @@ TEST(Quilt2NativeTool, QuiltsInSubfoldersAndOfOneNameDoNotCollide) {
          {"a.png_native.png", "a.bmp_native.png", "a.bmp.tif_native.png", "deeper/a_native.png"})
         EXPECT_EQ(slurp(studio / "in/deeper/out" / name), slurp(studio / "alone.png")) << name;
     EXPECT_TRUE(fails(studio.run(kTool, calibration + Arguments{"in", "in/deeper/out"}), 1,
-                      "exists, and so do more: 2"));
+                      "exists, and so do 2 others"));
 }
 
 TEST(Quilt2NativeTool, TheLayoutOfAVideoIsFoundInItsFirstFrames) {

@@ -1365,7 +1365,7 @@ TEST(Video2NativeFolder, OutputsThatExistAreKeptUnlessReplaced) {
     spill(studio / "out/b_native.mp4", "old");
     const auto contents = [&](const char* name) { return slurp(studio / "out" / name); };
     EXPECT_TRUE(fails(studio.make({"in", "out"}), 1,
-                      "out/a.mp4_native.mp4: exists, and so do more: 1, expected new names"));
+                      "out/a.mp4_native.mp4: exists, and so does one other, expected new names"));
     EXPECT_EQ(filesBelow(studio / "out").size(), 2U);
 
     const Outcome resumed = studio.make({"--resume", "in", "out"}); // complete ones stay

@@ -54,12 +54,13 @@ void Outputs::addNative(const fs::path& file) {
     addOutput(file);
 }
 
-// "a.png: exists, and ..., and so do 47 more outputs"
+// "exists" or, with the reason why the name was chosen, "exists, and ..., and so do 47 others"
 std::string Outputs::existText(const std::vector<fs::path>& files) const {
     std::string text = "exists";
     const auto why = why_.find(files.front());
     if (why != why_.end()) text += why->second;
-    if (files.size() > 1) text += ", and so do more: " + std::to_string(files.size() - 1);
+    if (files.size() == 2) text += ", and so does one other";
+    if (files.size() > 2) text += ", and so do " + std::to_string(files.size() - 1) + " others";
     return text;
 }
 

@@ -14,13 +14,6 @@ namespace altiro3D {
 /// Limit of shifts, px, which keeps all positions finite. Beyond it no view shows any of the photo.
 constexpr double kMaxShift = 1e9;
 
-/// Offset of a depth from the focus. Depth is clamped, NaN counts as 0. Exactly 0 at the focus.
-inline float offsetFromFocus(float depth, double focus) {
-    const float d = depth > 0 ? (depth < 1 ? depth : 1.0F) : 0.0F;
-    if (d == static_cast<float>(focus)) return 0; // also if the focus is not representable as float
-    return static_cast<float>(static_cast<double>(d) - focus);
-}
-
 /// Reads single sub-pixels of views without rendering whole views. One object per thread.
 class SubpixelSampler {
   public:

@@ -3,6 +3,7 @@
 // places are computed in whole numbers (views_fast_row.hpp) unless the parallax is very large.
 
 #include "base/pixel_rows.hpp"
+#include "views/depth_offsets.hpp"
 #include "views/row_pixels.hpp"
 #include "views/view_methods.hpp"
 #include "views/views_fast_row.hpp"
@@ -20,8 +21,7 @@ namespace {
 // Offsets of a row of depth; the last one is repeated.
 void readOffsets(const cv::Mat& depth, int row, double focus, std::vector<float>& offsets) {
     const auto* values = depth.ptr<float>(row);
-    std::transform(values, values + depth.cols, offsets.begin(),
-                   [focus](float value) { return offsetFromFocus(value, focus); });
+    offsetsFromFocus(values, static_cast<std::size_t>(depth.cols), focus, offsets.data());
     offsets[static_cast<std::size_t>(depth.cols)] =
         offsets[static_cast<std::size_t>(depth.cols - 1)];
 }
@@ -41,7 +41,7 @@ class FastPixels {
         }
     }
 
-    // @param columns as before @param offsets fastOffsets() of each column of the photo
+    // @param columns as before @param offsets wholeOffsets() of each column of the photo
     void open(const std::vector<int>& columns, const std::vector<std::int32_t>& offsets) {
         pickColumns(columns.data(), columns.size(), offsets.data(), offsets_.data());
     }
@@ -91,7 +91,7 @@ class FastSampler : public SubpixelSampler {
     void open(int row) override {
         const auto width = static_cast<std::size_t>(photo_.cols);
         if (whole_) {
-            still_ = fastOffsets(depth_.ptr<float>(row), width, focus_, wholeOffsets_.data());
+            still_ = wholeOffsets(depth_.ptr<float>(row), width, focus_, wholeOffsets_.data());
         } else {
             readOffsets(depth_, row, focus_, offsets_);
             still_ = std::all_of(offsets_.begin(), offsets_.begin() + photo_.cols,

@@ -47,36 +47,6 @@ void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT o
     }
 }
 
-// About ten operations per depth limit the speed.
-bool fastOffsetsOn(const float* HWY_RESTRICT depth, std::size_t count, double focus,
-                   std::int32_t* HWY_RESTRICT offsets) {
-    const hn::ScalableTag<float> d;
-    const hn::RebindToSigned<decltype(d)> whole;
-    const auto zero = hn::Zero(d);
-    const auto one = hn::Set(d, 1.0F);
-    const auto middle = hn::Set(d, static_cast<float>(focus));
-    const auto steps = hn::Set(d, kOffsetSteps);
-    auto any = hn::Zero(whole);
-    const auto convert = [&](const float* from, std::int32_t* to) HWY_ATTR {
-        const auto value = hn::LoadU(d, from);
-        const auto positive = hn::IfThenElseZero(hn::Gt(value, zero), value); // not NaN
-        const auto away = hn::Mul(hn::Sub(hn::Min(positive, one), middle), steps);
-        const auto offset = smallNearestInt(d, away);
-        any = hn::Or(any, offset);
-        hn::StoreU(offset, whole, to);
-    };
-    std::size_t i = 0;
-    for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d))
-        convert(depth + i, offsets + i);
-    if (i < count) { // the depth has no padding
-        HWY_ALIGN float rest[HWY_LANES(float)];
-        for (std::size_t k = 0; k < hn::Lanes(d); ++k)
-            rest[k] = depth[std::min(i + k, count - 1)];
-        convert(rest, offsets + i);
-    }
-    return hn::AllTrue(whole, hn::Eq(any, hn::Zero(whole)));
-}
-
 // Samples at places in 1/32 px. One gather of four bytes per sample, of which two are used, limits
 // the speed.
 template <class D, class V = hn::Vec<D>>
@@ -203,7 +173,6 @@ HWY_AFTER_NAMESPACE();
 namespace altiro3D {
 
 HWY_EXPORT(fastPlacesOn);
-HWY_EXPORT(fastOffsetsOn);
 HWY_EXPORT(fastWholeSamplesOn);
 HWY_EXPORT(fastSamplesAtOn);
 
@@ -211,10 +180,6 @@ void fastPlaces(const float* columns, const float* ownOffsets, const float* shif
                 std::size_t count, const float* offsets, int width, int refinement, float* places) {
     HWY_DYNAMIC_DISPATCH(fastPlacesOn)
     (columns, ownOffsets, shifts, count, offsets, width, refinement, places);
-}
-
-bool fastOffsets(const float* depth, std::size_t count, double focus, std::int32_t* offsets) {
-    return HWY_DYNAMIC_DISPATCH(fastOffsetsOn)(depth, count, focus, offsets);
 }
 
 void fastWholeSamples(const FastRow& row, const std::int16_t* shifts, std::uint8_t* values) {

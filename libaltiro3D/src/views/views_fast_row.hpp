@@ -1,5 +1,7 @@
 #pragma once
 
+#include "views/depth_offsets.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -22,12 +24,11 @@ void fastPlaces(const float* columns, const float* ownOffsets, const float* shif
                 std::size_t count, const float* offsets, int width, int refinement, float* places);
 
 /// Without refinement and with shifts below kMaxWholeShift, Fast computes in 16-bit whole numbers:
-/// shifts in steps of 1/128 px, offsets in steps of 1/8192, and places in steps of 1/32 px, as
-/// 32 column + (shift offset + 2^14) >> 15, clamped to the row. A place differs from the exact one
-/// by 1/64 px (rounding) and at most 1/128 px (steps of shift and offset).
+/// shifts in steps of 1/128 px, offsets in steps of 1/8192 (kOffsetSteps), and places in steps of
+/// 1/32 px, as 32 column + (shift offset + 2^14) >> 15, clamped to the row. A place differs from
+/// the exact one by 1/64 px (rounding) and at most 1/128 px (steps of shift and offset).
 constexpr float kMaxWholeShift = 64;
 constexpr float kShiftSteps = 128;
-constexpr float kOffsetSteps = 8192;
 
 /// A shift in whole steps, at most +-255 px.
 inline std::int16_t wholeShift(double shiftPixels) {
@@ -35,20 +36,13 @@ inline std::int16_t wholeShift(double shiftPixels) {
         std::floor(std::clamp(shiftPixels, -255.0, 255.0) * double{kShiftSteps} + 0.5));
 }
 
-/// Offsets of a row from the focus in whole steps, depth clamped to 0..1, NaN as 0.
-///
-/// @param depth `count` values @param focus 0..1
-/// @param offsets result, `count` and up to kRowPadding more
-/// @return whether all of them are 0
-bool fastOffsets(const float* depth, std::size_t count, double focus, std::int32_t* offsets);
-
 /// Pixels that read one channel of a row of the photo. All arrays are padded (kRowPadding); the
 /// padding is read.
 struct FastRow {
     const std::uint8_t* plane = nullptr; ///< The channel; its last px is repeated at least 4 times.
     const std::int32_t* columns = nullptr;  ///< 32 times the column of each of `count` pixels.
     const std::int16_t* inWindow = nullptr; ///< The same from the start of the pixel's window.
-    const std::int16_t* offsets = nullptr;  ///< fastOffsets() of that column.
+    const std::int16_t* offsets = nullptr;  ///< wholeOffsets() of that column.
     const std::int32_t* windows = nullptr;  ///< RowWindows::starts
     int tables = 2;                         ///< RowWindows::tables
     int width = 0;                          ///< Columns of the photo.

@@ -2,6 +2,7 @@
 
 #include "base/large_mat.hpp"
 #include "base/pixel_rows.hpp"
+#include "views/depth_offsets.hpp"
 
 #include <algorithm>
 #include <array>
@@ -256,8 +257,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
         for (int y = range.start; y < range.end; ++y) {
             const auto* depthRow = depth.ptr<float>(y);
             const auto* bgr = photo.ptr<std::uint8_t>(y);
-            std::transform(depthRow, depthRow + photo.cols, offsets.begin(),
-                           [&](float value) { return offsetFromFocus(value, focus); });
+            offsetsFromFocus(depthRow, offsets.size(), focus, offsets.data());
             for (cv::Mat* table : padded)
                 padTable(*table, y, photo.cols, table == &scene.words ? outside : 0);
             LayeredRow& plain = scene.rows[0][static_cast<std::size_t>(y)];

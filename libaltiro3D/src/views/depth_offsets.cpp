@@ -1,0 +1,90 @@
+#include "views/depth_offsets.hpp"
+
+#include <algorithm>
+
+// This file is compiled once per instruction set; the best one is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "views/depth_offsets.cpp"
+#include <hwy/foreach_target.h> // IWYU pragma: keep
+
+#include "base/kernel_parts_inl.hpp"
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace altiro3D {
+namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// About ten operations per vector of doubles limit the speed.
+void offsetsFromFocusOn(const float* HWY_RESTRICT depth, std::size_t count, double focus,
+                        float* HWY_RESTRICT offsets) {
+    const hn::ScalableTag<double> wide;
+    const hn::Rebind<float, decltype(wide)> d;
+    const auto zero = hn::Zero(d);
+    const auto one = hn::Set(d, 1.0F);
+    const auto middle = hn::Set(d, static_cast<float>(focus));
+    const auto exactMiddle = hn::Set(wide, focus);
+    std::size_t i = 0;
+    for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d)) {
+        const auto value = hn::LoadU(d, depth + i);
+        const auto positive = hn::IfThenElseZero(hn::Gt(value, zero), value); // not NaN
+        const auto inRange = hn::Min(positive, one);
+        const auto away = hn::DemoteTo(d, hn::Sub(hn::PromoteTo(wide, inRange), exactMiddle));
+        hn::StoreU(hn::IfThenZeroElse(hn::Eq(inRange, middle), away), d, offsets + i);
+    }
+    for (; i < count; ++i)
+        offsets[i] = offsetFromFocus(depth[i], focus);
+}
+
+// About ten operations per depth limit the speed.
+bool wholeOffsetsOn(const float* HWY_RESTRICT depth, std::size_t count, double focus,
+                    std::int32_t* HWY_RESTRICT offsets) {
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    const auto zero = hn::Zero(d);
+    const auto one = hn::Set(d, 1.0F);
+    const auto middle = hn::Set(d, static_cast<float>(focus));
+    const auto steps = hn::Set(d, kOffsetSteps);
+    auto any = hn::Zero(whole);
+    const auto convert = [&](const float* from, std::int32_t* to) HWY_ATTR {
+        const auto value = hn::LoadU(d, from);
+        const auto positive = hn::IfThenElseZero(hn::Gt(value, zero), value); // not NaN
+        const auto away = hn::Mul(hn::Sub(hn::Min(positive, one), middle), steps);
+        const auto offset = smallNearestInt(d, away);
+        any = hn::Or(any, offset);
+        hn::StoreU(offset, whole, to);
+    };
+    std::size_t i = 0;
+    for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d))
+        convert(depth + i, offsets + i);
+    if (i < count) { // the depth has no padding
+        HWY_ALIGN float rest[HWY_LANES(float)];
+        for (std::size_t k = 0; k < hn::Lanes(d); ++k)
+            rest[k] = depth[std::min(i + k, count - 1)];
+        convert(rest, offsets + i);
+    }
+    return hn::AllTrue(whole, hn::Eq(any, hn::Zero(whole)));
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace altiro3D
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace altiro3D {
+
+HWY_EXPORT(offsetsFromFocusOn);
+HWY_EXPORT(wholeOffsetsOn);
+
+void offsetsFromFocus(const float* depth, std::size_t count, double focus, float* offsets) {
+    HWY_DYNAMIC_DISPATCH(offsetsFromFocusOn)(depth, count, focus, offsets);
+}
+
+bool wholeOffsets(const float* depth, std::size_t count, double focus, std::int32_t* offsets) {
+    return HWY_DYNAMIC_DISPATCH(wholeOffsetsOn)(depth, count, focus, offsets);
+}
+
+} // namespace altiro3D
+#endif

@@ -29,9 +29,9 @@ void readOffsets(const cv::Mat& depth, int row, double focus, std::vector<float>
 // Pixels of a row, as FastRow.
 class FastPixels {
   public:
-    // @param reach largest distance of positions from their columns, px
+    // @param columns must outlive this @param reach largest distance of positions from them, px
     FastPixels(const std::vector<int>& columns, int reach, int width)
-        : columns_(paddedRow<std::int32_t>(columns.size())),
+        : shown_(columns), columns_(paddedRow<std::int32_t>(columns.size())),
           inWindow_(paddedRow<std::int16_t>(columns.size())), offsets_(inWindow_),
           windows_(columns, reach), width_(width) {
         for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -41,24 +41,20 @@ class FastPixels {
         }
     }
 
-    // @param columns as before @param offsets wholeOffsets() of each column of the photo
-    void open(const std::vector<int>& columns, const std::vector<std::int32_t>& offsets) {
-        pickColumns(columns.data(), columns.size(), offsets.data(), offsets_.data());
+    // @param offsets wholeOffsets() of each column of the photo
+    void open(const std::vector<std::int32_t>& offsets) {
+        pickColumns(shown_.data(), shown_.size(), offsets.data(), offsets_.data());
     }
 
-    FastRow row(const std::uint8_t* plane, std::size_t count) const {
-        return {plane,
-                columns_.data(),
-                inWindow_.data(),
-                offsets_.data(),
-                windows_.starts.data(),
-                windows_.tables,
-                width_,
-                count};
+    FastRow row(const std::uint8_t* plane) const {
+        return {plane,           columns_.data(),        inWindow_.data(),
+                offsets_.data(), windows_.starts.data(), windows_.tables,
+                width_,          shown_.size()};
     }
 
   private:
-    std::vector<std::int32_t> columns_;
+    const std::vector<int>& shown_;     // columns of the pixels
+    std::vector<std::int32_t> columns_; // see FastRow
     std::vector<std::int16_t> inWindow_;
     std::vector<std::int16_t> offsets_;
     RowWindows windows_;
@@ -103,11 +99,10 @@ class FastSampler : public SubpixelSampler {
         for (std::vector<std::uint8_t>& plane : planes_)
             std::fill_n(plane.begin() + photo_.cols, 4, plane[width - 1]);
         if (whole_) {
-            pixels_.open(columns_, wholeOffsets_);
+            pixels_.open(wholeOffsets_);
             return;
         }
-        for (std::size_t i = 0; i < columns_.size(); ++i)
-            ownOffsets_[i] = offsets_[static_cast<std::size_t>(columns_[i])];
+        pickColumns(columns_.data(), columns_.size(), offsets_.data(), ownOffsets_.data());
     }
 
     bool still() const override { return still_; }
@@ -126,7 +121,7 @@ class FastSampler : public SubpixelSampler {
 
   private:
     FastRow rowOf(int channel) const {
-        return pixels_.row(planes_[static_cast<std::size_t>(channel)].data(), columns_.size());
+        return pixels_.row(planes_[static_cast<std::size_t>(channel)].data());
     }
 
     const cv::Mat& photo_;

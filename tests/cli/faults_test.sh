@@ -517,7 +517,7 @@ PYTHON
 echo '{"name": "crash", "inputWidth": 32, "inputHeight": 32}' >crash.json
 for tool in photo2native video2native; do
     call "$tool" "$(input_of "$tool")" "$root/crashed.$(ending_of "$tool")"
-    run "$tool" -n crash.onnx --net-profile crash.json "${words[@]}"
+    run "$tool" -n crash.onnx --net-profile crash.json --engine opencv "${words[@]}"
     check "$tool: a network that crashes OpenCV" ends 1
     check "$tool: a network that crashes OpenCV: one line" one_error "$tool" "crash.onnx: crashes when"
 done

@@ -118,9 +118,9 @@ Tiles::Tiles(const Grey& picture, cv::Size size, int radius) : size_(size) {
     }
 }
 
-double Tiles::likeness(const std::vector<std::pair<int, int>>& pairs, int maxShift) const {
+double Tiles::likeness(const std::vector<std::pair<int, int>>& pairs, cv::Range shifts) const {
     double best = -1;
-    for (int shift = -maxShift; shift <= maxShift; ++shift) {
+    for (int shift = shifts.start; shift < shifts.end; ++shift) {
         std::int64_t product = 0;
         std::int64_t first = 0;
         std::int64_t second = 0;

@@ -35,8 +35,12 @@ class Tiles {
     Tiles(const Grey& picture, cv::Size size, int radius);
 
     /// How alike the tiles of each pair are, -1..1: their correlation at the best common shift.
-    /// @param maxShift px
-    double likeness(const std::vector<std::pair<int, int>>& pairs, int maxShift) const;
+    /// @param shifts px by which the second tile is shifted to the right, [start, end)
+    double likeness(const std::vector<std::pair<int, int>>& pairs, cv::Range shifts) const;
+    /// The same for shifts of up to `maxShift` px to either side.
+    double likeness(const std::vector<std::pair<int, int>>& pairs, int maxShift) const {
+        return likeness(pairs, cv::Range(-maxShift, maxShift + 1));
+    }
 
     /// Share of what the tiles show that is no pattern of rows and columns, 0..1: what the two
     /// largest singular values of their mean leave.

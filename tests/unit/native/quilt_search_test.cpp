@@ -1,6 +1,7 @@
 #include "altiro3D/quilt2native.hpp"
 
 #include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "altiro3D/image_io.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
@@ -282,6 +283,26 @@ TEST(FindQuiltLayout, FindsThoseOfRealQuilts) {
         {"modprods/unity_quilt.png", "4 x 8"}};
     for (const auto& [file, expected] : quilts)
         EXPECT_EQ(textOf(readPhoto(dataPath(std::string("quilts/") + file))), expected) << file;
+}
+
+// Groups of three or of two columns are alike as well.
+TEST(FindQuiltLayout, ARowOfTwelveViewsIsNotTakenForFewer) {
+    ALTIRO3D_REQUIRE_DATA("photos/kodak");
+    for (const char* name : {"kodim04", "kodim15", "kodim22"}) {
+        const QuiltLayout layout = layoutOf(12, 1, {420, 560});
+        altiro3D::Scene scene;
+        altiro3D::Scene fitted;
+        const auto source = depthFromCues();
+        source->readScene(readPhoto(dataPath(std::string("photos/kodak/") + name + ".png")), 0.5,
+                          scene);
+        fitScene(scene, fitPhoto(scene.photo.size(), 0.75, layout.tileSize), 0.5, fitted);
+        ViewOptions options;
+        options.method = ViewMethod::Fast;
+        options.strengthPercent = 5;
+        cv::Mat quilt;
+        Depth2Quilt(layout, options).render(fitted.photo, fitted.depth, quilt);
+        EXPECT_EQ(textOf(quilt), "12 x 1") << name;
+    }
 }
 
 TEST(FindQuiltLayout, RealPhotosAreNoQuilts) {

@@ -6,7 +6,7 @@
 //
 // Prints a Markdown table of Spearman's rank correlation with the true inverse depth (1 = the same
 // order, 0 = unrelated, -1 = reversed) for a plain vertical gradient, the built-in estimator,
-// FastDepth, each network, and each network averaged with the built-in estimator. A second table
+// FastDepth, each network with the built-in estimator, and each network alone. A second table
 // has the share of the true depth edges that are found. A folder of frames holds pairs NNNNNN.png
 // or .jpg and NNNNNN.d.png, 16-bit inverse depth. Missing inputs are reported and skipped.
 
@@ -162,35 +162,28 @@ std::string cell(std::optional<double> value) {
 
 // --- Networks ------------------------------------------------------------------------------------
 
-// A network at the photo's own shape: the longer side is the profile's.
-class Network {
-  public:
-    explicit Network(fs::path file) : file_(std::move(file)) {
-        const auto catalog =
-            altiro3D::readModelCatalog(altiro3D::test::sourcePath("models/catalog.json"));
-        if (const auto* known = altiro3D::findProfile(catalog, file_)) {
-            profile_ = *known;
-        } else { // as training/ makes them
-            profile_.name = "own";
-            profile_.inputWidth = profile_.inputHeight = 256;
-            profile_.mean = profile_.std = {0.5, 0.5, 0.5};
-            profile_.resizeKernel = altiro3D::ResizeKernel::Area;
-        }
-        profile_.inputShape = altiro3D::InputShape::Photo;
-    }
-    std::string name() const { return file_.stem().string(); }
-    cv::Mat operator()(const cv::Mat& photo) {
-        if (!network_) network_.emplace(file_, profile_);
-        cv::Mat depth;
-        network_->estimate(photo, depth);
-        return depth;
-    }
+// The catalogue's entry of a network; of others, as training/ makes them, that of our own network.
+altiro3D::NetworkProfile profileOf(const fs::path& file) {
+    const auto catalog =
+        altiro3D::readModelCatalog(altiro3D::test::sourcePath("models/catalog.json"));
+    const auto* known = altiro3D::findProfile(catalog, file);
+    if (known == nullptr) known = altiro3D::findProfile(catalog, "altiro3d-depth.onnx");
+    altiro3D::NetworkProfile profile = *known;
+    profile.inputShape = altiro3D::InputShape::Photo;
+    return profile;
+}
 
-  private:
-    fs::path file_;
-    altiro3D::NetworkProfile profile_;
-    std::optional<altiro3D::DepthNetwork> network_;
-};
+// The depth of a network, with or without the built-in estimator.
+std::function<cv::Mat(const cv::Mat&)> depthOf(const fs::path& file,
+                                               altiro3D::NetworkProfile profile) {
+    const std::shared_ptr<altiro3D::DepthSource> source =
+        altiro3D::depthFromNetworkFile(file, std::move(profile));
+    return [source](const cv::Mat& photo) {
+        altiro3D::Scene scene;
+        source->readScene(photo, 0.5, scene);
+        return scene.depth;
+    };
+}
 
 // --- Edges ---------------------------------------------------------------------------------------
 
@@ -244,13 +237,6 @@ std::optional<double> edgesMet(const cv::Mat& depth, const Scene& scene) {
 
 using Method = std::pair<std::string, std::function<cv::Mat(const cv::Mat&)>>;
 
-// Both 0..1, then their mean.
-cv::Mat mean(const cv::Mat& a, const cv::Mat& b) {
-    cv::Mat sum;
-    cv::resize(a, sum, b.size(), 0, 0, cv::INTER_LINEAR);
-    return (sum + b) / 2;
-}
-
 std::vector<Method> methodsOf(const fs::path& data, const std::vector<std::string>& networks) {
     std::vector<Method> methods;
     methods.emplace_back("vertical gradient",
@@ -266,12 +252,12 @@ std::vector<Method> methodsOf(const fs::path& data, const std::vector<std::strin
         std::cout << "missing or unreadable: " << model.string() << "\n\n";
     }
     for (const std::string& file : networks) {
-        const auto network = std::make_shared<Network>(file);
-        methods.emplace_back(network->name(),
-                             [network](const cv::Mat& photo) { return (*network)(photo); });
-        methods.emplace_back(network->name() + " + built-in", [network](const cv::Mat& photo) {
-            return mean((*network)(photo), builtIn(photo));
-        });
+        const std::string name = fs::path(file).stem().string();
+        altiro3D::NetworkProfile profile = profileOf(file);
+        const bool mixes = profile.cuesShare > 0;
+        if (mixes) methods.emplace_back(name + " with built-in", depthOf(file, profile));
+        profile.cuesShare = 0;
+        methods.emplace_back(name, depthOf(file, profile));
     }
     return methods;
 }

@@ -71,8 +71,8 @@ struct NetworkProfile {
     ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< On float values, after scale.
     NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
     InferenceEngine engine = InferenceEngine::Best;     ///< The only engine that can run it.
-    /// Share of the built-in estimator in the result of depthFromNetwork(), at least 0 and below 1.
-    /// DepthNetwork itself ignores it.
+    /// Share of the built-in estimator in the layout that depthFromNetwork() gives, at least 0 and
+    /// below 1; above 0, the edges are the estimator's. DepthNetwork itself ignores it.
     double cuesShare = 0;
 };
 

@@ -149,8 +149,10 @@ class ALTIRO3D_EXPORT DepthSource {
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromCues();
 
 /// Depth from a network: DepthNetwork::infer(). If the network's profile has a `cuesShare` s above
-/// 0, the raw numbers are (1 - s) times the network's normalized depth plus s times
-/// estimateDepthFromCues(), in the size of the latter, and kind() is DepthKind::NearWhite.
+/// 0, the raw numbers are C + (1 - s) (N - layout of C). N is the network's normalized depth, C
+/// that of estimateDepthFromCues(), and the layout is C smoothed by 1/80 of the longer side. The
+/// layout of both is thus averaged, and the edges are those of C, which follow the photo. The raw
+/// numbers have the size of C and kind() is DepthKind::NearWhite.
 /// @param network a loaded network
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);

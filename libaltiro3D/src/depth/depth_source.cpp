@@ -3,6 +3,7 @@
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <future>
 #include <opencv2/core/utility.hpp>
@@ -24,6 +25,9 @@ cv::Mat withNotes(Read read, const std::filesystem::path& file, Notes* notes) {
     }
     return picture;
 }
+
+// What is smoother than this is layout, in shares of the longer side (measured: docs/lab/depth.md).
+constexpr double kLayoutSigma = 1.0 / 80;
 
 class CuesSource : public DepthSource {
   public:
@@ -67,14 +71,19 @@ class NetworkSource : public DepthSource {
 
   private:
     bool mixes() const { return profile_.cuesShare > 0; }
-    // The result has the size of the cues, because their edges follow the photo.
+    // cues + (1 - share) (network - smoothed cues): the layout is that of both. The edges are those
+    // of the cues, because they follow the photo; the result therefore has the size of the cues.
     void mix(const cv::Mat& image, cv::Mat& raw) {
         cv::Mat depth;
         network_->estimate(image, depth);
         cv::Mat cues;
         estimateDepthFromCues(image, cues);
         cv::resize(depth, depth, cues.size(), 0, 0, cv::INTER_LINEAR);
-        cv::addWeighted(depth, 1 - profile_.cuesShare, cues, profile_.cuesShare, 0, raw, CV_32F);
+        const double sigma = kLayoutSigma * std::max(cues.cols, cues.rows);
+        cv::Mat layout;
+        cv::GaussianBlur(cues, layout, {}, sigma, sigma, cv::BORDER_REPLICATE);
+        cv::addWeighted(depth, 1 - profile_.cuesShare, layout, profile_.cuesShare - 1, 0, depth);
+        cv::add(cues, depth, raw);
     }
 
     NetworkProfile profile_;

@@ -202,10 +202,13 @@ std::vector<EyesWithViews> stereoScenes(const fs::path& data, const std::vector<
     return scenes;
 }
 
-// Disparities by matching in px, in the size of the picture.
-cv::Mat matchedDisparity(const EyesWithViews& scene, std::string& text) {
+// Disparities by matching in px, in the size of the picture, and what only the right eye sees.
+cv::Mat matchedDisparity(const EyesWithViews& scene, std::string& text,
+                         altiro3D::HiddenLayer& hidden) {
     cv::Mat shares;
-    const altiro3D::StereoMatch match = altiro3D::matchStereo(scene.left, scene.right, shares);
+    const altiro3D::StereoMatch match =
+        altiro3D::matchStereo(scene.left, scene.right, shares, &hidden);
+    hidden.depth *= scene.left.cols; // px
     char likeness[32];
     std::snprintf(likeness, sizeof likeness, ", likeness %.2f", match.likeness);
     text = match.text() + likeness;
@@ -226,7 +229,9 @@ struct ViewPsnr {
     double inside = 0;
 };
 
-ViewPsnr measureView(const EyesWithViews& scene, const cv::Mat& disparity, const TrueView& truth) {
+// @param hidden with disparities in px instead of depth
+ViewPsnr measureView(const EyesWithViews& scene, const cv::Mat& disparity, const TrueView& truth,
+                     const altiro3D::HiddenLayer& hidden = {}) {
     double low = 0;
     double high = 0;
     cv::minMaxLoc(disparity, &low, &high);
@@ -235,6 +240,16 @@ ViewPsnr measureView(const EyesWithViews& scene, const cv::Mat& disparity, const
     LayeredSettings settings;
     const double reach = truth.at * std::max(std::abs(low), std::abs(high));
     settings.reachPixels = reach;
+    if (!hidden.photo.empty()) {
+        altiro3D::Scene fitted;
+        altiro3D::Scene whole{scene.left, depth, {hidden.photo, {}}};
+        whole.hidden.depth = (hidden.depth - low) / (high - low);
+        altiro3D::fitScene(
+            whole,
+            altiro3D::fitPhoto(scene.left.size(), 1, scene.left.size(), altiro3D::FitMode::Stretch),
+            0.5, fitted, {altiro3D::DepthFlaws()});
+        settings.hidden = fitted.hidden;
+    }
     cv::Mat view(scene.left.size(), CV_8UC3);
     altiro3D::makeLayeredRenderer(scene.left, depth, -low / (high - low), settings)
         ->render(truth.at * (high - low), view);
@@ -245,14 +260,16 @@ ViewPsnr measureView(const EyesWithViews& scene, const cv::Mat& disparity, const
 }
 
 void printStereo(const std::vector<EyesWithViews>& scenes) {
-    std::printf("| pair | order, matched | order, estimated | view at | true | matched | estimated "
-                "|\n|---|---:|---:|---:|---:|---:|---:|\n");
+    std::printf(
+        "| pair | order, matched | order, estimated | view at | true | matched | with the right "
+        "picture | estimated |\n|---|---:|---:|---:|---:|---:|---:|---:|\n");
     const auto source = altiro3D::estimatedDepth();
     std::string notes;
     for (const EyesWithViews& scene : scenes) {
         std::string text;
         const auto start = std::chrono::steady_clock::now();
-        const cv::Mat matched = matchedDisparity(scene, text);
+        altiro3D::HiddenLayer hidden;
+        const cv::Mat matched = matchedDisparity(scene, text, hidden);
         const std::chrono::duration<double, std::milli> time =
             std::chrono::steady_clock::now() - start;
         notes += "- " + scene.name + ": " + text + "; " +
@@ -278,14 +295,19 @@ void printStereo(const std::vector<EyesWithViews>& scenes) {
                             estimatedOrder);
             }
             std::printf(" %.1f |", view.at);
-            for (const cv::Mat& disparity : {scene.disparity, matched, estimated}) {
+            const auto print = [&](const cv::Mat& disparity,
+                                   const altiro3D::HiddenLayer& behind = {}) {
                 if (disparity.empty()) {
                     std::printf(" |");
-                    continue;
+                    return;
                 }
-                const ViewPsnr psnr = measureView(scene, disparity, view);
+                const ViewPsnr psnr = measureView(scene, disparity, view, behind);
                 std::printf(" %.2f / %.2f |", psnr.whole, psnr.inside);
-            }
+            };
+            print(scene.disparity);
+            print(matched);
+            print(matched, hidden);
+            print(estimated);
             std::printf("\n");
         }
     }

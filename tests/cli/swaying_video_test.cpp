@@ -58,7 +58,7 @@ class VideoStudio : public SmallStudio {
         applyFit(photo, fit, fittedPhoto);
         applyFitToDepth(depth, photo.size(), fit, fittedPhoto, options.focus, fittedDepth);
         refineDepth(fittedPhoto, fittedDepth, fittedDepth); // no bars: the photo has its own shape
-        return photoViews(fittedPhoto, fittedDepth, options);
+        return photoViews({fittedPhoto, fittedDepth}, options);
     }
 };
 

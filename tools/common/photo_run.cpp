@@ -57,7 +57,7 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptio
     Scene fitted;
     fitScene(scene, fit, options.views.focus, fitted, options.refine);
     const ViewOptions views = run.camera.apply(options.views, item.photo, photoSize, fit, messages);
-    writeSwayFile(item.video, fit.size, run.sway, photoViews(fitted.photo, fitted.depth, views));
+    writeSwayFile(item.video, fit.size, run.sway, photoViews(fitted, views));
     return fit.size;
 }
 

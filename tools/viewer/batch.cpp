@@ -34,7 +34,7 @@ Setup setupOf(const BatchItem& item, const std::shared_ptr<const Display>& displ
     if (document->kind == Kind::Native)
         throw Error(ErrorCode::Unsupported, name,
                     "is a Native, which is finished, expected a photo or a quilt");
-    if (document->kind != Kind::Scene) return {document, {}, false, item.knobs, display};
+    if (document->kind != Kind::Scene) return {document, {}, {}, false, item.knobs, display};
     Knobs plain = item.knobs; // what is automatic is chosen by the export itself
     plain.automatic = {};
     const auto painted =

@@ -104,7 +104,8 @@ Document documentOfViews(const Source& source, const Display& display) {
 void addPair(Document& document, const StereoPair& pair, Notes& notes) {
     document.picture = pair.left;
     document.origin = DepthOrigin::Matched;
-    const StereoMatch match = matchStereo(pair.left, pair.right, document.rawDepth);
+    const StereoMatch match =
+        matchStereo(pair.left, pair.right, document.rawDepth, &document.hidden);
     const Notes remarks = match.remarks(pair.origin);
     notes.insert(notes.end(), remarks.begin(), remarks.end());
     if (match.isReliable) {

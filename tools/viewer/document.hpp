@@ -45,8 +45,9 @@ enum class Kind {
 struct Document {
     Source source;
     Kind kind = Kind::Scene;
-    cv::Mat picture;  ///< [CV_8UC3, BGR]: photo, quilt or Native.
-    cv::Mat rawDepth; ///< The photo's depth as in its file; empty if there is none.
+    cv::Mat picture;    ///< [CV_8UC3, BGR]: photo, quilt or Native.
+    cv::Mat rawDepth;   ///< The photo's depth as in its file; empty if there is none.
+    HiddenLayer hidden; ///< What only the right eye of a pair sees, with disparities as depth.
     DepthOrigin origin = DepthOrigin::Given; ///< How rawDepth came to be.
     std::string depthOrigin;         ///< Where the depth that came with the photo was; else empty.
     cv::Mat depth;                   ///< Depth map of a video's picture; else empty.

@@ -101,9 +101,8 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
         const cv::Mat& photo = setup.document->picture;
         const PhotoFit fit = swayFitOf(setup);
         Scene scene;
-        fitScene({photo, setup.depth}, fit, setup.knobs.views.focus, scene);
-        return writeSway(file, fit.size, {},
-                         photoViews(scene.photo, scene.depth, setup.knobs.views), tell);
+        fitScene({photo, setup.depth, setup.hidden}, fit, setup.knobs.views.focus, scene);
+        return writeSway(file, fit.size, {}, photoViews(scene, setup.knobs.views), tell);
     }
     const QuiltLayout layout = quiltLayout(setup);
     const auto name = parseQuiltName(setup.document->source.file);
@@ -142,8 +141,8 @@ Framing framingOf(const Setup& setup) {
 Scene fitted(const Setup& setup, cv::Size size) {
     Scene scene;
     if (setup.document->kind != Kind::Scene) return scene; // quilts and Natives need none
-    fitScene({setup.document->picture, setup.depth}, fitOf(setup, size), setup.knobs.views.focus,
-             scene);
+    fitScene({setup.document->picture, setup.depth, setup.hidden}, fitOf(setup, size),
+             setup.knobs.views.focus, scene);
     return scene;
 }
 
@@ -166,7 +165,7 @@ Scene fitted(const Setup& setup, const cv::Mat& fittedPhoto) {
 cv::Mat makeQuilt(const Setup& setup, const Scene& fitted) {
     if (setup.document->kind == Kind::Quilt) return setup.document->picture;
     cv::Mat quilt;
-    Depth2Quilt(quiltLayout(setup), setup.knobs.views).render(fitted.photo, fitted.depth, quilt);
+    Depth2Quilt(quiltLayout(setup), setup.knobs.views).render(fitted, quilt);
     return quilt;
 }
 

@@ -15,8 +15,9 @@ using Progress = std::function<bool(double)>;
 /// A document with everything needed to make its pictures.
 struct Setup {
     std::shared_ptr<const Document> document;
-    cv::Mat depth;     ///< Of a photo: [any size, CV_32FC1, 0..1], covers all of it.
-    bool flat = false; ///< The depth has no range, see layFlatDepth().
+    cv::Mat depth;      ///< Of a photo: [any size, CV_32FC1, 0..1], covers all of it.
+    HiddenLayer hidden; ///< Of a stereo pair, as long as its depth is used.
+    bool flat = false;  ///< The depth has no range, see layFlatDepth().
     Knobs knobs;
     std::shared_ptr<const Display> display;
     bool isChosen = false; ///< `knobs` holds what chooseAutomatic() has chosen.

@@ -44,6 +44,7 @@ using DisplayPointer = std::shared_ptr<const Display>;
 
 struct DepthMap {
     cv::Mat depth;
+    HiddenLayer hidden;
     bool flat = false; // without a range
     std::string source;
 };
@@ -113,6 +114,8 @@ struct Studio::State {
             map.source = sourceText(from) + ", as often as the video needs it";
         } else if (from == kGivenDepth) {
             normalizeDepth(document.rawDepth, map.depth);
+            map.hidden = document.hidden;
+            scaleHiddenDepth(document.rawDepth, map.depth, map.hidden);
             map.flat = isFlat(map.depth);
             map.source = document.source.depth.empty() ? "in the picture"
                                                        : document.source.depth.filename().string();
@@ -244,7 +247,7 @@ Frame Studio::render(const Request& request) {
     frame.request = request;
     state_->how.clear();
     Setup& setup = frame.setup;
-    setup = {request.document, {}, false, request.knobs, request.display};
+    setup = {request.document, {}, {}, false, request.knobs, request.display};
     const Kind kind = request.document->kind;
     const double aspect = request.display->aspect();
     if (kind == Kind::Scene) {
@@ -255,6 +258,7 @@ Frame Studio::render(const Request& request) {
                 return state_->makeDepth(*request.document, state_->how);
             });
             setup.depth = map.depth;
+            setup.hidden = map.hidden;
             setup.flat = map.flat;
             frame.depthSource = map.source;
         } else {
@@ -300,7 +304,7 @@ Frame Studio::render(const Request& request) {
             cv::cvtColor(grey, frame.picture, cv::COLOR_GRAY2BGR);
         } else {
             state_->views.get(state_->viewsKeyOf(setup, size), [&] {
-                return photoViews(fitted.photo, fitted.depth, setup.knobs.views);
+                return photoViews(fitted, setup.knobs.views);
             })(request.position, frame.picture);
         }
         break;

@@ -34,23 +34,33 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     /// Makes all views. They are rendered at the photo's size and area-averaged into the tiles if
     /// the sizes differ. Unused tiles are black.
     ///
-    /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px
-    /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]
+    /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; depth [as the photo,
+    ///        CV_32FC1, 0..1, 1 = nearest]; hidden layer of the photo's size or empty
     /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; reused if it fits; must not share
-    ///        memory with photo and depth
-    /// @throws Error InvalidArgument (type, shared memory), TooLarge, Mismatch (photo and depth
-    ///         differ in size), OutOfMemory
-    void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& quilt) const;
+    ///        memory with the scene
+    /// @throws Error InvalidArgument (type, shared memory), TooLarge, Mismatch (sizes differ),
+    ///         OutOfMemory
+    void render(const Scene& scene, cv::Mat& quilt) const;
+    /// The same without a hidden layer.
+    /// @param photo of the scene @param depth of the scene @param quilt as above
+    void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& quilt) const {
+        render(Scene{photo, depth}, quilt);
+    }
 
     /// Makes one view.
     ///
-    /// @param photo as for render()
-    /// @param depth as for render()
+    /// @param scene as for render()
     /// @param position p, camera position, -1 leftmost .. +1 rightmost; any finite number
-    /// @param view [as photo, CV_8UC3, BGR]; always newly allocated
+    /// @param view [as the photo, CV_8UC3, BGR]; always newly allocated
     /// @throws Error InvalidArgument (position) and as render()
+    void renderView(const Scene& scene, double position, cv::Mat& view) const;
+    /// The same without a hidden layer.
+    /// @param photo of the scene @param depth of the scene @param position as above
+    /// @param view as above
     void renderView(const cv::Mat& photo, const cv::Mat& depth, double position,
-                    cv::Mat& view) const;
+                    cv::Mat& view) const {
+        renderView(Scene{photo, depth}, position, view);
+    }
 
   private:
     QuiltLayout layout_;

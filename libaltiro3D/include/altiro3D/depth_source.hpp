@@ -66,10 +66,25 @@ struct ALTIRO3D_EXPORT StereoMatch {
 /// @param right as `left`; its shape may differ by 5 %, it is resized to the left picture's size
 /// @param disparity [the shrunk size, CV_32FC1, shares of the width, larger = nearer]; without any
 ///        match and for flat pairs, all values are `shift`
+/// @param hidden if given, receives what only the right eye sees: its picture and disparities (not
+///        depth) of the shrunk size, in the colours and rows of the left picture; empty if the
+///        pictures do not match or are flat
 /// @return what was found
 /// @throws Error InvalidArgument (empty, wrong type), Mismatch (shapes)
 [[nodiscard]] ALTIRO3D_EXPORT StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right,
-                                                      cv::Mat& disparity);
+                                                      cv::Mat& disparity,
+                                                      HiddenLayer* hidden = nullptr);
+
+/// Turns the disparities of a hidden layer of matchStereo() into depth, by the scale that turned
+/// those of the photo into its depth.
+/// @param disparity of the photo, from matchStereo()
+/// @param depth [as disparity, CV_32FC1, 0..1], from normalizeDepth()
+/// @param hidden its disparities are replaced by depth, NaN stays; it becomes empty if the depth
+/// has
+///        no range
+/// @throws Error Mismatch (disparity and depth differ in size), InvalidArgument (types)
+ALTIRO3D_EXPORT void scaleHiddenDepth(const cv::Mat& disparity, const cv::Mat& depth,
+                                      HiddenLayer& hidden);
 
 /// Where depth comes from.
 enum class DepthOrigin {

@@ -56,14 +56,20 @@ class ALTIRO3D_EXPORT NativeRenderer {
 
     /// Renders one Native. Sub-pixels read the photo's px under the centre of their panel px.
     ///
-    /// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; it fills the panel at any
-    ///        size
-    /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; NaN counts as 0
+    /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px, which fills the
+    /// panel
+    ///        at any size; depth [as the photo, CV_32FC1, 0..1, 1 = nearest], NaN counts as 0;
+    ///        hidden layer of the photo's size or empty
     /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits; must not share
-    ///        memory with photo and depth
+    ///        memory with the scene
     /// @throws Error InvalidArgument (empty or wrong type, shared memory), TooLarge, Mismatch
-    ///         (photo and depth differ in size), OutOfMemory
-    void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& native) const;
+    ///         (sizes differ), OutOfMemory
+    void render(const Scene& scene, cv::Mat& native) const;
+    /// The same without a hidden layer.
+    /// @param photo of the scene @param depth of the scene @param native as above
+    void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& native) const {
+        render(Scene{photo, depth}, native);
+    }
 
   private:
     struct Impl;

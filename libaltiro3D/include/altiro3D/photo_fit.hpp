@@ -83,10 +83,18 @@ ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::M
 ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
                                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted);
 
+/// What is known of what nearer things hide in a photo, for example from another eye's picture. It
+/// shows all of the photo.
+struct HiddenLayer {
+    cv::Mat photo; ///< [any size, CV_8UC3, BGR]; empty: nothing is known
+    cv::Mat depth; ///< [as HiddenLayer::photo, CV_32FC1, 0..1, 1 = nearest, NaN = unknown]
+};
+
 /// A photo and its depth map.
 struct Scene {
-    cv::Mat photo; ///< [rows x cols, CV_8UC3, BGR]
-    cv::Mat depth; ///< [CV_32FC1, 0..1, 1 = nearest], shows all of the photo
+    cv::Mat photo;        ///< [rows x cols, CV_8UC3, BGR]
+    cv::Mat depth;        ///< [CV_32FC1, 0..1, 1 = nearest], shows all of the photo
+    HiddenLayer hidden{}; ///< Method Layered shows it instead of a painted background.
 };
 
 /// Fits a photo and its depth map to the panel's shape: applyFit(), applyFitToDepth(), and then

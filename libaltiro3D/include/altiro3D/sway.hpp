@@ -99,13 +99,11 @@ using SwayView = std::function<void(double position, cv::Mat& picture)>;
 /// The views of a photo with depth at any position. They equal those of Depth2Quilt::renderView()
 /// bit for bit; the work that all views share is done once.
 ///
-/// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; must not change afterwards
-/// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; must not change afterwards
+/// @param scene as for Depth2Quilt::render(); must not change afterwards
 /// @param options method, strength, focus and the options of each method
 /// @return renders pictures of the photo's size
-/// @throws Error InvalidArgument (types, options), Mismatch (photo and depth differ in size),
-///         TooLarge, OutOfMemory
-[[nodiscard]] ALTIRO3D_EXPORT SwayView photoViews(const cv::Mat& photo, const cv::Mat& depth,
+/// @throws Error InvalidArgument (types, options), Mismatch (sizes differ), TooLarge, OutOfMemory
+[[nodiscard]] ALTIRO3D_EXPORT SwayView photoViews(const Scene& scene,
                                                   const ViewOptions& options = {});
 
 /// The views of a quilt.

@@ -39,6 +39,7 @@ class CuesSource : public DepthSource {
     }
     void readScene(const cv::Mat& image, double /*flatDepth*/, Scene& scene) override {
         read(image, scene.photo, scene.depth);
+        scene.hidden = {};
     }
 };
 
@@ -165,6 +166,7 @@ void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene
     normalization.flatDepth = flatDepth;
     cv::Mat raw;
     read(image, scene.photo, raw);
+    scene.hidden = {};
     normalizeDepth(raw, scene.depth, normalization);
 }
 

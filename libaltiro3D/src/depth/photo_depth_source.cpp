@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 // Raw numbers, near = bright, and what they are.
 struct Found {
     cv::Mat raw;
+    HiddenLayer hidden;      // of a stereo pair, with disparities as depth
     std::string description; // empty: nothing was found
     DepthOrigin origin = DepthOrigin::Given;
     bool isBeside = false; // in a file of its own
@@ -76,7 +77,7 @@ void replaceUnfit(Found& found, const fs::path& photo, cv::Size size) {
 Found matchPair(const StereoPair& pair, const fs::path& photo) {
     Found found;
     found.origin = DepthOrigin::Matched;
-    const StereoMatch match = matchStereo(pair.left, pair.right, found.raw);
+    const StereoMatch match = matchStereo(pair.left, pair.right, found.raw, &found.hidden);
     found.notes = match.remarks(pair.origin);
     if (match.isReliable) {
         found.description = "stereo pair (" + pair.origin + "), depth by matching; " + match.text();
@@ -111,6 +112,9 @@ class FoundDepthSource : public DepthSource {
     void readScene(const cv::Mat& image, double flatDepth, Scene& scene) override {
         if (found_.raw.empty()) return otherwise_->readScene(image, flatDepth, scene);
         DepthSource::readScene(image, flatDepth, scene);
+        if (found_.hidden.photo.empty()) return;
+        scene.hidden = {found_.hidden.photo, found_.hidden.depth};
+        scaleHiddenDepth(found_.raw, scene.depth, scene.hidden);
     }
 
   protected:

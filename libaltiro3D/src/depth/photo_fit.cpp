@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
@@ -47,6 +48,57 @@ bool isInside(const cv::Rect& part, cv::Size whole) {
         return start >= 0 && length >= 1 && start + length <= all;
     };
     return fits(part.x, part.width, whole.width) && fits(part.y, part.height, whole.height);
+}
+
+// Fits what is known of the hidden background. Colours are means of the known px only; a px is
+// known if at least half of it is.
+void fitHidden(const HiddenLayer& hidden, cv::Size photo, const PhotoFit& fit,
+               HiddenLayer& fitted) {
+    checkType(hidden.photo, {CV_8UC3}, "hidden photo", "CV_8UC3 (8-bit BGR)");
+    checkType(hidden.depth, {CV_32FC1}, "hidden depth", "CV_32FC1");
+    if (hidden.depth.size() != hidden.photo.size()) {
+        throw Error(ErrorCode::Mismatch, "hidden depth",
+                    "has " + sizeText(hidden.depth.size()) + " px, expected " +
+                        sizeText(hidden.photo.size()) + " px, as the hidden photo");
+    }
+    cv::Mat known;
+    cv::compare(hidden.depth, hidden.depth, known, cv::CMP_EQ); // NaN differs from itself
+    cv::Mat planes[5]; // blue, green, red, depth, share that is known; 0 where unknown
+    cv::Mat colours;
+    hidden.photo.convertTo(colours, CV_32F);
+    cv::split(colours, planes);
+    planes[3] = hidden.depth.clone();
+    known.convertTo(planes[4], CV_32F, 1.0 / 255);
+    // First shrinks by area average; then an exact affine map, with linear interpolation.
+    const cv::Size2d zoom(static_cast<double>(fit.target.width) / fit.source.width,
+                          static_cast<double>(fit.target.height) / fit.source.height);
+    const cv::Size smaller(std::clamp(cvRound(photo.width * zoom.width), 1, hidden.photo.cols),
+                           std::clamp(cvRound(photo.height * zoom.height), 1, hidden.photo.rows));
+    const double scaleX = static_cast<double>(smaller.width) / photo.width;
+    const double scaleY = static_cast<double>(smaller.height) / photo.height;
+    const cv::Matx23d from(
+        scaleX / zoom.width, 0, fit.source.x * scaleX + 0.5 * scaleX / zoom.width - 0.5, 0,
+        scaleY / zoom.height, fit.source.y * scaleY + 0.5 * scaleY / zoom.height - 0.5);
+    for (cv::Mat& plane : planes) {
+        if (&plane != &planes[4]) plane.setTo(0, ~known);
+        if (smaller != plane.size()) cv::resize(plane, plane, smaller, 0, 0, cv::INTER_AREA);
+        cv::warpAffine(plane.clone(), plane, from, fit.target.size(),
+                       cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT);
+    }
+    fitted.photo = cv::Mat(fit.size, CV_8UC3, cv::Scalar::all(0));
+    fitted.depth = cv::Mat(fit.size, CV_32FC1);
+    fitted.depth.setTo(std::numeric_limits<float>::quiet_NaN());
+    for (int y = 0; y < fit.target.height; ++y) {
+        auto* const bgr = fitted.photo.ptr<cv::Vec3b>(fit.target.y + y) + fit.target.x;
+        auto* const depth = fitted.depth.ptr<float>(fit.target.y + y) + fit.target.x;
+        for (int x = 0; x < fit.target.width; ++x) {
+            const float share = planes[4].ptr<float>(y)[x];
+            if (share < 0.5F) continue;
+            for (int c = 0; c < 3; ++c)
+                bgr[x][c] = cv::saturate_cast<std::uint8_t>(planes[c].ptr<float>(y)[x] / share);
+            depth[x] = planes[3].ptr<float>(y)[x] / share;
+        }
+    }
 }
 
 // A fit may not come from fitPhoto(), or belong to another photo.
@@ -147,8 +199,11 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
 void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
               const DepthRefineOptions& refine) {
     const cv::Size photoSize = scene.photo.size(); // scene and fitted may be one
+    HiddenLayer hidden;
+    if (!scene.hidden.photo.empty()) fitHidden(scene.hidden, photoSize, fit, hidden);
     applyFit(scene.photo, fit, fitted.photo);
     applyFitToDepth(scene.depth, photoSize, fit, fitted.photo, focus, fitted.depth);
+    fitted.hidden = hidden;
     if (refine.keepsDepth()) return;
     cv::Mat inside = fitted.depth(fit.target);
     refineDepth(fitted.photo(fit.target), inside, inside, refine);

@@ -3,6 +3,7 @@
 #include "base/checks.hpp"
 #include "base/text.hpp"
 #include "depth/stereo_fill.hpp"
+#include "depth/stereo_hidden.hpp"
 #include "depth/stereo_rows.hpp"
 #include "image/picture_shape.hpp"
 
@@ -116,6 +117,19 @@ cv::Mat withLightOf(const cv::Mat& picture, const cv::Mat& like) {
     return result;
 }
 
+// The same for each channel.
+cv::Mat withColoursOf(const cv::Mat& picture, const cv::Mat& like) {
+    std::vector<cv::Mat> channels;
+    std::vector<cv::Mat> wanted;
+    cv::split(picture, channels);
+    cv::split(like, wanted);
+    for (std::size_t i = 0; i < channels.size(); ++i)
+        channels[i] = withLightOf(channels[i], wanted[i]);
+    cv::Mat result;
+    cv::merge(channels, result);
+    return result;
+}
+
 // Semi-global matching: for each px of `left` its disparity in 1/16 px, or kUnknown.
 cv::Mat matchOneWay(const cv::Mat& left, const cv::Mat& right, const Range& range) {
     constexpr int kBlock = 5;
@@ -139,11 +153,35 @@ cv::Mat matchOneWay(const cv::Mat& left, const cv::Mat& right, const Range& rang
     return disparity;
 }
 
+// Disparities of both pictures.
+struct BothWays {
+    cv::Mat left;  // [size of the picture, CV_16SC1, 1/16 px or kUnknown]
+    cv::Mat right; // the same of the mirrored right picture
+};
+
+// Keeps the disparities that lead to a px which leads back.
+// @param other disparities of the other picture, mirrored
+void keepAgreed(cv::Mat& disparity, const cv::Mat& other) {
+    for (int y = 0; y < disparity.rows; ++y) {
+        auto* const to = disparity.ptr<std::int16_t>(y);
+        const auto* const back = other.ptr<std::int16_t>(y);
+        for (int x = 0; x < disparity.cols; ++x) {
+            if (to[x] == kUnknown) continue;
+            const int seen = seenAt(x, to[x]);
+            const bool isInside = seen >= 0 && seen < disparity.cols;
+            const int there = isInside ? back[disparity.cols - 1 - seen] : kUnknown;
+            if (there == kUnknown || std::abs(there - to[x]) > kOne)
+                to[x] = static_cast<std::int16_t>(kUnknown);
+        }
+    }
+    cv::filterSpeckles(disparity, kUnknown, disparity.rows * disparity.cols / 4000, kOne);
+}
+
 // Matches in both directions; keeps what both agree on.
-// @return [size of left, CV_16SC1, 1/16 px or kUnknown]
-cv::Mat matchBothWays(const cv::Mat& left, const cv::Mat& right, const Range& range) {
-    cv::Mat forward;
-    cv::Mat backward; // mirrored: px of the right picture, from right to left
+BothWays matchBothWays(const cv::Mat& left, const cv::Mat& right, const Range& range) {
+    BothWays found;
+    cv::Mat& forward = found.left;
+    cv::Mat& backward = found.right;
     cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& ways) {
         for (int way = ways.start; way < ways.end; ++way) {
             if (way == 0) {
@@ -157,20 +195,10 @@ cv::Mat matchBothWays(const cv::Mat& left, const cv::Mat& right, const Range& ra
             backward = matchOneWay(mirroredRight, mirroredLeft, range);
         }
     });
-    for (int y = 0; y < forward.rows; ++y) {
-        auto* const to = forward.ptr<std::int16_t>(y);
-        const auto* const back = backward.ptr<std::int16_t>(y);
-        for (int x = 0; x < forward.cols; ++x) {
-            if (to[x] == kUnknown) continue;
-            const int seen = seenAt(x, to[x]);
-            const bool isInside = seen >= 0 && seen < forward.cols;
-            const int other = isInside ? back[forward.cols - 1 - seen] : kUnknown;
-            if (other == kUnknown || std::abs(other - to[x]) > kOne)
-                to[x] = static_cast<std::int16_t>(kUnknown);
-        }
-    }
-    cv::filterSpeckles(forward, kUnknown, forward.rows * forward.cols / 4000, kOne);
-    return forward;
+    const cv::Mat all = forward.clone();
+    keepAgreed(forward, backward);
+    keepAgreed(backward, all);
+    return found;
 }
 
 // The disparities of px with detail, sorted, in px: plain surfaces match anywhere.
@@ -228,7 +256,7 @@ Range findRange(const cv::Mat& left, const cv::Mat& right) {
     cv::resize(right, smallRight, size, 0, 0, cv::INTER_AREA);
     const double most = kSearch * size.width;
     const std::vector<double> certain =
-        certainOf(matchBothWays(smallLeft, smallRight, rangeAround(-most, most)), smallLeft);
+        certainOf(matchBothWays(smallLeft, smallRight, rangeAround(-most, most)).left, smallLeft);
     const double factor = static_cast<double>(left.cols) / size.width;
     if (certain.empty()) return rangeAround(-most * factor, most * factor);
     const double low = percentile(certain, 0.5);
@@ -332,7 +360,9 @@ Notes StereoMatch::remarks(const std::string& pair) const {
     return notes;
 }
 
-StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disparity) {
+StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disparity,
+                        HiddenLayer* hidden) {
+    if (hidden != nullptr) *hidden = {};
     checkType(left, {CV_8UC3}, "left", "CV_8UC3 (8-bit BGR)");
     checkType(right, {CV_8UC3}, "right", "CV_8UC3 (8-bit BGR)");
     if (!canBeEyes(left.size(), right.size())) {
@@ -348,7 +378,8 @@ StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disp
     StereoMatch match;
     const cv::Mat smallLeft = sized(left, size);
     const cv::Mat greyLeft = greyOf(smallLeft);
-    cv::Mat greyRight = greyOf(sized(right, size));
+    cv::Mat smallRight = sized(right, size);
+    cv::Mat greyRight = greyOf(smallRight);
     const auto flat = [&] {
         disparity.create(size, CV_32FC1);
         disparity.setTo(cv::Scalar(match.shift));
@@ -363,13 +394,15 @@ StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disp
     match.verticalOffset = rows.offset / size.width;
     match.rollDegrees = std::atan(rows.slope) * 180 / kPi;
 
-    cv::Mat found = matchBothWays(greyLeft, greyRight, findRange(greyLeft, greyRight));
+    BothWays both = matchBothWays(greyLeft, greyRight, findRange(greyLeft, greyRight));
+    cv::Mat& found = both.left;
     const std::vector<double> certain = certainOf(found, greyLeft);
     if (!certain.empty()) {
         const double low = percentile(certain, 0.2);
         const double high = percentile(certain, 99.8);
         const double margin = 1 + 0.1 * (high - low);
         limit(found, low - margin, high + margin);
+        limit(both.right, low - margin, high + margin);
     }
     match.matchedShare = matchedShareOf(found);
     match.likeness = likenessOf(greyLeft, greyRight, found);
@@ -382,6 +415,17 @@ StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disp
     match.looksSwapped = eyesLookSwapped(found, greyLeft);
     toShares(found, disparity);
     fillFromBehind(disparity, smallLeft);
+    if (hidden != nullptr && match.isReliable && matchedShareOf(both.right) > 0) {
+        cv::Mat mirrored;
+        cv::Mat mirroredDisparity;
+        cv::Mat rightDisparity;
+        smallRight = moveRows(withColoursOf(smallRight, smallLeft), rows);
+        cv::flip(smallRight, mirrored, 1);
+        toShares(both.right, mirroredDisparity);
+        fillFromBehind(mirroredDisparity, mirrored);
+        cv::flip(mirroredDisparity, rightDisparity, 1);
+        *hidden = hiddenByRight(smallRight, disparity, rightDisparity);
+    }
     return match;
 }
 

@@ -121,13 +121,13 @@ PhotoFit NativeMaker::fit(cv::Size photo, double aspect) const {
 
 void NativeMaker::makeQuilt(const Scene& fitted, cv::Mat& quilt) const {
     checkFitted(fitted.photo.size(), workSize());
-    impl_->quilter.render(fitted.photo, fitted.depth, quilt);
+    impl_->quilter.render(fitted, quilt);
 }
 
 void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const {
     if (impl_->direct) {
         checkFitted(fitted.photo.size(), workSize());
-        impl_->direct->render(fitted.photo, fitted.depth, native);
+        impl_->direct->render(fitted, native);
     } else {
         impl_->overQuilt->render(quilt, native);
     }

@@ -201,12 +201,13 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
     });
 }
 
-void NativeRenderer::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& native) const {
+void NativeRenderer::render(const Scene& scene, cv::Mat& native) const {
     const Impl& self = *impl_;
-    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(photo, depth, self.options, 1);
+    const cv::Mat& photo = scene.photo;
+    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, self.options, 1);
     const LensGeometry& geometry = self.lens.geometry();
     checkApart(native, photo, "native", "photo");
-    checkApart(native, depth, "native", "depth");
+    checkApart(native, scene.depth, "native", "depth");
     native.create(self.panelSize(), CV_8UC3);
     const std::vector<int> columns = samplesOf(native.cols, photo.cols, geometry.mirrorX);
     const std::vector<int> rowOf = samplesOf(native.rows, photo.rows, geometry.mirrorY);

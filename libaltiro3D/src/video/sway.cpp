@@ -50,19 +50,18 @@ double checkedPosition(double position) {
 
 // A photo and the renderer that reads it.
 struct PhotoScene {
-    PhotoScene(const cv::Mat& givenPhoto, const cv::Mat& givenDepth, const ViewOptions& given)
-        : photo(givenPhoto), depth(givenDepth), options(given),
-          renderer(makeRenderer(photo, depth, options, 1)) {}
+    PhotoScene(const Scene& given, const ViewOptions& givenOptions)
+        : scene(given), options(givenOptions), renderer(makeRenderer(scene, options, 1)) {}
 
-    cv::Mat photo;
-    cv::Mat depth;
+    Scene scene;
     ViewOptions options;
     std::unique_ptr<ViewRenderer> renderer;
 };
 
 void renderView(const PhotoScene& scene, double position, cv::Mat& picture) {
-    picture.create(scene.photo.size(), CV_8UC3);
-    renderWhole(*scene.renderer, shiftOf(scene.options, scene.photo.cols, position), picture);
+    const cv::Mat& photo = scene.scene.photo;
+    picture.create(photo.size(), CV_8UC3);
+    renderWhole(*scene.renderer, shiftOf(scene.options, photo.cols, position), picture);
 }
 
 } // namespace
@@ -148,11 +147,11 @@ PhotoFit photoSwayFit(cv::Rect part, FitMode mode, cv::Size size) {
     return fit;
 }
 
-SwayView photoViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOptions& options) {
+SwayView photoViews(const Scene& scene, const ViewOptions& options) {
     validate(options);
-    const auto scene = std::make_shared<const PhotoScene>(photo, depth, options);
-    return [scene](double position, cv::Mat& picture) {
-        renderView(*scene, checkedPosition(position), picture);
+    const auto shared = std::make_shared<const PhotoScene>(scene, options);
+    return [shared](double position, cv::Mat& picture) {
+        renderView(*shared, checkedPosition(position), picture);
     };
 }
 

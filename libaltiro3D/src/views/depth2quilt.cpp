@@ -18,10 +18,11 @@ Depth2Quilt::Depth2Quilt(const QuiltLayout& layout, const ViewOptions& options)
     validate(options);
 }
 
-void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& quilt) const {
-    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(photo, depth, options_, 1);
+void Depth2Quilt::render(const Scene& scene, cv::Mat& quilt) const {
+    const cv::Mat& photo = scene.photo;
+    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, options_, 1);
     checkApart(quilt, photo, "quilt", "photo");
-    checkApart(quilt, depth, "quilt", "depth");
+    checkApart(quilt, scene.depth, "quilt", "depth");
     orOutOfMemory("quilt",
                   "no memory for " + sizeText(layout_.size()) + " px, expected a smaller layout",
                   [&] { quilt.create(layout_.size(), CV_8UC3); });
@@ -71,16 +72,15 @@ void Depth2Quilt::render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& qu
     });
 }
 
-void Depth2Quilt::renderView(const cv::Mat& photo, const cv::Mat& depth, double position,
-                             cv::Mat& view) const {
+void Depth2Quilt::renderView(const Scene& scene, double position, cv::Mat& view) const {
     if (!std::isfinite(position)) {
         throw Error(ErrorCode::InvalidArgument, "position",
                     "is " + numberText(position) + ", expected a finite number");
     }
     const std::unique_ptr<ViewRenderer> renderer =
-        makeRenderer(photo, depth, options_, std::max(1.0, std::abs(position)));
-    cv::Mat result(photo.size(), CV_8UC3);
-    renderWhole(*renderer, shiftOf(options_, photo.cols, position), result);
+        makeRenderer(scene, options_, std::max(1.0, std::abs(position)));
+    cv::Mat result(scene.photo.size(), CV_8UC3);
+    renderWhole(*renderer, shiftOf(options_, scene.photo.cols, position), result);
     view = result;
 }
 

@@ -15,7 +15,7 @@ void Network2Quilt::render(const cv::Mat& photo, cv::Mat& quilt) {
     network_.estimate(photo, depth_);
     Scene fitted;
     fitScene({photo, depth_}, fit, depth2quilt_.options().focus, fitted);
-    depth2quilt_.render(fitted.photo, fitted.depth, quilt);
+    depth2quilt_.render(fitted, quilt);
 }
 
 } // namespace altiro3D

@@ -106,7 +106,7 @@ ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOpti
     cv::Mat quilt;
     const double all = milliseconds([&] { maker.render(photo, depth, quilt); });
     const double preparation =
-        milliseconds([&] { static_cast<void>(makeRenderer(photo, depth, options, 1)); });
+        milliseconds([&] { static_cast<void>(makeRenderer({photo, depth}, options, 1)); });
     return {all / views, std::min(preparation, all)};
 }
 

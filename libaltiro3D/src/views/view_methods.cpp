@@ -10,8 +10,10 @@ namespace altiro3D {
 
 namespace {
 
-std::unique_ptr<ViewRenderer> rendererOf(const cv::Mat& photo, const cv::Mat& depth,
-                                         const ViewOptions& options, double reach) {
+std::unique_ptr<ViewRenderer> rendererOf(const Scene& scene, const ViewOptions& options,
+                                         double reach) {
+    const cv::Mat& photo = scene.photo;
+    const cv::Mat& depth = scene.depth;
     const double largestShift = shiftOf(options, photo.cols, reach);
     switch (options.method) {
     case ViewMethod::Fast:
@@ -23,6 +25,7 @@ std::unique_ptr<ViewRenderer> rendererOf(const cv::Mat& photo, const cv::Mat& de
     }
     LayeredSettings settings{options.layered};
     settings.reachPixels = largestShift;
+    settings.hidden = scene.hidden;
     return makeLayeredRenderer(photo, depth, options.focus, settings);
 }
 
@@ -33,16 +36,25 @@ std::unique_ptr<ViewRenderer> rendererOf(const cv::Mat& photo, const cv::Mat& de
 
 } // namespace
 
-std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
-                                           const ViewOptions& options, double reach) {
-    checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1 of 0..1");
+std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions& options,
+                                           double reach) {
+    checkPhotoAndDepth(scene.photo, scene.depth, "depth", "CV_32FC1 of 0..1");
+    const HiddenLayer& hidden = scene.hidden;
+    if (!hidden.photo.empty() || !hidden.depth.empty()) {
+        checkPhotoAndDepth(hidden.photo, hidden.depth, "hidden depth", "CV_32FC1 of 0..1");
+        if (hidden.photo.size() != scene.photo.size()) {
+            throw Error(ErrorCode::Mismatch, "hidden layer",
+                        "has " + sizeText(hidden.photo.size()) +
+                            " px, expected those of the photo, " + sizeText(scene.photo.size()));
+        }
+    }
     try {
-        return rendererOf(photo, depth, options, reach);
+        return rendererOf(scene, options, reach);
     } catch (const std::bad_alloc&) {
-        failForMemory(photo.size());
+        failForMemory(scene.photo.size());
     } catch (const cv::Exception& exception) {
         if (exception.code != cv::Error::StsNoMem) throw;
-        failForMemory(photo.size());
+        failForMemory(scene.photo.size());
     }
 }
 

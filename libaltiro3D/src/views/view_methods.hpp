@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/photo_fit.hpp"
 #include "views/view_renderer.hpp"
 
 #include <memory>
@@ -7,15 +8,15 @@
 
 namespace altiro3D {
 
-/// Creates the renderer of a method. Photo and depth must outlive it.
+/// Creates the renderer of a method. The scene must outlive it.
 ///
-/// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
+/// @param scene photo [rows x cols, CV_8UC3, BGR]; depth [as the photo, CV_32FC1], clamped to 0..1,
+///        NaN counts as 0; hidden layer of the photo's size or empty
 /// @param options method and its options; must be valid
 /// @param reach largest |position| of the views
 /// @throws Error InvalidArgument (types, sizes), Mismatch, TooLarge, OutOfMemory
-std::unique_ptr<ViewRenderer> makeRenderer(const cv::Mat& photo, const cv::Mat& depth,
-                                           const ViewOptions& options, double reach);
+std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions& options,
+                                           double reach);
 
 /// Method Fast. Photo and depth must outlive the renderer.
 /// @param photo [rows x cols, CV_8UC3, BGR]
@@ -33,6 +34,9 @@ std::unique_ptr<ViewRenderer> makeRealRenderer(const cv::Mat& photo, const cv::M
 
 /// Parameters of method Layered.
 struct LayeredSettings : LayeredOptions {
+    /// What is known of the hidden background, of the photo's size.
+    HiddenLayer hidden{};
+
     /// Largest |shift| of the views (S/2), px, >= 0. Hidden background is prepared up to this
     /// shift. Views beyond are still complete; their gaps repeat the last prepared pixel.
     double reachPixels = 32;

@@ -1,6 +1,7 @@
 // The hidden background of method Layered, painted once for all views in the photo's geometry.
 
 #include "base/large_mat.hpp"
+#include "views/depth_offsets.hpp"
 #include "views/views_layered_scene.hpp"
 
 #include <algorithm>
@@ -31,6 +32,7 @@ struct Cell {
     int distance = 0; // distance from the visible part of its surface, px, >= 1
     int inwards = 1;  // direction to the visible part, 1 or -1
     float offset = 0;
+    bool isKnown = false; // its colour need not be painted
     // Neighbours: inwards, above, below, outwards, inwards above, inwards below. >= 0: a cell,
     // < 0: -1 - index of a pixel of the photo.
     std::int32_t link[6] = {kNoLink, kNoLink, kNoLink, kNoLink, kNoLink, kNoLink};
@@ -38,9 +40,11 @@ struct Cell {
 
 class Background {
   public:
-    Background(const cv::Mat& photo, int direction, LayeredScene& scene, double tear)
-        : photo_(photo.isContinuous() ? photo : photo.clone()), rows_(scene.rows[direction]),
-          scene_(scene), direction_(direction), tear_(tear) {
+    // @param known of the hidden background, mirrored as the photo
+    Background(const cv::Mat& photo, const HiddenLayer& known, double focus, int direction,
+               LayeredScene& scene, double tear)
+        : photo_(photo.isContinuous() ? photo : photo.clone()), known_(known), focus_(focus),
+          rows_(scene.rows[direction]), scene_(scene), direction_(direction), tear_(tear) {
         measure();
         if (cellCount_ == 0) return;
         collect();
@@ -50,6 +54,8 @@ class Background {
 
     void paint() {
         if (cells_.empty()) return;
+        colours_.resize(cells_.size());
+        takeKnown();
         flowIn();
         for (int sweep = 0; sweep < kSweeps; ++sweep)
             evenOut(sweep % 2 != 0);
@@ -147,11 +153,26 @@ class Background {
                  static_cast<float>(pixel[2])}};
     }
 
+    // Colours of the cells at which the layer of known background shows the surface of the cell.
+    void takeKnown() {
+        if (known_.photo.empty()) return;
+        for (std::size_t i = 0; i < cells_.size(); ++i) {
+            Cell& cell = cells_[i];
+            if (cell.x < 0 || cell.x >= photo_.cols) continue;
+            const float depth = known_.depth.ptr<float>(cell.y)[cell.x];
+            if (std::isnan(depth)) continue;
+            const float away = offsetFromFocus(depth, focus_) - cell.offset;
+            if (std::abs(static_cast<double>(away)) > kSameTears * tear_) continue;
+            cell.isKnown = true;
+            const std::uint8_t* bgr = known_.photo.ptr<std::uint8_t>(cell.y) + 3 * cell.x;
+            std::copy_n(bgr, 3, colours_[i].bgr);
+        }
+    }
+
     // From the visible border inwards, each cell becomes the mean of the neighbours painted before
     // it. Streaks widen with the distance, and colours from above and below flow in.
     void flowIn() {
         constexpr float kWeights[6] = {2, 1, 1, 1, 1, 1};
-        colours_.resize(cells_.size());
         std::vector<std::vector<std::size_t>> atDistance;
         for (std::size_t i = 0; i < cells_.size(); ++i) {
             const auto distance = static_cast<std::size_t>(cells_[i].distance);
@@ -161,14 +182,12 @@ class Background {
         for (const std::vector<std::size_t>& ring : atDistance) {
             for (const std::size_t i : ring) {
                 const Cell& cell = cells_[i];
+                if (cell.isKnown) continue;
                 Colour sum;
                 float weight = 0;
                 for (int k = 0; k < 6; ++k) {
                     const std::int32_t link = cell.link[k];
-                    const bool painted =
-                        link != kNoLink &&
-                        (link < 0 ||
-                         cells_[static_cast<std::size_t>(link)].distance < cell.distance);
+                    const bool painted = link != kNoLink && (link < 0 || isPainted(cell, link));
                     if (painted) addTo(sum, weight, link, kWeights[k]);
                 }
                 setMean(i, sum, weight);
@@ -176,10 +195,17 @@ class Background {
         }
     }
 
+    // Whether another cell has its colour when this one is painted.
+    bool isPainted(const Cell& cell, std::int32_t other) const {
+        const Cell& neighbour = cells_[static_cast<std::size_t>(other)];
+        return neighbour.isKnown || neighbour.distance < cell.distance;
+    }
+
     // Gauss-Seidel sweep for a membrane fixed at the known neighbours.
     void evenOut(bool backwards) {
         for (std::size_t n = 0; n < cells_.size(); ++n) {
             const std::size_t i = backwards ? cells_.size() - 1 - n : n;
+            if (cells_[i].isKnown) continue;
             Colour sum;
             float weight = 0;
             for (int k = 0; k < 4; ++k)
@@ -211,6 +237,8 @@ class Background {
     }
 
     const cv::Mat photo_; // in one piece
+    const HiddenLayer known_;
+    double focus_;
     std::vector<LayeredRow>& rows_;
     const LayeredScene& scene_;
     int direction_;
@@ -223,11 +251,23 @@ class Background {
     std::vector<Colour> colours_;
 };
 
+cv::Mat mirrored(const cv::Mat& picture) {
+    cv::Mat result;
+    if (!picture.empty()) cv::flip(picture, result, 1);
+    return result;
+}
+
 } // namespace
 
-void paintBackground(const cv::Mat& photo, const LayeredSettings& options, int direction,
-                     LayeredScene& scene) {
-    Background(photo, direction, scene, options.tearStep()).paint();
+void paintBackground(const cv::Mat& photo, double focus, const LayeredSettings& options,
+                     int direction, LayeredScene& scene) {
+    cv::Mat seen = photo;
+    HiddenLayer known = options.hidden;
+    if (direction == 1) {
+        seen = mirrored(photo);
+        known = {mirrored(known.photo), mirrored(known.depth)};
+    }
+    Background(seen, known, focus, direction, scene, options.tearStep()).paint();
 }
 
 } // namespace altiro3D

@@ -280,9 +280,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
     if (options.fill != LayeredFill::BackgroundLayer) return scene;
     cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& directions) {
         for (int direction = directions.start; direction < directions.end; ++direction) {
-            cv::Mat mirrored;
-            if (direction == 1) cv::flip(photo, mirrored, 1);
-            paintBackground(direction == 1 ? mirrored : photo, options, direction, scene);
+            paintBackground(photo, focus, options, direction, scene);
         }
     });
     return scene;

@@ -89,10 +89,11 @@ cv::Mat withoutLevels(const cv::Mat& depth, double reach);
 LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double focus,
                           const LayeredSettings& options);
 
-/// Paints the strips of all rows.
-/// @param photo the photo, mirrored for direction 1
+/// Paints the strips of all rows, with known colours where options.hidden has some.
+/// @param photo [rows x cols, CV_8UC3, BGR]
+/// @param focus depth of zero parallax
 /// @param direction 0 or 1
-void paintBackground(const cv::Mat& photo, const LayeredSettings& options, int direction,
-                     LayeredScene& scene);
+void paintBackground(const cv::Mat& photo, double focus, const LayeredSettings& options,
+                     int direction, LayeredScene& scene);
 
 } // namespace altiro3D

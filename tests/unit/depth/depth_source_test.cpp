@@ -5,6 +5,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/stereo_scene.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -306,6 +307,27 @@ TEST(DepthSource, DepthBesideAPhotoIsUsedOrReported) {
             << notes[0].text;
         EXPECT_NE(notes[0].text.find("; it is not used"), std::string::npos);
     }
+}
+
+TEST(DepthSource, APairBringsWhatOnlyTheRightEyeSees) {
+    const TemporaryDirectory directory;
+    const Eyes eyes = wallAndThing(6, 26);
+    writeImage(directory / "left.png", eyes.left);
+    writeImage(directory / "right.png", eyes.right);
+    StereoInput input;
+    input.right = directory / "right.png";
+    const auto source = depthFromStereo(input, depthFromCues());
+    Scene scene;
+    source->readScene(source->readImage(directory / "left.png"), 0.5, scene);
+    ASSERT_EQ(scene.hidden.photo.size(), eyes.left.size());
+    ASSERT_EQ(scene.hidden.depth.size(), eyes.left.size());
+    const cv::Rect thing = thingInLeft();
+    const cv::Point behind(thing.br().x - 8, thing.y + thing.height / 2);
+    const cv::Point beside(thing.br().x + 60, behind.y);
+    EXPECT_NEAR(scene.hidden.depth.at<float>(behind), scene.depth.at<float>(beside), 0.02);
+    EXPECT_GT(scene.depth.at<float>(behind), scene.depth.at<float>(beside) + 0.5F);
+    depthFromCues()->readScene(eyes.left, 0.5, scene);
+    EXPECT_TRUE(scene.hidden.photo.empty());
 }
 
 TEST(DepthSource, APairThatDoesNotMatchTakesItsDepthElsewhere) {

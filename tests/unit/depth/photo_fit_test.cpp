@@ -6,6 +6,7 @@
 #include <climits>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 
 namespace altiro3D::test {
 namespace {
@@ -187,6 +188,44 @@ TEST(PhotoFit, ViewsAreFittedOneByOneInTheShapeTheyShow) {
     EXPECT_NE(errorOf([&] {
                   applyFitToViews(quilt, layout, std::nan(""), 1, FitMode::Cover, fitted);
               }).find("viewAspect: is nan"),
+              std::string::npos);
+}
+
+// A layer of half the photo's size, known in its right half, whose depth rises from left to right.
+TEST(PhotoFit, WhatIsHiddenIsFittedAsThePhoto) {
+    altiro3D::Scene scene{
+        cv::Mat(80, 120, CV_8UC3, cv::Scalar::all(9)),
+        cv::Mat(80, 120, CV_32FC1, cv::Scalar(0.5)),
+        {cv::Mat(40, 60, CV_8UC3, cv::Scalar(10, 20, 200)), cv::Mat(40, 60, CV_32FC1)}};
+    for (int x = 0; x < 60; ++x)
+        scene.hidden.depth.col(x).setTo(x < 30 ? std::numeric_limits<float>::quiet_NaN()
+                                               : static_cast<float>(x + 0.5) / 60);
+    scene.hidden.photo.colRange(0, 30).setTo(cv::Scalar::all(255)); // unknown: must not mix in
+    for (const cv::Size size : {cv::Size(30, 30), cv::Size(160, 160), cv::Size(41, 80)}) {
+        const PhotoFit fit = fitPhoto(scene.photo.size(), 1, size); // columns 20..99
+        ASSERT_EQ(fit.source, cv::Rect(20, 0, 80, 80));
+        altiro3D::Scene fitted;
+        fitScene(scene, fit, 0.5, fitted);
+        ASSERT_EQ(fitted.hidden.photo.size(), size);
+        ASSERT_EQ(fitted.hidden.depth.size(), size);
+        for (int x = 0; x < size.width; ++x) {
+            const double place = 20 + 80 * (x + 0.5) / size.width; // column of the photo
+            const float depth = fitted.hidden.depth.at<float>(size.height / 2, x);
+            const double px = 80.0 / size.width;
+            if (place < 60 - 2 - px) {
+                EXPECT_TRUE(std::isnan(depth)) << x << ' ' << size;
+            } else if (place > 60 + 2 + px) {
+                EXPECT_NEAR(depth, place / 120, 0.002) << x << ' ' << size;
+                EXPECT_EQ(fitted.hidden.photo.at<cv::Vec3b>(size.height / 2, x),
+                          cv::Vec3b(10, 20, 200));
+            }
+        }
+    }
+    scene.hidden.depth = scene.hidden.depth.colRange(0, 59).clone();
+    altiro3D::Scene fitted;
+    EXPECT_NE(errorOf([&] {
+                  fitScene(scene, fitPhoto(scene.photo.size(), 1, {30, 30}), 0.5, fitted);
+              }).find("hidden depth: has 59 x 40 px, expected 60 x 40"),
               std::string::npos);
 }
 

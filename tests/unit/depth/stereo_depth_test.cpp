@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -67,6 +68,60 @@ struct Turned {
     double gain;
     double offset;
 };
+
+TEST(MatchStereo, TheRightEyeShowsWhatIsHiddenFromTheLeftOne) {
+    const int kWallShift = 6;
+    const Eyes eyes = wallAndThing(kWallShift, 26);
+    cv::Mat disparity;
+    HiddenLayer hidden;
+    ASSERT_TRUE(matchStereo(eyes.left, eyes.right, disparity, &hidden).isReliable);
+    ASSERT_EQ(hidden.photo.size(), kSize);
+    ASSERT_EQ(hidden.depth.size(), kSize);
+    // behind the last 20 columns of the thing, without the px that the matcher smears
+    const cv::Rect seen(kThing.br().x - 17, kInThing.y, 14, kInThing.height);
+    EXPECT_GT(shareWithin(hidden.depth, seen, kWallShift, 0.25), 0.95);
+    double difference = 0;
+    for (int y = seen.y; y < seen.br().y; ++y) {
+        for (int x = seen.x; x < seen.br().x; ++x) {
+            for (int c = 0; c < 3; ++c)
+                difference += std::abs(hidden.photo.at<cv::Vec3b>(y, x)[c] -
+                                       eyes.right.at<cv::Vec3b>(y, x - kWallShift)[c]);
+        }
+    }
+    EXPECT_LT(difference / (3 * seen.area()), 3); // the light of both pictures is made equal
+    // nothing is known elsewhere
+    cv::Mat known = hidden.depth == hidden.depth;
+    known(cv::Rect(kThing.br().x - 22, kThing.y - 4, 26, kThing.height + 8)).setTo(0);
+    EXPECT_LT(cv::countNonZero(known), kSize.area() / 200);
+
+    matchStereo(eyes.left, eyes.left, disparity, &hidden);
+    EXPECT_TRUE(hidden.photo.empty()); // flat
+}
+
+TEST(ScaleHiddenDepth, FollowsTheScaleOfTheDepth) {
+    cv::Mat disparity(2, 5, CV_32FC1);
+    for (int i = 0; i < 10; ++i)
+        disparity.at<float>(i / 5, i % 5) = 0.01F * static_cast<float>(i) - 0.02F;
+    cv::Mat depth = (disparity + 0.01F) / 0.05; // clamped at both ends
+    depth = cv::min(cv::max(depth, 0), 1);
+    const float unknown = std::numeric_limits<float>::quiet_NaN();
+    HiddenLayer hidden{cv::Mat(1, 3, CV_8UC3, cv::Scalar::all(7)),
+                       (cv::Mat_<float>(1, 3) << -0.06F, unknown, 0.015F)};
+    scaleHiddenDepth(disparity, depth, hidden);
+    EXPECT_NEAR(hidden.depth.at<float>(0, 0), -1, 1e-5);
+    EXPECT_TRUE(std::isnan(hidden.depth.at<float>(0, 1)));
+    EXPECT_NEAR(hidden.depth.at<float>(0, 2), 0.5, 1e-5);
+
+    depth.setTo(0.5);
+    disparity.setTo(0.01);
+    scaleHiddenDepth(disparity, depth, hidden);
+    EXPECT_TRUE(hidden.photo.empty());
+    hidden.photo.create(1, 3, CV_8UC3);
+    EXPECT_NE(errorOf([&] {
+                  scaleHiddenDepth(disparity, depth.row(0), hidden);
+              }).find("depth: has 5 x 1 px, expected those of the disparity, 5 x 2"),
+              std::string::npos);
+}
 
 class MatchStereoOf3dCamera : public testing::TestWithParam<Turned> {};
 

@@ -93,6 +93,33 @@ TEST(NativeMaker, FramingIsTheSameOnBothPathsAndShowsThatPartAlone) {
     EXPECT_TRUE(samePicture(native, usual));
 }
 
+TEST(NativeMaker, ShowsWhatIsHiddenOnBothPaths) {
+    const Display display = smallDisplay();
+    altiro3D::Scene scene = photoWithDepth();
+    scene.depth = cv::Mat(scene.photo.size(), CV_32FC1, 0.1F);
+    scene.depth(cv::Rect(30, 10, 30, 50)).setTo(0.9);
+    NativeOptions options;
+    options.views.strengthPercent = 40;
+    cv::Mat painted;
+    NativeMaker(display, options).makeNative(scene, painted);
+    scene.hidden = {randomPhoto(scene.photo.size(), 77),
+                    cv::Mat(scene.photo.size(), CV_32FC1, 0.1F)};
+    cv::Mat direct;
+    NativeMaker(display, options).makeNative(scene, direct);
+    EXPECT_FALSE(samePicture(direct, painted));
+    const NativeMaker over(NativeLut(display.calibration, display.quilt, display.invert), options);
+    ASSERT_EQ(over.path(), NativePath::OverQuilt);
+    cv::Mat native;
+    over.makeNative(scene, native);
+    EXPECT_TRUE(samePicture(native, direct));
+    // only method Layered shows it
+    options.views.method = ViewMethod::Fast;
+    NativeMaker(display, options).makeNative(scene, direct);
+    scene.hidden = {};
+    NativeMaker(display, options).makeNative(scene, native);
+    EXPECT_TRUE(samePicture(native, direct));
+}
+
 TEST(NativeMaker, KeepsThePanelsResolutionAndTakesContinuousPositions) {
     const Display display = smallDisplay();
     const altiro3D::Scene scene = photoWithDepth();

@@ -203,7 +203,7 @@ TEST(SwayView, OfAPhotoIsTheViewOfTheQuilt) {
             ViewOptions options;
             options.method = method;
             options.strengthPercent = 20;
-            const SwayView view = photoViews(photo, depth, options);
+            const SwayView view = photoViews({photo, depth}, options);
             cv::Mat picture;
             cv::Mat expected;
             for (const double position : {-1.0, -0.37, 0.0, 0.001, 0.5, 1.0}) {
@@ -220,7 +220,7 @@ TEST(SwayView, OfAPhotoIsTheViewOfTheQuilt) {
 
 TEST(SwayView, OfAPhotoDoesNotDependOnThreadsAndReusesItsPicture) {
     const cv::Size size(160, 121);
-    const SwayView view = photoViews(movingPicture(size, 3), discDepth(size));
+    const SwayView view = photoViews({movingPicture(size, 3), discDepth(size)});
     const RestoredThreads restored;
     cv::Mat one;
     cv::setNumThreads(1);
@@ -283,7 +283,9 @@ TEST(SwayView, WrongPicturesAreRefused) {
               std::string::npos);
     EXPECT_NE(errorOf([&] { quiltViews(cv::Mat(96, 192, CV_8UC1), layout, fit); }).find("CV_8UC3"),
               std::string::npos);
-    EXPECT_NE(errorOf([&] { photoViews(cv::Mat(9, 9, CV_8UC3), cv::Mat(9, 8, CV_32FC1)); }),
+    EXPECT_NE(errorOf([&] {
+                  photoViews({cv::Mat(9, 9, CV_8UC3), cv::Mat(9, 8, CV_32FC1)});
+              }),
               "(no error)");
 }
 
@@ -294,8 +296,8 @@ TEST(SwayView, APositionThatIsNoNumberIsRefused) {
     fast.method = ViewMethod::Fast;
     cv::Mat picture;
     for (const SwayView& view : {quiltViews(numberedQuilt(layout), layout, asItIs(layout.tileSize)),
-                                 photoViews(movingPicture(size, 3), discDepth(size)),
-                                 photoViews(movingPicture(size, 3), discDepth(size), fast)}) {
+                                 photoViews({movingPicture(size, 3), discDepth(size)}),
+                                 photoViews({movingPicture(size, 3), discDepth(size)}, fast)}) {
         EXPECT_EQ(errorOf([&] { view(std::nan(""), picture); }),
                   "position: is nan, expected a number");
         EXPECT_EQ(errorOf([&] { view(HUGE_VAL, picture); }), "(no error)"); // the end
@@ -306,7 +308,7 @@ TEST(WriteSway, FramesComeBackAsTheViewsOfThePath) {
     const TemporaryDirectory directory;
     const fs::path file = directory / "sway.mp4";
     const cv::Size size(160, 120);
-    const SwayView view = photoViews(movingPicture(size, 3), discDepth(size));
+    const SwayView view = photoViews({movingPicture(size, 3), discDepth(size)});
     SwayOptions options;
     options.secondsPerTurn = 0.8;
     options.turns = 2;

@@ -82,6 +82,39 @@ cv::Vec3b mean(const cv::Vec3b& a, const cv::Vec3b& b) {
     return result;
 }
 
+TEST(ViewsLayered, KnownBackgroundIsShownWhereThePhotoHidesIt) {
+    const Board board(0.25F, 0.75F);
+    const cv::Vec3b violet(150, 20, 140);
+    LayeredSettings options;
+    options.reachPixels = 16;
+    const cv::Mat painted = rendered(board.photo, board.depth, 0.5, 12, options);
+    options.hidden = {cv::Mat(board.photo.size(), CV_8UC3, violet),
+                      cv::Mat(board.photo.size(), CV_32FC1, cv::Scalar(0.25))};
+    const cv::Mat view = rendered(board.photo, board.depth, 0.5, 12, options);
+    // the board, columns 20..39, moves by 3 px to the left, the wall by 3 px to the right
+    for (int y = 0; y < view.rows; ++y) {
+        for (int x = 39; x <= 41; ++x) { // columns 38 and 42 may be mixed
+            EXPECT_EQ(view.at<cv::Vec3b>(y, x), violet) << x;
+            EXPECT_EQ(painted.at<cv::Vec3b>(y, x), board.green) << x;
+        }
+        EXPECT_EQ(view.at<cv::Vec3b>(y, 30), board.red);
+        EXPECT_EQ(view.at<cv::Vec3b>(y, 50), board.green);
+    }
+    cv::Mat mirroredPhoto;
+    cv::Mat mirroredDepth;
+    cv::Mat mirroredView;
+    cv::flip(board.photo, mirroredPhoto, 1);
+    cv::flip(board.depth, mirroredDepth, 1);
+    cv::flip(view, mirroredView, 1);
+    EXPECT_TRUE(
+        samePicture(rendered(mirroredPhoto, mirroredDepth, 0.5, -12, options), mirroredView));
+    // what lies at another depth, or nowhere, is not used
+    options.hidden.depth.setTo(0.75);
+    EXPECT_TRUE(samePicture(rendered(board.photo, board.depth, 0.5, 12, options), painted));
+    options.hidden.depth.setTo(std::numeric_limits<float>::quiet_NaN());
+    EXPECT_TRUE(samePicture(rendered(board.photo, board.depth, 0.5, 12, options), painted));
+}
+
 TEST(ViewsLayered, NoShiftGivesThePhotoBitForBit) {
     for (const cv::Size size : kSizes) {
         const cv::Mat photo = randomPhoto(size);

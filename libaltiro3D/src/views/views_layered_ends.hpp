@@ -8,7 +8,7 @@ namespace altiro3D {
 /// to back.
 struct LayeredPixel {
     static constexpr int kMax = 4;
-    std::int32_t place[kMax] = {}; ///< Places as in layeredPlaces().
+    std::int32_t place[kMax] = {}; ///< Places as in LayeredRoom.
     /// In 1/256 of what the covers before leave visible; the last one covers all.
     int coverage[kMax] = {};
     int count = 0;

@@ -104,43 +104,41 @@ HWY_INLINE I plainPlace(const LayeredTables& tables, const Lanes<F, I>& lanes, I
     return hn::IfThenElse(hn::Gt(lanes.base, hn::Zero(whole)), hn::Sub(ends, place), place);
 }
 
-// First pass, for pixels that no other surface comes near. If the offsets around a column follow a
-// line, it gives the place. Else a guess is verified: within a surface the contents are in order,
-// so it is the only solution. Arithmetic limits the speed: about twenty operations, or fifty more
-// and a gather of four bytes.
-std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixels,
-                          const float* HWY_RESTRICT shifts, std::int32_t* HWY_RESTRICT places,
-                          std::int32_t* HWY_RESTRICT open) {
+// For open blocks. Pixels on a line have their place. If no other surface comes near, a
+// guess from the pixel's own depth and slope is verified: within a surface the contents are in
+// order, so it is the only solution. Arithmetic limits the speed: some seventy operations and a
+// gather of four bytes.
+std::size_t layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
+                             const float* HWY_RESTRICT shifts, std::size_t firstPixel,
+                             std::size_t openCount, const LayeredRoom& room) {
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
+    const hn::Rebind<std::int16_t, decltype(d)> narrow;
     using F = hn::Vec<decltype(d)>;
     using I = hn::Vec<decltype(whole)>;
     const F one = hn::Set(d, 1.0F);
     const F half = hn::Set(d, 0.5F);
-    const F subColumns = hn::Set(d, static_cast<float>(1 << kSubColumnBits));
-    const F magic = hn::Set(d, 0x1.8p23F); // floats beyond have no fraction
     const F lastColumn = hn::Set(d, static_cast<float>(tables.width) - 0.5F);
     const I none = hn::Zero(whole);
     const I lastFlag = hn::Set(whole, kLastFlag);
-    std::size_t openCount = 0;
+    const I notOnLine = hn::Set(whole, kNotOnLine);
+    std::int32_t* HWY_RESTRICT places = room.places + firstPixel;
+    const auto end = static_cast<std::int32_t>(firstPixel + pixels.count);
+    const std::size_t openBefore = openCount;
     // @param wordsAt the word of a column in the lower, the next one's in the upper 16 bits
     const auto guessVector = [&](std::size_t i, const auto& wordsAt) HWY_ATTR {
-        const F shift = hn::LoadU(d, shifts + i);
-        const F slope = hn::LoadU(d, pixels.slopes + i);
-        const F movement = hn::Mul(shift, hn::LoadU(d, pixels.offsets + i));
-        const F steep = hn::Sub(one, hn::Mul(shift, slope));
-        const F away = hn::Div(hn::Mul(movement, subColumns), steep);
-        const I steps =
-            hn::Sub(hn::BitCast(whole, hn::Add(away, magic)), hn::BitCast(whole, magic));
-        const I onLine = hn::Add(hn::LoadU(whole, pixels.places + i), steps);
-        const auto clear = hn::And(hn::Le(shift, hn::LoadU(d, pixels.to + i)),
-                                   hn::Ge(shift, hn::LoadU(d, pixels.from + i)));
-        const auto flag = hn::ShiftLeft<31>(hn::BitCast(whole, slope));
-        const auto isLine = hn::And(hn::RebindMask(whole, clear), hn::Lt(flag, none));
-        if (HWY_LIKELY(hn::AllTrue(whole, isLine))) {
+        const I away = hn::PromoteTo(whole, hn::LoadU(narrow, pixels.away + i));
+        const I onLine = hn::Add(hn::LoadU(whole, pixels.places + i), away);
+        const auto isLine = hn::Ne(away, notOnLine);
+        if (hn::AllTrue(whole, isLine)) {
             hn::StoreU(onLine, whole, places + i);
             return;
         }
+        const F shift = hn::LoadU(d, shifts + i);
+        const F movement = hn::Mul(shift, hn::LoadU(d, pixels.offsets + i));
+        const F steep = hn::Sub(one, hn::Mul(shift, hn::LoadU(d, pixels.slopes + i)));
+        const auto clear = hn::And(hn::Le(shift, hn::LoadU(d, pixels.to + i)),
+                                   hn::Ge(shift, hn::LoadU(d, pixels.from + i)));
         const auto lanes = lanesOf(d, tables, hn::LoadU(d, pixels.columns + i), shift);
         const auto mirrored = hn::Gt(lanes.base, none);
         // solves x = c - s (offset + slope (c - x)) for c; a guess may be wrong, but not NaN, which
@@ -162,39 +160,42 @@ std::size_t placesByGuess(const LayeredTables& tables, const LayeredPixels& pixe
         const auto between = hn::And(hn::Le(from, lanes.x), hn::Lt(lanes.x, to));
         const auto verified = hn::And(hn::RebindMask(whole, hn::And(between, clear)),
                                       hn::Eq(hn::And(words, lastFlag), none));
-        const auto sure = hn::Or(isLine, verified);
         const I found = placeBetween(d, lanes, column, from, to);
         hn::StoreU(hn::IfThenElse(isLine, onLine, plainPlace(tables, lanes, found)), whole,
                    places + i);
+        const auto sure = hn::Or(isLine, verified);
 #if !ALTIRO3D_AVX512
         // With AVX-512, compressing takes one instruction and is cheaper than an unpredictable
         // branch.
         if (hn::AllTrue(whole, sure)) return;
 #endif
         const ChosenLanes unsure(whole, hn::Not(sure));
-        unsure.store(hn::Iota(whole, static_cast<std::int32_t>(i)), open + openCount);
+        unsure.store(hn::Iota(whole, static_cast<std::int32_t>(firstPixel + i)),
+                     room.open.pixels + openCount);
+        unsure.store(hn::LoadU(d, pixels.columns + i), room.open.columns + openCount);
+        unsure.store(shift, room.open.shifts + openCount);
         openCount += unsure.count();
     };
     const auto gathered = [&](I column, const auto&) HWY_ATTR {
         return gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(column));
     };
     const std::size_t lanesPerVector = hn::Lanes(d);
-    const std::size_t step = kVectorsPerWindow * lanesPerVector;
-    for (std::size_t begin = 0; begin < pixels.count; begin += step) {
-        const std::size_t end = std::min(begin + step, pixels.count);
+    for (std::size_t begin = 0; begin < pixels.count; begin += kWindowPixels) {
+        if (pixels.windows[begin / kWindowPixels] != kOpenBlock) continue;
+        const std::size_t blockEnd = std::min(begin + kWindowPixels, pixels.count);
 #if ALTIRO3D_AVX512
-        const TwoWindows<std::int16_t> windows(tables, pixels, begin, end, tables.words);
+        const TwoWindows<std::int16_t> windows(tables, pixels, begin, blockEnd, tables.words);
         if (windows.fit()) {
-            for (std::size_t i = begin; i < end; i += lanesPerVector)
+            for (std::size_t i = begin; i < blockEnd; i += lanesPerVector)
                 guessVector(i, [&](I column, const auto& mirrored)
                                    HWY_ATTR { return windows.pairs(column, mirrored); });
             continue;
         }
 #endif
-        for (std::size_t i = begin; i < end; i += lanesPerVector)
+        for (std::size_t i = begin; i < blockEnd; i += lanesPerVector)
             guessVector(i, gathered);
     }
-    while (openCount > 0 && static_cast<std::size_t>(open[openCount - 1]) >= pixels.count)
+    while (openCount > openBefore && room.open.pixels[openCount - 1] >= end)
         --openCount; // padding
     return openCount;
 }
@@ -285,10 +286,8 @@ class Walk {
     I word;  // its word; only the flags are used
 };
 
-// Second pass, for pixels without a verified guess: finds the column that reaches them. If it is
-// the end of a surface, the pixel goes to the third pass.
-std::size_t placesByWalk(const LayeredTables& tables, const LayeredPixels& pixels,
-                         const float* HWY_RESTRICT shifts, bool bounded, std::size_t openCount,
+// Finds the columns that reach the listed pixels. Pixels at the ends of surfaces stay in the list.
+std::size_t placesByWalk(const LayeredTables& tables, bool bounded, std::size_t openCount,
                          const LayeredRoom& room) {
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
@@ -298,9 +297,10 @@ std::size_t placesByWalk(const LayeredTables& tables, const LayeredPixels& pixel
     const I lastFlag = hn::Set(whole, kLastFlag);
     std::size_t endCount = 0; // never ahead of the read position
     for (std::size_t i = 0; i < openCount; i += lanesPerVector) {
-        const I number = hn::LoadU(whole, room.open + i);
-        const auto lanes = lanesOf(d, tables, gatherFloats(d, pixels.columns, number),
-                                   gatherFloats(d, shifts, number));
+        const I number = hn::LoadU(whole, room.open.pixels + i);
+        const F columns = hn::LoadU(d, room.open.columns + i);
+        const F shift = hn::LoadU(d, room.open.shifts + i);
+        const auto lanes = lanesOf(d, tables, columns, shift);
         Walk<decltype(d), F, I> walk(d, tables, lanes);
         walk.run(bounded);
         const auto inside = hn::And(hn::Eq(hn::And(walk.word, lastFlag), hn::Zero(whole)),
@@ -310,10 +310,12 @@ std::size_t placesByWalk(const LayeredTables& tables, const LayeredPixels& pixel
         hn::Store(plainPlace(tables, lanes, place), whole, results);
         const std::size_t count = std::min(lanesPerVector, openCount - i);
         for (std::size_t k = 0; k < count; ++k)
-            room.places[room.open[i + k]] = results[k];
+            room.places[room.open.pixels[i + k]] = results[k];
         const ChosenLanes outside(whole, hn::AndNot(inside, hn::FirstN(whole, count)));
-        outside.store(walk.found, room.openColumns + endCount);
-        outside.store(number, room.open + endCount);
+        outside.store(number, room.open.pixels + endCount);
+        outside.store(columns, room.open.columns + endCount);
+        outside.store(shift, room.open.shifts + endCount);
+        outside.store(walk.found, room.endColumns + endCount);
         endCount += outside.count();
     }
     return endCount;
@@ -329,12 +331,13 @@ class EndPixels {
     using M = hn::Mask<Whole>;
 
   public:
-    // @param number the pixels @param column where the walk ended, in the direction of each
-    HWY_INLINE EndPixels(D d, const LayeredTables& tables, const LayeredSurfaces& surfaces,
-                         const LayeredPixels& pixels, const float* shifts, I number, I column)
-        : d_(d), tables_(tables), surfaces_(surfaces), shift_(gatherFloats(d, shifts, number)),
-          lanes_(lanesOf(d, tables, gatherFloats(d, pixels.columns, number), shift_)),
-          givenColumn_(column), column_(column), frame_(hn::Lt(column, none())) {
+    // @param x, shift column and shift of the pixels
+    // @param column where the walk ended, in the direction of each
+    HWY_INLINE EndPixels(D d, const LayeredTables& tables, const LayeredSurfaces& surfaces, F x,
+                         F shift, I column)
+        : d_(d), tables_(tables), surfaces_(surfaces), shift_(shift),
+          lanes_(lanesOf(d, tables, x, shift)), givenColumn_(column), column_(column),
+          frame_(hn::Lt(column, none())) {
         const M mirrored = hn::Ne(lanes_.base, none());
         firstSurface_ = hn::IfThenElseZero(mirrored, hn::Set(whole_, surfaces.begin[1]));
         endSurface_ = hn::IfThenElse(mirrored, hn::Set(whole_, surfaces.begin[2]),
@@ -473,9 +476,8 @@ class EndPixels {
     I part = hn::Zero(Whole());  // how much of them, in 1/256
 };
 
-// Third pass, for pixels at the ends of surfaces. What is more involved is left to LayeredSearch.
+// For listed pixels at the ends of surfaces. What is more involved is left to LayeredSearch.
 LayeredCounts placesAtEnds(const LayeredTables& tables, const LayeredSurfaces& surfaces,
-                           const LayeredPixels& pixels, const float* HWY_RESTRICT shifts,
                            std::size_t endCount, const LayeredRoom& room) {
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
@@ -485,9 +487,11 @@ LayeredCounts placesAtEnds(const LayeredTables& tables, const LayeredSurfaces& s
     for (std::size_t i = 0; i < endCount; i += lanesPerVector) {
         const std::size_t count = std::min(lanesPerVector, endCount - i);
         const auto valid = hn::FirstN(whole, count);
-        const I number = hn::IfThenElseZero(valid, hn::LoadU(whole, room.open + i));
-        const I column = hn::IfThenElseZero(valid, hn::LoadU(whole, room.openColumns + i));
-        EndPixels<hn::ScalableTag<float>> ends(d, tables, surfaces, pixels, shifts, number, column);
+        const auto validF = hn::RebindMask(d, valid);
+        const I column = hn::IfThenElseZero(valid, hn::LoadU(whole, room.endColumns + i));
+        EndPixels<hn::ScalableTag<float>> ends(
+            d, tables, surfaces, hn::IfThenElseZero(validF, hn::LoadU(d, room.open.columns + i)),
+            hn::IfThenElseZero(validF, hn::LoadU(d, room.open.shifts + i)), column);
         ends.lookBehindBorder();
         ends.lookBeyondSurface();
         ends.lookIntoGap();
@@ -498,13 +502,13 @@ LayeredCounts placesAtEnds(const LayeredTables& tables, const LayeredSurfaces& s
         HWY_ALIGN std::int32_t results[HWY_LANES(std::int32_t)];
         hn::Store(hn::IfThenElse(hard, hn::Set(whole, kSeeEnds), ends.place), whole, results);
         for (std::size_t k = 0; k < count; ++k)
-            room.places[room.open[i + k]] = results[k];
+            room.places[room.open.pixels[i + k]] = results[k];
         const ChosenLanes hardOnes(whole, hard);
-        hardOnes.store(number, room.hard + counts.hard);
+        hardOnes.store(hn::Iota(whole, static_cast<std::int32_t>(i)), room.hard + counts.hard);
         hardOnes.store(column, room.hardColumns + counts.hard);
         counts.hard += hardOnes.count();
         const ChosenLanes mixed(whole, hn::And(hn::AndNot(hard, valid), ends.isMixed()));
-        mixed.store(number, room.mixed + counts.mixed);
+        mixed.store(hn::LoadU(whole, room.open.pixels + i), room.mixed + counts.mixed);
         mixed.store(ends.cover, room.covers + counts.mixed);
         mixed.store(ends.part, room.parts + counts.mixed);
         counts.mixed += mixed.count();
@@ -512,17 +516,14 @@ LayeredCounts placesAtEnds(const LayeredTables& tables, const LayeredSurfaces& s
     return counts;
 }
 
-LayeredCounts layeredPlacesOn(const LayeredTables& tables, const LayeredSurfaces& surfaces,
-                              const LayeredPixels& pixels, const float* HWY_RESTRICT shifts,
-                              bool bounded, const LayeredRoom& room) {
-    const std::size_t lanesPerVector = hn::Lanes(hn::ScalableTag<std::int32_t>());
-    const std::size_t openCount = placesByGuess(tables, pixels, shifts, room.places, room.open);
-    for (std::size_t i = 0; i < lanesPerVector; ++i) {
-        room.open[openCount + i] = 0;      // any pixel
-        room.places[pixels.count + i] = 0; // any place
+LayeredCounts layeredEndsOn(const LayeredTables& tables, const LayeredSurfaces& surfaces,
+                            bool bounded, std::size_t openCount, const LayeredRoom& room) {
+    for (std::size_t i = 0; i < hn::Lanes(hn::ScalableTag<float>()); ++i) {
+        room.open.columns[openCount + i] = 0; // any pixel
+        room.open.shifts[openCount + i] = 0;
     }
-    const std::size_t endCount = placesByWalk(tables, pixels, shifts, bounded, openCount, room);
-    return placesAtEnds(tables, surfaces, pixels, shifts, endCount, room);
+    const std::size_t endCount = placesByWalk(tables, bounded, openCount, room);
+    return placesAtEnds(tables, surfaces, endCount, room);
 }
 
 } // namespace HWY_NAMESPACE
@@ -532,12 +533,18 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace altiro3D {
 
-HWY_EXPORT(layeredPlacesOn);
+HWY_EXPORT(layeredGuessesOn);
+HWY_EXPORT(layeredEndsOn);
 
-LayeredCounts layeredPlaces(const LayeredTables& tables, const LayeredSurfaces& surfaces,
-                            const LayeredPixels& pixels, const float* shifts, bool bounded,
-                            const LayeredRoom& room) {
-    return HWY_DYNAMIC_DISPATCH(layeredPlacesOn)(tables, surfaces, pixels, shifts, bounded, room);
+std::size_t layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels,
+                           const float* shifts, std::size_t first, std::size_t openCount,
+                           const LayeredRoom& room) {
+    return HWY_DYNAMIC_DISPATCH(layeredGuessesOn)(tables, pixels, shifts, first, openCount, room);
+}
+
+LayeredCounts layeredEnds(const LayeredTables& tables, const LayeredSurfaces& surfaces,
+                          bool bounded, std::size_t openCount, const LayeredRoom& room) {
+    return HWY_DYNAMIC_DISPATCH(layeredEndsOn)(tables, surfaces, bounded, openCount, room);
 }
 
 } // namespace altiro3D

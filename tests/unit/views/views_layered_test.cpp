@@ -7,7 +7,9 @@
 #include "support/middlebury.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
+#include "views/views_layered_columns.hpp"
 #include "views/views_layered_ends.hpp"
+#include "views/views_layered_lines.hpp"
 #include "views/views_layered_scene.hpp"
 
 #include <algorithm>
@@ -536,6 +538,8 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
                 for (std::size_t i = 0; i < columns.size(); ++i) {
                     shifts[i] = static_cast<float>(rng.uniform(-largest, largest));
                     if (i % 10 == 0) shifts[i] = i % 20 == 0 ? 25 : -25;
+                    // within the reach, shifts are whole steps
+                    if (tear < 2) shifts[i] = std::round(shifts[i] / 25 * 16384) * 25 / 16384;
                 }
                 sampler->open(y);
                 ASSERT_FALSE(sampler->still());
@@ -587,39 +591,56 @@ TEST(ViewsLayered, LinesGiveThePlaceOfTheirDepth) {
     options.reachPixels = 17;
     std::vector<float> scratch;
     LayeredColumns columns;
-    int lines = 0;
+    std::vector<int> all(static_cast<std::size_t>(size.width));
+    std::iota(all.begin(), all.end(), 0);
+    const LayeredBlocks blocks = layeredBlocks(all);
+    LayeredLines<std::int16_t> lines;
+    std::vector<std::int16_t> away = paddedRow<std::int16_t>(all.size());
+    std::vector<std::int32_t> windows = paddedRow<std::int32_t>(all.size() / kWindowPixels + 1);
+    std::vector<std::int32_t> noWindows(windows.size(), -1);
+    std::vector<float> shiftPixels = paddedRow<float>(all.size());
+    int found = 0;
     for (const cv::Mat& depth : depthsToSearch(size)) {
         const LayeredScene scene = layeredScene(photo, depth, 0.4, options);
         for (int y = 0; y < size.height; ++y) {
             forEachInstructionSet([&](const char* name) {
                 layeredColumns(scene.tables(y), scratch, columns);
-                for (int x = 0; x < size.width; ++x) {
-                    const auto column = static_cast<std::size_t>(x);
-                    const float slope = columns.slopes[column];
-                    std::uint32_t bits = 0;
-                    std::memcpy(&bits, &slope, sizeof bits);
-                    if ((bits & 1) == 0) continue;
-                    ++lines;
-                    for (const float part : {-1.0F, -0.4F, 0.1F, 0.7F, 1.0F}) {
-                        const float shift = part * 17;
-                        if (shift < columns.from[column] || shift > columns.to[column]) continue;
+                for (std::size_t i = 0; i < lines.all().size(); ++i)
+                    lines.all()[i]->assign(columns.lines.all()[i]->begin(),
+                                           columns.lines.all()[i]->end());
+                for (const int part : {-16384, -6554, -1, 0, 1638, 11469, 16384}) {
+                    const std::vector<std::int16_t> steps(all.size() + kRowPadding,
+                                                          static_cast<std::int16_t>(part));
+                    const double shift = part / 16384.0 * 17;
+                    layeredLines({lines.offsets.data(), lines.slopes.data(), lines.from.data(),
+                                  lines.to.data(), blocks.columns.data(), blocks.starts.data(),
+                                  noWindows.data(), steps.data(), 17, all.size()},
+                                 away.data(), windows.data(), shiftPixels.data());
+                    for (int x = 0; x < size.width; ++x) {
+                        const std::int16_t steps256 = away[static_cast<std::size_t>(x)];
+                        if (steps256 == kNotOnLine) continue;
+                        ++found;
                         const int direction = shift < 0 ? 1 : 0;
                         const int own = direction == 0 ? x : size.width - 1 - x;
-                        const LayeredPixel found =
+                        const auto length = static_cast<float>(std::abs(shift));
+                        const LayeredPixel pixel =
                             LayeredSearch(scene, y, {2 * scene.stride(), 2 * scene.stride()})
-                                .at(direction, own, std::abs(shift), size.width - 1);
-                        ASSERT_EQ(found.count, 1) << name << " " << x << " " << y << " " << shift;
-                        const double inRow = found.place[0] / 256.0 - direction * scene.stride();
+                                .at(direction, own, length, size.width - 1);
+                        ASSERT_EQ(pixel.count, 1) << name << " " << x << " " << y << " " << shift;
+                        const double inRow = pixel.place[0] / 256.0 - direction * scene.stride();
                         const double place = direction == 0 ? inRow : size.width - 1 - inRow;
-                        const double line = x + double(shift) * double(columns.offsets[column]) /
-                                                    (1 - double(shift) * double(slope));
-                        ASSERT_NEAR(line, place, 1.0 / 32 + 1e-4) << name << " " << x << " " << y;
+                        ASSERT_NEAR(x + steps256 / 256.0, place, 1.0 / 32)
+                            << name << " " << x << " " << y << " " << shift;
+                        const std::int32_t window = windows[static_cast<std::size_t>(x) / 32];
+                        if (window == kOpenBlock) continue;
+                        ASSERT_LE(window, x + std::floor(steps256 / 256.0));
+                        ASSERT_GE(window + 62, x + std::floor(steps256 / 256.0));
                     }
                 }
             });
         }
     }
-    EXPECT_GT(lines, 1000);
+    EXPECT_GT(found, 1000);
 }
 
 // Sub-pixels with any shifts are those of the views that they belong to.

@@ -71,13 +71,13 @@ class LayeredReader {
     void find(const std::int16_t* const* shifts, std::size_t parts, const F& read) {
         bounded_ = true;
         for (begin_ = 0; begin_ < columns_.size(); begin_ += kPixelsAtATime) {
-            std::size_t openCount = 0;
+            LayeredOpenCounts open;
             for (std::size_t part = 0; part < parts; ++part) {
                 if (layeredLines(linePixels(shifts[part]), room_.away(part), room_.windows(part),
                                  room_.shifts.data()))
-                    openCount = guess(part, openCount);
+                    guess(part, open);
             }
-            findEnds(openCount);
+            findEnds(open);
             for (std::size_t part = 0; part < parts; ++part)
                 read(part, begin_);
         }
@@ -91,7 +91,9 @@ class LayeredReader {
             std::fill_n(room_.away(0), size() + kRowPadding, kNotOnLine);
             std::fill_n(room_.windows(0), size() / kWindowPixels + 1, kOpenBlock);
             std::copy_n(shifts + begin_, size(), room_.shifts.begin());
-            findEnds(guess(0, 0));
+            LayeredOpenCounts open;
+            guess(0, open);
+            findEnds(open);
             read(0, begin_);
         }
     }
@@ -103,16 +105,15 @@ class LayeredReader {
         layeredSamples(pixels(part), plane, room_.places.data() + part * room_.stride, values);
         const auto first = static_cast<std::int32_t>(part * room_.stride);
         const auto end = static_cast<std::int32_t>((part + 1) * room_.stride);
-        const auto* const mixedEnd = room_.mixed.data() + counts_.mixed;
-        for (const auto* mixed = std::lower_bound(room_.mixed.data(), mixedEnd, first);
-             mixed < mixedEnd && *mixed < end; ++mixed) {
-            const auto i = static_cast<std::size_t>(mixed - room_.mixed.data());
-            std::uint8_t& value = values[*mixed - first];
+        for (std::size_t i = 0; i < counts_.mixed; ++i) {
+            const std::int32_t pixel = room_.mixed[i];
+            if (pixel < first || pixel >= end) continue;
+            std::uint8_t& value = values[pixel - first];
             value = static_cast<std::uint8_t>(
                 coveredBy(sampleAt(plane, room_.covers[i]), value, room_.shares[i]));
         }
         for (std::size_t i = 0; i < counts_.hard; ++i) {
-            const std::int32_t pixel = room_.openPixels[static_cast<std::size_t>(room_.hard[i])];
+            const std::int32_t pixel = room_.hard.pixels[i];
             if (pixel >= first && pixel < end)
                 values[pixel - first] = static_cast<std::uint8_t>(colourOf(hard_[i], plane));
         }
@@ -123,16 +124,26 @@ class LayeredReader {
     struct Room {
         // @param count pixels of each part
         Room(std::size_t parts, std::size_t count)
-            : stride((count / kWindowPixels + 1) * kWindowPixels), places(parts * stride + 64),
-              openPixels(places), hard(places), hardColumns(places), mixed(places), covers(places),
-              shares(places), endColumns(places), openColumns(places.size()),
-              openShifts(openColumns), shifts(stride + kRowPadding), away_(places.size()),
+            : stride((count / kWindowPixels + 1) * kWindowPixels),
+              places(parts * stride + kRowPadding), hardColumns(places), mixed(places),
+              covers(places), shares(places),
+              endColumns(places), open{List(places.size()), List(places.size())},
+              hard(places.size()), shifts(stride + kRowPadding), away_(places.size()),
               windows_(parts * stride / kWindowPixels) {}
 
+        // The memory of a LayeredList.
+        struct List {
+            explicit List(std::size_t size) : pixels(size), columns(size), shifts(size) {}
+            std::vector<std::int32_t> pixels;
+            std::vector<float> columns, shifts;
+
+            LayeredList pointers() { return {pixels.data(), columns.data(), shifts.data()}; }
+        };
+
         std::size_t stride; // pixels from part to part
-        std::vector<std::int32_t> places, openPixels, hard, hardColumns, mixed, covers, shares,
-            endColumns;
-        std::vector<float> openColumns, openShifts;
+        std::vector<std::int32_t> places, hardColumns, mixed, covers, shares, endColumns;
+        List open[2];
+        List hard;
         std::vector<float> shifts; // of the pixels of one part, px
 
         std::int16_t* away(std::size_t part) { return away_.data() + part * stride; }
@@ -144,10 +155,10 @@ class LayeredReader {
             return windows_.data() + part * (stride / kWindowPixels);
         }
         LayeredRoom pointers() {
-            return {places.data(), {openPixels.data(), openColumns.data(), openShifts.data()},
-                    hard.data(),   hardColumns.data(),
-                    mixed.data(),  covers.data(),
-                    shares.data(), endColumns.data()};
+            return {places.data(),   {open[0].pointers(), open[1].pointers()},
+                    hard.pointers(), hardColumns.data(),
+                    mixed.data(),    covers.data(),
+                    shares.data(),   endColumns.data()};
         }
 
       private:
@@ -194,31 +205,41 @@ class LayeredReader {
                 size()};
     }
 
-    // Finds what pixels of open blocks show and lists the others. @return length of the list
-    std::size_t guess(std::size_t part, std::size_t openCount) {
+    // Finds what pixels of open blocks show and lists the others.
+    void guess(std::size_t part, LayeredOpenCounts& open) {
         if (!isPicked_) {
             for (std::size_t i = 0; i < known_.all().size(); ++i)
                 pickColumns(columns_.data(), columns_.size(), known_.all()[i]->data(),
                             copies_.all()[i]->data());
             isPicked_ = true;
         }
-        return layeredGuesses(tables_, pixels(part), room_.shifts.data(), part * room_.stride,
-                              openCount, room_.pointers());
+        layeredGuesses(tables_, pixels(part), room_.shifts.data(), part * room_.stride,
+                       room_.pointers(), open);
     }
 
     // Finds what the listed pixels show.
-    void findEnds(std::size_t openCount) {
+    void findEnds(const LayeredOpenCounts& open) {
         counts_ = {};
-        if (openCount == 0) return;
-        const LayeredSurfaces surfaces = {
-            left_.data(), right_.data(), {0, mirroredSurfaces_, static_cast<int>(left_.size())}};
-        counts_ = layeredEnds(tables_, surfaces, bounded_, openCount, room_.pointers());
+        const LayeredSurfaces surfaces = {left_.data(),
+                                          right_.data(),
+                                          endOffsets_.data(),
+                                          {0, mirroredSurfaces_, static_cast<int>(left_.size())}};
+        const LayeredRoom room = room_.pointers();
+        const bool inOrder = scene_.rows[0][static_cast<std::size_t>(row_)].inOrder;
+        for (int direction = 0; direction < 2; ++direction) {
+            const std::size_t size = open.size[direction];
+            if (bounded_ && inOrder) {
+                layeredAmongSurfaces(tables_, surfaces, scene_.reachColumns, direction, size, room,
+                                     counts_);
+            } else {
+                layeredWalk(tables_, surfaces, bounded_, size, room.open[direction], room, counts_);
+            }
+        }
         const LayeredSearch search(scene_, row_, strips_);
         hard_.resize(counts_.hard);
         for (std::size_t i = 0; i < counts_.hard; ++i) {
-            const auto entry = static_cast<std::size_t>(room_.hard[i]);
-            const int column = static_cast<int>(room_.openColumns[entry]);
-            const float shift = room_.openShifts[entry];
+            const int column = static_cast<int>(room_.hard.columns[i]);
+            const float shift = room_.hard.shifts[i];
             const int direction = shift < 0 ? 1 : 0;
             const int x = direction == 0 ? column : scene_.width - 1 - column;
             hard_[i] = search.at(direction, x, std::abs(shift), room_.hardColumns[i]);
@@ -235,6 +256,7 @@ class LayeredReader {
         mirroredSurfaces_ = static_cast<int>(rows[0]->surfaces.size());
         left_.clear();
         right_.clear();
+        endOffsets_.clear();
         for (int direction = 0; direction < 2; ++direction) {
             for (const LayeredSurface& surface : rows[direction]->surfaces) {
                 const auto strip = static_cast<float>(strips_[direction] + surface.hiddenAt(0));
@@ -244,6 +266,11 @@ class LayeredReader {
                 right_.push_back({static_cast<float>(surface.last),
                                   static_cast<float>(surface.beyond), 1 + surface.rightExtra,
                                   strip});
+                const auto offsetAt = [&](int column) {
+                    const std::int16_t* words = tables_.words + direction * tables_.stride;
+                    return static_cast<float>(wordOffset(words[column])) * 0x1p18F;
+                };
+                endOffsets_.push_back({offsetAt(surface.first), offsetAt(surface.last)});
             }
         }
     }
@@ -301,6 +328,7 @@ class LayeredReader {
     std::size_t begin_ = 0;        // the first pixel being found
     std::vector<LayeredEnd> left_; // see LayeredSurfaces
     std::vector<LayeredEnd> right_;
+    std::vector<LayeredEndOffsets> endOffsets_;
     int mirroredSurfaces_ = 0;
     int strips_[2] = {0, 0};
     std::array<std::vector<std::uint8_t>, 3> planes_;

@@ -88,7 +88,7 @@ class Search {
             column = std::min(column - 1, next);
         }
         if (surface.hidden > 0) return false; // its end is hidden
-        const float border = x_ + 1 - placeOf(surface.first) + surface.leftExtra;
+        const float border = x_ + (1 + surface.leftExtra) - placeOf(surface.first);
         return cover((base_ + surface.first) << kSubColumnBits, border);
     }
 
@@ -99,7 +99,7 @@ class Search {
         const std::int32_t place = beyondPlace(k, distance);
         if (distance <= beyond) return cover(place, 1);
         if (!last_) last_ = k + 1 < surfaceCount_ ? hiddenPlace(k + 1, kFar) : place;
-        if (cover(place, beyond + 1 - distance + surface.rightExtra)) return true;
+        if (cover(place, beyond + (1 + surface.rightExtra) - distance)) return true;
         return showsHidden(k + 1);
     }
 

@@ -73,10 +73,17 @@ struct LayeredEnd {
     float strip = 0; ///< Column of the surface's first column in the planes; the last one is next.
 };
 
+/// Offsets of the first and the last column of a surface, in 2^-18 units of the tables.
+struct LayeredEndOffsets {
+    float first = 0;
+    float last = 0;
+};
+
 /// The surfaces of a row for the search: first those of the row, then those of the mirrored row.
 struct LayeredSurfaces {
     const LayeredEnd* left = nullptr;
     const LayeredEnd* right = nullptr;
+    const LayeredEndOffsets* offsets = nullptr;
     int begin[3] = {0, 0, 0}; ///< Start of each direction, and the end.
 };
 
@@ -112,12 +119,12 @@ struct LayeredList {
     float* shifts = nullptr;        ///< Shift of its view, px.
 };
 
-/// Buffers of layeredGuesses() and layeredEnds(), for the pixels of several views or channels.
+/// Buffers for the pixels of several views or channels.
 struct LayeredRoom {
     /// Result: places of the pixels of open blocks for layeredSamples(), or kSeeEnds.
     std::int32_t* places = nullptr;
-    LayeredList open;             ///< Pixels without a place.
-    std::int32_t* hard = nullptr; ///< Result: entries of `open` of the pixels with kSeeEnds.
+    LayeredList open[2]; ///< Pixels without a place, per direction.
+    LayeredList hard;    ///< Result: the pixels with kSeeEnds.
     /// Result: for each of `hard`, the column (in its direction) from which the search must
     /// continue to the left.
     std::int32_t* hardColumns = nullptr;
@@ -127,7 +134,12 @@ struct LayeredRoom {
     std::int32_t* endColumns = nullptr; ///< Internal.
 };
 
-/// Counts returned by layeredEnds().
+/// Numbers of pixels in LayeredRoom::open.
+struct LayeredOpenCounts {
+    std::size_t size[2] = {0, 0};
+};
+
+/// Numbers of pixels that were found.
 struct LayeredCounts {
     std::size_t hard = 0;  ///< Pixels that need LayeredSearch.
     std::size_t mixed = 0; ///< Pixels that a border covers in part.
@@ -139,19 +151,27 @@ struct LayeredCounts {
 /// @param pixels columns with their table entries
 /// @param shifts shift of each pixel's view, px; of open blocks
 /// @param first index of the first pixel in LayeredRoom::places
-/// @param openCount pixels already in the list
-/// @return number of pixels in the list
-std::size_t layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels,
-                           const float* shifts, std::size_t first, std::size_t openCount,
-                           const LayeredRoom& room);
+/// @param counts the lists, which become longer
+void layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels, const float* shifts,
+                    std::size_t first, const LayeredRoom& room, LayeredOpenCounts& counts);
 
-/// Finds the places of the listed pixels.
+/// Finds the places of listed pixels, surface by surface. Only for rows whose surfaces keep the
+/// order of their columns in all views, and for shifts within the one that the bounds were made
+/// for. Fast if there are few surfaces.
 ///
 /// @param tables, surfaces data of the row
+/// @param reach LayeredPixels::reach
+/// @param direction of all listed pixels
+/// @param counts hard and mixed pixels so far, to which these are added
+void layeredAmongSurfaces(const LayeredTables& tables, const LayeredSurfaces& surfaces, int reach,
+                          int direction, std::size_t openCount, const LayeredRoom& room,
+                          LayeredCounts& counts);
+
+/// The same, column by column, for any row and shift.
 /// @param bounded whether every |shift| is within the one that the bounds were made for
-/// @param openCount pixels in the list, which is overwritten
-LayeredCounts layeredEnds(const LayeredTables& tables, const LayeredSurfaces& surfaces,
-                          bool bounded, std::size_t openCount, const LayeredRoom& room);
+void layeredWalk(const LayeredTables& tables, const LayeredSurfaces& surfaces, bool bounded,
+                 std::size_t openCount, const LayeredList& list, const LayeredRoom& room,
+                 LayeredCounts& counts);
 
 /// Reads one channel between columns, linearly.
 ///

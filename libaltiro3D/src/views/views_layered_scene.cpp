@@ -84,6 +84,14 @@ void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<flo
     }
 }
 
+// With a tear above 1 px, contents within a surface may not be in order. If there are many surfaces
+// (noisy depth), they are not all examined.
+bool areInOrder(const LayeredRow& row, int width, const LayeredSettings& options) {
+    constexpr int kFewColumns = 8; // per surface; fewer means noisy depth
+    return options.tearPixels <= 1 &&
+           static_cast<int>(row.surfaces.size()) * kFewColumns <= width + kFewColumns;
+}
+
 // The surfaces of the mirrored row.
 void mirrorSurfaces(int width, const std::vector<LayeredSurface>& surfaces,
                     std::vector<LayeredSurface>& mirrored) {
@@ -120,7 +128,7 @@ class TableWriter {
     // @param reach columns by which content can move, >= 0
     TableWriter(int width, int reach, const LayeredSettings& options)
         : width_(width), reach_(std::min(reach, width)),
-          reachPixels_(static_cast<float>(options.reachPixels)), inOrder_(options.tearPixels <= 1),
+          reachPixels_(static_cast<float>(options.reachPixels)),
           ahead_(static_cast<std::size_t>(width)), behind_(ahead_), window_(ahead_) {}
 
     void write(const std::vector<float>& offsets, double scale, const LayeredRow& row,
@@ -162,10 +170,7 @@ class TableWriter {
   private:
     void writeClear(const std::int16_t* words, float scale, const LayeredRow& row,
                     std::uint16_t* clear) {
-        // With a tear above 1 px, contents within a surface may not be in order. If there are many
-        // surfaces (noisy depth), they are not all examined.
-        const bool known =
-            inOrder_ && static_cast<int>(row.surfaces.size()) * kFewColumns <= width_ + kFewColumns;
+        const bool known = row.inOrder;
         std::fill_n(clear, width_, static_cast<std::uint16_t>(known ? kClearForAll : 0));
         for (const LayeredSurface& surface : row.surfaces) {
             if (!known) break;
@@ -183,12 +188,10 @@ class TableWriter {
     }
 
     static constexpr int kClearForAll = 65535;
-    static constexpr int kFewColumns = 8; // per surface; fewer means noisy depth
 
     int width_;
     int reach_;
     float reachPixels_;
-    bool inOrder_; // the contents of a surface are in order in every view
     std::vector<std::int16_t> ahead_;
     std::vector<std::int16_t> behind_; // mirrored
     std::vector<std::int16_t> window_;
@@ -264,6 +267,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
             LayeredRow& mirrored = scene.rows[1][static_cast<std::size_t>(y)];
             cutSurfaces(bgr, offsets, options, plain.surfaces);
             mirrorSurfaces(photo.cols, plain.surfaces, mirrored.surfaces);
+            plain.inOrder = mirrored.inOrder = areInOrder(plain, photo.cols, options);
             int begin = kTablePadding;
             for (LayeredRow* row : {&plain, &mirrored}) {
                 if (row == &mirrored) std::reverse(offsets.begin(), offsets.end());

@@ -40,6 +40,8 @@ struct LayeredRow {
     std::vector<LayeredSurface> surfaces; ///< From left to right.
     /// Painted columns, including the columns first and last: B G R and one unused byte each.
     std::vector<std::uint8_t> strips;
+    /// Whether the surfaces are few and keep the order of their columns within the reach.
+    bool inOrder = false;
 };
 
 /// All rows, for a camera that moves to the right (direction 0), and for the mirrored photo

@@ -5,6 +5,7 @@
 #include "views/row_pixels.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
@@ -73,6 +74,7 @@ HWY_INLINE void windowSamples(std::int32_t from, std::size_t begin, std::size_t 
     const hn::ScalableTag<std::uint16_t> bits;
     const std::size_t lanes = hn::Lanes(whole);
     const OrderedPack pack;
+    // the next column must be in the window, too
     const auto lastPlace = hn::Set(bits, ((16 * kTables - 1) << kSubColumnBits) - 1);
     const ByteWindow<kTables> window(plane + from);
     const auto start = hn::Set(whole, from << kSubColumnBits);
@@ -83,9 +85,13 @@ HWY_INLINE void windowSamples(std::int32_t from, std::size_t begin, std::size_t 
         // places left of the window are large as well
         const auto away = hn::Gt(hn::BitCast(bits, place), lastPlace);
         if (HWY_LIKELY(hn::AllFalse(bits, away))) continue;
-        for (std::size_t k = i; k < std::min(i + 2 * lanes, count); ++k) {
-            const int column = places[k] >> kSubColumnBits; // negative for kSeeEnds
-            if (column >= 0 && (column < from || column > from + 16 * kTables - 2))
+        alignas(8) std::uint8_t bytes[8] = {};
+        hn::StoreMaskBits(bits, away, bytes);
+        std::uint64_t rest = 0;
+        std::memcpy(&rest, bytes, sizeof rest);
+        for (; rest != 0; rest &= rest - 1) {
+            const std::size_t k = i + hwy::Num0BitsBelowLS1Bit_Nonzero64(rest);
+            if (k < count && places[k] >= 0) // negative for kSeeEnds
                 values[k] = static_cast<std::uint8_t>(sampleAt(plane, places[k]));
         }
     }

@@ -55,19 +55,21 @@ class AmongSurfaces {
             const F start = startOf(left.column, offsets.first);
             const M reached = hn::RebindMask(whole_, hn::Le(start, lanes_.x));
             const M hit = hn::And(open, reached);
-            const auto hitF = hn::RebindMask(d_, hit);
-            const auto choose = [&](F value, F& to)
-                                    HWY_ATTR { to = hn::IfThenElse(hitF, value, to); };
-            choose(startOf(right.column, offsets.last), ends.lastStart);
-            choose(hn::Set(d_, right.painted), ends.beyond);
-            choose(hn::Set(d_, right.border), ends.rightBorder);
-            choose(hn::Set(d_, right.strip), ends.strip);
-            choose(nextStart, ends.nextStart);
-            choose(nextHidden, ends.nextHidden);
-            choose(nextStrip, ends.nextStrip);
-            choose(hn::Set(d_, left.column), first_);
-            choose(hn::Set(d_, right.column), last_);
-            choose(hn::Set(d_, offsets.first), offset_);
+            if (!hn::AllFalse(whole_, hit)) {
+                const auto hitF = hn::RebindMask(d_, hit);
+                const auto choose = [&](F value, F& to)
+                                        HWY_ATTR { to = hn::IfThenElse(hitF, value, to); };
+                choose(startOf(right.column, offsets.last), ends.lastStart);
+                choose(hn::Set(d_, right.painted), ends.beyond);
+                choose(hn::Set(d_, right.border), ends.rightBorder);
+                choose(hn::Set(d_, right.strip), ends.strip);
+                choose(nextStart, ends.nextStart);
+                choose(nextHidden, ends.nextHidden);
+                choose(nextStrip, ends.nextStrip);
+                choose(hn::Set(d_, left.column), first_);
+                choose(hn::Set(d_, right.column), last_);
+                choose(hn::Set(d_, offsets.first), offset_);
+            }
             open = hn::AndNot(reached, open);
             nextStart = start;
             nextHidden = hn::Set(d_, left.painted);
@@ -143,7 +145,7 @@ class AmongSurfaces {
     F offset_ = hn::Zero(D()); // of its first column
 };
 
-// Arithmetic limits the speed: some thirty operations for each surface near a vector of pixels, and
+// Arithmetic limits the speed: some ten operations for each surface near a vector of pixels, and
 // a gather of four bytes where they lie within surfaces.
 void layeredAmongSurfacesOn(const LayeredTables& tables, const LayeredSurfaces& surfaces, int reach,
                             int direction, std::size_t openCount, const LayeredRoom& room,

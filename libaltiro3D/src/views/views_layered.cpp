@@ -226,16 +226,19 @@ class LayeredReader {
                                           {0, mirroredSurfaces_, static_cast<int>(left_.size())}};
         const LayeredRoom room = room_.pointers();
         const bool inOrder = scene_.rows[0][static_cast<std::size_t>(row_)].inOrder;
+        const bool amongSurfaces = bounded_ && inOrder;
+        if (!amongSurfaces && tables_.bounds == nullptr)
+            bounds_.describe(scene_.reachColumns, tables_);
         for (int direction = 0; direction < 2; ++direction) {
             const std::size_t size = open.size[direction];
-            if (bounded_ && inOrder) {
+            if (amongSurfaces) {
                 layeredAmongSurfaces(tables_, surfaces, scene_.reachColumns, direction, size, room,
                                      counts_);
             } else {
                 layeredWalk(tables_, surfaces, bounded_, size, room.open[direction], room, counts_);
             }
         }
-        const LayeredSearch search(scene_, row_, strips_);
+        const LayeredSearch search(scene_, row_, tables_, strips_);
         hard_.resize(counts_.hard);
         for (std::size_t i = 0; i < counts_.hard; ++i) {
             const int column = static_cast<int>(room_.hard.columns[i]);
@@ -291,7 +294,7 @@ class LayeredReader {
         for (std::size_t channel = 0; channel < 3; ++channel) {
             std::uint8_t* row = planes_[channel].data() + kTablePadding;
             std::uint8_t* mirrored = row + scene_.stride();
-            std::reverse_copy(row, row + width, mirrored);
+            reverseRow(row, width, mirrored);
             for (std::uint8_t* begin : {row, mirrored}) {
                 std::memset(begin - kTablePadding, begin[0], kTablePadding);
                 std::memset(begin + width, begin[width - 1], kTablePadding);
@@ -311,6 +314,7 @@ class LayeredReader {
     int row_ = 0;
     bool bounded_ = true;
     LayeredTables tables_;
+    LayeredBounds bounds_; // of rows that are searched column by column
     LayeredColumns known_;
     LayeredLines<std::int16_t> lines_; // of each pixel's column
     LayeredColumns copies_;            // of each pixel's column, if isPicked_ and not isWholeRow_

@@ -98,15 +98,24 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
             hn::StoreU(hn::IfThenElse(valid, limit, missing), whole, limits->data() + x);
         }
     }
-    const std::int16_t* mirrored = tables.surfaces + tables.stride;
-    std::size_t first = 0;
-    std::size_t mirroredFirst = 0;
-    for (std::size_t x = 0; x < width; ++x) {
-        if (x > 0 && tables.surfaces[x] != tables.surfaces[x - 1]) first = x;
-        if (x > 0 && mirrored[x] != mirrored[x - 1]) mirroredFirst = x;
-        columns.first[x] = static_cast<float>(first);
-        columns.mirroredFirst[width - 1 - x] = static_cast<float>(mirroredFirst);
-    }
+    // calls use(begin, end) for each surface, with the px between it and the next one
+    const auto forSurfaces = [&](const std::int16_t* surfaces, const auto& use) {
+        for (std::size_t begin = 0; begin < width;) {
+            std::size_t end = begin + 1;
+            while (end < width && surfaces[end] == surfaces[begin])
+                ++end;
+            use(begin, end);
+            begin = end;
+        }
+    };
+    forSurfaces(tables.surfaces, [&](std::size_t begin, std::size_t end) {
+        std::fill(columns.first.data() + begin, columns.first.data() + end,
+                  static_cast<float>(begin));
+    });
+    forSurfaces(tables.surfaces + tables.stride, [&](std::size_t begin, std::size_t end) {
+        float* const to = columns.mirroredFirst.data();
+        std::fill(to + (width - end), to + (width - begin), static_cast<float>(begin));
+    });
 }
 
 } // namespace HWY_NAMESPACE

@@ -19,9 +19,11 @@ class LayeredSearch {
   public:
     /// @param scene must outlive this object
     /// @param row row of the photo
+    /// @param tables its tables
     /// @param strips first column of the strips of each direction in the planes
-    LayeredSearch(const LayeredScene& scene, int row, const int (&strips)[2])
-        : tables_(scene.tables(row)), rows_{&scene.rows[0][static_cast<std::size_t>(row)],
+    LayeredSearch(const LayeredScene& scene, int row, const LayeredTables& tables,
+                  const int (&strips)[2])
+        : tables_(tables), rows_{&scene.rows[0][static_cast<std::size_t>(row)],
                                             &scene.rows[1][static_cast<std::size_t>(row)]},
           strips_{strips[0], strips[1]} {}
 

@@ -555,7 +555,7 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
                 sampler->sample(channel, shifts.data(), values.data());
                 int strips[2];
                 const std::vector<std::uint8_t> plane = planeOf(scene, photo, y, channel, strips);
-                const LayeredSearch search(scene, y, strips);
+                const LayeredSearch search(scene, y, scene.tables(y), strips);
                 for (int x = 0; x < size.width; ++x) {
                     const float shift = shifts[static_cast<std::size_t>(x)];
                     const int direction = shift < 0 ? 1 : 0;
@@ -636,7 +636,8 @@ TEST(ViewsLayered, LinesGiveThePlaceOfTheirDepth) {
                         const int own = direction == 0 ? x : size.width - 1 - x;
                         const auto length = static_cast<float>(std::abs(shift));
                         const LayeredPixel pixel =
-                            LayeredSearch(scene, y, {2 * scene.stride(), 2 * scene.stride()})
+                            LayeredSearch(scene, y, scene.tables(y),
+                                          {2 * scene.stride(), 2 * scene.stride()})
                                 .at(direction, own, length, size.width - 1);
                         ASSERT_EQ(pixel.count, 1) << name << " " << x << " " << y << " " << shift;
                         const double inRow = pixel.place[0] / 256.0 - direction * scene.stride();

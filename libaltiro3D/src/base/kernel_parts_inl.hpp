@@ -167,6 +167,9 @@ class ChosenLanes {
     }
 
     // Writes a whole vector; the lanes behind the chosen ones are undefined.
+    HWY_INLINE void store(hn::Vec<hn::Rebind<float, D>> values, float* to) const {
+        store(hn::BitCast(d_, values), reinterpret_cast<std::int32_t*>(to));
+    }
     HWY_INLINE void store(V values, std::int32_t* to) const {
 #if HWY_TARGET == HWY_AVX2
         hn::StoreU(V{_mm256_permutevar8x32_epi32(values.raw, order_.raw)}, d_, to);

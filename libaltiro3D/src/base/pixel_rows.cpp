@@ -1,6 +1,7 @@
 #include "base/pixel_rows.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
@@ -161,6 +162,18 @@ void interleaveRow(const std::uint8_t* blue, const std::uint8_t* green, const st
 void splitRow(const std::uint8_t* bgr, std::size_t count, std::uint8_t* blue, std::uint8_t* green,
               std::uint8_t* red) {
     HWY_DYNAMIC_DISPATCH(splitRowOn)(bgr, count, blue, green, red);
+}
+
+void reverseRow(const std::uint8_t* from, std::size_t count, std::uint8_t* to) {
+    std::size_t i = 0;
+    for (; i + 8 <= count; i += 8) {
+        std::uint64_t eight = 0;
+        std::memcpy(&eight, from + count - 8 - i, sizeof eight);
+        eight = __builtin_bswap64(eight);
+        std::memcpy(to + i, &eight, sizeof eight);
+    }
+    for (; i < count; ++i)
+        to[i] = from[count - 1 - i];
 }
 
 } // namespace altiro3D

@@ -31,4 +31,8 @@ void interleaveRow(const std::uint8_t* blue, const std::uint8_t* green, const st
 void splitRow(const std::uint8_t* bgr, std::size_t count, std::uint8_t* blue, std::uint8_t* green,
               std::uint8_t* red);
 
+/// Bytes in reverse order.
+/// @param to result; must not overlap `from`
+void reverseRow(const std::uint8_t* from, std::size_t count, std::uint8_t* to);
+
 } // namespace altiro3D

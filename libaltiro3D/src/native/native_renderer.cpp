@@ -93,35 +93,46 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
                                            const std::vector<int>& rowOf, cv::Mat& native) const {
     const float halfParallax = halfParallaxOf(options, photo.cols);
     const auto width = static_cast<std::size_t>(native.cols);
-    const WholeShifts wholeShiftsOfViews(shiftsOfAllViews(photo.cols));
+    const auto largestShift = static_cast<double>(halfParallax);
+    const double steps = renderer.shiftSteps(largestShift);
+    const WholeShifts wholeShiftsOfViews(shiftsOfAllViews(photo.cols), steps);
     forRows(native.rows, [&](const cv::Range& rows) {
-        const std::unique_ptr<SubpixelSampler> sampler =
-            renderer.sampler(columns, static_cast<double>(halfParallax));
+        const std::unique_ptr<SubpixelSampler> sampler = renderer.sampler(columns, largestShift);
         std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(width);
         std::vector<float> shifts = paddedRow<float>(width);
-        std::vector<std::int16_t> wholeShifts = paddedRow<std::int16_t>(width);
+        std::array<std::vector<std::int16_t>, 3> wholeShifts; // blue, green, red
+        wholeShifts.fill(paddedRow<std::int16_t>(width));
         std::array<std::vector<std::uint8_t>, 3> planes; // blue, green, red
         planes.fill(paddedRow<std::uint8_t>(width));
         const bool discrete = positions == ViewPositions::Discrete;
-        const auto sampleRow = [&](int y, int colour, int channel, std::uint8_t* values) {
-            if (discrete) lens.viewsOfRow(y, colour, viewCount, views.data());
-            if (!sampler->takesWholeShifts()) {
+        const auto sampleRow = [&](int y) {
+            for (int colour = 0; colour < 3; ++colour) {
+                const int channel = 2 - colour;
                 if (discrete) {
+                    lens.viewsOfRow(y, colour, viewCount, views.data());
                     shiftsOfViews(views.data(), width, viewCount, halfParallax, shifts.data());
                 } else {
                     shiftsOfPhases(lens.columnPhases(y, colour), lens.rowPhase(y, colour), width,
                                    viewCount, halfParallax, shifts.data());
                 }
-                sampler->sample(channel, shifts.data(), values);
-                return;
+                sampler->sample(channel, shifts.data(),
+                                planes[static_cast<std::size_t>(channel)].data());
             }
-            if (discrete) {
-                wholeShiftsOfViews.ofViews(views.data(), width, wholeShifts.data());
-            } else {
-                wholeShiftsOfPhases(lens.columnHalves(y, colour), lens.rowPhase(y, colour), width,
-                                    viewCount, halfParallax, wholeShifts.data());
+        };
+        const auto sampleRowWhole = [&](int y) {
+            for (int colour = 0; colour < 3; ++colour) {
+                std::int16_t* const to = wholeShifts[static_cast<std::size_t>(2 - colour)].data();
+                if (discrete) {
+                    lens.viewsOfRow(y, colour, viewCount, views.data());
+                    wholeShiftsOfViews.ofViews(views.data(), width, to);
+                } else {
+                    wholeShiftsOfPhases(lens.columnHalves(y, colour), lens.rowPhase(y, colour),
+                                        width, viewCount, halfParallax, steps, to);
+                }
             }
-            sampler->sampleWhole(channel, wholeShifts.data(), values);
+            sampler->sampleWhole(
+                {wholeShifts[0].data(), wholeShifts[1].data(), wholeShifts[2].data()},
+                {planes[0].data(), planes[1].data(), planes[2].data()});
         };
         int open = -1;
         for (int y = rows.start; y < rows.end; ++y) {
@@ -138,9 +149,10 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
                 continue;
             }
             open = row;
-            for (int colour = 0; colour < 3; ++colour) { // red, green, blue
-                const int channel = 2 - colour;
-                sampleRow(y, colour, channel, planes[static_cast<std::size_t>(channel)].data());
+            if (steps > 0) {
+                sampleRowWhole(y);
+            } else {
+                sampleRow(y);
             }
             interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width, pixels);
         }

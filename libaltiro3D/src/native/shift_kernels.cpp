@@ -1,6 +1,6 @@
 #include "native/shift_kernels.hpp"
 
-#include "views/views_fast_row.hpp"
+#include "views/view_renderer.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -142,13 +142,15 @@ void shiftsOfPhases(const std::uint32_t* columns, std::uint32_t row, std::size_t
     HWY_DYNAMIC_DISPATCH(shiftsOfPhasesOn)(columns, row, count, viewCount, halfParallax, shifts);
 }
 
-WholeShifts::WholeShifts(const std::vector<double>& shifts) : ofView_(shifts.size()) {
-    std::transform(shifts.begin(), shifts.end(), ofView_.begin(), wholeShift);
+WholeShifts::WholeShifts(const std::vector<double>& shifts, double steps) : ofView_(shifts.size()) {
+    std::transform(shifts.begin(), shifts.end(), ofView_.begin(),
+                   [steps](double shift) { return wholeShift(shift, steps); });
     const auto last = static_cast<int>(shifts.size()) - 1;
     // steps of up to 2^10 keep the error of the fraction small, so almost every parallax succeeds
     constexpr int kMaxSteps = 1 << 10;
-    if (last > kMaxSteps || shifts.back() >= double{kMaxWholeShift}) return;
-    const double perStep = last > 0 ? shifts.back() * double{kShiftSteps} / last : 0;
+    constexpr double kLargest = 1 << 14;
+    if (last > kMaxSteps || shifts.back() * steps > kLargest) return;
+    const double perStep = last > 0 ? shifts.back() * steps / last : 0;
     const double whole = std::nearbyint(perStep);
     perStep_ = static_cast<std::int16_t>(whole);
     fraction_ = static_cast<std::int16_t>(
@@ -173,14 +175,15 @@ void WholeShifts::ofViews(const std::uint16_t* views, std::size_t count,
 }
 
 void wholeShiftsOfPhases(const std::uint16_t* columnHalves, std::uint32_t row, std::size_t count,
-                         int viewCount, float halfParallax, std::int16_t* shifts) {
+                         int viewCount, float halfParallax, double steps, std::int16_t* shifts) {
     const double stretch = viewCount > 1 ? viewCount / (viewCount - 1.0) : 0;
-    const auto scale = static_cast<std::int16_t>(
-        std::lround(static_cast<double>(halfParallax * kShiftSteps) * stretch));
+    const double largest = static_cast<double>(halfParallax) * steps;
+    const auto scale = static_cast<std::int16_t>(std::min(std::lround(largest * stretch), 32767L));
     // the halves leave out a half on average, each
     const auto half = static_cast<std::uint16_t>((row >> 16) + 1);
     HWY_DYNAMIC_DISPATCH(wholeShiftsOfPhasesOn)
-    (columnHalves, half, count, scale, wholeShift(static_cast<double>(halfParallax)), shifts);
+    (columnHalves, half, count, scale, wholeShift(static_cast<double>(halfParallax), steps),
+     shifts);
 }
 
 } // namespace altiro3D

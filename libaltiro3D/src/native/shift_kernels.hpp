@@ -30,7 +30,8 @@ void shiftsOfPhases(const std::uint32_t* columns, std::uint32_t row, std::size_t
 class WholeShifts {
   public:
     /// @param shifts p S/2 of each view in px; 1..65536 views
-    explicit WholeShifts(const std::vector<double>& shifts);
+    /// @param steps per px; 0 if ofViews() will not be called
+    WholeShifts(const std::vector<double>& shifts, double steps);
 
     /// Reads and writes up to kRowPadding beyond `count`.
     /// @param views view of each of `count` sub-pixels @param shifts result
@@ -48,8 +49,9 @@ class WholeShifts {
 /// upper halves of phases: positions are exact to 2^-14. Reads and writes up to kRowPadding beyond
 /// `count`.
 /// @param columnHalves LensPhases::columnHalves()
-/// @param halfParallax S/2 in px, below kMaxWholeShift
+/// @param halfParallax S/2 in px, at most 16384 steps
+/// @param steps per px
 void wholeShiftsOfPhases(const std::uint16_t* columnHalves, std::uint32_t row, std::size_t count,
-                         int viewCount, float halfParallax, std::int16_t* shifts);
+                         int viewCount, float halfParallax, double steps, std::int16_t* shifts);
 
 } // namespace altiro3D

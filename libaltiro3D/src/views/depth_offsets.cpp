@@ -1,6 +1,7 @@
 #include "views/depth_offsets.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
@@ -68,6 +69,27 @@ bool wholeOffsetsOn(const float* HWY_RESTRICT depth, std::size_t count, double f
     return hn::AllTrue(whole, hn::Eq(any, hn::Zero(whole)));
 }
 
+// Three operations per vector limit the speed, where there are no steps.
+void findStepsOn(const float* HWY_RESTRICT offsets, std::size_t count, double tear,
+                 std::vector<int>& steps) {
+    const hn::ScalableTag<float> d;
+    steps.clear();
+    const auto check = [&](std::size_t x) {
+        const double step = static_cast<double>(offsets[x + 1]) - static_cast<double>(offsets[x]);
+        if (std::abs(step) > tear) steps.push_back(static_cast<int>(x));
+    };
+    const auto nearly = hn::Set(d, static_cast<float>(tear * 0.999)); // less than any step
+    std::size_t x = 0;
+    for (; x + 1 + hn::Lanes(d) <= count; x += hn::Lanes(d)) {
+        const auto step = hn::Sub(hn::LoadU(d, offsets + x + 1), hn::LoadU(d, offsets + x));
+        if (HWY_LIKELY(hn::AllFalse(d, hn::Ge(hn::Abs(step), nearly)))) continue;
+        for (std::size_t k = x; k < x + hn::Lanes(d); ++k)
+            check(k);
+    }
+    for (; x + 1 < count; ++x)
+        check(x);
+}
+
 } // namespace HWY_NAMESPACE
 } // namespace altiro3D
 HWY_AFTER_NAMESPACE();
@@ -77,6 +99,7 @@ namespace altiro3D {
 
 HWY_EXPORT(offsetsFromFocusOn);
 HWY_EXPORT(wholeOffsetsOn);
+HWY_EXPORT(findStepsOn);
 
 void offsetsFromFocus(const float* depth, std::size_t count, double focus, float* offsets) {
     HWY_DYNAMIC_DISPATCH(offsetsFromFocusOn)(depth, count, focus, offsets);
@@ -84,6 +107,10 @@ void offsetsFromFocus(const float* depth, std::size_t count, double focus, float
 
 bool wholeOffsets(const float* depth, std::size_t count, double focus, std::int32_t* offsets) {
     return HWY_DYNAMIC_DISPATCH(wholeOffsetsOn)(depth, count, focus, offsets);
+}
+
+void findSteps(const float* offsets, std::size_t count, double tear, std::vector<int>& steps) {
+    HWY_DYNAMIC_DISPATCH(findStepsOn)(offsets, count, tear, steps);
 }
 
 } // namespace altiro3D

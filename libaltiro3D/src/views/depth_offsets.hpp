@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace altiro3D {
 
@@ -24,5 +25,9 @@ constexpr float kOffsetSteps = 8192;
 /// @param depth `count` values @param offsets result, `count` and up to kRowPadding more
 /// @return whether all of them are 0
 bool wholeOffsets(const float* depth, std::size_t count, double focus, std::int32_t* offsets);
+
+/// Finds the columns of a row whose offset differs from the next one's by more than `tear`.
+/// @param steps result, ascending
+void findSteps(const float* offsets, std::size_t count, double tear, std::vector<int>& steps);
 
 } // namespace altiro3D

@@ -3,6 +3,8 @@
 #include "altiro3D/view_options.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -13,6 +15,13 @@ namespace altiro3D {
 
 /// Limit of shifts, px, which keeps all positions finite. Beyond it no view shows any of the photo.
 constexpr double kMaxShift = 1e9;
+
+/// A shift in whole steps. Opposite shifts have opposite steps.
+/// @param steps per px
+inline std::int16_t wholeShift(double shiftPixels, double steps) {
+    return static_cast<std::int16_t>(
+        std::round(std::clamp(shiftPixels * steps, -32640.0, 32640.0)));
+}
 
 /// Reads single sub-pixels of views without rendering whole views. One object per thread.
 class SubpixelSampler {
@@ -37,12 +46,11 @@ class SubpixelSampler {
     /// @param values result, the same number, and kRowPadding more
     virtual void sample(int channel, const float* shifts, std::uint8_t* values) = 0;
 
-    /// Whether shifts are to be given to sampleWhole() instead of sample().
-    virtual bool takesWholeShifts() const { return false; }
-
-    /// As sample(). @param shifts wholeShift() of p S/2
-    virtual void sampleWhole(int channel, const std::int16_t* shifts, std::uint8_t* values) {
-        static_cast<void>(channel);
+    /// Reads all three channels, for methods with ViewRenderer::shiftSteps().
+    /// @param shifts for each channel: wholeShift() of p S/2 in these steps, as for sample()
+    /// @param values for each channel, as for sample()
+    virtual void sampleWhole(const std::array<const std::int16_t*, 3>& shifts,
+                             const std::array<std::uint8_t*, 3>& values) {
         static_cast<void>(shifts);
         static_cast<void>(values);
     }
@@ -90,6 +98,14 @@ class ViewRenderer {
     /// Whether the method supports rowRenderer(); else it renders views one by one.
     virtual bool makesRows() const { return false; }
     virtual std::unique_ptr<RowRenderer> rowRenderer() const { return nullptr; }
+
+    /// Steps per px of shifts that a sampler takes by sampleWhole(), because it computes in whole
+    /// numbers; 0 if it takes them by sample().
+    /// @param largestShift as for sampler()
+    virtual double shiftSteps(double largestShift) const {
+        static_cast<void>(largestShift);
+        return 0;
+    }
 
     /// Creates a sampler for the given columns of the photo, which may repeat. Null if the method
     /// renders whole views only.

@@ -113,10 +113,10 @@ class FastSampler : public SubpixelSampler {
         fastSamplesAt(rowOf(channel), places_.data(), values);
     }
 
-    bool takesWholeShifts() const override { return whole_; }
-
-    void sampleWhole(int channel, const std::int16_t* shifts, std::uint8_t* values) override {
-        fastWholeSamples(rowOf(channel), shifts, values);
+    void sampleWhole(const std::array<const std::int16_t*, 3>& shifts,
+                     const std::array<std::uint8_t*, 3>& values) override {
+        for (std::size_t channel = 0; channel < 3; ++channel)
+            fastWholeSamples(rowOf(static_cast<int>(channel)), shifts[channel], values[channel]);
     }
 
   private:
@@ -143,8 +143,9 @@ class FastSampler : public SubpixelSampler {
 
 class FastRows : public RowRenderer {
   public:
-    FastRows(const cv::Mat& photo, std::unique_ptr<SubpixelSampler> sampler)
-        : photo_(photo), sampler_(std::move(sampler)) {
+    // @param whole whether the sampler computes in whole numbers
+    FastRows(const cv::Mat& photo, bool whole, std::unique_ptr<SubpixelSampler> sampler)
+        : photo_(photo), whole_(whole), sampler_(std::move(sampler)) {
         const auto width = static_cast<std::size_t>(photo.cols);
         shifts_ = paddedRow<float>(width);
         wholeShifts_ = paddedRow<std::int16_t>(width);
@@ -165,24 +166,24 @@ class FastRows : public RowRenderer {
             std::memcpy(bgr, photo_.ptr<std::uint8_t>(row), 3 * width);
             return;
         }
-        if (sampler_->takesWholeShifts()) {
-            std::fill(wholeShifts_.begin(), wholeShifts_.end(), wholeShift(shift));
+        if (whole_) {
+            std::fill(wholeShifts_.begin(), wholeShifts_.end(),
+                      wholeShift(shift, double{kShiftSteps}));
+            const std::int16_t* const same = wholeShifts_.data();
+            sampler_->sampleWhole({same, same, same},
+                                  {planes_[0].data(), planes_[1].data(), planes_[2].data()});
         } else {
             const double bounded = std::clamp(shift, -kMaxShift, kMaxShift);
             std::fill(shifts_.begin(), shifts_.end(), static_cast<float>(bounded));
-        }
-        for (int channel = 0; channel < 3; ++channel) {
-            std::uint8_t* values = planes_[static_cast<std::size_t>(channel)].data();
-            if (sampler_->takesWholeShifts()) {
-                sampler_->sampleWhole(channel, wholeShifts_.data(), values);
-            } else {
-                sampler_->sample(channel, shifts_.data(), values);
-            }
+            for (int channel = 0; channel < 3; ++channel)
+                sampler_->sample(channel, shifts_.data(),
+                                 planes_[static_cast<std::size_t>(channel)].data());
         }
         interleaveRow(planes_[0].data(), planes_[1].data(), planes_[2].data(), width, bgr);
     }
 
     const cv::Mat& photo_;
+    bool whole_;
     std::unique_ptr<SubpixelSampler> sampler_;
     std::vector<float> shifts_;
     std::vector<std::int16_t> wholeShifts_;
@@ -201,7 +202,7 @@ class FastRenderer : public ViewRenderer {
     }
 
     void render(double shiftPixels, cv::Mat& view) const override {
-        FastRows rows(photo_, sampler(columns_, std::abs(shiftPixels)));
+        FastRows rows(photo_, whole_, sampler(columns_, std::abs(shiftPixels)));
         const std::vector<double> shifts = {shiftPixels};
         for (int y = 0; y < photo_.rows; ++y)
             rows.render(y, shifts, {view.ptr<std::uint8_t>(y)});
@@ -210,7 +211,12 @@ class FastRenderer : public ViewRenderer {
     bool makesRows() const override { return true; }
 
     std::unique_ptr<RowRenderer> rowRenderer() const override {
-        return std::make_unique<FastRows>(photo_, sampler(columns_, largestShift_));
+        return std::make_unique<FastRows>(photo_, whole_, sampler(columns_, largestShift_));
+    }
+
+    double shiftSteps(double largestShift) const override {
+        static_cast<void>(largestShift);
+        return whole_ ? double{kShiftSteps} : 0;
     }
 
     std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,

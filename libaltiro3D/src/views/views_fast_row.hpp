@@ -2,8 +2,6 @@
 
 #include "views/depth_offsets.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -30,12 +28,6 @@ void fastPlaces(const float* columns, const float* ownOffsets, const float* shif
 constexpr float kMaxWholeShift = 64;
 constexpr float kShiftSteps = 128;
 
-/// A shift in whole steps, at most +-255 px.
-inline std::int16_t wholeShift(double shiftPixels) {
-    return static_cast<std::int16_t>(
-        std::floor(std::clamp(shiftPixels, -255.0, 255.0) * double{kShiftSteps} + 0.5));
-}
-
 /// Pixels that read one channel of a row of the photo. All arrays are padded (kRowPadding); the
 /// padding is read.
 struct FastRow {
@@ -51,7 +43,7 @@ struct FastRow {
 
 /// Samples a plane linearly at places in whole numbers, with the rounding of cv::remap.
 ///
-/// @param shifts wholeShift() of each pixel
+/// @param shifts wholeShift() of each pixel, in kShiftSteps
 /// @param values result, `count` and padding
 void fastWholeSamples(const FastRow& row, const std::int16_t* shifts, std::uint8_t* values);
 

@@ -5,7 +5,9 @@
 
 #include "base/pixel_rows.hpp"
 #include "views/row_pixels.hpp"
+#include "views/views_layered_columns.hpp"
 #include "views/views_layered_ends.hpp"
+#include "views/views_layered_lines.hpp"
 #include "views/views_layered_scene.hpp"
 
 #include <array>
@@ -18,21 +20,26 @@ namespace altiro3D {
 
 namespace {
 
-// Pixels processed together: their data fits into the first-level cache. A multiple of
-// kWindowPixels.
-constexpr std::size_t kPixelsAtATime = 512;
+// Pixels of each part that are processed together. A multiple of kWindowPixels.
+constexpr std::size_t kPixelsAtATime = 2048;
+// Views of which a row is processed together, so the lists of pixels to search are long.
+constexpr std::size_t kViewsAtATime = 8;
 
-// Reads pixels at given columns of the photo, one row at a time.
+// Reads pixels at given columns of the photo, one row at a time. Several parts (channels or views)
+// share the columns.
 class LayeredReader {
   public:
-    LayeredReader(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
+    LayeredReader(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns,
+                  std::size_t parts)
         : photo_(photo), scene_(scene), columns_(columns), near_(columns, scene.reachColumns),
-          anywhere_(columns, scene.width), columnPlaces_(paddedRow<float>(columns.size())),
-          places_(paddedRow<std::int32_t>(columns.size())) {
-        for (std::vector<std::int32_t>* list : room_.all())
-            *list = places_;
+          anywhere_(columns, scene.width), blocks_(layeredBlocks(columns)),
+          columnPlaces_(paddedRow<float>(columns.size())),
+          places_(paddedRow<std::int32_t>(columns.size())),
+          room_(parts, std::min(columns.size(), kPixelsAtATime)) {
         for (std::vector<float>* values : copies_.all())
             *values = columnPlaces_;
+        for (std::vector<std::int16_t>* values : lines_.all())
+            values->assign(columns.size() + kRowPadding, INT16_MAX);
         isWholeRow_ = static_cast<int>(columns.size()) == scene.width;
         for (std::size_t i = 0; i < columns.size(); ++i) {
             if (columns[i] != static_cast<int>(i)) isWholeRow_ = false;
@@ -45,67 +52,141 @@ class LayeredReader {
     bool still() const { return scene_.flat || scene_.still[static_cast<std::size_t>(row_)] != 0; }
     const std::uint8_t* bgr() const { return photo_.ptr<std::uint8_t>(row_); }
 
-    // @param bounded whether all shifts are within the reach of the scene
-    void open(int row, bool bounded) {
+    void open(int row) {
         row_ = row;
         if (still()) return;
         tables_ = scene_.tables(row);
-        bounded_ = bounded;
         layeredColumns(tables_, scratch_, known_);
-        if (!isWholeRow_) {
-            for (std::size_t i = 0; i < known_.all().size(); ++i)
-                pickColumns(columns_.data(), columns_.size(), known_.all()[i]->data(),
-                            copies_.all()[i]->data());
-        }
+        for (std::size_t i = 0; i < lines_.all().size(); ++i)
+            pickColumns(columns_.data(), columns_.size(), known_.lines.all()[i]->data(),
+                        lines_.all()[i]->data());
+        isPicked_ = isWholeRow_;
         listSurfaces();
         splitPlanes();
     }
 
-    // Finds what `size` pixels show, starting with the pixel `begin`.
-    // @param shifts shifts of all pixels, as for SubpixelSampler::sample()
-    void find(const float* shifts, std::size_t begin, std::size_t size) {
-        begin_ = begin;
-        size_ = size;
-        shifts_ = shifts + begin;
-        const LayeredSurfaces surfaces = {
-            left_.data(), right_.data(), {0, mirroredSurfaces_, static_cast<int>(left_.size())}};
-        counts_ = layeredPlaces(tables_, surfaces, pixels(), shifts_, bounded_, room_.pointers());
-        searchHardOnes();
+    // Finds what the pixels show and gives it to read(part, begin).
+    // @param shifts of the pixels of each part, as for SubpixelSampler::sampleWhole()
+    template <class F>
+    void find(const std::int16_t* const* shifts, std::size_t parts, const F& read) {
+        bounded_ = true;
+        for (begin_ = 0; begin_ < columns_.size(); begin_ += kPixelsAtATime) {
+            LayeredOpenCounts open;
+            for (std::size_t part = 0; part < parts; ++part) {
+                if (layeredLines(linePixels(shifts[part]), room_.away(part), room_.windows(part),
+                                 room_.shifts.data()))
+                    guess(part, open);
+            }
+            findEnds(open);
+            for (std::size_t part = 0; part < parts; ++part)
+                read(part, begin_);
+        }
     }
 
-    // Reads a channel of the pixels of find(). @param values values of all pixels
-    void read(int channel, std::uint8_t* values) const {
+    // The same for one part and shifts that may be beyond the reach of the scene, in px.
+    template <class F>
+    void findAnywhere(const float* shifts, const F& read) {
+        bounded_ = false;
+        for (begin_ = 0; begin_ < columns_.size(); begin_ += kPixelsAtATime) {
+            std::fill_n(room_.away(0), size() + kRowPadding, kNotOnLine);
+            std::fill_n(room_.windows(0), size() / kWindowPixels + 1, kOpenBlock);
+            std::copy_n(shifts + begin_, size(), room_.shifts.begin());
+            LayeredOpenCounts open;
+            guess(0, open);
+            findEnds(open);
+            read(0, begin_);
+        }
+    }
+
+    // Reads a channel of the pixels just found. @param values of these pixels
+    void read(std::size_t part, int channel, std::uint8_t* values) const {
         const std::uint8_t* plane =
             planes_[static_cast<std::size_t>(channel)].data() + kTablePadding;
-        values += begin_;
-        layeredSamples(pixels(), plane, room_.places.data(), values);
+        layeredSamples(pixels(part), plane, room_.places.data() + part * room_.stride, values);
+        const auto first = static_cast<std::int32_t>(part * room_.stride);
+        const auto end = static_cast<std::int32_t>((part + 1) * room_.stride);
         for (std::size_t i = 0; i < counts_.mixed; ++i) {
-            std::uint8_t& value = values[room_.mixed[i]];
+            const std::int32_t pixel = room_.mixed[i];
+            if (pixel < first || pixel >= end) continue;
+            std::uint8_t& value = values[pixel - first];
             value = static_cast<std::uint8_t>(
-                coveredBy(sampleAt(plane, room_.covers[i]), value, room_.parts[i]));
+                coveredBy(sampleAt(plane, room_.covers[i]), value, room_.shares[i]));
         }
-        for (std::size_t i = 0; i < counts_.hard; ++i)
-            values[room_.hard[i]] = static_cast<std::uint8_t>(colourOf(hard_[i], plane));
+        for (std::size_t i = 0; i < counts_.hard; ++i) {
+            const std::int32_t pixel = room_.hard.pixels[i];
+            if (pixel >= first && pixel < end)
+                values[pixel - first] = static_cast<std::uint8_t>(colourOf(hard_[i], plane));
+        }
     }
 
   private:
-    // The memory of a LayeredRoom.
+    // The memory of a LayeredRoom, and more of the pixels being found, as in LayeredPixels.
     struct Room {
-        std::vector<std::int32_t> places, hard, hardColumns, mixed, covers, parts, open,
-            openColumns;
+        // @param count pixels of each part
+        Room(std::size_t parts, std::size_t count)
+            : stride((count / kWindowPixels + 1) * kWindowPixels),
+              places(parts * stride + kRowPadding), hardColumns(places), mixed(places),
+              covers(places), shares(places),
+              endColumns(places), open{List(places.size()), List(places.size())},
+              hard(places.size()), shifts(stride + kRowPadding), away_(places.size()),
+              windows_(parts * stride / kWindowPixels) {}
 
-        std::array<std::vector<std::int32_t>*, 8> all() {
-            return {&places, &hard, &hardColumns, &mixed, &covers, &parts, &open, &openColumns};
+        // The memory of a LayeredList.
+        struct List {
+            explicit List(std::size_t size) : pixels(size), columns(size), shifts(size) {}
+            std::vector<std::int32_t> pixels;
+            std::vector<float> columns, shifts;
+
+            LayeredList pointers() { return {pixels.data(), columns.data(), shifts.data()}; }
+        };
+
+        std::size_t stride; // pixels from part to part
+        std::vector<std::int32_t> places, hardColumns, mixed, covers, shares, endColumns;
+        List open[2];
+        List hard;
+        std::vector<float> shifts; // of the pixels of one part, px
+
+        std::int16_t* away(std::size_t part) { return away_.data() + part * stride; }
+        const std::int16_t* away(std::size_t part) const { return away_.data() + part * stride; }
+        std::int32_t* windows(std::size_t part) {
+            return windows_.data() + part * (stride / kWindowPixels);
+        }
+        const std::int32_t* windows(std::size_t part) const {
+            return windows_.data() + part * (stride / kWindowPixels);
         }
         LayeredRoom pointers() {
-            return {places.data(), hard.data(),  hardColumns.data(), mixed.data(),
-                    covers.data(), parts.data(), open.data(),        openColumns.data()};
+            return {places.data(),   {open[0].pointers(), open[1].pointers()},
+                    hard.pointers(), hardColumns.data(),
+                    mixed.data(),    covers.data(),
+                    shares.data(),   endColumns.data()};
         }
+
+      private:
+        std::vector<std::int16_t> away_;
+        std::vector<std::int32_t> windows_;
     };
 
-    LayeredPixels pixels() const {
+    // Number of pixels of each part being found.
+    std::size_t size() const { return std::min(kPixelsAtATime, columns_.size() - begin_); }
+
+    LayeredLinePixels linePixels(const std::int16_t* shifts) const {
+        const std::size_t block = begin_ / kWindowPixels;
+        return {lines_.offsets.data() + begin_,
+                lines_.slopes.data() + begin_,
+                lines_.from.data() + begin_,
+                lines_.to.data() + begin_,
+                blocks_.columns.data() + begin_,
+                blocks_.starts.data() + block,
+                near_.starts.data() + block,
+                shifts + begin_,
+                scene_.reachPixels,
+                size()};
+    }
+
+    LayeredPixels pixels(std::size_t part) const {
         const RowWindows& windows = bounded_ ? near_ : anywhere_;
         const LayeredColumns& values = isWholeRow_ ? known_ : copies_;
+        const std::size_t block = begin_ / kWindowPixels;
         return {columnPlaces_.data() + begin_,
                 places_.data() + begin_,
                 values.offsets.data() + begin_,
@@ -115,20 +196,56 @@ class LayeredReader {
                 values.first.data() + begin_,
                 values.mirroredFirst.data() + begin_,
                 bounded_ ? scene_.reachColumns : scene_.width,
-                windows.starts.data() + begin_ / kWindowPixels,
+                windows.starts.data() + block,
                 windows.tables,
-                size_};
+                blocks_.columns.data() + begin_,
+                blocks_.starts.data() + block,
+                room_.away(part),
+                room_.windows(part),
+                size()};
     }
 
-    void searchHardOnes() {
-        const LayeredSearch search(scene_, row_, strips_);
+    // Finds what pixels of open blocks show and lists the others.
+    void guess(std::size_t part, LayeredOpenCounts& open) {
+        if (!isPicked_) {
+            for (std::size_t i = 0; i < known_.all().size(); ++i)
+                pickColumns(columns_.data(), columns_.size(), known_.all()[i]->data(),
+                            copies_.all()[i]->data());
+            isPicked_ = true;
+        }
+        layeredGuesses(tables_, pixels(part), room_.shifts.data(), part * room_.stride,
+                       room_.pointers(), open);
+    }
+
+    // Finds what the listed pixels show.
+    void findEnds(const LayeredOpenCounts& open) {
+        counts_ = {};
+        const LayeredSurfaces surfaces = {left_.data(),
+                                          right_.data(),
+                                          endOffsets_.data(),
+                                          {0, mirroredSurfaces_, static_cast<int>(left_.size())}};
+        const LayeredRoom room = room_.pointers();
+        const bool inOrder = scene_.rows[0][static_cast<std::size_t>(row_)].inOrder;
+        const bool amongSurfaces = bounded_ && inOrder;
+        if (!amongSurfaces && tables_.bounds == nullptr)
+            bounds_.describe(scene_.reachColumns, tables_);
+        for (int direction = 0; direction < 2; ++direction) {
+            const std::size_t size = open.size[direction];
+            if (amongSurfaces) {
+                layeredAmongSurfaces(tables_, surfaces, scene_.reachColumns, direction, size, room,
+                                     counts_);
+            } else {
+                layeredWalk(tables_, surfaces, bounded_, size, room.open[direction], room, counts_);
+            }
+        }
+        const LayeredSearch search(scene_, row_, tables_, strips_);
         hard_.resize(counts_.hard);
         for (std::size_t i = 0; i < counts_.hard; ++i) {
-            const auto pixel = static_cast<std::size_t>(room_.hard[i]);
-            const int column = columns_[begin_ + pixel];
-            const int direction = shifts_[pixel] < 0 ? 1 : 0;
+            const int column = static_cast<int>(room_.hard.columns[i]);
+            const float shift = room_.hard.shifts[i];
+            const int direction = shift < 0 ? 1 : 0;
             const int x = direction == 0 ? column : scene_.width - 1 - column;
-            hard_[i] = search.at(direction, x, std::abs(shifts_[pixel]), room_.hardColumns[i]);
+            hard_[i] = search.at(direction, x, std::abs(shift), room_.hardColumns[i]);
         }
     }
 
@@ -142,6 +259,7 @@ class LayeredReader {
         mirroredSurfaces_ = static_cast<int>(rows[0]->surfaces.size());
         left_.clear();
         right_.clear();
+        endOffsets_.clear();
         for (int direction = 0; direction < 2; ++direction) {
             for (const LayeredSurface& surface : rows[direction]->surfaces) {
                 const auto strip = static_cast<float>(strips_[direction] + surface.hiddenAt(0));
@@ -151,6 +269,11 @@ class LayeredReader {
                 right_.push_back({static_cast<float>(surface.last),
                                   static_cast<float>(surface.beyond), 1 + surface.rightExtra,
                                   strip});
+                const auto offsetAt = [&](int column) {
+                    const std::int16_t* words = tables_.words + direction * tables_.stride;
+                    return static_cast<float>(wordOffset(words[column])) * 0x1p18F;
+                };
+                endOffsets_.push_back({offsetAt(surface.first), offsetAt(surface.last)});
             }
         }
     }
@@ -171,7 +294,7 @@ class LayeredReader {
         for (std::size_t channel = 0; channel < 3; ++channel) {
             std::uint8_t* row = planes_[channel].data() + kTablePadding;
             std::uint8_t* mirrored = row + scene_.stride();
-            std::reverse_copy(row, row + width, mirrored);
+            reverseRow(row, width, mirrored);
             for (std::uint8_t* begin : {row, mirrored}) {
                 std::memset(begin - kTablePadding, begin[0], kTablePadding);
                 std::memset(begin + width, begin[width - 1], kTablePadding);
@@ -191,85 +314,136 @@ class LayeredReader {
     int row_ = 0;
     bool bounded_ = true;
     LayeredTables tables_;
+    LayeredBounds bounds_; // of rows that are searched column by column
     LayeredColumns known_;
-    LayeredColumns copies_;   // of each pixel's column
+    LayeredLines<std::int16_t> lines_; // of each pixel's column
+    LayeredColumns copies_;            // of each pixel's column, if isPicked_ and not isWholeRow_
+    bool isPicked_ = false;
     bool isWholeRow_ = false; // pixels and columns are the same
     std::vector<float> scratch_;
-    RowWindows near_;                 // within the reach of the scene
-    RowWindows anywhere_;             // beyond it
+    RowWindows near_;     // within the reach of the scene
+    RowWindows anywhere_; // beyond it
+    LayeredBlocks blocks_;
     std::vector<float> columnPlaces_; // all pixels, see LayeredPixels
     std::vector<std::int32_t> places_;
     Room room_;
     LayeredCounts counts_;
     std::vector<LayeredPixel> hard_;
-    std::size_t begin_ = 0; // the pixels of find()
-    std::size_t size_ = 0;
-    const float* shifts_ = nullptr;
+    std::size_t begin_ = 0;        // the first pixel being found
     std::vector<LayeredEnd> left_; // see LayeredSurfaces
     std::vector<LayeredEnd> right_;
+    std::vector<LayeredEndOffsets> endOffsets_;
     int mirroredSurfaces_ = 0;
     int strips_[2] = {0, 0};
     std::array<std::vector<std::uint8_t>, 3> planes_;
 };
 
+// Steps per px of shifts up to the largest; 0 if they may be beyond the reach of the scene.
+double shiftStepsOf(const LayeredScene& scene, double largestShift) {
+    const auto reach = static_cast<double>(scene.reachPixels);
+    return reach > 0 && largestShift <= reach ? kWholeReach / reach : 0;
+}
+
 class LayeredSampler : public SubpixelSampler {
   public:
     LayeredSampler(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns,
                    double largestShift)
-        : columns_(columns), reader_(photo, scene, columns),
-          bounded_(largestShift <= static_cast<double>(scene.reachPixels)) {}
+        : reader_(photo, scene, columns, 3), steps_(shiftStepsOf(scene, largestShift)) {
+        if (steps_ > 0) wholeShifts_ = paddedRow<std::int16_t>(columns.size());
+    }
 
-    void open(int row) override { reader_.open(row, bounded_); }
+    void open(int row) override { reader_.open(row); }
 
     bool still() const override { return reader_.still(); }
 
     void sample(int channel, const float* shifts, std::uint8_t* values) override {
-        for (std::size_t begin = 0; begin < columns_.size(); begin += kPixelsAtATime) {
-            reader_.find(shifts, begin, std::min(kPixelsAtATime, columns_.size() - begin));
-            reader_.read(channel, values);
+        const auto read = [&](std::size_t, std::size_t begin) {
+            reader_.read(0, channel, values + begin);
+        };
+        if (steps_ == 0) {
+            reader_.findAnywhere(shifts, read);
+            return;
         }
+        for (std::size_t i = 0; i < reader_.count(); ++i)
+            wholeShifts_[i] = wholeShift(static_cast<double>(shifts[i]), steps_);
+        const std::int16_t* const whole[] = {wholeShifts_.data()};
+        reader_.find(whole, 1, read);
+    }
+
+    void sampleWhole(const std::array<const std::int16_t*, 3>& shifts,
+                     const std::array<std::uint8_t*, 3>& values) override {
+        reader_.find(shifts.data(), 3, [&](std::size_t channel, std::size_t begin) {
+            reader_.read(channel, static_cast<int>(channel), values[channel] + begin);
+        });
     }
 
   private:
-    const std::vector<int>& columns_;
     LayeredReader reader_;
-    bool bounded_;
+    double steps_; // see ViewRenderer::shiftSteps()
+    std::vector<std::int16_t> wholeShifts_;
 };
 
 class LayeredRows : public RowRenderer {
   public:
     LayeredRows(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
-        : scene_(scene), reader_(photo, scene, columns), shifts_(paddedRow<float>(columns.size())) {
+        : scene_(scene), reader_(photo, scene, columns, kViewsAtATime),
+          shifts_(paddedRow<float>(columns.size())) {
+        wholeShifts_.fill(paddedRow<std::int16_t>(columns.size()));
         planes_.fill(paddedRow<std::uint8_t>(columns.size()));
     }
 
     void render(int row, const std::vector<double>& shifts,
                 const std::vector<std::uint8_t*>& views) override {
-        const auto bounded = static_cast<double>(scene_.reachPixels);
-        const bool within = std::all_of(shifts.begin(), shifts.end(),
-                                        [&](double shift) { return std::abs(shift) <= bounded; });
-        reader_.open(row, within);
-        for (std::size_t i = 0; i < shifts.size(); ++i)
-            render(static_cast<float>(std::clamp(shifts[i], -kMaxShift, kMaxShift)), views[i]);
+        reader_.open(row);
+        const std::int16_t* together[kViewsAtATime] = {};
+        std::uint8_t* targets[kViewsAtATime] = {};
+        std::size_t count = 0;
+        const auto renderThese = [&] {
+            reader_.find(together, count, [&](std::size_t part, std::size_t begin) {
+                read(part, begin, targets[part]);
+            });
+            count = 0;
+        };
+        for (std::size_t i = 0; i < shifts.size(); ++i) {
+            if (shifts[i] == 0 || reader_.still()) {
+                std::memcpy(views[i], reader_.bgr(), 3 * reader_.count());
+                continue;
+            }
+            const double steps = shiftStepsOf(scene_, std::abs(shifts[i]));
+            if (steps == 0) {
+                renderBeyond(shifts[i], views[i]);
+                continue;
+            }
+            std::vector<std::int16_t>& whole = wholeShifts_[count];
+            std::fill(whole.begin(), whole.end(), wholeShift(shifts[i], steps));
+            together[count] = whole.data();
+            targets[count] = views[i];
+            if (++count == kViewsAtATime) renderThese();
+        }
+        if (count > 0) renderThese();
     }
 
   private:
-    void render(float shift, std::uint8_t* bgr) {
-        const std::size_t width = reader_.count();
-        if (shift == 0 || reader_.still()) {
-            std::memcpy(bgr, reader_.bgr(), 3 * width);
-            return;
-        }
-        std::fill(shifts_.begin(), shifts_.end(), shift);
-        reader_.find(shifts_.data(), 0, width);
+    // A view beyond the reach of the scene.
+    void renderBeyond(double shift, std::uint8_t* bgr) {
+        std::fill(shifts_.begin(), shifts_.end(),
+                  static_cast<float>(std::clamp(shift, -kMaxShift, kMaxShift)));
+        reader_.findAnywhere(shifts_.data(),
+                             [&](std::size_t, std::size_t begin) { read(0, begin, bgr); });
+    }
+
+    // @param bgr the whole row
+    void read(std::size_t part, std::size_t begin, std::uint8_t* bgr) {
         for (int channel = 0; channel < 3; ++channel)
-            reader_.read(channel, planes_[static_cast<std::size_t>(channel)].data());
-        interleaveRow(planes_[0].data(), planes_[1].data(), planes_[2].data(), width, bgr);
+            reader_.read(part, channel, planes_[static_cast<std::size_t>(channel)].data());
+        interleaveRow(planes_[0].data(), planes_[1].data(), planes_[2].data(),
+                      std::min(kPixelsAtATime, reader_.count() - begin), bgr + 3 * begin);
     }
 
     const LayeredScene& scene_;
     LayeredReader reader_;
     std::vector<float> shifts_;
+    std::array<std::vector<std::int16_t>, kViewsAtATime> wholeShifts_;
     std::array<std::vector<std::uint8_t>, 3> planes_;
 };
 
@@ -293,6 +467,10 @@ class LayeredRenderer : public ViewRenderer {
 
     std::unique_ptr<RowRenderer> rowRenderer() const override {
         return std::make_unique<LayeredRows>(photo_, scene_, columns_);
+    }
+
+    double shiftSteps(double largestShift) const override {
+        return shiftStepsOf(scene_, largestShift);
     }
 
     std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,

@@ -1,6 +1,6 @@
 // Where the depth of a row follows a line: layeredColumns().
 
-#include "views/views_layered_row.hpp"
+#include "views/views_layered_columns.hpp"
 
 #include "base/pixel_rows.hpp"
 
@@ -25,9 +25,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 // speed: some ten operations for each column and each px by which content can move.
 void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
                       LayeredColumns& columns) {
-    constexpr int kMaxMovement = 16; // px; content that moves farther is searched for
-    constexpr int kMargin = kMaxMovement + 2;
+    constexpr int kMargin = kMaxLineMovement + 2;
     constexpr float kTolerance = 1.0F / 64;
+    constexpr float kLargestTurn = 0.25F; // the slope at the largest shift
     constexpr float kNowhere = 1e6F;
     const auto width = static_cast<std::size_t>(tables.width);
     const std::size_t size = width + 2 * kMargin + kRowPadding;
@@ -40,30 +40,41 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
     }
     for (std::vector<float>* values : columns.all())
         values->resize(width + kRowPadding);
+    for (std::vector<std::int32_t>* values : columns.lines.all())
+        values->resize(width + kRowPadding);
     std::copy_n(offsets, width, columns.offsets.begin());
+    const float perUnit =
+        tables.reachPixels / 65534.9F; // so the largest shift is within 65535 units
+    const std::uint16_t* const mirroredClear = tables.clear + tables.stride + width - 1;
+    for (std::size_t x = 0; x < width; ++x) {
+        columns.to[x] = perUnit * static_cast<float>(tables.clear[x]);
+        columns.lines.to[x] = tables.clear[x] >> 1;
+    }
+    for (std::size_t x = 0; x < width; ++x) {
+        columns.from[x] = -perUnit * static_cast<float>(*(mirroredClear - x));
+        columns.lines.from[x] = *(mirroredClear - x) >> 1;
+    }
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
     using F = hn::Vec<decltype(d)>;
     const F largestShift = hn::Set(d, tables.reachPixels);
     const F tolerance = hn::Set(d, kTolerance);
-    const F most = hn::Set(d, static_cast<float>(kMaxMovement));
+    const F largestTurn = hn::Set(d, kLargestTurn);
+    const F most = hn::Set(d, static_cast<float>(kMaxLineMovement));
     const F one = hn::Set(d, 1.0F);
-    const F half = hn::Set(d, 0.5F);
     const F quarter = hn::Set(d, 0.25F);
-    const F flat = hn::Set(d, 0x1p-64F);
-    const auto lowestBit = hn::Set(whole, 1);
-    const float perUnit =
-        tables.reachPixels / 65534.9F; // so the largest shift is within 65535 units
+    const auto missing = hn::Set(whole, -1);
     for (std::size_t x = 0; x < width; x += hn::Lanes(d)) {
         const F offset = hn::LoadU(d, offsets + x);
         const F rise = hn::Sub(hn::LoadU(d, offsets + x + 2), hn::LoadU(d, offsets + x - 2));
         const F slope = hn::Mul(rise, quarter);
-        const F steep = hn::Sub(one, hn::Mul(hn::Abs(slope), largestShift));
-        const F movement = hn::Div(hn::Mul(hn::Abs(offset), largestShift), steep);
-        auto isLine = hn::And(hn::Ge(steep, half), hn::Lt(movement, most));
+        const F turn = hn::Mul(slope, largestShift);
+        const F straight = hn::Mul(offset, largestShift);
+        const F movement = hn::Div(hn::Abs(straight), hn::Sub(one, hn::Abs(turn)));
+        auto isLine = hn::And(hn::Le(hn::Abs(turn), largestTurn), hn::Lt(movement, most));
         // columns up to the one beyond the movement
         F step = one;
-        for (int k = 1; k <= kMaxMovement + 1; ++k, step = hn::Add(step, one)) {
+        for (int k = 1; k <= kMaxLineMovement + 1; ++k, step = hn::Add(step, one)) {
             const auto reached = hn::And(isLine, hn::Lt(hn::Sub(step, one), movement));
             if (hn::AllFalse(d, reached)) break;
             const F change = hn::Mul(slope, step);
@@ -74,28 +85,37 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
             const F off = hn::Mul(hn::Max(difference, torn), largestShift);
             isLine = hn::AndNot(hn::And(reached, hn::Gt(off, tolerance)), isLine);
         }
-        // 0 with the flag would be a denormal number, and Intel's processors need more than a
-        // hundred cycles to multiply one. This slope gives the same places as 0.
-        const F normal = hn::IfThenElse(hn::Lt(hn::Abs(slope), flat), flat, slope);
-        const auto bits = hn::AndNot(lowestBit, hn::BitCast(whole, normal));
-        const auto flagged =
-            hn::Or(bits, hn::IfThenElseZero(hn::RebindMask(whole, isLine), lowestBit));
-        hn::StoreU(hn::BitCast(d, flagged), d, columns.slopes.data() + x);
+        hn::StoreU(slope, d, columns.slopes.data() + x);
+        const auto store = [&](F value, float steps, std::vector<std::int32_t>& to) HWY_ATTR {
+            const F inRange = hn::IfThenElseZero(isLine, hn::Mul(value, hn::Set(d, steps)));
+            hn::StoreU(smallNearestInt(d, inRange), whole, to.data() + x);
+        };
+        store(straight, 512, columns.lines.offsets);
+        store(turn, 32768, columns.lines.slopes);
+        const auto valid = hn::RebindMask(whole, isLine);
+        for (std::vector<std::int32_t>* limits : {&columns.lines.from, &columns.lines.to}) {
+            const auto limit = hn::LoadU(whole, limits->data() + x);
+            hn::StoreU(hn::IfThenElse(valid, limit, missing), whole, limits->data() + x);
+        }
     }
-    const std::uint16_t* const mirroredClear = tables.clear + tables.stride + width - 1;
-    for (std::size_t x = 0; x < width; ++x)
-        columns.to[x] = perUnit * static_cast<float>(tables.clear[x]);
-    for (std::size_t x = 0; x < width; ++x)
-        columns.from[x] = -perUnit * static_cast<float>(*(mirroredClear - x));
-    const std::int16_t* mirrored = tables.surfaces + tables.stride;
-    std::size_t first = 0;
-    std::size_t mirroredFirst = 0;
-    for (std::size_t x = 0; x < width; ++x) {
-        if (x > 0 && tables.surfaces[x] != tables.surfaces[x - 1]) first = x;
-        if (x > 0 && mirrored[x] != mirrored[x - 1]) mirroredFirst = x;
-        columns.first[x] = static_cast<float>(first);
-        columns.mirroredFirst[width - 1 - x] = static_cast<float>(mirroredFirst);
-    }
+    // calls use(begin, end) for each surface, with the px between it and the next one
+    const auto forSurfaces = [&](const std::int16_t* surfaces, const auto& use) {
+        for (std::size_t begin = 0; begin < width;) {
+            std::size_t end = begin + 1;
+            while (end < width && surfaces[end] == surfaces[begin])
+                ++end;
+            use(begin, end);
+            begin = end;
+        }
+    };
+    forSurfaces(tables.surfaces, [&](std::size_t begin, std::size_t end) {
+        std::fill(columns.first.data() + begin, columns.first.data() + end,
+                  static_cast<float>(begin));
+    });
+    forSurfaces(tables.surfaces + tables.stride, [&](std::size_t begin, std::size_t end) {
+        float* const to = columns.mirroredFirst.data();
+        std::fill(to + (width - end), to + (width - begin), static_cast<float>(begin));
+    });
 }
 
 } // namespace HWY_NAMESPACE

@@ -1,5 +1,6 @@
 // Ends of surfaces: depth steps are moved to the edges of the photo.
 
+#include "views/depth_offsets.hpp"
 #include "views/views_layered_scene.hpp"
 
 #include <algorithm>
@@ -18,16 +19,19 @@ double at(const std::vector<float>& offsets, int x) {
 }
 
 // Extends the near side of a tear by the adjacent pixels.
-void dilateNear(std::vector<float>& offsets, double tear, int pixels, std::vector<float>& source) {
+void dilateNear(std::vector<float>& offsets, double tear, int pixels, std::vector<float>& source,
+                std::vector<int>& steps) {
     if (pixels <= 0) return;
     const int width = static_cast<int>(offsets.size());
+    findSteps(offsets.data(), offsets.size(), tear, steps);
+    if (steps.empty()) return;
     source = offsets;
     const auto raise = [&](int x, float to) {
         if (x < 0 || x >= width) return;
         float& offset = offsets[static_cast<std::size_t>(x)];
         offset = std::max(offset, to);
     };
-    for (int x = 0; x + 1 < width; ++x) {
+    for (const int x : steps) {
         const double step = at(source, x + 1) - at(source, x);
         for (int k = 0; k < pixels && step > tear; ++k)
             raise(x - k, source[static_cast<std::size_t>(x + 1)]);
@@ -116,17 +120,18 @@ void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
     const int width = static_cast<int>(offsets.size());
     const double tear = options.tearStep();
     std::vector<float> buffer;
-    dilateNear(offsets, tear, options.edgeDilationPixels, buffer);
+    std::vector<int> steps;
+    dilateNear(offsets, tear, options.edgeDilationPixels, buffer, steps);
+    findSteps(offsets.data(), offsets.size(), tear, steps);
+    steps.push_back(width - 1);
     surfaces.clear();
-    for (int first = 0; first < width;) {
+    int first = 0;
+    for (const int last : steps) {
         LayeredSurface surface;
         surface.first = first;
-        surface.last = first;
-        while (surface.last + 1 < width &&
-               std::abs(at(offsets, surface.last + 1) - at(offsets, surface.last)) <= tear)
-            ++surface.last;
+        surface.last = last;
         surfaces.push_back(surface);
-        first = surface.last + 1;
+        first = last + 1;
     }
     std::vector<int> lengths; // before any border moves, so left and right are symmetric
     lengths.reserve(surfaces.size());

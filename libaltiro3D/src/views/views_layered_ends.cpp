@@ -21,7 +21,7 @@ class Search {
            float shift)
         : surfaces_(row.surfaces.data()), surfaceCount_(static_cast<int>(row.surfaces.size())),
           words_(tables.words + direction * tables.stride),
-          left_(tables.left + direction * tables.stride),
+          left_(tables.left == nullptr ? nullptr : tables.left + direction * tables.stride),
           surfaceOf_(tables.surfaces + direction * tables.stride), base_(direction * tables.stride),
           strips_(strips), x_(static_cast<float>(x)), unit_(shift * tables.scale) {}
 
@@ -82,13 +82,15 @@ class Search {
                                  static_cast<std::int32_t>(std::lrint(part)),
                              1);
             }
-            const float farthest = x_ + unit_ * static_cast<float>(wordOffset(left_[column - 1]));
+            --column;
+            if (left_ == nullptr || column < surface.first) continue;
+            const float farthest = x_ + unit_ * static_cast<float>(wordOffset(left_[column]));
             const int next = static_cast<int>(
-                std::max(std::floor(farthest), static_cast<float>(column - 1 - kLeftColumns)));
-            column = std::min(column - 1, next);
+                std::max(std::floor(farthest), static_cast<float>(column - kLeftColumns)));
+            column = std::min(column, next);
         }
         if (surface.hidden > 0) return false; // its end is hidden
-        const float border = x_ + 1 - placeOf(surface.first) + surface.leftExtra;
+        const float border = x_ + (1 + surface.leftExtra) - placeOf(surface.first);
         return cover((base_ + surface.first) << kSubColumnBits, border);
     }
 
@@ -99,7 +101,7 @@ class Search {
         const std::int32_t place = beyondPlace(k, distance);
         if (distance <= beyond) return cover(place, 1);
         if (!last_) last_ = k + 1 < surfaceCount_ ? hiddenPlace(k + 1, kFar) : place;
-        if (cover(place, beyond + 1 - distance + surface.rightExtra)) return true;
+        if (cover(place, beyond + (1 + surface.rightExtra) - distance)) return true;
         return showsHidden(k + 1);
     }
 
@@ -125,7 +127,7 @@ class Search {
     const LayeredSurface* surfaces_;
     int surfaceCount_;
     const std::int16_t* words_;
-    const std::int16_t* left_;
+    const std::int16_t* left_; // may be null
     const std::int16_t* surfaceOf_;
     int base_;
     int strips_;

@@ -8,7 +8,7 @@ namespace altiro3D {
 /// to back.
 struct LayeredPixel {
     static constexpr int kMax = 4;
-    std::int32_t place[kMax] = {}; ///< Places as in layeredPlaces().
+    std::int32_t place[kMax] = {}; ///< Places as in LayeredRoom.
     /// In 1/256 of what the covers before leave visible; the last one covers all.
     int coverage[kMax] = {};
     int count = 0;
@@ -19,9 +19,11 @@ class LayeredSearch {
   public:
     /// @param scene must outlive this object
     /// @param row row of the photo
+    /// @param tables its tables
     /// @param strips first column of the strips of each direction in the planes
-    LayeredSearch(const LayeredScene& scene, int row, const int (&strips)[2])
-        : tables_(scene.tables(row)), rows_{&scene.rows[0][static_cast<std::size_t>(row)],
+    LayeredSearch(const LayeredScene& scene, int row, const LayeredTables& tables,
+                  const int (&strips)[2])
+        : tables_(tables), rows_{&scene.rows[0][static_cast<std::size_t>(row)],
                                             &scene.rows[1][static_cast<std::size_t>(row)]},
           strips_{strips[0], strips[1]} {}
 

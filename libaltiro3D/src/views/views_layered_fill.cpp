@@ -1,10 +1,10 @@
 // The hidden background of method Layered, painted once for all views in the photo's geometry.
 
-#include "base/large_mat.hpp"
 #include "views/depth_offsets.hpp"
 #include "views/views_layered_scene.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 
@@ -18,44 +18,85 @@ constexpr int kSweeps = 4;
 // must not be nearer by more than one tear, because it would be the occluder.
 constexpr double kSameTears = 5;
 
+// Blue, green, red, and one that does not count, so a colour fills a register.
 struct Colour {
-    float bgr[3] = {0, 0, 0};
+    float bgr[4] = {0, 0, 0, 0};
 };
 
+// Neighbours of cells. >= 0: a cell, < 0: -1 - index of a pixel of the photo.
 constexpr std::int32_t kNoLink = INT32_MIN;
 
-// A painted column.
-struct Cell {
+// The painted columns on one side of a surface of a row. The first of its cells is the one beside
+// the visible part; each further one lies one px further outwards.
+struct Run {
     int y = 0;
-    int x = 0;
-    int strip = 0;    // its index in LayeredRow::strips
-    int distance = 0; // distance from the visible part of its surface, px, >= 1
-    int inwards = 1;  // direction to the visible part, 1 or -1
-    float offset = 0;
-    bool isKnown = false; // its colour need not be painted
-    // Neighbours: inwards, above, below, outwards, inwards above, inwards below. >= 0: a cell,
-    // < 0: -1 - index of a pixel of the photo.
-    std::int32_t link[6] = {kNoLink, kNoLink, kNoLink, kNoLink, kNoLink, kNoLink};
+    int x = 0;              // column of the first cell
+    int inwards = 1;        // direction to the visible part, 1 or -1
+    int strip = 0;          // index of the first cell in LayeredRow::strips
+    int length = 0;         // cells
+    int offset = 0;         // of the surface's end, in units of LayeredTables
+    std::int32_t first = 0; // index of the first cell
+    // neighbours of the first cell: inwards, inwards above, inwards below
+    std::int32_t inner = kNoLink;
+    std::int32_t innerAbove = kNoLink;
+    std::int32_t innerBelow = kNoLink;
+};
+
+// Cells and pixels of one row, by column.
+class RowMap {
+  public:
+    // @param left, right columns beside the frame
+    RowMap(int left, int width, int right)
+        : left_(left), width_(width),
+          cells_(static_cast<std::size_t>(left + width + right), kNoCell),
+          offsets_(static_cast<std::size_t>(width)) {}
+
+    static constexpr std::int32_t kNoCell = -1;
+    static constexpr std::int16_t kMixed = INT16_MIN;
+
+    bool holds(int x) const { return x >= -left_ && x + left_ < static_cast<int>(cells_.size()); }
+    std::int32_t& cell(int x) { return cells_[static_cast<std::size_t>(x + left_)]; }
+    std::int32_t cell(int x) const { return cells_[static_cast<std::size_t>(x + left_)]; }
+    // Offset of a pixel; kMixed for mixed pixels, which lie between two surfaces, and beside the
+    // frame.
+    int offset(int x) const {
+        return x >= 0 && x < width_ ? offsets_[static_cast<std::size_t>(x)] : kMixed;
+    }
+
+    // Reads the pixels of a row. @param words LayeredTables::words
+    void read(const std::int16_t* words, const std::vector<LayeredSurface>& surfaces) {
+        for (int x = 0; x < width_; ++x)
+            offsets_[static_cast<std::size_t>(x)] = static_cast<std::int16_t>(wordOffset(words[x]));
+        for (std::size_t i = 0; i + 1 < surfaces.size(); ++i)
+            std::fill(offsets_.begin() + surfaces[i].last + 1,
+                      offsets_.begin() + surfaces[i + 1].first, kMixed);
+    }
+
+  private:
+    int left_;
+    int width_;
+    std::vector<std::int32_t> cells_;
+    std::vector<std::int16_t> offsets_;
 };
 
 class Background {
   public:
-    // @param known of the hidden background, mirrored as the photo
-    Background(const cv::Mat& photo, const HiddenLayer& known, double focus, int direction,
-               LayeredScene& scene, double tear)
-        : photo_(photo.isContinuous() ? photo : photo.clone()), known_(known), focus_(focus),
-          rows_(scene.rows[direction]), scene_(scene), direction_(direction), tear_(tear) {
-        measure();
-        if (cellCount_ == 0) return;
+    // @param tear see LayeredSettings::tearStep()
+    Background(const cv::Mat& photo, int direction, LayeredScene& scene, double tear)
+        : photo_(photo.isContinuous() ? photo : photo.clone()), rows_(scene.rows[direction]),
+          scene_(scene), direction_(direction),
+          tear_(static_cast<int>(std::min(tear / static_cast<double>(scene.scale), kFar))),
+          sameTears_(static_cast<int>(
+              std::min(kSameTears * tear / static_cast<double>(scene.scale), kFar))) {
         collect();
-        for (std::size_t i = 0; i < cells_.size(); ++i)
-            link(cells_[i], static_cast<std::int32_t>(i));
+        link();
     }
 
-    void paint() {
-        if (cells_.empty()) return;
-        colours_.resize(cells_.size());
-        takeKnown();
+    // @param known of the hidden background, mirrored as the photo
+    void paint(const HiddenLayer& known, double focus) {
+        if (cellCount_ == 0) return;
+        colours_.resize(cellCount_);
+        if (!known.photo.empty()) take(known, focus);
         flowIn();
         for (int sweep = 0; sweep < kSweeps; ++sweep)
             evenOut(sweep % 2 != 0);
@@ -63,191 +104,259 @@ class Background {
     }
 
   private:
-    void measure() {
-        for (const LayeredRow& row : rows_) {
-            for (const LayeredSurface& surface : row.surfaces) {
-                left_ = std::max(left_, surface.hidden - surface.first);
-                right_ = std::max(right_, surface.last + surface.beyond - (photo_.cols - 1));
-                cellCount_ += static_cast<std::size_t>(surface.hidden + surface.beyond);
-            }
-        }
-    }
+    static constexpr double kFar = 1 << 20;   // more than any two offsets differ
+    static constexpr std::int16_t kKnown = 0; // distance of cells that are not painted
 
     void collect() {
-        owner_ = largeMat(photo_.rows, left_ + photo_.cols + right_, CV_32SC1);
-        owner_.setTo(cv::Scalar(-1));
-        cells_.reserve(cellCount_);
-        for (int y = 0; y < photo_.rows; ++y) {
-            const std::int16_t* words = wordsOf(y);
-            const auto offset = [&](int x) { return offsetOf(words[x]); };
-            for (const LayeredSurface& surface : rows_[static_cast<std::size_t>(y)].surfaces) {
-                for (int k = 1; k <= surface.hidden; ++k)
-                    add(y, surface.first - k, surface.hiddenAt(k), k, 1, offset(surface.first));
-                for (int k = 1; k <= surface.beyond; ++k)
-                    add(y, surface.last + k, surface.beyondAt(k), k, -1, offset(surface.last));
+        runsOfRow_.reserve(rows_.size() + 1);
+        for (std::size_t y = 0; y < rows_.size(); ++y) {
+            const std::int16_t* words = wordsOf(static_cast<int>(y));
+            runsOfRow_.push_back(runs_.size());
+            for (const LayeredSurface& surface : rows_[y].surfaces) {
+                left_ = std::max(left_, surface.hidden - surface.first);
+                right_ = std::max(right_, surface.last + surface.beyond - (photo_.cols - 1));
+                add(static_cast<int>(y), surface.first - 1, 1, surface.hiddenAt(1), surface.hidden,
+                    wordOffset(words[surface.first]));
+                add(static_cast<int>(y), surface.last + 1, -1, surface.beyondAt(1), surface.beyond,
+                    wordOffset(words[surface.last]));
             }
         }
+        runsOfRow_.push_back(runs_.size());
     }
 
-    void add(int y, int x, int strip, int distance, int inwards, float offset) {
-        Cell cell;
-        cell.y = y;
-        cell.x = x;
-        cell.strip = strip;
-        cell.distance = distance;
-        cell.inwards = inwards;
-        cell.offset = offset;
-        // If several hidden surfaces overlap, neighbours link to the one whose visible part is
-        // closest.
-        std::int32_t& owner = owner_.ptr<std::int32_t>(y)[x + left_];
-        if (owner < 0 || cells_[static_cast<std::size_t>(owner)].distance > distance)
-            owner = static_cast<std::int32_t>(cells_.size());
-        cells_.push_back(cell);
+    void add(int y, int x, int inwards, int strip, int length, int offset) {
+        if (length == 0) return;
+        Run run;
+        run.y = y;
+        run.x = x;
+        run.inwards = inwards;
+        run.strip = strip;
+        run.length = length;
+        run.offset = offset;
+        run.first = static_cast<std::int32_t>(cellCount_);
+        longest_ = std::max(longest_, length);
+        cellCount_ += static_cast<std::size_t>(length);
+        runs_.push_back(run);
     }
 
     const std::int16_t* wordsOf(int y) const {
-        return scene_.tables(y).words + direction_ * scene_.stride();
+        return scene_.words.ptr<std::int16_t>(y) + kTablePadding + direction_ * scene_.stride();
     }
 
-    float offsetOf(std::int16_t word) const {
-        return scene_.scale * static_cast<float>(wordOffset(word));
-    }
+    Run* runsBegin(int y) { return runs_.data() + runsOfRow_[static_cast<std::size_t>(y)]; }
+    Run* runsEnd(int y) { return runs_.data() + runsOfRow_[static_cast<std::size_t>(y) + 1]; }
 
-    // False for mixed pixels, which lie between two surfaces.
-    bool isOfSurface(int y, int x) const {
-        const std::int16_t* surfaces = scene_.tables(y).surfaces + direction_ * scene_.stride();
-        const auto& row = rows_[static_cast<std::size_t>(y)].surfaces;
-        return x <= row[static_cast<std::size_t>(surfaces[x])].last;
-    }
-
-    // The pixel or cell at (x, y), if it belongs to the surface of the cell.
-    std::int32_t neighbour(const Cell& cell, int y, int x) const {
-        if (y < 0 || y >= photo_.rows || x < -left_ || x >= photo_.cols + right_) return kNoLink;
-        const auto nearerBy = [&](float offset) {
-            return static_cast<double>(offset) - static_cast<double>(cell.offset);
-        };
-        if (x >= 0 && x < photo_.cols && isOfSurface(y, x)) {
-            const double nearer = nearerBy(offsetOf(wordsOf(y)[x]));
-            if (nearer <= tear_ && nearer >= -kSameTears * tear_) return -1 - (y * photo_.cols + x);
+    // Marks the cells of a row. If several hidden surfaces overlap, neighbours link to the one
+    // whose visible part is closest.
+    void mark(int y, RowMap& map) {
+        map.read(wordsOf(y), rows_[static_cast<std::size_t>(y)].surfaces);
+        for (const Run* run = runsBegin(y); run < runsEnd(y); ++run) {
+            for (int k = 0; k < run->length; ++k) {
+                std::int32_t& cell = map.cell(run->x - k * run->inwards);
+                if (cell == RowMap::kNoCell || distances_[static_cast<std::size_t>(cell)] > k + 1)
+                    cell = run->first + k;
+                const auto own = static_cast<std::size_t>(run->first + k);
+                distances_[own] = static_cast<std::int16_t>(k + 1);
+                offsets_[own] = static_cast<std::int16_t>(run->offset);
+            }
         }
-        const std::int32_t other = owner_.ptr<std::int32_t>(y)[x + left_];
-        if (other < 0) return kNoLink;
-        const double nearer = nearerBy(cells_[static_cast<std::size_t>(other)].offset);
-        return std::abs(nearer) <= kSameTears * tear_ ? other : kNoLink;
     }
 
-    void link(Cell& cell, std::int32_t index) const {
-        const int inner = cell.x + cell.inwards;
-        cell.link[0] = cell.distance == 1 ? -1 - (cell.y * photo_.cols + inner) : index - 1;
-        cell.link[1] = neighbour(cell, cell.y - 1, cell.x);
-        cell.link[2] = neighbour(cell, cell.y + 1, cell.x);
-        cell.link[3] = neighbour(cell, cell.y, cell.x - cell.inwards);
-        cell.link[4] = neighbour(cell, cell.y - 1, inner);
-        cell.link[5] = neighbour(cell, cell.y + 1, inner);
+    void unmark(int y, RowMap& map) {
+        for (const Run* run = runsBegin(y); run < runsEnd(y); ++run)
+            for (int k = 0; k < run->length; ++k)
+                map.cell(run->x - k * run->inwards) = RowMap::kNoCell;
     }
+
+    // The pixel or cell at column x of row y, if it belongs to a surface with this offset.
+    std::int32_t neighbour(const RowMap& map, int y, int x, int offset) const {
+        if (!map.holds(x)) return kNoLink;
+        const int visible = map.offset(x);
+        const int nearer = visible - offset;
+        if (visible != RowMap::kMixed && nearer <= tear_ && nearer >= -sameTears_)
+            return -1 - (y * photo_.cols + x);
+        const std::int32_t other = map.cell(x);
+        if (other == RowMap::kNoCell) return kNoLink;
+        return std::abs(offsets_[static_cast<std::size_t>(other)] - offset) <= sameTears_ ? other
+                                                                                          : kNoLink;
+    }
+
+    // Finds the neighbours of all cells, with the maps of three rows at a time.
+    void link() {
+        if (cellCount_ == 0) return;
+        distances_.resize(cellCount_);
+        offsets_.resize(cellCount_);
+        for (std::vector<std::int32_t>* links : {&above_, &below_, &outwards_})
+            links->resize(cellCount_, kNoLink);
+        std::array<RowMap, 3> maps = {RowMap(left_, photo_.cols, right_),
+                                      RowMap(left_, photo_.cols, right_),
+                                      RowMap(left_, photo_.cols, right_)};
+        mark(0, maps[0]);
+        for (int y = 0; y < photo_.rows; ++y) {
+            RowMap& below = maps[static_cast<std::size_t>(y + 1) % 3];
+            if (y >= 2) unmark(y - 2, below);
+            if (y + 1 < photo_.rows) mark(y + 1, below);
+            const RowMap& own = maps[static_cast<std::size_t>(y) % 3];
+            const RowMap* above = y > 0 ? &maps[static_cast<std::size_t>(y + 2) % 3] : nullptr;
+            for (Run* run = runsBegin(y); run < runsEnd(y); ++run)
+                link(*run, above, own, y + 1 < photo_.rows ? &below : nullptr);
+        }
+    }
+
+    // @param above, below null outside of the photo
+    void link(Run& run, const RowMap* above, const RowMap& own, const RowMap* below) {
+        const int inner = run.x + run.inwards;
+        run.inner = -1 - (run.y * photo_.cols + inner);
+        if (above != nullptr) run.innerAbove = neighbour(*above, run.y - 1, inner, run.offset);
+        if (below != nullptr) run.innerBelow = neighbour(*below, run.y + 1, inner, run.offset);
+        for (int k = 0; k < run.length; ++k) {
+            const auto cell = static_cast<std::size_t>(run.first + k);
+            const int x = run.x - k * run.inwards;
+            if (above != nullptr) above_[cell] = neighbour(*above, run.y - 1, x, run.offset);
+            if (below != nullptr) below_[cell] = neighbour(*below, run.y + 1, x, run.offset);
+            outwards_[cell] = neighbour(own, run.y, x - run.inwards, run.offset);
+        }
+    }
+
+    // A sum of colours with weights.
+    class Mean {
+      public:
+        void add(const Colour& colour, float share) {
+            for (int c = 0; c < 4; ++c)
+                sum_.bgr[c] += share * colour.bgr[c];
+            weight_ += share;
+        }
+        Colour get() const {
+            Colour result;
+            for (int c = 0; c < 4; ++c)
+                result.bgr[c] = sum_.bgr[c] / weight_;
+            return result;
+        }
+
+      private:
+        Colour sum_;
+        float weight_ = 0;
+    };
 
     Colour colourOf(std::int32_t link) const {
         if (link >= 0) return colours_[static_cast<std::size_t>(link)];
         const std::uint8_t* pixel = photo_.data + 3 * (-1 - static_cast<std::ptrdiff_t>(link));
         return {{static_cast<float>(pixel[0]), static_cast<float>(pixel[1]),
-                 static_cast<float>(pixel[2])}};
+                 static_cast<float>(pixel[2]), 0}};
     }
 
-    // Colours of the cells at which the layer of known background shows the surface of the cell.
-    void takeKnown() {
-        if (known_.photo.empty()) return;
-        for (std::size_t i = 0; i < cells_.size(); ++i) {
-            Cell& cell = cells_[i];
-            if (cell.x < 0 || cell.x >= photo_.cols) continue;
-            const float depth = known_.depth.ptr<float>(cell.y)[cell.x];
-            if (std::isnan(depth)) continue;
-            const float away = offsetFromFocus(depth, focus_) - cell.offset;
-            if (std::abs(static_cast<double>(away)) > kSameTears * tear_) continue;
-            cell.isKnown = true;
-            const std::uint8_t* bgr = known_.photo.ptr<std::uint8_t>(cell.y) + 3 * cell.x;
-            std::copy_n(bgr, 3, colours_[i].bgr);
+    // Takes the colours of cells at which the layer shows the surface of the cell.
+    void take(const HiddenLayer& known, double focus) {
+        for (const Run& run : runs_) {
+            const float* depths = known.depth.ptr<float>(run.y);
+            const std::uint8_t* colours = known.photo.ptr<std::uint8_t>(run.y);
+            for (int k = 0; k < run.length; ++k) {
+                const int x = run.x - k * run.inwards;
+                if (x < 0 || x >= photo_.cols || std::isnan(depths[x])) continue;
+                const float offset = offsetFromFocus(depths[x], focus) / scene_.scale;
+                if (std::abs(static_cast<int>(offset) - run.offset) > sameTears_) continue;
+                const auto cell = static_cast<std::size_t>(run.first + k);
+                distances_[cell] = kKnown;
+                std::copy_n(colours + 3 * static_cast<std::ptrdiff_t>(x), 3, colours_[cell].bgr);
+            }
         }
     }
 
     // From the visible border inwards, each cell becomes the mean of the neighbours painted before
     // it. Streaks widen with the distance, and colours from above and below flow in.
     void flowIn() {
-        constexpr float kWeights[6] = {2, 1, 1, 1, 1, 1};
-        std::vector<std::vector<std::size_t>> atDistance;
-        for (std::size_t i = 0; i < cells_.size(); ++i) {
-            const auto distance = static_cast<std::size_t>(cells_[i].distance);
-            if (atDistance.size() < distance) atDistance.resize(distance);
-            atDistance[distance - 1].push_back(i);
-        }
-        for (const std::vector<std::size_t>& ring : atDistance) {
-            for (const std::size_t i : ring) {
-                const Cell& cell = cells_[i];
-                if (cell.isKnown) continue;
-                Colour sum;
-                float weight = 0;
-                for (int k = 0; k < 6; ++k) {
-                    const std::int32_t link = cell.link[k];
-                    const bool painted = link != kNoLink && (link < 0 || isPainted(cell, link));
-                    if (painted) addTo(sum, weight, link, kWeights[k]);
-                }
-                setMean(i, sum, weight);
-            }
+        for (const Run& run : runs_)
+            flowInto(run.first, 1, run.inner, run.innerAbove, run.innerBelow);
+        // A cell needs only cells that are nearer to the visible border, of its row and of the rows
+        // beside it. This order goes down the rows, so what is needed is still in the cache.
+        const auto stepOf = [](const Run& run, int k) {
+            return static_cast<std::size_t>(run.y + 2 * k);
+        };
+        std::vector<std::int32_t> begin(static_cast<std::size_t>(photo_.rows + 2 * longest_) + 1);
+        for (const Run& run : runs_)
+            for (int k = 1; k < run.length; ++k)
+                ++begin[stepOf(run, k) + 1];
+        for (std::size_t i = 1; i < begin.size(); ++i)
+            begin[i] += begin[i - 1];
+        std::vector<std::int32_t> order(static_cast<std::size_t>(begin.back()));
+        for (const Run& run : runs_)
+            for (int k = 1; k < run.length; ++k)
+                order[static_cast<std::size_t>(begin[stepOf(run, k)]++)] = run.first + k;
+        for (const std::int32_t cell : order) {
+            const auto before = static_cast<std::size_t>(cell - 1);
+            flowInto(cell, distances_[static_cast<std::size_t>(cell)], cell - 1, above_[before],
+                     below_[before]);
         }
     }
 
-    // Whether another cell has its colour when this one is painted.
-    bool isPainted(const Cell& cell, std::int32_t other) const {
-        const Cell& neighbour = cells_[static_cast<std::size_t>(other)];
-        return neighbour.isKnown || neighbour.distance < cell.distance;
+    void flowInto(std::int32_t index, int distance, std::int32_t inner, std::int32_t innerAbove,
+                  std::int32_t innerBelow) {
+        const auto cell = static_cast<std::size_t>(index);
+        if (distances_[cell] == kKnown) return;
+        Mean mean;
+        mean.add(colourOf(inner), 2);
+        for (const std::int32_t link :
+             {above_[cell], below_[cell], outwards_[cell], innerAbove, innerBelow}) {
+            const bool painted =
+                link != kNoLink &&
+                (link < 0 || distances_[static_cast<std::size_t>(link)] < distance);
+            if (painted) mean.add(colourOf(link), 1);
+        }
+        colours_[cell] = mean.get();
     }
 
     // Gauss-Seidel sweep for a membrane fixed at the known neighbours.
     void evenOut(bool backwards) {
-        for (std::size_t n = 0; n < cells_.size(); ++n) {
-            const std::size_t i = backwards ? cells_.size() - 1 - n : n;
-            if (cells_[i].isKnown) continue;
-            Colour sum;
-            float weight = 0;
-            for (int k = 0; k < 4; ++k)
-                if (cells_[i].link[k] != kNoLink) addTo(sum, weight, cells_[i].link[k], 1);
-            setMean(i, sum, weight);
+        const auto even = [&](const Run& run, int k) {
+            const auto cell = static_cast<std::size_t>(run.first + k);
+            if (distances_[cell] == kKnown) return;
+            Mean mean;
+            mean.add(colourOf(k == 0 ? run.inner : run.first + k - 1), 1);
+            for (const std::int32_t link : {above_[cell], below_[cell], outwards_[cell]})
+                if (link != kNoLink) mean.add(colourOf(link), 1);
+            colours_[cell] = mean.get();
+        };
+        if (!backwards) {
+            for (const Run& run : runs_)
+                for (int k = 0; k < run.length; ++k)
+                    even(run, k);
+            return;
         }
-    }
-
-    void addTo(Colour& sum, float& weight, std::int32_t link, float share) const {
-        const Colour colour = colourOf(link);
-        for (int c = 0; c < 3; ++c)
-            sum.bgr[c] += share * colour.bgr[c];
-        weight += share;
-    }
-
-    void setMean(std::size_t cell, const Colour& sum, float weight) {
-        for (int c = 0; c < 3; ++c)
-            colours_[cell].bgr[c] = sum.bgr[c] / weight;
+        for (auto run = runs_.rbegin(); run != runs_.rend(); ++run)
+            for (int k = run->length - 1; k >= 0; --k)
+                even(*run, k);
     }
 
     void store() {
-        for (std::size_t i = 0; i < cells_.size(); ++i) {
-            const Cell& cell = cells_[i];
-            LayeredRow& row = rows_[static_cast<std::size_t>(cell.y)];
-            std::uint8_t* bytes = &row.strips[4 * static_cast<std::size_t>(cell.strip)];
-            for (int c = 0; c < 3; ++c)
-                bytes[c] = cv::saturate_cast<std::uint8_t>(colours_[i].bgr[c]);
+        for (const Run& run : runs_) {
+            std::vector<std::uint8_t>& strips = rows_[static_cast<std::size_t>(run.y)].strips;
+            for (int k = 0; k < run.length; ++k) {
+                const Colour& colour = colours_[static_cast<std::size_t>(run.first + k)];
+                std::uint8_t* bytes = strips.data() + 4 * (run.strip - k * run.inwards);
+                for (int c = 0; c < 3; ++c)
+                    bytes[c] = cv::saturate_cast<std::uint8_t>(colour.bgr[c]);
+            }
         }
     }
 
     const cv::Mat photo_; // in one piece
-    const HiddenLayer known_;
-    double focus_;
     std::vector<LayeredRow>& rows_;
     const LayeredScene& scene_;
     int direction_;
-    double tear_;
-    int left_ = 0;  // columns left of the frame
-    int right_ = 0; // columns right of the frame
+    int tear_; // in units of the offsets
+    int sameTears_;
+    int left_ = 0;    // columns left of the frame
+    int right_ = 0;   // columns right of the frame
+    int longest_ = 0; // length of the longest run
+    std::vector<Run> runs_;
+    std::vector<std::size_t> runsOfRow_; // index of the first one of each row
+    // of each cell
     std::size_t cellCount_ = 0;
-    cv::Mat owner_; // [rows x left + cols + right, CV_32SC1] the cell at each place, -1 = none
-    std::vector<Cell> cells_;
+    std::vector<std::int16_t> distances_; // from the visible part of its surface, px, or kKnown
+    std::vector<std::int16_t> offsets_;
+    std::vector<std::int32_t> above_; // neighbours
+    std::vector<std::int32_t> below_;
+    std::vector<std::int32_t> outwards_;
     std::vector<Colour> colours_;
 };
 
@@ -267,7 +376,7 @@ void paintBackground(const cv::Mat& photo, double focus, const LayeredSettings& 
         seen = mirrored(photo);
         known = {mirrored(known.photo), mirrored(known.depth)};
     }
-    Background(seen, known, focus, direction, scene, options.tearStep()).paint();
+    Background(seen, direction, scene, options.tearStep()).paint(known, focus);
 }
 
 } // namespace altiro3D

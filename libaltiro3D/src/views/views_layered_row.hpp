@@ -1,9 +1,7 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace altiro3D {
 
@@ -17,8 +15,8 @@ namespace altiro3D {
 //
 // For s < 0, tables of the mirrored row are used. Both are in one array, side by side.
 //
-// Most pixels need no search: no other surface comes near them, and the offsets around them follow
-// a line, offset(c) = o + m (c - x). They show c = x + s o / (1 - s m).
+// Most pixels need no search, because the depth around them follows a line
+// (views_layered_columns.hpp).
 
 constexpr int kOffsetBits = 14;                          ///< Bits of an offset, a whole number.
 constexpr int kMaxOffset = (1 << (kOffsetBits - 1)) - 1; ///< Offsets are -8191..8191.
@@ -30,7 +28,9 @@ constexpr int kSubColumnBits = 8; ///< Positions between columns are multiples o
 // A place: 256 * column + 1/256 px. Columns are those of a plane, which holds the row, from
 // `stride` on the mirrored row, and from 2 * stride on the strips painted beside surfaces
 // (LayeredSurfaces::strips).
-constexpr std::int32_t kSeeEnds = INT32_MIN; ///< Place of a pixel that needs LayeredSearch.
+constexpr std::int32_t kSeeEnds = INT32_MIN;   ///< Place of a pixel that needs LayeredSearch.
+constexpr std::int16_t kNotOnLine = INT16_MIN; ///< LayeredPixels::away of a pixel without a line.
+constexpr std::int32_t kOpenBlock = -1;        ///< LayeredPixels::windows of a block to search.
 
 /// Packs an offset with two flags: the column is the first of a surface with a border there, or the
 /// last of its surface.
@@ -48,10 +48,10 @@ constexpr int wordOffset(std::int16_t word) {
 /// `stride` entries further, the same for the mirrored row. Pointers are to column 0.
 struct LayeredTables {
     const std::int16_t* words = nullptr; ///< columnWord() of each column.
-    /// Bound of the search: the largest offset among the columns that can appear at this one, as a
+    /// Bound of the search column by column: the largest offset among the columns that can appear at this one, as a
     /// columnWord() without flags.
     const std::int16_t* bounds = nullptr;
-    /// As `bounds`, for the kLeftColumns columns that end here.
+    /// As `bounds`, for the kLeftColumns columns that end here; may be null for LayeredSearch.
     const std::int16_t* left = nullptr;
     /// Index of the last surface that begins here or to the left.
     const std::int16_t* surfaces = nullptr;
@@ -73,38 +73,22 @@ struct LayeredEnd {
     float strip = 0; ///< Column of the surface's first column in the planes; the last one is next.
 };
 
+/// Offsets of the first and the last column of a surface, in 2^-18 units of the tables.
+struct LayeredEndOffsets {
+    float first = 0;
+    float last = 0;
+};
+
 /// The surfaces of a row for the search: first those of the row, then those of the mirrored row.
 struct LayeredSurfaces {
     const LayeredEnd* left = nullptr;
     const LayeredEnd* right = nullptr;
+    const LayeredEndOffsets* offsets = nullptr;
     int begin[3] = {0, 0, 0}; ///< Start of each direction, and the end.
 };
 
-/// What is known of the columns of a row before any search. Arrays of one value per column, and
-/// kRowPadding more.
-struct LayeredColumns {
-    std::vector<float> offsets; ///< Movement in px per px of shift.
-    /// Change of the offset from column to column. If its lowest bit is set, all content that a
-    /// shift brings to the column lies on this line, to 1/64 px.
-    std::vector<float> slopes;
-    /// Within these shifts (px, from <= 0 <= to), no other surface reaches the column.
-    std::vector<float> from;
-    std::vector<float> to;
-    std::vector<float> first;         ///< First column of its surface.
-    std::vector<float> mirroredFirst; ///< The same in the mirrored row.
-
-    std::array<std::vector<float>*, 6> all() {
-        return {&offsets, &slopes, &from, &to, &first, &mirroredFirst};
-    }
-};
-
-/// Describes the columns of a row.
-/// @param scratch resized and overwritten
-/// @param columns result, resized and overwritten
-void layeredColumns(const LayeredTables& tables, std::vector<float>& scratch,
-                    LayeredColumns& columns);
-
-/// The requested pixels. Arrays of `count` and padding (kRowPadding).
+/// The requested pixels, in blocks of kWindowPixels. Arrays of `count` or one per block, and
+/// padding (kRowPadding).
 struct LayeredPixels {
     /// Column in the row, in order (ascending or descending) except for the padding; W - 1 - column
     /// in the mirrored row.
@@ -117,47 +101,84 @@ struct LayeredPixels {
     const float* first = nullptr;         ///< LayeredColumns::first of each.
     const float* mirroredFirst = nullptr; ///< LayeredColumns::mirroredFirst of each.
     int reach = 0;                        ///< Largest distance of a place from its column, columns.
-    const std::int32_t* windows = nullptr; ///< RowWindows::starts
-    int tables = 2;                        ///< RowWindows::tables
+    const std::int32_t* fixed = nullptr;  ///< RowWindows::starts
+    int tables = 2;                       ///< RowWindows::tables
+    const std::int16_t* inBlock = nullptr; ///< LayeredBlocks::columns
+    const std::int32_t* starts = nullptr;  ///< LayeredBlocks::starts
+    const std::int16_t* away = nullptr;    ///< Distance of the place on the line, or kNotOnLine.
+    /// For each block: kOpenBlock if it must be searched, else the first of 64 columns that hold
+    /// all its places, which `away` gives.
+    const std::int32_t* windows = nullptr;
     std::size_t count = 0;
 };
 
-/// Buffers of layeredPlaces(): `count` and padding each.
+/// Pixels that must be searched, in lists with one entry per pixel.
+struct LayeredList {
+    std::int32_t* pixels = nullptr; ///< Index in LayeredRoom::places.
+    float* columns = nullptr;       ///< LayeredPixels::columns of it.
+    float* shifts = nullptr;        ///< Shift of its view, px.
+};
+
+/// Buffers for the pixels of several views or channels.
 struct LayeredRoom {
-    std::int32_t* places = nullptr; ///< Result: places for layeredSamples(), or kSeeEnds.
-    std::int32_t* hard = nullptr;   ///< Result: indices of the pixels with kSeeEnds.
+    /// Result: places of the pixels of open blocks for layeredSamples(), or kSeeEnds.
+    std::int32_t* places = nullptr;
+    LayeredList open[2]; ///< Pixels without a place, per direction.
+    LayeredList hard;    ///< Result: the pixels with kSeeEnds.
     /// Result: for each of `hard`, the column (in its direction) from which the search must
     /// continue to the left.
     std::int32_t* hardColumns = nullptr;
     std::int32_t* mixed = nullptr;  ///< Result: indices of the pixels that a border covers in part.
     std::int32_t* covers = nullptr; ///< Result: for each of `mixed`, the place of its cover,
     std::int32_t* parts = nullptr;  ///< and its share, 1..255 of 256.
-    std::int32_t* open = nullptr;   ///< Internal.
-    std::int32_t* openColumns = nullptr; ///< Internal.
+    std::int32_t* endColumns = nullptr; ///< Internal.
 };
 
-/// Counts returned by layeredPlaces().
+/// Numbers of pixels in LayeredRoom::open.
+struct LayeredOpenCounts {
+    std::size_t size[2] = {0, 0};
+};
+
+/// Numbers of pixels that were found.
 struct LayeredCounts {
     std::size_t hard = 0;  ///< Pixels that need LayeredSearch.
     std::size_t mixed = 0; ///< Pixels that a border covers in part.
 };
 
-/// Finds the places that pixels show.
+/// Finds places of the pixels of open blocks and lists the pixels whose places it does not find.
+///
+/// @param tables data of the row
+/// @param pixels columns with their table entries
+/// @param shifts shift of each pixel's view, px; of open blocks
+/// @param first index of the first pixel in LayeredRoom::places
+/// @param counts the lists, which become longer
+void layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels, const float* shifts,
+                    std::size_t first, const LayeredRoom& room, LayeredOpenCounts& counts);
+
+/// Finds the places of listed pixels, surface by surface. Only for rows whose surfaces keep the
+/// order of their columns in all views, and for shifts within the one that the bounds were made
+/// for. Fast if there are few surfaces.
 ///
 /// @param tables, surfaces data of the row
-/// @param pixels columns with their table entries
-/// @param shifts shift of each pixel's view, px
+/// @param reach LayeredPixels::reach
+/// @param direction of all listed pixels
+/// @param counts hard and mixed pixels so far, to which these are added
+void layeredAmongSurfaces(const LayeredTables& tables, const LayeredSurfaces& surfaces, int reach,
+                          int direction, std::size_t openCount, const LayeredRoom& room,
+                          LayeredCounts& counts);
+
+/// The same, column by column, for any row and shift.
 /// @param bounded whether every |shift| is within the one that the bounds were made for
-/// @param room results
-LayeredCounts layeredPlaces(const LayeredTables& tables, const LayeredSurfaces& surfaces,
-                            const LayeredPixels& pixels, const float* shifts, bool bounded,
-                            const LayeredRoom& room);
+void layeredWalk(const LayeredTables& tables, const LayeredSurfaces& surfaces, bool bounded,
+                 std::size_t openCount, const LayeredList& list, const LayeredRoom& room,
+                 LayeredCounts& counts);
 
 /// Reads one channel between columns, linearly.
 ///
-/// @param pixels as for layeredPlaces()
+/// @param pixels as for layeredGuesses()
 /// @param plane the channel: row and mirrored row, laid out as the tables, padded
-/// @param places from layeredPlaces(), `count` and padding; kSeeEnds gives undefined values
+/// @param places of the first pixel; only those of open blocks are used; kSeeEnds gives undefined
+/// values
 /// @param values result
 void layeredSamples(const LayeredPixels& pixels, const std::uint8_t* plane,
                     const std::int32_t* places, std::uint8_t* values);

@@ -5,6 +5,7 @@
 #include "views/row_pixels.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
@@ -44,42 +45,73 @@ HWY_INLINE void gatherSamples(std::size_t begin, std::size_t end, const std::uin
 
 #if HWY_TARGET != HWY_SCALAR
 
-// The same for the kWindowPixels pixels from `begin`, from 16 kTables columns of the plane in
-// registers, the first of which is `from`; the few places outside of them one by one. Arithmetic
-// limits the speed: about thirty operations per vector of 16-bit lanes.
+// The values at places in 1/256 px from the start of a window.
+template <int kTables, class V>
+HWY_INLINE void sampleWindow(const ByteWindow<kTables>& window, V place,
+                             std::uint8_t* HWY_RESTRICT values) {
+    const hn::ScalableTag<std::int16_t> narrow;
+    const hn::ScalableTag<std::uint16_t> bits;
+    const hn::Rebind<std::uint8_t, decltype(narrow)> bytes;
+    const auto byte = hn::Set(narrow, 255);
+    const auto both = window.pairs(hn::ShiftRight<kSubColumnBits>(place));
+    const auto first = hn::And(both, byte);
+    const auto second = hn::BitCast(narrow, hn::ShiftRight<8>(hn::BitCast(bits, both)));
+    // (difference part + 128) / 256, rounded down
+    const auto change =
+        hn::MulFixedPoint15(hn::ShiftLeft<7>(hn::Sub(second, first)), hn::And(place, byte));
+    hn::StoreU(hn::DemoteTo(bytes, hn::Add(first, change)), bytes, values);
+}
+
+// As gatherSamples() for the kWindowPixels pixels from `begin`, from 16 kTables columns of the
+// plane in registers, the first of which is `from`; the few places outside of them one by one.
+// Arithmetic limits the speed: about thirty operations per vector of 16-bit lanes.
 template <int kTables>
 HWY_INLINE void windowSamples(std::int32_t from, std::size_t begin, std::size_t count,
                               const std::uint8_t* HWY_RESTRICT plane,
                               const std::int32_t* HWY_RESTRICT places,
                               std::uint8_t* HWY_RESTRICT values) {
     const hn::ScalableTag<std::int32_t> whole;
-    const hn::ScalableTag<std::int16_t> narrow;
     const hn::ScalableTag<std::uint16_t> bits;
-    const hn::Rebind<std::uint8_t, decltype(narrow)> bytes;
     const std::size_t lanes = hn::Lanes(whole);
     const OrderedPack pack;
-    const auto byte = hn::Set(narrow, 255);
+    // the next column must be in the window, too
     const auto lastPlace = hn::Set(bits, ((16 * kTables - 1) << kSubColumnBits) - 1);
     const ByteWindow<kTables> window(plane + from);
     const auto start = hn::Set(whole, from << kSubColumnBits);
     for (std::size_t i = begin; i < begin + kWindowPixels; i += 2 * lanes) {
         const auto place = pack(hn::Sub(hn::LoadU(whole, places + i), start),
                                 hn::Sub(hn::LoadU(whole, places + i + lanes), start));
-        const auto both = window.pairs(hn::ShiftRight<kSubColumnBits>(place));
-        const auto first = hn::And(both, byte);
-        const auto second = hn::BitCast(narrow, hn::ShiftRight<8>(hn::BitCast(bits, both)));
-        // (difference part + 128) / 256, rounded down
-        const auto change =
-            hn::MulFixedPoint15(hn::ShiftLeft<7>(hn::Sub(second, first)), hn::And(place, byte));
-        hn::StoreU(hn::DemoteTo(bytes, hn::Add(first, change)), bytes, values + i);
+        sampleWindow(window, place, values + i);
         // places left of the window are large as well
         const auto away = hn::Gt(hn::BitCast(bits, place), lastPlace);
         if (HWY_LIKELY(hn::AllFalse(bits, away))) continue;
-        for (std::size_t k = i; k < std::min(i + 2 * lanes, count); ++k) {
-            const int column = places[k] >> kSubColumnBits; // negative for kSeeEnds
-            if (column >= 0 && (column < from || column > from + 16 * kTables - 2))
+        alignas(8) std::uint8_t bytes[8] = {};
+        hn::StoreMaskBits(bits, away, bytes);
+        std::uint64_t rest = 0;
+        std::memcpy(&rest, bytes, sizeof rest);
+        for (; rest != 0; rest &= rest - 1) {
+            const std::size_t k = i + hwy::Num0BitsBelowLS1Bit_Nonzero64(rest);
+            if (k < count && places[k] >= 0) // negative for kSeeEnds
                 values[k] = static_cast<std::uint8_t>(sampleAt(plane, places[k]));
         }
+    }
+}
+
+// The same for a block whose places are those of lines. Arithmetic limits the speed: some twenty
+// operations per vector of 16-bit lanes.
+template <int kTables>
+HWY_INLINE void lineSamples(const LayeredPixels& pixels, std::size_t begin,
+                            const std::uint8_t* HWY_RESTRICT plane,
+                            std::uint8_t* HWY_RESTRICT values) {
+    const hn::ScalableTag<std::int16_t> d;
+    const std::size_t block = begin / kWindowPixels;
+    const std::int32_t from = pixels.windows[block];
+    const ByteWindow<kTables> window(plane + from);
+    const auto start =
+        hn::Set(d, static_cast<std::int16_t>((pixels.starts[block] - from) << kSubColumnBits));
+    for (std::size_t i = begin; i < begin + kWindowPixels; i += hn::Lanes(d)) {
+        const auto column = hn::Add(hn::LoadU(d, pixels.inBlock + i), start);
+        sampleWindow(window, hn::Add(column, hn::LoadU(d, pixels.away + i)), values + i);
     }
 }
 
@@ -110,8 +142,17 @@ void layeredSamplesBy(const LayeredPixels& pixels, const std::uint8_t* HWY_RESTR
     gatherSamples(0, pixels.count, plane, places, values);
 #else
     for (std::size_t begin = 0; begin < pixels.count; begin += kWindowPixels) {
-        const std::int32_t from = pixels.windows[begin / kWindowPixels];
-        if (HWY_LIKELY(from >= 0)) {
+        const std::size_t block = begin / kWindowPixels;
+        const std::int32_t from = pixels.fixed[block];
+        if (HWY_LIKELY(pixels.windows[block] != kOpenBlock)) {
+            if (HWY_LIKELY(from >= 0)) {
+                lineSamples<kTables>(pixels, begin, plane, values);
+            } else {
+                lineSamples<4>(pixels, begin, plane, values);
+            }
+            continue;
+        }
+        if (from >= 0) {
             windowSamples<kTables>(from, begin, pixels.count, plane, places, values);
             continue;
         }

@@ -84,6 +84,14 @@ void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<flo
     }
 }
 
+// With a tear above 1 px, contents within a surface may not be in order. If there are many surfaces
+// (noisy depth), they are not all examined.
+bool areInOrder(const LayeredRow& row, int width, const LayeredSettings& options) {
+    constexpr int kFewColumns = 8; // per surface; fewer means noisy depth
+    return options.tearPixels <= 1 &&
+           static_cast<int>(row.surfaces.size()) * kFewColumns <= width + kFewColumns;
+}
+
 // The surfaces of the mirrored row.
 void mirrorSurfaces(int width, const std::vector<LayeredSurface>& surfaces,
                     std::vector<LayeredSurface>& mirrored) {
@@ -99,33 +107,16 @@ void mirrorSurfaces(int width, const std::vector<LayeredSurface>& surfaces,
                    });
 }
 
-// Replaces each value by the maximum of the `size` values that start with it, clipped at the end.
-// Each of the log2(size) passes doubles the length of the runs.
-void slideMaximum(std::vector<std::int16_t>& values, int size) {
-    const auto count = static_cast<int>(values.size());
-    const auto combine = [&](int step) {
-        for (int i = 0; i + step < count; ++i)
-            values[static_cast<std::size_t>(i)] = std::max(
-                values[static_cast<std::size_t>(i)], values[static_cast<std::size_t>(i + step)]);
-    };
-    int length = 1;
-    for (; 2 * length <= size; length *= 2)
-        combine(length);
-    if (length < size) combine(std::min(size, count) - length);
-}
-
 // Writes the tables of one row in one direction.
 class TableWriter {
   public:
     // @param reach columns by which content can move, >= 0
     TableWriter(int width, int reach, const LayeredSettings& options)
         : width_(width), reach_(std::min(reach, width)),
-          reachPixels_(static_cast<float>(options.reachPixels)), inOrder_(options.tearPixels <= 1),
-          ahead_(static_cast<std::size_t>(width)), behind_(ahead_), window_(ahead_) {}
+          reachPixels_(static_cast<float>(options.reachPixels)) {}
 
     void write(const std::vector<float>& offsets, double scale, const LayeredRow& row,
-               std::int16_t* words, std::int16_t* bounds, std::int16_t* left,
-               std::int16_t* surfaceOf, std::uint16_t* clear) {
+               std::int16_t* words, std::int16_t* surfaceOf, std::uint16_t* clear) const {
         const auto perUnit = static_cast<float>(1 / scale);
         const auto largest = static_cast<float>(kMaxOffset);
         for (int x = 0; x < width_; ++x) {
@@ -133,18 +124,6 @@ class TableWriter {
             const int whole = static_cast<int>(std::min(units, largest));
             const bool negative = offsets[static_cast<std::size_t>(x)] < 0;
             words[x] = static_cast<std::int16_t>((negative ? -whole : whole) * 4);
-        }
-        std::copy_n(words, width_, ahead_.begin());
-        std::reverse_copy(words, words + width_, behind_.begin());
-        window_ = behind_;
-        slideMaximum(window_, kLeftColumns); // reversed: covers the columns that end at each
-        std::reverse_copy(window_.begin(), window_.end(), left);
-        slideMaximum(ahead_, reach_ + 1);
-        slideMaximum(behind_, reach_ + 1);
-        for (int x = 0; x < width_; ++x) { // columns to the left are searched anyway, unless
-            const int ahead = ahead_[static_cast<std::size_t>(x)]; // all content moves to the right
-            const int behind = behind_[static_cast<std::size_t>(width_ - 1 - x)];
-            bounds[x] = static_cast<std::int16_t>(std::max(ahead, std::min(behind, 0)));
         }
         for (std::size_t k = 0; k < row.surfaces.size(); ++k) {
             const LayeredSurface& surface = row.surfaces[k];
@@ -161,11 +140,8 @@ class TableWriter {
 
   private:
     void writeClear(const std::int16_t* words, float scale, const LayeredRow& row,
-                    std::uint16_t* clear) {
-        // With a tear above 1 px, contents within a surface may not be in order. If there are many
-        // surfaces (noisy depth), they are not all examined.
-        const bool known =
-            inOrder_ && static_cast<int>(row.surfaces.size()) * kFewColumns <= width_ + kFewColumns;
+                    std::uint16_t* clear) const {
+        const bool known = row.inOrder;
         std::fill_n(clear, width_, static_cast<std::uint16_t>(known ? kClearForAll : 0));
         for (const LayeredSurface& surface : row.surfaces) {
             if (!known) break;
@@ -183,15 +159,10 @@ class TableWriter {
     }
 
     static constexpr int kClearForAll = 65535;
-    static constexpr int kFewColumns = 8; // per surface; fewer means noisy depth
 
     int width_;
     int reach_;
     float reachPixels_;
-    bool inOrder_; // the contents of a surface are in order in every view
-    std::vector<std::int16_t> ahead_;
-    std::vector<std::int16_t> behind_; // mirrored
-    std::vector<std::int16_t> window_;
 };
 
 bool isStill(const cv::Mat& depth, int row, double focus) {
@@ -214,8 +185,6 @@ void padTable(cv::Mat& table, int y, int width, std::int16_t value) {
 LayeredTables LayeredScene::tables(int row) const {
     LayeredTables result;
     result.words = words.ptr<std::int16_t>(row) + kTablePadding;
-    result.bounds = bounds.ptr<std::int16_t>(row) + kTablePadding;
-    result.left = left.ptr<std::int16_t>(row) + kTablePadding;
     result.surfaces = surfaceOf.ptr<std::int16_t>(row) + kTablePadding;
     result.clear = clear.ptr<std::uint16_t>(row) + kTablePadding;
     result.stride = stride();
@@ -244,15 +213,14 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
     scene.reachPixels = static_cast<float>(options.reachPixels);
     scene.reachColumns = reach;
     scene.clear = largeMat(photo.rows, 2 * scene.stride(), CV_16UC1);
-    const std::array<cv::Mat*, 4> padded = {&scene.words, &scene.bounds, &scene.left,
-                                            &scene.surfaceOf};
+    const std::array<cv::Mat*, 2> padded = {&scene.words, &scene.surfaceOf};
     for (cv::Mat* table : padded)
         *table = largeMat(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
     for (std::vector<LayeredRow>& rows : scene.rows)
         rows.resize(rowCount);
     cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
         std::vector<float> offsets(static_cast<std::size_t>(photo.cols));
-        TableWriter writer(photo.cols, reach, options);
+        const TableWriter writer(photo.cols, reach, options);
         const std::int16_t outside = columnWord(0, false, true);
         for (int y = range.start; y < range.end; ++y) {
             const auto* depthRow = depth.ptr<float>(y);
@@ -264,13 +232,12 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
             LayeredRow& mirrored = scene.rows[1][static_cast<std::size_t>(y)];
             cutSurfaces(bgr, offsets, options, plain.surfaces);
             mirrorSurfaces(photo.cols, plain.surfaces, mirrored.surfaces);
+            plain.inOrder = mirrored.inOrder = areInOrder(plain, photo.cols, options);
             int begin = kTablePadding;
             for (LayeredRow* row : {&plain, &mirrored}) {
                 if (row == &mirrored) std::reverse(offsets.begin(), offsets.end());
                 prepareStrips(bgr, row == &mirrored, offsets, options, *row);
                 writer.write(offsets, scale, *row, scene.words.ptr<std::int16_t>(y) + begin,
-                             scene.bounds.ptr<std::int16_t>(y) + begin,
-                             scene.left.ptr<std::int16_t>(y) + begin,
                              scene.surfaceOf.ptr<std::int16_t>(y) + begin,
                              scene.clear.ptr<std::uint16_t>(y) + begin);
                 begin += scene.stride();

@@ -40,6 +40,8 @@ struct LayeredRow {
     std::vector<LayeredSurface> surfaces; ///< From left to right.
     /// Painted columns, including the columns first and last: B G R and one unused byte each.
     std::vector<std::uint8_t> strips;
+    /// Whether the surfaces are few and keep the order of their columns within the reach.
+    bool inOrder = false;
 };
 
 /// All rows, for a camera that moves to the right (direction 0), and for the mirrored photo
@@ -47,8 +49,6 @@ struct LayeredRow {
 struct LayeredScene {
     std::vector<LayeredRow> rows[2];
     cv::Mat words;         ///< [rows x 2 * stride, CV_16SC1], LayeredTables::words
-    cv::Mat bounds;        ///< As `words`, LayeredTables::bounds
-    cv::Mat left;          ///< As `words`, LayeredTables::left
     cv::Mat surfaceOf;     ///< As `words`, LayeredTables::surfaces
     cv::Mat clear;         ///< As `words` but CV_16UC1, LayeredTables::clear
     int width = 0;         ///< Columns of the photo.
@@ -60,7 +60,23 @@ struct LayeredScene {
     bool flat = false; ///< All rows are still; there are no tables.
 
     int stride() const { return width + 2 * kTablePadding; }
+    /// Without bounds and left, which LayeredBounds gives.
     LayeredTables tables(int row) const;
+};
+
+/// The tables that a search column by column needs, of one row at a time.
+class LayeredBounds {
+  public:
+    /// Sets tables.bounds and tables.left, which are valid until the next call.
+    /// @param reach LayeredScene::reachColumns
+    void describe(int reach, LayeredTables& tables);
+
+  private:
+    std::vector<std::int16_t> bounds_;
+    std::vector<std::int16_t> left_;
+    std::vector<std::int16_t> ahead_;
+    std::vector<std::int16_t> behind_; // from the right
+    std::vector<std::int16_t> window_;
 };
 
 /// Divides a row into surfaces at its depth steps and moves the cuts to the edges in the photo.

@@ -76,5 +76,16 @@ TEST(PixelRows, PixelsTakeTheValuesOfTheirColumns) {
     });
 }
 
+TEST(PixelRows, ReversedRowsHoldTheSameBytesFromTheRight) {
+    for (const std::size_t count : {0, 1, 7, 8, 9, 16, 63, 200}) {
+        const std::vector<std::uint8_t> row = randomBytes(count, 5);
+        std::vector<std::uint8_t> reversed(count + 1, 77); // nothing is written behind it
+        reverseRow(row.data(), count, reversed.data());
+        std::vector<std::uint8_t> expected(row.rbegin(), row.rend());
+        expected.push_back(77);
+        EXPECT_EQ(reversed, expected) << count;
+    }
+}
+
 } // namespace
 } // namespace altiro3D::test

@@ -359,10 +359,14 @@ TEST(NativeRenderer, ShiftsOfViewsAreTheQuotientsOfFloats) {
     });
 }
 
-// The nearest step of 1/128 px to p S/2, for each view.
+// The nearest step to p S/2, for each view.
 TEST(NativeRenderer, WholeShiftsAreTheNearestSteps) {
     forEachInstructionSet([&](const char* name) {
-        for (const double halfParallax : {0.0, 0.01, 1.0, 16.8, 21.123, 63.99}) {
+        // steps of 1/128 px, and of the largest shift
+        for (const auto& [halfParallax, steps] :
+             {std::pair(0.0, 128.0), std::pair(0.01, 128.0), std::pair(1.0, 128.0),
+              std::pair(16.8, 128.0), std::pair(21.123, 128.0), std::pair(63.99, 128.0),
+              std::pair(0.3, 16384 / 0.3), std::pair(21.123, 16384 / 21.123)}) {
             for (const int count : {1, 2, 3, 45, 48, 91, 256, 1025, 2000}) {
                 const auto size = static_cast<std::size_t>(count);
                 std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(size);
@@ -372,9 +376,9 @@ TEST(NativeRenderer, WholeShiftsAreTheNearestSteps) {
                     all[view] = viewPosition(static_cast<int>(view), count) * halfParallax;
                 }
                 std::vector<std::int16_t> shifts = paddedRow<std::int16_t>(size);
-                WholeShifts(all).ofViews(views.data(), size, shifts.data());
+                WholeShifts(all, steps).ofViews(views.data(), size, shifts.data());
                 for (std::size_t view = 0; view < size; ++view)
-                    ASSERT_EQ(shifts[view], static_cast<int>(std::floor(all[view] * 128 + 0.5)))
+                    ASSERT_EQ(shifts[view], std::lround(all[view] * steps))
                         << name << " " << view << " of " << count << " " << halfParallax;
             }
         }
@@ -396,15 +400,19 @@ TEST(NativeRenderer, WholeShiftsOfPhasesAreNearTheShiftsOfFloats) {
     forEachInstructionSet([&](const char* name) {
         for (const std::uint32_t row : {0U, 0x12345678U, 0xfffffffU}) {
             for (const int views : {1, 2, 48, 4000}) {
-                for (const float halfParallax : {0.0F, 16.8F, 63.9F}) {
+                for (const auto& [halfParallax, steps] :
+                     {std::pair(0.0F, 128.0), std::pair(16.8F, 128.0), std::pair(63.9F, 128.0),
+                      std::pair(40.0F, 16384 / 40.0)}) {
                     shiftsOfPhases(columns.data(), row, 500, views, halfParallax, exact.data());
-                    wholeShiftsOfPhases(halves.data(), row, 500, views, halfParallax, whole.data());
+                    wholeShiftsOfPhases(halves.data(), row, 500, views, halfParallax, steps,
+                                        whole.data());
                     for (std::size_t i = 0; i < 500; ++i) {
                         const std::uint32_t phase = columns[i] + row;
                         const std::uint32_t toEnd = std::min(phase, 0U - phase);
                         if (toEnd < 3 << 16) continue; // may count as the other end of the lens
                         // a half for the rounding of the shift, as much for that of S/2, and phases
-                        ASSERT_NEAR(whole[i], 128 * exact[i], 1 + 128 * halfParallax * 0x1p-13)
+                        ASSERT_NEAR(whole[i], steps * double{exact[i]},
+                                    1 + steps * double{halfParallax} * 0x1p-13)
                             << name << " " << row << " " << views << " " << halfParallax;
                     }
                 }

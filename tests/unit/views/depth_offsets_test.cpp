@@ -68,5 +68,28 @@ TEST(DepthOffsets, OfARowAtTheFocusAreZero) {
     });
 }
 
+TEST(DepthOffsets, StepsAreThoseAboveTheTear) {
+    cv::RNG rng(3);
+    std::vector<float> offsets(101);
+    for (float& offset : offsets)
+        offset = 0.01F * static_cast<float>(rng.uniform(0, 9)); // steps that equal the tear
+    forEachInstructionSet([&](const char* name) {
+        for (const double tear : {0.0, 0.01, 0.03, static_cast<double>(0.03F), 1.0}) {
+            for (const std::size_t count : {std::size_t{1}, std::size_t{2}, std::size_t{17},
+                                            std::size_t{33}, offsets.size()}) {
+                std::vector<int> expected;
+                for (std::size_t x = 0; x + 1 < count; ++x) {
+                    const double right = static_cast<double>(offsets[x + 1]);
+                    if (std::abs(right - static_cast<double>(offsets[x])) > tear)
+                        expected.push_back(static_cast<int>(x));
+                }
+                std::vector<int> steps = {7};
+                findSteps(offsets.data(), count, tear, steps);
+                EXPECT_EQ(steps, expected) << name << " " << tear << " " << count;
+            }
+        }
+    });
+}
+
 } // namespace
 } // namespace altiro3D::test

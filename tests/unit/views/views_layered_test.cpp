@@ -7,7 +7,9 @@
 #include "support/middlebury.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
+#include "views/views_layered_columns.hpp"
 #include "views/views_layered_ends.hpp"
+#include "views/views_layered_lines.hpp"
 #include "views/views_layered_scene.hpp"
 
 #include <algorithm>
@@ -542,7 +544,16 @@ std::vector<cv::Mat> depthsToSearch(cv::Size size) {
     for (int y = 0; y < size.height; ++y)
         for (int x = 0; x < size.width; ++x)
             waves.at<float>(y, x) = 0.5F + 0.3F * std::sin(0.09F * static_cast<float>(x + y));
-    return {noise, waves, blobDepth(size), blobDepth(size, 5), blobDepth(size, 8)};
+    cv::Mat thin(size, CV_32FC1, cv::Scalar(0.1)); // bars of one and two px beside each other
+    cv::RNG rng(5);
+    for (int y = 0; y < size.height; ++y) {
+        for (int x = 5; x + 4 < size.width; x += 40) {
+            for (int k = 0; k < 4; ++k)
+                thin.at<float>(y, x + k) = rng.uniform(0.2F, 1.0F);
+            if (y % 2 == 0) thin.at<float>(y, x + 1) = thin.at<float>(y, x);
+        }
+    }
+    return {noise, waves, blobDepth(size), blobDepth(size, 5), blobDepth(size, 8), thin};
 }
 
 // Pixel by pixel: the slow search finds what trying all columns finds, and the kernels give the
@@ -569,13 +580,15 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
                 for (std::size_t i = 0; i < columns.size(); ++i) {
                     shifts[i] = static_cast<float>(rng.uniform(-largest, largest));
                     if (i % 10 == 0) shifts[i] = i % 20 == 0 ? 25 : -25;
+                    // within the reach, shifts are whole steps
+                    if (tear < 2) shifts[i] = std::round(shifts[i] / 25 * 16384) * 25 / 16384;
                 }
                 sampler->open(y);
                 ASSERT_FALSE(sampler->still());
                 sampler->sample(channel, shifts.data(), values.data());
                 int strips[2];
                 const std::vector<std::uint8_t> plane = planeOf(scene, photo, y, channel, strips);
-                const LayeredSearch search(scene, y, strips);
+                const LayeredSearch search(scene, y, scene.tables(y), strips);
                 for (int x = 0; x < size.width; ++x) {
                     const float shift = shifts[static_cast<std::size_t>(x)];
                     const int direction = shift < 0 ? 1 : 0;
@@ -590,7 +603,10 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
                             << x << " " << y;
                     }
                     const int value = values[static_cast<std::size_t>(x)];
-                    if (!found.inside) {
+                    // also behind a border that does not reach the pixel
+                    const bool inside = pixel.count == 1 && pixel.place[0] < strips[0]
+                                                                                 << kSubColumnBits;
+                    if (!found.inside && !inside) {
                         ASSERT_EQ(value, colourOf(pixel, plane.data()))
                             << x << " " << y << " " << shift;
                         continue;
@@ -620,39 +636,57 @@ TEST(ViewsLayered, LinesGiveThePlaceOfTheirDepth) {
     options.reachPixels = 17;
     std::vector<float> scratch;
     LayeredColumns columns;
-    int lines = 0;
+    std::vector<int> all(static_cast<std::size_t>(size.width));
+    std::iota(all.begin(), all.end(), 0);
+    const LayeredBlocks blocks = layeredBlocks(all);
+    LayeredLines<std::int16_t> lines;
+    std::vector<std::int16_t> away = paddedRow<std::int16_t>(all.size());
+    std::vector<std::int32_t> windows = paddedRow<std::int32_t>(all.size() / kWindowPixels + 1);
+    std::vector<std::int32_t> noWindows(windows.size(), -1);
+    std::vector<float> shiftPixels = paddedRow<float>(all.size());
+    int found = 0;
     for (const cv::Mat& depth : depthsToSearch(size)) {
         const LayeredScene scene = layeredScene(photo, depth, 0.4, options);
         for (int y = 0; y < size.height; ++y) {
             forEachInstructionSet([&](const char* name) {
                 layeredColumns(scene.tables(y), scratch, columns);
-                for (int x = 0; x < size.width; ++x) {
-                    const auto column = static_cast<std::size_t>(x);
-                    const float slope = columns.slopes[column];
-                    std::uint32_t bits = 0;
-                    std::memcpy(&bits, &slope, sizeof bits);
-                    if ((bits & 1) == 0) continue;
-                    ++lines;
-                    for (const float part : {-1.0F, -0.4F, 0.1F, 0.7F, 1.0F}) {
-                        const float shift = part * 17;
-                        if (shift < columns.from[column] || shift > columns.to[column]) continue;
+                for (std::size_t i = 0; i < lines.all().size(); ++i)
+                    lines.all()[i]->assign(columns.lines.all()[i]->begin(),
+                                           columns.lines.all()[i]->end());
+                for (const int part : {-16384, -6554, -1, 0, 1638, 11469, 16384}) {
+                    const std::vector<std::int16_t> steps(all.size() + kRowPadding,
+                                                          static_cast<std::int16_t>(part));
+                    const double shift = part / 16384.0 * 17;
+                    layeredLines({lines.offsets.data(), lines.slopes.data(), lines.from.data(),
+                                  lines.to.data(), blocks.columns.data(), blocks.starts.data(),
+                                  noWindows.data(), steps.data(), 17, all.size()},
+                                 away.data(), windows.data(), shiftPixels.data());
+                    for (int x = 0; x < size.width; ++x) {
+                        const std::int16_t steps256 = away[static_cast<std::size_t>(x)];
+                        if (steps256 == kNotOnLine) continue;
+                        ++found;
                         const int direction = shift < 0 ? 1 : 0;
                         const int own = direction == 0 ? x : size.width - 1 - x;
-                        const LayeredPixel found =
-                            LayeredSearch(scene, y, {2 * scene.stride(), 2 * scene.stride()})
-                                .at(direction, own, std::abs(shift), size.width - 1);
-                        ASSERT_EQ(found.count, 1) << name << " " << x << " " << y << " " << shift;
-                        const double inRow = found.place[0] / 256.0 - direction * scene.stride();
+                        const auto length = static_cast<float>(std::abs(shift));
+                        const LayeredPixel pixel =
+                            LayeredSearch(scene, y, scene.tables(y),
+                                          {2 * scene.stride(), 2 * scene.stride()})
+                                .at(direction, own, length, size.width - 1);
+                        ASSERT_EQ(pixel.count, 1) << name << " " << x << " " << y << " " << shift;
+                        const double inRow = pixel.place[0] / 256.0 - direction * scene.stride();
                         const double place = direction == 0 ? inRow : size.width - 1 - inRow;
-                        const double line = x + double(shift) * double(columns.offsets[column]) /
-                                                    (1 - double(shift) * double(slope));
-                        ASSERT_NEAR(line, place, 1.0 / 32 + 1e-4) << name << " " << x << " " << y;
+                        ASSERT_NEAR(x + steps256 / 256.0, place, 1.0 / 32)
+                            << name << " " << x << " " << y << " " << shift;
+                        const std::int32_t window = windows[static_cast<std::size_t>(x) / 32];
+                        if (window == kOpenBlock) continue;
+                        ASSERT_LE(window, x + std::floor(steps256 / 256.0));
+                        ASSERT_GE(window + 62, x + std::floor(steps256 / 256.0));
                     }
                 }
             });
         }
     }
-    EXPECT_GT(lines, 1000);
+    EXPECT_GT(found, 1000);
 }
 
 // Sub-pixels with any shifts are those of the views that they belong to.

@@ -1,0 +1,194 @@
+// The search of listed pixels, surface by surface: layeredAmongSurfaces().
+
+#include "views/views_layered_row.hpp"
+
+#include <algorithm>
+
+// This file is compiled once per instruction set; the best one is chosen at run time.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "views/views_layered_surfaces.cpp"
+#include <hwy/foreach_target.h> // IWYU pragma: keep
+
+#include "base/kernel_parts_inl.hpp"
+#include "views/views_layered_parts_inl.hpp"
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace altiro3D {
+namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// A vector of pixels that are searched among the surfaces of a row, from right to left. The first
+// surface that begins at a pixel or left of it is in front.
+template <class D>
+class AmongSurfaces {
+    using Whole = hn::RebindToSigned<D>;
+    using F = hn::Vec<D>;
+    using I = hn::Vec<Whole>;
+    using M = hn::Mask<Whole>;
+
+  public:
+    HWY_INLINE AmongSurfaces(D d, const LayeredTables& tables, const LayeredSurfaces& surfaces,
+                             const Lanes<F, I>& lanes)
+        : d_(d), tables_(tables), surfaces_(surfaces), lanes_(lanes) {}
+
+    // @param nearest, first index of the rightmost surface that can be in front, and of the first
+    //        surface of the direction
+    // @param end index behind the last surface of the direction
+    HWY_INLINE void run(int nearest, int first, int end, EndPixels<D>& ends) {
+        M open = hn::Eq(hn::Zero(whole_), hn::Zero(whole_)); // all
+        F nextStart = hn::Zero(d_);
+        F nextHidden = hn::Zero(d_); // none
+        F nextStrip = hn::Zero(d_);
+        if (nearest + 1 < end) {
+            const LayeredEnd& next = surfaces_.left[nearest + 1];
+            nextStart = startOf(next.column, surfaces_.offsets[nearest + 1].first);
+            nextHidden = hn::Set(d_, next.painted);
+            nextStrip = hn::Set(d_, next.strip);
+        }
+        for (int k = nearest; k >= first; --k) {
+            const LayeredEnd& left = surfaces_.left[k];
+            const LayeredEnd& right = surfaces_.right[k];
+            const LayeredEndOffsets& offsets = surfaces_.offsets[k];
+            const F start = startOf(left.column, offsets.first);
+            const M reached = hn::RebindMask(whole_, hn::Le(start, lanes_.x));
+            const M hit = hn::And(open, reached);
+            if (!hn::AllFalse(whole_, hit)) {
+                const auto hitF = hn::RebindMask(d_, hit);
+                const auto choose = [&](F value, F& to)
+                                        HWY_ATTR { to = hn::IfThenElse(hitF, value, to); };
+                choose(startOf(right.column, offsets.last), ends.lastStart);
+                choose(hn::Set(d_, right.painted), ends.beyond);
+                choose(hn::Set(d_, right.border), ends.rightBorder);
+                choose(hn::Set(d_, right.strip), ends.strip);
+                choose(nextStart, ends.nextStart);
+                choose(nextHidden, ends.nextHidden);
+                choose(nextStrip, ends.nextStrip);
+                choose(hn::Set(d_, left.column), first_);
+                choose(hn::Set(d_, right.column), last_);
+                choose(hn::Set(d_, offsets.first), offset_);
+            }
+            open = hn::AndNot(reached, open);
+            nextStart = start;
+            nextHidden = hn::Set(d_, left.painted);
+            nextStrip = hn::Set(d_, left.strip);
+            if (hn::AllFalse(whole_, open)) break;
+            // a border that covers part of a pixel; what is behind it is searched further
+            const F covered = hn::Sub(hn::Add(lanes_.x, hn::Set(d_, left.border)), start);
+            const M border = hn::And(open, hn::RebindMask(whole_, hn::Gt(covered, hn::Zero(d_))));
+            if (HWY_LIKELY(hn::AllFalse(whole_, border))) continue;
+            const I part = ends.partOf(hn::Max(covered, hn::Zero(d_)));
+            const M covers = hn::And(border, hn::Gt(part, hn::Zero(whole_)));
+            const M again = hn::And(covers, hn::Gt(ends.coverLeft, hn::Zero(whole_)));
+            ends.hard = hn::Or(ends.hard, again);
+            const M isFirst = hn::AndNot(again, covers);
+            ends.coverLeft = hn::IfThenElse(isFirst, part, ends.coverLeft);
+            ends.coverColumn = hn::IfThenElse(
+                isFirst, hn::Set(whole_, static_cast<std::int32_t>(left.column)), ends.coverColumn);
+        }
+        ends.frame = open;
+        const auto openF = hn::RebindMask(d_, open); // left of everything: beside the first surface
+        ends.nextStart = hn::IfThenElse(openF, nextStart, ends.nextStart);
+        ends.nextHidden = hn::IfThenElse(openF, nextHidden, ends.nextHidden);
+        ends.nextStrip = hn::IfThenElse(openF, nextStrip, ends.nextStrip);
+        ends.hasNext = hn::Eq(hn::Zero(whole_), hn::Zero(whole_)); // or nextHidden is 0
+        findColumns(ends);
+    }
+
+  private:
+    // Where a column appears in the view.
+    HWY_INLINE F startOf(float column, float offset) const {
+        return hn::Sub(hn::Set(d_, column), hn::Mul(lanes_.unit, hn::Set(d_, offset)));
+    }
+
+    // For pixels within surfaces: the two columns that a pixel lies between. From a guess, each
+    // step follows the line through two columns.
+    HWY_INLINE void findColumns(EndPixels<D>& ends) const {
+        constexpr int kMaxSteps = 8;
+        const F one = hn::Set(d_, 1.0F);
+        const M within = hn::RebindMask(whole_, hn::Lt(lanes_.x, ends.lastStart));
+        M open = hn::AndNot(ends.frame, within);
+        ends.inside = open;
+        F guess = hn::Add(lanes_.x, hn::Mul(lanes_.unit, offset_));
+        for (int step = 0; step < kMaxSteps && !hn::AllFalse(whole_, open); ++step) {
+            const F inside = hn::Min(hn::Max(guess, first_), hn::Sub(last_, one));
+            const I column = hn::ConvertTo(whole_, hn::Max(inside, hn::Zero(d_)));
+            const F columnF = hn::ConvertTo(d_, column);
+            const I words =
+                gatherBytes4(whole_, tables_.words, hn::ShiftLeft<1>(hn::Add(lanes_.base, column)));
+            const F from = hn::Sub(columnF, hn::Mul(lanes_.unit, lowOffset(d_, words)));
+            const F to =
+                hn::Sub(hn::Add(columnF, one), hn::Mul(lanes_.unit, highOffset(d_, words)));
+            const auto between = hn::And(hn::Le(from, lanes_.x), hn::Lt(lanes_.x, to));
+            const M found = hn::And(open, hn::RebindMask(whole_, between));
+            ends.place =
+                hn::IfThenElse(found, placeBetween(d_, lanes_, column, from, to), ends.place);
+            open = hn::AndNot(found, open);
+            const F width = hn::Max(hn::Sub(to, from), hn::Set(d_, 0.125F)); // never NaN
+            guess = hn::Add(columnF, hn::Div(hn::Sub(lanes_.x, from), width));
+        }
+        ends.hard = hn::Or(ends.hard, open);
+        // near the places of other pixels
+        ends.place = plainPlace(tables_, lanes_, ends.place);
+    }
+
+    D d_;
+    Whole whole_;
+    const LayeredTables& tables_;
+    const LayeredSurfaces& surfaces_;
+    const Lanes<F, I>& lanes_;
+    // of the surface found
+    F first_ = hn::Zero(D());
+    F last_ = hn::Zero(D());
+    F offset_ = hn::Zero(D()); // of its first column
+};
+
+// Arithmetic limits the speed: some ten operations for each surface near a vector of pixels, and
+// a gather of four bytes where they lie within surfaces.
+void layeredAmongSurfacesOn(const LayeredTables& tables, const LayeredSurfaces& surfaces, int reach,
+                            int direction, std::size_t openCount, const LayeredRoom& room,
+                            LayeredCounts& counts) {
+    const hn::ScalableTag<float> d;
+    const hn::RebindToSigned<decltype(d)> whole;
+    const std::size_t lanesPerVector = hn::Lanes(d);
+    const LayeredList& list = room.open[direction];
+    const std::int16_t* surfaceOf = tables.surfaces + direction * tables.stride;
+    for (std::size_t i = 0; i < openCount; i += lanesPerVector) {
+        const std::size_t count = std::min(lanesPerVector, openCount - i);
+        for (std::size_t k = openCount; k < i + lanesPerVector; ++k) { // padding
+            list.columns[k] = list.columns[openCount - 1];
+            list.shifts[k] = list.shifts[openCount - 1];
+        }
+        const auto lanes =
+            lanesOf(d, tables, hn::LoadU(d, list.columns + i), hn::LoadU(d, list.shifts + i));
+        const auto rightmost = static_cast<int>(hn::GetLane(hn::MaxOfLanes(d, lanes.x)));
+        const int farthest = std::min(rightmost + reach, tables.width - 1);
+        const int first = surfaces.begin[direction];
+        EndPixels<hn::ScalableTag<float>> ends(d, lanes);
+        AmongSurfaces<hn::ScalableTag<float>>(d, tables, surfaces, lanes)
+            .run(first + surfaceOf[farthest], first, surfaces.begin[direction + 1], ends);
+        const auto fromColumn = hn::Set(whole, farthest);
+        storeEnds(d, ends, list, i, count, fromColumn, room, counts);
+    }
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace altiro3D
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace altiro3D {
+
+HWY_EXPORT(layeredAmongSurfacesOn);
+
+void layeredAmongSurfaces(const LayeredTables& tables, const LayeredSurfaces& surfaces, int reach,
+                          int direction, std::size_t openCount, const LayeredRoom& room,
+                          LayeredCounts& counts) {
+    HWY_DYNAMIC_DISPATCH(layeredAmongSurfacesOn)
+    (tables, surfaces, reach, direction, openCount, room, counts);
+}
+
+} // namespace altiro3D
+#endif

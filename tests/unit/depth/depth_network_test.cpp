@@ -298,7 +298,7 @@ TEST_F(ModelCatalog, OfTheSourceTreeHoldsTheKnownNetworks) {
 
     EXPECT_EQ(catalog[3].name, "altiro3d");
     EXPECT_EQ(catalog[3].inputShape, InputShape::Photo);
-    EXPECT_EQ(catalog[3].cuesShare, 0.4);
+    EXPECT_EQ(catalog[3].cuesShare, 0.35);
 
     EXPECT_EQ(catalog[4].name, "fastdepth");
     EXPECT_EQ(catalog[4].output, NetworkOutput::MetricDepth);

@@ -138,7 +138,7 @@ TEST(DepthSource, ANetworkFileIsLoadedWhenAPhotoNeedsIt) {
 
 // Requirements for the default depth of every photo.
 TEST(DepthSource, TheStandardDepthIsDefinedForEveryPhoto) {
-    const auto source = ownSource(0.4);
+    const auto source = ownSource(0.35);
     cv::Mat text(300, 400, CV_8UC3, cv::Scalar::all(255));
     for (int line = 0; line < 14; ++line)
         cv::putText(text, "The quick brown fox jumps over", {5, 20 + 20 * line},
@@ -159,7 +159,7 @@ TEST(DepthSource, TheStandardDepthIsDefinedForEveryPhoto) {
 }
 
 TEST(DepthSource, AMirroredPhotoHasTheMirroredDepthWithinATolerance) {
-    const auto source = ownSource(0.4);
+    const auto source = ownSource(0.35);
     std::vector<std::filesystem::path> files{sourcePath("docs/examples/sample.jpg")};
     for (const char* name : {"04", "05", "08", "13", "15", "19", "22", "23"}) {
         const std::filesystem::path file =

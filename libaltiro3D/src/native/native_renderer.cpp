@@ -20,6 +20,12 @@ namespace {
 // pixel of all views (measured: docs/performance.md).
 constexpr double kSamplesPerSubpixel = 0.25;
 
+// Whether a picture is larger than the caches.
+bool isLarge(const cv::Mat& bgr) {
+    constexpr std::size_t kBytes = std::size_t{32} << 20;
+    return 3 * bgr.total() > kBytes;
+}
+
 // For each px of a side of the panel, the px of the photo under it.
 std::vector<int> samplesOf(int panel, int photo, bool mirrored) {
     std::vector<int> samples(static_cast<std::size_t>(panel));
@@ -154,7 +160,8 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
             } else {
                 sampleRow(y);
             }
-            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width, pixels);
+            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width, pixels,
+                          isLarge(native));
         }
     });
 }
@@ -191,7 +198,7 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
                 viewColumns.pick(channel, views.data(), planes[channel].data());
             }
             interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width,
-                          native.ptr<std::uint8_t>(y));
+                          native.ptr<std::uint8_t>(y), isLarge(native));
         }
     });
 }

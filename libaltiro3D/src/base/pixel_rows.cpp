@@ -10,6 +10,7 @@
 
 #include "base/kernel_parts_inl.hpp"
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -75,8 +76,9 @@ constexpr Interleaving interleaving() {
 constexpr Interleaving kInterleaving = interleaving();
 
 // Three look-ups for each register of the result.
+template <class Store>
 HWY_INLINE void interleave64(const std::uint8_t* blue, const std::uint8_t* green,
-                             const std::uint8_t* red, std::uint8_t* bgr) {
+                             const std::uint8_t* red, const Store& store) {
     const __m512i b = _mm512_loadu_si512(blue);
     const __m512i g = _mm512_loadu_si512(green);
     const __m512i r = _mm512_loadu_si512(red);
@@ -84,26 +86,55 @@ HWY_INLINE void interleave64(const std::uint8_t* blue, const std::uint8_t* green
         const __m512i pixels = _mm512_load_si512(kInterleaving.pixels + 64 * k);
         const __m512i two = _mm512_mask_permutexvar_epi8(_mm512_permutexvar_epi8(pixels, b),
                                                          kInterleaving.green[k], pixels, g);
-        _mm512_storeu_si512(bgr + 64 * k,
-                            _mm512_mask_permutexvar_epi8(two, kInterleaving.red[k], pixels, r));
+        store(k, hn::Vec512<std::uint8_t>{
+                     _mm512_mask_permutexvar_epi8(two, kInterleaving.red[k], pixels, r)});
     }
 }
 #endif
 
-void interleaveRowOn(const std::uint8_t* HWY_RESTRICT blue, const std::uint8_t* HWY_RESTRICT green,
-                     const std::uint8_t* HWY_RESTRICT red, std::size_t count,
-                     std::uint8_t* HWY_RESTRICT bgr) {
+// Interleaves whole vectors and gives them to store(k-th vector of a triple, vector, first pixel).
+// @return pixels done
+template <class Store>
+HWY_INLINE std::size_t
+interleaveVectors(const std::uint8_t* HWY_RESTRICT blue, const std::uint8_t* HWY_RESTRICT green,
+                  const std::uint8_t* HWY_RESTRICT red, std::size_t count, const Store& store) {
     const hn::ScalableTag<std::uint8_t> d;
     const std::size_t lanes = hn::Lanes(d);
     std::size_t i = 0;
+    for (; i + lanes <= count; i += lanes) {
 #if ALTIRO3D_AVX512_BYTES
-    for (; i + lanes <= count; i += lanes)
-        interleave64(blue + i, green + i, red + i, bgr + 3 * i);
+        interleave64(blue + i, green + i, red + i,
+                     [&](int k, auto vector) HWY_ATTR { store(k, vector, i); });
 #else
-    for (; i + lanes <= count; i += lanes)
+        HWY_ALIGN std::uint8_t three[3 * HWY_LANES(std::uint8_t)];
         hn::StoreInterleaved3(hn::LoadU(d, blue + i), hn::LoadU(d, green + i),
-                              hn::LoadU(d, red + i), d, bgr + 3 * i);
+                              hn::LoadU(d, red + i), d, three);
+        for (int k = 0; k < 3; ++k)
+            store(k, hn::Load(d, three + lanes * static_cast<std::size_t>(k)), i);
 #endif
+    }
+    return i;
+}
+
+void interleaveRowOn(const std::uint8_t* HWY_RESTRICT blue, const std::uint8_t* HWY_RESTRICT green,
+                     const std::uint8_t* HWY_RESTRICT red, std::size_t count, bool pastCache,
+                     std::uint8_t* HWY_RESTRICT bgr) {
+    const hn::ScalableTag<std::uint8_t> d;
+    const std::size_t lanes = hn::Lanes(d);
+    const auto place = [&](int k, std::size_t pixel) {
+        return bgr + 3 * pixel + lanes * static_cast<std::size_t>(k);
+    };
+    std::size_t i = 0;
+    if (pastCache && reinterpret_cast<std::uintptr_t>(bgr) % lanes == 0) {
+        i = interleaveVectors(blue, green, red, count,
+                              [&](int k, auto vector, std::size_t pixel)
+                                  HWY_ATTR { hn::Stream(vector, d, place(k, pixel)); });
+        hwy::FlushStream();
+    } else {
+        i = interleaveVectors(blue, green, red, count,
+                              [&](int k, auto vector, std::size_t pixel)
+                                  HWY_ATTR { hn::StoreU(vector, d, place(k, pixel)); });
+    }
     for (; i < count; ++i) {
         bgr[3 * i] = blue[i];
         bgr[3 * i + 1] = green[i];
@@ -155,8 +186,8 @@ void pickColumns(const std::int32_t* columns, std::size_t count, const std::int3
 }
 
 void interleaveRow(const std::uint8_t* blue, const std::uint8_t* green, const std::uint8_t* red,
-                   std::size_t count, std::uint8_t* bgr) {
-    HWY_DYNAMIC_DISPATCH(interleaveRowOn)(blue, green, red, count, bgr);
+                   std::size_t count, std::uint8_t* bgr, bool pastCache) {
+    HWY_DYNAMIC_DISPATCH(interleaveRowOn)(blue, green, red, count, pastCache, bgr);
 }
 
 void splitRow(const std::uint8_t* bgr, std::size_t count, std::uint8_t* blue, std::uint8_t* green,

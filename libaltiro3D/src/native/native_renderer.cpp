@@ -5,7 +5,7 @@
 #include "display/lens_phase.hpp"
 #include "native/native_lut_tables.hpp"
 #include "native/shift_kernels.hpp"
-#include "native/view_table_kernels.hpp"
+#include "native/view_columns.hpp"
 #include "views/view_methods.hpp"
 
 #include <algorithm>
@@ -19,6 +19,12 @@ namespace {
 // With Layered, rendering rows of views is faster if the panel has more than four sub-pixels per
 // pixel of all views (measured: docs/performance.md).
 constexpr double kSamplesPerSubpixel = 0.25;
+
+// Whether a picture is larger than the caches.
+bool isLarge(const cv::Mat& bgr) {
+    constexpr std::size_t kBytes = std::size_t{32} << 20;
+    return 3 * bgr.total() > kBytes;
+}
 
 // For each px of a side of the panel, the px of the photo under it.
 std::vector<int> samplesOf(int panel, int photo, bool mirrored) {
@@ -154,7 +160,8 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
             } else {
                 sampleRow(y);
             }
-            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width, pixels);
+            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width, pixels,
+                          isLarge(native));
         }
     });
 }
@@ -166,49 +173,32 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
                                       const std::vector<int>& rowOf, cv::Mat& native) const {
     const std::vector<double> shifts = shiftsOfAllViews(photo.cols);
     const auto width = static_cast<std::size_t>(native.cols);
-    const auto rowBytes = 3 * static_cast<std::uint32_t>(photo.cols);
-    std::vector<std::uint32_t> byteOf(columns.begin(), columns.end());
-    for (std::uint32_t& byte : byteOf)
-        byte *= 3;
+    const auto rowBytes = 3 * static_cast<std::size_t>(photo.cols);
     forRows(native.rows, [&](const cv::Range& rows) {
         const std::unique_ptr<RowRenderer> rowRenderer = renderer.rowRenderer();
-        std::vector<std::uint8_t> viewRows(std::size_t{rowBytes} *
-                                           static_cast<std::size_t>(viewCount));
+        std::vector<std::uint8_t> viewRows =
+            paddedRow<std::uint8_t>(rowBytes * static_cast<std::size_t>(viewCount));
         std::vector<std::uint8_t*> targets;
         for (std::size_t i = 0; i < static_cast<std::size_t>(viewCount); ++i)
             targets.push_back(viewRows.data() + i * rowBytes);
-        std::array<std::vector<std::uint16_t>, 3> views; // blue, green, red
-        views.fill(paddedRow<std::uint16_t>(width));
-        std::array<std::vector<std::uint8_t>, 3> narrowViews;
-        narrowViews.fill(std::vector<std::uint8_t>(width));
-        RowFetcher nothingAhead;
+        ViewColumns viewColumns(columns);
+        std::vector<std::uint8_t> views = paddedRow<std::uint8_t>(width);
+        std::array<std::vector<std::uint8_t>, 3> planes; // blue, green, red
+        planes.fill(paddedRow<std::uint8_t>(width));
         int open = -1;
         for (int y = rows.start; y < rows.end; ++y) {
             const int row = rowOf[static_cast<std::size_t>(y)];
-            if (row != open) rowRenderer->render(row, shifts, targets);
+            if (row != open) {
+                rowRenderer->render(row, shifts, targets);
+                viewColumns.set(targets, rowBytes);
+            }
             open = row;
-            for (int colour = 0; colour < 3; ++colour)
-                lens.viewsOfRow(y, colour, viewCount,
-                                views[static_cast<std::size_t>(2 - colour)].data());
-            auto* pixels = native.ptr<std::uint8_t>(y);
-            if (viewCount > 256) {
-                renderRowPlain<std::uint16_t>({{views[0].data(), views[1].data(), views[2].data()},
-                                               0,
-                                               byteOf.data(),
-                                               targets.data(),
-                                               width,
-                                               pixels},
-                                              nothingAhead);
-                continue;
+            for (std::size_t channel = 0; channel < 3; ++channel) {
+                lens.viewsOfRow(y, 2 - static_cast<int>(channel), viewCount, views.data());
+                viewColumns.pick(channel, views.data(), planes[channel].data());
             }
-            NativeRow<std::uint8_t> narrow{{}, 0, byteOf.data(), targets.data(), width, pixels};
-            for (std::size_t k = 0; k < 3; ++k) {
-                std::transform(views[k].begin(), views[k].begin() + native.cols,
-                               narrowViews[k].begin(),
-                               [](std::uint16_t view) { return static_cast<std::uint8_t>(view); });
-                narrow.views[k] = narrowViews[k].data();
-            }
-            renderRow(narrow, {256, rowBytes, 0}, nothingAhead);
+            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width,
+                          native.ptr<std::uint8_t>(y), isLarge(native));
         }
     });
 }
@@ -225,7 +215,8 @@ void NativeRenderer::render(const Scene& scene, cv::Mat& native) const {
     const std::vector<int> rowOf = samplesOf(native.rows, photo.rows, geometry.mirrorY);
     const double samples = 1.0 * self.viewCount * static_cast<double>(photo.total());
     const double subpixels = 3.0 * static_cast<double>(native.total());
-    const bool mostAreShown = kSamplesPerSubpixel * subpixels > samples;
+    const bool mostAreShown = kSamplesPerSubpixel * subpixels > samples &&
+                              self.viewCount <= static_cast<int>(ViewColumns::kMaxViews);
     if (self.positions == ViewPositions::Discrete && mostAreShown &&
         self.options.method == ViewMethod::Layered) {
         self.renderRows(*renderer, photo, columns, rowOf, native);

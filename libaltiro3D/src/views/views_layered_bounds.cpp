@@ -49,8 +49,7 @@ void LayeredBounds::describe(int reach, LayeredTables& tables) {
         for (std::size_t x = 0; x < width; ++x) { // columns to the left are searched anyway, unless
             const int ahead = ahead_[x];          // all content moves to the right
             const int behind = behind_[width - 1 - x];
-            bounds_[begin + x] =
-                static_cast<std::int16_t>(std::max(ahead, std::min(behind, 0)));
+            bounds_[begin + x] = static_cast<std::int16_t>(std::max(ahead, std::min(behind, 0)));
         }
     }
     tables.bounds = bounds_.data() + kTablePadding;

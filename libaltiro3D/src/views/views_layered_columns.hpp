@@ -12,7 +12,7 @@ namespace altiro3D {
 // follow a line, offset(c) = o + m (c - x). They show c = x + s o / (1 - s m), which is computed in
 // 16-bit whole numbers (views_layered_lines.hpp).
 
-constexpr int kMaxLineMovement = 16; ///< px; content that moves farther is searched for.
+constexpr int kMaxLineMovement = 32; ///< px; content that moves farther is searched for.
 
 /// What lines need, for each column or for each pixel.
 template <class T>

@@ -24,7 +24,7 @@ class LayeredSearch {
     LayeredSearch(const LayeredScene& scene, int row, const LayeredTables& tables,
                   const int (&strips)[2])
         : tables_(tables), rows_{&scene.rows[0][static_cast<std::size_t>(row)],
-                                            &scene.rows[1][static_cast<std::size_t>(row)]},
+                                 &scene.rows[1][static_cast<std::size_t>(row)]},
           strips_{strips[0], strips[1]} {}
 
     /// Finds what the pixel at column `x` shows in the view shifted by `shift`.

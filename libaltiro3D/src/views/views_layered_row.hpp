@@ -48,8 +48,8 @@ constexpr int wordOffset(std::int16_t word) {
 /// `stride` entries further, the same for the mirrored row. Pointers are to column 0.
 struct LayeredTables {
     const std::int16_t* words = nullptr; ///< columnWord() of each column.
-    /// Bound of the search column by column: the largest offset among the columns that can appear at this one, as a
-    /// columnWord() without flags.
+    /// Bound of the search column by column: the largest offset among the columns that can appear
+    /// at this one, as a columnWord() without flags.
     const std::int16_t* bounds = nullptr;
     /// As `bounds`, for the kLeftColumns columns that end here; may be null for LayeredSearch.
     const std::int16_t* left = nullptr;

@@ -458,6 +458,42 @@ double clampedAt(const cv::Mat& values, int x, int y) {
     return values.at<double>(std::clamp(y, 0, values.rows - 1), std::clamp(x, 0, values.cols - 1));
 }
 
+} // namespace
+
+cv::Mat referenceReturnDetail(const cv::Mat& measured, const cv::Mat& smooth) {
+    constexpr double kKernel[] = {1 / 16.0, 4 / 16.0, 6 / 16.0, 4 / 16.0, 1 / 16.0};
+    cv::Mat before;
+    cv::Mat result;
+    measured.convertTo(before, CV_64F);
+    smooth.convertTo(result, CV_64F);
+    const cv::Mat taken = before - result;
+    cv::Mat detail = taken.clone();
+    std::vector<double> sizes;
+    for (int y = 0; y < detail.rows; ++y) {
+        for (int x = 0; x < detail.cols; ++x) {
+            for (int j = -2; j <= 2; ++j)
+                for (int i = -2; i <= 2; ++i)
+                    detail.at<double>(y, x) -=
+                        kKernel[j + 2] * kKernel[i + 2] * clampedAt(taken, x + i, y + j);
+            if (y % 4 == 0 && x % 4 == 0) sizes.push_back(std::abs(detail.at<double>(y, x)));
+        }
+    }
+    std::sort(sizes.begin(), sizes.end());
+    const double limit = 2 * 1.4826 * sizes[sizes.size() / 2];
+    for (int y = 0; y < detail.rows; ++y) {
+        for (int x = 0; x < detail.cols; ++x) {
+            const double h = detail.at<double>(y, x);
+            if (std::abs(h) <= limit) continue;
+            double& to = result.at<double>(y, x);
+            to = std::clamp(to + h * (1 - limit * limit / (h * h)), 0.0, 1.0);
+        }
+    }
+    result.convertTo(result, CV_32F);
+    return result;
+}
+
+namespace {
+
 // (4.7)
 cv::Mat deblurred(const cv::Mat& given, double sigma) {
     const int radius = std::max(1, static_cast<int>(std::ceil(2.5 * sigma)));

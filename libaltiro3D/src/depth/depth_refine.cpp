@@ -3,7 +3,6 @@
 #include "altiro3D/depth_map.hpp"
 
 #include "base/checks.hpp"
-#include "depth/depth_detail.hpp"
 #include "depth/depth_planes.hpp"
 #include "depth/depth_steps.hpp"
 #include "depth/depth_values.hpp"
@@ -61,11 +60,7 @@ void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
     cv::Mat result = withinRange(depth);
     const DepthFlaws flaws = options.flaws ? *options.flaws : measureDepthFlaws(photo, result);
     validate(flaws);
-    if (flaws.noise > 0) {
-        const cv::Mat measured = result.clone();
-        fitPlanes(photo, flaws.noise, result);
-        returnDetail(measured, result);
-    }
+    if (flaws.noise > 0) fitPlanes(photo, flaws.noise, result);
     if (flaws.shiftPixels != cv::Point()) result = unshifted(result, flaws.shiftPixels);
     const int growth = static_cast<int>(std::lround(flaws.growthPixels));
     if (growth != 0) shrink(result, growth);

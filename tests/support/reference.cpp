@@ -397,11 +397,48 @@ void referencePlanes(double deviation, int side, cv::Size count, std::vector<Pla
     }
 }
 
+double clampedAt(const cv::Mat& values, int x, int y) {
+    return values.at<double>(std::clamp(y, 0, values.rows - 1), std::clamp(x, 0, values.cols - 1));
+}
+
 } // namespace
+
+cv::Mat referenceReturnDetail(const cv::Mat& measured, const cv::Mat& smooth) {
+    constexpr double kKernel[] = {1 / 16.0, 4 / 16.0, 6 / 16.0, 4 / 16.0, 1 / 16.0};
+    cv::Mat before;
+    cv::Mat result;
+    measured.convertTo(before, CV_64F);
+    smooth.convertTo(result, CV_64F);
+    const cv::Mat taken = before - result;
+    cv::Mat detail = taken.clone();
+    std::vector<double> sizes;
+    for (int y = 0; y < detail.rows; ++y) {
+        for (int x = 0; x < detail.cols; ++x) {
+            for (int j = -2; j <= 2; ++j)
+                for (int i = -2; i <= 2; ++i)
+                    detail.at<double>(y, x) -=
+                        kKernel[j + 2] * kKernel[i + 2] * clampedAt(taken, x + i, y + j);
+            if (y % 4 == 0 && x % 4 == 0) sizes.push_back(std::abs(detail.at<double>(y, x)));
+        }
+    }
+    std::sort(sizes.begin(), sizes.end());
+    const double limit = 2 * 1.4826 * sizes[sizes.size() / 2];
+    for (int y = 0; y < detail.rows; ++y) {
+        for (int x = 0; x < detail.cols; ++x) {
+            const double h = detail.at<double>(y, x);
+            if (std::abs(h) <= limit) continue;
+            double& to = result.at<double>(y, x);
+            to = std::clamp(to + h * (1 - limit * limit / (h * h)), 0.0, 1.0);
+        }
+    }
+    result.convertTo(result, CV_32F);
+    return result;
+}
 
 cv::Mat referenceFitPlanes(const cv::Mat& photo, double noise, const cv::Mat& depth) {
     cv::Mat smooth = depth.clone();
     smoothSurfaces(noise, smooth);
+    smooth = referenceReturnDetail(depth, smooth);
     const int side = std::max(8, std::max(depth.cols, depth.rows) / 64) / 2;
     const cv::Size count((depth.cols - 1) / side + 1, (depth.rows - 1) / side + 1);
     cv::Mat colors;
@@ -449,14 +486,10 @@ cv::Mat referenceFitPlanes(const cv::Mat& photo, double noise, const cv::Mat& de
             result.at<float>(y, x) = static_cast<float>(std::clamp(sums[0] / sums[1], 0.0, 1.0));
         }
     }
-    return result;
+    return referenceReturnDetail(depth, result);
 }
 
 namespace {
-
-double clampedAt(const cv::Mat& values, int x, int y) {
-    return values.at<double>(std::clamp(y, 0, values.rows - 1), std::clamp(x, 0, values.cols - 1));
-}
 
 // (4.7)
 cv::Mat deblurred(const cv::Mat& given, double sigma) {

@@ -67,6 +67,11 @@ cv::Mat referenceSmoothSurfaces(double noise, const cv::Mat& depth);
 /// @return [as photo, CV_32FC1]
 cv::Mat referenceFitPlanes(const cv::Mat& photo, double noise, const cv::Mat& depth);
 
+/// returnDetail(): per px and in double, from the formulas of docs/mathematics.md, 4a.1.
+/// @param measured [CV_32FC1, 0..1] @param smooth [as measured]
+/// @return [as measured, CV_32FC1]
+cv::Mat referenceReturnDetail(const cv::Mat& measured, const cv::Mat& smooth);
+
 /// sharpenSteps(): per px and in double, from the formulas of docs/mathematics.md, 4a.4.
 /// @param photo [CV_8UC3] @param depth [as photo, CV_32FC1, 0..1]
 /// @return [as photo, CV_32FC1]

@@ -1,5 +1,6 @@
 #include "depth/depth_planes.hpp"
 
+#include "depth/depth_detail.hpp"
 #include "depth/depth_noise.hpp"
 #include "depth/depth_planes_row.hpp"
 
@@ -159,6 +160,7 @@ void fitPlanes(const cv::Mat& photo, double noise, cv::Mat& depth) {
     const double deviation = std::max(noise, 1e-6); // so that all weights are numbers
     const cv::Mat measured = depth.clone();
     smoothSurfaces(deviation, depth);
+    returnDetail(measured, depth);
     cv::Mat soft;
     cv::blur(photo, soft, {3, 3}, {-1, -1}, cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);
     std::array<cv::Mat, 3> channels;
@@ -176,6 +178,7 @@ void fitPlanes(const cv::Mat& photo, double noise, cv::Mat& depth) {
         fitKnots({factorOf(6.0 * knots.side), factorOf(depths * deviation), color, 2}, knots);
     blend(channels, repeated(knots),
           {factorOf(1.5 * knots.side), factorOf(1.2 * deviation), color, 3}, depth);
+    returnDetail(measured, depth);
 }
 
 } // namespace altiro3D

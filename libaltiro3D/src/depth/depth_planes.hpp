@@ -5,7 +5,7 @@
 namespace altiro3D {
 
 /// Smooths the surfaces of a depth map: smoothSurfaces(), then planes through the px that have a
-/// similar place, smoothed depth and colour (docs/mathematics.md, 4a.1).
+/// similar place, smoothed depth and colour, each with returnDetail() (docs/mathematics.md, 4a.1).
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param noise standard deviation of the noise, > 0

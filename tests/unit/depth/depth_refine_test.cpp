@@ -2,6 +2,7 @@
 
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/trade.hpp"
+#include "depth/depth_detail.hpp"
 #include "depth/depth_noise.hpp"
 #include "depth/depth_planes.hpp"
 #include "depth/depth_steps.hpp"
@@ -265,6 +266,70 @@ TEST(DepthRefine, PlanesAreTheSameOnAllProcessors) {
         if (first.empty()) first = result;
         EXPECT_TRUE(samePicture(result, first)) << name;
     });
+}
+
+TEST(DepthRefine, ReturnedDetailIsThatOfTheFormulas) {
+    for (const cv::Size size :
+         {cv::Size(1, 1), cv::Size(2, 5), cv::Size(1, 40), cv::Size(61, 47), {5, 700}}) {
+        const World made = world(size);
+        cv::Mat noise(size, CV_32FC1);
+        cv::RNG(11).fill(noise, cv::RNG::NORMAL, 0, 0.03);
+        const cv::Mat noisy = cv::min(cv::max(made.depth + noise, 0), 1);
+        const cv::Mat flat(size, CV_32FC1, cv::Scalar(0.5));
+        for (const cv::Mat& measured : {made.depth, noisy, flat}) {
+            for (const cv::Mat& smooth : {blurred(measured, 3), made.depth, flat}) {
+                cv::Mat result = smooth.clone();
+                returnDetail(measured, result);
+                // float against double
+                EXPECT_TRUE(samePicture(result, referenceReturnDetail(measured, smooth), 2e-5))
+                    << size;
+            }
+        }
+    }
+}
+
+TEST(DepthRefine, DetailIsReturnedTheSameOnAllProcessorsAndThreads) {
+    const World made = world({131, 97});
+    const cv::Mat smooth = blurred(made.depth, 3);
+    cv::Mat first;
+    const int threads = cv::getNumThreads();
+    forEachInstructionSet([&](const char* name) {
+        for (const int count : {1, 4}) {
+            cv::setNumThreads(count);
+            cv::Mat result = smooth.clone();
+            returnDetail(made.depth, result);
+            if (first.empty()) first = result;
+            EXPECT_TRUE(samePicture(result, first)) << name << " " << count;
+        }
+    });
+    cv::setNumThreads(threads);
+}
+
+// Steps of three deviations of the noise become soft by smoothing.
+TEST(DepthRefine, SmallStepsStayHardInNoise) {
+    const cv::Size size(240, 200);
+    const cv::Mat photo(size, CV_8UC3, cv::Scalar(90, 130, 60));
+    cv::Mat depth(size, CV_32FC1, cv::Scalar(0.3));
+    depth.colRange(120, 240) += 0.06;
+    cv::Mat noise(size, CV_32FC1);
+    cv::RNG(3).fill(noise, cv::RNG::NORMAL, 0, 1);
+    cv::GaussianBlur(noise, noise, {}, 3);
+    noise *= 0.02 / cv::norm(noise) * std::sqrt(static_cast<double>(noise.total()));
+    DepthRefineOptions known;
+    known.flaws = DepthFlaws();
+    known.flaws->noise = 0.02;
+    cv::Mat smooth = depth + noise;
+    smoothSurfaces(0.02, smooth);
+    const cv::Mat result = refined(photo, depth + noise, known);
+    const auto step = [](const cv::Mat& map) {
+        return cv::mean(map.col(120))[0] - cv::mean(map.col(119))[0];
+    };
+    const auto surface = [](const cv::Mat& map) { return map.colRange(20, 100); };
+    // measured: 0.46 and 0.65 of the step
+    EXPECT_LT(step(smooth), 0.5 * 0.06);
+    EXPECT_GT(step(result), 0.6 * 0.06);
+    EXPECT_LT(cv::norm(surface(result), surface(depth)),
+              1.05 * cv::norm(surface(smooth), surface(depth)));
 }
 
 TEST(DepthRefine, SharpeningIsThatOfTheFormulas) {

@@ -102,7 +102,8 @@ class Assets:
         for name, facts in photos.PANORAMAS.items():
             if bool(facts.get("val")) != held_out:
                 continue
-            pano = photos.Panorama(src / f"gkjohnson+3d-demo-data/hdri/{name}_1k.hdr", name)
+            source = "pmndrs+drei-assets" if "drei" in facts else "gkjohnson+3d-demo-data"
+            pano = photos.Panorama(src / source / f"hdri/{name}_1k.hdr", name)
             pano.id = r.panorama(pano.rgb)
             pano.rgb = None
             self.lights.append(pano)
@@ -110,13 +111,9 @@ class Assets:
                 self.places.append(pano)
             if pano.sky.any():
                 self.skies.append(pano)
-        cutouts, stuff, whole = [], {}, []
-        for split in ("train", "val"):
-            c, s, w = photos.read_coco(src / "lightly-ai+coco128_yolo", split)
-            cutouts += c
-            whole += w
-            for k, v in s.items():
-                stuff.setdefault(k, []).extend(v)
+        cutouts, stuff, whole = photos.read_photos(
+            photos.panoptic_photos(src / "lightly-ai+coco128_yolo")
+        )
 
         def mine(things, key):
             return [
@@ -124,6 +121,11 @@ class Assets:
             ]
 
         cutouts = mine(cutouts, lambda k, c: c.photo)
+        whole = mine(whole, lambda k, w: k)
+        more = [] if held_out else photos.more_photos(src)
+        more_cutouts, more_stuff, more_whole = photos.read_photos(more)
+        cutouts += more_cutouts
+        whole += more_whole
         for c in cutouts:
             c.texture = r.texture(c.rgba)
             c.model = r.model(**cutout_mesh(c, rng), transparent=True)
@@ -168,10 +170,10 @@ class Assets:
         upload = {k: [r.texture(photos.mirrored_tile(t)) for t in v] for k, v in tiles.items()}
         self.stuff_by_name = upload
         self.stuff = [t for v in upload.values() for t in v]
+        self.stuff += [r.texture(photos.mirrored_tile(t)) for v in more_stuff.values() for t in v]
         self.ground = [t for k in GROUND for t in upload.get(k, [])]
         self.whole = [
-            r.texture(cv2.resize(w, (512, 512), interpolation=cv2.INTER_AREA))
-            for w in mine(whole, lambda k, w: k)
+            r.texture(cv2.resize(w, (512, 512), interpolation=cv2.INTER_AREA)) for w in whole
         ]
         for pano in self.lights:  # photos and surfaces from the panoramas
             for k in range(10):

@@ -31,6 +31,15 @@ def list_frames(folders):
     return frames
 
 
+def list_photos(folder):
+    """Photos without depth: the picture NAME.jpg and the map NAME.m.png of masks.py."""
+    photos = []
+    for name in sorted(glob.glob(os.path.join(folder, "*.m.png"))):
+        picture = cv2.imread(name[:-6] + ".jpg", cv2.IMREAD_COLOR)
+        photos.append((picture, cv2.imread(name, cv2.IMREAD_GRAYSCALE).astype(np.float32)))
+    return photos
+
+
 def read_frame(frame):
     """BGR 8 bit, and inverse depth as float 0..1."""
     picture = cv2.imread(frame[0], cv2.IMREAD_COLOR)
@@ -110,11 +119,13 @@ def to_input(picture):
 
 
 class Batches(torch.utils.data.IterableDataset):
-    """Endless batches (pictures, inverse depths). Lists the folders again every 100 batches."""
+    """Endless batches: pictures, inverse depths of the first ones, maps of the others or None. Lists the
+    folders again every 100 batches."""
 
-    def __init__(self, root, sets, batch, seed, first=0, only=0):
+    def __init__(self, root, sets, batch, seed, first=0, only=0, photos=None, photo_share=0):
         self.root, self.sets, self.batch, self.seed = root, sets, batch, seed
         self.first, self.only = first, only
+        self.photos, self.photo_share = photos, photo_share
 
     def folders(self):
         return sorted(f for s in self.sets for f in glob.glob(os.path.join(self.root, s)))
@@ -123,6 +134,7 @@ class Batches(torch.utils.data.IterableDataset):
         cv2.setNumThreads(1)
         torch.set_num_threads(1)
         index, sets = self.first, []
+        photos = list_photos(self.photos) if self.photo_share else []
         while True:
             if index % 100 == 0 or not sets:
                 sets = [f for f in (list_frames([s]) for s in self.folders()) if f]
@@ -143,5 +155,12 @@ class Batches(torch.utils.data.IterableDataset):
                     continue
                 pictures.append(to_input(augment(random, picture)))
                 depths.append(torch.from_numpy(depth)[None])
-            yield torch.stack(pictures), torch.stack(depths)
+            maps = []
+            while photos and len(maps) < self.photo_share:
+                picture, where = crop(random, *photos[random.integers(len(photos))], shape)
+                if min((where == 255).mean(), (where == 128).mean()) < 0.03:
+                    continue
+                pictures.append(to_input(augment(random, picture)))
+                maps.append(torch.from_numpy(where)[None])
+            yield torch.stack(pictures), torch.stack(depths), torch.stack(maps) if maps else None
             index += 1

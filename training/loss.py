@@ -72,3 +72,25 @@ def depth_loss(prediction, truth, weight):
     local = local_order(own, target, 16) + local_order(own[..., ::2, ::2], target[..., ::2, ::2], 48)
     edges = gradients(own, target)
     return error + 0.1 * size + weight * edges + 0.5 * order + 0.25 * local, error, order, edges
+
+
+def hiding_loss(prediction, where, margin=0.3):
+    """For photos without depth: a thing is nearer than what is seen beside and above it, and has no
+    edges inside. `where` is 255 inside the thing, 128 around it, 0 elsewhere."""
+    own = normalized(prediction)[0]
+    inside, outside = (where == 255).float(), (where == 128).float()
+
+    def near(x, side):
+        return F.avg_pool2d(x, side, 1, side // 2)
+
+    def mean(x, weight):
+        return (x * weight).sum() / (weight.sum() + 1)
+
+    share_in, share_out = near(inside, 13), near(outside, 13)
+    step = near(own * inside, 13) / share_in.clamp(min=0.01) - \
+        near(own * outside, 13) / share_out.clamp(min=0.01)
+    order = mean(F.relu(margin - step), ((share_in > 0.1) & (share_out > 0.1)).float())
+    inner = (near(inside, 7) > 0.99).float()
+    slope = mean(F.relu((own[..., 2:] - own[..., :-2]).abs() - 0.03), inner[..., 2:] * inner[..., :-2]) + \
+        mean(F.relu((own[:, :, 2:] - own[:, :, :-2]).abs() - 0.03), inner[:, :, 2:] * inner[:, :, :-2])
+    return order, slope

@@ -117,6 +117,68 @@ PANORAMAS = {
         avoid=[(160, 250)],
     ),
     "vestibule": dict(floor=[(az, -14) for az in range(0, 360, 30)], up=2.8, val=True),
+    # of pmndrs/drei-assets
+    "dikhololo_night": dict(floor=[(az, -1.5) for az in range(0, 360, 30)], drei=True),
+    "empty_warehouse_01": dict(
+        floor=[
+            (0, -10),
+            (60, -13),
+            (95, -15),
+            (130, -17),
+            (150, -15),
+            (185, -6),
+            (240, -5),
+            (270, -6),
+            (300, -5),
+            (335, -7),
+        ],
+        up=2.2,
+        avoid=[(282, 348)],
+        drei=True,
+    ),
+    "forest_slope": dict(
+        floor=[(az, -15) for az in range(0, 360, 40)],
+        up=12,
+        avoid=[(200, 225), (300, 330)],
+        drei=True,
+    ),
+    "immenstadter_horn": dict(
+        floor=[(az, -2) for az in range(0, 240, 30)] + [(240, -6), (270, -8), (300, -8), (330, -3)],
+        avoid=[(90, 110)],
+        drei=True,
+    ),
+    "kiara_1_dawn": dict(sky=True, drei=True),
+    "lebombo": dict(
+        floor=[
+            (0, -25),
+            (45, -27),
+            (57, -29),
+            (60, -20),
+            (95, -28),
+            (113, -28),
+            (140, -27),
+            (170, -29),
+            (200, -33),
+            (230, -30),
+            (262, -22),
+            (300, -28),
+            (340, -20),
+        ],
+        up=1.4,
+        avoid=[(0, 60), (112, 136)],
+        drei=True,
+    ),
+    "potsdamer_platz": dict(
+        floor=[(az, -1.2) for az in range(0, 360, 30)], avoid=[(115, 130), (155, 215)], drei=True
+    ),
+    "rooitou_park": dict(
+        floor=[(az, -1.2) for az in range(0, 360, 30)], avoid=[(36, 46)], drei=True
+    ),
+    "st_fagans_interior": dict(light=True, drei=True),
+    "studio_small_03": dict(light=True, drei=True),
+    "venice_sunset": dict(
+        floor=[(az, -0.9) for az in range(0, 360, 30)], avoid=[(85, 110), (260, 290)], drei=True
+    ),
 }
 
 
@@ -281,6 +343,19 @@ SIZES = {
 LICENCES = {4, 5, 7, 8}
 
 
+# More photos of COCO with masks: folder, annotations, folder of the photos. All are for training.
+MORE_PHOTOS = [
+    ("Obmutescence+COCO-MINI", "annotations/instances_train2017.json", "train2017"),
+    ("Obmutescence+COCO-MINI", "annotations/instances_val2017.json", "val2017"),
+    ("zzowenzz+COCO_Tiny", "annotations/instances_train2017.json", "train2017"),
+    ("zzowenzz+COCO_Tiny", "annotations/instances_val2017.json", "val2017"),
+    ("enginbozaba+tiny_coco", "annotations/instances_train2017.json", "images/train2017"),
+    ("enginbozaba+tiny_coco", "annotations/instances_val2017.json", "images/val2017"),
+    ("developer0hye+COCO128", "annotations/instances_train2017.json", "train2017"),
+    ("minto5z+coco_yolo", "annotations/instances_val2017.json", "coco/images/val2017"),
+]
+
+
 class Cutout:
     def __init__(self, rgba, category, photo, cut):
         self.rgba, self.category, self.photo = rgba, category, photo
@@ -288,53 +363,130 @@ class Cutout:
         self.aspect = rgba.shape[1] / rgba.shape[0]
 
 
-def read_coco(folder, split):
-    """Cut-outs of things, textures of stuff and whole photos of one split."""
+class Segment:
+    """What one part of a photo shows. `thing`: one thing, and not stuff like grass; a `crowd` is many."""
+
+    def __init__(self, name, thing, crowd, mask):
+        self.name, self.thing, self.crowd, self.mask = name, thing, crowd, mask
+
+
+def panoptic_photos(folder):
+    """The photos of lightly-ai/coco128_yolo: yields number, photo and segments."""
     folder = pathlib.Path(folder)
-    facts = json.loads(
-        (folder / f"panoptic_segmentation/annotations/panoptic_{split}2017.json").read_text()
-    )
-    names = {c["id"]: (c["name"], c["isthing"]) for c in facts["categories"]}
+    for split in ("train", "val"):
+        marks = folder / f"panoptic_segmentation/annotations/panoptic_{split}2017"
+        facts = json.loads(marks.with_suffix(".json").read_text())
+        names = {c["id"]: (c["name"], c["isthing"]) for c in facts["categories"]}
+        licences = {i["id"]: i["license"] for i in facts["images"]}
+        for a in facts["annotations"]:
+            number = a["image_id"]
+            if licences[number] not in LICENCES:
+                continue
+            photo = cv2.imread(str(folder / f"images/{split}2017/{number:012d}.jpg"))[..., ::-1]
+            ids = cv2.imread(str(marks / a["file_name"])).astype(int)
+            ids = ids[..., 2] + 256 * ids[..., 1] + 65536 * ids[..., 0]
+            yield number, photo, [
+                Segment(*names[s["category_id"]], s["iscrowd"], (ids == s["id"]).astype(np.uint8))
+                for s in a["segments_info"]
+            ]
+
+
+def panoptic_numbers(folder):
+    """The numbers of all photos of lightly-ai/coco128_yolo, whatever their licences."""
+    files = pathlib.Path(folder).glob("panoptic_segmentation/annotations/panoptic_*2017.json")
+    return {i["id"] for f in files for i in json.loads(f.read_text())["images"]}
+
+
+def more_photos(source):
+    """The photos of MORE_PHOTOS: yields number, photo and segments. What is not marked is stuff."""
+    known = panoptic_numbers(source / "lightly-ai+coco128_yolo")
+    for folder, annotations, pictures in MORE_PHOTOS:
+        facts = json.loads((source / folder / annotations).read_text())
+        names = {c["id"]: c["name"] for c in facts["categories"]}
+        marks = {}
+        for a in facts["annotations"]:
+            marks.setdefault(a["image_id"], []).append(a)
+        for image in facts["images"]:
+            number, file = image["id"], source / folder / pictures / image["file_name"]
+            if image["license"] not in LICENCES or number in known or not file.exists():
+                continue
+            known.add(number)
+            photo = cv2.imread(str(file))[..., ::-1]
+            rest = np.ones(photo.shape[:2], np.uint8)
+            segments = []
+            for a in marks.get(number, []):
+                mask = np.zeros(photo.shape[:2], np.uint8)
+                if a.get("iscrowd"):  # all of its box
+                    x, y, w, h = (int(v) for v in a["bbox"])
+                    mask[y : y + h, x : x + w] = 1
+                else:
+                    outlines = [np.array(p).reshape(-1, 2) for p in a["segmentation"]]
+                    cv2.fillPoly(mask, [np.round(p).astype(np.int32) for p in outlines], 1)
+                    rest[mask > 0] = 0
+                segments.append(Segment(names[a["category_id"]], True, a.get("iscrowd", 0), mask))
+            yield number, photo, segments + [Segment("rest", False, 0, rest)]
+
+
+def read_photos(found):
+    """Cut-outs of things, squares of stuff by its name, and whole photos."""
     cutouts, stuff, whole = [], {}, []
-    licences = {i["id"]: i["license"] for i in facts["images"]}
-    for a in facts["annotations"]:
-        if licences[a["image_id"]] not in LICENCES:
-            continue
-        photo = cv2.imread(str(folder / f"images/{split}2017/{a['image_id']:012d}.jpg"))[..., ::-1]
+    for number, photo, segments in found:
         whole.append(photo)
-        ids = cv2.imread(
-            str(folder / f"panoptic_segmentation/annotations/panoptic_{split}2017/{a['file_name']}")
-        )
-        ids = (
-            ids[..., 2].astype(int)
-            + 256 * ids[..., 1].astype(int)
-            + 65536 * ids[..., 0].astype(int)
-        )
-        for s in a["segments_info"]:
-            name, thing = names[s["category_id"]]
-            mask = (ids == s["id"]).astype(np.uint8)
-            if thing and name in SIZES and not s["iscrowd"]:
-                count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
-                if count < 2:
-                    continue
-                keep = 1 + np.argmax(stats[1:, 4])
-                x, y, w, h, area = stats[keep]
-                if area < 2500 or area < 0.8 * mask.sum() or min(w, h) < 30 or area < 0.25 * w * h:
-                    continue
-                one = (labels[y : y + h, x : x + w] == keep).astype(np.uint8) * 255
-                if name == "person":  # what a person wears or holds is a thing of its own
-                    outlines, _ = cv2.findContours(one, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-                    cv2.drawContours(one, outlines, -1, 255, cv2.FILLED)
-                one = cv2.GaussianBlur(cv2.erode(one, np.ones((3, 3), np.uint8)), (0, 0), 0.8)
-                rgba = np.dstack([photo[y : y + h, x : x + w], one])
-                cut = (x <= 1, x + w >= photo.shape[1] - 1, y <= 1, y + h >= photo.shape[0] - 1)
-                cutouts.append(Cutout(rgba, name, a["image_id"], cut))
-            elif not thing:
-                found = largest_square(mask)
-                if found and found[2] >= 72:
-                    x, y, size = found
-                    stuff.setdefault(name, []).append(photo[y : y + size, x : x + size])
+        for s in segments:
+            if s.thing and s.name in SIZES and not s.crowd:
+                cutout = cut_out(photo, s.mask, s.name, number)
+                if cutout:
+                    cutouts.append(cutout)
+            elif not s.thing:
+                square = largest_square(s.mask)
+                if square and square[2] >= 72:
+                    x, y, size = square
+                    stuff.setdefault(s.name, []).append(photo[y : y + size, x : x + size])
     return cutouts, stuff, whole
+
+
+def cut_out(photo, mask, name, number):
+    """A thing cut out of a photo, or None if it is small or in pieces."""
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
+    if count < 2:
+        return None
+    keep = 1 + np.argmax(stats[1:, 4])
+    x, y, w, h, area = stats[keep]
+    if area < 2500 or area < 0.8 * mask.sum() or min(w, h) < 30 or area < 0.25 * w * h:
+        return None
+    one = (labels[y : y + h, x : x + w] == keep).astype(np.uint8) * 255
+    if name == "person":  # what a person wears or holds is a thing of its own
+        outlines, _ = cv2.findContours(one, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        cv2.drawContours(one, outlines, -1, 255, cv2.FILLED)
+    one = cv2.GaussianBlur(cv2.erode(one, np.ones((3, 3), np.uint8)), (0, 0), 0.8)
+    rgba = np.dstack([photo[y : y + h, x : x + w], one])
+    cut = (x <= 1, x + w >= photo.shape[1] - 1, y <= 1, y + h >= photo.shape[0] - 1)
+    return Cutout(rgba, name, number, cut)
+
+
+# What mostly hides what is behind it, from its sides and its top
+HIDING = {
+    "person", "bicycle", "car", "motorcycle", "bus", "train", "truck", "boat", "fire hydrant",
+    "parking meter", "bird", "cat", "dog", "horse", "sheep", "cow", "elephant", "bear", "zebra",
+    "giraffe", "potted plant", "teddy bear", "suitcase", "umbrella", "vase", "bottle", "cup",
+    "wine glass", "backpack", "handbag", "laptop", "chair",
+}  # fmt: skip
+
+
+def hiding_maps(photo, segments):
+    """A map for each large thing that hides its background: 255 in it, 128 around it where nothing
+    else is marked, 0 where nothing is known: inside other things and around its foot."""
+    marked = np.zeros(photo.shape[:2], np.uint8)
+    for s in segments:
+        if s.thing:
+            marked |= s.mask
+    for s in segments:
+        if s.crowd or s.name not in HIDING or s.mask.sum() < 0.02 * s.mask.size:
+            continue
+        rows = np.flatnonzero(s.mask.any(1))
+        around = 1 - marked
+        around[int(rows[-1] - 0.25 * (rows[-1] - rows[0])) :] = 0
+        yield s.mask * 255 + around * (1 - s.mask) * 128
 
 
 def largest_square(mask):

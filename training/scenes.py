@@ -552,7 +552,7 @@ def panorama_scene(rng, assets, kind=None):
     count = (
         int(rng.choice([0, 0, 1, 3]))
         if kind == "macro"
-        else int(rng.choice([0, 1, 2, 3, 5, 9], p=[0.08, 0.24, 0.26, 0.2, 0.14, 0.08]))
+        else int(rng.choice([0, 1, 2, 3, 5, 9, 25], p=[0.08, 0.24, 0.25, 0.19, 0.12, 0.07, 0.05]))
     )
     add_cutouts(stage, count, 1.5, far)
     for _ in range(rng.choice([0, 1, 3], p=[0.6, 0.3, 0.1])):
@@ -806,7 +806,7 @@ def tabletop_scene(rng, assets):
     lamps(stage, [-1, -1.5, 0.7], [1, 0.5, 2], int(rng.integers(0, 3)), 1.2)
     w, d = rng.uniform(0.6, 2.2), rng.uniform(0.5, 1.6)
     away = rng.uniform(0.55, 1.5) + d / 2
-    pitch = -np.radians(rng.triangular(2, 18, 55))
+    pitch = -np.radians(rng.triangular(2, 18, 55) if rng.random() < 0.9 else rng.uniform(55, 85))
     goal = np.array([rng.normal(0, 0.12) * w, rng.normal(0, 0.15) * d, rng.uniform(0.02, 0.3)])
     yaw = np.pi / 2 + rng.normal(0, 0.3)
     back = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
@@ -1331,11 +1331,215 @@ def world_scene(rng, assets):
     return clear_camera(colour, inverse, 0.3)
 
 
+def house_front(stage, position, size, turn=0.0):
+    """A house whose front has windows, a door and perhaps a roof. The front is the side at -y."""
+    rng = stage.rng
+    along, deep, high = size
+    looks = [
+        stage.surface(
+            pick(rng, ["plain", "stuff", "pattern", "plain"]), 1.0 / rng.uniform(0.7, 4), SOLID
+        )
+        for _ in range(2)
+    ]
+    stage.scene.add_mesh(
+        shapes.box(size, (0, 1, 1)), place([position[0], position[1] + deep / 2, 0], turn), looks
+    )
+    columns, rows = max(1, int(along / rng.uniform(1.6, 3.2))), max(1, int(high / 2.9))
+    w, h = along / columns * rng.uniform(0.3, 0.7), high / rows * rng.uniform(0.35, 0.7)
+    glass = material(np.ones(3) * rng.uniform(0.02, 0.5), gloss=0.15, sharpness=60)
+    if rng.random() < 0.3:
+        glass = material(np.ones(3) * rng.uniform(0.4, 1), pick(rng, stage.assets.whole), paint=UV)
+    frame = material(rng.uniform(0.1, 0.95) * rng.uniform(0.7, 1.1, 3))
+    panes, frames = [], []
+    for i in range(columns):
+        for k in range(rows):
+            x = position[0] + ((i + 0.5) / columns - 0.5) * along
+            door = k == 0 and rng.random() < 0.3
+            z0 = 0.0 if door else (k + 0.3) * high / rows
+            z1 = 2.1 if door else z0 + h
+            for into, grow, front in ((frames, 0.08, 0.04), (panes, 0.0, 0.06)):
+                board = shapes.box((w + 2 * grow, 0.05, z1 - z0 + 2 * grow))
+                move = [x, position[1] - front, max(z0 - grow, 0)]
+                into.append(dict(board, positions=board["positions"] + np.float32(move)))
+    stage.scene.add_mesh(shapes.join(*frames), place(), [frame], "frame")
+    stage.scene.add_mesh(shapes.join(*panes), place(), [glass], "window")
+    if rng.random() < 0.6:  # a roof that slopes to the front
+        over, rise = rng.uniform(0.1, 0.6), deep / 2 * rng.uniform(0.3, 1.2)
+        x0, x1 = position[0] - along / 2, position[0] + along / 2
+        y0, y1 = position[1] - over, position[1] + deep / 2
+        roof = shapes.quad(
+            (x0, y1, high + rise), (x1, y1, high + rise), (x0, y0, high), (x1, y0, high)
+        )
+        tiles = stage.surface(pick(rng, ["pattern", "stuff", "plain"]), 1.0 / rng.uniform(0.5, 3))
+        stage.scene.add_mesh(roof, place(), [tiles], "roof")
+
+
+def row_scene(rng, assets):
+    """Houses, vehicles, people or things side by side, in rows that recede to one side."""
+    stage = Stage(rng, assets)
+    outdoor_light(stage)
+    ground = material(
+        np.ones(3) * rng.uniform(0.5, 1.2), pick(rng, assets.ground), scale=0.4, paint=SOLID
+    )
+    stage.scene.add_mesh(shapes.box((1200, 1200, 0.1)), place([0, 0, -0.1]), [ground], "ground")
+    kind = pick(rng, ["house", "house", "vehicle", "vehicle", "people", "posts", "wall"])
+    side = pick(rng, [-1, 1])
+    away = rng.uniform(1.5, 5) if kind != "house" else rng.uniform(2.5, 11)
+    slant = np.radians(rng.uniform(3, 75))  # between the row and the view
+    height = rng.choice(
+        [rng.uniform(0.4, 1.2), rng.uniform(1.3, 1.9), rng.uniform(2, 5)], p=[0.2, 0.6, 0.2]
+    )
+    # The row runs along x; the camera stands at y < 0.
+    yaw = slant if side > 0 else np.pi - slant
+    stage.camera([0, -away, height], yaw, np.radians(np.clip(rng.normal(0, 7), -25, 20)))
+    reach = side * np.arange(-12, 70)
+    back = 0.0
+    if kind == "vehicle":
+        alike = [
+            c for c in assets.standing if c.category in ("motorcycle", "bicycle", "car", "bus")
+        ]
+        step, rows = rng.uniform(0.9, 3), int(rng.integers(1, 4))
+        chosen = pick(rng, alike)
+        alike = [c for c in alike if c.category == chosen.category]
+        model = rng.random() < 0.4
+        for row in range(rows):
+            for k in range(-3, int(rng.integers(4, 16))):
+                p = [
+                    side * k * step * (1.6 if model else 1) + rng.normal(0, 0.15),
+                    row * rng.uniform(1.2, 3),
+                    0.0,
+                ]
+                if model:
+                    put(stage, "car", p, rng.normal(0, 0.06) + np.pi / 2 * (row % 2), wild=0.2)
+                else:
+                    c = pick(rng, alike)
+                    low, high, _ = photos.SIZES[c.category]
+                    stage.billboard(c, p, rng.uniform(low, high))
+        back = rows * 3.0 + rng.uniform(0, 4)
+    elif kind == "people":
+        step, rows = rng.uniform(0.5, 1.2), int(rng.integers(2, 7))
+        people = [c for c in assets.standing if c.category == "person"]
+        for row in range(rows):
+            for k in range(-4, int(rng.integers(4, 20))):
+                if rng.random() < 0.25:
+                    continue
+                p = [
+                    side * k * step + rng.normal(0, 0.2),
+                    row * step * 1.3 + rng.normal(0, 0.2),
+                    0.0,
+                ]
+                stage.billboard(pick(rng, people), p, rng.uniform(1.45, 1.9))
+        back = rows * step * 1.3 + rng.uniform(0.5, 8)
+    elif kind == "posts":
+        step, thick, high = log_uniform(rng, 0.8, 5), log_uniform(rng, 0.04, 0.4), rng.uniform(1, 6)
+        look = stage.surface(None, 1.0)
+        round_ = rng.random() < 0.6
+        for x in np.arange(-3, 30) * step * side:
+            mesh = (
+                shapes.tube([(0, 0, 0), (0, 0, high)], thick, 12)
+                if round_
+                else shapes.box((2 * thick, 2 * thick, high))
+            )
+            stage.scene.add_mesh(mesh, place([x, 0, 0]), [look] * 3, "post")
+        for z in rng.uniform(0.2, 1, int(rng.integers(0, 4))) * high:
+            beam = shapes.box(
+                (step * 60, thick * rng.uniform(0.5, 2.5), thick * rng.uniform(0.5, 2))
+            )
+            stage.scene.add_mesh(beam, place([0, 0, z]), [look] * 3, "beam")
+        back = rng.uniform(0.5, 8)
+    if kind == "house" or rng.random() < 0.6:
+        x = reach[0]
+        level = rng.uniform(3, 12)
+        while abs(x) < 75:
+            along = rng.uniform(3.5, 11)
+            high = level * rng.uniform(0.75, 1.3)
+            jut = rng.uniform(0, 0.8) * (rng.random() < 0.5)
+            house_front(
+                stage, [x + side * along / 2, back + jut, 0], (along, rng.uniform(5, 9), high)
+            )
+            x += side * (along + rng.uniform(0, 3) * (rng.random() < 0.15))
+    elif kind == "wall" or rng.random() < 0.6:
+        look = stage.surface(
+            pick(rng, ["photo", "stuff", "pattern"]), 1.0 / rng.uniform(1, 4), SOLID
+        )
+        stage.scene.add_mesh(
+            shapes.box((200, 0.3, rng.uniform(1.2, 7))), place([0, back, 0]), [look] * 3, "wall"
+        )
+        for x in np.arange(-2, 12) * rng.uniform(1.5, 5) * side:
+            if rng.random() < 0.5:
+                w = rng.uniform(0.5, 1.6)
+                add_board(
+                    stage,
+                    [x, back - 0.17, rng.uniform(0.3, 1.5)],
+                    w,
+                    w * rng.uniform(0.5, 1.4),
+                    0.0,
+                )
+    for _ in range(rng.choice([0, 1, 3, 6])):
+        what = pick(rng, ["person", "bush", "post", "street", "tree", "cutout", "cutout"])
+        p = [side * rng.uniform(1, 25), back - rng.uniform(0.4, max(0.5, away * 0.7)), 0.0]
+        if what == "cutout":
+            c = pick(rng, assets.standing)
+            low, high, _ = photos.SIZES[c.category]
+            stage.billboard(c, p, rng.uniform(low, high))
+        else:
+            put(stage, what, p, wild=0.2)
+    if rng.random() < 0.12:
+        add_close_up(stage)
+    colour, inverse, _ = stage.finish()
+    return clear_camera(colour, inverse, 0.3)
+
+
+def portrait_scene(rng, assets):
+    """One person, animal or group before a wall, a curtain or a blurred place."""
+    stage = Stage(rng, assets)
+    stage.light(pick(rng, assets.lights), rng.uniform(0, 2 * np.pi))
+    stage.view.ambientReach = rng.uniform(1, 4)
+    stage.camera(
+        [0, 0, rng.uniform(0.9, 1.7)],
+        np.pi / 2,
+        np.radians(rng.normal(-2, 6)),
+        angle=np.radians(rng.triangular(22, 45, 75)),
+    )
+    behind = rng.uniform(1.2, 6)
+    look = stage.surface(
+        rng.choice(["plain", "stuff", "pattern", "photo"], p=[0.5, 0.2, 0.1, 0.2]),
+        1.0 / rng.uniform(0.8, 4),
+        SOLID,
+    )
+    turn = rng.normal(0, 0.3) if rng.random() < 0.7 else rng.normal(0, 0.9)
+    stage.scene.add_mesh(
+        shapes.box((60, 0.1, 30)), place([0, behind, -12], turn), [look] * 3, "back"
+    )
+    floor = stage.surface(None, log_uniform(rng, 0.3, 1.2), SOLID)
+    stage.scene.add_mesh(shapes.box((60, 60, 0.1)), place([0, 0, -0.1]), [floor] * 3, "floor")
+    lamps(stage, [-2, -1, 1], [2, 1, 3], int(rng.integers(0, 3)), 2.0)
+    if rng.random() < 0.3:
+        put(
+            stage,
+            pick(rng, ["plant", "cabinet", "tall", "lamp", "chair"]),
+            [rng.normal(0, 0.8), behind * 0.8, 0],
+        )
+    count = int(rng.choice([1, 2, 4, 8], p=[0.5, 0.2, 0.15, 0.15]))
+    if count >= 4:  # a group: rows of people at several distances
+        people = [c for c in assets.standing if c.category == "person"]
+        for _ in range(count * 2):
+            r = log_uniform(rng, 1.3, max(behind * 0.9, 1.5))
+            x = rng.uniform(-0.6, 0.6) * r
+            stage.billboard(pick(rng, people), [x, r, 0.0], rng.uniform(1.45, 1.9))
+    for _ in range(min(count, 3)):
+        add_close_up(stage)
+    if rng.random() < 0.1:
+        add_thin(stage, distance=rng.uniform(0.5, 1.5))
+    colour, inverse, _ = stage.finish()
+    return colour, np.minimum(inverse, 8)
+
+
 def macro_scene(rng, assets):
     return panorama_scene(rng, assets, "macro")
 
 
-NEAR_FOCUS = ("close", "macro")  # often with a blurred background
+NEAR_FOCUS = ("close", "macro", "portrait")  # often with a blurred background
 FAMILIES = {
     "macro": macro_scene,
     "panorama": panorama_scene,
@@ -1346,6 +1550,8 @@ FAMILIES = {
     "street": street_scene,
     "woods": woods_scene,
     "world": world_scene,
+    "row": row_scene,
+    "portrait": portrait_scene,
 }
 MIX = {
     "panorama": 2.5,

@@ -7,7 +7,28 @@ import sys
 # repository: (commit, folders or files used)
 SOURCES = {
     "gkjohnson/3d-demo-data": ("a79b5400ba8ed5bdeffebc10ce5adeecda7c3ebc", ["hdri"]),
+    "pmndrs/drei-assets": ("456060a26bbeb8fdf79326f224b6d99b8bcce736", ["hdri"]),
     "lightly-ai/coco128_yolo": ("6d6f7a059ea63efffdbe48aca2d52c04d4c510e9", [""]),
+    "Obmutescence/COCO-MINI": (
+        "644f29e7c1d2eefd9c4412d39bc5b0ee6fd0afd4",
+        ["annotations", "train2017", "val2017"],
+    ),
+    "zzowenzz/COCO_Tiny": (
+        "e7a689f7d6d1a1908df287c3e79eccdadfdba1fe",
+        ["annotations", "train2017", "val2017"],
+    ),
+    "enginbozaba/tiny_coco": (
+        "44ee1df5a4f5c3fa6ab7c68d85a0d45590758584",
+        ["annotations", "images"],
+    ),
+    "developer0hye/COCO128": (
+        "47a3de30aaf7ad1c02105bd80598fb03ac0d0789",
+        ["annotations", "train2017"],
+    ),
+    "minto5z/coco_yolo": (
+        "4715f5ca05a6ffc148d4c4e5b0a131663655f2be",
+        ["annotations/instances_val2017.json", "coco/images/val2017"],
+    ),
     "trebeljahr/quaternius-showcase": ("eab2e43a7e688dad1cc6be764c1c4ba593e1961c", ["public/glb"]),
     "aws-robotics/aws-robomaker-bookstore-world": (
         "ed542eb41809d5c5f1c67f32d4ba24e0e90886b3",
@@ -55,7 +76,9 @@ def extract(mirrors, into):
         for entry in listing.decode().split("\0")[:-1]:
             meta, path = entry.split("\t", 1)
             mode, _, blob = meta.split()
-            if mode != "120000" and any(not f or path.startswith(f + "/") for f in folders):
+            if mode != "120000" and any(
+                not f or path == f or path.startswith(f + "/") for f in folders
+            ):
                 files.append((blob, path))
         target = pathlib.Path(into) / name.replace("/", "+")
         done = target / ".complete"

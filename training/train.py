@@ -14,7 +14,7 @@ import torch
 
 from evaluate import real_scenes, scores_of, val_scenes
 from frames import Batches
-from loss import depth_loss
+from loss import depth_loss, hiding_loss
 from network import DepthNet, load_encoder, load_onnx, up
 
 KEEP = 0.998  # of the averaged weights, per batch
@@ -68,6 +68,9 @@ def main():
     parser.add_argument("--rate", type=float, default=1e-3, help="of the decoder")
     parser.add_argument("--encoder-rate", type=float, default=1e-4)
     parser.add_argument("--edges", type=float, default=0.5, help="weight of the edges' loss")
+    parser.add_argument("--photos", help="folder of masks.py: photos without depth")
+    parser.add_argument("--photo-share", type=int, default=2, help="photos that are added to each batch")
+    parser.add_argument("--photo-weight", type=float, default=0.5, help="weight of the photos' loss")
     parser.add_argument("--frozen", type=int, default=7, help="blocks of the encoder, 0..17")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", type=int, default=0, help="train on the first frames only")
@@ -113,11 +116,12 @@ def main():
     net = net.to(memory_format=torch.channels_last)
     mean = mean.to(memory_format=torch.channels_last)
 
-    data = Batches(args.frames, args.sets, args.batch, args.seed, step, args.only)
+    data = Batches(args.frames, args.sets, args.batch, args.seed, step, args.only,
+                   args.photos, args.photo_share if args.photos else 0)
     loader = torch.utils.data.DataLoader(data, batch_size=None, num_workers=1, prefetch_factor=8)
     begin = last = time.time()
-    sums, count = np.zeros(4), 0
-    for pictures, truth in loader:
+    sums, photo_sums, count = np.zeros(4), np.zeros(2), 0
+    for pictures, truth, maps in loader:
         pictures = pictures.contiguous(memory_format=torch.channels_last)
         if step == 0 and not args.start:
             balance(net, pictures)
@@ -127,7 +131,11 @@ def main():
             group["lr"] = args.rate * share * group["share"]
         with torch.autocast("cpu", torch.bfloat16, enabled=args.bfloat16):
             prediction = net(pictures)
-        loss, error, order, edges = depth_loss(prediction.float(), truth, args.edges)
+        loss, error, order, edges = depth_loss(prediction[:len(truth)].float(), truth, args.edges)
+        if maps is not None:
+            hidden, slope = hiding_loss(prediction[len(truth):].float(), maps)
+            loss = loss + args.photo_weight * (hidden + slope)
+            photo_sums += [hidden.item(), slope.item()]
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
         torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
@@ -143,9 +151,10 @@ def main():
         if step % 50 == 0 or done:
             now = time.time()
             print(f"{step} seen {seen} loss %.4f error %.4f order %.4f edges %.4f" % tuple(sums / count),
+                  "photos %.4f %.4f" % tuple(photo_sums / count),
                   f"rate {share:.2f} {count * args.batch / (now - last):.1f} frames/s", flush=True)
             log.write(f"{step},{seen},train," + ",".join(f"{v:.4f}" for v in sums / count) + "\n")
-            sums, count, last = sums * 0, 0, now
+            sums, photo_sums, count, last = sums * 0, photo_sums * 0, 0, now
         if step % 100 == 0 or done:
             save(checkpoint, net=net.state_dict(), mean=mean.state_dict(),
                  optimizer=optimizer.state_dict(), step=step, seen=seen, args=vars(args))

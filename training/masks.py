@@ -1,0 +1,43 @@
+#!/usr/bin/env python3
+"""Writes photos without depth, each with a map of a thing in it, for train.py --photos.
+
+Usage: masks.py CACHE OUT [--held-out], with the folder where generate.py extracted the sources
+"""
+
+import pathlib
+import sys
+
+import cv2
+
+import photos
+from assets import HELD_OUT_SHARE
+
+LONGER = 320  # px
+
+
+def main():
+    source, out = pathlib.Path(sys.argv[1]) / "src", pathlib.Path(sys.argv[2])
+    held_out = "--held-out" in sys.argv
+    out.mkdir(parents=True, exist_ok=True)
+    found = [
+        photo
+        for photo in photos.panoptic_photos(source / "lightly-ai+coco128_yolo")
+        if (photo[0] % HELD_OUT_SHARE == 0) == held_out
+    ]
+    if not held_out:
+        found += photos.more_photos(source)
+    count = 0
+    for number, photo, segments in found:
+        size = [round(side * LONGER / max(photo.shape[:2])) for side in photo.shape[1::-1]]
+        small = cv2.resize(photo[..., ::-1], size, interpolation=cv2.INTER_AREA)
+        for k, where in enumerate(photos.hiding_maps(photo, segments)):
+            name = str(out / f"{number:012d}-{k}")
+            cv2.imwrite(name + ".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 95])
+            where = cv2.resize(where, size, interpolation=cv2.INTER_NEAREST_EXACT)
+            cv2.imwrite(name + ".m.png", where)
+            count += 1
+    print(f"{count} photos with maps")
+
+
+if __name__ == "__main__":
+    main()

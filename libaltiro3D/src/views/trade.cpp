@@ -105,8 +105,9 @@ ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOpti
     const Depth2Quilt maker(layout, options);
     cv::Mat quilt;
     const double all = milliseconds([&] { maker.render(photo, depth, quilt); });
-    const double preparation =
-        milliseconds([&] { static_cast<void>(makeRenderer({photo, depth}, options, 1)); });
+    const double preparation = milliseconds([&] {
+        static_cast<void>(makeRenderer({photo, depth}, options, 1));
+    });
     return {all / views, std::min(preparation, all)};
 }
 

@@ -107,8 +107,8 @@ HWY_INLINE void lineSamples(const LayeredPixels& pixels, std::size_t begin,
     const std::size_t block = begin / kWindowPixels;
     const std::int32_t from = pixels.windows[block];
     const ByteWindow<kTables> window(plane + from);
-    const auto start =
-        hn::Set(d, static_cast<std::int16_t>((pixels.starts[block] - from) << kSubColumnBits));
+    const auto start = hn::Set(
+        d, static_cast<std::int16_t>((pixels.starts[block] - from) * (1 << kSubColumnBits)));
     for (std::size_t i = begin; i < begin + kWindowPixels; i += hn::Lanes(d)) {
         const auto column = hn::Add(hn::LoadU(d, pixels.inBlock + i), start);
         sampleWindow(window, hn::Add(column, hn::LoadU(d, pixels.away + i)), values + i);

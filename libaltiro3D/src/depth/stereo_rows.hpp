@@ -28,7 +28,7 @@ RowFit fitRows(const cv::Mat& left, const cv::Mat& right);
 
 /// Moves the rows of the right picture to those of the left one. The slope is undone as a rotation,
 /// which moves columns as well.
-/// @param right [rows x cols, CV_8UC1] @return the same size and type
+/// @param right [rows x cols, CV_8UC1 or CV_8UC3] @return the same size and type
 cv::Mat moveRows(const cv::Mat& right, const RowFit& fit);
 
 } // namespace altiro3D

@@ -290,7 +290,8 @@ cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, cons
     const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
     const cv::Size size =
         path.keep ? cv::Size(calibration.screenW, calibration.screenH) : path.layout.tileSize;
-    const PhotoFit fit = fitPhoto(photo.size(), aspect, size, path.fit, path.framing);
+    const PhotoFit fit = withMargins(fitPhoto(photo.size(), aspect, size, path.fit, path.framing),
+                                     photo.size(), path.views);
     altiro3D::Scene fitted;
     cv::Mat quilt;
     cv::Mat native;
@@ -298,11 +299,11 @@ cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, cons
     if (!path.refine) refine.flaws = DepthFlaws();
     fitScene({photo, depth}, fit, path.views.focus, fitted, refine);
     if (path.quilt) {
-        Depth2Quilt(path.layout, path.views).render(fitted.photo, fitted.depth, quilt);
+        Depth2Quilt(path.layout, path.views).render(fitted, quilt);
         Quilt2Native(calibration, path.layout, path.sampling, path.invert).render(quilt, native);
     } else {
         NativeRenderer(calibration, path.layout.viewCount, path.views, path.positions, path.invert)
-            .render(fitted.photo, fitted.depth, native);
+            .render(fitted, native);
     }
     return native;
 }

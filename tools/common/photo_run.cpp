@@ -52,8 +52,9 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptio
                    const Scene& scene, const cv::Rect& shown, Messages& messages) {
     const cv::Size photoSize = scene.photo.size();
     const bool isFramed = run.choices.framing || options.framing != Framing();
-    const PhotoFit fit = isFramed ? photoSwayFit(shown, options.fit, run.swaySize)
-                                  : photoSwayFit(photoSize, options.fit, run.swaySize);
+    const PhotoFit fit = withMargins(isFramed ? photoSwayFit(shown, options.fit, run.swaySize)
+                                              : photoSwayFit(photoSize, options.fit, run.swaySize),
+                                     photoSize, options.views);
     Scene fitted;
     fitScene(scene, fit, options.views.focus, fitted, options.refine);
     const ViewOptions views = run.camera.apply(options.views, item.photo, photoSize, fit, messages);
@@ -99,27 +100,31 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
 }
 
 // Fits a photo. @param options the framing, focus and strength of this photo
-PhotoFit fitPicture(const PhotoRun& run, const Scene& scene, double aspect, NativeOptions& options,
-                    Scene& fitted) {
+PhotoFit fitPicture(const PhotoItem& item, const PhotoRun& run, const Scene& scene, double aspect,
+                    NativeOptions& options, Scene& fitted, Messages& messages) {
     options = run.maker.options();
     chooseFromScene(scene, aspect, options.fit, run.choices, options.framing, options.views.focus);
-    const PhotoFit fit =
-        fitPhoto(scene.photo.size(), aspect, run.maker.workSize(), options.fit, options.framing);
+    const cv::Size size = scene.photo.size();
+    const PhotoFit plain =
+        fitPhoto(size, aspect, run.maker.workSize(), options.fit, options.framing);
+    PhotoFit fit = withMargins(plain, size, options.views);
     fitScene(scene, fit, options.views.focus, fitted, options.refine);
     if (run.choices.strength) {
         cv::Vec2d range;
-        cv::minMaxLoc(fitted.depth, &range[0], &range[1]);
+        cv::minMaxLoc(shownDepth(fitted), &range[0], &range[1]);
         options.views.strengthPercent =
             chooseStrength(options.views.focus, run.maker.layout(), range);
     }
-    return fit;
+    options.views = run.camera.apply(options.views, item.photo, size, fit, messages);
+    const PhotoFit needed = withMargins(plain, size, options.views); // of the strength now
+    if (needed.fittedSize() == fit.fittedSize()) return fit;
+    fitScene(scene, needed, options.views.focus, fitted, options.refine);
+    return needed;
 }
 
 // The maker for one photo; with --camera or auto each photo has its own strength and focus.
-NativeMaker makerOf(const PhotoItem& item, const PhotoRun& run, const ViewOptions& wanted,
-                    cv::Size photoSize, const PhotoFit& fit, Messages& messages) {
+NativeMaker makerOf(const PhotoRun& run, const ViewOptions& views) {
     const ViewOptions& usual = run.maker.options().views;
-    const ViewOptions views = run.camera.apply(wanted, item.photo, photoSize, fit, messages);
     const bool isUsual =
         views.strengthPercent == usual.strengthPercent && views.focus == usual.focus;
     return isUsual ? run.maker : run.maker.withViews(views);
@@ -236,19 +241,20 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     const cv::Size photoSize = scene.photo.size();
     NativeOptions options;
     Scene fitted;
-    PhotoFit fit = fitPicture(run, scene, aspect, options, fitted);
+    PhotoFit fit = fitPicture(item, run, scene, aspect, options, fitted, messages);
     times.end("fit");
     if (run.budget.mustChoose()) {
         if (chooseByBudget(run, scene, fitted, messages)) {
             run.depth.estimateScene(scene.photo, focus, scene);
         }
-        fit = fitPicture(run, scene, aspect, options, fitted); // the views are others now
+        // the views are others now
+        fit = fitPicture(item, run, scene, aspect, options, fitted, messages);
         times.end("budget");
     }
     if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
         item.video.empty())
         scene = {}; // large, and no longer needed
-    const NativeMaker maker = makerOf(item, run, options.views, photoSize, fit, messages);
+    const NativeMaker maker = makerOf(run, options.views);
     const ViewOptions& views = maker.options().views;
     if (maker.path() == NativePath::OverQuilt || !item.quilt.empty() || !item.views.empty()) {
         maker.makeQuilt(fitted, run.quilt);
@@ -261,7 +267,8 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     if (!messages.hasSubject()) tellCut(photoAspect, aspect, options, messages);
     const std::string chosen = autoText(run.choices, options.framing, views);
     if (!messages.hasSubject() && !chosen.empty()) messages.say("auto: " + chosen);
-    const AdjacentParallax parallax = tellParallax(commandLine, maker, fitted.depth, messages);
+    const AdjacentParallax parallax =
+        tellParallax(commandLine, maker, shownDepth(fitted), messages);
 
     warnAboutNativeFormat(item.native, messages);
     cv::Size videoSize;

@@ -26,11 +26,6 @@ NativeOptions nativeOptions(const Knobs& knobs) {
     return options;
 }
 
-PhotoFit fitOf(const Setup& setup, cv::Size size) {
-    return fitPhoto(setup.document->picture.size(), setup.display->aspect(), size, setup.knobs.fit,
-                    framingOf(setup));
-}
-
 Scene fittedTiles(const Setup& setup) {
     return fitted(setup, quiltLayout(setup).tileSize);
 }
@@ -85,10 +80,10 @@ PhotoFit swayFitOf(const Setup& setup) {
     const FitMode mode = setup.knobs.fit;
     const Framing framing = framingOf(setup);
     const bool isFramed = setup.knobs.automatic.framing || framing != Framing();
-    if (!isFramed) return photoSwayFit(photo, mode);
+    if (!isFramed) return withMargins(photoSwayFit(photo, mode), photo, setup.knobs.views);
     const PhotoFit panel =
         fitPhoto(photo, setup.display->aspect(), quiltLayout(setup).tileSize, mode, framing);
-    return photoSwayFit(panel.source, mode);
+    return withMargins(photoSwayFit(panel.source, mode), photo, setup.knobs.views);
 }
 
 // As photo2native and quilt2video make it: a photo in its own shape.
@@ -138,6 +133,13 @@ Framing framingOf(const Setup& setup) {
                    {setup.document->picture.size(), setup.display->aspect(), setup.knobs.fit});
 }
 
+PhotoFit fitOf(const Setup& setup, cv::Size size) {
+    const cv::Size photo = setup.document->picture.size();
+    return withMargins(
+        fitPhoto(photo, setup.display->aspect(), size, setup.knobs.fit, framingOf(setup)), photo,
+        setup.knobs.views);
+}
+
 Scene fitted(const Setup& setup, cv::Size size) {
     Scene scene;
     if (setup.document->kind != Kind::Scene) return scene; // quilts and Natives need none
@@ -152,13 +154,14 @@ cv::Mat fittedPhoto(const Setup& setup, cv::Size size) {
     return photo;
 }
 
-Scene fitted(const Setup& setup, const cv::Mat& fittedPhoto) {
+Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto) {
+    const PhotoFit fit = fitOf(setup, size);
     Scene scene{fittedPhoto, {}};
-    const PhotoFit fit = fitOf(setup, fittedPhoto.size());
+    scene.shown = {fit.leftMargin, fit.leftMargin + size.width};
     applyFitToDepth(setup.depth, setup.document->picture.size(), fit, fittedPhoto,
                     setup.knobs.views.focus, scene.depth);
-    cv::Mat inside = scene.depth(fit.target);
-    refineDepth(fittedPhoto(fit.target), inside, inside);
+    cv::Mat inside = scene.depth(fit.filled());
+    refineDepth(fittedPhoto(fit.filled()), inside, inside);
     return scene;
 }
 
@@ -221,7 +224,7 @@ void chooseAutomatic(Setup& setup, const std::function<Scene(const Setup&)>& fit
                     choices, knobs.framing, knobs.views.focus);
     if (!choices.strength) return;
     cv::Vec2d range;
-    cv::minMaxLoc(fitToNative(setup).depth, &range[0], &range[1]);
+    cv::minMaxLoc(shownDepth(fitToNative(setup)), &range[0], &range[1]);
     knobs.views.strengthPercent = chooseStrength(knobs.views.focus, quiltLayout(setup), range);
 }
 

@@ -32,14 +32,17 @@ QuiltLayout quiltLayout(const Setup& setup);
 /// The part of a photo that the panel shows.
 Framing framingOf(const Setup& setup);
 
+/// How a photo is fitted, with the margins that its views show. @param size of the views
+PhotoFit fitOf(const Setup& setup, cv::Size size);
+
 /// Photo and depth fitted to the panel's shape; empty for quilts and Natives.
 Scene fitted(const Setup& setup, cv::Size size);
 
 /// The photo alone, fitted in this way.
 cv::Mat fittedPhoto(const Setup& setup, cv::Size size);
 
-/// As fitted(), faster, with a photo from fittedPhoto().
-Scene fitted(const Setup& setup, const cv::Mat& fittedPhoto);
+/// As fitted(), faster, with a photo from fittedPhoto() of the same size.
+Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto);
 
 /// Makes the quilt of a photo, or returns the document's quilt.
 /// @param fitted of a photo, from fitted() at the layout's tile size

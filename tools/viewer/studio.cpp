@@ -86,7 +86,7 @@ struct Studio::State {
     Kept<std::tuple<DocumentPointer, std::string>, DepthMap> depth;
     std::string how; // depth of the picture that is being made
     using FitKey = std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, Framing, int,
-                              int, double>;
+                              int, int, double>;
     Kept<FitKey, Scene> preview;
     Kept<FitKey, cv::Mat> photo; // of the preview
     Kept<FitKey, Scene> tiles;
@@ -141,6 +141,7 @@ struct Studio::State {
                 framingOf(setup),
                 size.width,
                 size.height,
+                fitOf(setup, size).fittedSize().width, // with margins, which depend on the strength
                 atFocus ? setup.knobs.views.focus : 0};
     }
 
@@ -151,8 +152,9 @@ struct Studio::State {
     // For the window, with painted depth: only the depth changes from stroke to stroke.
     const Scene& fitPainted(const Setup& setup, cv::Size size) {
         return preview.get(fitKey(how, setup, size), [&] {
-            return fitted(setup, photo.get(fitKey({}, setup, size),
-                                           [&] { return fittedPhoto(setup, size); }));
+            return fitted(setup, size, photo.get(fitKey({}, setup, size), [&] {
+                return fittedPhoto(setup, size);
+            }));
         });
     }
 
@@ -297,10 +299,10 @@ Frame Studio::render(const Request& request) {
         const Scene& fitted = request.painted.depth.empty()
                                   ? state_->fit(state_->preview, setup, size)
                                   : state_->fitPainted(setup, size);
-        frame.depth = fitted.depth;
+        frame.depth = shownDepth(fitted);
         if (request.mode == Mode::Depth) {
             cv::Mat grey;
-            fitted.depth.convertTo(grey, CV_8U, 255);
+            frame.depth.convertTo(grey, CV_8U, 255);
             cv::cvtColor(grey, frame.picture, cv::COLOR_GRAY2BGR);
         } else {
             state_->views.get(state_->viewsKeyOf(setup, size), [&] {

@@ -31,8 +31,8 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     /// The options in use. @return as given to the constructor
     [[nodiscard]] const ViewOptions& options() const { return options_; }
 
-    /// Makes all views. They are rendered at the photo's size and area-averaged into the tiles if
-    /// the sizes differ. Unused tiles are black.
+    /// Makes all views. They are rendered at the photo's size, without its margins (Scene::shown),
+    /// and area-averaged into the tiles if the sizes differ. Unused tiles are black.
     ///
     /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; depth [as the photo,
     ///        CV_32FC1, 0..1, 1 = nearest]; hidden layer of the photo's size or empty
@@ -51,7 +51,7 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     ///
     /// @param scene as for render()
     /// @param position p, camera position, -1 leftmost .. +1 rightmost; any finite number
-    /// @param view [as the photo, CV_8UC3, BGR]; always newly allocated
+    /// @param view [as the photo without margins, CV_8UC3, BGR]; always newly allocated
     /// @throws Error InvalidArgument (position) and as render()
     void renderView(const Scene& scene, double position, cv::Mat& view) const;
     /// The same without a hidden layer.

@@ -38,12 +38,37 @@ struct Framing {
 /// With a zoom above 1, the part that is shown must have at least this many rows and columns.
 constexpr int kMinFramedPixels = 16;
 
-/// The source and target rectangles of a fit.
+/// The source and target rectangles of a fit, and its margins:
+///
+///     picture   |     |<----- source ----->|           |
+///     fitted    |left |<----- size ------->|right|          leftMargin, rightMargin
 struct PhotoFit {
-    cv::Rect source; ///< Part of the picture that is used, in its px.
-    cv::Rect target; ///< Its position in the result, in px; the rest is black.
-    cv::Size size;   ///< Size of the result in px.
+    cv::Rect source; ///< Part of the picture that the panel shows, in its px.
+    cv::Rect target; ///< Its position on the panel, in px; the rest is black.
+    cv::Size size;   ///< Size of the picture on the panel in px.
+    /// Columns of the fitted picture beside `size`. They show what the picture has beside `source`,
+    /// at the same scale. Views from the side show them at the edges of the panel.
+    int leftMargin = 0;
+    int rightMargin = 0; ///< As leftMargin, at the right.
+
+    /// Size of the fitted picture. @return `size` with both margins
+    [[nodiscard]] cv::Size fittedSize() const {
+        return {leftMargin + size.width + rightMargin, size.height};
+    }
+    /// The part of the fitted picture that is not black. @return `target` with both margins
+    [[nodiscard]] cv::Rect filled() const {
+        return {target.x, target.y, leftMargin + target.width + rightMargin, target.height};
+    }
 };
+
+/// Adds margins to a fit, as wide as the picture allows. Bars at the left or right have none.
+///
+/// @param fit without margins, from fitPhoto()
+/// @param picture size of the picture in px that the fit was made for
+/// @param pixels width of each margin, px of the result, 0 or more
+/// @return the fit with margins
+[[nodiscard]] ALTIRO3D_EXPORT PhotoFit withMargins(const PhotoFit& fit, cv::Size picture,
+                                                   int pixels);
 
 /// Computes the fit to the panel's shape. The result may have another shape (square tiles for a
 /// wide panel); the display then stretches it. docs/mathematics.md, (6.1) and (6.2).
@@ -64,9 +89,9 @@ struct PhotoFit {
 ///
 /// @param picture [rows x cols, CV_8UC3, BGR], of the size that the fit was made for
 /// @param fit from fitPhoto()
-/// @param fitted [fit.size, CV_8UC3, BGR], newly allocated; may be `picture` itself
+/// @param fitted [fit.fittedSize(), CV_8UC3, BGR], newly allocated; may be `picture` itself
 /// @throws Error Mismatch (the fit is for another size), InvalidArgument (type, a fit whose target
-///         is not inside its result)
+///         is not inside its result, margins that the picture does not have)
 ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted);
 
 /// Resamples a depth map for a fitted photo. Bars get the depth of the focus, so they do not move.
@@ -74,12 +99,12 @@ ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::M
 /// @param depth [any size, CV_32FC1, 0..1]; covers the whole photo
 /// @param photoSize size in px of the photo that the fit was made for
 /// @param fit from fitPhoto()
-/// @param fittedPhoto [fit.size, CV_8UC3, BGR], the photo after applyFit(); depth edges are aligned
-///        with it
+/// @param fittedPhoto [fit.fittedSize(), CV_8UC3, BGR], the photo after applyFit(); depth edges are
+///        aligned with it
 /// @param focus depth of the bars, 0..1
-/// @param fitted [fit.size, CV_32FC1, 0..1]
+/// @param fitted [fit.fittedSize(), CV_32FC1, 0..1]
 /// @throws Error Mismatch (the fit is for another size, the fitted photo has another size),
-///         InvalidArgument (types, focus, a fit whose target is not inside its result)
+///         InvalidArgument (types, focus, a fit as for applyFit())
 ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
                                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted);
 
@@ -95,7 +120,19 @@ struct Scene {
     cv::Mat photo;        ///< [rows x cols, CV_8UC3, BGR]
     cv::Mat depth;        ///< [CV_32FC1, 0..1, 1 = nearest], shows all of the photo
     HiddenLayer hidden{}; ///< Method Layered shows it instead of a painted background.
+    /// Columns that the panel shows, inside the photo; empty: all. Views have these columns only.
+    /// The other columns are margins, which views from the side show at the edges of the panel.
+    cv::Range shown{};
 };
+
+/// The columns that the panel shows. @param scene a scene @return scene.shown, or all columns
+[[nodiscard]] inline cv::Range shownColumns(const Scene& scene) {
+    return scene.shown.empty() ? cv::Range(0, scene.photo.cols) : scene.shown;
+}
+/// The depth that the panel shows. @param scene a scene @return its depth without margins
+[[nodiscard]] inline cv::Mat shownDepth(const Scene& scene) {
+    return scene.depth.colRange(shownColumns(scene));
+}
 
 /// Fits a photo and its depth map to the panel's shape: applyFit(), applyFitToDepth(), and then
 /// refineDepth() inside the bars.
@@ -103,7 +140,8 @@ struct Scene {
 /// @param scene the photo, of the size that the fit was made for, and its depth map of any size
 /// @param fit from fitPhoto()
 /// @param focus depth of the bars, 0..1
-/// @param fitted both of fit.size; reused if they fit
+/// @param fitted all of fit.fittedSize(), with the margins outside of Scene::shown; reused if they
+/// fit
 /// @param refine how the depth is refined
 /// @throws Error as applyFit(), applyFitToDepth() and refineDepth()
 ALTIRO3D_EXPORT void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,

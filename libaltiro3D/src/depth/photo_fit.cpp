@@ -72,32 +72,57 @@ void fitHidden(const HiddenLayer& hidden, cv::Size photo, const PhotoFit& fit,
     // First shrinks by area average; then an exact affine map, with linear interpolation.
     const cv::Size2d zoom(static_cast<double>(fit.target.width) / fit.source.width,
                           static_cast<double>(fit.target.height) / fit.source.height);
+    const cv::Rect filled = fit.filled();
     const cv::Size smaller(std::clamp(cvRound(photo.width * zoom.width), 1, hidden.photo.cols),
                            std::clamp(cvRound(photo.height * zoom.height), 1, hidden.photo.rows));
     const double scaleX = static_cast<double>(smaller.width) / photo.width;
     const double scaleY = static_cast<double>(smaller.height) / photo.height;
     const cv::Matx23d from(
-        scaleX / zoom.width, 0, fit.source.x * scaleX + 0.5 * scaleX / zoom.width - 0.5, 0,
+        scaleX / zoom.width, 0,
+        fit.source.x * scaleX + (0.5 - fit.leftMargin) * scaleX / zoom.width - 0.5, 0,
         scaleY / zoom.height, fit.source.y * scaleY + 0.5 * scaleY / zoom.height - 0.5);
     for (cv::Mat& plane : planes) {
         if (&plane != &planes[4]) plane.setTo(0, ~known);
         if (smaller != plane.size()) cv::resize(plane, plane, smaller, 0, 0, cv::INTER_AREA);
-        cv::warpAffine(plane.clone(), plane, from, fit.target.size(),
+        cv::warpAffine(plane.clone(), plane, from, filled.size(),
                        cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT);
     }
-    fitted.photo = cv::Mat(fit.size, CV_8UC3, cv::Scalar::all(0));
-    fitted.depth = cv::Mat(fit.size, CV_32FC1);
+    fitted.photo = cv::Mat(fit.fittedSize(), CV_8UC3, cv::Scalar::all(0));
+    fitted.depth = cv::Mat(fit.fittedSize(), CV_32FC1);
     fitted.depth.setTo(std::numeric_limits<float>::quiet_NaN());
-    for (int y = 0; y < fit.target.height; ++y) {
-        auto* const bgr = fitted.photo.ptr<cv::Vec3b>(fit.target.y + y) + fit.target.x;
-        auto* const depth = fitted.depth.ptr<float>(fit.target.y + y) + fit.target.x;
-        for (int x = 0; x < fit.target.width; ++x) {
+    for (int y = 0; y < filled.height; ++y) {
+        auto* const bgr = fitted.photo.ptr<cv::Vec3b>(filled.y + y) + filled.x;
+        auto* const depth = fitted.depth.ptr<float>(filled.y + y) + filled.x;
+        for (int x = 0; x < filled.width; ++x) {
             const float share = planes[4].ptr<float>(y)[x];
             if (share < 0.5F) continue;
             for (int c = 0; c < 3; ++c)
                 bgr[x][c] = cv::saturate_cast<std::uint8_t>(planes[c].ptr<float>(y)[x] / share);
             depth[x] = planes[3].ptr<float>(y)[x] / share;
         }
+    }
+}
+
+// Columns of the picture for each column of the result.
+double columnsPerPixel(const PhotoFit& fit) {
+    return static_cast<double>(fit.source.width) / fit.target.width;
+}
+
+// Columns of the picture that a margin shows, at least 1 and at most all beside the source.
+int marginColumns(const PhotoFit& fit, int margin, int beside) {
+    return std::clamp(cvRound(margin * columnsPerPixel(fit)), 1, beside);
+}
+
+// Resamples to the size of the target: first shrinks by area average, then enlarges by
+// interpolation; each may affect one axis only.
+void resample(const cv::Mat& source, cv::Mat target) {
+    const cv::Size smaller(std::min(source.cols, target.cols), std::min(source.rows, target.rows));
+    cv::Mat shrunk = source;
+    if (smaller != source.size()) cv::resize(source, shrunk, smaller, 0, 0, cv::INTER_AREA);
+    if (smaller == target.size()) {
+        shrunk.copyTo(target);
+    } else {
+        cv::resize(shrunk, target, target.size(), 0, 0, cv::INTER_CUBIC);
     }
 }
 
@@ -111,6 +136,16 @@ void checkFit(const PhotoFit& fit, cv::Size photo) {
           "puts " + sizeText(fit.target.size()) + " px at (" + std::to_string(fit.target.x) + ", " +
               std::to_string(fit.target.y) + "), expected a place inside of its result of " +
               sizeText(fit.size) + " px");
+    const auto exists = [&fit](int margin, bool isBar, int beside) {
+        return margin == 0 ||
+               (margin > 0 && !isBar && margin * columnsPerPixel(fit) <= beside + 1e-6);
+    };
+    check(exists(fit.leftMargin, fit.target.x > 0, fit.source.x) &&
+              exists(fit.rightMargin, fit.target.br().x < fit.size.width,
+                     photo.width - fit.source.br().x),
+          "fit",
+          "has margins of " + std::to_string(fit.leftMargin) + " and " +
+              std::to_string(fit.rightMargin) + " px, expected those of withMargins()");
 }
 
 } // namespace
@@ -153,21 +188,41 @@ PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode
     return fit;
 }
 
+PhotoFit withMargins(const PhotoFit& fit, cv::Size picture, int pixels) {
+    const double perPixel = columnsPerPixel(fit);
+    // Whole px of the picture where it is enlarged, and of the result where it is shrunk.
+    const auto margin = [&](int beside) {
+        constexpr double kRounding = 1e-9;
+        const double columns = std::min<double>(
+            perPixel < 1 ? std::ceil(pixels * perPixel) : pixels * perPixel, beside);
+        return static_cast<int>(columns / perPixel + kRounding);
+    };
+    PhotoFit result = fit;
+    if (fit.target.x == 0) result.leftMargin = margin(fit.source.x);
+    if (fit.target.br().x == fit.size.width)
+        result.rightMargin = margin(picture.width - fit.source.br().x);
+    return result;
+}
+
 void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted) {
     checkType(picture, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     checkFit(fit, picture.size());
-    const cv::Mat source = picture(fit.source);
-    cv::Mat result(fit.size, CV_8UC3); // not `fitted`: it may be the picture itself
-    if (fit.target.size() != fit.size) result.setTo(cv::Scalar::all(0));
-    cv::Mat target = result(fit.target);
-    // First shrinks by area average, then enlarges by interpolation; each may affect one axis only.
-    const cv::Size smaller(std::min(source.cols, target.cols), std::min(source.rows, target.rows));
-    cv::Mat shrunk = source;
-    if (smaller != source.size()) cv::resize(source, shrunk, smaller, 0, 0, cv::INTER_AREA);
-    if (smaller == target.size()) {
-        shrunk.copyTo(target);
-    } else {
-        cv::resize(shrunk, target, target.size(), 0, 0, cv::INTER_CUBIC);
+    cv::Mat result(fit.fittedSize(), CV_8UC3); // not `fitted`: it may be the picture itself
+    const cv::Rect filled = fit.filled();
+    if (filled.size() != result.size()) result.setTo(cv::Scalar::all(0));
+    // The margins apart, so that they do not change what the panel shows.
+    const auto part = [&](cv::Range columns, int from, int width) {
+        const cv::Rect source(columns.start, fit.source.y, columns.size(), fit.source.height);
+        resample(picture(source), result(cv::Rect(from, filled.y, width, filled.height)));
+    };
+    const int begin = fit.source.x;
+    const int end = fit.source.br().x;
+    if (fit.leftMargin > 0)
+        part({begin - marginColumns(fit, fit.leftMargin, begin), begin}, 0, fit.leftMargin);
+    part({begin, end}, fit.leftMargin + fit.target.x, fit.target.width);
+    if (fit.rightMargin > 0) {
+        const int columns = marginColumns(fit, fit.rightMargin, picture.cols - end);
+        part({end, end + columns}, result.cols - fit.rightMargin, fit.rightMargin);
     }
     fitted = result;
 }
@@ -177,23 +232,28 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     checkFit(fit, photoSize);
     checkNumber(focus >= 0 && focus <= 1, "focus", focus, "a depth of 0 (farthest) .. 1 (nearest)");
-    if (fittedPhoto.size() != fit.size) {
+    const cv::Size size = fit.fittedSize();
+    if (fittedPhoto.size() != size) {
         throw Error(ErrorCode::Mismatch, "photo",
-                    "has " + sizeText(fittedPhoto.size()) + " px, expected " + sizeText(fit.size));
+                    "has " + sizeText(fittedPhoto.size()) + " px, expected " + sizeText(size));
     }
     const double scaleX = static_cast<double>(depth.cols) / photoSize.width;
     const double scaleY = static_cast<double>(depth.rows) / photoSize.height;
-    const cv::Rect2d part(fit.source.x * scaleX, fit.source.y * scaleY, fit.source.width * scaleX,
-                          fit.source.height * scaleY);
+    const double perPixel = columnsPerPixel(fit);
+    const double left = fit.leftMargin * perPixel; // columns of the photo
+    const double right = fit.rightMargin * perPixel;
+    const cv::Rect2d part((fit.source.x - left) * scaleX, fit.source.y * scaleY,
+                          (left + fit.source.width + right) * scaleX, fit.source.height * scaleY);
+    const cv::Rect filled = fit.filled();
     cv::Mat inside;
-    fitDepth(depth, part, fittedPhoto(fit.target), inside);
-    if (fit.target.size() == fit.size) {
+    fitDepth(depth, part, fittedPhoto(filled), inside);
+    if (filled.size() == size) {
         fitted = inside;
         return;
     }
-    fitted.create(fit.size, CV_32FC1);
+    fitted.create(size, CV_32FC1);
     fitted.setTo(focus);
-    inside.copyTo(fitted(fit.target));
+    inside.copyTo(fitted(filled));
 }
 
 void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
@@ -204,9 +264,10 @@ void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitt
     applyFit(scene.photo, fit, fitted.photo);
     applyFitToDepth(scene.depth, photoSize, fit, fitted.photo, focus, fitted.depth);
     fitted.hidden = hidden;
+    fitted.shown = {fit.leftMargin, fit.leftMargin + fit.size.width};
     if (refine.keepsDepth()) return;
-    cv::Mat inside = fitted.depth(fit.target);
-    refineDepth(fitted.photo(fit.target), inside, inside, refine);
+    cv::Mat inside = fitted.depth(fit.filled());
+    refineDepth(fitted.photo(fit.filled()), inside, inside, refine);
 }
 
 void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,

@@ -32,7 +32,8 @@ bool blends(const QuiltSampling& sampling) {
     return sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest;
 }
 
-void checkFitted(cv::Size photo, cv::Size expected) {
+void checkFitted(const Scene& fitted, cv::Size expected) {
+    const cv::Size photo(shownColumns(fitted).size(), fitted.photo.rows);
     if (photo == expected) return;
     throw Error(ErrorCode::Mismatch, "fitted photo",
                 "has " + sizeText(photo) + " px, expected " + sizeText(expected) +
@@ -116,17 +117,19 @@ cv::Size NativeMaker::workSize() const {
 PhotoFit NativeMaker::fit(cv::Size photo, double aspect) const {
     const cv::Size panel = impl_->panelSize;
     const double shown = aspect == 0 ? static_cast<double>(panel.width) / panel.height : aspect;
-    return fitPhoto(photo, shown, workSize(), impl_->options.fit, impl_->options.framing);
+    return withMargins(
+        fitPhoto(photo, shown, workSize(), impl_->options.fit, impl_->options.framing), photo,
+        impl_->options.views);
 }
 
 void NativeMaker::makeQuilt(const Scene& fitted, cv::Mat& quilt) const {
-    checkFitted(fitted.photo.size(), workSize());
+    checkFitted(fitted, workSize());
     impl_->quilter.render(fitted, quilt);
 }
 
 void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const {
     if (impl_->direct) {
-        checkFitted(fitted.photo.size(), workSize());
+        checkFitted(fitted, workSize());
         impl_->direct->render(fitted, native);
     } else {
         impl_->overQuilt->render(quilt, native);

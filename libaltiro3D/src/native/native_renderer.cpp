@@ -27,11 +27,12 @@ bool isLarge(const cv::Mat& bgr) {
 }
 
 // For each px of a side of the panel, the px of the photo under it.
-std::vector<int> samplesOf(int panel, int photo, bool mirrored) {
+// @param shown px of the photo that the panel shows
+std::vector<int> samplesOf(int panel, const cv::Range& shown, bool mirrored) {
     std::vector<int> samples(static_cast<std::size_t>(panel));
     for (int i = 0; i < panel; ++i)
         samples[static_cast<std::size_t>(i)] =
-            nearestSample(mirrored ? panel - 1 - i : i, panel, photo);
+            shown.start + nearestSample(mirrored ? panel - 1 - i : i, panel, shown.size());
     return samples;
 }
 
@@ -53,19 +54,22 @@ struct NativeRenderer::Impl {
     cv::Size panelSize() const { return {lens.geometry().panelWidth, lens.geometry().panelHeight}; }
 
     // p S/2 in px of each view of a photo
-    std::vector<double> shiftsOfAllViews(int photoWidth) const {
+    std::vector<double> shiftsOfAllViews(int shownWidth) const {
         std::vector<double> shifts;
         for (int i = 0; i < viewCount; ++i)
-            shifts.push_back(shiftOf(options, photoWidth, viewPosition(i, viewCount)));
+            shifts.push_back(shiftOf(options, shownWidth, viewPosition(i, viewCount)));
         return shifts;
     }
 
-    // @param columns, rowOf column and row of the photo under each column and row of the panel
-    void renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo,
-                         const std::vector<int>& columns, const std::vector<int>& rowOf,
+    // Where the photo is on the panel.
+    struct Samples {
+        int shownWidth;           // px of the photo that the panel shows
+        std::vector<int> columns; // column of the photo under each column of the panel
+        std::vector<int> rows;    // as columns
+    };
+    void renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo, const Samples& samples,
                          cv::Mat& native) const;
-    void renderRows(const ViewRenderer& renderer, const cv::Mat& photo,
-                    const std::vector<int>& columns, const std::vector<int>& rowOf,
+    void renderRows(const ViewRenderer& renderer, const cv::Mat& photo, const Samples& samples,
                     cv::Mat& native) const;
 };
 
@@ -95,13 +99,13 @@ const ViewOptions& NativeRenderer::options() const {
 
 // Reads each sub-pixel separately.
 void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo,
-                                           const std::vector<int>& columns,
-                                           const std::vector<int>& rowOf, cv::Mat& native) const {
-    const float halfParallax = halfParallaxOf(options, photo.cols);
+                                           const Samples& samples, cv::Mat& native) const {
+    const std::vector<int>& columns = samples.columns;
+    const float halfParallax = halfParallaxOf(options, samples.shownWidth);
     const auto width = static_cast<std::size_t>(native.cols);
     const auto largestShift = static_cast<double>(halfParallax);
     const double steps = renderer.shiftSteps(largestShift);
-    const WholeShifts wholeShiftsOfViews(shiftsOfAllViews(photo.cols), steps);
+    const WholeShifts wholeShiftsOfViews(shiftsOfAllViews(samples.shownWidth), steps);
     forRows(native.rows, [&](const cv::Range& rows) {
         const std::unique_ptr<SubpixelSampler> sampler = renderer.sampler(columns, largestShift);
         std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(width);
@@ -142,7 +146,7 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
         };
         int open = -1;
         for (int y = rows.start; y < rows.end; ++y) {
-            const int row = rowOf[static_cast<std::size_t>(y)];
+            const int row = samples.rows[static_cast<std::size_t>(y)];
             auto* pixels = native.ptr<std::uint8_t>(y);
             if (row != open) sampler->open(row);
             if (sampler->still()) {
@@ -169,9 +173,8 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
 // Renders one row of all views at a time and picks sub-pixels from it. For panels that show most
 // pixels of the views more than once.
 void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Mat& photo,
-                                      const std::vector<int>& columns,
-                                      const std::vector<int>& rowOf, cv::Mat& native) const {
-    const std::vector<double> shifts = shiftsOfAllViews(photo.cols);
+                                      const Samples& samples, cv::Mat& native) const {
+    const std::vector<double> shifts = shiftsOfAllViews(samples.shownWidth);
     const auto width = static_cast<std::size_t>(native.cols);
     const auto rowBytes = 3 * static_cast<std::size_t>(photo.cols);
     forRows(native.rows, [&](const cv::Range& rows) {
@@ -181,13 +184,13 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
         std::vector<std::uint8_t*> targets;
         for (std::size_t i = 0; i < static_cast<std::size_t>(viewCount); ++i)
             targets.push_back(viewRows.data() + i * rowBytes);
-        ViewColumns viewColumns(columns);
+        ViewColumns viewColumns(samples.columns);
         std::vector<std::uint8_t> views = paddedRow<std::uint8_t>(width);
         std::array<std::vector<std::uint8_t>, 3> planes; // blue, green, red
         planes.fill(paddedRow<std::uint8_t>(width));
         int open = -1;
         for (int y = rows.start; y < rows.end; ++y) {
-            const int row = rowOf[static_cast<std::size_t>(y)];
+            const int row = samples.rows[static_cast<std::size_t>(y)];
             if (row != open) {
                 rowRenderer->render(row, shifts, targets);
                 viewColumns.set(targets, rowBytes);
@@ -211,17 +214,18 @@ void NativeRenderer::render(const Scene& scene, cv::Mat& native) const {
     checkApart(native, photo, "native", "photo");
     checkApart(native, scene.depth, "native", "depth");
     native.create(self.panelSize(), CV_8UC3);
-    const std::vector<int> columns = samplesOf(native.cols, photo.cols, geometry.mirrorX);
-    const std::vector<int> rowOf = samplesOf(native.rows, photo.rows, geometry.mirrorY);
-    const double samples = 1.0 * self.viewCount * static_cast<double>(photo.total());
+    const cv::Range shown = shownColumns(scene);
+    const Impl::Samples samples{shown.size(), samplesOf(native.cols, shown, geometry.mirrorX),
+                                samplesOf(native.rows, cv::Range(0, photo.rows), geometry.mirrorY)};
+    const double viewPixels = 1.0 * self.viewCount * photo.rows * shown.size();
     const double subpixels = 3.0 * static_cast<double>(native.total());
-    const bool mostAreShown = kSamplesPerSubpixel * subpixels > samples &&
+    const bool mostAreShown = kSamplesPerSubpixel * subpixels > viewPixels &&
                               self.viewCount <= static_cast<int>(ViewColumns::kMaxViews);
     if (self.positions == ViewPositions::Discrete && mostAreShown &&
         self.options.method == ViewMethod::Layered) {
-        self.renderRows(*renderer, photo, columns, rowOf, native);
+        self.renderRows(*renderer, photo, samples, native);
     } else {
-        self.renderSubpixels(*renderer, photo, columns, rowOf, native);
+        self.renderSubpixels(*renderer, photo, samples, native);
     }
 }
 

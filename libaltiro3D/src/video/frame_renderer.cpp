@@ -101,9 +101,9 @@ class ViewsRenderer : public FrameRenderer {
         }
         ownMemory(result);
         const PhotoFit fit = fitted(frame);
-        refine(frame, fit.target);
+        refine(frame, fit.filled());
         if (quilter_) {
-            quilter_->render(fitted_.photo, fitted_.depth, result);
+            quilter_->render(fitted_, result);
         } else {
             if (maker_->path() == NativePath::OverQuilt) maker_->makeQuilt(fitted_, quilt_);
             maker_->makeNative(fitted_, quilt_, result);
@@ -115,7 +115,7 @@ class ViewsRenderer : public FrameRenderer {
         const bool isChosen = wanted_.any() && (!isChosen_ || frame.step.cut);
         if (!isChosen && !isMeasured(frame)) return;
         const PhotoFit fit = fitted(frame);
-        measure(frame, fit.target);
+        measure(frame, fit.filled());
     }
 
     std::vector<SceneChoice> choices() const override { return choices_; }
@@ -174,8 +174,9 @@ class ViewsRenderer : public FrameRenderer {
             choices_.push_back({static_cast<double>(frame.source.pts), options_.framing,
                                 options_.views.focus, options_.views.strengthPercent});
         }
-        const PhotoFit fit =
-            fitPhoto(scene.photo.size(), aspect, workSize_, options_.fit, options_.framing);
+        const PhotoFit fit = withMargins(
+            fitPhoto(scene.photo.size(), aspect, workSize_, options_.fit, options_.framing),
+            scene.photo.size(), options_.views);
         fitScene(scene, fit, options_.views.focus, fitted_, kAsItIs);
         return fit;
     }

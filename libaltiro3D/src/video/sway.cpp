@@ -60,8 +60,10 @@ struct PhotoScene {
 
 void renderView(const PhotoScene& scene, double position, cv::Mat& picture) {
     const cv::Mat& photo = scene.scene.photo;
-    picture.create(photo.size(), CV_8UC3);
-    renderWhole(*scene.renderer, shiftOf(scene.options, photo.cols, position), picture);
+    const cv::Range shown = shownColumns(scene.scene);
+    picture.create(photo.rows, shown.size(), CV_8UC3);
+    renderShown(*scene.renderer, photo.size(), shown,
+                shiftOf(scene.options, shown.size(), position), picture);
 }
 
 } // namespace

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
@@ -29,25 +30,37 @@ void Depth2Quilt::render(const Scene& scene, cv::Mat& quilt) const {
     for (int unused = layout_.viewCount; unused < layout_.columns * layout_.rows; ++unused) {
         quilt(layout_.tile(unused)).setTo(cv::Scalar::all(0));
     }
+    const cv::Range shown = shownColumns(scene);
     std::vector<double> shifts;
     for (int i = 0; i < layout_.viewCount; ++i)
-        shifts.push_back(shiftOf(options_, photo.cols, viewPosition(i, layout_.viewCount)));
-    const bool direct = photo.size() == layout_.tileSize;
-    if (direct && renderer->makesRows()) {
+        shifts.push_back(shiftOf(options_, shown.size(), viewPosition(i, layout_.viewCount)));
+    const bool hasMargins = shown.size() != photo.cols;
+    const bool isTileSize = cv::Size(shown.size(), photo.rows) == layout_.tileSize;
+    if (isTileSize && renderer->makesRows()) {
+        const auto rowBytes = 3 * static_cast<std::size_t>(photo.cols);
         forRows(photo.rows, [&](const cv::Range& rows) {
             const std::unique_ptr<RowRenderer> rowRenderer = renderer->rowRenderer();
+            std::vector<std::uint8_t> whole(hasMargins ? rowBytes * shifts.size() : 0);
+            std::vector<std::uint8_t*> tiles(shifts.size());
             std::vector<std::uint8_t*> targets(shifts.size());
+            for (std::size_t i = 0; hasMargins && i < targets.size(); ++i)
+                targets[i] = whole.data() + i * rowBytes;
             for (int y = rows.start; y < rows.end; ++y) {
                 for (int i = 0; i < layout_.viewCount; ++i) {
                     const cv::Point corner = layout_.tile(i).tl();
-                    targets[static_cast<std::size_t>(i)] =
+                    tiles[static_cast<std::size_t>(i)] =
                         quilt.ptr<std::uint8_t>(corner.y + y, corner.x);
                 }
-                rowRenderer->render(y, shifts, targets);
+                rowRenderer->render(y, shifts, hasMargins ? targets : tiles);
+                for (std::size_t i = 0; hasMargins && i < tiles.size(); ++i) {
+                    std::memcpy(tiles[i], targets[i] + 3 * static_cast<std::ptrdiff_t>(shown.start),
+                                3 * static_cast<std::size_t>(shown.size()));
+                }
             }
         });
         return;
     }
+    const bool direct = isTileSize && !hasMargins;
     // the views at +-p in pairs
     cv::parallel_for_(cv::Range(0, (layout_.viewCount + 1) / 2), [&](const cv::Range& pairs) {
         cv::Mat whole[2];
@@ -67,7 +80,8 @@ void Depth2Quilt::render(const Scene& scene, cv::Mat& quilt) const {
             }
             for (int i = 0; i < 2 && !direct; ++i)
                 if (i == 0 || views[0] != views[1])
-                    cv::resize(whole[i], tiles[i], tiles[i].size(), 0, 0, cv::INTER_AREA);
+                    cv::resize(whole[i].colRange(shown), tiles[i], tiles[i].size(), 0, 0,
+                               cv::INTER_AREA);
         }
     });
 }
@@ -79,8 +93,10 @@ void Depth2Quilt::renderView(const Scene& scene, double position, cv::Mat& view)
     }
     const std::unique_ptr<ViewRenderer> renderer =
         makeRenderer(scene, options_, std::max(1.0, std::abs(position)));
-    cv::Mat result(scene.photo.size(), CV_8UC3);
-    renderWhole(*renderer, shiftOf(options_, scene.photo.cols, position), result);
+    const cv::Range shown = shownColumns(scene);
+    cv::Mat result(scene.photo.rows, shown.size(), CV_8UC3);
+    renderShown(*renderer, scene.photo.size(), shown, shiftOf(options_, shown.size(), position),
+                result);
     view = result;
 }
 

@@ -11,7 +11,9 @@ Network2Quilt::Network2Quilt(DepthNetwork network, const QuiltLayout& layout,
 }
 
 void Network2Quilt::render(const cv::Mat& photo, cv::Mat& quilt) {
-    const PhotoFit fit = fitPhoto(photo.size(), panelAspect_, depth2quilt_.layout().tileSize, fit_);
+    const PhotoFit fit =
+        withMargins(fitPhoto(photo.size(), panelAspect_, depth2quilt_.layout().tileSize, fit_),
+                    photo.size(), depth2quilt_.options());
     network_.estimate(photo, depth_);
     Scene fitted;
     fitScene({photo, depth_}, fit, depth2quilt_.options().focus, fitted);

@@ -14,7 +14,7 @@ std::unique_ptr<ViewRenderer> rendererOf(const Scene& scene, const ViewOptions& 
                                          double reach) {
     const cv::Mat& photo = scene.photo;
     const cv::Mat& depth = scene.depth;
-    const double largestShift = shiftOf(options, photo.cols, reach);
+    const double largestShift = shiftOf(options, shownColumns(scene).size(), reach);
     switch (options.method) {
     case ViewMethod::Fast:
         return makeFastRenderer(photo, depth, options, largestShift);
@@ -48,6 +48,10 @@ std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions
                             " px, expected those of the photo, " + sizeText(scene.photo.size()));
         }
     }
+    const cv::Range shown = shownColumns(scene);
+    check(shown.start >= 0 && shown.end <= scene.photo.cols, "shown columns",
+          "are " + std::to_string(shown.start) + ".." + std::to_string(shown.end - 1) +
+              ", expected columns of the photo, 0.." + std::to_string(scene.photo.cols - 1));
     try {
         return rendererOf(scene, options, reach);
     } catch (const std::bad_alloc&) {

@@ -14,7 +14,8 @@ namespace altiro3D {
 ///        NaN counts as 0; hidden layer of the photo's size or empty
 /// @param options method and its options; must be valid
 /// @param reach largest |position| of the views
-/// @throws Error InvalidArgument (types, sizes), Mismatch, TooLarge, OutOfMemory
+/// @return renders views of all columns, with the shifts of the shown ones
+/// @throws Error InvalidArgument (types, sizes, shown columns), Mismatch, TooLarge, OutOfMemory
 std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions& options,
                                            double reach);
 

@@ -19,6 +19,17 @@ void forRows(int rows, const std::function<void(const cv::Range&)>& body) {
     cv::parallel_for_(cv::Range(0, rows), body, kPartsPerThread * cv::getNumThreads());
 }
 
+void renderShown(const ViewRenderer& renderer, cv::Size photo, cv::Range shown, double shiftPixels,
+                 cv::Mat& view) {
+    if (shown.size() == photo.width) {
+        renderWhole(renderer, shiftPixels, view);
+        return;
+    }
+    cv::Mat whole(photo, CV_8UC3);
+    renderWhole(renderer, shiftPixels, whole);
+    whole.colRange(shown).copyTo(view);
+}
+
 void renderWhole(const ViewRenderer& renderer, double shiftPixels, cv::Mat& view) {
     if (!renderer.makesRows()) {
         renderer.render(shiftPixels, view);

@@ -126,6 +126,12 @@ void forRows(int rows, const std::function<void(const cv::Range&)>& body);
 /// ViewRenderer::render(), on all threads if the method supports rows.
 void renderWhole(const ViewRenderer& renderer, double shiftPixels, cv::Mat& view);
 
+/// renderWhole(), without the margins of the photo.
+/// @param photo its size @param shown columns that the panel shows
+/// @param view [photo rows x shown columns, CV_8UC3, BGR], allocated
+void renderShown(const ViewRenderer& renderer, cv::Size photo, cv::Range shown, double shiftPixels,
+                 cv::Mat& view);
+
 /// S/2 in px for pictures of the given width.
 float halfParallaxOf(const ViewOptions& options, int width);
 

@@ -151,6 +151,100 @@ TEST(PhotoFit, DepthFollowsTheSameCropAsThePhoto) {
     EXPECT_FLOAT_EQ(fitted.at<float>(3, 29), 64 / 99.0F);
 }
 
+// A photo whose blue is twice the column, and whose depth rises along the columns.
+altiro3D::Scene columnsScene() {
+    altiro3D::Scene scene{cv::Mat(30, 100, CV_8UC3, cv::Scalar::all(0)),
+                          cv::Mat(30, 100, CV_32FC1)};
+    for (int x = 0; x < 100; ++x) {
+        scene.photo.col(x).setTo(cv::Scalar(2 * x, 0, 0));
+        scene.depth.col(x).setTo((x + 0.5) / 100);
+    }
+    return scene;
+}
+
+TEST(PhotoFit, MarginsShowWhatThePhotoHasBesideThePart) {
+    const altiro3D::Scene scene = columnsScene();
+    const DepthRefineOptions asItIs{DepthFlaws()};
+    struct Case {
+        double centre;
+        cv::Range source, left, right; // columns of the photo
+    };
+    for (const Case& one :
+         {Case{0.5, {35, 65}, {25, 35}, {65, 75}}, Case{0.2, {5, 35}, {0, 5}, {35, 45}},
+          Case{1, {70, 100}, {60, 70}, {}}}) {
+        const PhotoFit plain =
+            fitPhoto(scene.photo.size(), 1, {30, 30}, FitMode::Cover, {{one.centre, 0.5}, 1});
+        ASSERT_EQ(cv::Range(plain.source.x, plain.source.br().x), one.source);
+        const PhotoFit fit = withMargins(plain, scene.photo.size(), 10);
+        EXPECT_EQ(fit.source, plain.source);
+        EXPECT_EQ(fit.leftMargin, one.left.size());
+        EXPECT_EQ(fit.rightMargin, one.right.size());
+        altiro3D::Scene fitted;
+        fitScene(scene, fit, 0.5, fitted, asItIs);
+        const cv::Range all(one.left.start, one.source.end + one.right.size());
+        EXPECT_TRUE(samePicture(fitted.photo, scene.photo.colRange(all)));
+        EXPECT_LT(cv::norm(fitted.depth, scene.depth.colRange(all), cv::NORM_INF), 1e-6);
+        EXPECT_EQ(fitted.shown, cv::Range(one.left.size(), one.left.size() + 30));
+        EXPECT_EQ(shownColumns(fitted), fitted.shown);
+        EXPECT_EQ(shownDepth(fitted).cols, 30);
+    }
+    EXPECT_EQ(shownColumns(scene), cv::Range(0, 100));
+}
+
+TEST(PhotoFit, MarginsHaveTheScaleOfThePartAndDoNotChangeIt) {
+    const altiro3D::Scene scene = columnsScene();
+    const DepthRefineOptions asItIs{DepthFlaws()};
+    for (const cv::Size size :
+         {cv::Size(11, 11), cv::Size(30, 30), cv::Size(71, 71), cv::Size(300, 7)}) {
+        const PhotoFit plain = fitPhoto(scene.photo.size(), 1, size);
+        const PhotoFit fit = withMargins(plain, scene.photo.size(), 9);
+        ASSERT_GE(fit.leftMargin, 8);
+        ASSERT_GE(fit.rightMargin, 8);
+        altiro3D::Scene fitted;
+        fitScene(scene, fit, 0.5, fitted, asItIs);
+        cv::Mat shown;
+        applyFit(scene.photo, plain, shown);
+        EXPECT_TRUE(samePicture(fitted.photo.colRange(fitted.shown), shown));
+        const double perPixel = static_cast<double>(plain.source.width) / size.width;
+        for (int x = 0; x < fitted.photo.cols; ++x) {
+            // the column of the photo at the middle of this px
+            const double place = plain.source.x + (x + 0.5 - fit.leftMargin) * perPixel;
+            EXPECT_NEAR(fitted.depth.at<float>(3, x), place / 100, 0.5 / 100 + 1e-6) << size << x;
+            // a column at most from the place, as margins are made of whole columns
+            EXPECT_NEAR(fitted.photo.at<cv::Vec3b>(3, x)[0], 2 * (place - 0.5), 2.5) << size << x;
+        }
+    }
+}
+
+TEST(PhotoFit, BarsAndWholePhotosHaveNoMargins) {
+    const auto margins = [](cv::Size photo, FitMode mode, double zoom) {
+        const PhotoFit fit =
+            withMargins(fitPhoto(photo, 1, {40, 40}, mode, {{0.5, 0.5}, zoom}), photo, 10);
+        return cv::Vec2i(fit.leftMargin, fit.rightMargin);
+    };
+    EXPECT_EQ(margins({90, 90}, FitMode::Cover, 1), cv::Vec2i(0, 0));
+    EXPECT_EQ(margins({60, 90}, FitMode::Cover, 1), cv::Vec2i(0, 0));
+    EXPECT_EQ(margins({90, 60}, FitMode::Stretch, 1), cv::Vec2i(0, 0));
+    EXPECT_EQ(margins({90, 60}, FitMode::Contain, 1), cv::Vec2i(0, 0));
+    EXPECT_EQ(margins({60, 90}, FitMode::Contain, 1), cv::Vec2i(0, 0));   // bars at the sides
+    EXPECT_EQ(margins({90, 60}, FitMode::Contain, 2), cv::Vec2i(10, 10)); // bars above and below
+    EXPECT_EQ(margins({90, 90}, FitMode::Cover, 2), cv::Vec2i(10, 10));
+}
+
+TEST(PhotoFit, MarginsThatThePhotoDoesNotHaveAreNamed) {
+    const altiro3D::Scene scene = columnsScene();
+    const PhotoFit plain = fitPhoto(scene.photo.size(), 1, {30, 30});
+    cv::Mat out;
+    for (const cv::Vec2i& margins : {cv::Vec2i(36, 0), cv::Vec2i(0, 36), cv::Vec2i(-1, 0)}) {
+        PhotoFit fit = plain;
+        fit.leftMargin = margins[0];
+        fit.rightMargin = margins[1];
+        EXPECT_NE(errorOf([&] { applyFit(scene.photo, fit, out); }).find("fit: has margins of "),
+                  std::string::npos)
+            << margins;
+    }
+}
+
 TEST(PhotoFit, ViewsAreFittedOneByOneInTheShapeTheyShow) {
     QuiltLayout layout;
     layout.columns = 3;

@@ -5,6 +5,7 @@
 #include "support/displays.hpp"
 #include "support/random_pictures.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
@@ -28,18 +29,20 @@ altiro3D::Scene photoWithDepth() {
 cv::Mat overQuilt(const Display& display, const altiro3D::Scene& scene,
                   const NativeOptions& options) {
     const cv::Size work = options.keepResolution ? display.panelSize() : display.quilt.tileSize;
-    const PhotoFit fit =
-        fitPhoto(scene.photo.size(), display.aspect(), work, options.fit, options.framing);
+    const PhotoFit fit = withMargins(
+        fitPhoto(scene.photo.size(), display.aspect(), work, options.fit, options.framing),
+        scene.photo.size(), options.views);
     cv::Mat photo;
     cv::Mat depth;
     applyFit(scene.photo, fit, photo);
     applyFitToDepth(scene.depth, scene.photo.size(), fit, photo, options.views.focus, depth);
     cv::Mat inside; // the bars are not refined
-    refineDepth(photo(fit.target), depth(fit.target), inside, options.refine);
-    inside.copyTo(depth(fit.target));
+    refineDepth(photo(fit.filled()), depth(fit.filled()), inside, options.refine);
+    inside.copyTo(depth(fit.filled()));
     cv::Mat quilt;
     cv::Mat native;
-    Depth2Quilt(display.quilt, options.views).render(photo, depth, quilt);
+    const cv::Range shown(fit.leftMargin, fit.leftMargin + work.width);
+    Depth2Quilt(display.quilt, options.views).render({photo, depth, {}, shown}, quilt);
     Quilt2Native(display.calibration, display.quilt, options.sampling, display.invert)
         .render(quilt, native);
     return native;
@@ -68,7 +71,7 @@ TEST(NativeMaker, GivesWhatTheStepsGiveForEachMethodFitAndSampling) {
     }
 }
 
-TEST(NativeMaker, FramingIsTheSameOnBothPathsAndShowsThatPartAlone) {
+TEST(NativeMaker, FramingIsTheSameOnBothPathsAndShowsThatPartAndItsMarginsAlone) {
     const Display display = smallDisplay();
     const altiro3D::Scene scene = photoWithDepth();
     NativeOptions options;
@@ -81,14 +84,21 @@ TEST(NativeMaker, FramingIsTheSameOnBothPathsAndShowsThatPartAlone) {
     maker.makeNative(scene, native);
     EXPECT_TRUE(samePicture(native, overQuilt(display, scene, options)));
     EXPECT_FALSE(samePicture(native, usual));
-    // px outside of the part do not matter; given whole depth px, nor does depth
+    // px outside of the part and its margins do not matter; given whole depth px, nor does depth
     altiro3D::Scene other{scene.photo.clone(), cv::Mat(scene.photo.size(), CV_32FC1, 0.4F)};
     maker.makeNative(other, usual);
     cv::Mat inside;
     const PhotoFit fit = maker.fit(scene.photo.size());
-    other.photo(fit.source).copyTo(inside);
+    const auto columns = [&fit](int margin) {
+        return static_cast<int>(std::ceil(1.0 * margin * fit.source.width / fit.size.width));
+    };
+    cv::Rect used = fit.source;
+    used.x -= columns(fit.leftMargin);
+    used.width += columns(fit.leftMargin) + columns(fit.rightMargin);
+    ASSERT_GT(used.width, fit.source.width);
+    other.photo(used).copyTo(inside);
     other.photo.setTo(cv::Scalar(1, 2, 3));
-    inside.copyTo(other.photo(fit.source));
+    inside.copyTo(other.photo(used));
     maker.makeNative(other, native);
     EXPECT_TRUE(samePicture(native, usual));
 }

@@ -112,7 +112,7 @@ class VideoConverterTest : public ::testing::Test {
         altiro3D::Scene fitted;
         fitScene(first, fit, options.views.focus, fitted, asItIs);
         options.refine.flaws =
-            measureDepthFlaws(fitted.photo(fit.target), fitted.depth(fit.target));
+            measureDepthFlaws(fitted.photo(fit.filled()), fitted.depth(fit.filled()));
         return options;
     }
 

@@ -82,6 +82,43 @@ TEST(Depth2Quilt, FastTakesPlacesToTheNearestOf32PerPixelAlmostAlways) {
     EXPECT_LT(unlike, all / 20); // halves, and places that steps of shift and offset move
 }
 
+// A photo with margins, and the whole photo with the same shifts in px: the same views, cut.
+TEST(Depth2Quilt, ViewsShowTheMarginsOfThePhoto) {
+    const cv::Size whole(80, 48);
+    const cv::Range shown(12, 72);
+    const altiro3D::Scene all{randomPhoto(whole), randomDepth(whole)};
+    altiro3D::Scene scene = all;
+    scene.shown = shown;
+    for (const ViewMethod method : {ViewMethod::Fast, ViewMethod::Real, ViewMethod::Layered}) {
+        ViewOptions options = viewsOf(20, 0.4); // 6 px of 60
+        options.method = method;
+        ViewOptions same = options;
+        same.strengthPercent = 15; // 6 px of 80
+        for (const cv::Size tile : {cv::Size(60, 48), cv::Size(25, 20)}) {
+            const QuiltLayout layout{3, 2, tile, 5};
+            cv::Mat quilt;
+            Depth2Quilt(layout, options).render(scene, quilt);
+            ASSERT_EQ(quilt.size(), layout.size());
+            for (int i = 0; i < layout.viewCount; ++i) {
+                const double position = -1 + 0.5 * i;
+                cv::Mat view;
+                cv::Mat expected;
+                Depth2Quilt(layout, options).renderView(scene, position, view);
+                Depth2Quilt(layout, same).renderView(all, position, expected);
+                EXPECT_TRUE(samePicture(view, expected.colRange(shown))) << position;
+                cv::resize(view, view, tile, 0, 0, cv::INTER_AREA);
+                EXPECT_TRUE(samePicture(quilt(layout.tile(i)), view)) << position;
+            }
+        }
+    }
+    scene.shown = {12, 81};
+    cv::Mat view;
+    EXPECT_NE(errorOf([&] {
+                  maker(10, 0.5).renderView(scene, 1, view);
+              }).find("shown columns: are 12..80, expected columns of the photo, 0..79"),
+              std::string::npos);
+}
+
 // The rule of signs: nearer things move against the camera.
 TEST(Depth2Quilt, NearThingsMoveAgainstTheCamera) {
     cv::Mat photo(9, 200, CV_8UC3, cv::Scalar::all(0));

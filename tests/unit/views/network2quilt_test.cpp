@@ -43,8 +43,9 @@ TEST_F(Network2QuiltOfAFile, IsEstimateAndFitSceneAndDepth2Quilt) {
             cv::Mat expected;
             Scene fitted;
             same.estimate(photo, depth);
-            fitScene({photo, depth}, fitPhoto(size, 0.75, {30, 40}, mode), 0.3, fitted);
-            Depth2Quilt(layout_, options).render(fitted.photo, fitted.depth, expected);
+            const PhotoFit fit = withMargins(fitPhoto(size, 0.75, {30, 40}, mode), size, options);
+            fitScene({photo, depth}, fit, 0.3, fitted);
+            Depth2Quilt(layout_, options).render(fitted, expected);
             EXPECT_TRUE(samePicture(quilt, expected)) << size;
             EXPECT_TRUE(samePicture(maker.depth(), depth)) << size;
             EXPECT_EQ(maker.depth().size(), cv::Size(32, 24));

@@ -19,6 +19,29 @@ cv::Size downscaledSize(cv::Size size, int longestSide) {
     return {scaled(size.width), scaled(size.height)};
 }
 
+namespace {
+
+// Division of numbers below 256 * divisor, as a multiplication where that is exact.
+class Divisor {
+  public:
+    explicit Divisor(std::uint64_t divisor)
+        : divisor_(divisor), factor_(divisor < kTooLarge ? (1ULL << kShift) / divisor + 1 : 0) {}
+    std::uint64_t quotient(std::uint64_t number) const {
+        return factor_ > 0 ? number * factor_ >> kShift : number / divisor_;
+    }
+    std::uint64_t half() const { return divisor_ / 2; }
+
+  private:
+    // The factor is too large by at most 1, which adds number / 2^kShift to the quotient. That is
+    // less than 1 / divisor, so the next whole number is not reached.
+    static constexpr int kShift = 54;
+    static constexpr std::uint64_t kTooLarge = 1ULL << 23;
+    std::uint64_t divisor_;
+    std::uint64_t factor_;
+};
+
+} // namespace
+
 // Reads the photo and writes its area average with at most `longestSide` px per side; memory limits
 // the speed. Integer sums make the result exact. The blocks are placed symmetrically, so a mirrored
 // photo gives the mirrored result.
@@ -32,6 +55,18 @@ cv::Mat downscale(const cv::Mat& photo, int longestSide) {
     const auto blockEnd = [](int i, int from, int to) {
         return static_cast<int>((static_cast<std::int64_t>(i + 1) * from + to - 1) / to);
     };
+    struct Block {
+        std::size_t left;
+        std::size_t width;
+    };
+    std::vector<Block> blocks;
+    std::size_t widest = 0;
+    for (int x = 0; x < small.cols; ++x) {
+        const int left = blockBegin(x, photo.cols, small.cols);
+        const int width = blockEnd(x, photo.cols, small.cols) - left;
+        blocks.push_back({static_cast<std::size_t>(left), static_cast<std::size_t>(width)});
+        widest = std::max(widest, blocks.back().width);
+    }
     cv::parallel_for_(cv::Range(0, small.rows), [&](const cv::Range& range) {
         std::vector<std::uint32_t> sums(static_cast<std::size_t>(photo.cols) * 3);
         for (int y = range.start; y < range.end; ++y) {
@@ -44,20 +79,18 @@ cv::Mat downscale(const cv::Mat& photo, int longestSide) {
                     sums[i] += source[i];
             }
             uchar* out = small.ptr<uchar>(y);
-            for (int x = 0; x < small.cols; ++x) {
-                const int left = blockBegin(x, photo.cols, small.cols);
-                const int right = blockEnd(x, photo.cols, small.cols);
+            const auto height = static_cast<std::size_t>(bottom - top);
+            const Divisor counts[] = {Divisor(widest * height), // px of a block, by its width
+                                      Divisor(std::max<std::size_t>(widest - 1, 1) * height),
+                                      Divisor((std::max<std::size_t>(widest, 3) - 2) * height)};
+            for (const Block& block : blocks) {
                 std::array<std::uint64_t, 3> total{};
-                for (int sourceX = left; sourceX < right; ++sourceX) {
-                    const std::size_t i = static_cast<std::size_t>(sourceX) * 3;
+                for (std::size_t i = block.left; i < block.left + block.width; ++i)
                     for (std::size_t c = 0; c < 3; ++c)
-                        total[c] += sums[i + c];
-                }
-                const std::uint64_t count = static_cast<std::uint64_t>(right - left) *
-                                            static_cast<std::uint64_t>(bottom - top);
-                for (std::size_t c = 0; c < 3; ++c)
-                    out[3 * x + static_cast<int>(c)] =
-                        static_cast<uchar>((total[c] + count / 2) / count);
+                        total[c] += sums[3 * i + c];
+                const Divisor& count = counts[widest - block.width];
+                for (const std::uint64_t sum : total)
+                    *out++ = static_cast<uchar>(count.quotient(sum + count.half()));
             }
         }
     });

@@ -6,6 +6,7 @@
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
 #include "support/processors.hpp"
+#include "support/reference.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -21,8 +22,11 @@ using altiro3D::estimateDepthFromCues;
 using altiro3D::rankCorrelation;
 using altiro3D::test::dataPath;
 using altiro3D::test::errorOf;
+using altiro3D::test::forEachInstructionSet;
+using altiro3D::test::referenceDepthFromCues;
 using altiro3D::test::RestoredThreads;
 using altiro3D::test::samePicture;
+using altiro3D::test::sourcePath;
 
 namespace {
 
@@ -183,6 +187,26 @@ TEST(DepthCues, TheNumberOfThreadsDoesNotChangeABit) {
             cv::setNumThreads(threads);
             EXPECT_TRUE(samePicture(depthOf(photo), expected)) << threads << " threads";
         }
+    }
+}
+
+// Few colours and flat parts have many equal differences, where the order of the scans matters.
+TEST(DepthCues, TheResultIsThatOfTheSlowTwinOnAllInstructionSets) {
+    std::vector<cv::Mat> photos;
+    for (const cv::Size& size : {cv::Size(1, 1), cv::Size(2, 3), cv::Size(1, 47), cv::Size(53, 1),
+                                 cv::Size(17, 16), cv::Size(97, 53), cv::Size(331, 239)}) {
+        photos.push_back(noisePhoto(size));
+        photos.emplace_back(photos.back() & cv::Scalar::all(0xC0));
+        photos.emplace_back();
+        cv::GaussianBlur(noisePhoto(size), photos.back(), {}, 4);
+    }
+    photos.push_back(meadow(cv::Size(1203, 902)));
+    photos.push_back(cv::imread(sourcePath("docs/examples/sample.jpg").string()));
+    for (const cv::Mat& photo : photos) {
+        const cv::Mat expected = referenceDepthFromCues(photo);
+        forEachInstructionSet([&](const char* name) {
+            EXPECT_TRUE(samePicture(depthOf(photo), expected)) << name << ", " << photo.size();
+        });
     }
 }
 

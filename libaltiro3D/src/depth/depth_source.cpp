@@ -76,9 +76,13 @@ class NetworkSource : public DepthSource {
     // of the cues, because they follow the photo; the result therefore has the size of the cues.
     void mix(const cv::Mat& image, cv::Mat& raw) {
         cv::Mat depth;
-        network_->estimate(image, depth);
         cv::Mat cues;
-        estimateDepthFromCues(image, cues);
+        // the network's layers are too small to occupy all threads
+        std::launch when = std::launch::deferred;
+        if (cv::getNumThreads() > 1) when |= std::launch::async;
+        std::future<void> estimated = std::async(when, [&] { estimateDepthFromCues(image, cues); });
+        network_->estimate(image, depth);
+        estimated.get();
         cv::resize(depth, depth, cues.size(), 0, 0, cv::INTER_LINEAR);
         const double sigma = kLayoutSigma * std::max(cues.cols, cues.rows);
         cv::Mat layout;

@@ -1,6 +1,7 @@
 #include "altiro3D/depth_source.hpp"
 
 #include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "depth/depth_cues_row.hpp"
 #include "depth/depth_guide.hpp"
 #include "depth/depth_regions.hpp"

@@ -16,51 +16,8 @@ namespace altiro3D {
 
 namespace {
 
-// One pass of a separable filter with a symmetric kernel; px at the border are repeated.
-void blur(const cv::Mat& depth, const std::vector<float>& half, cv::Mat& blurred, cv::Mat& buffer) {
-    const int radius = static_cast<int>(half.size()) - 1;
-    buffer.create(depth.size(), CV_32FC1);
-    blurred.create(depth.size(), CV_32FC1);
-    const auto count = static_cast<std::size_t>(depth.cols);
-    cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
-        for (int y = range.start; y < range.end; ++y) {
-            auto* const to = buffer.ptr<float>(y);
-            const auto* const here = depth.ptr<float>(y);
-            for (std::size_t x = 0; x < count; ++x)
-                to[x] = half[0] * here[x];
-            for (int k = 1; k <= radius; ++k) {
-                const auto* const above = depth.ptr<float>(std::max(y - k, 0));
-                const auto* const below = depth.ptr<float>(std::min(y + k, depth.rows - 1));
-                const float weight = half[static_cast<std::size_t>(k)];
-                for (std::size_t x = 0; x < count; ++x)
-                    to[x] += weight * (above[x] + below[x]);
-            }
-        }
-    });
-    cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
-        const auto reach = static_cast<std::size_t>(radius);
-        std::vector<float> row(count + 2 * reach);
-        for (int y = range.start; y < range.end; ++y) {
-            const auto* const from = buffer.ptr<float>(y);
-            std::fill_n(row.begin(), reach, from[0]);
-            std::copy_n(from, count, row.begin() + radius);
-            std::fill_n(row.begin() + radius + static_cast<std::ptrdiff_t>(count), reach,
-                        from[count - 1]);
-            auto* const to = blurred.ptr<float>(y);
-            const float* const middle = row.data() + reach;
-            for (std::size_t x = 0; x < count; ++x)
-                to[x] = half[0] * middle[x];
-            for (std::size_t k = 1; k <= reach; ++k) {
-                const float weight = half[k];
-                for (std::size_t x = 0; x < count; ++x)
-                    to[x] += weight * (middle[x + k] + *(middle + x - k));
-            }
-        }
-    });
-}
-
-// Undoes most of a Gaussian blur (van Cittert 1931): thin things get their height back.
-void deblur(double sigma, cv::Mat& depth) {
+// The weights of a Gaussian from its middle to one side.
+std::vector<float> gaussian(double sigma) {
     const int radius = std::max(1, static_cast<int>(std::ceil(2.5 * sigma)));
     std::vector<float> half;
     double sum = 0;
@@ -71,18 +28,55 @@ void deblur(double sigma, cv::Mat& depth) {
     }
     for (float& weight : half)
         weight = static_cast<float>(static_cast<double>(weight) / sum);
-    const cv::Mat given = depth.clone();
-    cv::Mat blurred;
-    cv::Mat buffer;
+    return half;
+}
+
+// Columns of depth, blurred; px at the border are repeated.
+void blurDown(const cv::Mat& depth, const std::vector<float>& half, cv::Mat& blurred) {
+    cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
+        std::vector<const float*> above(half.size());
+        std::vector<const float*> below(half.size());
+        for (int y = range.start; y < range.end; ++y) {
+            for (std::size_t k = 1; k < half.size(); ++k) {
+                const int distance = static_cast<int>(k);
+                above[k] = depth.ptr<float>(std::max(y - distance, 0));
+                below[k] = depth.ptr<float>(std::min(y + distance, depth.rows - 1));
+            }
+            filterRow(depth.ptr<float>(y), above.data(), below.data(), half.data(), half.size() - 1,
+                      static_cast<std::size_t>(depth.cols), blurred.ptr<float>(y));
+        }
+    });
+}
+
+// Undoes most of a Gaussian blur (van Cittert 1931): thin things get their height back.
+// @param depth equal to `given` @param buffer of the same size
+void deblur(const cv::Mat& given, double sigma, cv::Mat& depth, cv::Mat& buffer) {
+    const std::vector<float> half = gaussian(sigma);
+    const std::size_t reach = half.size() - 1;
+    const auto count = static_cast<std::size_t>(depth.cols);
     constexpr int kPasses = 3;
     for (int pass = 0; pass < kPasses; ++pass) {
-        blur(depth, half, blurred, buffer);
+        blurDown(depth, half, buffer);
         cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
+            std::vector<float> row(count + 2 * reach); // the border repeated on both sides
+            std::vector<float> soft(count);
+            std::vector<const float*> before(half.size());
+            std::vector<const float*> after(half.size());
+            float* const middle = row.data() + reach;
+            for (std::size_t k = 1; k <= reach; ++k) {
+                before[k] = row.data() + (reach - k);
+                after[k] = middle + k;
+            }
             for (int y = range.start; y < range.end; ++y) {
+                const auto* const columns = buffer.ptr<float>(y);
+                std::fill_n(row.data(), reach, columns[0]);
+                std::copy_n(columns, count, middle);
+                std::fill_n(middle + count, reach, columns[count - 1]);
+                filterRow(middle, before.data(), after.data(), half.data(), reach, count,
+                          soft.data());
                 const auto* const from = given.ptr<float>(y);
-                const auto* const soft = blurred.ptr<float>(y);
                 auto* const to = depth.ptr<float>(y);
-                for (int x = 0; x < depth.cols; ++x)
+                for (std::size_t x = 0; x < count; ++x)
                     to[x] = std::clamp(to[x] + (from[x] - soft[x]), 0.0F, 1.0F);
             }
         });
@@ -90,8 +84,7 @@ void deblur(double sigma, cv::Mat& depth) {
 }
 
 // Squared slope.
-void slopes(const cv::Mat& depth, cv::Mat& result) {
-    result.create(depth.size(), CV_32FC1);
+void findSlopes(const cv::Mat& depth, cv::Mat& result) {
     cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
         for (int y = range.start; y < range.end; ++y) {
             const auto* const above = depth.ptr<float>(std::max(y - 1, 0));
@@ -109,26 +102,35 @@ void slopes(const cv::Mat& depth, cv::Mat& result) {
 
 // What a square window around each px holds.
 struct Surroundings {
+    explicit Surroundings(cv::Size size)
+        : least(size, CV_32FC1), most(size, CV_32FC1), steepest(size, CV_32FC1),
+          slopes(size, CV_32FC1) {}
+
+    void find(const cv::Mat& depth, int radius);
+
     cv::Mat least;    // depth
     cv::Mat most;     // depth
     cv::Mat steepest; // largest squared slope
+    cv::Mat slopes;   // squared
 };
 
-// @param result its memory is reused
-void findSurroundings(const cv::Mat& depth, int radius, Surroundings& result) {
+void Surroundings::find(const cv::Mat& depth, int radius) {
     const cv::Mat window = cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8UC1);
-    slopes(depth, result.steepest);
-    const auto prepare = [&](int which) {
-        constexpr int kBorder = cv::BORDER_REPLICATE | cv::BORDER_ISOLATED;
-        if (which == 0) cv::erode(depth, result.least, window, {-1, -1}, 1, kBorder);
-        if (which == 1) cv::dilate(depth, result.most, window, {-1, -1}, 1, kBorder);
-        if (which == 2) cv::dilate(result.steepest, result.steepest, window, {-1, -1}, 1, kBorder);
-    };
-    // OpenCV uses one thread for each
-    cv::parallel_for_(cv::Range(0, 3), [&](const cv::Range& range) {
-        for (int which = range.start; which < range.end; ++which)
-            prepare(which);
-    });
+    findSlopes(depth, slopes);
+    // OpenCV's filters use one thread. They read the rows around a part of a picture, and here no
+    // columns beside it.
+    const cv::Mat alone(depth.size(), CV_32FC1, const_cast<uchar*>(depth.data), depth.step);
+    cv::parallel_for_(
+        cv::Range(0, depth.rows),
+        [&](const cv::Range& rows) {
+            cv::Mat part = least.rowRange(rows);
+            cv::erode(alone.rowRange(rows), part, window, {-1, -1}, 1, cv::BORDER_REPLICATE);
+            part = most.rowRange(rows);
+            cv::dilate(alone.rowRange(rows), part, window, {-1, -1}, 1, cv::BORDER_REPLICATE);
+            part = steepest.rowRange(rows);
+            cv::dilate(slopes.rowRange(rows), part, window, {-1, -1}, 1, cv::BORDER_REPLICATE);
+        },
+        cv::getNumThreads());
 }
 
 // Takes deblurred depth back where the given depth is steeper than a blur leaves it: there a hard
@@ -136,7 +138,7 @@ void findSurroundings(const cv::Mat& depth, int radius, Surroundings& result) {
 void keepHardSteps(const cv::Mat& given, double sigma, Surroundings& around, cv::Mat& depth) {
     constexpr float kSoft = 1.8F; // a blurred step has 1, a blurred line 1.5
     constexpr float kHard = 2.4F;
-    findSurroundings(given, static_cast<int>(std::lround(2 * sigma)), around);
+    around.find(given, static_cast<int>(std::lround(2 * sigma)));
     const auto stepWidth = static_cast<float>(std::sqrt(2 * CV_PI) * sigma);
     cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
         for (int y = range.start; y < range.end; ++y) {
@@ -231,10 +233,14 @@ class StepPlanes {
   public:
     // @param margin largest reach of the taps
     StepPlanes(const cv::Mat& photo, int margin)
-        : margin_(margin), blueGreen_(emptyPlane(photo.size(), CV_32S)),
-          red_(emptyPlane(photo.size(), CV_32S)), depth_(emptyPlane(photo.size(), CV_32F)) {
+        : margin_(margin), blueGreen_(emptyPlane(photo.size(), CV_32SC1)),
+          red_(emptyPlane(photo.size(), CV_32SC1)), depth_(emptyPlane(photo.size(), CV_32FC1)),
+          inside_(depth_(cv::Rect({margin_, 0}, photo.size()))) {
         cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
             for (int y = range.start; y < range.end; ++y) {
+                clearMargins(blueGreen_.ptr<std::int32_t>(y));
+                clearMargins(red_.ptr<std::int32_t>(y));
+                clearMargins(depth_.ptr<float>(y));
                 const auto* bgr = photo.ptr<std::uint8_t>(y);
                 auto* const blueGreen = blueGreen_.ptr<std::int32_t>(y) + margin_;
                 auto* const red = red_.ptr<std::int32_t>(y) + margin_;
@@ -245,9 +251,8 @@ class StepPlanes {
             }
         });
     }
-    void setDepth(const cv::Mat& depth) {
-        depth.copyTo(depth_(cv::Rect({margin_, 0}, depth.size())));
-    }
+    const cv::Mat& depth() const { return inside_; }
+    void setDepth(const cv::Mat& depth) { depth.copyTo(inside_); }
     // Elements from row to row.
     std::ptrdiff_t stride() const { return depth_.cols; }
     // @return the planes of row y
@@ -262,13 +267,19 @@ class StepPlanes {
   private:
     cv::Mat emptyPlane(cv::Size size, int type) const {
         const int padding = 2 * margin_ + static_cast<int>(kRowPadding);
-        return cv::Mat::zeros(size.height, size.width + padding, type);
+        return cv::Mat(size.height, size.width + padding, type);
+    }
+    template <class T>
+    void clearMargins(T* row) const {
+        std::fill_n(row, margin_, T{0});
+        std::fill(row + margin_ + inside_.cols, row + depth_.cols, T{0});
     }
 
     int margin_;
     cv::Mat blueGreen_;
     cv::Mat red_;
     cv::Mat depth_;
+    cv::Mat inside_; // depth_ without its margins
 };
 
 // Parameters that were measured on the scenes of docs/lab/views.md.
@@ -291,16 +302,13 @@ float sideOf(float place, const StepSide& nearSide, const StepSide& farSide) {
 class Sharpener {
   public:
     // @param given the depth that stays where the photo has no edge
-    // @param depth the depth of which steps are made
     // @param part px within this part of a step's height from its middle are decided
-    // @param planes @param around their memory is used
-    Sharpener(const cv::Mat& given, const cv::Mat& depth, double width, float part,
-              StepPlanes& planes, Surroundings& around)
-        : given_(given), depth_(depth), width_(static_cast<float>(width)), part_(part),
-          planes_(planes), around_(around), taps_(windowOf(radiusFor(width))) {
-        findSurroundings(depth, radiusFor(width), around);
-        planes.setDepth(depth);
-    }
+    // @param planes the depth of which steps are made, and the photo
+    // @param around what surrounds each px, of radiusFor(width)
+    Sharpener(const cv::Mat& given, double width, float part, const StepPlanes& planes,
+              const Surroundings& around)
+        : given_(given), depth_(planes.depth()), width_(static_cast<float>(width)), part_(part),
+          planes_(planes), around_(around), taps_(windowOf(radiusFor(width))) {}
 
     // @param to row y of the result, which holds the depth
     void row(int y, StepBuffers& buffers, float* to) const {
@@ -384,28 +392,27 @@ void sharpenSteps(const cv::Mat& photo, double softness, double overshoot, cv::M
     // More shows that depth was enlarged, not blurred. Among wide steps other things add to it.
     const double overshootOfBlur = softness < 3 ? 0.01 : 0.02;
     const cv::Mat given = depth.clone();
-    Surroundings around;
+    Surroundings around(depth.size());
     double width = softness;
     if (overshoot < overshootOfBlur) {
         const double sigma = (softness + 1) / 2.5;
-        deblur(sigma, depth);
+        deblur(given, sigma, depth, around.slopes);
         keepHardSteps(given, sigma, around, depth);
         width /= 2;
     }
     StepPlanes planes(photo, radiusFor(std::max(width, kLeftWidth)));
-    cv::Mat before;
     const auto sharpen = [&](const cv::Mat& flat, double ramp, float part) {
-        const Sharpener sharpener(flat, before, ramp, part, planes, around);
+        around.find(depth, radiusFor(ramp));
+        planes.setDepth(depth);
+        const Sharpener sharpener(flat, ramp, part, planes, around);
         cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
             StepBuffers buffers(static_cast<std::size_t>(depth.cols));
             for (int y = range.start; y < range.end; ++y)
                 sharpener.row(y, buffers, depth.ptr<float>(y));
         });
     };
-    depth.copyTo(before);
     sharpen(given, width, kWholeStep);
-    depth.copyTo(before);
-    sharpen(before, kLeftWidth, kMiddle);
+    sharpen(planes.depth(), kLeftWidth, kMiddle);
 }
 
 } // namespace altiro3D

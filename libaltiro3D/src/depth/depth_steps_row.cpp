@@ -89,6 +89,26 @@ void sumStepSidesOn(const StepRow& row, const float* HWY_RESTRICT colorWeight,
     }
 }
 
+// Reads the rows of the filter, writes one row. Loads limit the speed, two per weight.
+void filterRowOn(const float* HWY_RESTRICT middle, const float* const* before,
+                 const float* const* after, const float* HWY_RESTRICT weights, std::size_t reach,
+                 std::size_t count, float* HWY_RESTRICT to) {
+    const auto filter = [&](auto d, std::size_t x) HWY_ATTR {
+        auto sum = hn::Mul(hn::Set(d, weights[0]), hn::LoadU(d, middle + x));
+        for (std::size_t k = 1; k <= reach; ++k) {
+            const auto both = hn::Add(hn::LoadU(d, before[k] + x), hn::LoadU(d, after[k] + x));
+            sum = hn::Add(sum, hn::Mul(hn::Set(d, weights[k]), both));
+        }
+        hn::StoreU(sum, d, to + x);
+    };
+    const Floats d;
+    std::size_t x = 0;
+    for (; x + hn::Lanes(d) <= count; x += hn::Lanes(d))
+        filter(d, x);
+    for (; x < count; ++x)
+        filter(hn::CappedTag<float, 1>(), x);
+}
+
 } // namespace HWY_NAMESPACE
 } // namespace altiro3D
 HWY_AFTER_NAMESPACE();
@@ -97,10 +117,16 @@ HWY_AFTER_NAMESPACE();
 namespace altiro3D {
 
 HWY_EXPORT(sumStepSidesOn);
+HWY_EXPORT(filterRowOn);
 
 void sumStepSides(const StepRow& row, const float* colorWeight, const StepSums& nearSide,
                   const StepSums& farSide) {
     HWY_DYNAMIC_DISPATCH(sumStepSidesOn)(row, colorWeight, nearSide, farSide);
+}
+
+void filterRow(const float* middle, const float* const* before, const float* const* after,
+               const float* weights, std::size_t reach, std::size_t count, float* to) {
+    HWY_DYNAMIC_DISPATCH(filterRowOn)(middle, before, after, weights, reach, count, to);
 }
 
 } // namespace altiro3D

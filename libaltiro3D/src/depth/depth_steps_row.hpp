@@ -48,4 +48,12 @@ struct StepSums {
 void sumStepSides(const StepRow& row, const float* colorWeight, const StepSums& nearSide,
                   const StepSums& farSide);
 
+/// A symmetric filter of `count` values: to[x] = weights[0] middle[x] + the sum of weights[k]
+/// (before[k][x] + after[k][x]) for k = 1..reach, added in this order.
+///
+/// @param before @param after `reach` + 1 pointers; those at 0 are not used
+/// @param to result; must not overlap the others
+void filterRow(const float* middle, const float* const* before, const float* const* after,
+               const float* weights, std::size_t reach, std::size_t count, float* to);
+
 } // namespace altiro3D

@@ -13,12 +13,14 @@ inline float withinRange(float value) {
 /// A copy of a depth map with all values in 0..1; NaN becomes 0.
 inline cv::Mat withinRange(const cv::Mat& depth) {
     cv::Mat result(depth.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y) {
-        const float* const from = depth.ptr<float>(y);
-        float* const to = result.ptr<float>(y);
-        for (int x = 0; x < depth.cols; ++x)
-            to[x] = withinRange(from[x]);
-    }
+    cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& rows) {
+        for (int y = rows.start; y < rows.end; ++y) {
+            const float* const from = depth.ptr<float>(y);
+            float* const to = result.ptr<float>(y);
+            for (int x = 0; x < depth.cols; ++x)
+                to[x] = withinRange(from[x]);
+        }
+    });
     return result;
 }
 

@@ -2,7 +2,7 @@
 // program that handles one frame after the other: infer, 48 x cv::remap, look-up table, encode with
 // the same codec settings. All in one run, in turns; quote ratios.
 //
-//   altiro3D_video_speed VIDEO2NATIVE CLIP NETWORK.onnx PROFILE.json [ROUNDS]
+//   altiro3D_video_speed VIDEO2NATIVE CLIP NETWORK.onnx PROFILE.json [ROUNDS [SETTING]]
 
 #include "altiro3D/altiro3D.hpp"
 #include "paper_pipeline.hpp"
@@ -142,7 +142,7 @@ double median(std::vector<double> values) {
 int main(int argc, char** argv) {
     if (argc < 5) {
         std::fprintf(stderr, "usage: altiro3D_video_speed VIDEO2NATIVE CLIP NETWORK.onnx "
-                             "PROFILE.json [ROUNDS]\n");
+                             "PROFILE.json [ROUNDS [SETTING]]\n");
         return 2;
     }
     try {
@@ -157,17 +157,24 @@ int main(int argc, char** argv) {
         const std::string command = "'" + std::string(argv[1]) + "' -y -c '" + sample.string() +
                                     "' -n '" + argv[3] + "' --net-profile '" + argv[4] + "' '" +
                                     clip.string() + "' '" + out.string() + "'";
+        std::vector<Setting> settings(std::begin(kSettings), std::end(kSettings));
+        if (argc > 6) {
+            const std::string only = argv[6];
+            settings.erase(std::remove_if(settings.begin(), settings.end(),
+                                          [&](const Setting& one) { return one.name != only; }),
+                           settings.end());
+        }
         std::map<std::string, std::vector<double>> plain;
         std::map<std::string, std::vector<double>> ours;
         for (int round = 0; round < rounds; ++round) {
-            for (const Setting& setting : kSettings) {
+            for (const Setting& setting : settings) {
                 plain[setting.name].push_back(plainRate(clip, network, calibration, setting, out));
                 ours[setting.name].push_back(toolRate(command, setting, directory));
             }
         }
         std::printf(
             "\n| video2native | fps | plain serial way, fps | ratio |\n|---|---:|---:|---:|\n");
-        for (const Setting& setting : kSettings) {
+        for (const Setting& setting : settings) {
             const double a = median(ours[setting.name]);
             const double b = median(plain[setting.name]);
             std::printf("| %s | %.1f | %.1f | %.1f x |\n", setting.name, a, b, a / b);

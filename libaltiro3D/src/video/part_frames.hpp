@@ -56,6 +56,7 @@ class PartFrames {
     std::string subject_;
     std::string codec_;
     VideoInput::Kind kind_;
+    bool isLive_; // frames are delivered as they arrive
     double unit_; // s
     VideoPackets& packets_;
     FrameDecoder& decoder_;

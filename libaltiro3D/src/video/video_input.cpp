@@ -284,6 +284,8 @@ void openDecoder(VideoInput& input, int threads) {
     checkMemory(input.decoder.get());
     if (avcodec_parameters_to_context(input.decoder.get(), &parameters) < 0) checkMemory(nullptr);
     input.decoder->thread_count = threads;
+    // Threads that decode one frame each hold a frame per thread back, and a camera's are shown.
+    if (input.kind == Kind::Device) input.decoder->thread_type = FF_THREAD_SLICE;
     input.decoder->pkt_timebase = input.stream->time_base;
     input.decoder->max_pixels = static_cast<std::int64_t>(kMaxImagePixels);
     const int result = avcodec_open2(input.decoder.get(), codec, nullptr);

@@ -564,10 +564,29 @@ struct SideSums {
     double color = 0;
 };
 
+// r, k, m and h of 4a.4, and the part of px that are decided.
+struct StepRule {
+    double width;
+    int r;
+    int samples;
+    double part;
+    double depthWeight;
+    double colorWeight;
+    double minHeight;
+};
+
+StepRule evenStepRule(double width, double part) {
+    return {width, std::max(2, static_cast<int>(std::lround(0.8 * width))), 6, part, 6, 1, 0.03};
+}
+
+StepRule unevenStepRule(double width) {
+    return {width, std::max(2, static_cast<int>(std::lround(width))), 4, 1, 1.2, 0.6, 0.08};
+}
+
 // (4.8) to (4.11)
 double sharpenedPixel(const cv::Mat& photo, const cv::Mat& given, const cv::Mat& depth,
-                      const cv::Mat& squaredSlope, double width, double part, cv::Point at) {
-    const int r = std::max(2, static_cast<int>(std::lround(0.8 * width)));
+                      const cv::Mat& squaredSlope, const StepRule& rule, cv::Point at) {
+    const int r = rule.r;
     const double own = depth.at<double>(at);
     double least = own;
     double most = own;
@@ -580,8 +599,9 @@ double sharpenedPixel(const cv::Mat& photo, const cv::Mat& given, const cv::Mat&
         }
     }
     const double height = most - least;
-    if (height < 0.03 || height > 1.5 * (width + 1) * std::sqrt(steepest)) return own;
-    const int stride = (r + 5) / 6;
+    if (height < rule.minHeight || height > 1.5 * (rule.width + 1) * std::sqrt(steepest))
+        return own;
+    const int stride = (r + rule.samples - 1) / rule.samples;
     SideSums sides[2]; // far, near
     for (int j = -(r / stride); j <= r / stride; ++j) {
         for (int i = -(r / stride); i <= r / stride; ++i) {
@@ -609,37 +629,39 @@ double sharpenedPixel(const cv::Mat& photo, const cv::Mat& given, const cv::Mat&
     }
     const auto& [far, near] = sides;
     const double place = (own - far.depth) / (near.depth - far.depth);
-    if (std::abs(place - 0.5) > part) return own;
+    if (std::abs(place - 0.5) > rule.part) return own;
     if (far.color > 0.8 && near.color > 0.8) return given.at<double>(at);
-    const double vote = 6 * (2 * place - 1) + std::log((near.color + 0.02) / (far.color + 0.02));
+    const double vote = rule.depthWeight * (2 * place - 1) +
+                        rule.colorWeight * std::log((near.color + 0.02) / (far.color + 0.02));
     return far.depth + (near.depth - far.depth) * (std::clamp(vote, -1.0, 1.0) + 1) / 2;
 }
 
 } // namespace
 
-cv::Mat referenceSharpenSteps(const cv::Mat& photo, double softness, double overshoot,
-                              const cv::Mat& depth) {
+cv::Mat referenceSharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, const cv::Mat& depth) {
+    const double softness = flaws.softnessPixels;
     cv::Mat given;
     depth.convertTo(given, CV_64F);
     cv::Mat source = given;
-    double width = softness;
-    if (overshoot < (softness < 3 ? 0.01 : 0.02)) {
+    StepRule rule = evenStepRule(softness, 1);
+    if (flaws.isUneven) {
+        rule = unevenStepRule(softness);
+    } else if (flaws.overshoot < (softness < 3 ? 0.01 : 0.02)) {
         const double sigma = (softness + 1) / 2.5;
         source = withHardSteps(given, deblurred(given, sigma), sigma);
-        width /= 2;
+        rule = evenStepRule(softness / 2, 1);
     }
-    const auto pass = [&](const cv::Mat& flat, const cv::Mat& from, double ramp, double part) {
+    const auto pass = [&](const cv::Mat& flat, const cv::Mat& from, const StepRule& how) {
         const cv::Mat squares = squaredSlopes(from);
         cv::Mat to(from.size(), CV_64F);
         for (int y = 0; y < from.rows; ++y)
             for (int x = 0; x < from.cols; ++x)
-                to.at<double>(y, x) =
-                    sharpenedPixel(photo, flat, from, squares, ramp, part, {x, y});
+                to.at<double>(y, x) = sharpenedPixel(photo, flat, from, squares, how, {x, y});
         return to;
     };
-    const cv::Mat once = pass(given, source, width, 1);
+    const cv::Mat once = pass(given, source, rule);
     cv::Mat result;
-    pass(once, once, 2, 0.3).convertTo(result, CV_32F);
+    pass(once, once, evenStepRule(2, 0.3)).convertTo(result, CV_32F);
     return result;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/calibration.hpp"
+#include "altiro3D/depth_map.hpp"
 #include "altiro3D/quilt.hpp"
 
 #include <array>
@@ -75,8 +76,7 @@ cv::Mat referenceReturnDetail(const cv::Mat& measured, const cv::Mat& smooth);
 /// sharpenSteps(): per px and in double, from the formulas of docs/mathematics.md, 4a.4.
 /// @param photo [CV_8UC3] @param depth [as photo, CV_32FC1, 0..1]
 /// @return [as photo, CV_32FC1]
-cv::Mat referenceSharpenSteps(const cv::Mat& photo, double softness, double overshoot,
-                              const cv::Mat& depth);
+cv::Mat referenceSharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, const cv::Mat& depth);
 
 /// subjectWeights() of a photo of at most 320 px per side: per px, directly from the formula.
 /// @param photo [CV_8UC3] @param depth [CV_32FC1] @return [CV_32SC1]

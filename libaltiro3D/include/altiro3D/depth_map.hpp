@@ -101,7 +101,8 @@ ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthS
 /// How a depth map as a whole differs from its photo. All zero: no flaw was found.
 struct DepthFlaws {
     /// Width over which depth steps are spread, px, 0..64; 0 for hard steps. A Gaussian blur of
-    /// sigma s gives 2.5 s - 1.
+    /// sigma s gives 2.5 s - 1. The first quartile if all steps are about as soft, otherwise the
+    /// median.
     double softnessPixels = 0;
     /// Soft steps overshoot on both sides, by this part of their height, -1..1. Enlarged depth
     /// does, blurred depth does not (0 or less).
@@ -112,6 +113,9 @@ struct DepthFlaws {
     cv::Point shiftPixels;
     /// Standard deviation of the noise on surfaces, in units of depth, 0..1.
     double noise = 0;
+    /// The steps differ in softness, as those of depth networks do; blurred or enlarged depth has
+    /// equally soft steps. Without effect on hard steps.
+    bool isUneven = false;
 
     /// Whether there is any flaw. @return true if a member is not 0
     [[nodiscard]] bool any() const {

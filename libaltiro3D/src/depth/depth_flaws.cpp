@@ -216,6 +216,21 @@ class Alignment {
     std::array<std::array<double, 2 * kReach + 1>, 4> share_{};
 };
 
+// Slopes look like wide steps, so a low quantile is the width of steps. If some steps are hard, all
+// are.
+void measureSoftness(const Steps& steps, DepthFlaws& flaws) {
+    constexpr double kHardWidth = 1.05; // middle of the bin
+    constexpr double kMinSoftness = 1;
+    constexpr double kEven = 0.7; // blurred and enlarged depth has 0.76 or more, networks' 0.62
+    const double narrow = steps.width.quantile(0.1);
+    const double usual = steps.width.quantile(0.25);
+    if (narrow - kHardWidth < kMinSoftness) return;
+    flaws.isUneven = narrow < kEven * usual;
+    const double width = flaws.isUneven ? steps.width.quantile(0.5) : usual;
+    flaws.softnessPixels = std::min(width - kHardWidth, 64.0);
+    flaws.overshoot = steps.overshoot.quantile(0.5);
+}
+
 constexpr double kMinGain = 1.08; // of the alignment, for a correction
 
 void findDisplacement(const Steps& steps, DepthFlaws& flaws) {
@@ -271,7 +286,6 @@ DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
     checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
     cv::Mat clean = withinRange(depth);
     constexpr double kMinNoise = 0.005;
-    constexpr double kMinSoftness = 1;
     constexpr std::int64_t kMinSteps = 100; // fewer may look alike by chance
     DepthFlaws flaws;
     // Exact depth in few levels also has differences: noise is stronger, or grows with the
@@ -287,14 +301,7 @@ DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
     const Steps steps =
         findSteps(photo, clean, std::max(kMinHeight, static_cast<float>(4 * flaws.noise)));
     if (steps.count < kMinSteps) return flaws;
-    // Slopes look like wide steps, so a low quantile is the width of steps. If some steps are hard,
-    // all are.
-    constexpr double kHardWidth = 1.05; // middle of the bin
-    const double softness = steps.width.quantile(0.25) - kHardWidth;
-    if (steps.width.quantile(0.1) - kHardWidth >= kMinSoftness) {
-        flaws.softnessPixels = std::min(softness, 64.0);
-        flaws.overshoot = steps.overshoot.quantile(0.5);
-    }
+    measureSoftness(steps, flaws);
     findDisplacement(steps, flaws);
     return flaws;
 }

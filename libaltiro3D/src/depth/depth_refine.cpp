@@ -64,9 +64,7 @@ void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
     if (flaws.shiftPixels != cv::Point()) result = unshifted(result, flaws.shiftPixels);
     const int growth = static_cast<int>(std::lround(flaws.growthPixels));
     if (growth != 0) shrink(result, growth);
-    if (flaws.softnessPixels > 0) {
-        sharpenSteps(photo, flaws.softnessPixels, flaws.overshoot, result);
-    }
+    if (flaws.softnessPixels > 0) sharpenSteps(photo, flaws, result);
     result.copyTo(refined);
 }
 

@@ -165,14 +165,22 @@ struct Tap {
     float weight;
 };
 
-int radiusFor(double width) {
-    return std::max(2, static_cast<int>(std::lround(0.8 * width)));
-}
+// How the px of a step are decided.
+struct StepRule {
+    double width;      // of the steps, px
+    int radius;        // of the window that decides on a px
+    int samples;       // the window has at most this many on each side of the px
+    float part;        // px within this part of a step's height from its middle are decided
+    float depthWeight; // of the place of a px between the sides
+    float colorWeight; // of its colour
+    float minHeight;   // of a step, in units of depth
+};
 
 // The neighbourhood of a px that decides to which side it belongs.
-std::vector<Tap> windowOf(int radius) {
+std::vector<Tap> windowOf(const StepRule& rule) {
     std::vector<Tap> taps;
-    const int stride = (radius + 5) / 6; // large windows are sampled
+    const int radius = rule.radius;
+    const int stride = (radius + rule.samples - 1) / rule.samples; // large windows are sampled
     const int reach = radius / stride * stride;
     for (int y = -reach; y <= reach; y += stride) {
         for (int x = -reach; x <= reach; x += stride) {
@@ -288,27 +296,39 @@ constexpr float kWholeStep = 1;     // px farther from the middle belong to some
 constexpr float kMiddle = 0.3F;     // px that are left between the sides after the first pass
 constexpr double kLeftWidth = 2;    // width of what is left
 constexpr float kSimilar = 0.8F;    // a px that is so similar to both sides is no edge
-constexpr float kHardness = 6;      // weight of the depth of a px against its colour
+
+// Equally soft steps of a width: the depth knows well where they are.
+StepRule evenRule(double width) {
+    const int radius = std::max(2, static_cast<int>(std::lround(0.8 * width)));
+    return {width, radius, 6, kWholeStep, 6, 1, kMinHeight};
+}
+
+// Steps of differing softness: the colour counts more, in a wide window. Where it says nothing,
+// they stay soft. In so wide a window, the lower ones are slopes of a surface.
+StepRule unevenRule(double width) {
+    const int radius = std::max(2, static_cast<int>(std::lround(width)));
+    return {width, radius, 4, kWholeStep, 1.2F, 0.6F, 0.08F};
+}
 
 // The depth of a px in a step: 0 far, 1 near, from its own place between the sides and its colour.
-float sideOf(float place, const StepSide& nearSide, const StepSide& farSide) {
+float sideOf(const StepRule& rule, float place, const StepSide& nearSide, const StepSide& farSide) {
     constexpr float kFloor = 0.02F; // the photo may contradict, but not for ever
     const double color =
         std::log(static_cast<double>((nearSide.color + kFloor) / (farSide.color + kFloor)));
-    const double side = static_cast<double>(kHardness * (2 * place - 1)) + color;
+    const double side = static_cast<double>(rule.depthWeight * (2 * place - 1)) +
+                        static_cast<double>(rule.colorWeight) * color;
     return static_cast<float>((std::clamp(side, -1.0, 1.0) + 1) / 2);
 }
 
 class Sharpener {
   public:
     // @param given the depth that stays where the photo has no edge
-    // @param part px within this part of a step's height from its middle are decided
     // @param planes the depth of which steps are made, and the photo
-    // @param around what surrounds each px, of radiusFor(width)
-    Sharpener(const cv::Mat& given, double width, float part, const StepPlanes& planes,
+    // @param around what surrounds each px, of rule.radius
+    Sharpener(const cv::Mat& given, const StepRule& rule, const StepPlanes& planes,
               const Surroundings& around)
-        : given_(given), depth_(planes.depth()), width_(static_cast<float>(width)), part_(part),
-          planes_(planes), around_(around), taps_(windowOf(radiusFor(width))) {}
+        : given_(given), depth_(planes.depth()), rule_(rule), planes_(planes), around_(around),
+          taps_(windowOf(rule)) {}
 
     // @param to row y of the result, which holds the depth
     void row(int y, StepBuffers& buffers, float* to) const {
@@ -340,11 +360,11 @@ class Sharpener {
         const auto* const most = around_.most.ptr<float>(y);
         const auto* const steepest = around_.steepest.ptr<float>(y);
         const auto* const depth = depth_.ptr<float>(y);
-        const float ramp = 1.5F * (width_ + 1);
+        const float ramp = 1.5F * (static_cast<float>(rule_.width) + 1);
         // The means of the sides lie in their halves of least..most, so px that are farther from
-        // the middle than this are not within part_.
+        // the middle than this are not within rule_.part.
         constexpr float kRounding = 0.01F;
-        const float reach = part_ + 0.5F + kRounding;
+        const float reach = rule_.part + 0.5F + kRounding;
         bool any = false;
         for (int x = 0; x < depth_.cols; ++x) {
             const auto at = static_cast<std::size_t>(x);
@@ -352,7 +372,7 @@ class Sharpener {
             buffers.wanted[at] = 0;
             // A slope is not a step: it is higher than its steepest place makes a step of this
             // width.
-            if (height < kMinHeight || height * height > ramp * ramp * steepest[x]) continue;
+            if (height < rule_.minHeight || height * height > ramp * ramp * steepest[x]) continue;
             const float middle = (most[x] + least[x]) / 2;
             const float scale = 2 / height;
             if (std::abs(depth[x] - middle) * scale > reach) continue;
@@ -372,15 +392,15 @@ class Sharpener {
         const StepSide farSide = buffers.farSide.mean(at);
         if (!(nearSide.depth > farSide.depth)) return here; // equal but for rounding
         const float place = (here - farSide.depth) / (nearSide.depth - farSide.depth);
-        if (std::abs(place - 0.5F) > part_) return here;
+        if (std::abs(place - 0.5F) > rule_.part) return here;
         if (nearSide.color > kSimilar && farSide.color > kSimilar) return given_.ptr<float>(y)[x];
-        return farSide.depth + (nearSide.depth - farSide.depth) * sideOf(place, nearSide, farSide);
+        return farSide.depth +
+               (nearSide.depth - farSide.depth) * sideOf(rule_, place, nearSide, farSide);
     }
 
     cv::Mat given_;
     cv::Mat depth_;
-    float width_;
-    float part_;
+    StepRule rule_;
     const StepPlanes& planes_;
     const Surroundings& around_;
     std::vector<Tap> taps_;
@@ -388,31 +408,36 @@ class Sharpener {
 
 } // namespace
 
-void sharpenSteps(const cv::Mat& photo, double softness, double overshoot, cv::Mat& depth) {
+void sharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, cv::Mat& depth) {
+    const double softness = flaws.softnessPixels;
     // More shows that depth was enlarged, not blurred. Among wide steps other things add to it.
     const double overshootOfBlur = softness < 3 ? 0.01 : 0.02;
     const cv::Mat given = depth.clone();
     Surroundings around(depth.size());
-    double width = softness;
-    if (overshoot < overshootOfBlur) {
+    StepRule rule = evenRule(softness);
+    if (flaws.isUneven) {
+        rule = unevenRule(softness);
+    } else if (flaws.overshoot < overshootOfBlur) {
         const double sigma = (softness + 1) / 2.5;
         deblur(given, sigma, depth, around.slopes);
         keepHardSteps(given, sigma, around, depth);
-        width /= 2;
+        rule = evenRule(softness / 2);
     }
-    StepPlanes planes(photo, radiusFor(std::max(width, kLeftWidth)));
-    const auto sharpen = [&](const cv::Mat& flat, double ramp, float part) {
-        around.find(depth, radiusFor(ramp));
+    StepRule left = evenRule(kLeftWidth);
+    left.part = kMiddle;
+    StepPlanes planes(photo, std::max(rule.radius, left.radius));
+    const auto sharpen = [&](const cv::Mat& flat, const StepRule& how) {
+        around.find(depth, how.radius);
         planes.setDepth(depth);
-        const Sharpener sharpener(flat, ramp, part, planes, around);
+        const Sharpener sharpener(flat, how, planes, around);
         cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
             StepBuffers buffers(static_cast<std::size_t>(depth.cols));
             for (int y = range.start; y < range.end; ++y)
                 sharpener.row(y, buffers, depth.ptr<float>(y));
         });
     };
-    sharpen(given, width, kWholeStep);
-    sharpen(planes.depth(), kLeftWidth, kMiddle);
+    sharpen(given, rule);
+    sharpen(planes.depth(), left);
 }
 
 } // namespace altiro3D

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "altiro3D/depth_map.hpp"
+
 #include <opencv2/core/mat.hpp>
 
 namespace altiro3D {
@@ -8,10 +10,9 @@ namespace altiro3D {
 /// step takes the side to which its depth and its colour belong.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param softness width of the steps, px, > 0
-/// @param overshoot part of their height by which they overshoot
+/// @param flaws softness (> 0 px), overshoot and evenness of the steps
 /// @param depth [as photo, CV_32FC1, 0..1], changed in place; the same bytes for any number of
 ///        threads
-void sharpenSteps(const cv::Mat& photo, double softness, double overshoot, cv::Mat& depth);
+void sharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, cv::Mat& depth);
 
 } // namespace altiro3D

@@ -21,9 +21,9 @@ namespace {
 const DepthRefineOptions kAsItIs{DepthFlaws()};
 
 // DepthFlaws as numbers, and their range.
-using FlawValues = std::array<double, 6>;
-constexpr FlawValues kMinFlaws = {0, -1, -7, -7, -7, 0};
-constexpr FlawValues kMaxFlaws = {64, 1, 7, 7, 7, 1};
+using FlawValues = std::array<double, 7>;
+constexpr FlawValues kMinFlaws = {0, -1, -7, -7, -7, 0, 0};
+constexpr FlawValues kMaxFlaws = {64, 1, 7, 7, 7, 1, 1};
 
 // Position of the part that is shown, focus and strength, and their range.
 using ChoiceValues = std::array<double, 4>;
@@ -36,12 +36,14 @@ FlawValues valuesOf(const DepthFlaws& flaws) {
             flaws.growthPixels,
             static_cast<double>(flaws.shiftPixels.x),
             static_cast<double>(flaws.shiftPixels.y),
-            flaws.noise};
+            flaws.noise,
+            flaws.isUneven ? 1.0 : 0.0};
 }
 
 DepthFlaws flawsOf(const FlawValues& values) {
-    return {values[0], values[1], values[2],
-            cv::Point(static_cast<int>(values[3]), static_cast<int>(values[4])), values[5]};
+    return {values[0], values[1],
+            values[2], cv::Point(static_cast<int>(values[3]), static_cast<int>(values[4])),
+            values[5], values[6] > 0.5};
 }
 
 // Appends whether numbers are known, and the numbers.

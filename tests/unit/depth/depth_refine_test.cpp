@@ -339,21 +339,41 @@ TEST(DepthRefine, SharpeningIsThatOfTheFormulas) {
         for (const cv::Mat& depth : depths) {
             for (const cv::Mat& photo : {made.photo, randomPhoto(size)}) {
                 for (const double softness : {0.5, 2.75, 9.0}) {
-                    for (const double overshoot : {0.0, 0.5}) {
+                    DepthFlaws blur;
+                    blur.softnessPixels = softness;
+                    DepthFlaws enlarged = blur;
+                    enlarged.overshoot = 0.5;
+                    DepthFlaws uneven = blur;
+                    uneven.isUneven = true;
+                    for (const DepthFlaws& flaws : {blur, enlarged, uneven}) {
                         cv::Mat result = depth.clone();
-                        sharpenSteps(photo, softness, overshoot, result);
+                        sharpenSteps(photo, flaws, result);
                         // float against double: a px at a threshold may fall on either side
                         EXPECT_LE(
-                            differingPart(result,
-                                          referenceSharpenSteps(photo, softness, overshoot, depth),
-                                          1e-4),
+                            differingPart(result, referenceSharpenSteps(photo, flaws, depth), 1e-4),
                             0.002)
-                            << size << " " << softness << " " << overshoot;
+                            << size << " " << softness << " " << flaws.overshoot;
                     }
                 }
             }
         }
     }
+}
+
+// A network's steps: some are soft, others very soft. Where the photo has an edge they become hard.
+TEST(DepthRefine, StepsOfDifferingSoftnessAreRecognizedAndBecomeHard) {
+    const World made = world();
+    cv::Mat wrong = blurred(made.depth, 1.2);
+    const cv::Range right(66, made.depth.cols);
+    blurred(made.depth, 5).colRange(right).copyTo(wrong.colRange(right));
+    const DepthFlaws flaws = measureDepthFlaws(made.photo, wrong);
+    EXPECT_TRUE(flaws.isUneven);
+    EXPECT_GT(flaws.softnessPixels, 3);
+    for (const double sigma : {1.0, 2.0, 4.0})
+        EXPECT_FALSE(measureDepthFlaws(made.photo, blurred(made.depth, sigma)).isUneven) << sigma;
+    EXPECT_FALSE(measureDepthFlaws(made.photo, made.depth).isUneven);
+    EXPECT_LT(wrongPart(refined(made.photo, wrong), made.depth),
+              0.75 * wrongPart(wrong, made.depth));
 }
 
 TEST(DepthRefine, NoiseIsSmoothedAndStepsStay) {
@@ -399,9 +419,11 @@ TEST(DepthRefine, ExtremesAreDefined) {
         }
         for (const double softness : {1.0, 64.0}) {
             DepthRefineOptions extreme;
-            extreme.flaws.emplace(DepthFlaws{softness, -1, 7, {-7, 7}, 1});
-            const cv::Mat result = refined(made.photo, made.depth, extreme);
-            EXPECT_TRUE(cv::checkRange(result, true, nullptr, 0, 1.001)) << softness;
+            for (const bool isUneven : {false, true}) {
+                extreme.flaws.emplace(DepthFlaws{softness, -1, 7, {-7, 7}, 1, isUneven});
+                const cv::Mat result = refined(made.photo, made.depth, extreme);
+                EXPECT_TRUE(cv::checkRange(result, true, nullptr, 0, 1.001)) << softness;
+            }
         }
     }
 }
@@ -411,10 +433,12 @@ TEST(DepthRefine, ItDoesNotDependOnTheNumberOfThreads) {
     cv::Mat noise(made.depth.size(), CV_32FC1);
     cv::RNG(5).fill(noise, cv::RNG::UNIFORM, -0.05, 0.05);
     DepthRefineOptions all;
-    all.flaws.emplace(DepthFlaws{5, 0, 1, {1, -1}, 0.02});
+    all.flaws.emplace(DepthFlaws{5, 0, 1, {1, -1}, 0.02, false});
+    DepthRefineOptions uneven;
+    uneven.flaws.emplace(DepthFlaws{7, 0, 0, {}, 0, true});
     const int threads = cv::getNumThreads();
     for (const cv::Mat& depth : {cv::Mat(made.depth + noise), blurred(made.depth, 2)}) {
-        for (const DepthRefineOptions& options : {DepthRefineOptions(), all}) {
+        for (const DepthRefineOptions& options : {DepthRefineOptions(), all, uneven}) {
             cv::setNumThreads(1);
             const cv::Mat one = refined(made.photo, depth, options);
             cv::setNumThreads(4);

@@ -352,6 +352,23 @@ void BM_RefineDepthBusy(benchmark::State& state, const BenchDisplay& display) {
     cv::resize(small, depth, depth.size(), 0, 0, cv::INTER_CUBIC);
     refine(state, photo, depth, true);
 }
+// Steps of differing softness, as a network gives them; known flaws.
+void BM_RefineDepthUneven(benchmark::State& state, const BenchDisplay& display) {
+    cv::Mat depth = softDepth(display);
+    const cv::Range part(0, depth.cols * 3 / 4);
+    cv::Mat softer;
+    cv::GaussianBlur(display.depth(), softer, {}, 6);
+    softer.colRange(part).copyTo(depth.colRange(part));
+    DepthRefineOptions options;
+    options.flaws.emplace();
+    options.flaws->softnessPixels = 12;
+    options.flaws->isUneven = true;
+    cv::Mat refined;
+    for (auto _ : state) {
+        refineDepth(display.photo(), depth, refined, options);
+        benchmark::DoNotOptimize(refined.data);
+    }
+}
 void BM_RefineDepthNoisy(benchmark::State& state, const BenchDisplay& display) {
     cv::Mat noise(display.depth().size(), CV_32FC1);
     cv::RNG(1).fill(noise, cv::RNG::NORMAL, 0, 0.2); // 0.02 after the blur
@@ -664,6 +681,7 @@ void registerAll(const BenchDisplay& display) {
     registerStage("BM_RefineDepth", BM_RefineDepth, display);
     registerStage("BM_RefineDepthKnown", BM_RefineDepthKnown, display);
     registerStage("BM_RefineDepthBusy", BM_RefineDepthBusy, display);
+    registerStage("BM_RefineDepthUneven", BM_RefineDepthUneven, display);
     registerStage("BM_RefineDepthNoisy", BM_RefineDepthNoisy, display);
     registerStage("BM_QuiltFast", BM_QuiltFast, display);
     registerStage("BM_QuiltLayered", BM_QuiltLayered, display);

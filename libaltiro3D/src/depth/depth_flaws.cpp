@@ -262,22 +262,49 @@ void findDisplacement(const Steps& steps, DepthFlaws& flaws) {
     flaws.growthPixels = (growth + fraction) / 1.15;
 }
 
-// From the median of second differences over 8 px, which are 0 on planes and seldom meet steps.
-double noiseOf(const cv::Mat& depth, int kLag) {
-    Histogram<2000> differences(0, 1e-4);
+// Standard deviation of noise that would give the median, and the first decile, of the second
+// differences over some px. They are 0 on planes and seldom meet steps.
+struct NoiseQuantiles {
+    double median;
+    double decile;
+};
+
+NoiseQuantiles noiseOf(const cv::Mat& depth, int lag) {
+    Histogram<8000> differences(0, 2.5e-5);
     for (int y = 0; y < depth.rows; y += 3) {
         const float* const row = depth.ptr<float>(y);
-        for (int x = kLag; x + kLag < depth.cols; x += 3)
-            differences.add(std::abs(row[x - kLag] - 2.0 * row[x] + row[x + kLag]), 1);
+        for (int x = lag; x + lag < depth.cols; x += 3)
+            differences.add(std::abs(row[x - lag] - 2.0 * row[x] + row[x + lag]), 1);
     }
-    for (int y = kLag; y + kLag < depth.rows; y += 3) {
-        const float* const above = depth.ptr<float>(y - kLag);
+    for (int y = lag; y + lag < depth.rows; y += 3) {
+        const float* const above = depth.ptr<float>(y - lag);
         const float* const row = depth.ptr<float>(y);
-        const float* const below = depth.ptr<float>(y + kLag);
+        const float* const below = depth.ptr<float>(y + lag);
         for (int x = 0; x < depth.cols; x += 3)
             differences.add(std::abs(above[x] - 2.0 * row[x] + below[x]), 1);
     }
-    return differences.quantile(0.5) / (0.6745 * std::sqrt(6.0));
+    const double scale = 1 / std::sqrt(6.0);
+    return {differences.quantile(0.5) / 0.6745 * scale, differences.quantile(0.1) / 0.1257 * scale};
+}
+
+// @return the standard deviation of the noise; 0 without noise
+double findNoise(const cv::Mat& depth) {
+    const NoiseQuantiles far = noiseOf(depth, 8);
+    const NoiseQuantiles close = noiseOf(depth, 4);
+    // Exact depth in few levels also has differences: noise is stronger, or grows with the
+    // distance.
+    constexpr double kMinNoise = 0.005;
+    constexpr double kStrongNoise = 0.0085;
+    const bool isStrong = far.median >= kMinNoise && close.median >= 0.0017 &&
+                          (far.median >= kStrongNoise || far.median >= 2.5 * close.median);
+    // Weaker noise has the distribution of noise: no surface is smooth, and none is evenly curved.
+    const double normality = far.decile / std::max(far.median, 1e-9);
+    const bool isEverywhere =
+        far.decile >= 0.0028 && close.decile >= 0.0011 && normality >= 0.85 && normality <= 1.15;
+    if (!isStrong && !isEverywhere) return 0;
+    // Px that are 8 px apart have nearly the same noise if it is smooth; then more is there.
+    const double smoothness = far.decile / std::max(close.decile, 1e-9); // 2 for sigma 3 px
+    return far.median * std::clamp(1 + 2 * (smoothness - 2.25), 1.0, 2.5);
 }
 
 } // namespace
@@ -285,19 +312,10 @@ double noiseOf(const cv::Mat& depth, int kLag) {
 DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
     checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
     cv::Mat clean = withinRange(depth);
-    constexpr double kMinNoise = 0.005;
     constexpr std::int64_t kMinSteps = 100; // fewer may look alike by chance
     DepthFlaws flaws;
-    // Exact depth in few levels also has differences: noise is stronger, or grows with the
-    // distance.
-    constexpr double kStrongNoise = 0.0085;
-    const double noise = noiseOf(clean, 8);
-    const double closeNoise = noiseOf(clean, 4);
-    const bool isNoise = noise >= kStrongNoise || noise >= 2.5 * closeNoise;
-    if (noise >= kMinNoise && closeNoise >= 0.0017 && isNoise) {
-        flaws.noise = noise;
-        smoothSurfaces(noise, clean); // so that it is not taken for steps
-    }
+    flaws.noise = findNoise(clean);
+    if (flaws.noise > 0) smoothSurfaces(flaws.noise, clean); // so that it is not taken for steps
     const Steps steps =
         findSteps(photo, clean, std::max(kMinHeight, static_cast<float>(4 * flaws.noise)));
     if (steps.count < kMinSteps) return flaws;

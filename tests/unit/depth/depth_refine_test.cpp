@@ -390,6 +390,27 @@ TEST(DepthRefine, NoiseIsSmoothedAndStepsStay) {
     EXPECT_EQ(wrongPart(result, made.depth), 0);
 }
 
+// In a scene of a large range, weak and smooth noise is told from surfaces by its distribution.
+TEST(DepthRefine, SmoothNoiseIsFoundAndItsStrengthIsNotMuchTooSmall) {
+    const World made = world();
+    cv::Mat noise(made.depth.size(), CV_32FC1);
+    cv::RNG random(3);
+    random.fill(noise, cv::RNG::NORMAL, 0, 1);
+    cv::GaussianBlur(noise, noise, {}, 8);
+    noise *= 0.016 / cv::norm(noise) * std::sqrt(static_cast<double>(noise.total()));
+    const cv::Mat wrong = made.depth + noise;
+    EXPECT_GT(measureDepthFlaws(made.photo, wrong).noise, 0.006);
+    EXPECT_LT(measureDepthFlaws(made.photo, wrong).noise, 0.02);
+    EXPECT_LT(cv::norm(refined(made.photo, wrong), made.depth), 0.9 * cv::norm(wrong, made.depth));
+    // a weakly curved surface has no flat part either
+    cv::Mat bowl(made.depth.size(), CV_32FC1);
+    for (int y = 0; y < bowl.rows; ++y)
+        for (int x = 0; x < bowl.cols; ++x)
+            bowl.at<float>(y, x) =
+                static_cast<float>(0.1 + 7e-5 * ((x - 60) * (x - 60) + y * y / 2));
+    EXPECT_EQ(measureDepthFlaws(made.photo, cv::min(bowl, 1)).noise, 0);
+}
+
 TEST(DepthRefine, ThinThingsKeepTheirDepth) {
     World made = world();
     const cv::Rect bar(10, 0, 3, 100); // beside the other things

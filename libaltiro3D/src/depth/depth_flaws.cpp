@@ -65,7 +65,7 @@ struct Profile {
 };
 
 // The side on which a step has its near surface.
-enum Side : std::size_t { kRight, kLeft, kBelow, kAbove };
+enum Side : std::size_t { Right, Left, Below, Above };
 
 struct Steps {
     std::int64_t count = 0;
@@ -177,13 +177,13 @@ Steps findSteps(const cv::Mat& photo, const cv::Mat& depth, float least) {
     const auto photoStep = static_cast<std::ptrdiff_t>(photo.step1());
     Steps steps = overLines(depth.rows, [&](int y, Steps& part) {
         measureLine({depth.ptr<float>(y), 1, photo.ptr<std::uint8_t>(y), 3, depth.cols}, least,
-                    kRight, part);
+                    Right, part);
     });
     steps.add(overLines(depth.cols, [&](int x, Steps& part) {
         measureLine({depth.ptr<float>(0) + x, depthStep,
                      photo.ptr<std::uint8_t>(0) + 3 * static_cast<std::ptrdiff_t>(x), photoStep,
                      depth.rows},
-                    least, kBelow, part);
+                    least, Below, part);
     }));
     return steps;
 }
@@ -204,8 +204,8 @@ class Alignment {
         }
     }
     double at(int growth, cv::Point shift) const {
-        return share(kRight, growth - shift.x) + share(kLeft, -growth - shift.x) +
-               share(kBelow, growth - shift.y) + share(kAbove, -growth - shift.y);
+        return share(Right, growth - shift.x) + share(Left, -growth - shift.x) +
+               share(Below, growth - shift.y) + share(Above, -growth - shift.y);
     }
 
   private:

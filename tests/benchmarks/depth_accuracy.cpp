@@ -1,13 +1,14 @@
 // altiro3D_depth_accuracy: how well estimated depth orders the pixels of photos whose depth is
 // known, and how many depth edges it finds.
 //
-// Usage: altiro3D_depth_accuracy [--network FILE.onnx]... [--frames FOLDER]... [folder of the
-// test data]
+// Usage: altiro3D_depth_accuracy [--network FILE.onnx]... [--size PX] [--frames FOLDER]...
+//        [folder of the test data]
 //
 // Prints a Markdown table of Spearman's rank correlation with the true inverse depth (1 = the same
 // order, 0 = unrelated, -1 = reversed) for a plain vertical gradient, the built-in estimator,
 // FastDepth, each network with the built-in estimator, and each network alone. A second table
-// has the share of the true depth edges that are found. A folder of frames holds pairs NNNNNN.png
+// has the share of the true depth edges that are found. --size is the longer side of the networks'
+// input. A folder of frames holds pairs NNNNNN.png
 // or .jpg and NNNNNN.d.png, 16-bit inverse depth. Missing inputs are reported and skipped.
 
 #include "altiro3D/depth_map.hpp"
@@ -23,6 +24,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -175,9 +177,9 @@ altiro3D::NetworkProfile profileOf(const fs::path& file) {
 
 // The depth of a network, with or without the built-in estimator.
 std::function<cv::Mat(const cv::Mat&)> depthOf(const fs::path& file,
-                                               altiro3D::NetworkProfile profile) {
-    const std::shared_ptr<altiro3D::DepthSource> source =
-        altiro3D::depthFromNetworkFile(file, std::move(profile));
+                                               altiro3D::NetworkProfile profile, int size) {
+    const std::shared_ptr<altiro3D::DepthSource> source = altiro3D::depthFromNetworkFile(
+        file, std::move(profile), altiro3D::InferenceTarget::Cpu, {size, size});
     return [source](const cv::Mat& photo) {
         altiro3D::Scene scene;
         source->readScene(photo, 0.5, scene);
@@ -237,7 +239,8 @@ std::optional<double> edgesMet(const cv::Mat& depth, const Scene& scene) {
 
 using Method = std::pair<std::string, std::function<cv::Mat(const cv::Mat&)>>;
 
-std::vector<Method> methodsOf(const fs::path& data, const std::vector<std::string>& networks) {
+std::vector<Method> methodsOf(const fs::path& data, const std::vector<std::string>& networks,
+                              int size) {
     std::vector<Method> methods;
     methods.emplace_back("vertical gradient",
                          [](const cv::Mat& photo) { return verticalGradient(photo.size()); });
@@ -255,9 +258,9 @@ std::vector<Method> methodsOf(const fs::path& data, const std::vector<std::strin
         const std::string name = fs::path(file).stem().string();
         altiro3D::NetworkProfile profile = profileOf(file);
         const bool mixes = profile.cuesShare > 0;
-        if (mixes) methods.emplace_back(name + " with built-in", depthOf(file, profile));
+        if (mixes) methods.emplace_back(name + " with built-in", depthOf(file, profile, size));
         profile.cuesShare = 0;
-        methods.emplace_back(name, depthOf(file, profile));
+        methods.emplace_back(name, depthOf(file, profile, size));
     }
     return methods;
 }
@@ -359,6 +362,7 @@ struct Arguments {
     fs::path data = altiro3D::test::dataPath("");
     std::vector<std::string> networks;
     std::vector<std::string> frames;
+    int size = 0; // 0: the networks' own
 };
 
 std::optional<Arguments> readArguments(int argc, char** argv) {
@@ -369,6 +373,9 @@ std::optional<Arguments> readArguments(int argc, char** argv) {
         if (text == "--network" || text == "--frames") {
             if (++i == argc) return {};
             (text == "--network" ? arguments.networks : arguments.frames).emplace_back(argv[i]);
+        } else if (text == "--size") {
+            if (++i == argc) return {};
+            arguments.size = std::atoi(argv[i]);
         } else if (named || text.substr(0, 2) == "--") {
             return {};
         } else {
@@ -397,7 +404,7 @@ int run(const Arguments& arguments) {
         std::cout << "No scene to measure in " << data.string() << "\n";
         return 0;
     }
-    printTables(scenes, methodsOf(data, arguments.networks));
+    printTables(scenes, methodsOf(data, arguments.networks, arguments.size));
     printTimes(scenes.front().photo);
     return 0;
 }
@@ -407,9 +414,9 @@ int run(const Arguments& arguments) {
 int main(int argc, char** argv) {
     const std::optional<Arguments> arguments = readArguments(argc, argv);
     if (!arguments) {
-        std::cerr
-            << "altiro3D_depth_accuracy: error: wrong usage, expected [--network FILE.onnx]... "
-               "[--frames FOLDER]... [folder of the test data]\n";
+        std::cerr << "altiro3D_depth_accuracy: error: wrong usage, expected [--network "
+                     "FILE.onnx]... [--size PX] "
+                     "[--frames FOLDER]... [folder of the test data]\n";
         return 2;
     }
     try {

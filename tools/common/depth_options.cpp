@@ -146,10 +146,12 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
         "Input and output of a network that is not in the catalogue (JSON, the keys of "
         "models/catalog.json).",
         "FILE.json");
-    commandLine.addAdvanced({"network-size"},
-                            "Longer side of the network's input in px (default: its own, 256 for "
-                            "midas-small). Smaller is quicker and less accurate.",
-                            "PX");
+    commandLine.addAdvanced(
+        {"network-size"},
+        "Longer side of the network's input in px (default: its own, 256 for "
+        "midas-small). Smaller is quicker and less accurate. With altiro3d, larger "
+        "adds detail.",
+        "PX");
     commandLine.addAdvanced(
         {"engine"},
         std::string("Program that runs the network: opencv or onnxruntime, which "

@@ -72,7 +72,9 @@ struct NetworkProfile {
     NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
     InferenceEngine engine = InferenceEngine::Best;     ///< The only engine that can run it.
     /// Share of the built-in estimator in the layout that depthFromNetwork() gives, at least 0 and
-    /// below 1; above 0, the edges are the estimator's. DepthNetwork itself ignores it.
+    /// below 1; above 0, the edges are the estimator's. If such a network has InputShape::Photo, an
+    /// input larger than the profile's only adds detail: the network runs at both sizes, and its
+    /// layout is that of the profile's. DepthNetwork itself ignores the share.
     double cuesShare = 0;
 };
 
@@ -190,8 +192,10 @@ class ALTIRO3D_EXPORT DepthNetwork {
     ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param depth [network's output size, CV_32FC1, 0..1, 1 = nearest]
-    /// @throws Error as infer()
-    void estimate(const cv::Mat& photo, cv::Mat& depth);
+    /// @param longerSide with InputShape::Photo: longer side of the input in px, as the sides of
+    ///        inputSize(); 0: that of inputSize(). InputShape::Fixed ignores it
+    /// @throws Error as infer(); InvalidArgument (longerSide)
+    void estimate(const cv::Mat& photo, cv::Mat& depth, int longerSide = 0);
 
   private:
     struct Impl;

@@ -61,6 +61,11 @@ std::string listed(const cv::MatSize& size) {
     return listed(shape);
 }
 
+// Whether an input may have this side.
+bool fits(int side, const NetworkProfile& profile) {
+    return side >= 1 && side <= 4096 && side % profile.multipleOf == 0;
+}
+
 void checkWeightsInside(const fs::path& file, const OnnxFacts& facts) {
     if (facts.externalWeights.empty()) return;
     const std::string& location = *facts.externalWeights.begin();
@@ -142,10 +147,11 @@ struct DepthNetwork::Impl {
         return nominal != cv::Size(profile.inputWidth, profile.inputHeight);
     }
     bool mayVary() const { return isOtherSize() || followsPhoto(); }
-    cv::Size sizeFor(cv::Size photo) const;
+    int longerSide() const { return std::max(nominal.width, nominal.height); }
+    cv::Size sizeFor(cv::Size photo, int side) const;
     void load();
     InferenceEngine chooseEngine(const OnnxFacts& facts) const;
-    void infer(const cv::Mat& photo, cv::Mat& raw);
+    void infer(const cv::Mat& photo, int side, cv::Mat& raw);
     void resample(const cv::Mat& photo);
     void fillBlob(const cv::Mat& photo);
 };
@@ -201,15 +207,15 @@ InferenceEngine DepthNetwork::Impl::chooseEngine(const OnnxFacts& facts) const {
     return open || !mayVary() ? InferenceEngine::OnnxRuntime : InferenceEngine::OpenCv;
 }
 
-cv::Size DepthNetwork::Impl::sizeFor(cv::Size photo) const {
+// The input's size for a photo; with InputShape::Photo its longer side is `side`.
+cv::Size DepthNetwork::Impl::sizeFor(cv::Size photo, int side) const {
     if (!followsPhoto()) return nominal;
-    const int longer = std::max(nominal.width, nominal.height);
     const bool wide = photo.width >= photo.height;
     const double shape = wide ? static_cast<double>(photo.height) / photo.width
                               : static_cast<double>(photo.width) / photo.height;
-    const int steps = static_cast<int>(std::lround(longer * shape / profile.multipleOf));
+    const int steps = static_cast<int>(std::lround(side * shape / profile.multipleOf));
     const int shorter = std::max(steps, 1) * profile.multipleOf;
-    return wide ? cv::Size(longer, shorter) : cv::Size(shorter, longer);
+    return wide ? cv::Size(side, shorter) : cv::Size(shorter, side);
 }
 
 // Scales the values, then resamples them as float without keeping the aspect. Result: `resized`.
@@ -263,9 +269,9 @@ void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
     }
 }
 
-void DepthNetwork::Impl::infer(const cv::Mat& photo, cv::Mat& raw) {
+void DepthNetwork::Impl::infer(const cv::Mat& photo, int side, cv::Mat& raw) {
     const std::string name = file.string();
-    size = sizeFor(photo.size());
+    size = sizeFor(photo.size(), side);
     fillBlob(photo);
     const cv::Mat output = graph->run(blob);
     const bool image = output.dims == 3 || (output.dims == 4 && output.size[1] == 1);
@@ -288,10 +294,7 @@ DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, Inferen
     : impl_(std::make_unique<Impl>()) {
     validate(profile);
     if (inputSize == cv::Size()) inputSize = {profile.inputWidth, profile.inputHeight};
-    const auto fits = [&](int side) {
-        return side >= 1 && side <= 4096 && side % profile.multipleOf == 0;
-    };
-    check(fits(inputSize.width) && fits(inputSize.height), "inputSize",
+    check(fits(inputSize.width, profile) && fits(inputSize.height, profile), "inputSize",
           "is " + sizeText(inputSize) + " px, expected sides of 1..4096 px, " + "multiples of " +
               std::to_string(profile.multipleOf));
     impl_->nominal = inputSize;
@@ -326,7 +329,7 @@ cv::Size DepthNetwork::inputSize() const {
 cv::Size DepthNetwork::inputSize(cv::Size photo) const {
     check(photo.width > 0 && photo.height > 0, "photo",
           "is " + sizeText(photo) + " px, expected at least 1 x 1");
-    return impl_->sizeFor(photo);
+    return impl_->sizeFor(photo, impl_->longerSide());
 }
 
 const fs::path& DepthNetwork::file() const {
@@ -343,12 +346,18 @@ InferenceEngine DepthNetwork::engine() const {
 
 void DepthNetwork::infer(const cv::Mat& photo, cv::Mat& raw) {
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
-    orOutOfMemory(impl_->file.string(), kNoMemory, [&] { impl_->infer(photo, raw); });
+    orOutOfMemory(impl_->file.string(), kNoMemory,
+                  [&] { impl_->infer(photo, impl_->longerSide(), raw); });
 }
 
-void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth) {
+void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth, int longerSide) {
+    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
+    const int side = longerSide == 0 ? impl_->longerSide() : longerSide;
+    check(fits(side, impl_->profile), "longerSide",
+          "is " + std::to_string(side) + " px, expected 1..4096 px, a multiple of " +
+              std::to_string(impl_->profile.multipleOf));
     cv::Mat raw;
-    infer(photo, raw);
+    orOutOfMemory(impl_->file.string(), kNoMemory, [&] { impl_->infer(photo, side, raw); });
     DepthNormalization options;
     options.kind = kindOf(impl_->profile.output);
     normalizeDepth(raw, depth, options);

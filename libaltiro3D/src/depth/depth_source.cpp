@@ -2,6 +2,7 @@
 
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
+#include "depth/depth_layout.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -25,9 +26,6 @@ cv::Mat withNotes(Read read, const std::filesystem::path& file, Notes* notes) {
     }
     return picture;
 }
-
-// What is smoother than this is layout, in shares of the longer side (measured: docs/lab/depth.md).
-constexpr double kLayoutSigma = 1.0 / 80;
 
 class CuesSource : public DepthSource {
   public:
@@ -82,13 +80,23 @@ class NetworkSource : public DepthSource {
         if (cv::getNumThreads() > 1) when |= std::launch::async;
         std::future<void> estimated = std::async(when, [&] { estimateDepthFromCues(image, cues); });
         network_->estimate(image, depth);
+        addOwnLayout(image, depth);
         estimated.get();
-        cv::resize(depth, depth, cues.size(), 0, 0, cv::INTER_LINEAR);
-        const double sigma = kLayoutSigma * std::max(cues.cols, cues.rows);
+        putLayoutUnder(depth, 1 - profile_.cuesShare, cues);
+        raw = cues;
+    }
+
+    // The network orders best at the size of its profile. A larger input adds only detail.
+    void addOwnLayout(const cv::Mat& image, cv::Mat& depth) {
+        const cv::Size input = network_->inputSize();
+        const int own = std::max(profile_.inputWidth, profile_.inputHeight);
+        if (profile_.inputShape != InputShape::Photo || std::max(input.width, input.height) <= own)
+            return;
         cv::Mat layout;
-        cv::GaussianBlur(cues, layout, {}, sigma, sigma, cv::BORDER_REPLICATE);
-        cv::addWeighted(depth, 1 - profile_.cuesShare, layout, profile_.cuesShare - 1, 0, depth);
-        cv::add(cues, depth, raw);
+        network_->estimate(image, layout, own);
+        putLayoutUnder(layout, 1, depth);
+        cv::max(depth, 0, depth);
+        cv::min(depth, 1, depth);
     }
 
     NetworkProfile profile_;

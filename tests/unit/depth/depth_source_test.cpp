@@ -107,6 +107,58 @@ TEST(DepthSource, ANetworkMayShareWithTheCues) {
     }
 }
 
+TEST(DepthSource, ALargerInputOfAMixedNetworkOnlyAddsDetail) {
+    const cv::Mat photo = scenery({300, 200}, 3);
+    const InstalledNetwork network = ownNetwork(0.25);
+    DepthNetwork large(network.file, network.profile, InferenceTarget::Cpu, {320, 320});
+    cv::Mat detail;
+    large.estimate(photo, detail);
+    ASSERT_EQ(detail.size(), cv::Size(320, 224));
+    cv::Mat layout; // as without another size
+    DepthNetwork(network.file, network.profile).estimate(photo, layout);
+    cv::Mat same;
+    large.estimate(photo, same, 256);
+    EXPECT_TRUE(samePicture(same, layout, 1e-5));
+    cv::Mat own(detail.size(), CV_32FC1);
+    for (int row = 0; row < own.rows; ++row) {
+        for (int column = 0; column < own.cols; ++column) {
+            const double below = valueAt(layout, (column + 0.5) * layout.cols / own.cols - 0.5,
+                                         (row + 0.5) * layout.rows / own.rows - 0.5);
+            const double smooth = smoothedAt(detail, {column, row}, own.cols / 80.0);
+            const double sum = below + static_cast<double>(detail.at<float>(row, column)) - smooth;
+            own.at<float>(row, column) = static_cast<float>(std::clamp(sum, 0.0, 1.0));
+        }
+    }
+    cv::Mat cues;
+    estimateDepthFromCues(photo, cues);
+    const auto source = depthFromNetwork(std::move(large));
+    cv::Mat raw;
+    source->read(photo, same, raw);
+    ASSERT_EQ(raw.size(), cues.size());
+    for (int row = 0; row < raw.rows; ++row) {
+        for (int column = 0; column < raw.cols; ++column) {
+            const double depth = valueAt(own, (column + 0.5) * own.cols / raw.cols - 0.5,
+                                         (row + 0.5) * own.rows / raw.rows - 0.5);
+            const double smooth = smoothedAt(cues, {column, row}, raw.cols / 80.0);
+            const double expected = cues.at<float>(row, column) + 0.75 * (depth - smooth);
+            ASSERT_NEAR(raw.at<float>(row, column), expected, 1e-4) << row << ' ' << column;
+        }
+    }
+}
+
+TEST(DepthSource, ASideThatTheInputCannotHaveIsRefused) {
+    const InstalledNetwork network = ownNetwork(0);
+    DepthNetwork own(network.file, network.profile);
+    cv::Mat depth;
+    for (const int side : {-32, 100, 8192}) {
+        EXPECT_EQ(errorOf([&] {
+                      own.estimate(randomPhoto({8, 6}), depth, side);
+                  }),
+                  "longerSide: is " + std::to_string(side) +
+                      " px, expected 1..4096 px, a multiple of 32");
+    }
+}
+
 TEST(DepthSource, ANetworkFileIsLoadedWhenAPhotoNeedsIt) {
     const InstalledNetwork own = ownNetwork(0.25);
     const auto loaded = ownSource(0.25);

@@ -14,6 +14,15 @@ import torch
 SHAPES = [(192, 192), (160, 224), (224, 160), (160, 256), (256, 160), (192, 256), (256, 192),
           (224, 224), (160, 192), (192, 160), (256, 256), (256, 320), (320, 256)]
 LIKELY = np.array([3, 3, 2, 3, 2, 4, 3, 2, 1, 1, 1, 0.3, 0.3])
+PIXELS = 200 * 200  # of a picture that counts as one in a batch of mixed sizes
+ASPECTS = [1, 3 / 4, 3 / 4, 2 / 3, 9 / 16]
+
+
+def shape_between(random, least, most):
+    """A height and width whose longer side is between two multiples of 32."""
+    longer = 32 * int(random.integers(least // 32, most // 32 + 1))
+    shorter = 32 * int(round(longer * ASPECTS[random.integers(len(ASPECTS))] / 32))
+    return (longer, shorter) if random.random() < 0.4 else (shorter, longer)
 
 
 def list_frames(folders):
@@ -122,10 +131,11 @@ class Batches(torch.utils.data.IterableDataset):
     """Endless batches: pictures, inverse depths of the first ones, maps of the others or None. Lists the
     folders again every 100 batches."""
 
-    def __init__(self, root, sets, batch, seed, first=0, only=0, photos=None, photo_share=0):
+    def __init__(self, root, sets, batch, seed, first=0, only=0, photos=None, photo_share=0,
+                 sizes=None):
         self.root, self.sets, self.batch, self.seed = root, sets, batch, seed
         self.first, self.only = first, only
-        self.photos, self.photo_share = photos, photo_share
+        self.photos, self.photo_share, self.sizes = photos, photo_share, sizes
 
     def folders(self):
         return sorted(f for s in self.sets for f in glob.glob(os.path.join(self.root, s)))
@@ -143,8 +153,14 @@ class Batches(torch.utils.data.IterableDataset):
                 weights = np.sqrt([len(s) for s in sets])  # small sets are seen more often
             random = np.random.default_rng((self.seed, index))
             shape = SHAPES[random.choice(len(SHAPES), p=LIKELY / LIKELY.sum())]
+            batch, photo_share = self.batch, self.photo_share
+            if self.sizes:  # as many pixels in each batch
+                shape = shape_between(random, *self.sizes)
+                part = PIXELS / (shape[0] * shape[1])
+                batch = max(2, int(round(batch * part)))
+                photo_share = max(1, int(round(photo_share * part))) if photos else 0
             pictures, depths = [], []
-            while len(pictures) < self.batch:
+            while len(pictures) < batch:
                 try:
                     frames = sets[random.choice(len(sets), p=weights / weights.sum())]
                     frame = read_frame(frames[random.integers(len(frames))])
@@ -156,7 +172,7 @@ class Batches(torch.utils.data.IterableDataset):
                 pictures.append(to_input(augment(random, picture)))
                 depths.append(torch.from_numpy(depth)[None])
             maps = []
-            while photos and len(maps) < self.photo_share:
+            while photos and len(maps) < photo_share:
                 picture, where = crop(random, *photos[random.integers(len(photos))], shape)
                 if min((where == 255).mean(), (where == 128).mean()) < 0.03:
                     continue

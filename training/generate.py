@@ -56,9 +56,13 @@ def main():
         "--step", type=int, default=1, help="every how many frames: for several processes"
     )
     parser.add_argument("--families", default="", help="name=weight,...; all of them by default")
+    parser.add_argument(
+        "--longer", type=int, default=scenes.LONGER, help="px of a frame's longer side"
+    )
     parser.add_argument("--held-out", action="store_true", help="use what is kept for validation")
     a = parser.parse_args()
     cv2.setNumThreads(1)
+    scenes.LONGER = a.longer
     out = pathlib.Path(a.out)
     out.mkdir(parents=True, exist_ok=True)
     sources.extract(a.sources, pathlib.Path(a.cache) / "src")

@@ -74,6 +74,13 @@ def depth_loss(prediction, truth, weight):
     return error + 0.1 * size + weight * edges + 0.5 * order + 0.25 * local, error, order, edges
 
 
+def layout_loss(prediction, other):
+    """Mean difference of two predictions of the same picture, without what is finer than an eighth of `other`."""
+    size = [max(1, side // 8) for side in other.shape[2:]]
+    a, b = (normalized(F.adaptive_avg_pool2d(x, size))[0] for x in (prediction, other))
+    return (a - b).abs().mean()
+
+
 def hiding_loss(prediction, where, margin=0.3):
     """For photos without depth: a thing is nearer than what is seen beside and above it, and has no
     edges inside. `where` is 255 inside the thing, 128 around it, 0 elsewhere."""

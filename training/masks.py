@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Writes photos without depth, each with a map of a thing in it, for train.py --photos.
 
-Usage: masks.py CACHE OUT [--held-out], with the folder where generate.py extracted the sources
+Usage: masks.py CACHE OUT [LONGER] [--held-out], with the folder where generate.py extracted the sources, and the
+px of the longer side
 """
 
 import pathlib
@@ -12,12 +13,11 @@ import cv2
 import photos
 from assets import HELD_OUT_SHARE
 
-LONGER = 320  # px
-
 
 def main():
-    source, out = pathlib.Path(sys.argv[1]) / "src", pathlib.Path(sys.argv[2])
     held_out = "--held-out" in sys.argv
+    source, out, longer = ([a for a in sys.argv[1:] if a != "--held-out"] + ["320"])[:3]
+    source, out, longer = pathlib.Path(source) / "src", pathlib.Path(out), int(longer)
     out.mkdir(parents=True, exist_ok=True)
     found = [
         photo
@@ -28,7 +28,7 @@ def main():
         found += photos.more_photos(source)
     count = 0
     for number, photo, segments in found:
-        size = [round(side * LONGER / max(photo.shape[:2])) for side in photo.shape[1::-1]]
+        size = [round(side * longer / max(photo.shape[:2])) for side in photo.shape[1::-1]]
         small = cv2.resize(photo[..., ::-1], size, interpolation=cv2.INTER_AREA)
         for k, where in enumerate(photos.hiding_maps(photo, segments)):
             name = str(out / f"{number:012d}-{k}")

@@ -1563,4 +1563,6 @@ MIX = {
     "landscape": 2.5,
     "street": 3,
     "woods": 1.5,
+    "row": 2.5,
+    "portrait": 2,
 }

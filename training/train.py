@@ -14,7 +14,7 @@ import torch
 
 from evaluate import real_scenes, scores_of, val_scenes
 from frames import Batches
-from loss import depth_loss, hiding_loss
+from loss import depth_loss, hiding_loss, layout_loss
 from network import DepthNet, load_encoder, load_onnx, up
 
 KEEP = 0.998  # of the averaged weights, per batch
@@ -50,6 +50,16 @@ def balance(net, pictures):
         scale(net.head, y, 1)
 
 
+def teach(teacher, pictures, longer=256):
+    """What the teacher predicts for the pictures at its best size, without preference for a side."""
+    factor = longer / max(pictures.shape[2:])
+    size = [max(32, 32 * round(side * factor / 32)) for side in pictures.shape[2:]]
+    with torch.no_grad():
+        small = torch.nn.functional.interpolate(pictures, size, mode="bilinear", antialias=True)
+        both = teacher(torch.cat([small, small.flip(3)]))
+        return (both[:len(pictures)] + both[len(pictures):].flip(3)) / 2
+
+
 def save(file, **state):
     torch.save(state, file + ".part")
     os.replace(file + ".part", file)
@@ -71,6 +81,10 @@ def main():
     parser.add_argument("--photos", help="folder of masks.py: photos without depth")
     parser.add_argument("--photo-share", type=int, default=2, help="photos that are added to each batch")
     parser.add_argument("--photo-weight", type=float, default=0.5, help="weight of the photos' loss")
+    parser.add_argument("--sizes", type=int, nargs=2, metavar=("LEAST", "MOST"),
+                        help="longer side of the batches, multiples of 32; fewer pictures in larger ones")
+    parser.add_argument("--teacher", help="exported network whose layout at 256 px the photos without depth shall have")
+    parser.add_argument("--teacher-weight", type=float, default=1)
     parser.add_argument("--frozen", type=int, default=7, help="blocks of the encoder, 0..17")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", type=int, default=0, help="train on the first frames only")
@@ -116,11 +130,18 @@ def main():
     net = net.to(memory_format=torch.channels_last)
     mean = mean.to(memory_format=torch.channels_last)
 
+    teacher = None
+    if args.teacher:
+        teacher = DepthNet()
+        load_onnx(teacher, args.teacher)
+        teacher = teacher.requires_grad_(False).to(memory_format=torch.channels_last)
+
     data = Batches(args.frames, args.sets, args.batch, args.seed, step, args.only,
-                   args.photos, args.photo_share if args.photos else 0)
+                   args.photos, args.photo_share if args.photos else 0, args.sizes)
     loader = torch.utils.data.DataLoader(data, batch_size=None, num_workers=1, prefetch_factor=8)
     begin = last = time.time()
-    sums, photo_sums, count = np.zeros(4), np.zeros(2), 0
+    seen_last = seen
+    sums, photo_sums, count = np.zeros(4), np.zeros(3), 0
     for pictures, truth, maps in loader:
         pictures = pictures.contiguous(memory_format=torch.channels_last)
         if step == 0 and not args.start:
@@ -131,11 +152,16 @@ def main():
             group["lr"] = args.rate * share * group["share"]
         with torch.autocast("cpu", torch.bfloat16, enabled=args.bfloat16):
             prediction = net(pictures)
+            lesson = teach(teacher, pictures[len(truth):]).float() if teacher and maps is not None else None
         loss, error, order, edges = depth_loss(prediction[:len(truth)].float(), truth, args.edges)
         if maps is not None:
             hidden, slope = hiding_loss(prediction[len(truth):].float(), maps)
             loss = loss + args.photo_weight * (hidden + slope)
-            photo_sums += [hidden.item(), slope.item()]
+            layout = torch.zeros(())
+            if teacher:
+                layout = layout_loss(prediction[len(truth):].float(), lesson)
+                loss = loss + args.teacher_weight * layout
+            photo_sums += [hidden.item(), slope.item(), layout.item()]
         optimizer.zero_grad(set_to_none=True)
         loss.backward()
         torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
@@ -151,10 +177,11 @@ def main():
         if step % 50 == 0 or done:
             now = time.time()
             print(f"{step} seen {seen} loss %.4f error %.4f order %.4f edges %.4f" % tuple(sums / count),
-                  "photos %.4f %.4f" % tuple(photo_sums / count),
-                  f"rate {share:.2f} {count * args.batch / (now - last):.1f} frames/s", flush=True)
+                  "photos %.4f %.4f %.4f" % tuple(photo_sums / count),
+                  f"rate {share:.2f} {(seen - seen_last) / (now - last):.1f} pictures/s", flush=True)
             log.write(f"{step},{seen},train," + ",".join(f"{v:.4f}" for v in sums / count) + "\n")
             sums, photo_sums, count, last = sums * 0, photo_sums * 0, 0, now
+            seen_last = seen
         if step % 100 == 0 or done:
             save(checkpoint, net=net.state_dict(), mean=mean.state_dict(),
                  optimizer=optimizer.state_dict(), step=step, seen=seen, args=vars(args))

@@ -658,11 +658,16 @@ TEST(Video2NativeTool, PicturesOfDepthBelongToTheFramesByCount) {
         return picturesUsed(studio / "out.mp4");
     };
     for (const char* const clip : {"vfr.mp4", "vfr.mkv", "vfr.ts", "-"}) {
-        if (std::string(clip) == "-") studio.readInputFrom(studio / "vfr.mkv");
+        const bool isPiped = std::string(clip) == "-";
+        if (isPiped) studio.readInputFrom(studio / "vfr.mkv");
         const std::vector<int> all = used(clip, {});
-        ASSERT_EQ(all.size(), 81u) << clip;
-        for (int k = 0; k < 81; ++k)
-            EXPECT_EQ(all[static_cast<std::size_t>(k)], k) << clip;
+        // FFmpeg 7 writes an edit list into MP4 that hides the last of the 81 frames
+        const std::vector<std::string> shown =
+            lines(ffprobe(studio / (isPiped ? "vfr.mkv" : clip), "frame=pts", "-select_streams v"));
+        ASSERT_GE(shown.size(), 80u) << clip;
+        ASSERT_EQ(all.size(), shown.size()) << clip;
+        for (std::size_t k = 0; k < all.size(); ++k)
+            EXPECT_EQ(all[k], static_cast<int>(k)) << clip;
         for (const auto& [from, first] :
              std::vector<std::pair<const char*, std::size_t>>{{"0.15", 2}, {"2", 20}, {"3", 50}}) {
             const std::vector<int> part = used(clip, {"--from", from});

@@ -281,9 +281,9 @@ Plane colourHeightCue(const Guide& planes) {
             const Place& r = places[planes[2].row(y)[x]];
             const Pair* base = &table[b.cell + kStride[1] * g.cell + kStride[2] * r.cell];
             Pair total{static_cast<double>(rows) * doubt, doubt};
-            for (const std::size_t upperR : {0, 1}) {
-                for (const std::size_t upperG : {0, 1}) {
-                    for (const std::size_t upperB : {0, 1}) {
+            for (const std::size_t upperR : {0U, 1U}) {
+                for (const std::size_t upperG : {0U, 1U}) {
+                    for (const std::size_t upperB : {0U, 1U}) {
                         const double weight = (upperB != 0 ? b.upper : 1 - b.upper) *
                                               (upperG != 0 ? g.upper : 1 - g.upper) *
                                               (upperR != 0 ? r.upper : 1 - r.upper);

@@ -62,7 +62,8 @@ def main():
                           f"scale={WIDTH}:{HEIGHT}", "-pix_fmt", "bgra", "-f", "rawvideo", "-"],
                          stdout=subprocess.PIPE, check=True).stdout
     pictures = np.frombuffer(raw, np.uint8).reshape(-1, HEIGHT, WIDTH, 4)
-    folder = tempfile.mkdtemp()
+    temporary = tempfile.TemporaryDirectory()
+    folder = temporary.name
     servers = []
     try:
         server, seen = screen(96, WIDTH, HEIGHT, folder + "/camera")
@@ -104,6 +105,7 @@ def main():
         for server in servers:
             server.terminate()
             server.wait()
+        temporary.cleanup()
 
 
 main()

@@ -156,8 +156,7 @@ cv::Mat fittedPhoto(const Setup& setup, cv::Size size) {
 
 Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto) {
     const PhotoFit fit = fitOf(setup, size);
-    Scene scene{fittedPhoto, {}};
-    scene.shown = {fit.leftMargin, fit.leftMargin + size.width};
+    Scene scene{fittedPhoto, {}, {}, fit.shown()};
     applyFitToDepth(setup.depth, setup.document->picture.size(), fit, fittedPhoto,
                     setup.knobs.views.focus, scene.depth);
     cv::Mat inside = scene.depth(fit.filled());

@@ -55,6 +55,8 @@ struct PhotoFit {
     [[nodiscard]] cv::Size fittedSize() const {
         return {leftMargin + size.width + rightMargin, size.height};
     }
+    /// The columns of the fitted picture that the panel shows. @return those between the margins
+    [[nodiscard]] cv::Range shown() const { return {leftMargin, leftMargin + size.width}; }
     /// The part of the fitted picture that is not black. @return `target` with both margins
     [[nodiscard]] cv::Rect filled() const {
         return {target.x, target.y, leftMargin + target.width + rightMargin, target.height};

@@ -264,7 +264,7 @@ void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitt
     applyFit(scene.photo, fit, fitted.photo);
     applyFitToDepth(scene.depth, photoSize, fit, fitted.photo, focus, fitted.depth);
     fitted.hidden = hidden;
-    fitted.shown = {fit.leftMargin, fit.leftMargin + fit.size.width};
+    fitted.shown = fit.shown();
     if (refine.keepsDepth()) return;
     cv::Mat inside = fitted.depth(fit.filled());
     refineDepth(fitted.photo(fit.filled()), inside, inside, refine);

@@ -80,6 +80,22 @@ double smoothedAt(const cv::Mat& map, cv::Point px, double sigma) {
     return sum / weights;
 }
 
+// Expects the cues, with the layout that a network's depth shares with them.
+void expectMixed(const cv::Mat& raw, const cv::Mat& network, const cv::Mat& cues, double cuesShare,
+                 double tolerance) {
+    ASSERT_EQ(raw.size(), cues.size());
+    for (int row = 0; row < raw.rows; ++row) {
+        for (int column = 0; column < raw.cols; ++column) {
+            const double depth = valueAt(network, (column + 0.5) * network.cols / raw.cols - 0.5,
+                                         (row + 0.5) * network.rows / raw.rows - 0.5);
+            const double layout = smoothedAt(cues, {column, row}, raw.cols / 80.0);
+            const double expected =
+                cues.at<float>(row, column) + (1 - cuesShare) * (depth - layout);
+            ASSERT_NEAR(raw.at<float>(row, column), expected, tolerance) << row << ' ' << column;
+        }
+    }
+}
+
 TEST(DepthSource, ANetworkMayShareWithTheCues) {
     const cv::Mat photo = scenery({300, 200}, 3);
     const InstalledNetwork network = ownNetwork(0.25);
@@ -95,16 +111,7 @@ TEST(DepthSource, ANetworkMayShareWithTheCues) {
     cv::Mat same;
     cv::Mat raw;
     source->read(photo, same, raw);
-    ASSERT_EQ(raw.size(), cues.size());
-    for (int row = 0; row < raw.rows; ++row) {
-        for (int column = 0; column < raw.cols; ++column) {
-            const double depth = valueAt(own, (column + 0.5) * own.cols / raw.cols - 0.5,
-                                         (row + 0.5) * own.rows / raw.rows - 0.5);
-            const double layout = smoothedAt(cues, {column, row}, raw.cols / 80.0);
-            const double expected = cues.at<float>(row, column) + 0.75 * (depth - layout);
-            ASSERT_NEAR(raw.at<float>(row, column), expected, 1e-5) << row << ' ' << column;
-        }
-    }
+    expectMixed(raw, own, cues, 0.25, 1e-5);
 }
 
 TEST(DepthSource, ALargerInputOfAMixedNetworkOnlyAddsDetail) {
@@ -134,16 +141,7 @@ TEST(DepthSource, ALargerInputOfAMixedNetworkOnlyAddsDetail) {
     const auto source = depthFromNetwork(std::move(large));
     cv::Mat raw;
     source->read(photo, same, raw);
-    ASSERT_EQ(raw.size(), cues.size());
-    for (int row = 0; row < raw.rows; ++row) {
-        for (int column = 0; column < raw.cols; ++column) {
-            const double depth = valueAt(own, (column + 0.5) * own.cols / raw.cols - 0.5,
-                                         (row + 0.5) * own.rows / raw.rows - 0.5);
-            const double smooth = smoothedAt(cues, {column, row}, raw.cols / 80.0);
-            const double expected = cues.at<float>(row, column) + 0.75 * (depth - smooth);
-            ASSERT_NEAR(raw.at<float>(row, column), expected, 1e-4) << row << ' ' << column;
-        }
-    }
+    expectMixed(raw, own, cues, 0.25, 1e-4);
 }
 
 TEST(DepthSource, ASideThatTheInputCannotHaveIsRefused) {

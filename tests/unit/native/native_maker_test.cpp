@@ -41,8 +41,7 @@ cv::Mat overQuilt(const Display& display, const altiro3D::Scene& scene,
     inside.copyTo(depth(fit.filled()));
     cv::Mat quilt;
     cv::Mat native;
-    const cv::Range shown(fit.leftMargin, fit.leftMargin + work.width);
-    Depth2Quilt(display.quilt, options.views).render({photo, depth, {}, shown}, quilt);
+    Depth2Quilt(display.quilt, options.views).render({photo, depth, {}, fit.shown()}, quilt);
     Quilt2Native(display.calibration, display.quilt, options.sampling, display.invert)
         .render(quilt, native);
     return native;

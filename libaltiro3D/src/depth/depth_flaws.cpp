@@ -1,7 +1,8 @@
-// Measures how a depth map differs from its photo: measureDepthFlaws() of depth_map.hpp.
-// Everything is counted in whole numbers, so the order of the threads does not matter.
+// Measures how a depth map differs from its photo. Everything is counted in whole numbers, so the
+// order of the threads does not matter.
 
-#include "altiro3D/depth_map.hpp"
+#include "depth/depth_flaws.hpp"
+
 #include "base/checks.hpp"
 #include "depth/depth_noise.hpp"
 #include "depth/depth_values.hpp"
@@ -309,19 +310,27 @@ double findNoise(const cv::Mat& depth) {
 
 } // namespace
 
-DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
-    checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
-    cv::Mat clean = withinRange(depth);
+DepthFlaws measureFlaws(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& smooth) {
     constexpr std::int64_t kMinSteps = 100; // fewer may look alike by chance
     DepthFlaws flaws;
-    flaws.noise = findNoise(clean);
-    if (flaws.noise > 0) smoothSurfaces(flaws.noise, clean); // so that it is not taken for steps
+    flaws.noise = findNoise(depth);
+    smooth = depth;
+    if (flaws.noise > 0) { // so that it is not taken for steps
+        smooth = depth.clone();
+        smoothSurfaces(flaws.noise, smooth);
+    }
     const Steps steps =
-        findSteps(photo, clean, std::max(kMinHeight, static_cast<float>(4 * flaws.noise)));
+        findSteps(photo, smooth, std::max(kMinHeight, static_cast<float>(4 * flaws.noise)));
     if (steps.count < kMinSteps) return flaws;
     measureSoftness(steps, flaws);
     findDisplacement(steps, flaws);
     return flaws;
+}
+
+DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
+    checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
+    cv::Mat smooth;
+    return measureFlaws(photo, withinRange(depth), smooth);
 }
 
 } // namespace altiro3D

@@ -113,6 +113,12 @@ Cell mix(const Cell& a, const Cell& b, float weight) {
     return {a.sum + weight * (b.sum - a.sum), a.weight + weight * (b.weight - a.weight)};
 }
 
+// The cells at a place between two rows of cells.
+void mixRows(const Cell* first, const Cell* second, float weight, std::vector<Cell>& mixed) {
+    for (std::size_t i = 0; i < mixed.size(); ++i)
+        mixed[i] = mix(first[i], second[i], weight);
+}
+
 void readBack(Grid& grid, cv::Mat& depth) {
     std::vector<Between> columns;
     columns.reserve(static_cast<std::size_t>(depth.cols));
@@ -122,21 +128,21 @@ void readBack(Grid& grid, cv::Mat& depth) {
     for (int x = 0; x < depth.cols; ++x)
         columns.emplace_back(place(x), grid.columns);
     cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
+        std::vector<Cell> cells(static_cast<std::size_t>(grid.columns) *
+                                static_cast<std::size_t>(grid.levels));
         for (int y = range.start; y < range.end; ++y) {
             const Between rows(place(y), grid.rows);
+            mixRows(grid.at(0, rows.first), grid.at(0, rows.second), rows.weight, cells);
             auto* const row = depth.ptr<float>(y);
             for (int x = 0; x < depth.cols; ++x) {
                 const Between& column = columns[static_cast<std::size_t>(x)];
                 const Between level(row[x] * static_cast<float>(grid.levels), grid.levels);
-                const auto along = [&](int c, int r) {
-                    const Cell* const cells = grid.at(c, r);
-                    return mix(cells[level.first], cells[level.second], level.weight);
+                const auto along = [&](int c) {
+                    const Cell* const here =
+                        cells.data() + static_cast<std::ptrdiff_t>(c) * grid.levels;
+                    return mix(here[level.first], here[level.second], level.weight);
                 };
-                const Cell upper = mix(along(column.first, rows.first),
-                                       along(column.second, rows.first), column.weight);
-                const Cell lower = mix(along(column.first, rows.second),
-                                       along(column.second, rows.second), column.weight);
-                const Cell cell = mix(upper, lower, rows.weight);
+                const Cell cell = mix(along(column.first), along(column.second), column.weight);
                 if (cell.weight > 0) row[x] = std::clamp(cell.sum / cell.weight, 0.0F, 1.0F);
             }
         }

@@ -1,7 +1,6 @@
 #include "depth/depth_planes.hpp"
 
 #include "depth/depth_detail.hpp"
-#include "depth/depth_noise.hpp"
 #include "depth/depth_planes_row.hpp"
 
 #include <algorithm>
@@ -156,10 +155,8 @@ float factorOf(double sigma) {
 
 } // namespace
 
-void fitPlanes(const cv::Mat& photo, double noise, cv::Mat& depth) {
+void fitPlanes(const cv::Mat& photo, double noise, const cv::Mat& measured, cv::Mat& depth) {
     const double deviation = std::max(noise, 1e-6); // so that all weights are numbers
-    const cv::Mat measured = depth.clone();
-    smoothSurfaces(deviation, depth);
     returnDetail(measured, depth);
     cv::Mat soft;
     cv::blur(photo, soft, {3, 3}, {-1, -1}, cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);

@@ -3,6 +3,8 @@
 #include "altiro3D/depth_map.hpp"
 
 #include "base/checks.hpp"
+#include "depth/depth_flaws.hpp"
+#include "depth/depth_noise.hpp"
 #include "depth/depth_planes.hpp"
 #include "depth/depth_steps.hpp"
 #include "depth/depth_values.hpp"
@@ -58,9 +60,17 @@ void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
         return;
     }
     cv::Mat result = withinRange(depth);
-    const DepthFlaws flaws = options.flaws ? *options.flaws : measureDepthFlaws(photo, result);
+    cv::Mat smooth;
+    const DepthFlaws flaws = options.flaws ? *options.flaws : measureFlaws(photo, result, smooth);
     validate(flaws);
-    if (flaws.noise > 0) fitPlanes(photo, flaws.noise, result);
+    if (flaws.noise > 0) {
+        if (options.flaws) {
+            smooth = result.clone();
+            smoothSurfaces(flaws.noise, smooth);
+        }
+        fitPlanes(photo, flaws.noise, result, smooth);
+        result = smooth;
+    }
     if (flaws.shiftPixels != cv::Point()) result = unshifted(result, flaws.shiftPixels);
     const int growth = static_cast<int>(std::lround(flaws.growthPixels));
     if (growth != 0) shrink(result, growth);

@@ -199,6 +199,18 @@ double differingPart(const cv::Mat& a, const cv::Mat& b, double tolerance) {
     return cv::countNonZero(difference > tolerance) / static_cast<double>(a.total());
 }
 
+cv::Mat smoothSurface(double noise, const cv::Mat& depth) {
+    cv::Mat smooth = depth.clone();
+    smoothSurfaces(noise, smooth);
+    return smooth;
+}
+
+cv::Mat planesOf(const cv::Mat& photo, double noise, const cv::Mat& depth) {
+    cv::Mat planes = smoothSurface(noise, depth);
+    fitPlanes(photo, noise, depth, planes);
+    return planes;
+}
+
 TEST(DepthRefine, SmoothingIsThatOfTheFormulas) {
     for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 5), cv::Size(61, 47)}) {
         cv::Mat depth = world(size).depth;
@@ -206,8 +218,7 @@ TEST(DepthRefine, SmoothingIsThatOfTheFormulas) {
         cv::RNG(11).fill(noise, cv::RNG::NORMAL, 0, 0.03);
         depth = cv::min(cv::max(depth + noise, 0), 1);
         for (const double deviation : {0.005, 0.03, 0.2, 1.0}) {
-            cv::Mat result = depth.clone();
-            smoothSurfaces(deviation, result);
+            const cv::Mat result = smoothSurface(deviation, depth);
             // sums of floats against sums of doubles
             EXPECT_TRUE(samePicture(result, referenceSmoothSurfaces(deviation, depth), 1e-5))
                 << size << " " << deviation;
@@ -223,8 +234,7 @@ TEST(DepthRefine, PlanesAreThoseOfTheFormulas) {
         const cv::Mat depth = cv::min(cv::max(made.depth + noise, 0), 1);
         for (const cv::Mat& photo : {made.photo, randomPhoto(size)}) {
             for (const double deviation : {0.005, 0.03, 0.2, 1.0}) {
-                cv::Mat result = depth.clone();
-                fitPlanes(photo, deviation, result);
+                const cv::Mat result = planesOf(photo, deviation, depth);
                 // float against double
                 EXPECT_TRUE(samePicture(result, referenceFitPlanes(photo, deviation, depth), 2e-5))
                     << size << " " << deviation;
@@ -247,10 +257,8 @@ TEST(DepthRefine, PlanesSmoothMoreThanMeansAndKeepSmallSteps) {
     cv::RNG(3).fill(noise, cv::RNG::NORMAL, 0, 1);
     cv::GaussianBlur(noise, noise, {}, 3);
     noise *= 0.02 / cv::norm(noise) * std::sqrt(static_cast<double>(noise.total()));
-    cv::Mat means = depth + noise;
-    cv::Mat planes = means.clone();
-    smoothSurfaces(0.02, means);
-    fitPlanes(photo, 0.02, planes);
+    const cv::Mat means = smoothSurface(0.02, depth + noise);
+    const cv::Mat planes = planesOf(photo, 0.02, depth + noise);
     // measured: 0.52
     EXPECT_LT(cv::norm(planes, depth), 0.6 * cv::norm(means, depth));
 }
@@ -261,8 +269,8 @@ TEST(DepthRefine, PlanesAreTheSameOnAllProcessors) {
     cv::RNG(5).fill(noise, cv::RNG::UNIFORM, -0.05, 0.05);
     cv::Mat first;
     forEachInstructionSet([&](const char* name) {
-        cv::Mat result = cv::min(cv::max(made.depth + noise, 0), 1);
-        fitPlanes(made.photo, 0.03, result);
+        const cv::Mat result =
+            planesOf(made.photo, 0.03, cv::min(cv::max(made.depth + noise, 0), 1));
         if (first.empty()) first = result;
         EXPECT_TRUE(samePicture(result, first)) << name;
     });
@@ -318,8 +326,7 @@ TEST(DepthRefine, SmallStepsStayHardInNoise) {
     DepthRefineOptions known;
     known.flaws = DepthFlaws();
     known.flaws->noise = 0.02;
-    cv::Mat smooth = depth + noise;
-    smoothSurfaces(0.02, smooth);
+    const cv::Mat smooth = smoothSurface(0.02, depth + noise);
     const cv::Mat result = refined(photo, depth + noise, known);
     const auto step = [](const cv::Mat& map) {
         return cv::mean(map.col(120))[0] - cv::mean(map.col(119))[0];

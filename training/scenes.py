@@ -1399,9 +1399,10 @@ def row_scene(rng, assets):
             c for c in assets.standing if c.category in ("motorcycle", "bicycle", "car", "bus")
         ]
         step, rows = rng.uniform(0.9, 3), int(rng.integers(1, 4))
-        chosen = pick(rng, alike)
-        alike = [c for c in alike if c.category == chosen.category]
-        model = rng.random() < 0.4
+        if alike:
+            chosen = pick(rng, alike)
+            alike = [c for c in alike if c.category == chosen.category]
+        model = not alike or rng.random() < 0.4
         for row in range(rows):
             for k in range(-3, int(rng.integers(4, 16))):
                 p = [

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <cstdlib>
+#define HWY_WANT_AVX3_DL 1 // as libaltiro3D: what it does not know it cannot hide
 #include <hwy/highway.h>
 #include <unistd.h>
 

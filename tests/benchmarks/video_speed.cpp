@@ -75,6 +75,7 @@ double plainRate(const fs::path& clip, DepthNetwork& network, const Calibration&
     options.constantRate = facts.constantRate;
     options.preset = setting.preset;
     options.crf = setting.crf;
+    options.native = true;
     VideoWriter writer(out, options, &reader);
     const PhotoFit fit =
         fitPhoto(facts.size, static_cast<double>(calibration.screenW) / calibration.screenH,

@@ -201,6 +201,10 @@ struct VideoWriterOptions {
     bool compatible = false;
     double crf = 16; ///< Constant rate factor of H264, H264Rgb, Hevc, 0..51; lower is better.
     EncoderPreset preset = EncoderPreset::SuperFast; ///< Of H264, H264Rgb and Hevc.
+    /// The frames are Natives. H264 at SuperFast in 4:4:4 then omits searches that gain nothing where
+    /// neighbouring px belong to different views: for motion between px, for the best number of
+    /// B-frames.
+    bool native = false;
     Fraction timeBase{1, 1000};                      ///< Unit of the frames' times, s.
     Fraction frameRate;          ///< Frames per second, may be approximate; 0/1 = unknown.
     bool constantRate = false;   ///< frameRate is known and holds for every frame.

@@ -80,6 +80,7 @@ VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFact
         encoding.compatible =
             encoding.codec == VideoCodec::H264 || encoding.codec == VideoCodec::Hevc;
     }
+    encoding.native = conversion.product == VideoProduct::Native;
     encoding.size = size;
     encoding.timeBase = facts.timeBase;
     encoding.frameRate = facts.averageRate;

@@ -232,6 +232,10 @@ void VideoWriter::Impl::openEncoder() {
         settings.set("preset", presetName(options_.preset));
         settings.set("crf", numberText(options_.crf));
     }
+    if (options_.native && options_.codec == VideoCodec::H264 && !options_.compatible &&
+        options_.preset == EncoderPreset::SuperFast) {
+        settings.set("x264-params", "subme=0:b-adapt=0"); // measured: docs/lab/video.md
+    }
     if (options_.codec == VideoCodec::Hevc) {
         // By default, x265 prints messages and starts threads for all processors.
         settings.set("x265-params", "log-level=none:pools=" + std::to_string(threads));

@@ -6,6 +6,7 @@
 #include "common/display_options.hpp"
 #include "viewer/arrivals.hpp"
 #include "viewer/display_list.hpp"
+#include "viewer/pixmap_stream.hpp"
 #include "viewer/slide_presenter.hpp"
 #include "viewer/test_picture.hpp"
 
@@ -85,9 +86,7 @@ void requireDesktop() {
 // Delivers the pictures of a stream on standard input as they arrive; the writer sets the pace.
 class PictureStream {
   public:
-    PictureStream() : reader_("-", options()) {
-        if (const auto first = reader_.next()) first_ = first->picture;
-    }
+    PictureStream() { readPixmap(*stdin, first_); }
     ~PictureStream() { end(); }
     PictureStream(const PictureStream&) = delete;
     PictureStream& operator=(const PictureStream&) = delete;
@@ -101,8 +100,8 @@ class PictureStream {
     void start(const std::function<bool(const cv::Mat&)>& show, const std::function<void()>& end) {
         thread_ = std::thread([this, show, end] {
             try {
-                for (VideoFrame frame; !ending_ && reader_.read(frame); frame.picture = cv::Mat()) {
-                    while (!show(frame.picture) && !ending_)
+                for (cv::Mat picture; !ending_ && readPixmap(*stdin, picture);) {
+                    while (!show(picture) && !ending_)
                         std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 }
             } catch (const std::exception&) { // the writer has ended in the middle of a picture
@@ -112,14 +111,6 @@ class PictureStream {
     }
 
   private:
-    static VideoReaderOptions options() {
-        VideoReaderOptions options;
-        options.format = "ppm_pipe";
-        options.threads = 1; // more would hold pictures back
-        return options;
-    }
-
-    VideoReader reader_;
     cv::Mat first_;
     std::atomic<bool> ending_{false};
     std::thread thread_;

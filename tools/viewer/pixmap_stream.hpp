@@ -5,9 +5,9 @@
 
 namespace altiro3D::viewer {
 
-/// Reads the next of the 8-bit colour pictures (PPM, P6, without comments) that follow each other in
-/// a file. It returns as soon as the last byte of the picture has arrived: FFmpeg waits for bytes of
-/// the next one.
+/// Reads the next of the 8-bit colour pictures (PPM, P6, without comments) that follow each other
+/// in a file. It returns as soon as the last byte of the picture has arrived: FFmpeg waits for
+/// bytes of the next one.
 ///
 /// @param file a pipe, mostly
 /// @param picture new memory [CV_8UC3, BGR]

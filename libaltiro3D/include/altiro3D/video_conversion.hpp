@@ -161,8 +161,8 @@ struct VideoConversion {
     VideoDepthOptions depthOptions;
     std::optional<GivenVideoDepth> given; ///< Existing depth, used instead of an estimate.
 
-    /// Options of the output. The converter sets `size`, `timeBase`, `frameRate`, `constantRate` and
-    /// `native`, and for quilts and RGB-D also `compatible`.
+    /// Options of the output. The converter sets `size`, `timeBase`, `frameRate`, `constantRate`
+    /// and `native`, and for quilts and RGB-D also `compatible`.
     VideoWriterOptions encoding;
     /// What to do with an unfinished earlier run. Ignored unless `input` is a regular file.
     UnfinishedRun unfinished = UnfinishedRun::Refuse;

@@ -113,6 +113,9 @@ struct VideoFacts {
     std::string codec;       ///< FFmpeg's name of the video codec ("h264").
     std::string pixelFormat; ///< FFmpeg's name of the pixel format ("yuv420p").
     bool isDevice = false;   ///< A capture device: frames not read in time are lost.
+    /// Frames are delivered as they arrive and set the pace: a capture device, or pictures on the
+    /// standard input (ppm_pipe, ...), which have no times. Their durations may be unknown, 0.
+    bool isLive = false;
     int streamIndex = 0;     ///< Index of the video stream that is delivered.
     cv::Size size;           ///< Size in px of the frames as delivered, upright.
     int rotationDegrees = 0; ///< Clockwise rotation that is applied to the stored pictures, 0..270.
@@ -201,11 +204,11 @@ struct VideoWriterOptions {
     bool compatible = false;
     double crf = 16; ///< Constant rate factor of H264, H264Rgb, Hevc, 0..51; lower is better.
     EncoderPreset preset = EncoderPreset::SuperFast; ///< Of H264, H264Rgb and Hevc.
-    /// The frames are Natives. H264 at SuperFast in 4:4:4 then omits searches that gain nothing where
-    /// neighbouring px belong to different views: for motion between px, for the best number of
-    /// B-frames.
+    /// The frames are Natives. H264 at SuperFast in 4:4:4 then omits searches that gain nothing
+    /// where neighbouring px belong to different views: for motion between px, for the best number
+    /// of B-frames.
     bool native = false;
-    Fraction timeBase{1, 1000};                      ///< Unit of the frames' times, s.
+    Fraction timeBase{1, 1000};  ///< Unit of the frames' times, s.
     Fraction frameRate;          ///< Frames per second, may be approximate; 0/1 = unknown.
     bool constantRate = false;   ///< frameRate is known and holds for every frame.
     Fraction sampleAspect{1, 1}; ///< Width : height of a px.

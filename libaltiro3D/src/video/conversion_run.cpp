@@ -148,7 +148,7 @@ bool ConversionRun::read(PipelineFrame& frame) {
     if (range_ && number >= range_->end()) return false;
     if (!reader->read(frame.source)) return false;
     frame.number = number;
-    if (!sink && !reader->facts().isDevice) waitUntilDue(frame.source);
+    if (!sink && !reader->facts().isLive) waitUntilDue(frame.source);
     return true;
 }
 

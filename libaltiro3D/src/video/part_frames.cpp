@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <string_view>
 
 namespace altiro3D {
 
@@ -27,22 +26,12 @@ std::int64_t durationOf(const AVFrame& frame) {
 #endif
 }
 
-// Whether frames are delivered as they arrive. Of others the next one is awaited, because its time
-// is the end of this one. Pictures in a pipe (ppm_pipe) have no times.
-bool arrivesLive(const VideoInput& input) {
-    constexpr std::string_view kEnd = "_pipe";
-    const std::string_view format = input.facts.format;
-    const bool isPictures =
-        format.size() > kEnd.size() && format.substr(format.size() - kEnd.size()) == kEnd;
-    return input.kind == Kind::Device || (input.kind == Kind::StandardInput && isPictures);
-}
-
 } // namespace
 
 PartFrames::PartFrames(const VideoInput& input, const VideoReaderOptions& options,
                        VideoPackets& packets, FrameDecoder& decoder, VideoReadCounts& counts)
     : subject_(input.subject), codec_(input.facts.codec), kind_(input.kind),
-      isLive_(arrivesLive(input)), unit_(av_q2d(input.stream->time_base)), packets_(packets),
+      isLive_(input.facts.isLive), unit_(av_q2d(input.stream->time_base)), packets_(packets),
       decoder_(decoder), counts_(counts), startPts_(input.startPts),
       fromPts_(startPts_ + std::llround(options.from / unit_)),
       toPts_(options.to < 1e9 ? startPts_ + std::llround(options.to / unit_) : kToTheEnd),
@@ -141,7 +130,7 @@ bool PartFrames::next(Frame& frame) {
     const std::int64_t stated = durationOf(*current_.frame);
     frame.duration = isNear(stated) ? stated : 0;
     bool hasNext = false;
-    if (!isLive_) {
+    if (!isLive_) { // the time of the next frame is the end of this one
         hasNext = decoder_.decode(ahead_);
         if (hasNext) {
             frame.duration = ahead_.pts - current_.pts;

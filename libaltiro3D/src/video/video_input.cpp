@@ -11,6 +11,7 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <string_view>
 #include <sys/stat.h>
 #include <system_error>
 
@@ -263,6 +264,14 @@ void chooseStream(VideoInput& input) {
     }
 }
 
+bool isLive(const VideoInput& input) {
+    constexpr std::string_view kPictures = "_pipe"; // ppm_pipe, png_pipe, ...
+    const std::string_view format = input.format->iformat->name;
+    const bool arePictures = format.size() > kPictures.size() &&
+                             format.substr(format.size() - kPictures.size()) == kPictures;
+    return input.kind == Kind::Device || (input.kind == Kind::StandardInput && arePictures);
+}
+
 void openDecoder(VideoInput& input, int threads) {
     const AVCodecParameters& parameters = *input.stream->codecpar;
     const std::string name = codecName(parameters.codec_id);
@@ -284,8 +293,8 @@ void openDecoder(VideoInput& input, int threads) {
     checkMemory(input.decoder.get());
     if (avcodec_parameters_to_context(input.decoder.get(), &parameters) < 0) checkMemory(nullptr);
     input.decoder->thread_count = threads;
-    // Threads that decode one frame each hold a frame per thread back, and a camera's are shown.
-    if (input.kind == Kind::Device) input.decoder->thread_type = FF_THREAD_SLICE;
+    // Threads that decode one frame each hold a frame per thread back.
+    if (isLive(input)) input.decoder->thread_type = FF_THREAD_SLICE;
     input.decoder->pkt_timebase = input.stream->time_base;
     input.decoder->max_pixels = static_cast<std::int64_t>(kMaxImagePixels);
     const int result = avcodec_open2(input.decoder.get(), codec, nullptr);
@@ -327,7 +336,8 @@ void fillFacts(VideoInput& input) {
     facts.codec = codecName(parameters.codec_id);
     const char* const pixels = av_get_pix_fmt_name(static_cast<AVPixelFormat>(parameters.format));
     facts.pixelFormat = pixels != nullptr ? pixels : "unknown";
-    facts.isDevice = input.kind == VideoInput::Kind::Device;
+    facts.isDevice = input.kind == Kind::Device;
+    facts.isLive = isLive(input);
     facts.streamIndex = video.index;
     const Orientation orientation = orientationOf(displayMatrix(video));
     input.orientation = orientation;

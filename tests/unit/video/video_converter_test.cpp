@@ -8,11 +8,19 @@
 #include "support/files.hpp"
 #include "support/video.hpp"
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
 #include <cstring>
+#include <fcntl.h>
+#include <functional>
+#include <future>
 #include <gtest/gtest.h>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <unistd.h>
 
 namespace altiro3D::test {
 namespace {
@@ -414,6 +422,98 @@ TEST_F(VideoConverterTest, PicturesAreShownInTheirOrderUntilTheCallerHasSeenEnou
     EXPECT_EQ(shown, 3U);
     EXPECT_EQ(result.frames, 3);
     EXPECT_TRUE(result.cancelled);
+}
+
+// 100 pictures whose grey says their number, from a device that gives them as fast as they are
+// read.
+constexpr int kGreySteps = 100;
+constexpr const char* kGreys =
+    "nullsrc=size=32x32:rate=1:duration=100,format=yuv420p,geq=lum=16+2*N:cb=128:cr=128";
+
+VideoConversion shownDevice(const std::string& device, std::vector<int>& numbers) {
+    VideoConversion made;
+    made.input = device;
+    made.part.format = "lavfi";
+    made.product = VideoProduct::Rgbd; // the picture itself, beside its depth
+    made.show = [&numbers](const cv::Mat& picture) {
+        const double grey = cv::mean(picture(cv::Rect(8, 8, 16, 16)))[1];
+        numbers.push_back(static_cast<int>(std::lround(grey * 219 / 255 / 2)));
+        return true;
+    };
+    return made;
+}
+
+bool isRising(const std::vector<int>& numbers) {
+    return std::adjacent_find(numbers.begin(), numbers.end(), std::greater_equal<>()) ==
+           numbers.end();
+}
+
+// By the times of its pictures, 100 s.
+TEST(LiveVideo, ADeviceSetsItsOwnPace) {
+    std::vector<int> numbers;
+    const auto start = std::chrono::steady_clock::now();
+    const VideoConversionResult result = VideoConverter(shownDevice(kGreys, numbers)).run();
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(50));
+    EXPECT_TRUE(isRising(numbers));
+    ASSERT_FALSE(numbers.empty());
+    EXPECT_EQ(numbers.back(), kGreySteps - 1);
+    EXPECT_EQ(result.frames, static_cast<std::int64_t>(numbers.size()));
+    EXPECT_EQ(result.pipeline.dropped, kGreySteps - result.frames);
+}
+
+// While the first picture is shown, all others arrive. Only those on their way to the display and
+// the newest one are kept.
+TEST(LiveVideo, PicturesThatAreLateAreDroppedNotQueued) {
+    std::vector<int> numbers;
+    VideoConversion made = shownDevice(kGreys, numbers);
+    std::promise<void> allRead;
+    std::atomic<int> reads{0};
+    bool heldUp = false;
+    made.show = [&, show = made.show](const cv::Mat& picture) {
+        if (numbers.empty()) {
+            heldUp = allRead.get_future().wait_for(std::chrono::seconds(60)) !=
+                     std::future_status::ready;
+        }
+        return show(picture);
+    };
+    // called before each read and after each picture; the last read finds the end
+    const VideoConversionResult result = VideoConverter(std::move(made)).run([&](const auto&) {
+        if (++reads == kGreySteps + 1) allRead.set_value();
+        return true;
+    });
+    EXPECT_FALSE(heldUp);
+    EXPECT_TRUE(isRising(numbers));
+    ASSERT_FALSE(numbers.empty());
+    EXPECT_EQ(numbers.back(), kGreySteps - 1);
+    EXPECT_LE(numbers.size(), 7U); // one in each of three stages, one in each of three queues
+    EXPECT_EQ(result.pipeline.dropped + static_cast<std::int64_t>(numbers.size()), kGreySteps);
+}
+
+// Their times are made up: 25 per second, so 4 s.
+TEST(LiveVideo, PicturesInAPipeSetTheirOwnPaceAndAFileIsPacedByItsTimes) {
+    const TemporaryDirectory directory;
+    std::string pictures;
+    for (int k = 0; k < kGreySteps; ++k)
+        pictures += "P6\n32 32\n255\n" + std::string(3072, static_cast<char>(2 * k * 255 / 219));
+    spill(directory / "pictures", pictures);
+    const auto seconds = [&](const fs::path& input) {
+        std::vector<int> numbers;
+        VideoConversion made = shownDevice(input, numbers);
+        made.part.format = "ppm_pipe";
+        const auto start = std::chrono::steady_clock::now();
+        VideoConverter(std::move(made)).run();
+        EXPECT_TRUE(isRising(numbers));
+        EXPECT_FALSE(numbers.empty());
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    };
+    const int before = dup(0);
+    const int opened = open((directory / "pictures").c_str(), O_RDONLY);
+    ASSERT_GE(dup2(opened, 0), 0);
+    EXPECT_LT(seconds("-"), 3);
+    dup2(before, 0);
+    close(before);
+    close(opened);
+    EXPECT_GT(seconds(directory / "pictures"), 3.9);
 }
 
 TEST_F(VideoConverterTest, PartsWithoutFramesAndFieldsThatDoNotGoTogetherAreErrors) {

@@ -3,9 +3,11 @@
 #include "altiro3D/error.hpp"
 #include "support/files.hpp"
 #include "support/video.hpp"
+#include "video/video_input.hpp"
 #include "video/video_picture.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <fcntl.h>
@@ -537,6 +539,62 @@ TEST(VideoReader, OpensDevicesByTheirFormat) {
     options.formatOptions = {{"no_such_option", "1"}};
     EXPECT_EQ(errorOf([&] { const VideoReader other("testsrc2=duration=1", options); }),
               "formatOptions: have \"no_such_option\", which the format lavfi does not know");
+}
+
+// The device gives eight pictures per second, and none earlier.
+TEST(VideoReader, PicturesOfADeviceAreDeliveredBeforeTheNextOne) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    using Clock = std::chrono::steady_clock;
+    constexpr double kApart = 0.125; // s
+    const Clock::time_point start = Clock::now();
+    VideoReaderOptions options;
+    options.format = "lavfi";
+    VideoReader reader("testsrc2=size=32x24:rate=8,realtime", options);
+    EXPECT_TRUE(reader.facts().isLive);
+    double soonest = 1e9; // s, after the picture
+    VideoFrame frame;
+    for (int k = 0; k < 24; ++k) { // the first ones are read when it is opened
+        ASSERT_TRUE(reader.read(frame));
+        ASSERT_EQ(frame.pts, k);
+        const double since = std::chrono::duration<double>(Clock::now() - start).count();
+        soonest = std::min(soonest, since - kApart * k);
+    }
+    EXPECT_LT(soonest, kApart) << "waits for the next picture";
+}
+
+// Threads with a frame each hold as many frames back. Those of files may.
+TEST(VideoReader, DecodersOfLivePicturesHoldNoFramesBack) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    VideoReaderOptions options;
+    options.threads = 4;
+    EXPECT_EQ(openVideoInput(makeClip(directory, "clip.mkv"), options).decoder->active_thread_type,
+              FF_THREAD_FRAME);
+    const auto openPiped = [&](const std::string& name, const std::string& format) {
+        const int before = dup(0);
+        const int opened = open((directory / name).c_str(), O_RDONLY);
+        EXPECT_GE(dup2(opened, 0), 0);
+        options.format = format;
+        const VideoInput input = openVideoInput("-", options);
+        dup2(before, 0);
+        close(before);
+        close(opened);
+        return std::make_pair(input.facts.isLive, input.decoder->active_thread_type);
+    };
+    EXPECT_EQ(openPiped("clip.mkv", ""), std::make_pair(false, FF_THREAD_FRAME));
+    ffmpeg("-i " + arg(directory / "clip.mkv") + " -c:v png -f image2pipe " +
+           arg(directory / "pictures"));
+    const auto [isLive, threads] = openPiped("pictures", "png_pipe");
+    EXPECT_TRUE(isLive);
+    EXPECT_EQ(threads & FF_THREAD_FRAME, 0);
+    options.format = "png_pipe"; // the same pictures in a file
+    const VideoInput file = openVideoInput(directory / "pictures", options);
+    EXPECT_FALSE(file.facts.isLive);
+    EXPECT_EQ(file.decoder->active_thread_type, FF_THREAD_FRAME);
+    options.format = "lavfi";
+    const VideoInput device = openVideoInput("testsrc2=size=32x24", options);
+    EXPECT_TRUE(device.facts.isLive);
+    EXPECT_EQ(device.decoder->thread_type, FF_THREAD_SLICE);
 }
 
 TEST(VideoReader, CharacterDevicesAreCamerasWhateverTheirNames) {

@@ -86,7 +86,11 @@ void requireDesktop() {
 // Delivers the pictures of a stream on standard input as they arrive; the writer sets the pace.
 class PictureStream {
   public:
-    PictureStream() { readPixmap(*stdin, first_); }
+    PictureStream() {
+        if (!readPixmap(*stdin, first_))
+            throw Error(ErrorCode::BadFormat, "standard input",
+                        "is empty, expected pictures (PPM of 8 bits, P6)");
+    }
     ~PictureStream() { end(); }
     PictureStream(const PictureStream&) = delete;
     PictureStream& operator=(const PictureStream&) = delete;

@@ -418,6 +418,31 @@ TEST(Video2NativeTool, NetworksAreRunAsOftenAndAsLargeAsAsked) {
                       2, "--network-size is \"5000\", expected a number 16..4096"));
 }
 
+// Method fast gains nothing by refined edges, so the time is saved.
+TEST(Video2NativeTool, EstimatedDepthIsRefinedForLayeredAlone) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    SmallStudio studio;
+    ffmpeg("-f lavfi -i testsrc2=size=480x640:rate=2:duration=1 -c:v libx264 " +
+           arg(studio / "clip.mp4"));
+    spill(studio / "small.onnx", onnx::mixModel({0.2F, 0.3F, 0.5F}, {64, 32}));
+    spill(studio / "mine.json", R"({"name": "small", "file": "small.onnx", "inputWidth": 64,)"
+                                R"( "inputHeight": 32})");
+    const auto made = [&](const Arguments& more) {
+        const Outcome outcome =
+            studio.run("video2native", studio.display() +
+                                           Arguments{"-y", "-j", "1", "-n", "small.onnx",
+                                                     "--net-profile", "mine.json"} +
+                                           more + Arguments{"clip.mp4", "out.mp4"});
+        EXPECT_TRUE(isDone(outcome));
+        return slurp(studio / "out.mp4");
+    };
+    const Arguments exact{"--exact-depth"};
+    for (const Arguments& fast : {Arguments{"--method", "fast"}, Arguments{"--profile", "live"}})
+        EXPECT_EQ(made(fast), made(fast + exact));
+    const Arguments layered{"--profile", "live", "--method", "layered"};
+    EXPECT_NE(made(layered), made(layered + exact));
+}
+
 TEST(Video2NativeTool, FramesDoNotDependOnThreads) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(1);

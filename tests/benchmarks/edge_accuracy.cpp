@@ -11,6 +11,7 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "altiro3D/trade.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
@@ -32,7 +33,7 @@
 namespace {
 
 namespace fs = std::filesystem;
-using altiro3D::DepthNetwork;
+using altiro3D::DepthSource;
 using altiro3D::StereoScene;
 using altiro3D::ViewMethod;
 
@@ -67,20 +68,16 @@ cv::Mat noisy(const StereoScene& scene, double pixels, double sigma) {
     return cv::min(cv::max(result, 0), 1);
 }
 
-// What a network makes of the photo, with the edges of the network and the values of the truth: the
+// What a source makes of the photo, with the edges of the source and the values of the truth: the
 // best a + b x around each px (He et al. 2010).
-Flaw estimated(const std::string& name, const fs::path& file) {
-    const auto catalog =
-        altiro3D::readModelCatalog(altiro3D::test::sourcePath("models/catalog.json"));
-    const altiro3D::NetworkProfile* profile = altiro3D::findProfile(catalog, file);
-    if (profile == nullptr) throw std::runtime_error(file.string() + " is not in the catalogue");
-    const auto network = std::make_shared<DepthNetwork>(file, *profile);
+Flaw estimated(const std::string& name, const std::shared_ptr<DepthSource>& source) {
     return {
-        name, [network](const StereoScene& scene) {
+        name, [source](const StereoScene& scene) {
+            altiro3D::Scene made;
+            source->readScene(scene.photo, 0.5, made);
             cv::Mat guide;
-            network->estimate(scene.photo, guide);
-            const cv::Rect2d all(cv::Point2d(), cv::Size2d(guide.size()));
-            altiro3D::fitDepth(guide, all, scene.photo, guide);
+            const cv::Rect2d all(cv::Point2d(), cv::Size2d(made.depth.size()));
+            altiro3D::fitDepth(made.depth, all, scene.photo, guide);
             const auto mean = [](const cv::Mat& values) {
                 cv::Mat result;
                 cv::boxFilter(values, result, CV_32F, {81, 81}, {-1, -1}, true, cv::BORDER_REFLECT);
@@ -95,6 +92,19 @@ Flaw estimated(const std::string& name, const fs::path& file) {
             const cv::Mat result = mean(slope).mul(guide) + mean(offset);
             return cv::Mat(cv::min(cv::max(result, 0), 1));
         }};
+}
+
+// The network `altiro3d` alone, and with the built-in estimator, which is the default.
+std::vector<Flaw> estimatedFlaws() {
+    const auto catalog =
+        altiro3D::readModelCatalog(altiro3D::test::sourcePath("models/catalog.json"));
+    const fs::path file = altiro3D::test::sourcePath("models/altiro3d-depth.onnx");
+    const altiro3D::NetworkProfile* profile = altiro3D::findProfile(catalog, file);
+    if (profile == nullptr) throw std::runtime_error(file.string() + " is not in the catalogue");
+    altiro3D::NetworkProfile alone = *profile;
+    alone.cuesShare = 0;
+    return {estimated("our network", altiro3D::depthFromNetworkFile(file, alone)),
+            estimated("default depth", altiro3D::depthFromNetworkFile(file, *profile))};
 }
 
 std::vector<Flaw> flaws() {
@@ -135,8 +145,8 @@ std::vector<Flaw> flaws() {
         list.push_back({"noise of 1 px, sigma " + std::to_string(sigma) + " px",
                         [sigma](const StereoScene& scene) { return noisy(scene, 1, sigma); }});
     }
-    const fs::path own = altiro3D::test::sourcePath("models/altiro3d-depth.onnx");
-    list.push_back(estimated("our network", own));
+    const std::vector<Flaw> sources = estimatedFlaws();
+    list.insert(list.end(), sources.begin(), sources.end());
     return list;
 }
 

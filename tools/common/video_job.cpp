@@ -131,9 +131,6 @@ void choosePath(const CommandLine& commandLine, VideoJob& job, double seenAspect
     NativeOptions& native = job.native;
     job.path = "quilt";
     if (job.plan.product == VideoProduct::Rgbd) return;
-    // Fast gains little by refined edges, and estimated depth has no noise (docs/lab/edges.md).
-    const bool isEstimated = !job.depth->fromFiles() && !job.depth->rgbdSide();
-    if (isEstimated && native.views.method == ViewMethod::Fast) native.refine.flaws = DepthFlaws();
     if (const auto side = job.depth->rgbdSide()) {
         const bool isBeside = *side == DepthSide::Left || *side == DepthSide::Right;
         seenAspect *= isBeside ? 0.5 : 2;

@@ -139,7 +139,8 @@ struct VideoConversion {
     /// `map` if both are set.
     std::optional<QuiltLayout> layout;
     /// How views are rendered and fitted. Only `fit` and `sampling` are used if `fromQuilt` is set,
-    /// and only `views.focus` for Rgbd.
+    /// and only `views.focus` for Rgbd. Where `native.refine.flaws` is not set, flaws are measured
+    /// once per scene; estimated depth stays as it is for method Fast, which gains little by it.
     NativeOptions native;
     /// Settings that are chosen at the first frame of each scene and replace those of `native`
     /// during the scene. Given depth has no scenes; the first frame then decides for the whole

@@ -296,6 +296,24 @@ TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
     EXPECT_TRUE(samePicture(pictures("native.mkv").front(), native));
 }
 
+TEST_F(VideoConverterTest, EstimatedDepthIsRefinedForLayeredAlone) {
+    writeClip(directory / "clip.mkv", movingPictures({480, 640}, 1));
+    const auto first = [this](ViewMethod method, const DepthRefineOptions& refine) {
+        VideoConversion made = conversion("native.mkv");
+        made.given.reset();
+        made.native.views.method = method;
+        made.native.refine = refine;
+        VideoConverter(std::move(made)).run();
+        return pictures("native.mkv").front();
+    };
+    const DepthRefineOptions asItIs{DepthFlaws()};
+    EXPECT_TRUE(samePicture(first(ViewMethod::Fast, {}), first(ViewMethod::Fast, asItIs)));
+    EXPECT_FALSE(samePicture(first(ViewMethod::Layered, {}), first(ViewMethod::Layered, asItIs)));
+    DepthFlaws soft; // what the caller knows of the depth is corrected for every method
+    soft.softnessPixels = 4;
+    EXPECT_FALSE(samePicture(first(ViewMethod::Fast, {soft}), first(ViewMethod::Fast, asItIs)));
+}
+
 TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanContinueToTheSameBytes) {
     for (const DepthKind kind : {DepthKind::NearWhite, DepthKind::Metric}) {
         fs::remove(directory / "out.mkv");

@@ -110,7 +110,7 @@ std::vector<Flaw> estimatedFlaws() {
 std::vector<Flaw> flaws() {
     std::vector<Flaw> list;
     list.push_back({"exact", [](const StereoScene& scene) { return scene.depth.clone(); }});
-    for (const int width : {128, 256}) {
+    for (const int width : {128, 256, 384}) {
         list.push_back({std::to_string(width) + " px wide", [width](const StereoScene& scene) {
                             const cv::Size size = scene.depth.size();
                             cv::Mat result;

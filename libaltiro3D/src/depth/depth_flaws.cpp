@@ -221,7 +221,7 @@ class Alignment {
 // are.
 void measureSoftness(const Steps& steps, DepthFlaws& flaws) {
     constexpr double kHardWidth = 1.05; // middle of the bin
-    constexpr double kMinSoftness = 1;
+    constexpr double kMinSoftness = 0.35;
     constexpr double kEven = 0.7; // blurred and enlarged depth has 0.76 or more, networks' 0.62
     const double narrow = steps.width.quantile(0.1);
     const double usual = steps.width.quantile(0.25);

@@ -1,5 +1,7 @@
 #include "altiro3D/depth_map.hpp"
 
+#include "altiro3D/depth_source.hpp"
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/trade.hpp"
 #include "depth/depth_detail.hpp"
@@ -19,6 +21,7 @@
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string>
 
 namespace altiro3D::test {
 namespace {
@@ -89,6 +92,21 @@ TEST(DepthRefine, DepthThatFitsThePhotoStaysAsItIs) {
     EXPECT_TRUE(samePicture(refined(made.photo, made.depth), made.depth));
 }
 
+// Slopes look like wide steps, and there are many in rooms.
+TEST(DepthRefine, ExactDepthOfRoomsStaysAsItIs) {
+    ALTIRO3D_REQUIRE_DATA("rgbd/slambook2/ch12_dense_rgbd");
+    for (const std::string number : {"1", "2", "3", "4", "5"}) {
+        const auto room = dataPath("rgbd/slambook2/ch12_dense_rgbd");
+        Scene scene;
+        depthFromFile(room / "depth" / (number + ".png"), DepthKind::Metric)
+            ->readScene(readPhoto(room / "color" / (number + ".png")), 0.5, scene);
+        const PhotoFit fit = fitPhoto(scene.photo.size(), 0.75, {420, 560});
+        Scene fitted;
+        fitScene(scene, fit, 0.5, fitted, DepthRefineOptions{DepthFlaws()});
+        EXPECT_TRUE(samePicture(refined(fitted.photo, fitted.depth), fitted.depth)) << number;
+    }
+}
+
 TEST(DepthRefine, ThingsThatAreTooLargeOrTooSmallGetTheirSize) {
     const World made = world();
     for (const int pixels : {-3, -2, 2, 3}) {
@@ -117,14 +135,14 @@ TEST(DepthRefine, AShiftIsUndone) {
 
 TEST(DepthRefine, SoftEdgesBecomeHardAtTheBorderOfThePhoto) {
     const World made = world();
-    for (const double sigma : {1.0, 2.0, 4.0}) {
+    for (const double sigma : {0.6, 0.8, 1.0, 2.0, 4.0}) {
         const cv::Mat wrong = blurred(made.depth, sigma);
         const DepthFlaws flaws = measureDepthFlaws(made.photo, wrong);
         EXPECT_NEAR(flaws.softnessPixels, 2.5 * sigma - 1, 0.3 * sigma + 0.2) << sigma;
         EXPECT_EQ(flaws.growthPixels, 0) << sigma;
         const double before = wrongPart(wrong, made.depth);
         const double after = wrongPart(refined(made.photo, wrong), made.depth);
-        EXPECT_GT(before, 0.03) << sigma;
+        EXPECT_GT(before, 0.01) << sigma;
         EXPECT_LT(after, before / (sigma < 4 ? 5 : 3)) << sigma;
     }
 }
@@ -551,10 +569,11 @@ TEST(DepthRefine, ViewsOfWrongDepthComeNearerToTrueOnes) {
     EXPECT_TRUE(samePicture(refined(scene.photo, scene.depth), scene.depth));
     struct Case {
         cv::Mat depth;
-        double gain; // dB, at least; measured: 1.5, 1.5, 3.5, 1.7
+        double gain; // dB, at least; measured: 1.2, 1.5, 1.5, 3.5, 1.7
     };
-    for (const Case& wrong : {Case{blurred(scene.depth, 2), 1}, Case{blurred(scene.depth, 4), 1},
-                              Case{moved(scene.depth, -2), 2}, Case{moved(scene.depth, 2), 1}}) {
+    for (const Case& wrong : {Case{blurred(scene.depth, 0.8), 0.8}, Case{blurred(scene.depth, 2), 1},
+                              Case{blurred(scene.depth, 4), 1}, Case{moved(scene.depth, -2), 2},
+                              Case{moved(scene.depth, 2), 1}}) {
         const ViewAccuracy before = quality(wrong.depth);
         const ViewAccuracy after = quality(refined(scene.photo, wrong.depth));
         EXPECT_GT(after.psnrInside, before.psnrInside + wrong.gain);

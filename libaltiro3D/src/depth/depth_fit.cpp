@@ -1,4 +1,6 @@
-// Resamples depth to the size of a picture: fitDepth() of depth_map.hpp.
+// Resamples depth to the size of a picture: fitDepth() of depth_map.hpp, interpolateDepth().
+
+#include "depth/depth_fit.hpp"
 
 #include "altiro3D/depth_map.hpp"
 #include "base/checks.hpp"
@@ -260,11 +262,47 @@ void pickNearest(const cv::Mat& depth, const cv::Rect2d& part, cv::Size size, cv
     fitted = result;
 }
 
-} // namespace
+// Places between samples, for linear interpolation: sample `first` and the share of the next one.
+struct Between {
+    int first;
+    int second; // the same at the ends
+    float share;
+};
 
-void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide, cv::Mat& fitted) {
-    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
-    checkType(guide, {CV_8UC3}, "guide", "CV_8UC3");
+std::vector<Between> between(double start, double length, int pixels, int available) {
+    std::vector<Between> places(static_cast<std::size_t>(pixels));
+    for (int x = 0; x < pixels; ++x) {
+        const double last = available - 1;
+        const double at = std::clamp(start + (x + 0.5) * (length / pixels) - 0.5, 0.0, last);
+        const int first = static_cast<int>(at);
+        places[static_cast<std::size_t>(x)] = {first, std::min(first + 1, available - 1),
+                                               static_cast<float>(at - first)};
+    }
+    return places;
+}
+
+void mix(const cv::Mat& depth, const cv::Rect2d& part, cv::Mat& result) {
+    const std::vector<Between> columns = between(part.x, part.width, result.cols, depth.cols);
+    const std::vector<Between> rows = between(part.y, part.height, result.rows, depth.rows);
+    cv::parallel_for_(cv::Range(0, result.rows), [&](const cv::Range& range) {
+        std::vector<float> row(static_cast<std::size_t>(depth.cols));
+        for (int y = range.start; y < range.end; ++y) {
+            const Between& at = rows[static_cast<std::size_t>(y)];
+            const float* const above = depth.ptr<float>(at.first);
+            const float* const below = depth.ptr<float>(at.second);
+            for (std::size_t x = 0; x < row.size(); ++x)
+                row[x] = above[x] + at.share * (below[x] - above[x]);
+            float* const to = result.ptr<float>(y);
+            for (std::size_t x = 0; x < columns.size(); ++x) {
+                const float left = row[static_cast<std::size_t>(columns[x].first)];
+                const float right = row[static_cast<std::size_t>(columns[x].second)];
+                to[x] = left + columns[x].share * (right - left);
+            }
+        }
+    });
+}
+
+void checkPart(const cv::Mat& depth, const cv::Rect2d& part) {
     // Callers that compute `size - start` and add it again are off by rounding.
     constexpr double kSlackPixels = 1e-6;
     const bool isInside = part.x >= -kSlackPixels && part.y >= -kSlackPixels && part.width > 0 &&
@@ -274,12 +312,37 @@ void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide
           "is " + numberText(part.width) + " x " + numberText(part.height) + " px at (" +
               numberText(part.x) + ", " + numberText(part.y) +
               "), expected a part of the depth map of " + sizeText(depth.size()) + " px");
+}
+
+bool isShrunk(const cv::Rect2d& part, cv::Size size) {
+    return part.width >= size.width && part.height >= size.height;
+}
+
+} // namespace
+
+void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide, cv::Mat& fitted) {
+    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
+    checkType(guide, {CV_8UC3}, "guide", "CV_8UC3");
+    checkPart(depth, part);
     const cv::Mat source = depth;
-    if (part.width >= guide.cols && part.height >= guide.rows) {
+    if (isShrunk(part, guide.size())) {
         pickNearest(source, part, guide.size(), fitted);
     } else {
         enlarge(source, part, guide, fitted);
     }
+}
+
+void interpolateDepth(const cv::Mat& depth, const cv::Rect2d& part, cv::Size size,
+                      cv::Mat& fitted) {
+    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
+    checkPart(depth, part);
+    if (isShrunk(part, size)) {
+        pickNearest(depth, part, size, fitted);
+        return;
+    }
+    cv::Mat result(size, CV_32FC1); // not `fitted`: it may be the depth itself
+    mix(depth, part, result);
+    fitted = result;
 }
 
 } // namespace altiro3D

@@ -4,6 +4,7 @@
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
+#include "depth/depth_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -233,7 +234,8 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
     checkFit(fit, photoSize);
     checkNumber(focus >= 0 && focus <= 1, "focus", focus, "a depth of 0 (farthest) .. 1 (nearest)");
     const cv::Size size = fit.fittedSize();
-    if (fittedPhoto.size() != size) {
+    const bool isGuided = !fittedPhoto.empty();
+    if (isGuided && fittedPhoto.size() != size) {
         throw Error(ErrorCode::Mismatch, "photo",
                     "has " + sizeText(fittedPhoto.size()) + " px, expected " + sizeText(size));
     }
@@ -246,7 +248,11 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
                           (left + fit.source.width + right) * scaleX, fit.source.height * scaleY);
     const cv::Rect filled = fit.filled();
     cv::Mat inside;
-    fitDepth(depth, part, fittedPhoto(filled), inside);
+    if (isGuided) {
+        fitDepth(depth, part, fittedPhoto(filled), inside);
+    } else {
+        interpolateDepth(depth, part, filled.size(), inside);
+    }
     if (filled.size() == size) {
         fitted = inside;
         return;

@@ -84,9 +84,11 @@ class ViewsRenderer : public FrameRenderer {
         : options_(conversion.native), target_(target), seenAspect_(seenAspect),
           isGiven_(conversion.given.has_value()), wanted_(conversion.choices),
           workSize_(options_.keepResolution ? target.panelSize : target.layout.tileSize) {
-        // Fast gains little by refined edges, and estimated depth has no noise (docs/lab/edges.md).
+        // Fast gains little by edges that fit, and estimated depth has no noise (docs/lab/edges.md).
         if (!isGiven_ && options_.views.method == ViewMethod::Fast && !options_.refine.flaws)
             options_.refine = kAsItIs;
+        isPlain_ = !isGiven_ && options_.views.method == ViewMethod::Fast &&
+                   options_.refine.keepsDepth();
         if (conversion.product == VideoProduct::Quilt) {
             quilter_.emplace(target.layout, options_.views);
         } else if (conversion.map) {
@@ -182,7 +184,14 @@ class ViewsRenderer : public FrameRenderer {
         const PhotoFit fit = withMargins(
             fitPhoto(scene.photo.size(), aspect, workSize_, options_.fit, options_.framing),
             scene.photo.size(), options_.views);
-        fitScene(scene, fit, options_.views.focus, fitted_, kAsItIs);
+        if (isPlain_) {
+            applyFit(scene.photo, fit, fitted_.photo);
+            applyFitToDepth(scene.depth, scene.photo.size(), fit, {}, options_.views.focus,
+                            fitted_.depth);
+            fitted_.shown = fit.shown();
+        } else {
+            fitScene(scene, fit, options_.views.focus, fitted_, kAsItIs);
+        }
         return fit;
     }
 
@@ -211,6 +220,7 @@ class ViewsRenderer : public FrameRenderer {
     VideoTarget target_;
     double seenAspect_;
     bool isGiven_;
+    bool isPlain_ = false; // depth is fitted without regard to edges
     AutoChoices wanted_;
     bool isChosen_ = false; // options_ hold the choices for the scene
     std::vector<SceneChoice> choices_;

@@ -2,11 +2,13 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "depth/depth_fit.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"
 #include "support/reference.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
@@ -348,6 +350,38 @@ TEST(DepthMap, FittingAgreesWithTheSlowReference) {
     }
 }
 
+TEST(DepthMap, InterpolationAgreesWithTheSlowReference) {
+    for (const FitCase& c : kFitCases) {
+        const cv::Mat depth = randomPicture(c.depth, CV_32FC1, 0, 1, 3);
+        const auto sample = [&](int y, int x) -> long double {
+            return depth.at<float>(std::clamp(y, 0, depth.rows - 1),
+                                   std::clamp(x, 0, depth.cols - 1));
+        };
+        cv::Mat expected(c.guide, CV_32FC1);
+        for (int y = 0; y < expected.rows; ++y) {
+            for (int x = 0; x < expected.cols; ++x) {
+                const long double u = c.part.x + (x + 0.5L) * c.part.width / c.guide.width - 0.5L;
+                const long double v = c.part.y + (y + 0.5L) * c.part.height / c.guide.height - 0.5L;
+                const int column = static_cast<int>(std::floor(u));
+                const int row = static_cast<int>(std::floor(v));
+                const auto along = [&](int r) {
+                    return (1 - (u - column)) * sample(r, column) +
+                           (u - column) * sample(r, column + 1);
+                };
+                expected.at<float>(y, x) =
+                    static_cast<float>((1 - (v - row)) * along(row) + (v - row) * along(row + 1));
+            }
+        }
+        const RestoredThreads restored;
+        for (const int threads : {1, 3}) {
+            cv::setNumThreads(threads);
+            cv::Mat result;
+            interpolateDepth(depth, c.part, c.guide, result);
+            EXPECT_TRUE(samePicture(result, expected, 1e-6)) << c.depth << c.part << c.guide;
+        }
+    }
+}
+
 TEST(DepthMap, FittingIsTheSameOnEveryInstructionSet) {
     for (const FitCase& c : kFitCases) {
         const cv::Mat depth = randomPicture(c.depth, CV_32FC1, 0, 1, 3);
@@ -470,6 +504,7 @@ TEST(DepthMap, PartsOutsideTheDepthMapAreRefused) {
         cv::Mat result;
         const std::string said = errorOf([&] { fitDepth(depth, part, guide, result); });
         EXPECT_EQ(said.rfind("part: is ", 0), 0u) << said;
+        EXPECT_EQ(errorOf([&] { interpolateDepth(depth, part, guide.size(), result); }), said);
         EXPECT_NE(said.find("expected a part of the depth map of 10 x 8 px"), std::string::npos);
     }
     EXPECT_EQ(errorOf([&] { fitted(depth, cv::Mat(3, 3, CV_8UC1)); }),

@@ -571,9 +571,9 @@ TEST(DepthRefine, ViewsOfWrongDepthComeNearerToTrueOnes) {
         cv::Mat depth;
         double gain; // dB, at least; measured: 1.2, 1.5, 1.5, 3.5, 1.7
     };
-    for (const Case& wrong : {Case{blurred(scene.depth, 0.8), 0.8}, Case{blurred(scene.depth, 2), 1},
-                              Case{blurred(scene.depth, 4), 1}, Case{moved(scene.depth, -2), 2},
-                              Case{moved(scene.depth, 2), 1}}) {
+    for (const Case& wrong : {Case{blurred(scene.depth, 0.8), 0.8},
+                              Case{blurred(scene.depth, 2), 1}, Case{blurred(scene.depth, 4), 1},
+                              Case{moved(scene.depth, -2), 2}, Case{moved(scene.depth, 2), 1}}) {
         const ViewAccuracy before = quality(wrong.depth);
         const ViewAccuracy after = quality(refined(scene.photo, wrong.depth));
         EXPECT_GT(after.psnrInside, before.psnrInside + wrong.gain);

@@ -130,11 +130,13 @@ TEST(PhotoFit, BarsAreBlackAndLieAtTheFocus) {
     cv::Mat fittedPhoto;
     cv::Mat fittedDepth;
     applyFit(photo, fit, fittedPhoto);
-    applyFitToDepth(depth, photo.size(), fit, fittedPhoto, 0.3, fittedDepth);
     EXPECT_EQ(fittedPhoto.at<cv::Vec3b>(5, 20), cv::Vec3b(0, 0, 0));
     EXPECT_EQ(fittedPhoto.at<cv::Vec3b>(20, 20), cv::Vec3b(200, 200, 200));
-    EXPECT_EQ(fittedDepth.at<float>(5, 20), 0.3F);
-    EXPECT_EQ(fittedDepth.at<float>(20, 20), 0.9F);
+    for (const cv::Mat& guide : {fittedPhoto, cv::Mat()}) {
+        applyFitToDepth(depth, photo.size(), fit, guide, 0.3, fittedDepth);
+        EXPECT_EQ(fittedDepth.at<float>(5, 20), 0.3F);
+        EXPECT_EQ(fittedDepth.at<float>(20, 20), 0.9F);
+    }
 }
 
 TEST(PhotoFit, DepthFollowsTheSameCropAsThePhoto) {
@@ -144,11 +146,12 @@ TEST(PhotoFit, DepthFollowsTheSameCropAsThePhoto) {
         depth.col(x).setTo(x / 99.0);
     const PhotoFit fit = fitPhoto({100, 30}, 1, {30, 30});
     ASSERT_EQ(fit.source, cv::Rect(35, 0, 30, 30));
-    cv::Mat fitted;
-    applyFitToDepth(depth, {100, 30}, fit, cv::Mat(30, 30, CV_8UC3, cv::Scalar::all(0)), 0.5,
-                    fitted);
-    EXPECT_FLOAT_EQ(fitted.at<float>(3, 0), 35 / 99.0F);
-    EXPECT_FLOAT_EQ(fitted.at<float>(3, 29), 64 / 99.0F);
+    for (const cv::Mat& guide : {cv::Mat(30, 30, CV_8UC3, cv::Scalar::all(0)), cv::Mat()}) {
+        cv::Mat fitted;
+        applyFitToDepth(depth, {100, 30}, fit, guide, 0.5, fitted);
+        EXPECT_FLOAT_EQ(fitted.at<float>(3, 0), 35 / 99.0F);
+        EXPECT_FLOAT_EQ(fitted.at<float>(3, 29), 64 / 99.0F);
+    }
 }
 
 // A photo whose blue is twice the column, and whose depth rises along the columns.

@@ -236,6 +236,11 @@ void VideoWriter::Impl::openEncoder() {
         options_.preset == EncoderPreset::SuperFast) {
         settings.set("x264-params", "subme=0:b-adapt=0"); // measured: docs/lab/video.md
     }
+    if (options_.codec == VideoCodec::H264 && options_.preset == EncoderPreset::UltraFast &&
+        threads > 1) {
+        // Threads wait for rows of the frame before; other presets look ahead with a thread more.
+        encoder.thread_count = threads + 1;
+    }
     if (options_.codec == VideoCodec::Hevc) {
         // By default, x265 prints messages and starts threads for all processors.
         settings.set("x265-params", "log-level=none:pools=" + std::to_string(threads));

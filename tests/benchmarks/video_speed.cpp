@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -60,9 +61,11 @@ const Setting kSettings[] = {
     {"balanced, --depth-every 1", "--depth-every 1", EncoderPreset::SuperFast, 16},
 };
 
-// Frames a second of the plain serial way.
-double plainRate(const fs::path& clip, DepthNetwork& network, const Calibration& calibration,
-                 const Setting& setting, const fs::path& out) {
+// Frames a second of the plain serial way, its start included.
+double plainRate(const fs::path& clip, const std::function<DepthNetwork()>& load,
+                 const Calibration& calibration, const Setting& setting, const fs::path& out) {
+    const Clock::time_point start = Clock::now();
+    DepthNetwork network = load();
     VideoReader reader(clip);
     const VideoFacts& facts = reader.facts();
     const QuiltLayout layout; // 48 views of 420 x 560 px, a Portrait's
@@ -82,8 +85,7 @@ double plainRate(const fs::path& clip, DepthNetwork& network, const Calibration&
                  layout.tileSize);
     std::map<std::string, double> stages;
     int frames = 0;
-    const Clock::time_point start = Clock::now();
-    Clock::time_point last = start;
+    Clock::time_point last = Clock::now();
     const auto end = [&](const char* stage) {
         stages[stage] += secondsSince(last);
         last = Clock::now();
@@ -149,7 +151,7 @@ int main(int argc, char** argv) {
     try {
         const fs::path clip = argv[2];
         const int rounds = argc > 5 ? std::max(1, std::atoi(argv[5])) : 3;
-        DepthNetwork network(argv[3], readNetworkProfile(argv[4]));
+        const auto load = [&] { return DepthNetwork(argv[3], readNetworkProfile(argv[4])); };
         const fs::path sample = ALTIRO3D_BENCH_CALIBRATION;
         const Calibration calibration = readCalibration(sample);
         const TemporaryDirectory temporary;
@@ -169,7 +171,7 @@ int main(int argc, char** argv) {
         std::map<std::string, std::vector<double>> ours;
         for (int round = 0; round < rounds; ++round) {
             for (const Setting& setting : settings) {
-                plain[setting.name].push_back(plainRate(clip, network, calibration, setting, out));
+                plain[setting.name].push_back(plainRate(clip, load, calibration, setting, out));
                 ours[setting.name].push_back(toolRate(command, setting, directory));
             }
         }

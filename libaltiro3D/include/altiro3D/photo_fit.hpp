@@ -102,8 +102,8 @@ ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::M
 /// @param photoSize size in px of the photo that the fit was made for
 /// @param fit from fitPhoto()
 /// @param fittedPhoto [fit.fittedSize(), CV_8UC3, BGR], the photo after applyFit(); depth edges are
-///        aligned with it, by fitDepth(). Empty: depth is enlarged by linear interpolation, which is
-///        faster and enough for method Fast
+///        aligned with it, by fitDepth(). Empty: depth is enlarged by linear interpolation, which
+///        is faster and enough for method Fast
 /// @param focus depth of the bars, 0..1
 /// @param fitted [fit.fittedSize(), CV_32FC1, 0..1]
 /// @throws Error Mismatch (the fit is for another size, the fitted photo has another size),

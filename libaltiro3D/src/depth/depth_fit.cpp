@@ -324,11 +324,10 @@ void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     checkType(guide, {CV_8UC3}, "guide", "CV_8UC3");
     checkPart(depth, part);
-    const cv::Mat source = depth;
     if (isShrunk(part, guide.size())) {
-        pickNearest(source, part, guide.size(), fitted);
+        pickNearest(depth, part, guide.size(), fitted);
     } else {
-        enlarge(source, part, guide, fitted);
+        enlarge(depth, part, guide, fitted);
     }
 }
 

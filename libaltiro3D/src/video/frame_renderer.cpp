@@ -84,11 +84,11 @@ class ViewsRenderer : public FrameRenderer {
         : options_(conversion.native), target_(target), seenAspect_(seenAspect),
           isGiven_(conversion.given.has_value()), wanted_(conversion.choices),
           workSize_(options_.keepResolution ? target.panelSize : target.layout.tileSize) {
-        // Fast gains little by edges that fit, and estimated depth has no noise (docs/lab/edges.md).
-        if (!isGiven_ && options_.views.method == ViewMethod::Fast && !options_.refine.flaws)
-            options_.refine = kAsItIs;
-        isPlain_ = !isGiven_ && options_.views.method == ViewMethod::Fast &&
-                   options_.refine.keepsDepth();
+        // Fast gains little by edges that fit, and estimated depth has no noise
+        // (docs/lab/edges.md).
+        const bool isFast = !isGiven_ && options_.views.method == ViewMethod::Fast;
+        if (isFast && !options_.refine.flaws) options_.refine = kAsItIs;
+        isPlain_ = isFast && options_.refine.keepsDepth();
         if (conversion.product == VideoProduct::Quilt) {
             quilter_.emplace(target.layout, options_.views);
         } else if (conversion.map) {

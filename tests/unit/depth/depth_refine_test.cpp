@@ -432,7 +432,7 @@ TEST(DepthRefine, SmoothNoiseIsFoundAndItsStrengthIsNotMuchTooSmall) {
     for (int y = 0; y < bowl.rows; ++y)
         for (int x = 0; x < bowl.cols; ++x)
             bowl.at<float>(y, x) =
-                static_cast<float>(0.1 + 7e-5 * ((x - 60) * (x - 60) + y * y / 2));
+                static_cast<float>(0.1 + 7e-5 * ((x - 60) * (x - 60) + 0.5 * y * y));
     EXPECT_EQ(measureDepthFlaws(made.photo, cv::min(bowl, 1)).noise, 0);
 }
 

@@ -338,7 +338,7 @@ SIZES = {
     "sports ball": (0.1, 0.25, "both"),
 }
 
-# Licences of the photos that are used, by COCO's numbers (ATTRIBUTIONS.md): commercial use and
+# Licences of the photos that are used, by COCO's numbers (models/ATTRIBUTIONS.md): commercial use and
 # changes are allowed.
 LICENCES = {4, 5, 7, 8}
 

@@ -219,8 +219,8 @@ struct VideoWriterOptions {
     /// Colour encoding of the source, for the default of `matrix` and for the tags of the file.
     /// Default: that of the source's reader, if one is given.
     std::optional<VideoColour> colour;
-    /// Encoder threads, 0..64; 0 = one per processor. The bytes of H264, H264Rgb and Hevc depend on
-    /// it.
+    /// Encoder threads, 0..64; 0 = one per processor. Several threads become one more with H264 and
+    /// UltraFast, which has no look-ahead. The bytes of H264, H264Rgb and Hevc depend on it.
     int threads = 0;
     bool audio = true;     ///< Copy the source's sound.
     bool subtitles = true; ///< Copy or convert the source's subtitles.

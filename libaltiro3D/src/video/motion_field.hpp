@@ -23,6 +23,11 @@ inline Between between(float place, int count) {
     return result;
 }
 
+/// Whether a px did not move: no interpolation is needed.
+inline bool isStill(const cv::Vec2f& motion) {
+    return motion[0] == 0 && motion[1] == 0;
+}
+
 /// Interpolates linearly between two values. @param share share of b, 0..1
 template <class T>
 T mixed(const T& a, const T& b, float share) {
@@ -41,7 +46,7 @@ T sampled(const cv::Mat& values, const Between& x, const Between& y) {
 /// Joins two motions: x was at x + later + earlier in the first picture. Linear between px, border
 /// repeated.
 /// @param earlier from the middle to the first picture
-/// @param later from the last to the middle picture
+/// @param later from the last to the middle picture, of the same size
 /// @return from the last to the first picture [CV_32FC2, px]
 cv::Mat joinMotion(const cv::Mat& earlier, const cv::Mat& later);
 

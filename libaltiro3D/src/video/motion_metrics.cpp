@@ -5,17 +5,23 @@
 #include "video/small_image.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
 
 cv::Mat misfit(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion) {
+    CV_Assert(before.size() == now.size());
     cv::Mat moved(now.size(), CV_8UC1);
     for (int y = 0; y < now.rows; ++y) {
+        const uchar* same = before.ptr(y);
         const auto* vector = motion.ptr<cv::Vec2f>(y);
         uchar* out = moved.ptr(y);
         for (int x = 0; x < now.cols; ++x) {
+            if (isStill(vector[x])) {
+                out[x] = same[x];
+                continue;
+            }
             const Between right = between(static_cast<float>(x) + vector[x][0], before.cols);
             const Between down = between(static_cast<float>(y) + vector[x][1], before.rows);
             const uchar* above = before.ptr(down.low);
@@ -29,28 +35,15 @@ cv::Mat misfit(const cv::Mat& before, const cv::Mat& now, const cv::Mat& motion)
                                         0.5F);
         }
     }
-    moved = matchedBrightness(moved, now);
-    cv::Mat difference(now.rows + 2, now.cols + 2, CV_8UC1); // with a border of one px
-    for (int y = 0; y < difference.rows; ++y) {
-        const int fromY = std::clamp(y - 1, 0, now.rows - 1);
-        for (int x = 0; x < difference.cols; ++x) {
-            const int fromX = std::clamp(x - 1, 0, now.cols - 1);
-            difference.at<uchar>(y, x) = static_cast<uchar>(
-                std::abs(moved.at<uchar>(fromY, fromX) - now.at<uchar>(fromY, fromX)));
-        }
-    }
-    cv::Mat result(now.size(), CV_32FC1);
-    for (int y = 0; y < now.rows; ++y) {
-        const uchar* above = difference.ptr(y);
-        const uchar* middle = difference.ptr(y + 1);
-        const uchar* below = difference.ptr(y + 2);
-        auto* out = result.ptr<float>(y);
-        for (int x = 0; x < now.cols; ++x) {
-            int sum = 0;
-            for (int i = x; i < x + 3; ++i)
-                sum += above[i] + middle[i] + below[i];
-            out[x] = static_cast<float>(sum) / 9;
-        }
+    cv::Mat difference;
+    cv::absdiff(matchedBrightness(moved, now), now, difference);
+    cv::Mat result;
+    cv::boxFilter(difference, result, CV_32F, cv::Size(3, 3), cv::Point(-1, -1), false,
+                  cv::BORDER_REPLICATE);
+    for (int y = 0; y < result.rows; ++y) {
+        auto* row = result.ptr<float>(y);
+        for (int x = 0; x < result.cols; ++x)
+            row[x] /= 9;
     }
     return result;
 }

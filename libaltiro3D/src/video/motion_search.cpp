@@ -246,6 +246,17 @@ class CellSearch {
     int leastCost_ = 0;
 };
 
+// The largest difference between four motions along x or y, px.
+float spreadOf(const std::array<cv::Vec2f, 4>& motions) {
+    float spread = 0;
+    for (int i = 0; i < 2; ++i) {
+        const auto bounds =
+            std::minmax({motions[0][i], motions[1][i], motions[2][i], motions[3][i]});
+        spread = std::max(spread, bounds.second - bounds.first);
+    }
+    return spread;
+}
+
 // Converts motion from cells to px: linear if the four surrounding cells move alike, else the
 // vector of the one that fits best.
 void spread(CellSearch& search, const Level& before, const Level& now, cv::Mat& motion) {
@@ -275,15 +286,15 @@ void spread(CellSearch& search, const Level& before, const Level& now, cv::Mat& 
         const Between down = between(placeOf(y), cells.rows);
         const auto* above = cells.ptr<cv::Vec2f>(down.low);
         const auto* below = cells.ptr<cv::Vec2f>(down.high);
+        std::array<cv::Vec2f, 4> around; // the motion of the four cells around px x
+        float spread = 0;
+        int low = -1; // the left two of them
         for (int x = 0; x < now.size.width; ++x) {
             const Between right = between(placeOf(x), cells.cols);
-            const std::array<cv::Vec2f, 4> around{above[right.low], above[right.high],
-                                                  below[right.low], below[right.high]};
-            float spread = 0;
-            for (int i = 0; i < 2; ++i) {
-                const auto bounds =
-                    std::minmax({around[0][i], around[1][i], around[2][i], around[3][i]});
-                spread = std::max(spread, bounds.second - bounds.first);
+            if (right.low != low) {
+                low = right.low;
+                around = {above[low], above[right.high], below[low], below[right.high]};
+                spread = spreadOf(around);
             }
             if (spread <= kAlike) {
                 out[x] = spread == 0 ? around[0] : sampled<cv::Vec2f>(cells, right, down);

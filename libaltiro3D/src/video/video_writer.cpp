@@ -8,6 +8,7 @@
 #include "video/video_picture.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <thread>
 #include <utility>
@@ -66,6 +67,44 @@ bool isRgb(AVPixelFormat format) {
 
 bool hasQuality(VideoCodec codec) {
     return codec == VideoCodec::H264 || codec == VideoCodec::H264Rgb || codec == VideoCodec::Hevc;
+}
+
+// Natives in 4:4:4 are encoded without psychovisual optimization: it keeps the texture of one
+// image, not that of many views, and makes chroma coarser, which here belongs to other views than
+// luma. docs/lab/video.md has the measurements.
+bool isExact(const VideoWriterOptions& options) {
+    return options.native && !options.compatible &&
+           (options.codec == VideoCodec::H264 || options.codec == VideoCodec::Hevc);
+}
+
+// Without that optimization, files have about the same size at a greater value. 0 stays, because
+// x264 then loses nothing.
+double usedCrf(const VideoWriterOptions& options) {
+    constexpr double kExactIsGreaterBy = 2;
+    constexpr double kMost = 51;
+    if (!isExact(options) || options.crf < 1) return options.crf;
+    return std::min(options.crf + kExactIsGreaterBy, kMost);
+}
+
+// In the quick presets, a fixed quantizer saves x264 the look at small copies of the frames, a
+// fifth of its time or more.
+std::string x264Params(const VideoWriterOptions& options) {
+    if (!isExact(options)) return {};
+    const std::string fixed = ":qp=" + std::to_string(std::lround(usedCrf(options)));
+    switch (options.preset) {
+    case EncoderPreset::UltraFast:
+        return "psy=0:bframes=3:b-adapt=0" + fixed;
+    case EncoderPreset::SuperFast:
+        return "psy=0:subme=0:b-adapt=0:weightp=0:scenecut=0" + fixed;
+    default:
+        return "psy=0";
+    }
+}
+
+std::string x265Params(const VideoWriterOptions& options, int threads) {
+    // By default, x265 prints messages and starts threads for all processors.
+    const std::string params = "log-level=none:pools=" + std::to_string(threads);
+    return isExact(options) ? params + ":psy-rd=0:psy-rdoq=0" : params;
 }
 
 std::string fractionText(const Fraction& ratio) {
@@ -230,20 +269,16 @@ void VideoWriter::Impl::openEncoder() {
     Dictionary settings;
     if (hasQuality(options_.codec)) {
         settings.set("preset", presetName(options_.preset));
-        settings.set("crf", numberText(options_.crf));
+        settings.set("crf", numberText(usedCrf(options_)));
     }
-    if (options_.native && options_.codec == VideoCodec::H264 && !options_.compatible &&
-        options_.preset == EncoderPreset::SuperFast) {
-        settings.set("x264-params", "subme=0:b-adapt=0"); // measured: docs/lab/video.md
-    }
+    if (options_.codec == VideoCodec::H264) settings.set("x264-params", x264Params(options_));
     if (options_.codec == VideoCodec::H264 && options_.preset == EncoderPreset::UltraFast &&
         threads > 1) {
         // Threads wait for rows of the frame before; other presets look ahead with a thread more.
         encoder.thread_count = threads + 1;
     }
     if (options_.codec == VideoCodec::Hevc) {
-        // By default, x265 prints messages and starts threads for all processors.
-        settings.set("x265-params", "log-level=none:pools=" + std::to_string(threads));
+        settings.set("x265-params", x265Params(options_, threads));
         encoder.thread_count = std::min(threads, 16);
         if (!container_.isMatroska()) {
             encoder.codec_tag = MKTAG('h', 'v', 'c', '1'); // required by Apple's players

@@ -1,8 +1,11 @@
 #include "altiro3D/video_io.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/native_maker.hpp"
+#include "support/displays.hpp"
 #include "support/file_limit.hpp"
 #include "support/files.hpp"
+#include "support/random_pictures.hpp"
 #include "support/video.hpp"
 #include "video/other_streams.hpp"
 #include "video/video_container.hpp"
@@ -21,6 +24,8 @@
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <thread>
+#include <tuple>
+#include <utility>
 
 namespace altiro3D::test {
 namespace {
@@ -227,6 +232,66 @@ INSTANTIATE_TEST_SUITE_P(VideoWriter, Encodings,
                                          Encoding{VideoCodec::ProRes, ".mov", false, 40, ""},
                                          Encoding{VideoCodec::ProRes, ".mkv", false, 40, ""}),
                          nameOf);
+
+// A thing that moves before textured ground, each sub-pixel from its own view.
+std::vector<cv::Mat> movingNatives(int count) {
+    Display display;
+    display.calibration = stripePanel(384, 256);
+    display.quilt = QuiltLayout{8, 6, {96, 64}};
+    const NativeMaker maker(display, {});
+    const cv::Mat ground = randomPhoto({96, 64}, 5, 0.8);
+    const cv::Mat near = randomPhoto({24, 24}, 6, 0.8);
+    std::vector<cv::Mat> natives;
+    for (int i = 0; i < count; ++i) {
+        const cv::Rect place(10 + 2 * i, 20, near.cols, near.rows);
+        altiro3D::Scene scene{ground.clone(), cv::Mat(ground.size(), CV_32FC1, cv::Scalar(0.2F))};
+        near.copyTo(scene.photo(place));
+        scene.depth(place).setTo(0.9F);
+        natives.emplace_back();
+        maker.makeNative(scene, natives.back());
+    }
+    return natives;
+}
+
+// What each sub-pixel shows counts, not a texture that looks alike, and colours as much as grey.
+TEST(VideoWriter, NativesAreMoreAccurateThanOtherPicturesOfTheirSizeInTheFile) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const std::vector<cv::Mat> natives = movingNatives(12);
+    const auto encoded = [&](VideoWriterOptions options, bool native) {
+        options.native = native;
+        const fs::path file = directory / "native.mkv";
+        VideoWriter writer(file, options);
+        for (std::size_t i = 0; i < natives.size(); ++i)
+            writer.write({natives[i], static_cast<std::int64_t>(i), 1});
+        writer.finish();
+        double error = 0;
+        const std::vector<cv::Mat> frames = ffmpegFrames(file, options.size);
+        for (std::size_t i = 0; i < natives.size(); ++i)
+            error += cv::norm(frames.at(i), natives[i], cv::NORM_L2SQR);
+        return std::pair(error, static_cast<double>(fs::file_size(file)));
+    };
+    for (const VideoCodec codec : {VideoCodec::H264, VideoCodec::Hevc}) {
+        for (const EncoderPreset preset :
+             {EncoderPreset::UltraFast, EncoderPreset::SuperFast, EncoderPreset::Medium}) {
+            VideoWriterOptions options = smallOptions();
+            options.size = natives[0].size();
+            options.codec = codec;
+            options.preset = preset;
+            const auto [error, size] = encoded(options, true);
+            auto [usualError, usualSize] = encoded(options, false);
+            while (usualSize < size && options.crf > 1) {
+                options.crf -= 0.5;
+                std::tie(usualError, usualSize) = encoded(options, false);
+            }
+            EXPECT_LT(error, usualError) << presetName(preset) << ", crf " << options.crf;
+        }
+    }
+    VideoWriterOptions lossless = smallOptions();
+    lossless.size = natives[0].size();
+    lossless.crf = 0;
+    EXPECT_EQ(encoded(lossless, true).first, encoded(lossless, false).first);
+}
 
 TEST(VideoWriter, OddSizesAreKept) {
     ALTIRO3D_REQUIRE_FFMPEG();

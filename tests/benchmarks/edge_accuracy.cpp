@@ -110,17 +110,21 @@ std::vector<Flaw> estimatedFlaws() {
 std::vector<Flaw> flaws() {
     std::vector<Flaw> list;
     list.push_back({"exact", [](const StereoScene& scene) { return scene.depth.clone(); }});
-    for (const int width : {128, 256, 384}) {
-        list.push_back({std::to_string(width) + " px wide", [width](const StereoScene& scene) {
-                            const cv::Size size = scene.depth.size();
-                            cv::Mat result;
-                            cv::resize(scene.depth, result,
-                                       {width, std::max(1, width * size.height / size.width)}, 0, 0,
-                                       cv::INTER_AREA);
-                            cv::resize(result, result, size, 0, 0, cv::INTER_CUBIC);
-                            return cv::Mat(cv::min(cv::max(result, 0), 1));
-                        }});
-    }
+    const auto narrow = [](const std::string& name, int width, int enlargement) {
+        return Flaw{name, [width, enlargement](const StereoScene& scene) {
+                        const cv::Size size = scene.depth.size();
+                        cv::Mat result;
+                        cv::resize(scene.depth, result,
+                                   {width, std::max(1, width * size.height / size.width)}, 0, 0,
+                                   cv::INTER_AREA);
+                        cv::resize(result, result, size, 0, 0, enlargement);
+                        return cv::Mat(cv::min(cv::max(result, 0), 1));
+                    }};
+    };
+    for (const int width : {128, 256, 384})
+        list.push_back(narrow(std::to_string(width) + " px wide", width, cv::INTER_CUBIC));
+    for (const int width : {128, 256})
+        list.push_back(narrow(std::to_string(width) + " px, linear", width, cv::INTER_LINEAR));
     for (const int sigma : {2, 4}) {
         list.push_back({"blur, sigma " + std::to_string(sigma) + " px", [sigma](const auto& scene) {
                             cv::Mat result;

@@ -104,9 +104,10 @@ struct DepthFlaws {
     /// sigma s gives 2.5 s - 1. The first quartile if all steps are about as soft, otherwise the
     /// median.
     double softnessPixels = 0;
-    /// Soft steps overshoot on both sides, by this part of their height, -1..1. Enlarged depth
-    /// does, blurred depth does not (0 or less).
-    double overshoot = 0;
+    /// The part of the height of soft steps that is farther from their middle than half their
+    /// width, 0..1: the median. 0.2 after a Gaussian blur, less in enlarged depth; 0 if steps
+    /// overshoot, as after cubic enlargement.
+    double tails = 0;
     /// Near things are too large by this on each side, px, -7..7; negative: too small.
     double growthPixels = 0;
     /// The depth map lies this far to the right of the photo and below it, px, each -7..7.
@@ -119,7 +120,7 @@ struct DepthFlaws {
 
     /// Whether there is any flaw. @return true if a member is not 0
     [[nodiscard]] bool any() const {
-        return softnessPixels != 0 || overshoot != 0 || growthPixels != 0 ||
+        return softnessPixels != 0 || tails != 0 || growthPixels != 0 ||
                shiftPixels != cv::Point() || noise != 0;
     }
 };

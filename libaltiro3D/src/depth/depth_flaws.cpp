@@ -71,12 +71,14 @@ enum Side : std::size_t { Right, Left, Below, Above };
 struct Steps {
     std::int64_t count = 0;
     Histogram<660> width{0, 0.1};
-    Histogram<200> overshoot{-1, 0.01};
+    Histogram<500> tails{0, 0.001};
+    Histogram<500> overshoot{-0.25, 0.001};
     std::array<Profile, 4> profiles;
 
     void add(const Steps& other) {
         count += other.count;
         width.add(other.width);
+        tails.add(other.tails);
         overshoot.add(other.overshoot);
         for (std::size_t side = 0; side < profiles.size(); ++side) {
             for (std::size_t t = 0; t < profiles[side].contrast.size(); ++t)
@@ -96,6 +98,12 @@ struct Line {
 
     float at(int x) const { return depth[x * depthStride]; }
     float slope(int x) const { return at(x + 1) - at(x); }
+    // Linear between px.
+    float between(float x) const {
+        const float inside = std::clamp(x, 0.0F, static_cast<float>(length - 1));
+        const int left = std::min(static_cast<int>(inside), length - 2);
+        return at(left) + slope(left) * (inside - static_cast<float>(left));
+    }
     // Difference of neighbouring px, summed over the channels.
     int contrast(int x) const {
         const std::uint8_t* const here = photo + x * photoStride;
@@ -140,11 +148,15 @@ void measureStep(const Line& line, int x, float least, Side rising, Steps& steps
     const auto weight = static_cast<std::int64_t>(std::min(height, 0.3F) * 1000);
     ++steps.count;
     steps.width.add(static_cast<double>(height / steepest), weight);
+    const float half = height / steepest / 2; // of the width
+    const float centre = static_cast<float>(border) +
+                         std::clamp((middle - line.at(border)) / line.slope(border), 0.0F, 1.0F);
+    const float core = (line.between(centre + half) - line.between(centre - half)) * sign;
+    steps.tails.add(static_cast<double>(1 - core / height), weight);
     const int beyond = std::max(2, (high - low) / 4);
     if (low - beyond >= 0 && high + beyond < line.length) {
-        const float back = (line.at(high) - line.at(high + beyond)) * sign +
-                           (line.at(low - beyond) - line.at(low)) * sign;
-        steps.overshoot.add(static_cast<double>(back / (2 * height)), weight);
+        const float levels = (line.at(high + beyond) - line.at(low - beyond)) * sign;
+        steps.overshoot.add(static_cast<double>((1 - levels / height) / 2), weight);
     }
     Profile& profile = steps.profiles[slope > 0 ? rising : rising + 1U];
     for (std::size_t t = 0; t < contrast.size(); ++t)
@@ -229,7 +241,8 @@ void measureSoftness(const Steps& steps, DepthFlaws& flaws) {
     flaws.isUneven = narrow < kEven * usual;
     const double width = flaws.isUneven ? steps.width.quantile(0.5) : usual;
     flaws.softnessPixels = std::min(width - kHardWidth, 64.0);
-    flaws.overshoot = steps.overshoot.quantile(0.5);
+    constexpr double kMinOvershoot = 0.02;
+    if (steps.overshoot.quantile(0.5) < kMinOvershoot) flaws.tails = steps.tails.quantile(0.5);
 }
 
 constexpr double kMinGain = 1.08; // of the alignment, for a correction

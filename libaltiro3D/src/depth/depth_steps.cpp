@@ -453,9 +453,11 @@ class Sharpener {
 
 void sharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, cv::Mat& depth) {
     const double softness = flaws.softnessPixels;
-    // More shows that depth was enlarged, not blurred. Among wide steps other things add to it.
-    const double overshootOfBlur = softness < 3 ? 0.01 : 0.02;
-    const bool isBlurred = !flaws.isUneven && flaws.overshoot < overshootOfBlur;
+    // Deblurring harms depth that was enlarged, whose steps have shorter tails. Those of nearly
+    // hard steps tell nothing (docs/lab/edges.md).
+    constexpr double kTailsOfBlur = 0.195;
+    constexpr double kMinBlur = 2;
+    const bool isBlurred = !flaws.isUneven && softness >= kMinBlur && flaws.tails >= kTailsOfBlur;
     const StepRule rule =
         flaws.isUneven ? unevenRule(softness) : evenRule(isBlurred ? softness / 2 : softness);
     StepRule left = evenRule(kLeftWidth);

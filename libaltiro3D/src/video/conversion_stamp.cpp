@@ -77,7 +77,7 @@ Json numbersOf(const ViewOptions& views) {
 
 Json numbersOf(const std::optional<DepthFlaws>& flaws) {
     if (!flaws) return nullptr; // they are measured
-    return {flaws->softnessPixels, flaws->overshoot, flaws->growthPixels, flaws->shiftPixels.x,
+    return {flaws->softnessPixels, flaws->tails, flaws->growthPixels, flaws->shiftPixels.x,
             flaws->shiftPixels.y,  flaws->noise,     flaws->isUneven};
 }
 

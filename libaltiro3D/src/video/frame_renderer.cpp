@@ -22,7 +22,7 @@ const DepthRefineOptions kAsItIs{DepthFlaws()};
 
 // DepthFlaws as numbers, and their range.
 using FlawValues = std::array<double, 7>;
-constexpr FlawValues kMinFlaws = {0, -1, -7, -7, -7, 0, 0};
+constexpr FlawValues kMinFlaws = {0, 0, -7, -7, -7, 0, 0};
 constexpr FlawValues kMaxFlaws = {64, 1, 7, 7, 7, 1, 1};
 
 // Position of the part that is shown, focus and strength, and their range.
@@ -32,7 +32,7 @@ constexpr ChoiceValues kMaxChoices = {1, 1, 1, 10000};
 
 FlawValues valuesOf(const DepthFlaws& flaws) {
     return {flaws.softnessPixels,
-            flaws.overshoot,
+            flaws.tails,
             flaws.growthPixels,
             static_cast<double>(flaws.shiftPixels.x),
             static_cast<double>(flaws.shiftPixels.y),

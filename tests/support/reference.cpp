@@ -646,7 +646,7 @@ cv::Mat referenceSharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, con
     StepRule rule = evenStepRule(softness, 1);
     if (flaws.isUneven) {
         rule = unevenStepRule(softness);
-    } else if (softness >= 2 && flaws.tails >= 0.195) {
+    } else if (flaws.tails >= (softness < 2 ? 0.215 : 0.195)) {
         const double sigma = (softness + 1) / 2.5;
         source = withHardSteps(given, deblurred(given, sigma), sigma);
         rule = evenStepRule(softness / 2, 1);

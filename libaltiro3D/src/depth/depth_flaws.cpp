@@ -241,8 +241,8 @@ void measureSoftness(const Steps& steps, DepthFlaws& flaws) {
     flaws.isUneven = narrow < kEven * usual;
     const double width = flaws.isUneven ? steps.width.quantile(0.5) : usual;
     flaws.softnessPixels = std::min(width - kHardWidth, 64.0);
-    constexpr double kMinOvershoot = 0.02;
-    if (steps.overshoot.quantile(0.5) < kMinOvershoot) flaws.tails = steps.tails.quantile(0.5);
+    const double leastOvershoot = flaws.softnessPixels < 2 ? 0 : 0.02; // other things add to it
+    if (steps.overshoot.quantile(0.5) < leastOvershoot) flaws.tails = steps.tails.quantile(0.5);
 }
 
 constexpr double kMinGain = 1.08; // of the alignment, for a correction

@@ -453,11 +453,10 @@ class Sharpener {
 
 void sharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, cv::Mat& depth) {
     const double softness = flaws.softnessPixels;
-    // Deblurring harms depth that was enlarged, whose steps have shorter tails. Those of nearly
-    // hard steps tell nothing (docs/lab/edges.md).
-    constexpr double kTailsOfBlur = 0.195;
-    constexpr double kMinBlur = 2;
-    const bool isBlurred = !flaws.isUneven && softness >= kMinBlur && flaws.tails >= kTailsOfBlur;
+    // Deblurring harms depth that was enlarged, whose steps have shorter tails. In nearly
+    // hard steps all tails look longer (docs/lab/edges.md).
+    const double tailsOfBlur = softness < 2 ? 0.215 : 0.195;
+    const bool isBlurred = !flaws.isUneven && flaws.tails >= tailsOfBlur;
     const StepRule rule =
         flaws.isUneven ? unevenRule(softness) : evenRule(isBlurred ? softness / 2 : softness);
     StepRule left = evenRule(kLeftWidth);

@@ -576,7 +576,7 @@ struct StepRule {
 };
 
 StepRule evenStepRule(double width, double part) {
-    return {width, std::max(2, static_cast<int>(std::lround(0.8 * width))), 6, part, 6, 1, 0.03};
+    return {width, std::max(2, static_cast<int>(std::lround(0.9 * width))), 6, part, 6, 1, 0.03};
 }
 
 StepRule unevenStepRule(double width) {
@@ -646,7 +646,7 @@ cv::Mat referenceSharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, con
     StepRule rule = evenStepRule(softness, 1);
     if (flaws.isUneven) {
         rule = unevenStepRule(softness);
-    } else if (flaws.tails >= (softness < 2 ? 0.215 : 0.195)) {
+    } else if (flaws.isBlurred) {
         const double sigma = (softness + 1) / 2.5;
         source = withHardSteps(given, deblurred(given, sigma), sigma);
         rule = evenStepRule(softness / 2, 1);

@@ -101,13 +101,9 @@ ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthS
 /// How a depth map as a whole differs from its photo. All zero: no flaw was found.
 struct DepthFlaws {
     /// Width over which depth steps are spread, px, 0..64; 0 for hard steps. A Gaussian blur of
-    /// sigma s gives 2.5 s - 1. The first quartile if all steps are about as soft, otherwise the
-    /// median.
+    /// sigma s gives 2.5 s - 1. That of the harder steps if all are about as soft, otherwise that
+    /// of the softest.
     double softnessPixels = 0;
-    /// The part of the height of soft steps that is farther from their middle than half their
-    /// width, 0..1: the median. 0.2 after a Gaussian blur, less in enlarged depth; 0 if steps
-    /// overshoot, as after cubic enlargement.
-    double tails = 0;
     /// Near things are too large by this on each side, px, -7..7; negative: too small.
     double growthPixels = 0;
     /// The depth map lies this far to the right of the photo and below it, px, each -7..7.
@@ -117,11 +113,13 @@ struct DepthFlaws {
     /// The steps differ in softness, as those of depth networks do; blurred or enlarged depth has
     /// equally soft steps. Without effect on hard steps.
     bool isUneven = false;
+    /// Equally soft steps were blurred, not enlarged: they run out slowly. Without effect on hard
+    /// and on uneven steps.
+    bool isBlurred = false;
 
     /// Whether there is any flaw. @return true if a member is not 0
     [[nodiscard]] bool any() const {
-        return softnessPixels != 0 || tails != 0 || growthPixels != 0 ||
-               shiftPixels != cv::Point() || noise != 0;
+        return softnessPixels != 0 || growthPixels != 0 || shiftPixels != cv::Point() || noise != 0;
     }
 };
 

@@ -72,14 +72,12 @@ struct Steps {
     std::int64_t count = 0;
     Histogram<660> width{0, 0.1};
     Histogram<500> tails{0, 0.001};
-    Histogram<500> overshoot{-0.25, 0.001};
     std::array<Profile, 4> profiles;
 
     void add(const Steps& other) {
         count += other.count;
         width.add(other.width);
         tails.add(other.tails);
-        overshoot.add(other.overshoot);
         for (std::size_t side = 0; side < profiles.size(); ++side) {
             for (std::size_t t = 0; t < profiles[side].contrast.size(); ++t)
                 profiles[side].contrast[t] += other.profiles[side].contrast[t];
@@ -145,19 +143,17 @@ void measureStep(const Line& line, int x, float least, Side rising, Steps& steps
         sum += value;
     }
     if (sum < kMinContrast) return; // the photo shows no edge
-    const auto weight = static_cast<std::int64_t>(std::min(height, 0.3F) * 1000);
+    const float width = height / steepest;
+    // Slopes are many, but wide; ripples of cubic enlargement are narrow, but low.
+    const auto weight = static_cast<std::int64_t>(std::min(height, 0.3F) / width * 1e4F);
+    const auto shapeWeight = static_cast<std::int64_t>(static_cast<float>(weight) * height * 1e2F);
     ++steps.count;
-    steps.width.add(static_cast<double>(height / steepest), weight);
-    const float half = height / steepest / 2; // of the width
+    steps.width.add(static_cast<double>(width), shapeWeight);
+    const float half = width / 2;
     const float centre = static_cast<float>(border) +
                          std::clamp((middle - line.at(border)) / line.slope(border), 0.0F, 1.0F);
     const float core = (line.between(centre + half) - line.between(centre - half)) * sign;
-    steps.tails.add(static_cast<double>(1 - core / height), weight);
-    const int beyond = std::max(2, (high - low) / 4);
-    if (low - beyond >= 0 && high + beyond < line.length) {
-        const float levels = (line.at(high + beyond) - line.at(low - beyond)) * sign;
-        steps.overshoot.add(static_cast<double>((1 - levels / height) / 2), weight);
-    }
+    steps.tails.add(static_cast<double>(1 - core / height), shapeWeight);
     Profile& profile = steps.profiles[slope > 0 ? rising : rising + 1U];
     for (std::size_t t = 0; t < contrast.size(); ++t)
         profile.contrast[t] += weight * 1024 * contrast[t] / (sum + kWeakContrast);
@@ -229,20 +225,24 @@ class Alignment {
     std::array<std::array<double, 2 * kReach + 1>, 4> share_{};
 };
 
-// Slopes look like wide steps, so a low quantile is the width of steps. If some steps are hard, all
-// are.
-void measureSoftness(const Steps& steps, DepthFlaws& flaws) {
+// @param longerSide of the map, px
+void measureSoftness(const Steps& steps, int longerSide, DepthFlaws& flaws) {
     constexpr double kHardWidth = 1.05; // middle of the bin
     constexpr double kMinSoftness = 0.35;
-    constexpr double kEven = 0.7; // blurred and enlarged depth has 0.76 or more, networks' 0.62
-    const double narrow = steps.width.quantile(0.1);
-    const double usual = steps.width.quantile(0.25);
-    if (narrow - kHardWidth < kMinSoftness) return;
-    flaws.isUneven = narrow < kEven * usual;
-    const double width = flaws.isUneven ? steps.width.quantile(0.5) : usual;
-    flaws.softnessPixels = std::min(width - kHardWidth, 64.0);
-    const double leastOvershoot = flaws.softnessPixels < 2 ? 0 : 0.02; // other things add to it
-    if (steps.overshoot.quantile(0.5) < leastOvershoot) flaws.tails = steps.tails.quantile(0.5);
+    constexpr double kUneven = 2.2; // blurred and enlarged depth has less, networks' mostly more
+    constexpr double kMaxUneven = 0.04; // softness of uneven steps, of the longer side
+    const auto softness = [&](double part) { return steps.width.quantile(part) - kHardWidth; };
+    if (softness(0.5) < kMinSoftness) return;
+    flaws.isUneven = steps.width.quantile(0.5) > kUneven * steps.width.quantile(0.1);
+    if (flaws.isUneven) {
+        flaws.softnessPixels = std::min(softness(0.9), kMaxUneven * longerSide);
+    } else {
+        flaws.softnessPixels = std::max(softness(0.3), kMinSoftness);
+        // Enlargement leaves shorter tails. Of hardly soft steps, all tails look longer.
+        const double tailsOfBlur = std::max(0.175, 0.25 - 0.03 * flaws.softnessPixels);
+        flaws.isBlurred = steps.tails.quantile(0.25) >= tailsOfBlur;
+    }
+    flaws.softnessPixels = std::min(flaws.softnessPixels, 64.0);
 }
 
 constexpr double kMinGain = 1.08; // of the alignment, for a correction
@@ -274,6 +274,7 @@ void findDisplacement(const Steps& steps, DepthFlaws& flaws) {
     const double bend = before - 2 * here + after;
     const double fraction = bend < 0 ? std::clamp((before - after) / (2 * bend), -0.5, 0.5) : 0;
     flaws.growthPixels = (growth + fraction) / 1.15;
+    if (std::abs(flaws.growthPixels) < 0.7) flaws.growthPixels = 0; // no whole px
 }
 
 // Standard deviation of noise that would give the median, and the first decile, of the second
@@ -335,7 +336,7 @@ DepthFlaws measureFlaws(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& smo
     const Steps steps =
         findSteps(photo, smooth, std::max(kMinHeight, static_cast<float>(4 * flaws.noise)));
     if (steps.count < kMinSteps) return flaws;
-    measureSoftness(steps, flaws);
+    measureSoftness(steps, std::max(depth.cols, depth.rows), flaws);
     findDisplacement(steps, flaws);
     return flaws;
 }

@@ -23,7 +23,6 @@ constexpr int kBorder = cv::BORDER_REPLICATE | cv::BORDER_ISOLATED;
 void validate(const DepthFlaws& flaws) {
     checkNumber(flaws.softnessPixels >= 0 && flaws.softnessPixels <= 64, "softness",
                 flaws.softnessPixels, "0..64 px");
-    checkNumber(flaws.tails >= 0 && flaws.tails <= 1, "tails", flaws.tails, "0..1");
     checkNumber(flaws.growthPixels >= -7 && flaws.growthPixels <= 7, "growth", flaws.growthPixels,
                 "-7..7 px");
     for (const int shift : {flaws.shiftPixels.x, flaws.shiftPixels.y})

@@ -342,7 +342,7 @@ constexpr float kSimilar = 0.8F;    // a px that is so similar to both sides is 
 
 // Equally soft steps of a width: the depth knows well where they are.
 StepRule evenRule(double width) {
-    const int radius = std::max(2, static_cast<int>(std::lround(0.8 * width)));
+    const int radius = std::max(2, static_cast<int>(std::lround(0.9 * width)));
     return {width, radius, 6, kWholeStep, 6, 1, kMinHeight};
 }
 
@@ -453,10 +453,7 @@ class Sharpener {
 
 void sharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, cv::Mat& depth) {
     const double softness = flaws.softnessPixels;
-    // Deblurring harms depth that was enlarged, whose steps have shorter tails. In nearly
-    // hard steps all tails look longer (docs/lab/edges.md).
-    const double tailsOfBlur = softness < 2 ? 0.215 : 0.195;
-    const bool isBlurred = !flaws.isUneven && flaws.tails >= tailsOfBlur;
+    const bool isBlurred = flaws.isBlurred && !flaws.isUneven; // enlarged depth would be harmed
     const StepRule rule =
         flaws.isUneven ? unevenRule(softness) : evenRule(isBlurred ? softness / 2 : softness);
     StepRule left = evenRule(kLeftWidth);

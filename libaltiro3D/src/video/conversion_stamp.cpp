@@ -77,8 +77,8 @@ Json numbersOf(const ViewOptions& views) {
 
 Json numbersOf(const std::optional<DepthFlaws>& flaws) {
     if (!flaws) return nullptr; // they are measured
-    return {flaws->softnessPixels, flaws->tails, flaws->growthPixels, flaws->shiftPixels.x,
-            flaws->shiftPixels.y,  flaws->noise, flaws->isUneven};
+    return {flaws->softnessPixels, flaws->isBlurred, flaws->growthPixels, flaws->shiftPixels.x,
+            flaws->shiftPixels.y,  flaws->noise,     flaws->isUneven};
 }
 
 Json numbersOf(const NativeOptions& native) {

@@ -32,7 +32,7 @@ constexpr ChoiceValues kMaxChoices = {1, 1, 1, 10000};
 
 FlawValues valuesOf(const DepthFlaws& flaws) {
     return {flaws.softnessPixels,
-            flaws.tails,
+            flaws.isBlurred ? 1.0 : 0.0,
             flaws.growthPixels,
             static_cast<double>(flaws.shiftPixels.x),
             static_cast<double>(flaws.shiftPixels.y),
@@ -41,9 +41,12 @@ FlawValues valuesOf(const DepthFlaws& flaws) {
 }
 
 DepthFlaws flawsOf(const FlawValues& values) {
-    return {values[0], values[1],
-            values[2], cv::Point(static_cast<int>(values[3]), static_cast<int>(values[4])),
-            values[5], values[6] > 0.5};
+    return {values[0],
+            values[2],
+            cv::Point(static_cast<int>(values[3]), static_cast<int>(values[4])),
+            values[5],
+            values[6] > 0.5,
+            values[1] > 0.5};
 }
 
 // Appends whether numbers are known, and the numbers.

@@ -229,13 +229,17 @@ class Alignment {
 void measureSoftness(const Steps& steps, int longerSide, DepthFlaws& flaws) {
     constexpr double kHardWidth = 1.05; // middle of the bin
     constexpr double kMinSoftness = 0.35;
-    constexpr double kUneven = 2.2; // blurred and enlarged depth has less, networks' mostly more
+    constexpr double kUneven = 2.2;   // blurred and enlarged depth has less, networks' mostly more
+    constexpr double kUnevenHard = 4; // beside hard steps
     constexpr double kMaxUneven = 0.04; // softness of uneven steps, of the longer side
     const auto softness = [&](double part) { return steps.width.quantile(part) - kHardWidth; };
     if (softness(0.5) < kMinSoftness) return;
-    flaws.isUneven = steps.width.quantile(0.5) > kUneven * steps.width.quantile(0.1);
+    const double narrow = steps.width.quantile(0.1);
+    const bool someAreHard = narrow - kHardWidth < kMinSoftness;
+    flaws.isUneven = steps.width.quantile(0.5) > kUneven * narrow ||
+                     (someAreHard && steps.width.quantile(0.75) > kUnevenHard * narrow);
     if (flaws.isUneven) {
-        flaws.softnessPixels = std::min(softness(0.9), kMaxUneven * longerSide);
+        flaws.softnessPixels = std::min(softness(0.8), kMaxUneven * longerSide);
     } else {
         flaws.softnessPixels = std::max(softness(0.3), kMinSoftness);
         // Enlargement leaves shorter tails. Of hardly soft steps, all tails look longer.

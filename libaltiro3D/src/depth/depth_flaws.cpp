@@ -249,7 +249,7 @@ void measureSoftness(const Steps& steps, int longerSide, DepthFlaws& flaws) {
     flaws.softnessPixels = std::min(flaws.softnessPixels, 64.0);
 }
 
-constexpr double kMinGain = 1.08; // of the alignment, for a correction
+constexpr double kMinGain = 1.1; // of the alignment, for a correction
 
 void findDisplacement(const Steps& steps, DepthFlaws& flaws) {
     const Alignment alignment(steps.profiles);

@@ -102,7 +102,7 @@ ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthS
 struct DepthFlaws {
     /// Width over which depth steps are spread, px, 0..64; 0 for hard steps. A Gaussian blur of
     /// sigma s gives 2.5 s - 1. That of the harder steps if all are about as soft, otherwise that
-    /// of the softest.
+    /// of the softer ones, at most 4 % of the longer side.
     double softnessPixels = 0;
     /// Near things are too large by this on each side, px, -7..7; negative: too small.
     double growthPixels = 0;
@@ -113,11 +113,11 @@ struct DepthFlaws {
     /// The steps differ in softness, as those of depth networks do; blurred or enlarged depth has
     /// equally soft steps. Without effect on hard steps.
     bool isUneven = false;
-    /// Equally soft steps were blurred, not enlarged: they run out slowly. Without effect on hard
-    /// and on uneven steps.
+    /// Equally soft steps were blurred, not enlarged: they run out slowly. Steps that are hardly
+    /// soft may be mistaken. Without effect on hard and on uneven steps.
     bool isBlurred = false;
 
-    /// Whether there is any flaw. @return true if a member is not 0
+    /// Whether there is any flaw. @return true if a number is not 0
     [[nodiscard]] bool any() const {
         return softnessPixels != 0 || growthPixels != 0 || shiftPixels != cv::Point() || noise != 0;
     }

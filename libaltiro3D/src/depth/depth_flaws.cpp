@@ -242,21 +242,24 @@ void measureSoftness(const Steps& steps, int longerSide, DepthFlaws& flaws) {
         flaws.softnessPixels = std::min(softness(0.8), kMaxUneven * longerSide);
     } else {
         flaws.softnessPixels = std::max(softness(0.3), kMinSoftness);
-        // Enlargement leaves shorter tails. Of hardly soft steps, all tails look longer.
+        // Enlargement leaves shorter tails. Those of hardly soft steps always look longer.
         const double tailsOfBlur = std::max(0.175, 0.25 - 0.03 * flaws.softnessPixels);
         flaws.isBlurred = steps.tails.quantile(0.25) >= tailsOfBlur;
     }
     flaws.softnessPixels = std::min(flaws.softnessPixels, 64.0);
 }
 
-constexpr double kMinGain = 1.1; // of the alignment, for a correction
-
-void findDisplacement(const Steps& steps, DepthFlaws& flaws) {
-    const Alignment alignment(steps.profiles);
-    const double now = alignment.at(0, {});
-    double best = kMinGain * now;
+struct Displacement {
     int growth = 0;
-    for (int g = -4; g <= 4; ++g) {
+    cv::Point shift;
+};
+
+// @param mostGrowth 0 to find shifts alone
+Displacement bestDisplacement(const Alignment& alignment, int mostGrowth) {
+    constexpr double kMinGain = 1.1; // of the alignment, for a correction
+    double best = kMinGain * alignment.at(0, {});
+    Displacement found;
+    for (int g = -mostGrowth; g <= mostGrowth; ++g) {
         for (int y = -3; y <= 3; ++y) {
             for (int x = -3; x <= 3; ++x) {
                 // the simplest explanation wins if several are about as good
@@ -264,21 +267,35 @@ void findDisplacement(const Steps& steps, DepthFlaws& flaws) {
                 const double value = alignment.at(g, {x, y}) * (1 - doubt);
                 if (value <= best) continue;
                 best = value;
-                growth = g;
-                flaws.shiftPixels = {x, y};
+                found = {g, {x, y}};
             }
         }
     }
-    if (growth == 0) return;
-    // A parabola through three places gives the fraction. Along rows and columns oblique edges move
-    // farther than edges move across themselves, on average by 15 %.
-    const double before = alignment.at(growth - 1, flaws.shiftPixels);
-    const double here = alignment.at(growth, flaws.shiftPixels);
-    const double after = alignment.at(growth + 1, flaws.shiftPixels);
+    return found;
+}
+
+// A parabola through three places gives the fraction. Along rows and columns oblique edges move
+// farther than edges move across themselves, on average by 15 %.
+double exactGrowth(const Alignment& alignment, const Displacement& found) {
+    if (found.growth == 0) return 0;
+    const double before = alignment.at(found.growth - 1, found.shift);
+    const double here = alignment.at(found.growth, found.shift);
+    const double after = alignment.at(found.growth + 1, found.shift);
     const double bend = before - 2 * here + after;
     const double fraction = bend < 0 ? std::clamp((before - after) / (2 * bend), -0.5, 0.5) : 0;
-    flaws.growthPixels = (growth + fraction) / 1.15;
-    if (std::abs(flaws.growthPixels) < 0.7) flaws.growthPixels = 0; // no whole px
+    return (found.growth + fraction) / 1.15;
+}
+
+void findDisplacement(const Steps& steps, DepthFlaws& flaws) {
+    constexpr double kMinGrowth = 0.7; // less is found in exact depth, too
+    const Alignment alignment(steps.profiles);
+    Displacement found = bestDisplacement(alignment, 4);
+    flaws.growthPixels = exactGrowth(alignment, found);
+    if (std::abs(flaws.growthPixels) < kMinGrowth) {
+        flaws.growthPixels = 0;
+        found = bestDisplacement(alignment, 0);
+    }
+    flaws.shiftPixels = found.shift;
 }
 
 // Standard deviation of noise that would give the median, and the first decile, of the second

@@ -20,7 +20,7 @@ namespace {
 
 const DepthRefineOptions kAsItIs{DepthFlaws()};
 
-// DepthFlaws as numbers, and their range.
+// DepthFlaws as numbers in the order of saved states, and their range.
 using FlawValues = std::array<double, 7>;
 constexpr FlawValues kMinFlaws = {0, 0, -7, -7, -7, 0, 0};
 constexpr FlawValues kMaxFlaws = {64, 1, 7, 7, 7, 1, 1};

@@ -119,6 +119,17 @@ TEST(DepthRefine, ThingsThatAreTooLargeOrTooSmallGetTheirSize) {
     }
 }
 
+// Even exact depth may look half a px too large or too small.
+TEST(DepthRefine, LessThanAPixelOfGrowthIsNone) {
+    const World made = world();
+    cv::Mat wrong = made.depth.clone();
+    const cv::Range right(110, wrong.cols);
+    moved(made.depth, -1).colRange(right).copyTo(wrong.colRange(right));
+    const DepthFlaws flaws = measureDepthFlaws(made.photo, wrong);
+    EXPECT_EQ(flaws.growthPixels, 0);
+    EXPECT_EQ(flaws.shiftPixels, cv::Point());
+}
+
 TEST(DepthRefine, AShiftIsUndone) {
     const World made = world();
     for (const cv::Point shift : {cv::Point(2, 0), cv::Point(-1, 2), cv::Point(0, -3)}) {
@@ -180,6 +191,12 @@ TEST(DepthRefine, EnlargedDepthBecomesHard) {
         EXPECT_FALSE(measureDepthFlaws(made.photo, wrong).isBlurred);
         EXPECT_LT(wrongPart(refined(made.photo, wrong), made.depth),
                   wrongPart(wrong, made.depth) / (interpolation == cv::INTER_CUBIC ? 4 : 2.5));
+    }
+    for (const int width : {120, 160, 200}) { // hardly soft steps
+        cv::Mat wrong;
+        cv::resize(made.depth, wrong, {width, width * 5 / 6}, 0, 0, cv::INTER_AREA);
+        cv::resize(wrong, wrong, made.depth.size(), 0, 0, cv::INTER_CUBIC);
+        EXPECT_FALSE(measureDepthFlaws(made.photo, wrong).isBlurred) << width;
     }
 }
 
@@ -409,7 +426,7 @@ TEST(DepthRefine, SharpeningIsThatOfTheFormulas) {
                         EXPECT_LE(
                             differingPart(result, referenceSharpenSteps(photo, flaws, depth), 1e-4),
                             0.002)
-                            << size << " " << softness << " " << flaws.isBlurred;
+                            << size << " " << softness << " " << flaws.isBlurred << flaws.isUneven;
                     }
                 }
             }
@@ -426,6 +443,12 @@ TEST(DepthRefine, StepsOfDifferingSoftnessAreRecognizedAndBecomeHard) {
     const DepthFlaws flaws = measureDepthFlaws(made.photo, wrong);
     EXPECT_TRUE(flaws.isUneven);
     EXPECT_GT(flaws.softnessPixels, 3);
+    EXPECT_LE(flaws.softnessPixels, 0.04 * made.depth.cols + 1e-9);
+    cv::Mat partlyHard = made.depth.clone(); // left of x = 50
+    blurred(made.depth, 0.8).colRange(50, 100).copyTo(partlyHard.colRange(50, 100));
+    const cv::Range soft(100, made.depth.cols);
+    blurred(made.depth, 3).colRange(soft).copyTo(partlyHard.colRange(soft));
+    EXPECT_TRUE(measureDepthFlaws(made.photo, partlyHard).isUneven);
     for (const double sigma : {1.0, 2.0, 4.0})
         EXPECT_FALSE(measureDepthFlaws(made.photo, blurred(made.depth, sigma)).isUneven) << sigma;
     EXPECT_FALSE(measureDepthFlaws(made.photo, made.depth).isUneven);

@@ -521,9 +521,11 @@ TEST(DepthRefine, ExtremesAreDefined) {
         for (const double softness : {1.0, 64.0}) {
             DepthRefineOptions extreme;
             for (const bool isUneven : {false, true}) {
-                extreme.flaws.emplace(DepthFlaws{softness, 7, {-7, 7}, 1, isUneven, true});
-                const cv::Mat result = refined(made.photo, made.depth, extreme);
-                EXPECT_TRUE(cv::checkRange(result, true, nullptr, 0, 1.001)) << softness;
+                for (const bool isBlurred : {false, true}) {
+                    extreme.flaws.emplace(DepthFlaws{softness, 7, {-7, 7}, 1, isUneven, isBlurred});
+                    const cv::Mat result = refined(made.photo, made.depth, extreme);
+                    EXPECT_TRUE(cv::checkRange(result, true, nullptr, 0, 1.001)) << softness;
+                }
             }
         }
     }

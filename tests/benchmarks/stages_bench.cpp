@@ -369,11 +369,17 @@ void BM_RefineDepthUneven(benchmark::State& state, const BenchDisplay& display) 
         benchmark::DoNotOptimize(refined.data);
     }
 }
-void BM_RefineDepthNoisy(benchmark::State& state, const BenchDisplay& display) {
+void refineNoisy(benchmark::State& state, const BenchDisplay& display, double deviation) {
     cv::Mat noise(display.depth().size(), CV_32FC1);
-    cv::RNG(1).fill(noise, cv::RNG::NORMAL, 0, 0.2); // 0.02 after the blur
+    cv::RNG(1).fill(noise, cv::RNG::NORMAL, 0, 10 * deviation); // a tenth after the blur
     cv::GaussianBlur(noise, noise, {}, 3);
     refine(state, display.photo(), display.depth() + noise, false);
+}
+void BM_RefineDepthNoisy(benchmark::State& state, const BenchDisplay& display) {
+    refineNoisy(state, display, 0.02);
+}
+void BM_RefineDepthWeakNoise(benchmark::State& state, const BenchDisplay& display) {
+    refineNoisy(state, display, 0.005);
 }
 
 // ---- photo and depth to quilt
@@ -683,6 +689,7 @@ void registerAll(const BenchDisplay& display) {
     registerStage("BM_RefineDepthBusy", BM_RefineDepthBusy, display);
     registerStage("BM_RefineDepthUneven", BM_RefineDepthUneven, display);
     registerStage("BM_RefineDepthNoisy", BM_RefineDepthNoisy, display);
+    registerStage("BM_RefineDepthWeakNoise", BM_RefineDepthWeakNoise, display);
     registerStage("BM_QuiltFast", BM_QuiltFast, display);
     registerStage("BM_QuiltLayered", BM_QuiltLayered, display);
     registerStage("BM_QuiltReal", BM_QuiltReal, display);

@@ -336,11 +336,14 @@ double findNoise(const cv::Mat& depth) {
     // Weaker noise has the distribution of noise: no surface is smooth, and none is evenly curved.
     const double normality = far.decile / std::max(far.median, 1e-9);
     const bool isEverywhere =
-        far.decile >= 0.0028 && close.decile >= 0.0011 && normality >= 0.85 && normality <= 1.15;
+        far.decile >= 0.0015 && close.decile >= 0.0005 && normality >= 0.82 && normality <= 1.15;
     if (!isStrong && !isEverywhere) return 0;
     // Px that are 8 px apart have nearly the same noise if it is smooth; then more is there.
     const double smoothness = far.decile / std::max(close.decile, 1e-9); // 2 for sigma 3 px
-    return far.median * std::clamp(1 + 2 * (smoothness - 2.25), 1.0, 2.5);
+    // Weak noise that is as wide as things is hardly told from them.
+    constexpr double kMostFactor = 2.5;
+    const double most = std::clamp(far.median / 0.0025, 1.0, kMostFactor);
+    return far.median * std::clamp(1 + 2 * (smoothness - 2.25), 1.0, most);
 }
 
 } // namespace

@@ -77,6 +77,14 @@ cv::Mat refined(const cv::Mat& photo, const cv::Mat& depth,
     return result;
 }
 
+// Noise of a standard deviation that is blurred by sigma px.
+cv::Mat smoothNoise(cv::Size size, double sigma, double deviation) {
+    cv::Mat noise(size, CV_32FC1);
+    cv::RNG(3).fill(noise, cv::RNG::NORMAL, 0, 1);
+    cv::GaussianBlur(noise, noise, {}, sigma);
+    return noise * (deviation / cv::norm(noise) * std::sqrt(static_cast<double>(noise.total())));
+}
+
 // Part of the px whose depth is wrong by more than 0.03.
 double wrongPart(const cv::Mat& depth, const cv::Mat& truth) {
     return cv::countNonZero(cv::abs(depth - truth) > 0.03) / static_cast<double>(truth.total());
@@ -320,10 +328,7 @@ TEST(DepthRefine, PlanesSmoothMoreThanMeansAndKeepSmallSteps) {
     const cv::Rect thing(80, 60, 70, 80);
     photo(thing).setTo(cv::Scalar(30, 60, 190));
     depth(thing) += 0.06;
-    cv::Mat noise(size, CV_32FC1);
-    cv::RNG(3).fill(noise, cv::RNG::NORMAL, 0, 1);
-    cv::GaussianBlur(noise, noise, {}, 3);
-    noise *= 0.02 / cv::norm(noise) * std::sqrt(static_cast<double>(noise.total()));
+    const cv::Mat noise = smoothNoise(size, 3, 0.02);
     const cv::Mat means = smoothSurface(0.02, depth + noise);
     const cv::Mat planes = planesOf(photo, 0.02, depth + noise);
     // measured: 0.52
@@ -386,10 +391,7 @@ TEST(DepthRefine, SmallStepsStayHardInNoise) {
     const cv::Mat photo(size, CV_8UC3, cv::Scalar(90, 130, 60));
     cv::Mat depth(size, CV_32FC1, cv::Scalar(0.3));
     depth.colRange(120, 240) += 0.06;
-    cv::Mat noise(size, CV_32FC1);
-    cv::RNG(3).fill(noise, cv::RNG::NORMAL, 0, 1);
-    cv::GaussianBlur(noise, noise, {}, 3);
-    noise *= 0.02 / cv::norm(noise) * std::sqrt(static_cast<double>(noise.total()));
+    const cv::Mat noise = smoothNoise(size, 3, 0.02);
     DepthRefineOptions known;
     known.flaws = DepthFlaws();
     known.flaws->noise = 0.02;
@@ -458,11 +460,7 @@ TEST(DepthRefine, StepsOfDifferingSoftnessAreRecognizedAndBecomeHard) {
 
 TEST(DepthRefine, NoiseIsSmoothedAndStepsStay) {
     const World made = world();
-    cv::Mat noise(made.depth.size(), CV_32FC1);
-    cv::RNG random(3);
-    random.fill(noise, cv::RNG::NORMAL, 0, 1);
-    cv::GaussianBlur(noise, noise, {}, 3);
-    noise *= 0.016 / cv::norm(noise) * std::sqrt(static_cast<double>(noise.total()));
+    const cv::Mat noise = smoothNoise(made.depth.size(), 3, 0.016);
     const cv::Mat wrong = made.depth + noise;
     EXPECT_NEAR(measureDepthFlaws(made.photo, wrong).noise, 0.016, 0.005);
     const cv::Mat result = refined(made.photo, wrong);
@@ -473,11 +471,7 @@ TEST(DepthRefine, NoiseIsSmoothedAndStepsStay) {
 // In a scene of a large range, weak and smooth noise is told from surfaces by its distribution.
 TEST(DepthRefine, SmoothNoiseIsFoundAndItsStrengthIsNotMuchTooSmall) {
     const World made = world();
-    cv::Mat noise(made.depth.size(), CV_32FC1);
-    cv::RNG random(3);
-    random.fill(noise, cv::RNG::NORMAL, 0, 1);
-    cv::GaussianBlur(noise, noise, {}, 8);
-    noise *= 0.016 / cv::norm(noise) * std::sqrt(static_cast<double>(noise.total()));
+    const cv::Mat noise = smoothNoise(made.depth.size(), 8, 0.016);
     const cv::Mat wrong = made.depth + noise;
     EXPECT_GT(measureDepthFlaws(made.photo, wrong).noise, 0.006);
     EXPECT_LT(measureDepthFlaws(made.photo, wrong).noise, 0.02);
@@ -489,6 +483,31 @@ TEST(DepthRefine, SmoothNoiseIsFoundAndItsStrengthIsNotMuchTooSmall) {
             bowl.at<float>(y, x) =
                 static_cast<float>(0.1 + 7e-5 * ((x - 60) * (x - 60) + 0.5 * y * y));
     EXPECT_EQ(measureDepthFlaws(made.photo, cv::min(bowl, 1)).noise, 0);
+}
+
+// Noise of 0.006 is 1 px where the nearest and the farthest px are 160 px apart.
+TEST(DepthRefine, WeakNoiseIsFound) {
+    const World made = world();
+    for (const double sigma : {3.0, 8.0}) {
+        const cv::Mat wrong = made.depth + smoothNoise(made.depth.size(), sigma, 0.006);
+        const double noise = measureDepthFlaws(made.photo, wrong).noise;
+        EXPECT_GT(noise, 0.0015) << sigma;
+        EXPECT_LT(noise, 0.008) << sigma;
+        EXPECT_LT(cv::norm(refined(made.photo, wrong), made.depth),
+                  0.8 * cv::norm(wrong, made.depth))
+            << sigma;
+    }
+}
+
+TEST(DepthRefine, CloseSurfacesStayApartInWeakNoise) {
+    const cv::Size size(240, 200);
+    const cv::Mat photo(size, CV_8UC3, cv::Scalar(90, 130, 60));
+    cv::Mat depth(size, CV_32FC1, cv::Scalar(0.3));
+    for (int x = 0; x < size.width; x += 60)
+        depth.colRange(x, x + 30) += 0.03;
+    const cv::Mat wrong = depth + smoothNoise(size, 3, 0.004);
+    // measured: 0.23
+    EXPECT_LT(cv::norm(refined(photo, wrong), depth), 0.4 * cv::norm(wrong, depth));
 }
 
 TEST(DepthRefine, ThinThingsKeepTheirDepth) {

@@ -576,7 +576,8 @@ struct StepRule {
 };
 
 StepRule evenStepRule(double width, double part) {
-    return {width, std::max(2, static_cast<int>(std::lround(0.9 * width))), 6, part, 6, 1, 0.03};
+    const int r = std::max(2, static_cast<int>(std::lround(0.9 * width)));
+    return {width, r, 6, part, 6, 1, std::min(std::max(0.006 * width, 0.03), 0.08)};
 }
 
 StepRule unevenStepRule(double width) {

@@ -334,23 +334,28 @@ class StepPlanes {
 };
 
 // Parameters that were measured on the scenes of docs/lab/views.md.
-constexpr float kMinHeight = 0.03F; // of a step, in units of depth
 constexpr float kWholeStep = 1;     // px farther from the middle belong to something else
 constexpr float kMiddle = 0.3F;     // px that are left between the sides after the first pass
 constexpr double kLeftWidth = 2;    // width of what is left
 constexpr float kSimilar = 0.8F;    // a px that is so similar to both sides is no edge
 
+// In a wide window, lower steps are slopes of a surface.
+constexpr double kMinHeight = 0.03; // of a step, in units of depth
+constexpr double kMinHeightOfWide = 0.08;
+constexpr double kMinHeightPerPixel = 0.006;
+
 // Equally soft steps of a width: the depth knows well where they are.
 StepRule evenRule(double width) {
     const int radius = std::max(2, static_cast<int>(std::lround(0.9 * width)));
-    return {width, radius, 6, kWholeStep, 6, 1, kMinHeight};
+    const double least = std::clamp(kMinHeightPerPixel * width, kMinHeight, kMinHeightOfWide);
+    return {width, radius, 6, kWholeStep, 6, 1, static_cast<float>(least)};
 }
 
 // Steps of differing softness: the colour counts more, in a wide window. Where it says nothing,
-// they stay soft. In so wide a window, the lower ones are slopes of a surface.
+// they stay soft.
 StepRule unevenRule(double width) {
     const int radius = std::max(2, static_cast<int>(std::lround(width)));
-    return {width, radius, 4, kWholeStep, 1.2F, 0.6F, 0.08F};
+    return {width, radius, 4, kWholeStep, 1.2F, 0.6F, static_cast<float>(kMinHeightOfWide)};
 }
 
 // The depth of a px in a step: 0 far, 1 near, from its own place between the sides and its colour.

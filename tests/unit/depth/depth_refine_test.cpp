@@ -234,6 +234,18 @@ TEST(DepthRefine, SlopesAreNotTakenForSoftSteps) {
     }
 }
 
+// Folds of patterned cloth: each window has a slope of some height, and edges of the photo.
+TEST(DepthRefine, FoldsStayInWideWindows) {
+    const cv::Size size(240, 200);
+    cv::Mat depth(size, CV_32FC1);
+    for (int x = 0; x < size.width; ++x)
+        depth.col(x).setTo(cv::Scalar(0.5 + 0.025 * std::sin(2 * CV_PI * x / 40)));
+    DepthRefineOptions known;
+    known.flaws = DepthFlaws();
+    known.flaws->softnessPixels = 9;
+    EXPECT_TRUE(samePicture(refined(randomPhoto(size), depth, known), depth));
+}
+
 TEST(DepthRefine, NothingMovesWhereThePhotoHasNoEdge) {
     const World made = world();
     const cv::Mat plain(made.photo.size(), CV_8UC3, cv::Scalar(80, 90, 100));

@@ -288,7 +288,7 @@ double binomial(int distance) {
 
 cv::Mat referenceSmoothSurfaces(double noise, const cv::Mat& depth) {
     const int side = std::max(8, std::max(depth.cols, depth.rows) / 64);
-    const int levels = std::clamp(static_cast<int>(1 / (1.5 * noise)), 1, 128);
+    const int levels = std::clamp(static_cast<int>(1 / (1.5 * noise)), 1, 192);
     const cv::Vec3i counts((depth.cols - 1) / side + 1, (depth.rows - 1) / side + 1, levels);
     const auto levelOf = [&](float value) {
         return std::min(static_cast<int>(value * static_cast<float>(levels)), levels - 1);

@@ -153,7 +153,7 @@ void readBack(Grid& grid, cv::Mat& depth) {
 
 void smoothSurfaces(double noise, cv::Mat& depth) {
     const int side = std::max(8, std::max(depth.cols, depth.rows) / 64);
-    const int levels = static_cast<int>(std::clamp(1 / (1.5 * noise), 1.0, 128.0));
+    const int levels = static_cast<int>(std::clamp(1 / (1.5 * noise), 1.0, 192.0));
     Grid grid(depth.size(), side, levels);
     collect(depth, grid);
     blur(grid);

@@ -334,10 +334,10 @@ class StepPlanes {
 };
 
 // Parameters that were measured on the scenes of docs/lab/views.md.
-constexpr float kWholeStep = 1;     // px farther from the middle belong to something else
-constexpr float kMiddle = 0.3F;     // px that are left between the sides after the first pass
-constexpr double kLeftWidth = 2;    // width of what is left
-constexpr float kSimilar = 0.8F;    // a px that is so similar to both sides is no edge
+constexpr float kWholeStep = 1;  // px farther from the middle belong to something else
+constexpr float kMiddle = 0.3F;  // px that are left between the sides after the first pass
+constexpr double kLeftWidth = 2; // width of what is left
+constexpr float kSimilar = 0.8F; // a px that is so similar to both sides is no edge
 
 // In a wide window, lower steps are slopes of a surface.
 constexpr double kMinHeight = 0.03; // of a step, in units of depth

@@ -261,6 +261,7 @@ class LayeredReader {
         right_.clear();
         endOffsets_.clear();
         for (int direction = 0; direction < 2; ++direction) {
+            const std::size_t begin = left_.size();
             for (const LayeredSurface& surface : rows[direction]->surfaces) {
                 const auto strip = static_cast<float>(strips_[direction] + surface.hiddenAt(0));
                 left_.push_back({static_cast<float>(surface.first),
@@ -274,8 +275,26 @@ class LayeredReader {
                     return static_cast<float>(wordOffset(words[column])) * 0x1p18F;
                 };
                 endOffsets_.push_back({offsetAt(surface.first), offsetAt(surface.last)});
+                endOffsets_.back().passing = passing(begin);
             }
         }
+    }
+
+    // LayeredEndOffsets::passing of the last surface. @param begin the first one of its direction
+    float passing(std::size_t begin) const {
+        constexpr float kRounding = 0.01F; // px
+        const float last = right_.back().column;
+        const float offset = endOffsets_.back().last;
+        // what is farther away does not come into the gap within the reach
+        const float farthest =
+            bounded_ ? last - static_cast<float>(2 * scene_.reachColumns + kEndReach) : 0;
+        float least = kNeverPasses;
+        for (std::size_t i = right_.size() - 1; i-- > begin && right_[i].column >= farthest;) {
+            const float nearer = offset - endOffsets_[i].last;
+            const float way = last - right_[i].column - right_[i].painted - right_[i].border;
+            if (nearer > 0) least = std::min(least, std::max(way - kRounding, 0.0F) / nearer);
+        }
+        return least;
     }
 
     // Planes of the row and of the mirrored row, with their last px repeated on both sides, and of

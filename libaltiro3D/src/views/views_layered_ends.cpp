@@ -33,8 +33,18 @@ class Search {
     }
 
   private:
+    float offsetOf(int column) const { return static_cast<float>(wordOffset(words_[column])); }
+
     float placeOf(int column) const {
-        return static_cast<float>(column) - unit_ * static_cast<float>(wordOffset(words_[column]));
+        return static_cast<float>(column) - unit_ * offsetOf(column);
+    }
+
+    // Place of the pixel between a column left of it, or at it, and the next one.
+    std::int32_t placeAfter(int column) const {
+        const float start = placeOf(column);
+        const float steps = (x_ - start) * static_cast<float>(kSubColumns);
+        const float part = steps / (placeOf(column + 1) - start);
+        return ((base_ + column) << kSubColumnBits) + static_cast<std::int32_t>(std::lrint(part));
     }
 
     static std::int32_t subColumns(float distance) {
@@ -76,11 +86,7 @@ class Search {
             const float start = placeOf(column);
             if (start <= x_) {
                 if (column == surface.last) return endOf(k, x_ - start);
-                const float steps = (x_ - start) * static_cast<float>(kSubColumns);
-                const float part = steps / (placeOf(column + 1) - start);
-                return cover(((base_ + column) << kSubColumnBits) +
-                                 static_cast<std::int32_t>(std::lrint(part)),
-                             1);
+                return cover(placeAfter(column), 1);
             }
             --column;
             if (left_ == nullptr || column < surface.first) continue;
@@ -102,7 +108,68 @@ class Search {
         if (distance <= beyond) return cover(place, 1);
         if (!last_) last_ = k + 1 < surfaceCount_ ? hiddenPlace(k + 1, kFar) : place;
         if (cover(place, beyond + (1 + surface.rightExtra) - distance)) return true;
-        return showsHidden(k + 1);
+        return showsPassed(k) || showsHidden(k + 1);
+    }
+
+    // What a surface shows at the pixel.
+    struct Content {
+        std::int32_t place = 0;
+        float coverage = 0; // > 0: it covers this part of the pixel, or more than all
+        float offset = 0;
+    };
+
+    Content contentOf(int k) const {
+        const LayeredSurface& surface = surfaces_[k];
+        const float first = placeOf(surface.first);
+        if (x_ < first) {
+            const float away = first - x_;
+            const float offset = offsetOf(surface.first);
+            if (surface.hidden > 0)
+                return {hiddenPlace(k, away), static_cast<float>(1 + surface.hidden) - away,
+                        offset};
+            return {(base_ + surface.first) << kSubColumnBits, (1 + surface.leftExtra) - away,
+                    offset};
+        }
+        const float last = placeOf(surface.last);
+        if (x_ >= last) {
+            const auto painted = static_cast<float>(1 + surface.beyond);
+            return {beyondPlace(k, x_ - last), painted + surface.rightExtra - (x_ - last),
+                    offsetOf(surface.last)};
+        }
+        int column = surface.last - 1;
+        while (placeOf(column) > x_)
+            --column;
+        return {placeAfter(column), 1, offsetOf(column)};
+    }
+
+    // Covers the pixel, at which surface k has ended, with surfaces further left that are nearer
+    // than what is painted left of those further right: surface k has passed them. True if the
+    // pixel is complete.
+    bool showsPassed(int k) {
+        float behind = -kFar;
+        for (int right = k + 1; right < surfaceCount_ && behind == -kFar; ++right) {
+            const Content painted = surfaces_[right].hidden > 0 ? contentOf(right) : Content();
+            if (painted.coverage > 0) behind = painted.offset;
+        }
+        for (float front = kFar;;) { // from front to back
+            Content nearest;
+            nearest.offset = behind;
+            for (int left = k - 1; left >= 0 && canReach(surfaces_[left].last); --left) {
+                const Content content = contentOf(left);
+                if (content.coverage > 0 && content.offset > nearest.offset &&
+                    content.offset < front)
+                    nearest = content;
+            }
+            if (!(nearest.coverage > 0)) return false;
+            if (cover(nearest.place, nearest.coverage)) return true;
+            front = nearest.offset;
+        }
+    }
+
+    // Whether the end of a surface at this column can lie at the pixel or right of it.
+    bool canReach(int column) const {
+        constexpr int kBeyond = 2 * kEndReach; // painted columns and border
+        return static_cast<float>(column + kBeyond) + unit_ * static_cast<float>(kMaxOffset) >= x_;
     }
 
     // Covers the pixel with the background painted left of surface k or of one further right. True

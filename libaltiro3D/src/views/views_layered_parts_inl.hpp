@@ -100,13 +100,16 @@ class EndPixels {
         coverRight_ = hn::IfThenElseZero(hn::AndNot(frame, inGap_), partOf(covered));
     }
 
-    // In a gap: what is painted left of the next surface.
+    // In a gap: what is painted left of the next surface, unless a surface further left reaches the
+    // gap, too.
     HWY_INLINE void lookIntoGap() {
         const F away = hn::Sub(nextStart, lanes_.x);
         const F zero = hn::Zero(d_);
         const auto prepared = hn::And(hn::Ge(away, zero),
                                       hn::And(hn::Le(away, nextHidden), hn::Gt(nextHidden, zero)));
-        const M isHidden = hn::And(inGap_, hn::And(hasNext, hn::RebindMask(whole_, prepared)));
+        const auto isAlone = hn::Le(lanes_.unit, passing);
+        const M isHidden =
+            hn::And(inGap_, hn::And(hasNext, hn::RebindMask(whole_, hn::And(prepared, isAlone))));
         const I firstPlace = hn::ShiftLeft<kSubColumnBits>(hn::ConvertTo(whole_, nextStrip));
         place =
             hn::IfThenElse(isHidden, hn::Sub(firstPlace, subColumns(hn::Max(away, zero))), place);
@@ -164,6 +167,7 @@ class EndPixels {
     F beyond = hn::Zero(D());    // LayeredEnd of its right end
     F rightBorder = hn::Zero(D());
     F strip = hn::Zero(D());
+    F passing = hn::Zero(D());    // LayeredEndOffsets of the surface
     M hasNext = inGap_;           // there is a surface to the right
     F nextStart = hn::Zero(D());  // where its first column appears
     F nextHidden = hn::Zero(D()); // LayeredEnd of its left end

@@ -73,10 +73,15 @@ struct LayeredEnd {
     float strip = 0; ///< Column of the surface's first column in the planes; the last one is next.
 };
 
+constexpr float kNeverPasses = 1e30F; ///< LayeredEndOffsets::passing without such a surface.
+
 /// Offsets of the first and the last column of a surface, in 2^-18 units of the tables.
 struct LayeredEndOffsets {
     float first = 0;
     float last = 0;
+    /// From this movement on, px per such unit, the end of a surface further left is right of the
+    /// surface's end: a thin thing has passed what it hid.
+    float passing = kNeverPasses;
 };
 
 /// The surfaces of a row for the search: first those of the row, then those of the mirrored row.

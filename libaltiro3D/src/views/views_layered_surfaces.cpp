@@ -63,6 +63,7 @@ class AmongSurfaces {
                 choose(hn::Set(d_, right.painted), ends.beyond);
                 choose(hn::Set(d_, right.border), ends.rightBorder);
                 choose(hn::Set(d_, right.strip), ends.strip);
+                choose(hn::Set(d_, offsets.passing), ends.passing);
                 choose(nextStart, ends.nextStart);
                 choose(nextHidden, ends.nextHidden);
                 choose(nextStrip, ends.nextStrip);
@@ -90,6 +91,7 @@ class AmongSurfaces {
         }
         ends.frame = open;
         const auto openF = hn::RebindMask(d_, open); // left of everything: beside the first surface
+        ends.passing = hn::IfThenElse(openF, hn::Set(d_, kNeverPasses), ends.passing);
         ends.nextStart = hn::IfThenElse(openF, nextStart, ends.nextStart);
         ends.nextHidden = hn::IfThenElse(openF, nextHidden, ends.nextHidden);
         ends.nextStrip = hn::IfThenElse(openF, nextStrip, ends.nextStrip);

@@ -173,6 +173,9 @@ class EndsOfWalk {
         ends.beyond = right.floats[1];
         ends.rightBorder = right.floats[2];
         ends.strip = right.floats[3];
+        const I row = hn::Add(surface, hn::ShiftLeft<1>(surface)); // of three floats
+        ends.passing = hn::IfThenElse(hn::RebindMask(d_, ends.frame), hn::Set(d_, kNeverPasses),
+                                      gatherFloats(d_, &surfaces_.offsets->passing, row));
         const I next =
             hn::IfThenElse(ends.frame, firstSurface_, hn::Add(surface, hn::Set(whole_, 1)));
         ends.hasNext = hn::Lt(next, endSurface_);

@@ -232,6 +232,109 @@ TEST(ViewsLayered, HiddenThingsLookTheSameInAllViews) {
     EXPECT_TRUE(samePicture(second.colRange(33 - 6, 58 - 6), first.colRange(33 - 4, 58 - 4)));
 }
 
+// A bar of 4 px before a board, at its right border, before a wall. Both move with the camera: the
+// bar by 10 px, the wall by 10 px to the other side. The bar has passed what it hid of the board.
+TEST(ViewsLayered, ThinThingsPassWhatTheyHide) {
+    const cv::Vec3b board(20, 10, 220);
+    const cv::Vec3b bar(200, 40, 20);
+    const cv::Vec3b wall(30, 180, 60);
+    const cv::Size size(96, 5);
+    cv::Mat photo(size, CV_8UC3, cv::Scalar(board));
+    cv::Mat depth(size, CV_32FC1, cv::Scalar(0.5));
+    photo.colRange(44, 48).setTo(cv::Scalar(bar));
+    depth.colRange(44, 48).setTo(0.9F);
+    photo.colRange(48, 96).setTo(cv::Scalar(wall));
+    depth.colRange(48, 96).setTo(0.1F);
+    for (const bool isMirrored : {false, true}) {
+        if (isMirrored) {
+            cv::flip(photo, photo, 1);
+            cv::flip(depth, depth, 1);
+        }
+        cv::Mat view = rendered(photo, depth, 0.5, isMirrored ? -25 : 25);
+        if (isMirrored) cv::flip(view, view, 1);
+        for (int x = 0; x < 96; ++x) {
+            const cv::Vec3b expected = x < 34 ? board : x < 38 ? bar : x < 44 ? board : wall;
+            if (x == 44) continue; // the board's border
+            EXPECT_EQ(view.at<cv::Vec3b>(2, x), expected) << x << " " << isMirrored;
+        }
+    }
+}
+
+// A row of flat things of one colour each.
+struct FlatThing {
+    int first;
+    int last;
+    float depth;
+    cv::Vec3b color;
+};
+
+std::vector<FlatThing> randomThings(cv::RNG& rng, int width) {
+    std::vector<FlatThing> things;
+    for (int x = 0; x < width;) {
+        const int last = std::min(x + rng.uniform(3, 24), width - 1);
+        const float depth = 0.1F * static_cast<float>(rng.uniform(0, 11));
+        if (things.empty() || things.back().depth != depth) {
+            const cv::Vec3b color(cv::saturate_cast<uchar>(rng.uniform(0, 256)),
+                                  cv::saturate_cast<uchar>(rng.uniform(0, 256)),
+                                  cv::saturate_cast<uchar>(rng.uniform(0, 256)));
+            things.push_back({x, last, depth, color});
+            x = last + 1;
+        }
+    }
+    return things;
+}
+
+// What a pixel shows: the nearest of all things that reach it. A thing is known to continue to the
+// left behind nearer ones. @return null near an end of any thing
+const FlatThing* nearestAt(const std::vector<FlatThing>& things, int x, double shift,
+                           double focus) {
+    constexpr double kClear = 2.5; // px
+    const FlatThing* nearest = nullptr;
+    for (std::size_t i = 0; i < things.size(); ++i) {
+        const FlatThing& thing = things[i];
+        const double column = x + shift * (static_cast<double>(thing.depth) - focus);
+        int hidden = thing.first; // the first column that it may cover
+        for (std::size_t k = i; k-- > 0 && things[k].depth > thing.depth;)
+            hidden = things[k].first;
+        if (hidden == 0) hidden = -1000; // beside the frame
+        const int last = i + 1 == things.size() ? 1000 : thing.last;
+        for (const int end : {hidden, thing.first, last})
+            if (std::abs(column - end) < kClear) return nullptr;
+        if (column < hidden || column > last) continue;
+        if (nearest == nullptr || thing.depth > nearest->depth) nearest = &thing;
+    }
+    return nearest;
+}
+
+TEST(ViewsLayered, ThinThingsBeforeManyOthersShowTheNearestOfThem) {
+    const int width = 150;
+    cv::RNG rng(4);
+    LayeredSettings options;
+    options.edgeDilationPixels = 0;
+    options.reachPixels = 40;
+    options.fill = LayeredFill::Continue; // else close surfaces mix their colours
+    int compared = 0;
+    int wrong = 0;
+    for (int round = 0; round < 300; ++round) {
+        const std::vector<FlatThing> things = randomThings(rng, width);
+        cv::Mat photo(1, width, CV_8UC3);
+        cv::Mat depth(1, width, CV_32FC1);
+        for (const FlatThing& thing : things) {
+            photo.colRange(thing.first, thing.last + 1).setTo(cv::Scalar(thing.color));
+            depth.colRange(thing.first, thing.last + 1).setTo(thing.depth);
+        }
+        const cv::Mat view = rendered(photo, depth, 0.5, 40, options);
+        for (int x = 0; x < width; ++x) {
+            const FlatThing* const nearest = nearestAt(things, x, 40, 0.5);
+            if (nearest == nullptr) continue;
+            ++compared;
+            if (view.at<cv::Vec3b>(0, x) != nearest->color) ++wrong;
+        }
+    }
+    EXPECT_GT(compared, 5000);
+    EXPECT_EQ(wrong, 0);
+}
+
 TEST(ViewsLayered, FillContinueRepeatsTheBackgroundsBorderPixel) {
     const cv::Mat photo = randomPhoto({64, 9});
     const Board board(0.25F, 0.75F);

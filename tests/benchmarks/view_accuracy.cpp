@@ -229,14 +229,19 @@ struct ViewPsnr {
     double inside = 0;
 };
 
+// @param isMatched whether the disparity is that of the pair
 // @param hidden with disparities in px instead of depth
 ViewPsnr measureView(const EyesWithViews& scene, const cv::Mat& disparity, const TrueView& truth,
-                     const altiro3D::HiddenLayer& hidden = {}) {
+                     bool isMatched, const altiro3D::HiddenLayer& hidden = {}) {
     double low = 0;
     double high = 0;
     cv::minMaxLoc(disparity, &low, &high);
     cv::Mat depth = (disparity - low) / (high - low);
-    altiro3D::refineDepth(scene.left, depth, depth);
+    const altiro3D::HiddenLayer pair{scene.left, depth}; // only tells that there is one
+    altiro3D::DepthRefineOptions refine;
+    refine.flaws = measureDepthFlaws(
+        altiro3D::Scene{scene.left, depth, isMatched ? pair : altiro3D::HiddenLayer()});
+    altiro3D::refineDepth(scene.left, depth, depth, refine);
     LayeredSettings settings;
     const double reach = truth.at * std::max(std::abs(low), std::abs(high));
     settings.reachPixels = reach;
@@ -295,19 +300,19 @@ void printStereo(const std::vector<EyesWithViews>& scenes) {
                             estimatedOrder);
             }
             std::printf(" %.1f |", view.at);
-            const auto print = [&](const cv::Mat& disparity,
+            const auto print = [&](const cv::Mat& disparity, bool isMatched,
                                    const altiro3D::HiddenLayer& behind = {}) {
                 if (disparity.empty()) {
                     std::printf(" |");
                     return;
                 }
-                const ViewPsnr psnr = measureView(scene, disparity, view, behind);
+                const ViewPsnr psnr = measureView(scene, disparity, view, isMatched, behind);
                 std::printf(" %.2f / %.2f |", psnr.whole, psnr.inside);
             };
-            print(scene.disparity);
-            print(matched);
-            print(matched, hidden);
-            print(estimated);
+            print(scene.disparity, false);
+            print(matched, true);
+            print(matched, true, hidden);
+            print(estimated, false);
             std::printf("\n");
         }
     }

@@ -137,15 +137,22 @@ struct Scene {
     return scene.depth.colRange(shownColumns(scene));
 }
 
+/// Measures how the depth of a scene differs from its photo. Depth that was found by matching two
+/// pictures, which scenes with a hidden layer have, follows the photo: its growth and shift are 0.
+///
+/// @param scene photo and depth of one size
+/// @throws Error as measureDepthFlaws() of photo and depth
+[[nodiscard]] ALTIRO3D_EXPORT DepthFlaws measureDepthFlaws(const Scene& scene);
+
 /// Fits a photo and its depth map to the panel's shape: applyFit(), applyFitToDepth(), and then
-/// refineDepth() inside the bars.
+/// refineDepth() inside the bars, with measureDepthFlaws() of the scene.
 ///
 /// @param scene the photo, of the size that the fit was made for, and its depth map of any size
 /// @param fit from fitPhoto()
 /// @param focus depth of the bars, 0..1
 /// @param fitted all of fit.fittedSize(), with the margins outside of Scene::shown; reused if they
 /// fit
-/// @param refine how the depth is refined
+/// @param refine how the depth is refined; its flaws, if set, are used instead of measured ones
 /// @throws Error as applyFit(), applyFitToDepth() and refineDepth()
 ALTIRO3D_EXPORT void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
                               const DepthRefineOptions& refine = {});

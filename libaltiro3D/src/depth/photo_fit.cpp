@@ -262,6 +262,15 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
     inside.copyTo(fitted(filled));
 }
 
+DepthFlaws measureDepthFlaws(const Scene& scene) {
+    DepthFlaws flaws = measureDepthFlaws(scene.photo, scene.depth);
+    if (scene.hidden.photo.empty()) return flaws;
+    // Matching widens near things where the background is plain. Correction would erode all.
+    flaws.growthPixels = 0;
+    flaws.shiftPixels = {};
+    return flaws;
+}
+
 void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
               const DepthRefineOptions& refine) {
     const cv::Size photoSize = scene.photo.size(); // scene and fitted may be one
@@ -272,8 +281,12 @@ void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitt
     fitted.hidden = hidden;
     fitted.shown = fit.shown();
     if (refine.keepsDepth()) return;
+    const cv::Mat photo = fitted.photo(fit.filled());
     cv::Mat inside = fitted.depth(fit.filled());
-    refineDepth(fitted.photo(fit.filled()), inside, inside, refine);
+    DepthRefineOptions options = refine;
+    if (!options.flaws && !hidden.photo.empty())
+        options.flaws = measureDepthFlaws(Scene{photo, inside, hidden});
+    refineDepth(photo, inside, inside, options);
 }
 
 void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,

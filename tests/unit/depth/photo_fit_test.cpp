@@ -7,6 +7,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D::test {
 namespace {
@@ -324,6 +325,36 @@ TEST(PhotoFit, WhatIsHiddenIsFittedAsThePhoto) {
                   fitScene(scene, fitPhoto(scene.photo.size(), 1, {30, 30}), 0.5, fitted);
               }).find("hidden depth: has 59 x 40 px, expected 60 x 40"),
               std::string::npos);
+}
+
+// Depth of stereo pairs: near things may look too large, but their edges stay. Soft ones become
+// hard.
+TEST(PhotoFit, MatchedDepthIsNeitherShrunkNorShifted) {
+    altiro3D::Scene scene{cv::Mat(120, 160, CV_8UC3, cv::Scalar(90, 130, 60)),
+                          cv::Mat(120, 160, CV_32FC1, cv::Scalar(0.2))};
+    for (const cv::Point at : {cv::Point(30, 30), cv::Point(110, 40), cv::Point(70, 85)}) {
+        cv::circle(scene.photo, at, 18, {200, 40, 20}, cv::FILLED);
+        cv::circle(scene.depth, at, 21, cv::Scalar(0.8), cv::FILLED);
+    }
+    const PhotoFit fit = fitPhoto(scene.photo.size(), 4.0 / 3, scene.photo.size());
+    altiro3D::Scene fitted;
+    fitScene(scene, fit, 0.5, fitted);
+    EXPECT_LT(cv::mean(fitted.depth)[0], cv::mean(scene.depth)[0] - 0.02);
+    altiro3D::Scene matched = scene;
+    matched.hidden = {scene.photo, scene.depth};
+    fitScene(matched, fit, 0.5, fitted);
+    EXPECT_TRUE(samePicture(fitted.depth, scene.depth));
+    DepthRefineOptions known; // what is known is used
+    known.flaws = DepthFlaws();
+    known.flaws->growthPixels = 3;
+    fitScene(matched, fit, 0.5, fitted, known);
+    EXPECT_LT(cv::mean(fitted.depth)[0], cv::mean(scene.depth)[0] - 0.02);
+    cv::Mat hard; // fits the photo
+    altiro3D::refineDepth(scene.photo, scene.depth, hard);
+    matched.depth = cv::Mat();
+    cv::GaussianBlur(hard, matched.depth, {}, 2);
+    fitScene(matched, fit, 0.5, fitted);
+    EXPECT_LT(cv::norm(fitted.depth, hard), cv::norm(matched.depth, hard) / 2);
 }
 
 TEST(PhotoFit, WrongInputsAreNamed) {

@@ -141,6 +141,7 @@ struct Scene {
 /// pictures, which scenes with a hidden layer have, follows the photo: its growth and shift are 0.
 ///
 /// @param scene photo and depth of one size
+/// @return the flaws, as measureDepthFlaws() of photo and depth gives them
 /// @throws Error as measureDepthFlaws() of photo and depth
 [[nodiscard]] ALTIRO3D_EXPORT DepthFlaws measureDepthFlaws(const Scene& scene);
 

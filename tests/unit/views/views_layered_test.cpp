@@ -323,9 +323,10 @@ TEST(ViewsLayered, ThinThingsBeforeManyOthersShowTheNearestOfThem) {
             photo.colRange(thing.first, thing.last + 1).setTo(cv::Scalar(thing.color));
             depth.colRange(thing.first, thing.last + 1).setTo(thing.depth);
         }
-        const cv::Mat view = rendered(photo, depth, 0.5, 40, options);
+        const double shift = rng.uniform(10.0, 40.0);
+        const cv::Mat view = rendered(photo, depth, 0.5, shift, options);
         for (int x = 0; x < width; ++x) {
-            const FlatThing* const nearest = nearestAt(things, x, 40, 0.5);
+            const FlatThing* const nearest = nearestAt(things, x, shift, 0.5);
             if (nearest == nullptr) continue;
             ++compared;
             if (view.at<cv::Vec3b>(0, x) != nearest->color) ++wrong;

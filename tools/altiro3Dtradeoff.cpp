@@ -94,13 +94,13 @@ double numberOf(const std::string& text, const std::string& file, const std::str
 }
 
 // The depth as the tools use it; says what was done and how long it took.
-// @param hidden of the scene
-void refine(const CommandLine& commandLine, const HiddenLayer& hidden, StereoScene& scene,
+// @param isMatched Scene::isMatched
+void refine(const CommandLine& commandLine, bool isMatched, StereoScene& scene,
             Messages& messages) {
     DepthRefineOptions options = refineOptions(commandLine);
     if (options.keepsDepth()) return;
     const auto start = std::chrono::steady_clock::now();
-    options.flaws = measureDepthFlaws(Scene{scene.photo, scene.depth, hidden});
+    options.flaws = measureDepthFlaws(Scene{scene.photo, scene.depth, {}, {}, isMatched});
     refineDepth(scene.photo, scene.depth, scene.depth, options);
     const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
     const DepthFlaws& flaws = *options.flaws;
@@ -175,7 +175,7 @@ StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
     scene.photo = fitted.photo;
     scene.depth = fitted.depth;
     scene.name = files[0].filename().string();
-    refine(commandLine, fitted.hidden, scene, messages);
+    refine(commandLine, fitted.isMatched, scene, messages);
     return scene;
 }
 
@@ -229,7 +229,7 @@ std::vector<Row> measureScenes(const CommandLine& commandLine, std::vector<Stere
     for (StereoScene& scene : scenes) {
         messages.say(scene.name + ", " + sizeText(scene.photo.size()) + ", disparity up to " +
                      fixed(scene.largestDisparity, 2) + " px");
-        refine(commandLine, {}, scene, messages);
+        refine(commandLine, false, scene, messages);
         messages.say(kHeading);
         for (const NamedViewOptions& setting : settings) {
             progress.step(scene.name + ", " + setting.name);

@@ -237,10 +237,8 @@ ViewPsnr measureView(const EyesWithViews& scene, const cv::Mat& disparity, const
     double high = 0;
     cv::minMaxLoc(disparity, &low, &high);
     cv::Mat depth = (disparity - low) / (high - low);
-    const altiro3D::HiddenLayer pair{scene.left, depth}; // only tells that there is one
     altiro3D::DepthRefineOptions refine;
-    refine.flaws = measureDepthFlaws(
-        altiro3D::Scene{scene.left, depth, isMatched ? pair : altiro3D::HiddenLayer()});
+    refine.flaws = measureDepthFlaws(altiro3D::Scene{scene.left, depth, {}, {}, isMatched});
     altiro3D::refineDepth(scene.left, depth, depth, refine);
     LayeredSettings settings;
     const double reach = truth.at * std::max(std::abs(low), std::abs(high));

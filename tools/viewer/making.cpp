@@ -96,7 +96,8 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
         const cv::Mat& photo = setup.document->picture;
         const PhotoFit fit = swayFitOf(setup);
         Scene scene;
-        fitScene({photo, setup.depth, setup.hidden}, fit, setup.knobs.views.focus, scene);
+        fitScene({photo, setup.depth, setup.hidden, {}, setup.isMatched}, fit,
+                 setup.knobs.views.focus, scene);
         return writeSway(file, fit.size, {}, photoViews(scene, setup.knobs.views), tell);
     }
     const QuiltLayout layout = quiltLayout(setup);
@@ -143,8 +144,8 @@ PhotoFit fitOf(const Setup& setup, cv::Size size) {
 Scene fitted(const Setup& setup, cv::Size size) {
     Scene scene;
     if (setup.document->kind != Kind::Scene) return scene; // quilts and Natives need none
-    fitScene({setup.document->picture, setup.depth, setup.hidden}, fitOf(setup, size),
-             setup.knobs.views.focus, scene);
+    fitScene({setup.document->picture, setup.depth, setup.hidden, {}, setup.isMatched},
+             fitOf(setup, size), setup.knobs.views.focus, scene);
     return scene;
 }
 
@@ -156,11 +157,14 @@ cv::Mat fittedPhoto(const Setup& setup, cv::Size size) {
 
 Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto) {
     const PhotoFit fit = fitOf(setup, size);
-    Scene scene{fittedPhoto, {}, {}, fit.shown()};
+    Scene scene{fittedPhoto, {}, {}, fit.shown(), setup.isMatched};
     applyFitToDepth(setup.depth, setup.document->picture.size(), fit, fittedPhoto,
                     setup.knobs.views.focus, scene.depth);
     cv::Mat inside = scene.depth(fit.filled());
-    refineDepth(fittedPhoto(fit.filled()), inside, inside);
+    const cv::Mat photo = fittedPhoto(fit.filled());
+    DepthRefineOptions refine;
+    refine.flaws = measureDepthFlaws(Scene{photo, inside, {}, {}, setup.isMatched});
+    refineDepth(photo, inside, inside, refine);
     return scene;
 }
 

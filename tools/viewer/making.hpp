@@ -20,7 +20,8 @@ struct Setup {
     bool flat = false;  ///< The depth has no range, see layFlatDepth().
     Knobs knobs;
     std::shared_ptr<const Display> display;
-    bool isChosen = false; ///< `knobs` holds what chooseAutomatic() has chosen.
+    bool isMatched = false; ///< Scene::isMatched, also of painted depth that was matched before.
+    bool isChosen = false;  ///< `knobs` holds what chooseAutomatic() has chosen.
 };
 
 /// Sets depth without a range to the focus, as the tools do, so that all views are equal.

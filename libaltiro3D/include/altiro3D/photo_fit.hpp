@@ -126,6 +126,8 @@ struct Scene {
     /// Columns that the panel shows, inside the photo; empty: all. Views have these columns only.
     /// The other columns are margins, which views from the side show at the edges of the panel.
     cv::Range shown{};
+    /// The depth was found by matching two pictures, so its edges are not moved by refinement.
+    bool isMatched = false;
 };
 
 /// The columns that the panel shows. @param scene a scene @return scene.shown, or all columns
@@ -137,8 +139,8 @@ struct Scene {
     return scene.depth.colRange(shownColumns(scene));
 }
 
-/// Measures how the depth of a scene differs from its photo. Depth that was found by matching two
-/// pictures, which scenes with a hidden layer have, follows the photo: its growth and shift are 0.
+/// Measures how the depth of a scene differs from its photo. Matched depth follows the photo: its
+/// growth and shift are 0.
 ///
 /// @param scene photo and depth of one size
 /// @return the flaws, as measureDepthFlaws() of photo and depth gives them

@@ -38,6 +38,7 @@ class CuesSource : public DepthSource {
     void readScene(const cv::Mat& image, double /*flatDepth*/, Scene& scene) override {
         read(image, scene.photo, scene.depth);
         scene.hidden = {};
+        scene.isMatched = false;
     }
 };
 
@@ -179,6 +180,7 @@ void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene
     cv::Mat raw;
     read(image, scene.photo, raw);
     scene.hidden = {};
+    scene.isMatched = origin() == DepthOrigin::Matched;
     normalizeDepth(raw, scene.depth, normalization);
 }
 

@@ -264,7 +264,7 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
 
 DepthFlaws measureDepthFlaws(const Scene& scene) {
     DepthFlaws flaws = measureDepthFlaws(scene.photo, scene.depth);
-    if (scene.hidden.photo.empty()) return flaws;
+    if (!scene.isMatched) return flaws;
     // Matching widens near things where the background is plain. Correction would erode all.
     flaws.growthPixels = 0;
     flaws.shiftPixels = {};
@@ -280,12 +280,13 @@ void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitt
     applyFitToDepth(scene.depth, photoSize, fit, fitted.photo, focus, fitted.depth);
     fitted.hidden = hidden;
     fitted.shown = fit.shown();
+    fitted.isMatched = scene.isMatched;
     if (refine.keepsDepth()) return;
     const cv::Mat photo = fitted.photo(fit.filled());
     cv::Mat inside = fitted.depth(fit.filled());
     DepthRefineOptions options = refine;
-    if (!options.flaws && !hidden.photo.empty())
-        options.flaws = measureDepthFlaws(Scene{photo, inside, hidden});
+    if (!options.flaws && scene.isMatched)
+        options.flaws = measureDepthFlaws(Scene{photo, inside, {}, {}, true});
     refineDepth(photo, inside, inside, options);
 }
 

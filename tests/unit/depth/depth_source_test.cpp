@@ -369,6 +369,7 @@ TEST(DepthSource, APairBringsWhatOnlyTheRightEyeSees) {
     const auto source = depthFromStereo(input, depthFromCues());
     Scene scene;
     source->readScene(source->readImage(directory / "left.png"), 0.5, scene);
+    EXPECT_TRUE(scene.isMatched);
     ASSERT_EQ(scene.hidden.photo.size(), eyes.left.size());
     ASSERT_EQ(scene.hidden.depth.size(), eyes.left.size());
     const cv::Rect thing = thingInLeft();
@@ -378,6 +379,7 @@ TEST(DepthSource, APairBringsWhatOnlyTheRightEyeSees) {
     EXPECT_GT(scene.depth.at<float>(behind), scene.depth.at<float>(beside) + 0.5F);
     depthFromCues()->readScene(eyes.left, 0.5, scene);
     EXPECT_TRUE(scene.hidden.photo.empty());
+    EXPECT_FALSE(scene.isMatched);
 }
 
 TEST(DepthSource, APairThatDoesNotMatchTakesItsDepthElsewhere) {

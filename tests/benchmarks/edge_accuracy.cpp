@@ -1,12 +1,14 @@
 // altiro3D_edge_accuracy: what wrong depth edges cost, and how much of it refineDepth() wins back.
 //
-// Usage: altiro3D_edge_accuracy [--scenes] [folder with scenes.csv [start of a depth's name...]]
+// Usage: altiro3D_edge_accuracy [--scenes] [--blur SIGMA] [folder with scenes.csv [start of a
+//        depth's name...]]
 //
 // The left picture of each Middlebury pair becomes the right picture, over the full baseline, with
 // its true disparity and with depth that is wrong in known ways. Prints a Markdown table: PSNR in
 // dB / SSIM inside the frame, means over the scenes. `widened` is Layered with depth edges that
 // were moved outwards by 2 px, as iw3 does to hide soft edges. --scenes also prints a row per
-// scene. The default folder is middlebury in the test data.
+// scene; --blur makes photo and truth soft by a Gaussian filter of SIGMA px. The default folder is
+// middlebury in the test data.
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
@@ -245,10 +247,20 @@ int main(int argc, char** argv) {
         std::vector<std::string> arguments(argv + 1, argv + argc);
         const bool perScene = !arguments.empty() && arguments.front() == "--scenes";
         if (perScene) arguments.erase(arguments.begin());
+        double sigma = 0;
+        if (arguments.size() > 1 && arguments.front() == "--blur") {
+            sigma = std::stod(arguments[1]);
+            arguments.erase(arguments.begin(), arguments.begin() + 2);
+        }
         const fs::path folder = arguments.empty() ? altiro3D::test::dataPath("middlebury")
                                                   : fs::path(arguments.front());
         if (!arguments.empty()) arguments.erase(arguments.begin());
-        const std::vector<StereoScene> scenes = altiro3D::test::readMiddlebury(folder);
+        std::vector<StereoScene> scenes = altiro3D::test::readMiddlebury(folder);
+        for (StereoScene& scene : scenes) {
+            if (sigma <= 0) break;
+            for (cv::Mat* const picture : {&scene.photo, &scene.truth})
+                cv::GaussianBlur(*picture, *picture, {}, sigma);
+        }
         if (!scenes.empty()) printTable(scenes, arguments, perScene);
         return scenes.empty() ? 1 : 0;
     } catch (const std::exception& error) {

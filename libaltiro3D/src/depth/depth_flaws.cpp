@@ -20,12 +20,15 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kReach = 7;           // edges of the photo are searched this far away, px
-constexpr int kMaxRamp = 40;        // px on each side of the steepest place
-constexpr float kMinHeight = 0.04F; // of a step, in units of depth
-constexpr float kMinSlope = 0.004F; // of its steepest place, per px
-constexpr int kMinContrast = 30;    // of the photo around a step, summed over px and channels
-constexpr int kWeakContrast = 60;   // steps with less count less
+constexpr int kReach = 7;               // edges of the photo are searched this far away, px
+constexpr int kMaxRamp = 40;            // px on each side of the steepest place
+constexpr float kMinHeight = 0.04F;     // of a step, in units of depth
+constexpr float kMinSlope = 0.004F;     // of its steepest place, per px
+constexpr int kMinContrast = 30;        // of the photo around a step, summed over px and channels
+constexpr int kWeakContrast = 60;       // steps with less count less
+constexpr std::int64_t kMinSteps = 100; // fewer may look alike by chance
+constexpr int kEdgeReach = 4;           // px from a step to colours of its sides
+constexpr int kEdgeContrast = 90;       // between the sides, for the width of an edge of the photo
 
 // Counts of values in bins of equal width.
 template <std::size_t kBins>
@@ -72,12 +75,16 @@ struct Steps {
     std::int64_t count = 0;
     Histogram<660> width{0, 0.1};
     Histogram<500> tails{0, 0.001};
+    std::int64_t edgeCount = 0;
+    Histogram<100> edges{0, 0.1}; // widths of the photo's edges at the steps, px
     std::array<Profile, 4> profiles;
 
     void add(const Steps& other) {
         count += other.count;
         width.add(other.width);
         tails.add(other.tails);
+        edgeCount += other.edgeCount;
+        edges.add(other.edges);
         for (std::size_t side = 0; side < profiles.size(); ++side) {
             for (std::size_t t = 0; t < profiles[side].contrast.size(); ++t)
                 profiles[side].contrast[t] += other.profiles[side].contrast[t];
@@ -102,12 +109,12 @@ struct Line {
         const int left = std::min(static_cast<int>(inside), length - 2);
         return at(left) + slope(left) * (inside - static_cast<float>(left));
     }
-    // Difference of neighbouring px, summed over the channels.
-    int contrast(int x) const {
+    // Difference of two px of the photo, summed over the channels.
+    int contrast(int x, int other) const {
         const std::uint8_t* const here = photo + x * photoStride;
-        const std::uint8_t* const next = here + photoStride;
-        return std::abs(here[0] - next[0]) + std::abs(here[1] - next[1]) +
-               std::abs(here[2] - next[2]);
+        const std::uint8_t* const there = photo + other * photoStride;
+        return std::abs(here[0] - there[0]) + std::abs(here[1] - there[1]) +
+               std::abs(here[2] - there[2]);
     }
 };
 
@@ -138,7 +145,7 @@ void measureStep(const Line& line, int x, float least, Side rising, Steps& steps
     std::array<int, 2 * kReach + 1> contrast{};
     int sum = 0;
     for (int t = -kReach; t <= kReach; ++t) {
-        const int value = line.contrast(border + t);
+        const int value = line.contrast(border + t, border + t + 1);
         contrast[static_cast<std::size_t>(t + kReach)] = value;
         sum += value;
     }
@@ -158,6 +165,13 @@ void measureStep(const Line& line, int x, float least, Side rising, Steps& steps
     for (std::size_t t = 0; t < contrast.size(); ++t)
         profile.contrast[t] += weight * 1024 * contrast[t] / (sum + kWeakContrast);
     profile.weight += weight * 1024;
+    const int across = line.contrast(border - kEdgeReach, border + 1 + kEdgeReach);
+    if (across < kEdgeContrast) return;
+    const auto middleOfProfile = contrast.begin() + kReach;
+    const int steepestEdge =
+        *std::max_element(middleOfProfile - kEdgeReach, middleOfProfile + kEdgeReach + 1);
+    ++steps.edgeCount;
+    steps.edges.add(static_cast<double>(across) / steepestEdge, weight);
 }
 
 void measureLine(const Line& line, float least, Side rising, Steps& steps) {
@@ -247,6 +261,15 @@ void measureSoftness(const Steps& steps, int longerSide, DepthFlaws& flaws) {
         flaws.isBlurred = steps.tails.quantile(0.25) >= tailsOfBlur;
     }
     flaws.softnessPixels = std::min(flaws.softnessPixels, 64.0);
+}
+
+// Edges of sharp photos are 1 to 2 px wide; a Gaussian blur of sigma s leaves about 2.4 s px.
+void measureMixedPixels(const Steps& steps, DepthFlaws& flaws) {
+    constexpr double kSoftEdge = 3.2;     // sigma 1.3 px; sharper photos would lose
+    constexpr double kVerySoftEdge = 5.2; // sigma 2.4 px
+    if (steps.edgeCount < kMinSteps) return;
+    const double width = steps.edges.quantile(0.25);
+    flaws.mixedPixels = width >= kVerySoftEdge ? 2 : (width >= kSoftEdge ? 1 : 0);
 }
 
 struct Displacement {
@@ -349,7 +372,6 @@ double findNoise(const cv::Mat& depth) {
 } // namespace
 
 DepthFlaws measureFlaws(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& smooth) {
-    constexpr std::int64_t kMinSteps = 100; // fewer may look alike by chance
     DepthFlaws flaws;
     flaws.noise = findNoise(depth);
     smooth = depth;
@@ -362,6 +384,7 @@ DepthFlaws measureFlaws(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& smo
     if (steps.count < kMinSteps) return flaws;
     measureSoftness(steps, std::max(depth.cols, depth.rows), flaws);
     findDisplacement(steps, flaws);
+    measureMixedPixels(steps, flaws);
     return flaws;
 }
 

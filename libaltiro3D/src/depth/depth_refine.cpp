@@ -28,6 +28,8 @@ void validate(const DepthFlaws& flaws) {
     for (const int shift : {flaws.shiftPixels.x, flaws.shiftPixels.y})
         checkNumber(shift >= -7 && shift <= 7, "shift", shift, "-7..7 px");
     checkNumber(flaws.noise >= 0 && flaws.noise <= 1, "noise", flaws.noise, "0..1");
+    checkNumber(flaws.mixedPixels >= 0 && flaws.mixedPixels <= 7, "mixed px", flaws.mixedPixels,
+                "0..7 px");
 }
 
 // Moves the map back; px at the border are repeated.
@@ -70,9 +72,14 @@ void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
         result = smooth;
     }
     if (flaws.shiftPixels != cv::Point()) result = unshifted(result, flaws.shiftPixels);
-    const int growth = static_cast<int>(std::lround(flaws.growthPixels));
+    int growth = static_cast<int>(std::lround(flaws.growthPixels));
+    if (flaws.softnessPixels > 0) {
+        if (growth != 0) shrink(result, growth);
+        sharpenSteps(photo, flaws, result);
+        growth = 0;
+    }
+    growth -= flaws.mixedPixels; // at once, because thin things do not survive being shrunk first
     if (growth != 0) shrink(result, growth);
-    if (flaws.softnessPixels > 0) sharpenSteps(photo, flaws, result);
     result.copyTo(refined);
 }
 

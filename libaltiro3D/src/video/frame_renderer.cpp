@@ -21,9 +21,9 @@ namespace {
 const DepthRefineOptions kAsItIs{DepthFlaws()};
 
 // DepthFlaws as numbers in the order of saved states, and their range.
-using FlawValues = std::array<double, 7>;
-constexpr FlawValues kMinFlaws = {0, 0, -7, -7, -7, 0, 0};
-constexpr FlawValues kMaxFlaws = {64, 1, 7, 7, 7, 1, 1};
+using FlawValues = std::array<double, 8>;
+constexpr FlawValues kMinFlaws = {0, 0, -7, -7, -7, 0, 0, 0};
+constexpr FlawValues kMaxFlaws = {64, 1, 7, 7, 7, 1, 1, 7};
 
 // Position of the part that is shown, focus and strength, and their range.
 using ChoiceValues = std::array<double, 4>;
@@ -37,7 +37,8 @@ FlawValues valuesOf(const DepthFlaws& flaws) {
             static_cast<double>(flaws.shiftPixels.x),
             static_cast<double>(flaws.shiftPixels.y),
             flaws.noise,
-            flaws.isUneven ? 1.0 : 0.0};
+            flaws.isUneven ? 1.0 : 0.0,
+            static_cast<double>(flaws.mixedPixels)};
 }
 
 DepthFlaws flawsOf(const FlawValues& values) {
@@ -46,7 +47,8 @@ DepthFlaws flawsOf(const FlawValues& values) {
             cv::Point(static_cast<int>(values[3]), static_cast<int>(values[4])),
             values[5],
             values[6] > 0.5,
-            values[1] > 0.5};
+            values[1] > 0.5,
+            static_cast<int>(values[7])};
 }
 
 // Appends whether numbers are known, and the numbers.

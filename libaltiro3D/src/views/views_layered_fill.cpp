@@ -12,8 +12,12 @@ namespace altiro3D {
 
 namespace {
 
-// Sweeps over the painted background, which smooth differences between rows.
-constexpr int kSweeps = 4;
+// The part of a cell that is the mean of as many visible px as it is px away from them. They are
+// at most 1 / kRowDivisor of the surface.
+constexpr float kRowShare = 0.3F;
+constexpr int kRowDivisor = 4;
+// Cells this many px away from the visible part take half of their colour from the row beside them.
+constexpr float kHalfwayPixels = 4;
 // Neighbours belong to one surface if they differ by at most this many tears. A visible neighbour
 // must not be nearer by more than one tear, because it would be the occluder.
 constexpr double kSameTears = 5;
@@ -34,6 +38,7 @@ struct Run {
     int inwards = 1;        // direction to the visible part, 1 or -1
     int strip = 0;          // index of the first cell in LayeredRow::strips
     int length = 0;         // cells
+    int visible = 0;        // px of the surface's visible part
     int offset = 0;         // of the surface's end, in units of LayeredTables
     std::int32_t first = 0; // index of the first cell
     // neighbours of the first cell: inwards, inwards above, inwards below
@@ -98,8 +103,11 @@ class Background {
         colours_.resize(cellCount_);
         if (!known.photo.empty()) take(known, focus);
         flowIn();
-        for (int sweep = 0; sweep < kSweeps; ++sweep)
-            evenOut(sweep % 2 != 0);
+        blendWithRows();
+        spread(runs_.begin(), runs_.end(), above_);
+        spread(runs_.rbegin(), runs_.rend(), below_);
+        for (const bool backwards : {false, true})
+            evenOut(backwards);
         store();
     }
 
@@ -115,27 +123,30 @@ class Background {
             for (const LayeredSurface& surface : rows_[y].surfaces) {
                 left_ = std::max(left_, surface.hidden - surface.first);
                 right_ = std::max(right_, surface.last + surface.beyond - (photo_.cols - 1));
-                add(static_cast<int>(y), surface.first - 1, 1, surface.hiddenAt(1), surface.hidden,
-                    wordOffset(words[surface.first]));
-                add(static_cast<int>(y), surface.last + 1, -1, surface.beyondAt(1), surface.beyond,
-                    wordOffset(words[surface.last]));
+                Run run;
+                run.y = static_cast<int>(y);
+                run.visible = surface.last - surface.first + 1;
+                run.x = surface.first - 1;
+                run.strip = surface.hiddenAt(1);
+                run.length = surface.hidden;
+                run.offset = wordOffset(words[surface.first]);
+                add(run);
+                run.x = surface.last + 1;
+                run.inwards = -1;
+                run.strip = surface.beyondAt(1);
+                run.length = surface.beyond;
+                run.offset = wordOffset(words[surface.last]);
+                add(run);
             }
         }
         runsOfRow_.push_back(runs_.size());
     }
 
-    void add(int y, int x, int inwards, int strip, int length, int offset) {
-        if (length == 0) return;
-        Run run;
-        run.y = y;
-        run.x = x;
-        run.inwards = inwards;
-        run.strip = strip;
-        run.length = length;
-        run.offset = offset;
+    void add(Run run) {
+        if (run.length == 0) return;
         run.first = static_cast<std::int32_t>(cellCount_);
-        longest_ = std::max(longest_, length);
-        cellCount_ += static_cast<std::size_t>(length);
+        longest_ = std::max(longest_, run.length);
+        cellCount_ += static_cast<std::size_t>(run.length);
         runs_.push_back(run);
     }
 
@@ -303,6 +314,39 @@ class Background {
             if (painted) mean.add(colourOf(link), 1);
         }
         colours_[cell] = mean.get();
+    }
+
+    static void mix(Colour& colour, const Colour& other, float share) {
+        for (int c = 0; c < 4; ++c)
+            colour.bgr[c] += share * (other.bgr[c] - colour.bgr[c]);
+    }
+
+    // What is far behind the border differs from it, and is best guessed by a mean.
+    void blendWithRows() {
+        for (const Run& run : runs_) {
+            Mean row;
+            for (int k = 0; k < run.length; ++k) {
+                if (kRowDivisor * k < run.visible)
+                    row.add(colourOf(run.inner - k * run.inwards), 1);
+                const auto cell = static_cast<std::size_t>(run.first + k);
+                if (distances_[cell] != kKnown) mix(colours_[cell], row.get(), kRowShare);
+            }
+        }
+    }
+
+    // Widens streaks in proportion to their distance from the visible border: a recursive filter
+    // along the rows from begin to end.
+    // @param before links to the row that comes before
+    template <class Iterator>
+    void spread(Iterator begin, Iterator end, const std::vector<std::int32_t>& before) {
+        for (Iterator run = begin; run != end; ++run) {
+            for (int k = 1; k < run->length; ++k) {
+                const auto cell = static_cast<std::size_t>(run->first + k);
+                if (distances_[cell] == kKnown || before[cell] == kNoLink) continue;
+                const auto distance = static_cast<float>(k);
+                mix(colours_[cell], colourOf(before[cell]), distance / (distance + kHalfwayPixels));
+            }
+        }
     }
 
     // Gauss-Seidel sweep for a membrane fixed at the known neighbours.

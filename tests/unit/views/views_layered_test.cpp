@@ -336,6 +336,31 @@ TEST(ViewsLayered, ThinThingsBeforeManyOthersShowTheNearestOfThem) {
     EXPECT_EQ(wrong, 0);
 }
 
+// The best guess of a texture far behind a border is its mean; it deviates from every other guess.
+TEST(ViewsLayered, WideHolesShowTheMeanOfATextureWithoutStreaks) {
+    const cv::Size size(240, 160);
+    cv::Mat photo(size, CV_8UC3);
+    cv::RNG(4).fill(photo, cv::RNG::UNIFORM, 60, 200);
+    cv::GaussianBlur(photo, photo, {}, 1);
+    cv::Mat depth(size, CV_32FC1, cv::Scalar(0));
+    const cv::Rect board(100, 0, 60, size.height);
+    photo(board).setTo(cv::Scalar(20, 20, 250));
+    depth(board).setTo(1);
+    const cv::Rect hole(116, 8, 28, 144); // 16 px and more from what can be seen
+    for (const int side : {1, -1}) {
+        const cv::Mat view = rendered(photo, depth, 0, side * 48);
+        const cv::Rect wall(side > 0 ? 170 : 10, 8, 60, 144);
+        cv::Scalar meanOfWall;
+        cv::Scalar deviationOfWall;
+        cv::meanStdDev(photo(wall), meanOfWall, deviationOfWall);
+        cv::Scalar meanOfHole;
+        cv::Scalar deviationOfHole;
+        cv::meanStdDev(view(hole), meanOfHole, deviationOfHole);
+        EXPECT_LT(cv::norm(meanOfHole, meanOfWall, cv::NORM_INF), 4) << side;
+        EXPECT_LT(cv::norm(deviationOfHole), 0.32 * cv::norm(deviationOfWall)) << side;
+    }
+}
+
 TEST(ViewsLayered, FillContinueRepeatsTheBackgroundsBorderPixel) {
     const cv::Mat photo = randomPhoto({64, 9});
     const Board board(0.25F, 0.75F);

@@ -15,8 +15,6 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kNear = 2; // knots around a px on each side that decide on it
-
 // A plane of numbers with padding on both sides of its rows.
 cv::Mat padded(cv::Size size, float value) {
     const cv::Mat all(size.height, size.width + 2 * kKnotPadding, CV_32FC1, cv::Scalar(value));
@@ -49,8 +47,8 @@ struct Knots {
 
 // The colour and the smooth depth of a knot are those of the middle of its cell. Its measured depth
 // is the mean of the px that belong to the same surface.
-void readKnot(const std::array<cv::Mat, 3>& photo, const cv::Mat& depth, const cv::Mat& smooth,
-              float sameSurface, cv::Point at, Knots& knots) {
+void readKnot(const cv::Mat& photo, const cv::Mat& depth, const cv::Mat& smooth, float sameSurface,
+              cv::Point at, Knots& knots) {
     const cv::Rect cell =
         cv::Rect(at * knots.side, cv::Size(knots.side, knots.side)) & cv::Rect({}, depth.size());
     const cv::Point middle(std::min(cell.x + knots.side / 2, depth.cols - 1),
@@ -68,8 +66,9 @@ void readKnot(const std::array<cv::Mat, 3>& photo, const cv::Mat& depth, const c
     }
     knots.depth.at<float>(at) = sum / weights;
     knots.guide.at<float>(at) = guide;
-    for (std::size_t i = 0; i < photo.size(); ++i)
-        knots.color[i].at<float>(at) = static_cast<float>(photo[i].at<std::uint8_t>(middle));
+    const auto& color = photo.at<cv::Vec3b>(middle);
+    for (int i = 0; i < 3; ++i)
+        knots.color[static_cast<std::size_t>(i)].at<float>(at) = color[i];
 }
 
 // Fits a plane around each knot; its value becomes the guide of the next pass.
@@ -96,55 +95,98 @@ void fitKnots(const PlaneWeights& weights, Knots& knots) {
     knots.guide = fitted;
 }
 
-// Repeats the knots of each row for the px of their cells.
-Knots repeated(const Knots& knots) {
-    Knots wide(knots);
-    const cv::Size size(knots.guide.cols * knots.side, knots.guide.rows);
-    const auto repeat = [&](const cv::Mat& from, cv::Mat& to) {
-        to = cv::Mat(size, CV_32FC1);
-        for (int y = 0; y < size.height; ++y)
-            for (int x = 0; x < from.cols; ++x)
-                std::fill_n(to.ptr<float>(y) + static_cast<std::ptrdiff_t>(x) * knots.side,
-                            knots.side, from.at<float>(y, x));
+// The rows of knots around a row of the picture, repeated for the px of their cells.
+class WideRows {
+  public:
+    explicit WideRows(const Knots& knots)
+        : knots_(knots),
+          padding_(static_cast<std::size_t>(kPlaneNear * knots.side + kPixelPadding)) {
+        const auto width = static_cast<std::size_t>(knots.guide.cols * knots.side) + 2 * padding_;
+        for (Wide& row : rows_) {
+            row.guide.assign(width, kNoKnot);
+            for (std::vector<float>* const plane :
+                 {&row.slopeX, &row.slopeY, row.color.data(), &row.color[1], &row.color[2]})
+                plane->assign(width, 0);
+        }
+    }
+
+    // @param y a row of knots; valid until kRows others were asked for
+    KnotRow row(int y) {
+        Wide& wide = rows_[static_cast<std::size_t>(y % kRows)];
+        if (wide.y != y) {
+            wide.y = y;
+            repeat(knots_.guide, y, wide.guide);
+            repeat(knots_.slopeX, y, wide.slopeX);
+            repeat(knots_.slopeY, y, wide.slopeY);
+            for (std::size_t i = 0; i < wide.color.size(); ++i)
+                repeat(knots_.color[i], y, wide.color[i]);
+        }
+        const auto begin = [&](const std::vector<float>& plane) { return plane.data() + padding_; };
+        return {nullptr,
+                begin(wide.guide),
+                begin(wide.slopeX),
+                begin(wide.slopeY),
+                {begin(wide.color[0]), begin(wide.color[1]), begin(wide.color[2])}};
+    }
+
+  private:
+    static constexpr int kRows = 2 * kPlaneNear + 1;
+    struct Wide {
+        int y = -1;
+        std::vector<float> guide;
+        std::vector<float> slopeX;
+        std::vector<float> slopeY;
+        std::array<std::vector<float>, 3> color;
     };
-    repeat(knots.guide, wide.guide);
-    repeat(knots.slopeX, wide.slopeX);
-    repeat(knots.slopeY, wide.slopeY);
-    for (std::size_t i = 0; i < wide.color.size(); ++i)
-        repeat(knots.color[i], wide.color[i]);
-    return wide;
-}
+
+    void repeat(const cv::Mat& from, int y, std::vector<float>& to) const {
+        float* cell = to.data() + padding_;
+        for (int x = 0; x < from.cols; ++x, cell += knots_.side)
+            std::fill_n(cell, knots_.side, from.at<float>(y, x));
+    }
+
+    const Knots& knots_;
+    std::size_t padding_;
+    std::array<Wide, kRows> rows_;
+};
 
 // Each px becomes the mean of the planes around it. Where none fits it stays nearly as it is.
-void blend(const std::array<cv::Mat, 3>& photo, const Knots& wide, const PlaneWeights& weights,
-           cv::Mat& depth) {
-    constexpr float kOwn = 0.05F;
-    const float middle = static_cast<float>(wide.side - 1) / 2;
-    std::vector<float> inCell;
+void blend(const cv::Mat& photo, const Knots& knots, const PlaneWeights& weights, cv::Mat& depth) {
+    const float middle = static_cast<float>(knots.side - 1) / 2;
+    const auto width = static_cast<std::size_t>(depth.cols + kPixelPadding);
+    std::vector<float> inCell(width);
     for (int x = 0; x < depth.cols; ++x)
-        inCell.push_back(static_cast<float>(x % wide.side) - middle);
+        inCell[static_cast<std::size_t>(x)] = static_cast<float>(x % knots.side) - middle;
     cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
-        std::vector<float> sum(inCell.size());
-        std::vector<float> weight(inCell.size());
+        WideRows wide(knots);
+        std::vector<float> own(width); // depth and colours of the row
+        std::array<std::vector<float>, 3> color;
+        std::vector<float> blended(width);
+        PlanePixels pixels;
+        pixels.side = knots.side;
+        pixels.depth = own.data();
+        for (std::size_t i = 0; i < color.size(); ++i) {
+            color[i].resize(width);
+            pixels.color[i] = color[i].data();
+        }
+        pixels.inCell = inCell.data();
         for (int y = range.start; y < range.end; ++y) {
             auto* const row = depth.ptr<float>(y);
-            const PlanePixels pixels{row,
-                                     {photo[0].ptr(y), photo[1].ptr(y), photo[2].ptr(y)},
-                                     inCell.data(),
-                                     depth.cols};
-            for (std::size_t x = 0; x < sum.size(); ++x)
-                sum[x] = kOwn * row[x];
-            std::fill(weight.begin(), weight.end(), kOwn);
-            const int cell = y / wide.side;
-            const int end = std::min(wide.guide.rows, cell + kNear + 1);
-            for (int other = std::max(0, cell - kNear); other < end; ++other) {
-                const float dy = static_cast<float>(y - other * wide.side) - middle;
-                for (int away = -kNear; away <= kNear; ++away)
-                    blendPlanes(pixels, wide.row(other), wide.guide.cols, away * wide.side, dy,
-                                weights, sum.data(), weight.data());
+            std::copy_n(row, depth.cols, own.begin());
+            const std::uint8_t* pixel = photo.ptr(y);
+            for (std::size_t x = 0; x < static_cast<std::size_t>(depth.cols); ++x)
+                for (auto& channel : color)
+                    channel[x] = *pixel++;
+            const int cell = y / knots.side;
+            const int end = std::min(knots.guide.rows, cell + kPlaneNear + 1);
+            pixels.count = 0;
+            for (int other = std::max(0, cell - kPlaneNear); other < end; ++other) {
+                const auto at = static_cast<std::size_t>(pixels.count++);
+                pixels.others[at] = wide.row(other);
+                pixels.down[at] = static_cast<float>(y - other * knots.side) - middle;
             }
-            for (std::size_t x = 0; x < sum.size(); ++x)
-                row[x] = std::clamp(sum[x] / weight[x], 0.0F, 1.0F);
+            blendPlanes(pixels, depth.cols, weights, blended.data());
+            std::copy_n(blended.begin(), depth.cols, row);
         }
     });
 }
@@ -160,21 +202,17 @@ void fitPlanes(const cv::Mat& photo, double noise, const cv::Mat& measured, cv::
     returnDetail(measured, depth);
     cv::Mat soft;
     cv::blur(photo, soft, {3, 3}, {-1, -1}, cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);
-    std::array<cv::Mat, 3> channels;
-    cv::split(soft, channels.data());
-
     Knots knots(depth.size(), std::max(8, std::max(depth.cols, depth.rows) / 64) / 2);
     const auto sameSurface = static_cast<float>(2 * deviation);
     cv::parallel_for_(cv::Range(0, knots.guide.rows), [&](const cv::Range& range) {
         for (int row = range.start; row < range.end; ++row)
             for (int column = 0; column < knots.guide.cols; ++column)
-                readKnot(channels, measured, depth, sameSurface, {column, row}, knots);
+                readKnot(soft, measured, depth, sameSurface, {column, row}, knots);
     });
     const float color = factorOf(20);
     for (const double depths : {2.5, 1.5})
         fitKnots({factorOf(6.0 * knots.side), factorOf(depths * deviation), color, 2}, knots);
-    blend(channels, repeated(knots),
-          {factorOf(1.5 * knots.side), factorOf(1.2 * deviation), color, 3}, depth);
+    blend(soft, knots, {factorOf(1.5 * knots.side), factorOf(1.2 * deviation), color, 3}, depth);
     returnDetail(measured, depth);
 }
 

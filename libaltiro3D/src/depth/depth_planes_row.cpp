@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 
 // This file is compiled once per instruction set; the best one is chosen at run time. No sum runs
 // over columns, so the bits are the same.
@@ -20,29 +19,26 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Floats = hn::ScalableTag<float>;
 using F = hn::Vec<Floats>;
 
-// About exp(-x); 0 from 8 on. The compiler makes vectors of it.
-HWY_INLINE float falling(float x) {
-    const float rest = 1 - x * 0.125F;
-    const float part = rest > 0 ? rest : 0;
-    const float square = part * part;
-    const float fourth = square * square;
-    return fourth * fourth;
+HWY_INLINE F set(float value) {
+    return hn::Set(Floats(), value);
 }
 
-HWY_INLINE float weightOf(const PlaneWeights& weights, float place, float depth, float blue,
-                          float green, float red) {
-    const float color = (blue * blue + green * green + red * red) * weights.color;
-    return falling(place + depth * depth * weights.depth +
-                   (color < weights.colorMost ? color : weights.colorMost));
-}
-
-// The weight of falling() for a vector of knots.
-HWY_INLINE F fallingVector(F x) {
-    const F one = hn::Set(Floats(), 1.0F);
-    const F part = hn::Max(hn::Sub(one, hn::Mul(x, hn::Set(Floats(), 0.125F))), hn::Zero(Floats()));
+// About exp(-x); 0 from 8 on.
+HWY_INLINE F falling(F x) {
+    const F part = hn::Max(hn::Sub(set(1), hn::Mul(x, set(0.125F))), hn::Zero(Floats()));
     const F square = hn::Mul(part, part);
     const F fourth = hn::Mul(square, square);
     return hn::Mul(fourth, fourth);
+}
+
+// The weight of a plane or a knot.
+// @param place squared distance, px² @param depth difference @param blue difference
+HWY_INLINE F weightOf(const PlaneWeights& weights, F place, F depth, F blue, F green, F red) {
+    const F squares =
+        hn::Add(hn::Add(hn::Mul(blue, blue), hn::Mul(green, green)), hn::Mul(red, red));
+    const F color = hn::Min(hn::Mul(squares, set(weights.color)), set(weights.colorMost));
+    const F depths = hn::Mul(hn::Mul(depth, depth), set(weights.depth));
+    return falling(hn::Add(hn::Add(hn::Mul(place, set(weights.place)), depths), color));
 }
 
 // The px of one vector of knots: their own values, and the sums over one row of neighbours.
@@ -59,14 +55,7 @@ struct KnotVector {
             const F green = hn::Sub(load(other.color[1] + shift), myGreen);
             const F red = hn::Sub(load(other.color[2] + shift), myRed);
             const F away = hn::Sub(load(other.guide + shift), guide);
-            const F color =
-                hn::Min(hn::Mul(hn::Add(hn::Add(hn::Mul(blue, blue), hn::Mul(green, green)),
-                                        hn::Mul(red, red)),
-                                set(weights.color)),
-                        set(weights.colorMost));
-            const F depth = hn::Mul(hn::Mul(away, away), set(weights.depth));
-            const F weight = fallingVector(
-                hn::Add(hn::Add(set((dx * dx + dy * dy) * weights.place), depth), color));
+            const F weight = weightOf(weights, set(dx * dx + dy * dy), away, blue, green, red);
             const F value = hn::Mul(weight, hn::Sub(load(other.depth + shift), guide));
             const F right = set(dx);
             const F weightX = hn::Mul(weight, right);
@@ -77,8 +66,6 @@ struct KnotVector {
             xv = hn::Add(xv, hn::Mul(value, right));
         }
     }
-
-    static HWY_INLINE F set(float value) { return hn::Set(Floats(), value); }
 
     HWY_INLINE F load(const float* row) const { return hn::LoadU(Floats(), row + first); }
 
@@ -100,7 +87,7 @@ HWY_INLINE void fitVector(const PlaneRow& row, int first, const PlaneWeights& we
     for (int i = 0; i < row.count; ++i) {
         knots.add(row.others[static_cast<std::size_t>(i)], row.side,
                   row.down[static_cast<std::size_t>(i)]);
-        const F dy = KnotVector::set(row.down[static_cast<std::size_t>(i)]);
+        const F dy = set(row.down[static_cast<std::size_t>(i)]);
         const F weightY = hn::Mul(knots.one, dy);
         one = hn::Add(one, knots.one);
         sumX = hn::Add(sumX, knots.x);
@@ -113,7 +100,7 @@ HWY_INLINE void fitVector(const PlaneRow& row, int first, const PlaneWeights& we
         sumYv = hn::Add(sumYv, hn::Mul(knots.v, dy));
     }
     // Least squares. The ridge keeps planes level that few knots decide on.
-    const F ridge = KnotVector::set(3 * static_cast<float>(row.side * row.side));
+    const F ridge = set(3 * static_cast<float>(row.side * row.side));
     const F x = hn::Div(sumX, one);
     const F y = hn::Div(sumY, one);
     const F v = hn::Div(sumV, one);
@@ -137,32 +124,43 @@ void fitPlaneRow(const PlaneRow& row, int columns, const PlaneWeights& weights, 
         fitVector(row, first, weights, guide, slopeX, slopeY);
 }
 
-void blendPlanes(const PlanePixels& pixels, const KnotRow& other, int width, int shift, float dy,
-                 const PlaneWeights& weights, float* HWY_RESTRICT sum, float* HWY_RESTRICT weight) {
-    const PlaneWeights by = weights;
-    const float* HWY_RESTRICT guide = other.guide + shift;
-    const float* HWY_RESTRICT slopeX = other.slopeX + shift;
-    const float* HWY_RESTRICT slopeY = other.slopeY + shift;
-    const float* HWY_RESTRICT blue = other.color[0] + shift;
-    const float* HWY_RESTRICT green = other.color[1] + shift;
-    const float* HWY_RESTRICT red = other.color[2] + shift;
-    const float* HWY_RESTRICT depth = pixels.depth;
-    const float* HWY_RESTRICT inCell = pixels.inCell;
-    const std::uint8_t* HWY_RESTRICT myBlue = pixels.color[0];
-    const std::uint8_t* HWY_RESTRICT myGreen = pixels.color[1];
-    const std::uint8_t* HWY_RESTRICT myRed = pixels.color[2];
-    const float away = static_cast<float>(shift);
-    const int end = std::min(pixels.count, width - shift);
-    for (int i = std::max(0, -shift); i < end; ++i) {
-        const float dx = inCell[i] - away;
-        const float value = guide[i] + (slopeX[i] * dx + slopeY[i] * dy);
-        const float part = weightOf(by, (dx * dx + dy * dy) * by.place, value - depth[i],
-                                    blue[i] - static_cast<float>(myBlue[i]),
-                                    green[i] - static_cast<float>(myGreen[i]),
-                                    red[i] - static_cast<float>(myRed[i]));
-        sum[i] += part * value;
-        weight[i] += part;
+// The px of one vector.
+HWY_INLINE F blendVector(const PlanePixels& pixels, int first, const PlaneWeights& weights) {
+    const Floats d;
+    const F own = set(0.05F);
+    const F depth = hn::LoadU(d, pixels.depth + first);
+    const F blue = hn::LoadU(d, pixels.color[0] + first);
+    const F green = hn::LoadU(d, pixels.color[1] + first);
+    const F red = hn::LoadU(d, pixels.color[2] + first);
+    const F inCell = hn::LoadU(d, pixels.inCell + first);
+    F sum = hn::Mul(own, depth);
+    F all = own;
+    for (int i = 0; i < pixels.count; ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        const KnotRow& other = pixels.others[at];
+        const F dy = set(pixels.down[at]);
+        for (int away = -kPlaneNear; away <= kPlaneNear; ++away) {
+            const int shift = away * pixels.side;
+            const auto load = [&](const float* row) { return hn::LoadU(d, row + first + shift); };
+            const F dx = hn::Sub(inCell, set(static_cast<float>(shift)));
+            const F slope =
+                hn::Add(hn::Mul(load(other.slopeX), dx), hn::Mul(load(other.slopeY), dy));
+            const F value = hn::Add(load(other.guide), slope);
+            const F weight =
+                weightOf(weights, hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Sub(value, depth),
+                         hn::Sub(load(other.color[0]), blue), hn::Sub(load(other.color[1]), green),
+                         hn::Sub(load(other.color[2]), red));
+            sum = hn::Add(sum, hn::Mul(weight, value));
+            all = hn::Add(all, weight);
+        }
     }
+    return hn::Min(hn::Max(hn::Div(sum, all), hn::Zero(d)), set(1));
+}
+
+void blendPlanes(const PlanePixels& pixels, int columns, const PlaneWeights& weights,
+                 float* blended) {
+    for (int first = 0; first < columns; first += static_cast<int>(hn::Lanes(Floats())))
+        hn::StoreU(blendVector(pixels, first, weights), Floats(), blended + first);
 }
 
 } // namespace HWY_NAMESPACE
@@ -181,9 +179,9 @@ void fitPlaneRow(const PlaneRow& row, int columns, const PlaneWeights& weights, 
     HWY_DYNAMIC_DISPATCH(fitPlaneRow)(row, columns, weights, guide, slopeX, slopeY);
 }
 
-void blendPlanes(const PlanePixels& pixels, const KnotRow& other, int width, int shift, float dy,
-                 const PlaneWeights& weights, float* sum, float* weight) {
-    HWY_DYNAMIC_DISPATCH(blendPlanes)(pixels, other, width, shift, dy, weights, sum, weight);
+void blendPlanes(const PlanePixels& pixels, int columns, const PlaneWeights& weights,
+                 float* blended) {
+    HWY_DYNAMIC_DISPATCH(blendPlanes)(pixels, columns, weights, blended);
 }
 
 } // namespace altiro3D

@@ -44,19 +44,25 @@ struct PlaneRow {
 void fitPlaneRow(const PlaneRow& row, int columns, const PlaneWeights& weights, float* guide,
                  float* slopeX, float* slopeY);
 
-/// The px of a row of the picture.
+constexpr int kPlaneNear = 2; ///< Columns and rows of knots on each side that decide on a px.
+
+/// A row of the picture, and the planes of the rows of knots around it. What belongs to px is
+/// padded behind by kPixelPadding, the knots by this and kPlaneNear cells on both sides.
 struct PlanePixels {
+    int side = 0; ///< px from knot to knot
     const float* depth = nullptr;
-    std::array<const std::uint8_t*, 3> color{};
+    std::array<const float*, 3> color{};
     const float* inCell = nullptr; ///< px to the right of the middle of the cell
-    int count = 0;
+    int count = 0;                 ///< of the rows of knots
+    std::array<KnotRow, 2 * kPlaneNear + 1> others;
+    std::array<float, 2 * kPlaneNear + 1> down{}; ///< px from the knots to the row
 };
 
-/// Adds what the planes of another row of knots say about the px of a row.
-/// @param other repeated for `width` px @param shift px from a cell to that of the knot, to the
-///        right @param dy px down from the knot
-/// @param sum of weighted depths @param weight sum of the weights
-void blendPlanes(const PlanePixels& pixels, const KnotRow& other, int width, int shift, float dy,
-                 const PlaneWeights& weights, float* sum, float* weight);
+constexpr int kPixelPadding = 64; ///< px, for whole vectors
+
+/// The means of the planes around each px, with some weight of its own depth.
+/// @param blended padded as what belongs to px
+void blendPlanes(const PlanePixels& pixels, int columns, const PlaneWeights& weights,
+                 float* blended);
 
 } // namespace altiro3D

@@ -661,8 +661,21 @@ cv::Mat referenceSharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, con
         return to;
     };
     const cv::Mat once = pass(given, source, rule);
-    cv::Mat result;
-    pass(once, once, evenStepRule(2, 0.3)).convertTo(result, CV_32F);
+    const cv::Mat twice = pass(once, once, evenStepRule(2, 0.3));
+    cv::Mat result(depth.size(), CV_32FC1);
+    for (int y = 0; y < depth.rows; ++y) {
+        for (int x = 0; x < depth.cols; ++x) {
+            std::vector<double> around;
+            for (int v = y - 1; v <= y + 1; ++v)
+                for (int u = x - 1; u <= x + 1; ++u)
+                    around.push_back(twice.at<double>(std::clamp(v, 0, depth.rows - 1),
+                                                      std::clamp(u, 0, depth.cols - 1)));
+            std::sort(around.begin(), around.end());
+            const double own = twice.at<double>(y, x);
+            const bool moved = std::abs(own - given.at<double>(y, x)) > 0.005;
+            result.at<float>(y, x) = static_cast<float>(moved ? around[4] : own);
+        }
+    }
     return result;
 }
 

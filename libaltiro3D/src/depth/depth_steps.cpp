@@ -454,6 +454,23 @@ class Sharpener {
     std::vector<Tap> taps_;
 };
 
+// Smooths the contours of steps that were moved: each px that has moved becomes the median of the
+// 3 x 3 px around it; px at the border are repeated.
+// @param given the depth map before @param buffer of the same size
+void smoothContours(const cv::Mat& given, cv::Mat& depth, cv::Mat& buffer) {
+    constexpr float kMoved = 0.005F;
+    cv::medianBlur(depth, buffer, 3);
+    cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
+        for (int y = range.start; y < range.end; ++y) {
+            const auto* const before = given.ptr<float>(y);
+            const auto* const medians = buffer.ptr<float>(y);
+            auto* const row = depth.ptr<float>(y);
+            for (int x = 0; x < depth.cols; ++x)
+                row[x] = std::abs(row[x] - before[x]) > kMoved ? medians[x] : row[x];
+        }
+    });
+}
+
 } // namespace
 
 void sharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, cv::Mat& depth) {
@@ -487,6 +504,7 @@ void sharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, cv::Mat& depth)
     };
     sharpen(given, rule);
     sharpen(planes.depth(), left);
+    smoothContours(given, depth, around.slopes);
 }
 
 } // namespace altiro3D

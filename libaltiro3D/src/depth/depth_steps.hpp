@@ -7,7 +7,7 @@
 namespace altiro3D {
 
 /// Turns the soft steps of a depth map into hard ones where the photo has an edge. Each px of a
-/// step takes the side to which its depth and its colour belong.
+/// step takes the side to which its depth and its colour belong. Contours are smoothed by a median.
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param flaws softness (> 0 px), evenness and blur of the steps

@@ -108,8 +108,8 @@ void refine(const CommandLine& commandLine, bool isMatched, StereoScene& scene,
                  fixed(flaws.softnessPixels, 1) + " px, too large by " +
                  fixed(flaws.growthPixels, 1) + " px, shifted by (" +
                  std::to_string(flaws.shiftPixels.x) + ", " + std::to_string(flaws.shiftPixels.y) +
-                 ") px; noise " + fixed(flaws.noise, 3) + "; mixed px around near things, " +
-                 std::to_string(flaws.mixedPixels) + " more");
+                 ") px; noise " + fixed(flaws.noise, 3) + "; soft photo: near things extended by " +
+                 std::to_string(flaws.mixedPixels) + " px");
 }
 
 StereoScene readScene(const std::string& name, const fs::path& photo, const fs::path& disparity,

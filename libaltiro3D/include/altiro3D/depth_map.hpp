@@ -116,8 +116,8 @@ struct DepthFlaws {
     /// Equally soft steps were blurred, not enlarged: they run out slowly. Steps that are hardly
     /// soft may be mistaken. Without effect on hard and on uneven steps.
     bool isBlurred = false;
-    /// The photo is soft: near things have a band around them that is mixed with their colour, and
-    /// so wide, px, 0..7, beyond the one px that it has in sharp photos. Found from 1 to 2 px.
+    /// Width of the band around near things in which a soft photo is mixed with their colour, px,
+    /// 0..7, without the one px that sharp photos have, too. At most 2 are found.
     int mixedPixels = 0;
 
     /// Whether there is any flaw. @return true if a number is not 0

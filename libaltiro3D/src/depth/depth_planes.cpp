@@ -1,5 +1,6 @@
 #include "depth/depth_planes.hpp"
 
+#include "base/pixel_rows.hpp"
 #include "depth/depth_detail.hpp"
 #include "depth/depth_planes_row.hpp"
 
@@ -99,8 +100,7 @@ void fitKnots(const PlaneWeights& weights, Knots& knots) {
 class WideRows {
   public:
     explicit WideRows(const Knots& knots)
-        : knots_(knots),
-          padding_(static_cast<std::size_t>(kPlaneNear * knots.side + kPixelPadding)) {
+        : knots_(knots), padding_(static_cast<std::size_t>(kPlaneNear * knots.side) + kRowPadding) {
         const auto width = static_cast<std::size_t>(knots.guide.cols * knots.side) + 2 * padding_;
         for (Wide& row : rows_) {
             row.guide.assign(width, kNoKnot);
@@ -153,20 +153,20 @@ class WideRows {
 // Each px becomes the mean of the planes around it. Where none fits it stays nearly as it is.
 void blend(const cv::Mat& photo, const Knots& knots, const PlaneWeights& weights, cv::Mat& depth) {
     const float middle = static_cast<float>(knots.side - 1) / 2;
-    const auto width = static_cast<std::size_t>(depth.cols + kPixelPadding);
-    std::vector<float> inCell(width);
+    const auto width = static_cast<std::size_t>(depth.cols);
+    auto inCell = paddedRow<float>(width);
     for (int x = 0; x < depth.cols; ++x)
         inCell[static_cast<std::size_t>(x)] = static_cast<float>(x % knots.side) - middle;
     cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& range) {
         WideRows wide(knots);
-        std::vector<float> own(width); // depth and colours of the row
+        auto own = paddedRow<float>(width); // depth and colours of the row
         std::array<std::vector<float>, 3> color;
-        std::vector<float> blended(width);
+        auto blended = paddedRow<float>(width);
         PlanePixels pixels;
         pixels.side = knots.side;
         pixels.depth = own.data();
         for (std::size_t i = 0; i < color.size(); ++i) {
-            color[i].resize(width);
+            color[i] = paddedRow<float>(width);
             pixels.color[i] = color[i].data();
         }
         pixels.inCell = inCell.data();
@@ -174,7 +174,7 @@ void blend(const cv::Mat& photo, const Knots& knots, const PlaneWeights& weights
             auto* const row = depth.ptr<float>(y);
             std::copy_n(row, depth.cols, own.begin());
             const std::uint8_t* pixel = photo.ptr(y);
-            for (std::size_t x = 0; x < static_cast<std::size_t>(depth.cols); ++x)
+            for (std::size_t x = 0; x < width; ++x)
                 for (auto& channel : color)
                     channel[x] = *pixel++;
             const int cell = y / knots.side;

@@ -47,7 +47,7 @@ void fitPlaneRow(const PlaneRow& row, int columns, const PlaneWeights& weights, 
 constexpr int kPlaneNear = 2; ///< Columns and rows of knots on each side that decide on a px.
 
 /// A row of the picture, and the planes of the rows of knots around it. What belongs to px is
-/// padded behind by kPixelPadding, the knots by this and kPlaneNear cells on both sides.
+/// padded behind by kRowPadding, the knots by this and kPlaneNear cells on both sides.
 struct PlanePixels {
     int side = 0; ///< px from knot to knot
     const float* depth = nullptr;
@@ -57,8 +57,6 @@ struct PlanePixels {
     std::array<KnotRow, 2 * kPlaneNear + 1> others;
     std::array<float, 2 * kPlaneNear + 1> down{}; ///< px from the knots to the row
 };
-
-constexpr int kPixelPadding = 64; ///< px, for whole vectors
 
 /// The means of the planes around each px, with some weight of its own depth.
 /// @param blended padded as what belongs to px

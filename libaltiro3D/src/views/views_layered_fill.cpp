@@ -179,13 +179,15 @@ class Background {
                 map.cell(run->x - k * run->inwards) = RowMap::kNoCell;
     }
 
+    std::int32_t pixelLink(int y, int x) const { return -1 - (y * photo_.cols + x); }
+
     // The pixel or cell at column x of row y, if it belongs to a surface with this offset.
     std::int32_t neighbour(const RowMap& map, int y, int x, int offset) const {
         if (!map.holds(x)) return kNoLink;
         const int visible = map.offset(x);
         const int nearer = visible - offset;
         if (visible != RowMap::kMixed && nearer <= tear_ && nearer >= -sameTears_)
-            return -1 - (y * photo_.cols + x);
+            return pixelLink(y, x);
         const std::int32_t other = map.cell(x);
         if (other == RowMap::kNoCell) return kNoLink;
         return std::abs(offsets_[static_cast<std::size_t>(other)] - offset) <= sameTears_ ? other
@@ -217,7 +219,7 @@ class Background {
     // @param above, below null outside of the photo
     void link(Run& run, const RowMap* above, const RowMap& own, const RowMap* below) {
         const int inner = run.x + run.inwards;
-        run.inner = -1 - (run.y * photo_.cols + inner);
+        run.inner = pixelLink(run.y, inner);
         if (above != nullptr) run.innerAbove = neighbour(*above, run.y - 1, inner, run.offset);
         if (below != nullptr) run.innerBelow = neighbour(*below, run.y + 1, inner, run.offset);
         for (int k = 0; k < run.length; ++k) {
@@ -327,7 +329,7 @@ class Background {
             Mean row;
             for (int k = 0; k < run.length; ++k) {
                 if (kRowDivisor * k < run.visible)
-                    row.add(colourOf(run.inner - k * run.inwards), 1);
+                    row.add(colourOf(pixelLink(run.y, run.x + (k + 1) * run.inwards)), 1);
                 const auto cell = static_cast<std::size_t>(run.first + k);
                 if (distances_[cell] != kKnown) mix(colours_[cell], row.get(), kRowShare);
             }

@@ -104,12 +104,15 @@ void refine(const CommandLine& commandLine, bool isMatched, StereoScene& scene,
     refineDepth(scene.photo, scene.depth, scene.depth, options);
     const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
     const DepthFlaws& flaws = *options.flaws;
-    messages.say("depth: refined in " + fixed(time.count(), 1) + " ms; edges soft over " +
-                 fixed(flaws.softnessPixels, 1) + " px, too large by " +
-                 fixed(flaws.growthPixels, 1) + " px, shifted by (" +
-                 std::to_string(flaws.shiftPixels.x) + ", " + std::to_string(flaws.shiftPixels.y) +
-                 ") px; noise " + fixed(flaws.noise, 3) + "; soft photo: near things extended by " +
-                 std::to_string(flaws.mixedPixels) + " px");
+    std::string said = "depth: refined in " + fixed(time.count(), 1) + " ms; edges soft over " +
+                       fixed(flaws.softnessPixels, 1) + " px, too large by " +
+                       fixed(flaws.growthPixels, 1) + " px, shifted by (" +
+                       std::to_string(flaws.shiftPixels.x) + ", " +
+                       std::to_string(flaws.shiftPixels.y) + ") px; noise " + fixed(flaws.noise, 3);
+    if (flaws.mixedPixels > 0)
+        said +=
+            "; soft photo: near things extended by " + std::to_string(flaws.mixedPixels) + " px";
+    messages.say(said);
 }
 
 StereoScene readScene(const std::string& name, const fs::path& photo, const fs::path& disparity,

@@ -56,11 +56,10 @@ Row measure(const NamedViewOptions& setting, const StereoScene& scene) {
     row.scene = scene.name;
     const ViewOptions options = scene.options(setting.options);
     cv::Mat view;
-    Depth2Quilt({1, 1, scene.photo.size(), 1}, options)
-        .renderView(scene.photo, scene.depth, 1, view);
+    Depth2Quilt({1, 1, scene.photo.size(), 1}, options).renderView(scene, 1, view);
     row.accuracy = compareViews(view, scene.truth, scene.band());
     resetPeakMemory();
-    row.cost = measureViews(scene.photo, scene.depth, options, kViews, 3);
+    row.cost = measureViews(scene, options, kViews, 3);
     row.peakMegabytes = peakMegabytes();
     return row;
 }
@@ -94,16 +93,12 @@ double numberOf(const std::string& text, const std::string& file, const std::str
 }
 
 // The depth as the tools use it; says what was done and how long it took.
-// @param isMatched Scene::isMatched
-void refine(const CommandLine& commandLine, bool isMatched, StereoScene& scene,
-            Messages& messages) {
-    DepthRefineOptions options = refineOptions(commandLine);
+void refine(const CommandLine& commandLine, Scene& scene, Messages& messages) {
+    const DepthRefineOptions options = refineOptions(commandLine);
     if (options.keepsDepth()) return;
     const auto start = std::chrono::steady_clock::now();
-    options.flaws = measureDepthFlaws(Scene{scene.photo, scene.depth, {}, {}, isMatched});
-    refineDepth(scene.photo, scene.depth, scene.depth, options);
+    const DepthFlaws flaws = refineScene(scene, options);
     const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
-    const DepthFlaws& flaws = *options.flaws;
     std::string said = "depth: refined in " + fixed(time.count(), 1) + " ms; edges soft over " +
                        fixed(flaws.softnessPixels, 1) + " px, too large by " +
                        fixed(flaws.growthPixels, 1) + " px, shifted by (" +
@@ -176,10 +171,9 @@ StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
     const DepthRefineOptions later{DepthFlaws()};
     fitScene(fitted, fitPhoto(fitted.photo.size(), 0.75, QuiltLayout().tileSize), focus, fitted,
              later);
-    scene.photo = fitted.photo;
-    scene.depth = fitted.depth;
+    static_cast<Scene&>(scene) = fitted;
     scene.name = files[0].filename().string();
-    refine(commandLine, fitted.isMatched, scene, messages);
+    refine(commandLine, scene, messages);
     return scene;
 }
 
@@ -188,7 +182,7 @@ std::vector<Row> measurePhoto(const CommandLine& commandLine, Messages& messages
     const std::vector<NamedViewOptions> settings = tradeSettings(viewOptions(commandLine));
     cv::Mat reference;
     Depth2Quilt({1, 1, scene.photo.size(), 1}, settings.back().options)
-        .renderView(scene.photo, scene.depth, 1, reference);
+        .renderView(scene, 1, reference);
     messages.say("reference: " + settings.back().name + ", outermost view, " +
                  sizeText(scene.photo.size()));
     messages.say(kHeading);
@@ -200,13 +194,12 @@ std::vector<Row> measurePhoto(const CommandLine& commandLine, Messages& messages
         row.setting = setting.name;
         row.scene = scene.name;
         cv::Mat view;
-        Depth2Quilt({1, 1, scene.photo.size(), 1}, setting.options)
-            .renderView(scene.photo, scene.depth, 1, view);
+        Depth2Quilt({1, 1, scene.photo.size(), 1}, setting.options).renderView(scene, 1, view);
         const int band =
             static_cast<int>(setting.options.strengthPercent / 200 * scene.photo.cols) + 2;
         row.accuracy = compareViews(view, reference, band);
         resetPeakMemory();
-        row.cost = measureViews(scene.photo, scene.depth, setting.options, kViews, 3);
+        row.cost = measureViews(scene, setting.options, kViews, 3);
         row.peakMegabytes = peakMegabytes();
         progress.clear();
         messages.say(lineOf(row));
@@ -220,7 +213,7 @@ void saveViews(const StereoScene& scene, const fs::path& directory) {
     for (const NamedViewOptions& method : defaultSettings()) {
         cv::Mat view;
         Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options(method.options))
-            .renderView(scene.photo, scene.depth, 1, view);
+            .renderView(scene, 1, view);
         writeImage(directory / (method.name + ".png"), view);
     }
 }
@@ -233,7 +226,7 @@ std::vector<Row> measureScenes(const CommandLine& commandLine, std::vector<Stere
     for (StereoScene& scene : scenes) {
         messages.say(scene.name + ", " + sizeText(scene.photo.size()) + ", disparity up to " +
                      fixed(scene.largestDisparity, 2) + " px");
-        refine(commandLine, false, scene, messages);
+        refine(commandLine, scene, messages);
         messages.say(kHeading);
         for (const NamedViewOptions& setting : settings) {
             progress.step(scene.name + ", " + setting.name);

@@ -1,4 +1,4 @@
-// altiro3D_edge_accuracy: what wrong depth edges cost, and how much of it refineDepth() wins back.
+// altiro3D_edge_accuracy: what wrong depth edges cost, and how much of it refinement wins back.
 //
 // Usage: altiro3D_edge_accuracy [--scenes] [--blur SIGMA] [folder with scenes.csv [start of a
 //        depth's name...]]
@@ -159,17 +159,21 @@ std::vector<Flaw> flaws() {
 struct Way {
     std::string name;
     ViewMethod method;
-    std::function<cv::Mat(const StereoScene&, const cv::Mat& depth)> prepare;
+    std::function<altiro3D::Scene(const StereoScene&, const cv::Mat& depth)> prepare;
 };
 
 std::vector<Way> ways() {
-    const auto asItIs = [](const StereoScene&, const cv::Mat& depth) { return depth; };
+    const auto asItIs = [](const StereoScene& scene, const cv::Mat& depth) {
+        return altiro3D::Scene{scene.photo, depth};
+    };
     const auto refined = [](const StereoScene& scene, const cv::Mat& depth) {
-        cv::Mat result;
-        altiro3D::refineDepth(scene.photo, depth, result);
+        altiro3D::Scene result{scene.photo, depth};
+        refineScene(result);
         return result;
     };
-    const auto widened = [](const StereoScene&, const cv::Mat& depth) { return grown(depth, 2); };
+    const auto widened = [](const StereoScene& scene, const cv::Mat& depth) {
+        return altiro3D::Scene{scene.photo, grown(depth, 2)};
+    };
     return {{"fast", ViewMethod::Fast, asItIs},
             {"real", ViewMethod::Real, asItIs},
             {"widened", ViewMethod::Layered, widened},
@@ -188,7 +192,7 @@ Quality measure(const StereoScene& scene, const cv::Mat& wrong, const Way& way) 
     options.method = way.method;
     cv::Mat view;
     altiro3D::Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options(options))
-        .renderView(scene.photo, way.prepare(scene, wrong), 1, view);
+        .renderView(way.prepare(scene, wrong), 1, view);
     const altiro3D::ViewAccuracy accuracy = altiro3D::compareViews(view, scene.truth, scene.band());
     return {accuracy.psnrInside, accuracy.ssimInside};
 }

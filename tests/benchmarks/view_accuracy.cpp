@@ -236,10 +236,9 @@ ViewPsnr measureView(const EyesWithViews& scene, const cv::Mat& disparity, const
     double low = 0;
     double high = 0;
     cv::minMaxLoc(disparity, &low, &high);
-    cv::Mat depth = (disparity - low) / (high - low);
-    altiro3D::DepthRefineOptions refine;
-    refine.flaws = measureDepthFlaws(altiro3D::Scene{scene.left, depth, {}, {}, isMatched});
-    altiro3D::refineDepth(scene.left, depth, depth, refine);
+    altiro3D::Scene refined{scene.left, (disparity - low) / (high - low), {}, {}, isMatched};
+    refineScene(refined);
+    const cv::Mat& depth = refined.depth;
     LayeredSettings settings;
     const double reach = truth.at * std::max(std::abs(low), std::abs(high));
     settings.reachPixels = reach;

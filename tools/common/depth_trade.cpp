@@ -51,16 +51,16 @@ DepthRow measureDepth(const std::string& name, DepthSource& source, const Stereo
     row.source = name;
     Scene estimated;
     row.milliseconds = fastestMilliseconds([&] { source.readScene(scene.photo, 0.5, estimated); });
-    cv::Mat depth;
+    Scene aligned{scene.photo, {}};
+    cv::Mat& depth = aligned.depth;
     cv::resize(estimated.depth, depth, scene.depth.size(), 0, 0, cv::INTER_LINEAR);
     row.rankCorrelation = rankCorrelation(depth, scene.depth);
     alignDepth(depth, scene.depth, depth);
-    refineDepth(scene.photo, depth, depth, refine);
+    refineScene(aligned, refine);
     ViewOptions layered;
     layered.method = ViewMethod::Layered;
     cv::Mat view;
-    Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options(layered))
-        .renderView(scene.photo, depth, 1, view);
+    Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options(layered)).renderView(aligned, 1, view);
     row.accuracy = compareViews(view, scene.truth, scene.band());
     return row;
 }

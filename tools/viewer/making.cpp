@@ -160,11 +160,7 @@ Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto) {
     Scene scene{fittedPhoto, {}, {}, fit.shown(), setup.isMatched};
     applyFitToDepth(setup.depth, setup.document->picture.size(), fit, fittedPhoto,
                     setup.knobs.views.focus, scene.depth);
-    cv::Mat inside = scene.depth(fit.filled());
-    const cv::Mat photo = fittedPhoto(fit.filled());
-    DepthRefineOptions refine;
-    refine.flaws = measureDepthFlaws(Scene{photo, inside, {}, {}, setup.isMatched});
-    refineDepth(photo, inside, inside, refine);
+    refineScene(scene, {}, fit.filled());
     return scene;
 }
 

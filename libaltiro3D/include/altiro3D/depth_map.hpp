@@ -157,9 +157,10 @@ struct DepthRefineOptions {
 /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; values beyond are clamped, NaN counts as 0
 /// @param refined [as depth]; may be `depth` itself. The same bytes for any number of threads.
 /// @param options which flaws; if it keepsDepth(), the depth is copied unchanged
+/// @return the flaws that were corrected
 /// @throws Error InvalidArgument (empty, wrong type, flaws out of range), Mismatch (sizes differ)
-ALTIRO3D_EXPORT void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
-                                 const DepthRefineOptions& options = {});
+ALTIRO3D_EXPORT DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
+                                       const DepthRefineOptions& options = {});
 
 /// Whether near and far of a depth map look exchanged: far = 1 instead of near = 1.
 ///

@@ -128,6 +128,9 @@ struct Scene {
     cv::Range shown{};
     /// The depth was found by matching two pictures, so its edges are not moved by refinement.
     bool isMatched = false;
+    /// Px by which refinement has extended near things over the band in which a soft photo is mixed
+    /// (DepthFlaws::mixedPixels), 0..7. Method Layered splits the colours there.
+    int mixedPixels = 0;
 };
 
 /// The columns that the panel shows. @param scene a scene @return scene.shown, or all columns
@@ -147,8 +150,19 @@ struct Scene {
 /// @throws Error as measureDepthFlaws() of photo and depth
 [[nodiscard]] ALTIRO3D_EXPORT DepthFlaws measureDepthFlaws(const Scene& scene);
 
+/// Refines the depth of a scene: refineDepth(), with measureDepthFlaws() of the scene
+/// unless the options have flaws. Sets Scene::mixedPixels.
+///
+/// @param scene photo and depth of one size; its refined depth is newly allocated
+/// @param options how the depth is refined
+/// @param part the part of the photo without bars, inside it; empty: all
+/// @return the flaws that were corrected
+/// @throws Error as refineDepth(), InvalidArgument (part)
+ALTIRO3D_EXPORT DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options = {},
+                                       const cv::Rect& part = {});
+
 /// Fits a photo and its depth map to the panel's shape: applyFit(), applyFitToDepth(), and then
-/// refineDepth() inside the bars, with measureDepthFlaws() of the scene.
+/// refineScene() inside the bars.
 ///
 /// @param scene the photo, of the size that the fit was made for, and its depth map of any size
 /// @param fit from fitPhoto()

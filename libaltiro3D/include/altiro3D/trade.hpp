@@ -81,17 +81,15 @@ struct ViewCost {
 
 /// Measures the time to render views on this machine, with the threads of `cv::setNumThreads()`.
 ///
-/// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]
+/// @param scene as for Depth2Quilt::render()
 /// @param options method and its options
 /// @param views number of views in a set, 1..1024, evenly spaced
 /// @param repetitions sets to render, 1..1000; the fastest one counts
 /// @return the times
 /// @throws Error InvalidArgument (views, repetitions, options), TooLarge (the quilt of all views),
 ///         and as Depth2Quilt::render()
-[[nodiscard]] ALTIRO3D_EXPORT ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth,
-                                                    const ViewOptions& options, int views,
-                                                    int repetitions);
+[[nodiscard]] ALTIRO3D_EXPORT ViewCost measureViews(const Scene& scene, const ViewOptions& options,
+                                                    int views, int repetitions);
 
 /// Accuracy of a view.
 struct ViewAccuracy {
@@ -112,11 +110,10 @@ struct ViewAccuracy {
 [[nodiscard]] ALTIRO3D_EXPORT ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth,
                                                         int band);
 
-/// A measured stereo scene: a photo, its true disparity, and the photo of a second camera.
-struct ALTIRO3D_EXPORT StereoScene {
+/// A measured stereo scene: a photo, its true disparity / the largest one as depth, and the photo
+/// of a second camera.
+struct ALTIRO3D_EXPORT StereoScene : Scene {
     std::string name; ///< For tables.
-    cv::Mat photo;    ///< [rows x cols, CV_8UC3, BGR]
-    cv::Mat depth;    ///< [as photo, CV_32FC1, 0..1]: disparity / largest disparity.
     cv::Mat truth;    ///< [as photo]: the second camera's photo.
     /// In px; content at depth d is d times this further left in `truth`.
     double largestDisparity = 0;

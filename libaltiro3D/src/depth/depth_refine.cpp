@@ -52,12 +52,12 @@ void shrink(cv::Mat& depth, int pixels) {
 
 } // namespace
 
-void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
-                 const DepthRefineOptions& options) {
+DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
+                       const DepthRefineOptions& options) {
     checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
     if (options.keepsDepth()) {
         depth.copyTo(refined);
-        return;
+        return {};
     }
     cv::Mat result = withinRange(depth);
     cv::Mat smooth;
@@ -81,6 +81,7 @@ void refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
     growth -= flaws.mixedPixels; // at once, because thin things do not survive being shrunk first
     if (growth != 0) shrink(result, growth);
     result.copyTo(refined);
+    return flaws;
 }
 
 } // namespace altiro3D

@@ -271,6 +271,24 @@ DepthFlaws measureDepthFlaws(const Scene& scene) {
     return flaws;
 }
 
+DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options, const cv::Rect& part) {
+    checkPhotoAndDepth(scene.photo, scene.depth, "depth", "CV_32FC1");
+    const cv::Rect all({}, scene.photo.size());
+    check(part.empty() || (part & all) == part, "part", "is not inside the photo");
+    const cv::Rect inside = part.empty() ? all : part;
+    scene.mixedPixels = 0;
+    if (options.keepsDepth()) return {};
+    const cv::Mat photo = scene.photo(inside);
+    scene.depth = scene.depth.clone(); // others may share its memory
+    cv::Mat depth = scene.depth(inside);
+    DepthRefineOptions refine = options;
+    if (!refine.flaws && scene.isMatched)
+        refine.flaws = measureDepthFlaws(Scene{photo, depth, {}, {}, true});
+    const DepthFlaws flaws = refineDepth(photo, depth, depth, refine);
+    scene.mixedPixels = flaws.mixedPixels;
+    return flaws;
+}
+
 void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
               const DepthRefineOptions& refine) {
     const cv::Size photoSize = scene.photo.size(); // scene and fitted may be one
@@ -281,13 +299,7 @@ void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitt
     fitted.hidden = hidden;
     fitted.shown = fit.shown();
     fitted.isMatched = scene.isMatched;
-    if (refine.keepsDepth()) return;
-    const cv::Mat photo = fitted.photo(fit.filled());
-    cv::Mat inside = fitted.depth(fit.filled());
-    DepthRefineOptions options = refine;
-    if (!options.flaws && scene.isMatched)
-        options.flaws = measureDepthFlaws(Scene{photo, inside, {}, {}, true});
-    refineDepth(photo, inside, inside, options);
+    refineScene(fitted, refine, fit.filled());
 }
 
 void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,

@@ -215,10 +215,9 @@ class ViewsRenderer : public FrameRenderer {
     void refine(const PipelineFrame& frame, const cv::Rect& part) {
         if (options_.refine.keepsDepth()) return;
         measure(frame, part);
-        cv::Mat depth = fitted_.depth(part);
         DepthRefineOptions options = options_.refine;
         if (!options.flaws) options.flaws = flaws_;
-        refineDepth(fitted_.photo(part), depth, depth, options);
+        refineScene(fitted_, options, part);
     }
 
     NativeOptions options_;

@@ -79,18 +79,17 @@ std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base) {
     return settings;
 }
 
-ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOptions& options,
-                      int views, int repetitions) {
+ViewCost measureViews(const Scene& scene, const ViewOptions& options, int views, int repetitions) {
     check(views >= 1 && views <= 1024, "views",
           "is " + std::to_string(views) + ", expected 1..1024");
     check(repetitions >= 1 && repetitions <= 1000, "repetitions",
           "is " + std::to_string(repetitions) + ", expected 1..1000");
-    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
+    checkType(scene.photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     // Tiles of the photo's size in a quilt that is as square as possible.
     QuiltLayout layout;
     layout.columns = static_cast<int>(std::ceil(std::sqrt(views)));
     layout.rows = (views + layout.columns - 1) / layout.columns;
-    layout.tileSize = photo.size();
+    layout.tileSize = scene.photo.size();
     layout.viewCount = views;
     const auto milliseconds = [&](const auto& work) {
         double best = std::numeric_limits<double>::infinity();
@@ -104,10 +103,9 @@ ViewCost measureViews(const cv::Mat& photo, const cv::Mat& depth, const ViewOpti
     };
     const Depth2Quilt maker(layout, options);
     cv::Mat quilt;
-    const double all = milliseconds([&] { maker.render(photo, depth, quilt); });
-    const double preparation = milliseconds([&] {
-        static_cast<void>(makeRenderer({photo, depth}, options, 1));
-    });
+    const double all = milliseconds([&] { maker.render(scene, quilt); });
+    const double preparation =
+        milliseconds([&] { static_cast<void>(makeRenderer(scene, options, 1)); });
     return {all / views, std::min(preparation, all)};
 }
 

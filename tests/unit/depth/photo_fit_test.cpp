@@ -2,6 +2,7 @@
 
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/random_pictures.hpp"
 
 #include <climits>
 #include <cmath>
@@ -358,6 +359,41 @@ TEST(PhotoFit, MatchedDepthIsNeitherShrunkNorShifted) {
         return cv::countNonZero(cv::abs(depth - hard) > 0.1);
     };
     EXPECT_LT(onTheWrongSide(fitted.depth), onTheWrongSide(matched.depth) / 10);
+}
+
+TEST(PhotoFit, RefinementOfASceneKeepsItsMixedPixels) {
+    const cv::Size size(60, 40);
+    cv::Mat depth(size, CV_32FC1, cv::Scalar(0.2));
+    depth(cv::Rect(20, 10, 20, 20)).setTo(0.8);
+    const cv::Mat given = depth.clone();
+    Scene scene{randomPhoto(size), depth};
+    DepthRefineOptions options{DepthFlaws()};
+    options.flaws->mixedPixels = 2;
+    EXPECT_EQ(refineScene(scene, options).mixedPixels, 2);
+    EXPECT_EQ(scene.mixedPixels, 2);
+    EXPECT_TRUE(samePicture(depth, given));         // others may share it
+    EXPECT_EQ(scene.depth.at<float>(20, 18), 0.8F); // the board is larger
+    EXPECT_EQ(scene.depth.at<float>(20, 17), 0.2F);
+
+    scene.depth = given;
+    refineScene(scene, options, {30, 0, 30, 40}); // the left half is a bar
+    EXPECT_EQ(scene.depth.at<float>(20, 18), 0.2F);
+    EXPECT_EQ(scene.depth.at<float>(20, 41), 0.8F);
+    EXPECT_NE(errorOf([&] {
+                  refineScene(scene, options, {31, 0, 30, 40});
+              }).find("part: "),
+              std::string::npos);
+
+    scene.depth = given;
+    EXPECT_FALSE(refineScene(scene, {DepthFlaws()}).any()); // as it is
+    EXPECT_EQ(scene.mixedPixels, 0);
+    EXPECT_EQ(scene.depth.data, given.data);
+
+    Scene fitted;
+    fitScene({scene.photo, given}, fitPhoto(size, 1, {40, 40}), 0.5, fitted, options);
+    EXPECT_EQ(fitted.mixedPixels, 2);
+    fitScene({scene.photo, given}, fitPhoto(size, 1, {40, 40}), 0.5, fitted, {DepthFlaws()});
+    EXPECT_EQ(fitted.mixedPixels, 0);
 }
 
 TEST(PhotoFit, WrongInputsAreNamed) {

@@ -86,23 +86,27 @@ TEST(Trade, SettingsHaveNamesOfTheirOwnAndKeepStrengthAndFocus) {
 TEST(Trade, MeasuredTimesArePositiveAndBadCountsAreRefused) {
     const cv::Mat photo(20, 30, CV_8UC3, cv::Scalar::all(50));
     const cv::Mat depth(20, 30, CV_32FC1, cv::Scalar::all(0.2));
-    const ViewCost cost = measureViews(photo, depth, {}, 5, 2);
+    const ViewCost cost = measureViews({photo, depth}, {}, 5, 2);
     EXPECT_GT(cost.millisecondsPerView, 0);
     EXPECT_GE(cost.preparationMilliseconds, 0);
     // The preparation is also done for one view and is part of the total time.
-    const ViewCost ofOne = measureViews(photo, depth, {}, 1, 3);
+    const ViewCost ofOne = measureViews({photo, depth}, {}, 1, 3);
     EXPECT_GT(ofOne.preparationMilliseconds, 0);
     EXPECT_LE(ofOne.preparationMilliseconds, ofOne.millisecondsPerView);
     // Fast prepares nothing.
     ViewOptions fast;
     fast.method = ViewMethod::Fast;
-    const ViewCost cheap =
-        measureViews(cv::Mat(400, 600, CV_8UC3, cv::Scalar::all(50)),
-                     cv::Mat(400, 600, CV_32FC1, cv::Scalar::all(0.2)), fast, 8, 5);
+    const ViewCost cheap = measureViews({cv::Mat(400, 600, CV_8UC3, cv::Scalar::all(50)),
+                                         cv::Mat(400, 600, CV_32FC1, cv::Scalar::all(0.2))},
+                                        fast, 8, 5);
     EXPECT_LT(cheap.preparationMilliseconds, 0.1 * cheap.millisecondsPerView);
-    EXPECT_NE(errorOf([&] { measureViews(photo, depth, {}, 0, 1); }).find("views: is 0"),
+    EXPECT_NE(errorOf([&] {
+                  measureViews({photo, depth}, {}, 0, 1);
+              }).find("views: is 0"),
               std::string::npos);
-    EXPECT_NE(errorOf([&] { measureViews(photo, depth, {}, 1, 0); }).find("repetitions: is 0"),
+    EXPECT_NE(errorOf([&] {
+                  measureViews({photo, depth}, {}, 1, 0);
+              }).find("repetitions: is 0"),
               std::string::npos);
 }
 

@@ -70,7 +70,7 @@ done
 for options in -k --continuous "-k --continuous" "--view-filter linear" "--sampling linear" \
     "-k --view-filter linear --sampling linear" "--fit contain" "--fit stretch" "--invert on" \
     "--invert off" "--depth-kind far-white" "--depth-kind metric" "--method fast --refine 3" \
-    "--fill continue" "-g --inpaint-from behind"; do
+    "--fill continue" "--borders hard" "-g --inpaint-from behind"; do
     # shellcheck disable=SC2086
     compare photo2native "${display[@]}" $options "${photo[@]}" out/native.png
 done

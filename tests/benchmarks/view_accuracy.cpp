@@ -240,6 +240,7 @@ ViewPsnr measureView(const EyesWithViews& scene, const cv::Mat& disparity, const
     refineScene(refined);
     const cv::Mat& depth = refined.depth;
     LayeredSettings settings;
+    settings.mixedPixels = refined.mixedPixels;
     const double reach = truth.at * std::max(std::abs(low), std::abs(high));
     settings.reachPixels = reach;
     if (!hidden.photo.empty()) {

@@ -77,11 +77,13 @@ TEST_F(Methods, EachGivesTheNativeOfTheLibraryWithItsKnobs) {
         {{"--method", "fast"}, optionsOf(ViewMethod::Fast)},
         {{"--method", "real"}, optionsOf(ViewMethod::Real)},
         {{"--fill", "continue"}, {}},
+        {{"--borders", "hard"}, {}},
         {{"--method", "fast", "--refine", "2"}, optionsOf(ViewMethod::Fast)},
         {{"-g", "--inpaint-from", "behind"}, optionsOf(ViewMethod::Real)}};
     cases[4].second.layered.fill = LayeredFill::Continue;
-    cases[5].second.refinement = 2;
-    cases[6].second.real.backgroundOnly = true;
+    cases[5].second.layered.softBorders = false;
+    cases[6].second.refinement = 2;
+    cases[7].second.real.backgroundOnly = true;
     const Arguments strength{"--strength", "40"}; // at the tile's 30 px, 10 % would show little
     for (auto& [arguments, options] : cases) {
         options.strengthPercent = 40;
@@ -106,11 +108,9 @@ TEST_F(Methods, GeometricIsMethodReal) {
 
 TEST_F(Methods, BadValuesAreWrongUsage) {
     const std::pair<const char*, std::vector<const char*>> bad[] = {
-        {"--method", {"slow", "Fast", ""}},
-        {"--refine", {"-1", "17", "1.5", ""}},
-        {"--fill", {"paint", ""}},
-        {"--inpaint-from", {"before"}},
-        {"--budget", {"0", "1e7", "nan", "5ms", ""}}};
+        {"--method", {"slow", "Fast", ""}}, {"--refine", {"-1", "17", "1.5", ""}},
+        {"--fill", {"paint", ""}},          {"--borders", {"sharp", ""}},
+        {"--inpaint-from", {"before"}},     {"--budget", {"0", "1e7", "nan", "5ms", ""}}};
     for (const auto& [option, values] : bad) {
         for (const char* value : values)
             EXPECT_TRUE(fails(make({option, value}), 2, option));
@@ -219,7 +219,8 @@ TEST_F(Methods, ABudgetChoosesTheBestThatFitsAndSaysSo) {
         settings.push_back(cost.at("setting"));
         EXPECT_GT(cost.at("milliseconds").get<double>(), 0);
     }
-    EXPECT_EQ(settings, (std::vector<std::string>{"layered", "layered, fill continue",
+    EXPECT_EQ(settings, (std::vector<std::string>{"layered", "layered, hard borders",
+                                                  "layered, hard borders, fill continue",
                                                   "fast, refinement 2", "fast"}));
     EXPECT_TRUE(this->report({}).at("budget").is_null());
 }
@@ -236,9 +237,9 @@ TEST_F(Methods, ABudgetAndAutoChooseTogether) {
     // a method that the budget chooses makes the picture that the method makes by itself
     ASSERT_EQ(cachedBudgets().size(), 1U);
     Json kept = Json::parse(slurp(cachedBudgets().front()));
-    for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t i = 0; i < 5; ++i)
         kept.at("costs").at(i).at("milliseconds") = 6000.0 / static_cast<double>(i + 1);
-    kept.at("costs").at(3).at("milliseconds") = 1;
+    kept.at("costs").at(4).at("milliseconds") = 1;
     spill(cachedBudgets().front(), kept.dump());
     const Json quick = picture({"--budget", "2"});
     const cv::Mat made = readBack(studio_ / "a.png");
@@ -258,18 +259,21 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
     const fs::path cache = cachedBudgets().front();
     // costs that no machine has: what is chosen by them was read
     Json kept = Json::parse(slurp(cache));
-    EXPECT_EQ(kept.at("format"), 4);
-    const double milliseconds[] = {6000, 600, 60, 6};
-    for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_EQ(kept.at("format"), 5);
+    const double milliseconds[] = {6000, 3000, 600, 60, 6};
+    for (std::size_t i = 0; i < 5; ++i)
         kept.at("costs").at(i).at("milliseconds") = milliseconds[i];
     spill(cache, kept.dump());
-    ViewOptions fill;
+    ViewOptions hard;
+    hard.layered.softBorders = false;
+    ViewOptions fill = hard;
     fill.layered.fill = LayeredFill::Continue;
     ViewOptions refined = optionsOf(ViewMethod::Fast);
     refined.refinement = 2;
     const std::tuple<const char*, const char*, ViewOptions> cases[] = {
         {"6000", "budget: layered, Native in 6000 ms of 6000 ms", {}},
-        {"5999", "budget: layered, fill continue, Native in 600 ms of 5999 ms", fill},
+        {"5999", "budget: layered, hard borders, Native in 3000 ms of 5999 ms", hard},
+        {"2999", "budget: layered, hard borders, fill continue, Native in 600 ms of 2999 ms", fill},
         {"99.5", "budget: fast, refinement 2, Native in 60 ms of 100 ms", refined},
         {"6", "budget: fast, Native in 6 ms of 6 ms", optionsOf(ViewMethod::Fast)}};
     for (auto [budget, line, options] : cases) {
@@ -287,10 +291,10 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
     kept["format"] = 1;
     const std::string older = kept.dump();
     for (const std::string& useless : {std::string(), std::string("{}"), std::string("[1, 2"),
-                                       std::string(R"({"format": 4, "costs": "none"})"), older}) {
+                                       std::string(R"({"format": 5, "costs": "none"})"), older}) {
         spill(cache, useless);
         EXPECT_TRUE(isDone(make({"--budget", "60000"})));
-        EXPECT_EQ(Json::parse(slurp(cache)).at("costs").size(), 4U) << useless;
+        EXPECT_EQ(Json::parse(slurp(cache)).at("costs").size(), 5U) << useless;
         EXPECT_NE(slurp(cache), older);
     }
     studio_.set("HOME", std::nullopt); // no cache: measured each time
@@ -327,8 +331,8 @@ TEST_F(Methods, ABudgetChoosesTheSourceOfEstimatedDepth) {
                                                  "fixed, 16 px", "built-in estimator"}));
     ASSERT_EQ(cachedBudgets().size(), 1U);
     Json kept = Json::parse(slurp(cachedBudgets().front()));
-    const double costs[] = {4000, 400, 40, 4};
-    for (std::size_t i = 0; i < 4; ++i)
+    const double costs[] = {4000, 3500, 400, 40, 4};
+    for (std::size_t i = 0; i < 5; ++i)
         kept.at("costs").at(i).at("milliseconds") = costs[i];
     const Json depths[] = {10000, 1000, 900, nullptr, 100};
     for (std::size_t i = 0; i < 5; ++i)
@@ -410,8 +414,8 @@ TEST_F(Methods, ABudgetChoosesByItself) {
     writeCamera();
     for (const Arguments& more :
          {Arguments{"--method", "fast"}, Arguments{"-g"}, Arguments{"--refine", "1"},
-          Arguments{"--fill", "continue"}, Arguments{"--inpaint-from", "behind"},
-          Arguments{"--camera", "camera.json"}}) {
+          Arguments{"--fill", "continue"}, Arguments{"--borders", "hard"},
+          Arguments{"--inpaint-from", "behind"}, Arguments{"--camera", "camera.json"}}) {
         EXPECT_TRUE(fails(make(more + Arguments{"--budget", "100"}), 2, "--budget and -"));
     }
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));

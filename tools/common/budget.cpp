@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 namespace {
 
 constexpr double kEnoughTime = 500; // ms after which there is no further repetition
-constexpr int kCacheFormat = 4;
+constexpr int kCacheFormat = 5;
 
 // JSON has no infinity: a setting that cannot be used is null in the text.
 Json costsJson(const std::vector<SettingCost>& costs) {
@@ -62,7 +62,9 @@ std::vector<NamedViewOptions> budgetSettings(const ViewOptions& base) {
     std::vector<NamedViewOptions> settings;
     options.method = ViewMethod::Layered;
     settings.push_back({"layered", options});
-    settings.push_back({"layered, fill continue", options});
+    settings.push_back({"layered, hard borders", options});
+    settings.back().options.layered.softBorders = false;
+    settings.push_back({"layered, hard borders, fill continue", settings.back().options});
     settings.back().options.layered.fill = LayeredFill::Continue;
     options.method = ViewMethod::Fast;
     settings.push_back({"fast, refinement 2", options});
@@ -83,7 +85,8 @@ void Budget::add(CommandLine& commandLine) {
 
 Budget::Budget(const CommandLine& commandLine)
     : milliseconds_(commandLine.number("budget", 0.1, 1e6)) {
-    for (const char* option : {"method", "g", "fill", "refine", "inpaint-from", "camera"}) {
+    for (const char* option :
+         {"method", "g", "fill", "borders", "refine", "inpaint-from", "camera"}) {
         commandLine.exclude("budget", option);
     }
     advice_ = "smaller views (-r) take less";

@@ -31,6 +31,7 @@ Json networkJson(const CommandLine& commandLine, const ChosenDepth& source) {
 Json knobsJson(const CommandLine& commandLine, const ViewOptions& views) {
     return {{"refine", views.refinement},
             {"fill", views.layered.fill == LayeredFill::Continue ? "continue" : "background"},
+            {"borders", views.layered.softBorders ? "soft" : "hard"},
             {"inpaint-from", views.real.backgroundOnly ? "behind" : "around"},
             {"camera", given(commandLine, "camera")}};
 }

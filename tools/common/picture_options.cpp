@@ -75,6 +75,11 @@ void addViewOptions(CommandLine& commandLine) {
                             "default) or by repeating the border (continue, quicker).",
                             "background|continue");
     commandLine.addAdvanced(
+        {"borders"},
+        "Layered: split the colours of px at the borders of near things, which show what is behind "
+        "them, too (soft, default), or not (hard, quicker).",
+        "soft|hard");
+    commandLine.addAdvanced(
         {"refine"},
         "Fast: refinement steps, 0..16 (default 0, as published): more accurate, slower.", "STEPS");
     commandLine.addAdvanced(
@@ -123,6 +128,7 @@ ViewOptions viewOptions(const CommandLine& commandLine) {
     if (commandLine.choice("fill", {"background", "continue"}).value_or(0) == 1) {
         options.layered.fill = LayeredFill::Continue;
     }
+    options.layered.softBorders = commandLine.choice("borders", {"soft", "hard"}).value_or(0) == 0;
     options.refinement = commandLine.wholeNumber("refine", 0, 16).value_or(options.refinement);
     options.real.backgroundOnly =
         commandLine.choice("inpaint-from", {"around", "behind"}).value_or(0) == 1;
@@ -151,6 +157,7 @@ void requireKnobsOf(const CommandLine& commandLine, ViewMethod method) {
     };
     const Knob knobs[] = {
         {"fill", ViewMethod::Layered, given.layered.fill != usual.layered.fill},
+        {"borders", ViewMethod::Layered, given.layered.softBorders != usual.layered.softBorders},
         {"refine", ViewMethod::Fast, given.refinement != usual.refinement},
         {"inpaint-from", ViewMethod::Real, given.real.backgroundOnly != usual.real.backgroundOnly}};
     for (const Knob& knob : knobs) {

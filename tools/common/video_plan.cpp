@@ -33,12 +33,12 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     if (commandLine.has("rgbd-out")) plan.product = VideoProduct::Rgbd;
     plan.fromQuilt = commandLine.has("from-quilt");
     if (plan.fromQuilt) {
-        for (const char* option :
-             {"quilt-out",  "rgbd-out", "d",           "depth",        "rgbd",
-              "n",          "l",        "net-profile", "network-size", "depth-every",
-              "k",          "g",        "method",      "continuous",   "best",
-              "strength",   "focus",    "fill",        "refine",       "inpaint-from",
-              "exact-depth"})
+        for (const char* option : {"quilt-out",    "rgbd-out",    "d",       "depth",
+                                   "rgbd",         "n",           "l",       "net-profile",
+                                   "network-size", "depth-every", "k",       "g",
+                                   "method",       "continuous",  "best",    "strength",
+                                   "focus",        "fill",        "borders", "refine",
+                                   "inpaint-from", "exact-depth"})
             commandLine.exclude("from-quilt", option);
     }
     plan.part = videoReaderOptions(commandLine);

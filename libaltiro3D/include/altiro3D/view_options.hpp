@@ -49,6 +49,10 @@ struct LayeredOptions {
     /// Background pixels at a tear that move with the foreground, because they are mixed with its
     /// colour, px, 0..8. Where the photo shows the border clearly, the photo decides instead.
     int edgeDilationPixels = 1;
+    /// Whether colours at the borders of near things, where px show what is behind them as well,
+    /// are split: each part moves with its own surface. false: all of a px moves with the near
+    /// thing.
+    bool softBorders = true;
     /// What disocclusions show.
     LayeredFill fill = LayeredFill::BackgroundLayer;
 };

@@ -72,7 +72,8 @@ Json numbersOf(const ViewOptions& views) {
             views.real.backgroundOnly,
             views.layered.tearPixels,
             views.layered.edgeDilationPixels,
-            static_cast<int>(views.layered.fill)};
+            static_cast<int>(views.layered.fill),
+            views.layered.softBorders};
 }
 
 Json numbersOf(const std::optional<DepthFlaws>& flaws) {

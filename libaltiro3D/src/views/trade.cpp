@@ -64,6 +64,7 @@ std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base) {
         });
     };
     layered("layered, fill continue", [](LayeredOptions& o) { o.fill = LayeredFill::Continue; });
+    layered("layered, hard borders", [](LayeredOptions& o) { o.softBorders = false; });
     layered("layered, dilation 0", [](LayeredOptions& o) { o.edgeDilationPixels = 0; });
     layered("layered, dilation 2", [](LayeredOptions& o) { o.edgeDilationPixels = 2; });
     const auto real = [&](const std::string& name, const auto& change) {

@@ -26,6 +26,7 @@ std::unique_ptr<ViewRenderer> rendererOf(const Scene& scene, const ViewOptions& 
     LayeredSettings settings{options.layered};
     settings.reachPixels = largestShift;
     settings.hidden = scene.hidden;
+    settings.mixedPixels = scene.mixedPixels;
     return makeLayeredRenderer(photo, depth, options.focus, settings);
 }
 
@@ -52,6 +53,8 @@ std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions
     check(shown.start >= 0 && shown.end <= scene.photo.cols, "shown columns",
           "are " + std::to_string(shown.start) + ".." + std::to_string(shown.end - 1) +
               ", expected columns of the photo, 0.." + std::to_string(scene.photo.cols - 1));
+    checkNumber(scene.mixedPixels >= 0 && scene.mixedPixels <= 7, "mixed px", scene.mixedPixels,
+                "0..7 px");
     try {
         return rendererOf(scene, options, reach);
     } catch (const std::bad_alloc&) {

@@ -38,6 +38,9 @@ struct LayeredSettings : LayeredOptions {
     /// What is known of the hidden background, of the photo's size.
     HiddenLayer hidden{};
 
+    /// Scene::mixedPixels
+    int mixedPixels = 0;
+
     /// Largest |shift| of the views (S/2), px, >= 0. Hidden background is prepared up to this
     /// shift. Views beyond are still complete; their gaps repeat the last prepared pixel.
     double reachPixels = 32;

@@ -38,6 +38,10 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
         offsets[x] = tables.scale * static_cast<float>(wordOffset(tables.words[x]));
         tears[x] = (tables.words[x] & kLastFlag) != 0 ? kNowhere : 0;
     }
+    if (tables.shares != nullptr) { // px of soft borders are on no line, so their block is open
+        for (int x = 0; x < tables.width; ++x)
+            if (tables.shares[x] != 0) tears[x - 1] = tears[x] = kNowhere;
+    }
     for (std::vector<float>* values : columns.all())
         values->resize(width + kRowPadding);
     for (std::vector<std::int32_t>* values : columns.lines.all())

@@ -1,11 +1,13 @@
 // Ends of surfaces: depth steps are moved to the edges of the photo.
 
+#include "depth/depth_values.hpp"
 #include "views/depth_offsets.hpp"
 #include "views/views_layered_scene.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
 
@@ -46,9 +48,10 @@ void dilateNear(std::vector<float>& offsets, double tear, int pixels, std::vecto
 //   share of near         0   0  .3    .95 1   1
 //   result           ...  f2  f1 (mixed) n0 ...          n0 reaches .3 px beyond its pixel
 struct Border {
-    int gain = 0;     // px by which the near surface grows, -1..1
-    int mixed = 0;    // mixed px, 0 or 1
-    double extra = 0; // share of the near surface in the mixed px
+    bool isClear = false; // the photo shows it; else it stays where the depth has it
+    int gain = 0;         // px by which the near surface grows, -1..1
+    int mixed = 0;        // mixed px, 0 or 1
+    double extra = 0;     // share of the near surface in the mixed px
 };
 
 // @param edge last px of the near surface
@@ -86,6 +89,7 @@ Border findBorder(const std::uint8_t* bgr, int edge, int out, int nearRoom, int 
     }
     for (; k <= farRoom; ++k)
         if (share(k) > (border.mixed == 1 && k == border.gain + 2 ? kAllFar : kUnclear)) return {};
+    border.isClear = true;
     return border;
 }
 
@@ -110,6 +114,7 @@ void placeBorder(const std::uint8_t* bgr, int dilation, int leftLength, int righ
     const int farEnd = nearEnd + out * (border.mixed + 1);
     left.last = leftIsNear ? nearEnd : farEnd;
     right.first = leftIsNear ? farEnd : nearEnd;
+    (leftIsNear ? left.clearRight : right.clearLeft) = border.isClear;
     (leftIsNear ? left.rightExtra : right.leftExtra) = static_cast<float>(border.extra);
 }
 
@@ -140,6 +145,76 @@ void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
     for (std::size_t i = 1; i < surfaces.size(); ++i)
         placeBorder(bgr, options.edgeDilationPixels, lengths[i - 1], lengths[i], surfaces[i - 1],
                     surfaces[i], offsets);
+}
+
+BorderShares::BorderShares(const cv::Mat& depth, double focus, int mixedPixels)
+    : depth_(depth), focus_(static_cast<float>(focus)), mostColumns_(4 * (mixedPixels + 1)) {
+    const double sigma = 0.7 + mixedPixels;
+    const int reach = static_cast<int>(std::ceil(2.5 * sigma));
+    for (int k = -reach; k <= reach; ++k)
+        weights_.push_back(
+            static_cast<int>(std::lround(256 * std::exp(-k * k / (2 * sigma * sigma)))));
+    if (mixedPixels == 0) return;
+    const int side = 2 * mixedPixels + 1;
+    depth_ = cv::Mat(); // in new memory
+    cv::erode(withinRange(depth), depth_,
+              cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}), {-1, -1}, 1,
+              cv::BORDER_REPLICATE);
+}
+
+// Share of the px around a px whose depth is not larger, in 1/256.
+int BorderShares::shareBehind(int row, int x, float middle) const {
+    const int reach = static_cast<int>(weights_.size()) / 2;
+    std::int64_t all = 0;
+    std::int64_t behind = 0;
+    for (int v = -reach; v <= reach; ++v) {
+        const auto* const depths = depth_.ptr<float>(std::clamp(row + v, 0, depth_.rows - 1));
+        int sum = 0;
+        int sumBehind = 0;
+        for (int u = -reach; u <= reach; ++u) {
+            const int weight = weights_[static_cast<std::size_t>(u + reach)];
+            sum += weight;
+            const bool isNear = depths[std::clamp(x + u, 0, depth_.cols - 1)] > middle; // not NaN
+            if (!isNear) sumBehind += weight;
+        }
+        const std::int64_t weight = weights_[static_cast<std::size_t>(v + reach)];
+        all += weight * sum;
+        behind += weight * sumBehind;
+    }
+    return static_cast<int>((256 * behind + all / 2) / all);
+}
+
+void BorderShares::find(int row, const std::vector<float>& offsets,
+                        std::vector<LayeredSurface>& surfaces, std::uint8_t* shares) const {
+    constexpr int kLeastShare = 3; // in 1/256; less is not seen
+    std::fill_n(shares, depth_.cols, std::uint8_t{0});
+    const auto offsetAt = [&](int x) { return offsets[static_cast<std::size_t>(x)]; };
+    // @param end column of the near surface, at the border
+    // @param out direction to the surface behind, 1 or -1
+    const auto soften = [&](int end, int out, int most, float behind) {
+        const float middle = focus_ + (offsetAt(end) + behind) / 2;
+        for (int k = 0; k < most; ++k) {
+            const int share = shareBehind(row, end - out * k, middle);
+            if (share < kLeastShare) return k;
+            shares[end - out * k] = static_cast<std::uint8_t>(std::min(share, 255));
+        }
+        return most;
+    };
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        LayeredSurface& surface = surfaces[i];
+        // The borders of thin things stay apart, so that a px belongs to one of them.
+        const int most = std::min(mostColumns_, (surface.last - surface.first) / 2);
+        if (i > 0) {
+            const float behind = offsetAt(surfaces[i - 1].last);
+            if (behind < offsetAt(surface.first) && !surface.clearLeft)
+                surface.softLeft = soften(surface.first, -1, most, behind);
+        }
+        if (i + 1 < surfaces.size()) {
+            const float behind = offsetAt(surfaces[i + 1].first);
+            if (behind < offsetAt(surface.last) && !surface.clearRight)
+                surface.softRight = soften(surface.last, 1, most, behind);
+        }
+    }
 }
 
 } // namespace altiro3D

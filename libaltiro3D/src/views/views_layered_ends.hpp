@@ -46,11 +46,12 @@ inline int coveredBy(int cover, int value, int part) {
     return (part * cover + (kAll - part) * value + kAll / 2) >> kSubColumnBits;
 }
 
-/// One channel of a pixel. @param plane the channel, laid out as for layeredSamples()
-inline int colourOf(const LayeredPixel& pixel, const std::uint8_t* plane) {
-    int result = sampleAt(plane, pixel.place[pixel.count - 1]);
+/// One channel of a pixel. @param coverOf(i) that channel of cover i
+template <class F>
+int colourOf(const LayeredPixel& pixel, const F& coverOf) {
+    int result = coverOf(pixel.count - 1);
     for (int i = pixel.count - 1; i-- > 0;)
-        result = coveredBy(sampleAt(plane, pixel.place[i]), result, pixel.coverage[i]);
+        result = coveredBy(coverOf(i), result, pixel.coverage[i]);
     return result;
 }
 

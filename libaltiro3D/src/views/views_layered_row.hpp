@@ -58,6 +58,8 @@ struct LayeredTables {
     /// The shift up to which no surface further right reaches the column, in 1/65535 of the largest
     /// shift; known before any search.
     const std::uint16_t* clear = nullptr;
+    /// LayeredScene::shares of the row, not mirrored; null if all borders are hard.
+    const std::uint8_t* shares = nullptr;
     int stride = 0;        ///< Columns from a table to its mirrored table.
     int width = 0;         ///< Columns of the photo.
     float scale = 0;       ///< One unit of the offsets in depth - focus.

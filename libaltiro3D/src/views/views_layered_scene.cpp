@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <opencv2/core.hpp>
+#include <optional>
 
 namespace altiro3D {
 
@@ -24,7 +25,8 @@ int outsideCount(double pixels) {
 }
 
 // Number of px of the surface at `first` that can become visible behind the surfaces to its left.
-int hiddenCount(const std::vector<float>& offsets, int first, double reach, double tear) {
+// @param soft columns of the surface to its left in which it is visible at once
+int hiddenCount(const std::vector<float>& offsets, int first, int soft, double reach, double tear) {
     const double own = static_cast<double>(offsets[static_cast<std::size_t>(first)]);
     if (first == 0) return outsideCount(-own * reach);
     double nearest = own;
@@ -34,7 +36,7 @@ int hiddenCount(const std::vector<float>& offsets, int first, double reach, doub
         const double front = static_cast<double>(offsets[static_cast<std::size_t>(x)]);
         if (front <= own + tear) break;
         nearest = std::max(nearest, front);
-        if (count > reach * (nearest - own) + kSpareColumns) break;
+        if (count > reach * (nearest - own) + kSpareColumns + soft) break;
         ++count;
     }
     return count;
@@ -50,9 +52,11 @@ void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<flo
         return static_cast<double>(offsets[static_cast<std::size_t>(x)]);
     };
     std::int64_t hidden = 0;
+    int soft = 0;
     for (LayeredSurface& surface : row.surfaces) {
-        surface.hidden = hiddenCount(offsets, surface.first, options.reachPixels, tear);
+        surface.hidden = hiddenCount(offsets, surface.first, soft, options.reachPixels, tear);
         hidden += surface.hidden;
+        soft = surface.softRight;
     }
     const auto width = static_cast<std::int64_t>(offsets.size());
     if (hidden > kMaxHiddenWidths * width + kMaxRun) { // noisy depth: limit the memory
@@ -103,6 +107,8 @@ void mirrorSurfaces(int width, const std::vector<LayeredSurface>& surfaces,
                        other.last = width - 1 - surface.first;
                        other.leftExtra = surface.rightExtra;
                        other.rightExtra = surface.leftExtra;
+                       other.softLeft = surface.softRight;
+                       other.softRight = surface.softLeft;
                        return other;
                    });
 }
@@ -187,6 +193,7 @@ LayeredTables LayeredScene::tables(int row) const {
     result.words = words.ptr<std::int16_t>(row) + kTablePadding;
     result.surfaces = surfaceOf.ptr<std::int16_t>(row) + kTablePadding;
     result.clear = clear.ptr<std::uint16_t>(row) + kTablePadding;
+    if (!shares.empty()) result.shares = shares.ptr<std::uint8_t>(row);
     result.stride = stride();
     result.width = width;
     result.scale = scale;
@@ -218,6 +225,11 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
         *table = largeMat(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
     for (std::vector<LayeredRow>& rows : scene.rows)
         rows.resize(rowCount);
+    std::optional<BorderShares> borders;
+    if (options.softBorders) {
+        borders.emplace(depth, focus, options.mixedPixels);
+        scene.shares = largeMat(photo.rows, photo.cols, CV_8UC1);
+    }
     cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
         std::vector<float> offsets(static_cast<std::size_t>(photo.cols));
         const TableWriter writer(photo.cols, reach, options);
@@ -231,6 +243,8 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
             LayeredRow& plain = scene.rows[0][static_cast<std::size_t>(y)];
             LayeredRow& mirrored = scene.rows[1][static_cast<std::size_t>(y)];
             cutSurfaces(bgr, offsets, options, plain.surfaces);
+            if (borders)
+                borders->find(y, offsets, plain.surfaces, scene.shares.ptr<std::uint8_t>(y));
             mirrorSurfaces(photo.cols, plain.surfaces, mirrored.surfaces);
             plain.inOrder = mirrored.inOrder = areInOrder(plain, photo.cols, options);
             int begin = kTablePadding;

@@ -25,7 +25,11 @@ struct LayeredSurface {
     float rightExtra = 0; ///< Extent beyond its last pixel, px, 0..1.
     int hidden = 0;       ///< Columns left of `first`, behind nearer things or left of the frame.
     int beyond = 0;       ///< Columns right of `last`, behind nearer things or right of the frame.
-    int strip = 0;        ///< Index of its leftmost painted column in LayeredRow::strips.
+    bool clearLeft = false;  ///< The photo shows its left border clearly; the px there are its own.
+    bool clearRight = false; ///< The same at its right end.
+    int softLeft = 0;        ///< Columns at its left end in which the surface beside it shows, too.
+    int softRight = 0;       ///< The same at its right end.
+    int strip = 0;           ///< Index of its leftmost painted column in LayeredRow::strips.
 
     /// Index in LayeredRow::strips of column first - k, k = 0..hidden.
     int hiddenAt(int k) const { return strip + hidden - k; }
@@ -48,9 +52,12 @@ struct LayeredRow {
 /// (direction 1).
 struct LayeredScene {
     std::vector<LayeredRow> rows[2];
-    cv::Mat words;         ///< [rows x 2 * stride, CV_16SC1], LayeredTables::words
-    cv::Mat surfaceOf;     ///< As `words`, LayeredTables::surfaces
-    cv::Mat clear;         ///< As `words` but CV_16UC1, LayeredTables::clear
+    cv::Mat words;     ///< [rows x 2 * stride, CV_16SC1], LayeredTables::words
+    cv::Mat surfaceOf; ///< As `words`, LayeredTables::surfaces
+    cv::Mat clear;     ///< As `words` but CV_16UC1, LayeredTables::clear
+    /// [rows x cols, CV_8UC1], share of the surface behind in px of soft borders, in 1/256, else 0.
+    /// Empty if all borders are hard.
+    cv::Mat shares;
     int width = 0;         ///< Columns of the photo.
     float scale = 0;       ///< LayeredTables::scale
     float reachPixels = 0; ///< Largest shift that the bounds allow, px.
@@ -89,6 +96,29 @@ class LayeredBounds {
 ///        and belong to neither
 void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
                  const LayeredSettings& options, std::vector<LayeredSurface>& surfaces);
+
+/// Finds soft borders: px in which the photo shows a near surface and the one behind it
+/// (docs/mathematics.md, (3.7)). Borders that the photo shows clearly are hard.
+class BorderShares {
+  public:
+    /// @param depth [rows x cols, CV_32FC1]; must outlive this object
+    /// @param mixedPixels Scene::mixedPixels
+    BorderShares(const cv::Mat& depth, double focus, int mixedPixels);
+
+    /// Sets LayeredSurface::softLeft and softRight of a row.
+    /// @param offsets, surfaces after cutSurfaces()
+    /// @param shares result: row of LayeredScene::shares
+    void find(int row, const std::vector<float>& offsets, std::vector<LayeredSurface>& surfaces,
+              std::uint8_t* shares) const;
+
+  private:
+    int shareBehind(int row, int x, float middle) const;
+
+    cv::Mat depth_; // its steps are in the middle of the edges of the photo
+    float focus_;
+    int mostColumns_;
+    std::vector<int> weights_; // of px at a distance along a row or a column
+};
 
 /// Smooths the staircases of depth with few levels (8 bits) if views would show them. Each px moves
 /// by up to half a level towards its neighbours on the same slope. Other depth is returned

@@ -117,6 +117,12 @@ TEST(Depth2Quilt, ViewsShowTheMarginsOfThePhoto) {
                   maker(10, 0.5).renderView(scene, 1, view);
               }).find("shown columns: are 12..80, expected columns of the photo, 0..79"),
               std::string::npos);
+    scene.shown = {};
+    for (const int width : {-1, 8}) {
+        scene.mixedPixels = width;
+        EXPECT_NE(errorOf([&] { maker(10, 0.5).renderView(scene, 1, view); }).find("mixed px: is"),
+                  std::string::npos);
+    }
 }
 
 // The rule of signs: nearer things move against the camera.

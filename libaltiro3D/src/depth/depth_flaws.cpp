@@ -265,7 +265,7 @@ void measureSoftness(const Steps& steps, int longerSide, DepthFlaws& flaws) {
 
 // Edges of sharp photos are 1 to 2 px wide; a Gaussian blur of sigma s leaves about 2.4 s px.
 void measureMixedPixels(const Steps& steps, DepthFlaws& flaws) {
-    constexpr double kSoftEdge = 3.2;     // sigma 1.3 px; sharper photos would lose
+    constexpr double kSoftEdge = 2.8;     // sigma 1.2 px; sharper photos would lose
     constexpr double kVerySoftEdge = 5.2; // sigma 2.4 px
     if (steps.edgeCount < kMinSteps) return;
     const double width = steps.edges.quantile(0.25);

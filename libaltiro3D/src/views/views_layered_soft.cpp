@@ -126,7 +126,7 @@ SoftPixel SoftBorders::at(std::int32_t place, int column, float shift) const {
     const float moved =
         std::clamp((mirrored ? -shift : shift) * edge.offset * kSubColumns, -kFar, kFar);
     const int start = mirrored ? width_ - 1 - column : column;
-    result.now = edge.placeAt(((start - edge.first) << kSubColumnBits) +
+    result.now = edge.placeAt((start - edge.first) * kSubColumns +
                               static_cast<std::int32_t>(moved + (moved < 0 ? -0.5F : 0.5F)));
     const std::int32_t own = mirrored ? ((width_ - 1) << kSubColumnBits) - place : place;
     result.before = edge.placeAt(own - (edge.first << kSubColumnBits));

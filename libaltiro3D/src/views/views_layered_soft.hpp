@@ -12,7 +12,7 @@ namespace altiro3D {
 /// surface, but it also shows what is behind: `share` of what was there in the photo is replaced by
 /// what is there in the view.
 struct SoftPixel {
-    std::int32_t pixel = 0;  ///< Index in LayeredRoom::places.
+    std::int32_t pixel = 0;  ///< Index of the pixel in its part, see LayeredReader.
     int share = 0;           ///< In 1/256, 0..255.
     std::int32_t now = 0;    ///< Place of what is behind in the view,
     std::int32_t before = 0; ///< and of what was behind in the photo.

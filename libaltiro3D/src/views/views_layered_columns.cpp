@@ -38,10 +38,11 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
         offsets[x] = tables.scale * static_cast<float>(wordOffset(tables.words[x]));
         tears[x] = (tables.words[x] & kLastFlag) != 0 ? kNowhere : 0;
     }
-    if (tables.shares != nullptr) { // px of soft borders are on no line, so their block is open
-        for (int x = 0; x < tables.width; ++x)
-            if (tables.shares[x] != 0) tears[x - 1] = tears[x] = kNowhere;
-    }
+    const auto forSoftColumns = [&](const auto& use) {
+        for (int x = 0; tables.shares != nullptr && x < tables.width; ++x)
+            if (tables.shares[x] != 0) use(x);
+    };
+    forSoftColumns([&](int x) { tears[x - 1] = tears[x] = kNowhere; });
     for (std::vector<float>* values : columns.all())
         values->resize(width + kRowPadding);
     for (std::vector<std::int32_t>* values : columns.lines.all())
@@ -58,6 +59,11 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
         columns.from[x] = -perUnit * static_cast<float>(*(mirroredClear - x));
         columns.lines.from[x] = *(mirroredClear - x) >> 1;
     }
+    // px of soft borders are on no line, even if they do not move, so their block is open
+    forSoftColumns([&](int x) {
+        columns.lines.from[static_cast<std::size_t>(x)] = -1;
+        columns.lines.to[static_cast<std::size_t>(x)] = -1;
+    });
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
     using F = hn::Vec<decltype(d)>;

@@ -72,9 +72,10 @@ class Search {
     }
 
     // Place of the background painted `distance` px right of surface k, limited to the painted
-    // columns.
+    // columns; without any, of its last column in the photo.
     std::int32_t beyondPlace(int k, float distance) const {
         const LayeredSurface& surface = surfaces_[k];
+        if (surface.beyond == 0) return (base_ + surface.last) << kSubColumnBits;
         const float inside = std::min(distance, static_cast<float>(surface.beyond));
         return ((strips_ + surface.beyondAt(0)) << kSubColumnBits) + subColumns(inside);
     }

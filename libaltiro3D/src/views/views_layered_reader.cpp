@@ -180,8 +180,11 @@ void LayeredReader::listSurfaces() {
             const auto strip = static_cast<float>(strips_[direction] + surface.hiddenAt(0));
             left_.push_back({static_cast<float>(surface.first), static_cast<float>(surface.hidden),
                              surface.hidden > 0 ? kNoBorder : 1 + surface.leftExtra, strip});
+            // without a strip to its right, its last column is that of the photo, which may be soft
+            const int plain = direction == 0 ? surface.last : scene_.width - 1 - surface.last;
             right_.push_back({static_cast<float>(surface.last), static_cast<float>(surface.beyond),
-                              1 + surface.rightExtra, strip});
+                              1 + surface.rightExtra,
+                              surface.beyond > 0 ? strip : static_cast<float>(plain - 1)});
             const auto offsetAt = [&](int column) {
                 const std::int16_t* words = tables_.words + direction * tables_.stride;
                 return static_cast<float>(wordOffset(words[column])) * 0x1p18F;

@@ -72,7 +72,9 @@ struct LayeredEnd {
     float painted = 0; ///< Painted columns beside it.
     float border =
         0; ///< Extent of its border beyond the column (right: beyond the painted ones), px.
-    float strip = 0; ///< Column of the surface's first column in the planes; the last one is next.
+    /// Left: column of the surface's first column in the planes, beside what is painted there.
+    /// Right: the column before that of its last one.
+    float strip = 0;
 };
 
 constexpr float kNeverPasses = 1e30F; ///< LayeredEndOffsets::passing without such a surface.

@@ -25,8 +25,8 @@ struct LayeredSurface {
     float rightExtra = 0; ///< Extent beyond its last pixel, px, 0..1.
     int hidden = 0;       ///< Columns left of `first`, behind nearer things or left of the frame.
     int beyond = 0;       ///< Columns right of `last`, behind nearer things or right of the frame.
-    bool clearLeft = false;  ///< The photo shows its left border clearly; the px there are its own.
-    bool clearRight = false; ///< The same at its right end.
+    bool clearLeft = false;  ///< The photo shows its left border clearly, so the border is hard.
+    bool clearRight = false; ///< The same at its right end. Both are for BorderShares alone.
     int softLeft = 0;        ///< Columns at its left end in which the surface beside it shows, too.
     int softRight = 0;       ///< The same at its right end.
     int strip = 0;           ///< Index of its leftmost painted column in LayeredRow::strips.
@@ -92,7 +92,8 @@ class LayeredBounds {
 /// @param bgr the row of the photo
 /// @param offsets depth - focus of each pixel; on return, near surfaces are dilated, and
 ///        mixed pixels at borders have the near depth
-/// @param surfaces result: first, last and extras are set; pixels between two surfaces are mixed
+/// @param surfaces result: first, last, extras and clear borders are set; pixels between two
+/// surfaces are mixed
 ///        and belong to neither
 void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
                  const LayeredSettings& options, std::vector<LayeredSurface>& surfaces);

@@ -263,10 +263,11 @@ struct SoftBoard {
         return result;
     }
 
-    // Mean squared error at the border that moves over the wall.
-    double errorOf(const cv::Mat& view, int shift) const {
+    // Mean squared error at the border that moves over the wall, or at the other one.
+    double errorOf(const cv::Mat& view, int shift, bool trailing = false) const {
         double sum = 0;
-        for (int x = 33 - shift; x < 46 - shift; ++x) {
+        const int begin = trailing ? 54 : 33;
+        for (int x = begin - shift; x < begin + 13 - shift; ++x) {
             const cv::Vec3d error =
                 cv::Vec3d(view.at<cv::Vec3b>(7, x)) - cv::Vec3d(colour(x, shift));
             sum += error.dot(error) / (3 * 13);
@@ -288,6 +289,17 @@ TEST(ViewsLayered, ColoursOfSoftBordersAreSplit) {
             EXPECT_GT(error, 30) << sigma << " " << shift;
             // where the wall is behind the board it is not known, so small movements gain less
             EXPECT_LT(board.errorOf(soft, shift), (shift > 3 ? 0.25 : 0.75) * error)
+                << sigma << " " << shift;
+            // the other border, if the wall behind it is known
+            cv::Mat wall(board.photo.size(), CV_8UC3);
+            for (int x = 0; x < wall.cols; ++x)
+                wall.col(x).setTo(cv::Scalar(board.colour(x, 1000)));
+            settings.hidden = {wall, cv::Mat(wall.size(), CV_32FC1, cv::Scalar(0))};
+            const cv::Mat hardEnd = rendered(board.photo, board.depth, 0, shift, settings);
+            settings.softBorders = true;
+            const cv::Mat softEnd = rendered(board.photo, board.depth, 0, shift, settings);
+            EXPECT_LT(board.errorOf(softEnd, shift, true),
+                      (shift > 3 ? 0.25 : 0.75) * board.errorOf(hardEnd, shift, true))
                 << sigma << " " << shift;
         }
     }
@@ -1013,6 +1025,40 @@ TEST(ViewsLayered, LinesGiveThePlaceOfTheirDepth) {
         }
     }
     EXPECT_GT(found, 1000);
+}
+
+// A near thing at the focus does not move, but what is behind its soft borders does, wherever they
+// lie among the pixels that are processed together.
+TEST(ViewsLayered, SoftBordersOfThingsAtTheFocusShowWhatMovesBehindThem) {
+    cv::Mat photo = randomPhoto({200, 6});
+    cv::GaussianBlur(photo, photo, {}, 1.5);
+    LayeredSettings hard = settingsFor(2);
+    hard.softBorders = false;
+    for (int first = 60; first < 97; ++first) {
+        cv::Mat depth(photo.size(), CV_32FC1, cv::Scalar(0.25));
+        depth.colRange(first, first + 50).setTo(0.75);
+        const cv::Mat view = rendered(photo, depth, 0.75, 9, settingsFor(2));
+        EXPECT_GT(cv::norm(view.colRange(first, first + 50),
+                           rendered(photo, depth, 0.75, 9, hard).colRange(first, first + 50)),
+                  0);
+        cv::Mat mirroredPhoto;
+        cv::Mat mirroredDepth;
+        cv::Mat mirrored;
+        cv::flip(photo, mirroredPhoto, 1);
+        cv::flip(depth, mirroredDepth, 1);
+        cv::flip(rendered(mirroredPhoto, mirroredDepth, 0.75, -9, settingsFor(2)), mirrored, 1);
+        EXPECT_TRUE(samePicture(mirrored, view)) << first;
+        std::vector<int> columns(137); // other blocks
+        std::iota(columns.begin(), columns.end(), 31);
+        const auto renderer = makeLayeredRenderer(photo, depth, 0.75, settingsFor(2));
+        const auto sampler = renderer->sampler(columns, 32);
+        const std::vector<float> shifts(columns.size() + kRowPadding, 9);
+        std::vector<std::uint8_t> values(columns.size() + kRowPadding);
+        sampler->open(3);
+        sampler->sample(1, shifts.data(), values.data());
+        for (std::size_t i = 0; i < columns.size(); ++i)
+            ASSERT_EQ(values[i], view.at<cv::Vec3b>(3, columns[i])[1]) << first << " " << i;
+    }
 }
 
 // Sub-pixels with any shifts are those of the views that they belong to.

@@ -150,8 +150,8 @@ struct Scene {
 /// @throws Error as measureDepthFlaws() of photo and depth
 [[nodiscard]] ALTIRO3D_EXPORT DepthFlaws measureDepthFlaws(const Scene& scene);
 
-/// Refines the depth of a scene: refineDepth(), with measureDepthFlaws() of the scene
-/// unless the options have flaws. Sets Scene::mixedPixels.
+/// Refines the depth of a scene: refineDepth(), with measureDepthFlaws() of the scene unless the
+/// options have flaws. Sets Scene::mixedPixels.
 ///
 /// @param scene photo and depth of one size; its refined depth is newly allocated
 /// @param options how the depth is refined

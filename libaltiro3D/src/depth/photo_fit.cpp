@@ -274,7 +274,8 @@ DepthFlaws measureDepthFlaws(const Scene& scene) {
 DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options, const cv::Rect& part) {
     checkPhotoAndDepth(scene.photo, scene.depth, "depth", "CV_32FC1");
     const cv::Rect all({}, scene.photo.size());
-    check(part.empty() || (part & all) == part, "part", "is not inside the photo");
+    check(part.empty() || (part & all) == part, "part",
+          "is not inside the photo, expected a part of its " + sizeText(all.size()) + " px");
     const cv::Rect inside = part.empty() ? all : part;
     scene.mixedPixels = 0;
     if (options.keepsDepth()) return {};

@@ -93,8 +93,7 @@ class LayeredBounds {
 /// @param offsets depth - focus of each pixel; on return, near surfaces are dilated, and
 ///        mixed pixels at borders have the near depth
 /// @param surfaces result: first, last, extras and clear borders are set; pixels between two
-/// surfaces are mixed
-///        and belong to neither
+///        surfaces are mixed and belong to neither
 void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
                  const LayeredSettings& options, std::vector<LayeredSurface>& surfaces);
 

@@ -2,15 +2,16 @@
 
 #include "views/views_layered_scene.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace altiro3D {
 
-/// A px of a view at a soft border (docs/mathematics.md, (3.8)). It moves with the near
-/// surface, but it also shows what is behind: `share` of what was there in the photo is replaced by
-/// what is there in the view.
+/// A px of a view at a soft border (docs/mathematics.md, (3.8)). It moves with the near surface,
+/// but it also shows what is behind: `share` of what was there in the photo is replaced by what is
+/// there in the view.
 struct SoftPixel {
     std::int32_t pixel = 0;  ///< Index of the pixel in its part, see LayeredReader.
     int share = 0;           ///< In 1/256, 0..255.
@@ -20,8 +21,7 @@ struct SoftPixel {
     /// One channel of the px. @param plane the channel, laid out as for layeredSamples()
     int colour(int value, const std::uint8_t* plane) const {
         const int change = sampleAt(plane, now) - sampleAt(plane, before);
-        const int sum = value + ((share * change + 128) >> 8);
-        return sum < 0 ? 0 : (sum > 255 ? 255 : sum);
+        return std::clamp(value + ((share * change + 128) >> 8), 0, 255);
     }
 };
 

@@ -15,8 +15,8 @@ SHA-256 and puts it into DIR. A good file that is there already is left alone.
   --list      show the known networks and whether they are in DIR
   --help      show this text
 
-A network whose SHA-256 nobody publishes is pinned on its first download: its hash is noted in
-DIR/pinned.sha256 and every later download must have the same.
+If no SHA-256 of a network is published, the script stores the hash of the first download in
+DIR/pinned.sha256. Later downloads must have the same hash.
 TEXT
 }
 

@@ -8,8 +8,9 @@ Usage: scripts/quickstart.sh [--with-midas] [PHOTO [visual.json]]
 Installs the packages that are needed to build, builds the tools, and makes native.png, the picture
 for the display, from PHOTO (default: the sample photo).
 
-visual.json is the calibration of your display. Without it the tools look for one: visual.json in the
-current folder, then the display's USB volume. If there is none, a sample calibration is used.
+visual.json is the calibration of your display. Without it the tools use the file that
+$LKG_CALIBRATION names, visual.json in the current folder, or the display's USB volume. If there is
+none, a sample calibration is used.
 
   --with-midas   download MiDaS 2.1 small (67 MB), a larger depth network; without a network
                  connection the network of altiro3D is used

@@ -66,8 +66,8 @@ void runOnHosts(const ClusterPlan& plan, const std::vector<int>& numbers,
     if (numbers.empty()) return;
     QProcess process;
     process.setProcessChannelMode(QProcess::ForwardedChannels);
-    // Not --quote: with it, GNU Parallel 20221122 quotes the commands of --filter-hosts, too, and
-    // ends.
+    // Not --quote: with it, GNU Parallel 20221122 also quotes the commands of --filter-hosts,
+    // and ends.
     const auto word = [](const std::string& text) {
         return QString::fromLocal8Bit(shellWord(text).c_str());
     };
@@ -272,7 +272,7 @@ int main(int argc, char** argv) {
     commandLine.add({"local"}, "Make N chunks at a time on this machine, then join.", "N");
     commandLine.addSection("Jobs of Slurm");
     commandLine.add({"status"}, "Say what is made, what runs, and how long the rest takes.");
-    commandLine.add({"resume"}, "Submit the chunks again that are missing, with the same options.");
+    commandLine.add({"resume"}, "Submit the missing chunks again, with the same options.");
     commandLine.add({"cancel"}, "Cancel the jobs. The chunks that are made stay.");
     commandLine.add({"dry-run"}, "Write the scripts, print the commands and submit nothing.");
     commandLine.addSection("Options of --slurm, passed on to sbatch");

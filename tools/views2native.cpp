@@ -120,8 +120,9 @@ int main(int argc, char** argv) {
     commandLine.addNote(
         "A directory must hold views of one scene and no other pictures: at least " +
         std::to_string(kFewestViews) +
-        " of one size, with one number in their names that counts in equal steps. Files that "
-        "are named one by one are used as views in the given order, whatever they show.");
+        " (fewer if the quilt has fewer views), of one size, with one number in their names that "
+        "counts in equal steps. Files that are named one by one are used as views in the given "
+        "order, whatever they show.");
     commandLine.addNote("Views may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "views native.png",
                         "Make a Native of the pictures in a directory.");

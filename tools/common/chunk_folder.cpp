@@ -94,8 +94,8 @@ void addChunkOptions(CommandLine& commandLine, const std::string& length,
                      const std::string& joinHelp) {
     commandLine.addSection("Many machines");
     commandLine.addAdvanced({"plan"},
-                            "Divide the run into chunks, and write the plan to the folder PLAN, "
-                            "which all machines must see.",
+                            "Divide the run into chunks, and write the plan to this folder, which "
+                            "all machines must see.",
                             "DIR");
     commandLine.addAdvanced({length}, lengthHelp, lengthValue);
     commandLine.addAdvanced({"chunk"}, "Make chunk K of the plan in the folder PLAN.", "K");

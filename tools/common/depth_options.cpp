@@ -131,8 +131,8 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
     commandLine.add(
         {"n", "network"},
         "Depth network: an ONNX file, or the name of one in the catalogue; or cues, the "
-        "built-in estimator. Default: the first of midas-small and altiro3d whose file is "
-        "found, else cues.",
+        "built-in estimator. Default: the first of depth-anything-v2-small (needs ONNX "
+        "Runtime), midas-small and altiro3d whose file is found, else cues.",
         "NETWORK", [] {
             std::vector<std::string> names{kCues};
             for (const NetworkProfile& profile : modelCatalog())

@@ -76,8 +76,8 @@ void addViewOptions(CommandLine& commandLine) {
                             "background|continue");
     commandLine.addAdvanced(
         {"borders"},
-        "Layered: split the colours of px at the borders of near things, which show what is behind "
-        "them, too (soft, default), or not (hard, quicker).",
+        "Layered: split the colours of px at the borders of near things, which also show what is "
+        "behind them (soft, default), or not (hard, quicker).",
         "soft|hard");
     commandLine.addAdvanced(
         {"refine"},

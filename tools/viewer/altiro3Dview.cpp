@@ -110,8 +110,9 @@ int main(int argc, char** argv) {
     if (argc == 3 && std::strcmp(argv[1], kTryNetwork) == 0) return tryNetwork(argv[2]);
     qInstallMessageHandler(onQtMessage);
     CommandLine commandLine("altiro3Dview",
-                            "Shows photos, quilts and Natives as they will look on a light-field "
-                            "display, with or without one, and lets you change their settings.");
+                            "Shows photos, videos, quilts and Natives as they will look on a "
+                            "light-field display, with or without one, and lets you change their "
+                            "settings.");
     commandLine.addUsage("[options] [FILE...]");
     commandLine.addUsage("[options] -d PHOTO DEPTH");
     commandLine.addUsage("[options] --show FILE|FOLDER...");
@@ -119,11 +120,12 @@ int main(int argc, char** argv) {
     commandLine.addUsage("--list-displays [--json]");
     commandLine.addSection("What to do");
     commandLine.add({"d", "depthmode"}, "Open a photo with its depth image.");
-    commandLine.add({"show"},
-                    "Show photos, quilts, Natives and their videos full screen on the light-field "
-                    "display, one after the other; Escape ends it. New files in a folder join in. "
-                    "With -: PPM pictures from standard input, each as soon as it arrives.",
-                    "FILE");
+    commandLine.add(
+        {"show"},
+        "Show photos, quilts, Natives and their videos full screen on the light-field "
+        "display, one after the other; Escape ends it. New files in a folder are also shown. "
+        "With -: PPM pictures from standard input, each as soon as it arrives.",
+        "FILE");
     commandLine.add({"each"}, "With --show: show each picture for S seconds (default 20).", "S");
     commandLine.add({"shuffle"}, "With --show: in random order.");
     commandLine.add({"loop"}, "With --show: begin again after the last file.");
@@ -144,8 +146,8 @@ int main(int argc, char** argv) {
                         "FILE may be a folder: views of one scene are opened as a quilt, other "
                         "files each on its own. "
                         "Displays of the first generation (8.9\", 15.6\", 8K) keep their "
-                        "calibration in a USB memory that is not read: save it as visual.json "
-                        "with the maker's software and give it with -c.");
+                        "calibration in the memory of their USB controller, which is not read: "
+                        "save it as visual.json with the maker's software and give it with -c.");
     commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg", "Open a photo.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg painted.png",

@@ -181,7 +181,7 @@ void SlidePresenter::begin(const Slide& slide) {
             return arrivals_.put(convert(frame));
         },
         [this, change = change_](const std::string& problem) {
-            // what cannot be read further ends here, too
+            // what cannot be read further also ends here
             QMetaObject::invokeMethod(
                 this,
                 [this, change, problem] {

@@ -117,7 +117,7 @@ struct DepthFlaws {
     /// soft may be mistaken. Without effect on hard and on uneven steps.
     bool isBlurred = false;
     /// Width of the band around near things in which a soft photo is mixed with their colour, px,
-    /// 0..7, without the one px that sharp photos have, too. At most 2 are found.
+    /// 0..7, without the one px that even sharp photos have. At most 2 are found.
     int mixedPixels = 0;
 
     /// Whether there is any flaw. @return true if a number is not 0

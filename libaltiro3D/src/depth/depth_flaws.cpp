@@ -310,7 +310,7 @@ double exactGrowth(const Alignment& alignment, const Displacement& found) {
 }
 
 void findDisplacement(const Steps& steps, DepthFlaws& flaws) {
-    constexpr double kMinGrowth = 0.7; // less is found in exact depth, too
+    constexpr double kMinGrowth = 0.7; // less is also found in exact depth
     const Alignment alignment(steps.profiles);
     Displacement found = bestDisplacement(alignment, 4);
     flaws.growthPixels = exactGrowth(alignment, found);

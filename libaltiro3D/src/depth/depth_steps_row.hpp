@@ -19,7 +19,7 @@ struct StepTap {
 
 /// A row of px and what surrounds it. Pointers are to the row's first px. The planes are padded on
 /// all sides by the reach of the taps, and at the end of a row by kRowPadding; the other arrays
-/// have kRowPadding, too.
+/// also have kRowPadding.
 struct StepRow {
     std::size_t count = 0;                   ///< Px of the row; taps beyond it are left out.
     const float* depth = nullptr;            ///< Plane of depth.

@@ -96,7 +96,7 @@ void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
         const F guess =
             hn::Mul(movement, hn::ApproximateReciprocal(hn::Max(steep, hn::Set(d, 0.125F))));
         const F forward = hn::IfThenElse(hn::RebindMask(d, mirrored), hn::Neg(guess), guess);
-        // a surface further left may reach the pixel, too, behind its own one
+        // a surface further left may also reach the pixel, behind its own one
         const F first =
             hn::IfThenElse(hn::RebindMask(d, mirrored), hn::LoadU(d, pixels.mirroredFirst + i),
                            hn::LoadU(d, pixels.first + i));

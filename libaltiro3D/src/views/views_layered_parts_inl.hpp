@@ -100,8 +100,8 @@ class EndPixels {
         coverRight_ = hn::IfThenElseZero(hn::AndNot(frame, inGap_), partOf(covered));
     }
 
-    // In a gap: what is painted left of the next surface, unless a surface further left reaches the
-    // gap, too.
+    // In a gap: what is painted left of the next surface, unless a surface further left also
+    // reaches the gap.
     HWY_INLINE void lookIntoGap() {
         const F away = hn::Sub(nextStart, lanes_.x);
         const F zero = hn::Zero(d_);

@@ -74,7 +74,7 @@ HWY_INLINE void windowSamples(std::int32_t from, std::size_t begin, std::size_t 
     const hn::ScalableTag<std::uint16_t> bits;
     const std::size_t lanes = hn::Lanes(whole);
     const OrderedPack pack;
-    // the next column must be in the window, too
+    // the next column must also be in the window
     const auto lastPlace = hn::Set(bits, ((16 * kTables - 1) << kSubColumnBits) - 1);
     const ByteWindow<kTables> window(plane + from);
     const auto start = hn::Set(whole, from << kSubColumnBits);

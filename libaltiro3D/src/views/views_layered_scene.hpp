@@ -27,7 +27,7 @@ struct LayeredSurface {
     int beyond = 0;       ///< Columns right of `last`, behind nearer things or right of the frame.
     bool clearLeft = false;  ///< The photo shows its left border clearly, so the border is hard.
     bool clearRight = false; ///< The same at its right end. Both are for BorderShares alone.
-    int softLeft = 0;        ///< Columns at its left end in which the surface beside it shows, too.
+    int softLeft = 0;        ///< Columns at its left end that also show the surface beside it.
     int softRight = 0;       ///< The same at its right end.
     int strip = 0;           ///< Index of its leftmost painted column in LayeredRow::strips.
 

@@ -89,8 +89,8 @@ void returnDetail(const cv::Mat& measured, cv::Mat& smooth) {
             auto* const to = smooth.ptr<float>(y);
             for (int x = 0; x < detail.cols; ++x) {
                 if (std::abs(from[x]) <= limit) continue;
-                const float part = 1 - limit * limit / (from[x] * from[x]);
-                to[x] = std::clamp(to[x] + part * from[x], 0.0F, 1.0F);
+                const float ratio = limit / from[x]; // the squares could both underflow
+                to[x] = std::clamp(to[x] + (1 - ratio * ratio) * from[x], 0.0F, 1.0F);
             }
         }
     });

@@ -380,6 +380,21 @@ TEST(DepthRefine, ReturnedDetailIsThatOfTheFormulas) {
     }
 }
 
+// Smoothing leaves traces far below the smallest squares on an empty background.
+TEST(DepthRefine, AnEmptyBackgroundStaysEmptyInNoise) {
+    const cv::Size size(400, 400);
+    cv::Mat photo(size, CV_8UC3, cv::Scalar(90, 120, 60));
+    cv::Mat depth(size, CV_32FC1, cv::Scalar(0));
+    cv::circle(photo, {200, 200}, 80, cv::Scalar(20, 40, 200), cv::FILLED);
+    cv::circle(depth, {200, 200}, 80, cv::Scalar(0.7), cv::FILLED);
+    DepthRefineOptions known;
+    known.flaws = DepthFlaws();
+    known.flaws->noise = 0.02;
+    // NaN has no difference, so the values are compared with bounds
+    EXPECT_TRUE(cv::checkRange(refined(photo, depth, known), true, nullptr, 0, 1.0001));
+    EXPECT_LT(cv::norm(refined(photo, depth, known), depth, cv::NORM_INF), 0.01);
+}
+
 TEST(DepthRefine, DetailIsReturnedTheSameOnAllProcessorsAndThreads) {
     const World made = world({131, 97});
     const cv::Mat smooth = blurred(made.depth, 3);

@@ -69,6 +69,7 @@ struct PhotoFit {
 /// @param picture size of the picture in px that the fit was made for
 /// @param pixels width of each margin, px of the result, 0 or more
 /// @return the fit with margins
+/// @throws Error as applyFit(), InvalidArgument (negative pixels)
 [[nodiscard]] ALTIRO3D_EXPORT PhotoFit withMargins(const PhotoFit& fit, cv::Size picture,
                                                    int pixels);
 
@@ -167,8 +168,8 @@ ALTIRO3D_EXPORT DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& o
 /// @param scene the photo, of the size that the fit was made for, and its depth map of any size
 /// @param fit from fitPhoto()
 /// @param focus depth of the bars, 0..1
-/// @param fitted all of fit.fittedSize(), with the margins outside of Scene::shown; reused if they
-/// fit
+/// @param fitted result: all of fit.fittedSize(), with the margins outside of Scene::shown; may be
+///        `scene`, and stays as it is if an error is thrown
 /// @param refine how the depth is refined; its flaws, if set, are used instead of measured ones
 /// @throws Error as applyFit(), applyFitToDepth() and refineDepth()
 ALTIRO3D_EXPORT void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,

@@ -83,10 +83,13 @@ Axis layOut(double start, double length, int pixels, int available) {
         // The px with centres in the sample's cell, at least the one nearest to its centre.
         const double low = (axis.first + i - start) / step - 0.5;
         const double high = (axis.first + i + 1 - start) / step - 0.5;
-        int from = std::max(0, static_cast<int>(std::ceil(low)));
-        int to = std::min(pixels, static_cast<int>(std::ceil(high)));
+        const auto whole = [](double value, int most) {
+            return static_cast<int>(std::clamp<double>(value, 0, most));
+        };
+        int from = whole(std::ceil(low), pixels);
+        int to = whole(std::ceil(high), pixels);
         if (from >= to) {
-            from = std::clamp(static_cast<int>(std::floor((low + high) / 2 + 0.5)), 0, pixels - 1);
+            from = whole(std::floor((low + high) / 2 + 0.5), pixels - 1);
             to = from + 1;
         }
         axis.cell[static_cast<std::size_t>(i)] = cv::Range(from, to);

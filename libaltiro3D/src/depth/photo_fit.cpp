@@ -190,6 +190,8 @@ PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode
 }
 
 PhotoFit withMargins(const PhotoFit& fit, cv::Size picture, int pixels) {
+    checkFit(fit, picture);
+    check(pixels >= 0, "margin", "is " + std::to_string(pixels) + " px, expected 0 or more");
     const double perPixel = columnsPerPixel(fit);
     // Whole px of the picture where it is enlarged, and of the result where it is shrunk.
     const auto margin = [&](int beside) {
@@ -277,30 +279,33 @@ DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options, const cv
     check(part.empty() || (part & all) == part, "part",
           "is not inside the photo, expected a part of its " + sizeText(all.size()) + " px");
     const cv::Rect inside = part.empty() ? all : part;
-    scene.mixedPixels = 0;
-    if (options.keepsDepth()) return {};
+    if (options.keepsDepth()) {
+        scene.mixedPixels = 0;
+        return {};
+    }
     const cv::Mat photo = scene.photo(inside);
-    scene.depth = scene.depth.clone(); // others may share its memory
-    cv::Mat depth = scene.depth(inside);
+    const cv::Mat whole = scene.depth.clone(); // others may share its memory
+    cv::Mat depth = whole(inside);
     DepthRefineOptions refine = options;
     if (!refine.flaws && scene.isMatched)
         refine.flaws = measureDepthFlaws(Scene{photo, depth, {}, {}, true});
     const DepthFlaws flaws = refineDepth(photo, depth, depth, refine);
+    scene.depth = whole;
     scene.mixedPixels = flaws.mixedPixels;
     return flaws;
 }
 
 void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
               const DepthRefineOptions& refine) {
-    const cv::Size photoSize = scene.photo.size(); // scene and fitted may be one
-    HiddenLayer hidden;
-    if (!scene.hidden.photo.empty()) fitHidden(scene.hidden, photoSize, fit, hidden);
-    applyFit(scene.photo, fit, fitted.photo);
-    applyFitToDepth(scene.depth, photoSize, fit, fitted.photo, focus, fitted.depth);
-    fitted.hidden = hidden;
-    fitted.shown = fit.shown();
-    fitted.isMatched = scene.isMatched;
-    refineScene(fitted, refine, fit.filled());
+    const cv::Size photoSize = scene.photo.size();
+    Scene result;
+    if (!scene.hidden.photo.empty()) fitHidden(scene.hidden, photoSize, fit, result.hidden);
+    applyFit(scene.photo, fit, result.photo);
+    applyFitToDepth(scene.depth, photoSize, fit, result.photo, focus, result.depth);
+    result.shown = fit.shown();
+    result.isMatched = scene.isMatched;
+    refineScene(result, refine, fit.filled());
+    fitted = result;
 }
 
 void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,

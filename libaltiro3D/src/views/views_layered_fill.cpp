@@ -16,7 +16,7 @@ namespace {
 // at most 1 / kRowDivisor of the surface.
 constexpr float kRowShare = 0.3F;
 constexpr int kRowDivisor = 4;
-// Cells this many px away from the visible part take half of their colour from the row beside them.
+// Cells this many px behind the first one take half of their colour from the row beside them.
 constexpr float kHalfwayPixels = 4;
 // Neighbours belong to one surface if they differ by at most this many tears. A visible neighbour
 // must not be nearer by more than one tear, because it would be the occluder.

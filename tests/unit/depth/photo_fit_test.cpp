@@ -196,6 +196,34 @@ TEST(PhotoFit, MarginsShowWhatThePhotoHasBesideThePart) {
     EXPECT_EQ(shownColumns(scene), cv::Range(0, 100));
 }
 
+TEST(PhotoFit, MarginsOfAnotherPictureAndNegativeOnesAreErrors) {
+    const PhotoFit fit = fitPhoto({100, 40}, 1, {30, 30}, FitMode::Cover);
+    const auto problem = [&fit](cv::Size picture, int pixels) {
+        return errorOf([&] { static_cast<void>(withMargins(fit, picture, pixels)); });
+    };
+    EXPECT_EQ(problem({100, 40}, 0), "(no error)");
+    EXPECT_NE(problem({100, 40}, -1).find("margin: is -1 px"), std::string::npos);
+    EXPECT_NE(problem({50, 40}, 5).find("photo: has 50 x 40 px"), std::string::npos);
+    EXPECT_NE(errorOf([] { static_cast<void>(withMargins(PhotoFit(), {100, 40}, 5)); }),
+              "(no error)");
+}
+
+TEST(PhotoFit, AnErrorLeavesTheSceneAsItWas) {
+    altiro3D::Scene scene = columnsScene();
+    scene.mixedPixels = 1;
+    const altiro3D::Scene before = scene; // shares its memory
+    const PhotoFit fit = fitPhoto(scene.photo.size(), 1, {30, 30}, FitMode::Cover);
+    DepthRefineOptions wrong;
+    wrong.flaws = DepthFlaws();
+    wrong.flaws->growthPixels = 9;
+    EXPECT_NE(errorOf([&] { refineScene(scene, wrong); }), "(no error)");
+    EXPECT_NE(errorOf([&] { fitScene(scene, fit, 0.5, scene, wrong); }), "(no error)");
+    EXPECT_NE(errorOf([&] { fitScene(scene, fit, 2, scene); }), "(no error)");
+    EXPECT_EQ(scene.photo.data, before.photo.data);
+    EXPECT_EQ(scene.depth.data, before.depth.data);
+    EXPECT_EQ(scene.mixedPixels, 1);
+}
+
 TEST(PhotoFit, MarginsHaveTheScaleOfThePartAndDoNotChangeIt) {
     const altiro3D::Scene scene = columnsScene();
     const DepthRefineOptions asItIs{DepthFlaws()};

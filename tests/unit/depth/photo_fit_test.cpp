@@ -204,7 +204,9 @@ TEST(PhotoFit, MarginsOfAnotherPictureAndNegativeOnesAreErrors) {
     EXPECT_EQ(problem({100, 40}, 0), "(no error)");
     EXPECT_NE(problem({100, 40}, -1).find("margin: is -1 px"), std::string::npos);
     EXPECT_NE(problem({50, 40}, 5).find("photo: has 50 x 40 px"), std::string::npos);
-    EXPECT_NE(errorOf([] { static_cast<void>(withMargins(PhotoFit(), {100, 40}, 5)); }),
+    EXPECT_NE(errorOf([] {
+                  static_cast<void>(withMargins(PhotoFit(), {100, 40}, 5));
+              }),
               "(no error)");
 }
 

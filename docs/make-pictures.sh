@@ -27,7 +27,7 @@ for method in fast real layered; do
         "docs/images/$method.png"
 done
 
-# photo | built-in estimator | altiro3d | FastDepth, all colour photos of two public collections
+# photo | altiro3d | FastDepth, all colour photos of two public collections
 data=${ALTIRO3D_TEST_DATA:-../shared/data}
 fastdepth=$data/models/fastdepth/fastdepth_224_op10.onnx
 if [[ ! -f $fastdepth ]]; then
@@ -39,7 +39,7 @@ for photo in "$data"/photos/kodak/kodim*.png "$data"/photos/skimage/{astronaut,c
     "$data"/photos/skimage/rocket.jpg; do
     row=$work/row-$(basename "${photo%.*}").png
     tiles=()
-    for network in cues altiro3d "$fastdepth"; do
+    for network in altiro3d "$fastdepth"; do
         ALTIRO3D_MODELS=models "$tools/photo2native" -y -c calibration/portrait-sample.json -n "$network" \
             --save-depth "$work/depth.png" "$photo" "$work/native.png"
         if [[ ${#tiles[@]} -eq 0 ]]; then # cut as the tools cut it to the panel

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Compares builds with each other, and the first build with itself on one thread and with each lower
-# instruction set that Highway supports on this processor. Look-up tables, views, quilts, depth by the
-# built-in estimator and Natives (PNG and video) must have the same bytes.
+# instruction set that Highway supports on this processor. Look-up tables, views, quilts, refined depth
+# and Natives (PNG and video) must have the same bytes.
 #
 #   scripts/compare-builds.sh build/dev [build/clang]
 #
@@ -17,9 +17,6 @@ first=$(realpath "$1")
 work=$(mktemp -d "${TMPDIR:-/tmp}/altiro3D-compare-XXXXXX")
 trap 'rm -rf "$work"' EXIT
 unset LKG_CALIBRATION
-export ALTIRO3D_MODELS=$work/models # a catalogue without networks: the built-in estimator
-mkdir "$work/models"
-echo '{"networks": []}' >"$work/models/catalog.json"
 display=(-c "$PWD/calibration/portrait-sample.json")
 small=(-c "$work/small.json" -r 162x121) # for videos, which would take minutes
 sed 's/1536/388/; s/2048/516/' "${display[1]}" >"$work/small.json"
@@ -63,18 +60,16 @@ make_all() {
     local given=(-d "$photo" "$depth")
     run altiro3Dnative -m "$out/a.map" "${display[@]:1}"
     run photo2native "${display[@]}" --save-quilt "$out/quilt.png" --save-views "$out/views" \
-        "${given[@]}" "$out/native.png"
+        --save-depth "$out/depth.png" "${given[@]}" "$out/native.png"
     run photo2native "${display[@]}" -k --continuous "${given[@]}" "$out/best.png"
     run photo2native "${display[@]}" --method fast "${given[@]}" "$out/fast.png"
     run photo2native "${display[@]}" -g "${given[@]}" "$out/real.png"
-    run photo2native "${display[@]}" --save-depth "$out/depth.png" "$photo" "$out/cues.png"
     run quilt2native "${display[@]}" --sampling linear --view-filter linear \
         "$out/quilt_qs8x6a0.75.png" "$out/linear.png"
     video given --depth "$work/depth.mkv" "$work/photo.mkv"
-    video estimated "$work/photo.mkv"
     video quilt --quilt-out --to 0.08 --depth "$work/depth.mkv" "$work/photo.mkv"
     if [[ -f $bikes ]]; then
-        video bikes --from 1 --to 1.5 "$bikes"
+        video bikes --depth "$bikes" --from 1 --to 1.5 "$bikes"
         [[ ! -f $network ]] ||
             ALTIRO3D_MODELS=$PWD/models video network -n "$network" --from 1 --to 1.5 "$bikes"
     fi

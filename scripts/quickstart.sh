@@ -91,7 +91,7 @@ echo "$root/native.png is the picture for your display. On any other screen it l
 printf '  Use the tools in this terminal:    export PATH=%q:$PATH\n' "$tools"
 printf '  Show it full screen, unscaled:     altiro3Dview --show %q\n' "$root/native.png"
 printf '  See the depth without a display:   altiro3Dview %q    and press key 5\n' "$photo"
-if grep -qE '^depth: (built-in|network altiro3d)' "$log"; then
+if grep -q '^depth: network altiro3d' "$log"; then
     printf '  Get a better depth (67 MB, once):  %q midas-small    and run this again\n' \
         "$root/scripts/get-models.sh"
 fi

@@ -268,6 +268,7 @@ std::vector<DepthRow> measureDepths(const CommandLine& commandLine,
                                     const std::vector<NamedDepthSource>& listed,
                                     Messages& messages) {
     auto sources = loadDepthSources(listed, messages);
+    if (sources.empty()) return {};
     const DepthRefineOptions refine = refineOptions(commandLine);
     std::vector<DepthRow> rows;
     Progress progress(scenes.size() * sources.size());

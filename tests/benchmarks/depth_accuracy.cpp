@@ -5,11 +5,10 @@
 //        [folder of the test data]
 //
 // Prints a Markdown table of Spearman's rank correlation with the true inverse depth (1 = the same
-// order, 0 = unrelated, -1 = reversed) for a plain vertical gradient, the built-in estimator,
-// FastDepth, each network with the built-in estimator, and each network alone. A second table
-// has the share of the true depth edges that are found. --size is the longer side of the networks'
-// input. A folder of frames holds pairs NNNNNN.png
-// or .jpg and NNNNNN.d.png, 16-bit inverse depth. Missing inputs are reported and skipped.
+// order, 0 = unrelated, -1 = reversed) for a plain vertical gradient, FastDepth and each network. A
+// second table has the share of the true depth edges that are found. --size is the longer side of
+// the networks' input. A folder of frames holds pairs NNNNNN.png or .jpg and NNNNNN.d.png, 16-bit
+// inverse depth. Missing inputs are reported and skipped.
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
@@ -21,7 +20,6 @@
 #include "support/middlebury.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -136,13 +134,6 @@ cv::Mat verticalGradient(const cv::Size& size) {
     return gradient;
 }
 
-cv::Mat builtIn(const cv::Mat& photo) {
-    cv::Mat depth;
-    altiro3D::estimateDepthFromCues(photo, depth);
-    cv::resize(depth, depth, photo.size(), 0, 0, cv::INTER_LINEAR);
-    return depth;
-}
-
 // FastDepth gives metres; the inverse has the same order as the negative.
 cv::Mat fastDepth(cv::dnn::Net& network, const cv::Mat& photo) {
     constexpr int kSide = 224;
@@ -175,7 +166,7 @@ altiro3D::NetworkProfile profileOf(const fs::path& file) {
     return profile;
 }
 
-// The depth of a network, with or without the built-in estimator.
+// The depth of a network.
 std::function<cv::Mat(const cv::Mat&)> depthOf(const fs::path& file,
                                                altiro3D::NetworkProfile profile, int size) {
     const std::shared_ptr<altiro3D::DepthSource> source = altiro3D::depthFromNetworkFile(
@@ -244,7 +235,6 @@ std::vector<Method> methodsOf(const fs::path& data, const std::vector<std::strin
     std::vector<Method> methods;
     methods.emplace_back("vertical gradient",
                          [](const cv::Mat& photo) { return verticalGradient(photo.size()); });
-    methods.emplace_back("built-in", builtIn);
     const fs::path model = data / "models" / "fastdepth" / "fastdepth_224_op10.onnx";
     try {
         const auto network =
@@ -254,14 +244,8 @@ std::vector<Method> methodsOf(const fs::path& data, const std::vector<std::strin
     } catch (const cv::Exception&) {
         std::cout << "missing or unreadable: " << model.string() << "\n\n";
     }
-    for (const std::string& file : networks) {
-        const std::string name = fs::path(file).stem().string();
-        altiro3D::NetworkProfile profile = profileOf(file);
-        const bool mixes = profile.cuesShare > 0;
-        if (mixes) methods.emplace_back(name + " with built-in", depthOf(file, profile, size));
-        profile.cuesShare = 0;
-        methods.emplace_back(name, depthOf(file, profile, size));
-    }
+    for (const std::string& file : networks)
+        methods.emplace_back(fs::path(file).stem().string(), depthOf(file, profileOf(file), size));
     return methods;
 }
 
@@ -302,7 +286,6 @@ void printTables(const std::vector<Scene>& scenes, const std::vector<Method>& me
     std::map<std::string, std::vector<Mean>> order;
     std::map<std::string, std::vector<Mean>> edges;
     std::vector<Mean> all(methods.size());
-    int better = 0;
     printHead("scene", methods);
     for (const Scene& scene : scenes) {
         std::vector<Mean>& setOrder = order[scene.set];
@@ -321,41 +304,15 @@ void printTables(const std::vector<Scene>& scenes, const std::vector<Method>& me
             setOrder[i].add(correlation);
             all[i].add(correlation);
         }
-        if (row[1].sum > row[0].sum) ++better;
         if (sizes[scene.set] <= kMaxNamed) printRow(scene.name, row);
     }
     printRow("**mean**", all);
-    std::cout << "\nThe built-in estimator beats the gradient on " << better << " of "
-              << scenes.size() << " scenes.\n";
     printHead("set", methods);
     for (const auto& [set, means] : order)
         printRow(set + " (" + std::to_string(sizes[set]) + ")", means);
     printHead("edges met", methods);
     for (const auto& [set, means] : edges)
         printRow(set, means);
-}
-
-// Milliseconds of one call, the median of several.
-double timeBuiltIn(const cv::Mat& photo) {
-    std::vector<double> milliseconds;
-    cv::Mat depth;
-    for (int i = 0; i < 9; ++i) {
-        const auto begin = std::chrono::steady_clock::now();
-        altiro3D::estimateDepthFromCues(photo, depth);
-        const std::chrono::duration<double, std::milli> taken =
-            std::chrono::steady_clock::now() - begin;
-        milliseconds.push_back(taken.count());
-    }
-    std::sort(milliseconds.begin(), milliseconds.end());
-    return milliseconds[milliseconds.size() / 2];
-}
-
-void printTimes(const cv::Mat& photo) {
-    cv::Mat large;
-    cv::resize(photo, large, cv::Size(4000, 3000), 0, 0, cv::INTER_CUBIC);
-    std::printf("\nBuilt-in, a photo of 4000 x 3000: %.0f ms; %d x %d: %.0f ms; %d threads.\n",
-                timeBuiltIn(large), photo.cols, photo.rows, timeBuiltIn(photo),
-                cv::getNumThreads());
 }
 
 struct Arguments {
@@ -405,7 +362,6 @@ int run(const Arguments& arguments) {
         return 0;
     }
     printTables(scenes, methodsOf(data, arguments.networks, arguments.size));
-    printTimes(scenes.front().photo);
     return 0;
 }
 

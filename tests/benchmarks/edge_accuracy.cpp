@@ -96,17 +96,14 @@ Flaw estimated(const std::string& name, const std::shared_ptr<DepthSource>& sour
         }};
 }
 
-// The network `altiro3d` alone, and with the built-in estimator, which is the default.
-std::vector<Flaw> estimatedFlaws() {
+// Depth by the network `altiro3d`.
+Flaw estimatedFlaw() {
     const auto catalog =
         altiro3D::readModelCatalog(altiro3D::test::sourcePath("models/catalog.json"));
     const fs::path file = altiro3D::test::sourcePath("models/altiro3d-depth.onnx");
     const altiro3D::NetworkProfile* profile = altiro3D::findProfile(catalog, file);
     if (profile == nullptr) throw std::runtime_error(file.string() + " is not in the catalogue");
-    altiro3D::NetworkProfile alone = *profile;
-    alone.cuesShare = 0;
-    return {estimated("our network", altiro3D::depthFromNetworkFile(file, alone)),
-            estimated("default depth", altiro3D::depthFromNetworkFile(file, *profile))};
+    return estimated("our network", altiro3D::depthFromNetworkFile(file, *profile));
 }
 
 std::vector<Flaw> flaws() {
@@ -151,8 +148,7 @@ std::vector<Flaw> flaws() {
         list.push_back({"noise of 1 px, sigma " + std::to_string(sigma) + " px",
                         [sigma](const StereoScene& scene) { return noisy(scene, 1, sigma); }});
     }
-    const std::vector<Flaw> sources = estimatedFlaws();
-    list.insert(list.end(), sources.begin(), sources.end());
+    list.push_back(estimatedFlaw());
     return list;
 }
 

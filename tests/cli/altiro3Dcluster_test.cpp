@@ -26,10 +26,9 @@ class ClusterStudio : public SmallStudio {
     void plan() const {
         const Outcome outcome =
             run("photo2native", Arguments{"--plan", "the plan", "--chunk-photos", "1", "-j", "1"} +
-                                    options() + Arguments{"photos", "natives"});
+                                    display() + Arguments{"photos", "natives"});
         ASSERT_TRUE(isDone(outcome));
     }
-    Arguments options() const { return display() + Arguments{"-n", "cues"}; }
     Outcome cluster(const Arguments& arguments) const {
         return run(kTool, arguments + Arguments{"the plan"});
     }
@@ -64,7 +63,7 @@ TEST(Cluster, RunsHereAsOneRunDoes) {
     outcome = studio.cluster({"--local", "2"});
     ASSERT_EQ(outcome.status, 0) << outcome.text();
     ASSERT_TRUE(isDone(
-        studio.run("photo2native", studio.options() + Arguments{"-j", "1", "photos", "whole"})));
+        studio.run("photo2native", studio.display() + Arguments{"-j", "1", "photos", "whole"})));
     for (const char* name : {"a_native.png", "b_native.png", "c_native.png"})
         EXPECT_EQ(slurp(studio / "natives" / name), slurp(studio / "whole" / name)) << name;
     outcome = studio.cluster({"--status"});

@@ -40,10 +40,9 @@ finish() {
 }
 trap finish EXIT
 trap 'exit 130' INT TERM
-export XDG_CACHE_HOME=$root/cache HOME=$root/home ALTIRO3D_MODELS=$root/models
+export XDG_CACHE_HOME=$root/cache HOME=$root/home ALTIRO3D_MODELS=$source/models
 unset LKG_CALIBRATION XDG_DATA_HOME
-mkdir -p "$root"/{home,models,log}
-echo '{"networks": []}' >"$root/models/catalog.json"
+mkdir -p "$root"/{home,log}
 cd "$root" || exit 1
 
 failures=0
@@ -87,8 +86,8 @@ mkdir photos
 for i in 1 2 3 4 5 6 7 8 9; do
     ffmpeg -v error -i "$source/docs/examples/sample.jpg" -vf "hue=h=$((i * 30)),scale=420:-1" "photos/$i.png" || exit 1
 done
-film_options=(-j 1 -n cues -r 140x105 -c small.json)
-photo_options=(-j 1 -n cues -r 140x105 -c small.json)
+film_options=(-j 1 -r 140x105 -c small.json)
+photo_options=(-j 1 -r 140x105 -c small.json)
 plan_film() { # name
     rm -rf "$1.plan" "$1.mp4"
     run video2native --plan "$1.plan" --chunk-seconds 6 "${film_options[@]}" clip.mp4 "$1.mp4"

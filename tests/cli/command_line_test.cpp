@@ -112,8 +112,7 @@ TEST(CommandLine, OldNamesOfSingleToolsKeepTheirMeaning) {
     };
     EXPECT_EQ(see("--quilt-of-views"), see("--quilt-out"));
     const auto report = [&](const char* option) {
-        EXPECT_TRUE(isDone(
-            studio.run("altiro3Dtradeoff", {"-n", "cues", "-y", option, "t.json", "photo.png"})));
+        EXPECT_TRUE(isDone(studio.run("altiro3Dtradeoff", {"-y", option, "t.json", "photo.png"})));
         return slurp(studio / "t.json").substr(0, 20);
     };
     EXPECT_EQ(report("--json"), report("--report"));

@@ -303,7 +303,7 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
     EXPECT_TRUE(isDone(make({"--budget", "60000"})));
 }
 
-// A network of 32 px that also runs with 16 px, one that does not, and the built-in estimator.
+// A network of 32 px that also runs with 16 px, and one that does not.
 TEST_F(Methods, ABudgetChoosesTheSourceOfEstimatedDepth) {
     const fs::path models = studio_ / "net";
     fs::create_directory(models);
@@ -328,14 +328,14 @@ TEST_F(Methods, ABudgetChoosesTheSourceOfEstimatedDepth) {
     for (const Json& cost : report.at("budget").at("measuredDepths"))
         sources.push_back(cost.at("setting"));
     EXPECT_EQ(sources, (std::vector<std::string>{"open, 32 px", "open, 16 px", "fixed, 32 px",
-                                                 "fixed, 16 px", "built-in estimator"}));
+                                                 "fixed, 16 px"}));
     ASSERT_EQ(cachedBudgets().size(), 1U);
     Json kept = Json::parse(slurp(cachedBudgets().front()));
     const double costs[] = {4000, 3500, 400, 40, 4};
     for (std::size_t i = 0; i < 5; ++i)
         kept.at("costs").at(i).at("milliseconds") = costs[i];
-    const Json depths[] = {10000, 1000, 900, nullptr, 100};
-    for (std::size_t i = 0; i < 5; ++i)
+    const Json depths[] = {10000, 1000, 900, nullptr};
+    for (std::size_t i = 0; i < 4; ++i)
         kept.at("depths").at(i).at("milliseconds") = depths[i];
     spill(cachedBudgets().front(), kept.dump());
     const std::tuple<const char*, const char*, Arguments> cases[] = {
@@ -344,10 +344,9 @@ TEST_F(Methods, ABudgetChoosesTheSourceOfEstimatedDepth) {
          "open, 16 px; layered, depth and Native in 5000 ms of",
          {"-n", "open", "--network-size", "16"}},
         {"4999", "fixed, 32 px; layered, depth and Native in 4900 ms of", {"-n", "fixed"}},
-        {"4899", "built-in estimator; layered, depth and Native in 4100 ms of", {"-n", "cues"}},
-        {"103",
-         "built-in estimator; fast, depth and Native in 104 ms of",
-         {"-n", "cues", "--method", "fast"}}};
+        {"903",
+         "fixed, 32 px; fast, depth and Native in 904 ms of",
+         {"-n", "fixed", "--method", "fast"}}};
     for (const auto& [budget, line, same] : cases) {
         EXPECT_NE(estimated({"--budget", budget}).out.find(line), std::string::npos) << line;
         const cv::Mat chosen = readBack(studio_ / "a.png");
@@ -394,7 +393,7 @@ TEST_F(Methods, ABudgetIsForAllPicturesOfARun) {
     EXPECT_NE(first, std::string::npos) << outcome.out;
     EXPECT_EQ(outcome.out.find("budget: ", first + 1), std::string::npos) << outcome.out;
     EXPECT_EQ(Json::parse(slurp(studio_ / "r.json")).at("budget").at("chosen"),
-              "built-in estimator; layered");
+              "tiny, 32 px; layered");
     EXPECT_EQ(studio_
                   .run(kTool, Arguments{"-y", "--budget", "9", "--report", "r.json"} +
                                   studio_.display() + Arguments{"broken.png", "broken.png", "out"})

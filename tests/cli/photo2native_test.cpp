@@ -247,15 +247,44 @@ TEST(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
     EXPECT_FALSE(fs::exists(studio / "a.png"));
 }
 
-TEST(Photo2Native, WithoutANetworkItUsesTheBuiltInEstimatorAndSaysSo) {
+TEST(Photo2Native, DepthIsEstimatedByTheFirstNetwork) {
     SmallStudio studio;
     const Outcome outcome = studio.run(kTool, studio.display() + Arguments{"photo.png", "a.png"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("built-in estimator"), std::string::npos) << outcome.out;
-    EXPECT_NE(outcome.out.find("get-models.sh"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("depth: network tiny ("), std::string::npos) << outcome.out;
     LibraryPath path;
-    path.fromCues = true;
+    path.isEstimated = true;
     EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, path)));
+}
+
+TEST(Photo2Native, WithoutANetworkOnlyPhotosWithoutDepthFail) {
+    SmallStudio studio;
+    fs::remove(studio.models() / "tiny.onnx");
+    const std::string problem = "depth: no network is installed that could estimate it, expected ";
+    const auto run = [&](const Arguments& more) {
+        return studio.run(kTool, Arguments{"-y"} + studio.display() + more + Arguments{"a.png"});
+    };
+    EXPECT_TRUE(fails(run({"photo.png"}), 1, problem));
+    EXPECT_TRUE(fails(run({"-n", "tiny", "photo.png"}), 1, "tiny.onnx is missing"));
+    EXPECT_TRUE(fails(run({"-n", "cues", "photo.png"}), 2, "expected -n altiro3d"));
+    EXPECT_FALSE(fs::exists(studio / "a.png"));
+    EXPECT_TRUE(isDone(run({"-d", "photo.png", "depth.png"})));
+    fs::copy(studio / "depth.png", studio / "photo-depth.png");
+    EXPECT_TRUE(isDone(run({"photo.png"})));
+}
+
+TEST(Photo2Native, AKeyOfAProfileThatHasNoEffectIsNamed) {
+    SmallStudio studio;
+    const auto with = [&](const char* share) {
+        spill(studio / "p.json", R"({"name": "p", "inputWidth": 32, "inputHeight": 32,
+                                     "cuesShare": )" +
+                                     std::string(share) + "}");
+        return studio.run(kTool, Arguments{"-y", "-n", (studio.models() / "tiny.onnx").string(),
+                                           "--net-profile", "p.json"} +
+                                     studio.display() + Arguments{"photo.png", "a.png"});
+    };
+    EXPECT_TRUE(isDone(with("0")));
+    EXPECT_TRUE(warns(with("0.35"), "p.json: cuesShare: has no effect, expected 0 or no such key"));
 }
 
 TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
@@ -280,9 +309,7 @@ TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
     spill(studio / "net/fastdepth_224_op10.onnx", "no network");
     const Outcome outcome = studio.run(kTool, photo);
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("depth: network altiro3d with the built-in estimator ("),
-              std::string::npos)
-        << outcome.out;
+    EXPECT_NE(outcome.out.find("depth: network altiro3d ("), std::string::npos) << outcome.out;
     LibraryPath path;
     altiro3D::Scene scene;
     const std::vector<InstalledNetwork> own = installedNetworks({sourcePath("models")});
@@ -313,13 +340,6 @@ TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {
     // correct usage; the error that the files are not networks follows when they are loaded
     EXPECT_TRUE(fails(with({"-l"}), 1, "net/model-f6b98070.onnx"));
     EXPECT_TRUE(fails(with({}), 1, "net/model-small.onnx"));
-    EXPECT_TRUE(isDone(with({"-n", "cues"}))); // the built-in estimator all the same
-    LibraryPath path;
-    path.fromCues = true;
-    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, path)));
-    fs::remove(studio / "a.png");
-    for (const char* option : {"-l", "--network-size=64", "--net-profile=p.json"})
-        EXPECT_TRUE(fails(with({"-n", "cues", option}), 2, "-n cues uses no network"));
     EXPECT_TRUE(fails(with({"-l", "-n", "midas-large"}), 1, "model-f6b98070.onnx"));
     EXPECT_TRUE(fails(with({"-n", "net/model-f6b98070.onnx"}), 1, "model-f6b98070.onnx"));
     EXPECT_TRUE(fails(with({"-l", "-n", "other.onnx"}), 1, "other.onnx"));
@@ -345,7 +365,6 @@ TEST(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
         {{"-l", "-n", "x.onnx", "--net-profile", "x.json"},
          "-l and --net-profile exclude each other"},
         {{"-d", "--network-size", "64"}, "-d and --network-size exclude each other"},
-        {{"--network-size", "64"}, "--network-size needs a depth network, but none was found"},
         {{"--network-size", "15"}, "--network-size is \"15\", expected a number 16..4096"},
         {{"--strength", "-1"}, "--strength is \"-1\", expected a number 0..100"},
         {{"--strength", "nan"}, "--strength is \"nan\", expected a number 0..100"},
@@ -904,9 +923,8 @@ TEST(Photo2Native, DepthImagesBesideThePhotosOfAFolderAreCheckedAndCanBeRefused)
     EXPECT_EQ(flat.out.find("depth of a-depth.png"), std::string::npos) << flat.out;
     fs::copy(studio / "depth.png", studio / "in/a-depth.png", fs::copy_options::overwrite_existing);
     EXPECT_EQ(sourceOf({}), "depth image beside the photo (in/a-depth.png)");
-    EXPECT_EQ(sourceOf({"-n", "cues"}), "built-in estimator");
-    EXPECT_EQ(sourceOf({"--embedded-depth", "off", "-n", "cues"}), "built-in estimator");
-    EXPECT_EQ(sourceOf({"--embedded-depth", "off"}).find("beside"), std::string::npos);
+    for (const Arguments& other : {Arguments{"-n", "tiny"}, Arguments{"--embedded-depth", "off"}})
+        EXPECT_EQ(sourceOf(other).rfind("network tiny (", 0), 0U);
     // in a folder of depth images they may be named as beside a photo
     fs::create_directory(studio / "depths");
     fs::rename(studio / "in/a-depth.png", studio / "depths/a_depth.png");
@@ -1204,16 +1222,16 @@ TEST(Photo2Native, DepthInThePhotoIsUsedAndSaid) {
 
     // a named source goes before it, and so does "off"
     for (const Arguments& other :
-         {Arguments{"-n", "cues"}, Arguments{"-n", "cues", "--embedded-depth", "off"}}) {
+         {Arguments{"-n", "tiny"}, Arguments{"-n", "tiny", "--embedded-depth", "off"}}) {
         const Outcome run =
-            studio.run(kTool, studio.display() + other + Arguments{"-y", "p.jpg", "cues.png"});
+            studio.run(kTool, studio.display() + other + Arguments{"-y", "p.jpg", "b.png"});
         EXPECT_TRUE(isDone(run));
         EXPECT_EQ(run.out.find("depth in the photo"), std::string::npos) << run.out;
     }
-    EXPECT_NE(slurp(studio / "a.png"), slurp(studio / "cues.png"));
+    EXPECT_NE(slurp(studio / "a.png"), slurp(studio / "b.png"));
     // both: the named source is for photos without depth
     const Outcome both =
-        studio.run(kTool, studio.display() + Arguments{"-n", "cues", "--embedded-depth", "auto",
+        studio.run(kTool, studio.display() + Arguments{"-n", "tiny", "--embedded-depth", "auto",
                                                        "p.jpg", "x.png"});
     EXPECT_TRUE(isDone(both));
     EXPECT_EQ(slurp(studio / "x.png"), slurp(studio / "a.png"));
@@ -1304,7 +1322,7 @@ TEST(Photo2Native, AnMpoIsUsedAsAPairByItself) {
 
     EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos", "out"})));
     EXPECT_EQ(slurp(studio / "out/p_native.png"), slurp(studio / "a.png"));
-    for (const Arguments& other : {Arguments{"--embedded-depth", "off"}, Arguments{"-n", "cues"}}) {
+    for (const Arguments& other : {Arguments{"--embedded-depth", "off"}, Arguments{"-n", "tiny"}}) {
         const Outcome flat =
             studio.run(kTool, studio.display() + other + Arguments{"-y", "photos/p.mpo", "b.png"});
         EXPECT_EQ(flat.status, 0);
@@ -1333,7 +1351,7 @@ TEST(Photo2Native, AJpsHoldsBothEyesTheRightOneFirst) {
     EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos", "out"})));
     EXPECT_EQ(slurp(studio / "out/p_native.png"), slurp(studio / "a.png"));
     EXPECT_TRUE(warns(
-        studio.run(kTool, studio.display() + Arguments{"-n", "cues", "photos/p.jps", "c.png"}),
+        studio.run(kTool, studio.display() + Arguments{"-n", "tiny", "photos/p.jps", "c.png"}),
         "p.jps: holds the pictures of both eyes, which are read as one picture"));
 }
 
@@ -1343,11 +1361,10 @@ TEST(Photo2Native, ThatHalfOfAFileIsShownIsSaid) {
     cv::Mat both;
     cv::hconcat(eyes.left, randomPhoto(eyes.left.size(), 77), both);
     writeImage(studio / "p.png", both);
-    EXPECT_TRUE(
-        warns(studio.run(kTool, studio.display() + Arguments{"-n", "cues", "--stereo", "left-right",
-                                                             "p.png", "a.png"}),
-              "the left eye's picture alone is shown; if the file does not hold both eyes, "
-              "all of it is shown without --stereo"));
+    EXPECT_TRUE(warns(
+        studio.run(kTool, studio.display() + Arguments{"--stereo", "left-right", "p.png", "a.png"}),
+        "the left eye's picture alone is shown; if the file does not hold both eyes, "
+        "all of it is shown without --stereo"));
 }
 
 TEST(Photo2Native, PicturesOfAFolderNeedNoExtension) {
@@ -1358,8 +1375,7 @@ TEST(Photo2Native, PicturesOfAFolderNeedNoExtension) {
     spill(studio / "in/README", "text");
     for (const char* raw : {"in/a.CR3", "in/b.nef"})
         spill(studio / raw, "x");
-    const Outcome outcome =
-        studio.run(kTool, studio.display() + Arguments{"-n", "cues", "in", "out"});
+    const Outcome outcome = studio.run(kTool, studio.display() + Arguments{"in", "out"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_TRUE(fs::exists(studio / "out/IMG_0001_native.png"));
     EXPECT_NE(outcome.out.find("1 photo made, 3 left out (2 raw pictures, 1 other file), in "),
@@ -1405,16 +1421,14 @@ TEST(Photo2Native, APairThatDoesNotMatchIsNamedAndItsDepthEstimated) {
     writeImage(studio / "l.png", eyes.left);
     writeImage(studio / "other.png", randomPhoto(eyes.left.size(), 77));
     writeImage(studio / "tall.png", randomPhoto({300, 400}, 77));
-    const Outcome run =
-        studio.run(kTool, studio.display() + Arguments{"-n", "cues", "--stereo", "files", "l.png",
-                                                       "other.png", "a.png"});
+    const Outcome run = studio.run(
+        kTool, studio.display() + Arguments{"--stereo", "files", "l.png", "other.png", "a.png"});
     EXPECT_EQ(run.status, 0);
     EXPECT_NE(
         run.err.find("the stereo pair (two files) is not used, because its pictures do not match"),
         std::string::npos)
         << run.err;
-    EXPECT_TRUE(
-        isDone(studio.run(kTool, studio.display() + Arguments{"-n", "cues", "l.png", "b.png"})));
+    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"l.png", "b.png"})));
     EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--stereo", "files", "l.png",
                                                                      "tall.png", "c.png"}),

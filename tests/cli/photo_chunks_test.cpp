@@ -136,7 +136,7 @@ TEST(PhotoChunks, OutputsAndReportAreThoseOfOneRun) {
 TEST(PhotoChunks, ChunksTakeTheFolderAndTheCalibrationOfThePlan) {
     const PhotoStudio studio;
     fs::rename(studio / "small.json", studio / "visual.json"); // found without -c
-    const Arguments call{"-q", "2x3", "-r", "40x30", "-n", "cues", "--report", "r.json"};
+    const Arguments call{"-q", "2x3", "-r", "40x30", "--report", "r.json"};
     EXPECT_EQ(studio.run(kTool, call + Arguments{"in", "out"}).status, 1);
     const auto whole = studio.outputs();
     const Json report = studio.report();
@@ -286,9 +286,9 @@ TEST(PhotoChunks, DamageIsNamedAndMadeAgain) {
 
 TEST(PhotoChunks, AFullDiskIsNotTheFaultOfThePhoto) {
     PhotoStudio studio;
-    ASSERT_TRUE(isDone(studio.run(kTool, Arguments{"--plan", "plan", "--chunk-photos", "1"} +
-                                             studio.display() +
-                                             Arguments{"-j", "2", "-n", "cues", "in", "out"})));
+    ASSERT_TRUE(
+        isDone(studio.run(kTool, Arguments{"--plan", "plan", "--chunk-photos", "1"} +
+                                     studio.display() + Arguments{"-j", "2", "in", "out"})));
     studio.limitFiles(4000);
     const Outcome full = studio.chunk(1);
     EXPECT_TRUE(fails(full, 1, "_native.png: "));

@@ -23,7 +23,7 @@ stand_in "$root/bin/apt-get" 'case $* in
     *) seq -f "line %g of apt" 100; [[ $* != *install* || ! -e $APT_FAILS ]] ;;
     esac'
 stand_in "$root/bin/cmake" 'seq -f "line %g of cmake" 100; [[ ! -e $CMAKE_FAILS ]]'
-stand_in "$clone/build/package/tools/photo2native" 'echo "depth: network altiro3d with the built-in estimator (altiro3d-depth.onnx)"; echo "from $PWD: $*" >"$CALL"
+stand_in "$clone/build/package/tools/photo2native" 'echo "depth: network altiro3d (altiro3d-depth.onnx)"; echo "from $PWD: $*" >"$CALL"
     echo native >"${!#}"'
 stand_in "$clone/scripts/get-models.sh" 'echo "get-models.sh $*"; [[ ! -e $NO_NETWORK ]]'
 export PATH=$root/bin:$PATH MISSING=$root/missing APT_FAILS=$root/apt_fails CMAKE_FAILS=$root/cmake_fails \

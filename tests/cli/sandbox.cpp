@@ -1,8 +1,9 @@
 #include "sandbox.hpp"
 
 #include "altiro3D/calibration.hpp"
-#include "altiro3D/depth_source.hpp"
+#include "altiro3D/depth_network.hpp"
 #include "altiro3D/image_io.hpp"
+#include "support/tiny_network.hpp"
 
 #include <algorithm>
 #include <csignal>
@@ -129,12 +130,12 @@ std::string Outcome::text() const {
 Sandbox::Sandbox() : work_(root_ / "work"), home_(root_ / "home") {
     fs::create_directories(work_);
     fs::create_directories(home_);
-    fs::create_directories(root_ / "models");
-    spill(root_ / "models" / "catalog.json", R"({"networks": []})");
+    fs::create_directories(models());
+    writeTinyNetwork(models());
     environment_ = {{"HOME", home_.string()},
                     {"LANG", "C.UTF-8"},
                     {"PATH", "/usr/bin:/bin"},
-                    {"ALTIRO3D_MODELS", (root_ / "models").string()}};
+                    {"ALTIRO3D_MODELS", models().string()}};
     for (const char* name : {"ASAN_OPTIONS", "LSAN_OPTIONS", "UBSAN_OPTIONS", "TSAN_OPTIONS",
                              "LD_LIBRARY_PATH", "TMPDIR"}) {
         if (const char* value = std::getenv(name)) environment_[name] = value;
@@ -311,8 +312,9 @@ cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, cons
 cv::Mat libraryNative(const Sandbox& sandbox, const LibraryPath& path) {
     const cv::Mat photo = readPhoto(sandbox / "photo.png");
     cv::Mat depth;
-    if (path.fromCues) {
-        estimateDepthFromCues(photo, depth);
+    if (path.isEstimated) {
+        const InstalledNetwork tiny = standardNetwork(false, {sandbox.models()}).value();
+        DepthNetwork(tiny.file, tiny.profile).estimate(photo, depth);
     } else {
         DepthNormalization normalization;
         normalization.kind = path.kind;

@@ -44,7 +44,7 @@ struct Outcome {
 ::testing::AssertionResult fails(const Outcome& outcome, int status, const std::string& part);
 
 /// An isolated place for runs of the tools, with an empty working directory and its own home. It
-/// does not inherit the environment of the tests; the catalogue of networks is empty.
+/// does not inherit the environment of the tests; its depth network is a tiny one.
 class Sandbox {
   public:
     Sandbox();
@@ -53,6 +53,7 @@ class Sandbox {
     std::filesystem::path operator/(const std::string& name) const;
     const std::filesystem::path& work() const { return work_; }
     const std::filesystem::path& home() const { return home_; }
+    std::filesystem::path models() const { return root_ / "models"; }
 
     /// Sets an environment variable for all following runs; nothing: removes it.
     void set(const std::string& name, const std::optional<std::string>& value);
@@ -154,7 +155,7 @@ struct LibraryPath {
     InvertViews invert = InvertViews::Auto;
     QuiltLayout layout = smallLayout();
     DepthKind kind = DepthKind::NearWhite; ///< Of depth.png.
-    bool fromCues = false;                 ///< Depth is estimated, not read.
+    bool isEstimated = false;              ///< Depth is that of Sandbox::models(), not read.
 };
 
 /// The Native of a photo and its depth, by calls of the library alone.

@@ -1276,7 +1276,7 @@ class FolderStudio : public SmallStudio {
     }
     Outcome make(const Arguments& more, int signal = 0,
                  const std::function<bool()>& when = {}) const {
-        const Arguments quick{"-n", "cues", "--method", "fast", "--preset", "ultrafast", "-j", "1"};
+        const Arguments quick{"--method", "fast", "--preset", "ultrafast", "-j", "1"};
         return run(kTool, display() + quick + more, signal, when);
     }
 };
@@ -1324,8 +1324,8 @@ TEST(Video2NativeFolder, VideosOfQuiltsWithoutANameAreLeftOut) {
             writer.write({picture, 10 * i, 10});
         writer.finish();
     }
-    const Outcome outcome = studio.run(
-        kTool, studio.display() + Arguments{"-n", "cues", "--codec", "ffv1", "in", "out"});
+    const Outcome outcome =
+        studio.run(kTool, studio.display() + Arguments{"--codec", "ffv1", "in", "out"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_NE(
         outcome.out.find("film.mkv: is a video of quilts of 4 columns x 5 rows; quilt2native"),
@@ -1439,8 +1439,7 @@ TEST(Video2NativeFolder, QuiltAndRgbdVideosAreNamedAsSuch) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const FolderStudio studio;
     EXPECT_TRUE(isDone(studio.make({"--quilt-out", "in", "quilts"})));
-    EXPECT_TRUE(
-        isDone(studio.run(kTool, {"-n", "cues", "--rgbd-out", "--codec", "ffv1", "in", "rgbd"})));
+    EXPECT_TRUE(isDone(studio.run(kTool, {"--rgbd-out", "--codec", "ffv1", "in", "rgbd"})));
     EXPECT_EQ(filesBelow(studio / "quilts"),
               (std::vector<std::string>{"a.mov_qs3x2a0.75.mp4", "a.mp4_qs3x2a0.75.mp4"}));
     EXPECT_EQ(filesBelow(studio / "rgbd"),

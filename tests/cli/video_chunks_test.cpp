@@ -37,7 +37,7 @@ class ChunkStudio : public SmallStudio {
                arg(*this / "clip.mp4"));
     }
     // The options of a run.
-    Arguments options() const { return display() + Arguments{"-j", "1", "-n", "cues"}; }
+    Arguments options() const { return display() + Arguments{"-j", "1"}; }
     Outcome plan(const Arguments& more = {}) const {
         return run(kTool, Arguments{"--plan", "plan", "--chunk-seconds", "12"} + options() + more +
                               Arguments{"clip.mp4", "out.mp4"});
@@ -95,7 +95,7 @@ TEST(VideoChunksTool, ChunksTakeTheThreadsAndTheCalibrationOfThePlan) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const ChunkStudio studio;
     fs::rename(studio / "small.json", studio / "visual.json"); // found without -c
-    const Arguments call{"-q", "2x3", "-r", "40x30", "-n", "cues", "-j", "2", "clip.mp4"};
+    const Arguments call{"-q", "2x3", "-r", "40x30", "-j", "2", "clip.mp4"};
     ASSERT_TRUE(
         isDone(studio.run(kTool, Arguments{"--plan", "plan"} + call + Arguments{"out.mp4"})));
     ASSERT_TRUE(isDone(studio.run(kTool, call + Arguments{"whole.mp4"})));

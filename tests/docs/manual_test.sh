@@ -93,7 +93,7 @@ touch "$here/my picture.png" "$here/one.mp4" "$here/pics.png"
     # shellcheck disable=SC2016
     echo 'photo2native() { printf "<%s>" "$@"; echo; }'
     echo 'video2native() { photo2native "$@"; }'
-    printf 'photo2native -n %s\t\n' midas-s cu my
+    printf 'photo2native -n %s\t\n' midas-s altiro my
     printf 'video2native --preset super\t\n'
     printf 'photo2native --save-q\t q.png --save-v\t p\t my\t --strength o\t --meth\t fa\t -c m\t one\t\nexit\n'
 } >"$work/keys"
@@ -111,7 +111,7 @@ if command -v zsh >/dev/null; then
     (cd "$here" && timeout 60 script -qec "zsh -f -i" /dev/null <"$work/zsh-keys") |
         tr -d '\r' >"$work/zsh-screen"
 fi
-for wanted in '<-n><midas-small>' '<-n><cues>' '<-n><my picture.png>' '<--preset><superfast>'; do
+for wanted in '<-n><midas-small>' '<-n><altiro3d>' '<-n><my picture.png>' '<--preset><superfast>'; do
     for screen in screen zsh-screen; do
         [[ ! -e $work/$screen ]] || grep -qF -- "$wanted" "$work/$screen" ||
             fail "typed: $(cat -v "$work/$screen")"

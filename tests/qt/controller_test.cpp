@@ -567,7 +567,7 @@ TEST_F(ViewerController, SaysWhyNothingCanBeExportedYet) {
     openPhoto();
     EXPECT_EQ(controller_.exportObstacle(), "");
     Knobs knobs = controller_.knobs();
-    knobs.depth = kBuiltInDepth;
+    knobs.depth = "tiny";
     controller_.turn(knobs, "depth");
     EXPECT_TRUE(controller_.exportObstacle().contains("still being estimated"));
     EXPECT_FALSE(controller_.startExport(Product::Native, folder_ / "n.png"));
@@ -779,13 +779,13 @@ TEST_F(ViewerController, ANetworkMakesTheDepthOfPhotosAndVideos) {
     writeGreys(folder_ / "flat.mkv", {90, 120}, 25);
     controller.open(std::vector<fs::path>{folder_ / "flat.mkv"});
     EXPECT_TRUE(isFrom("fastdepth, as often as the video needs it"));
-    knobs.depth = kBuiltInDepth; // while it plays
+    knobs.depth = "altiro3d"; // while it plays
     controller.turn(knobs, "depth");
-    EXPECT_TRUE(isFrom("built-in estimator, as often as the video needs it"));
+    EXPECT_TRUE(isFrom("altiro3d, as often as the video needs it"));
 }
 
 TEST(ViewerDepth, TheStandardNetworkIsUsedByItself) {
-    EXPECT_EQ(DepthMaker().choose(kBestDepth, false), kBuiltInDepth) << "a catalogue of none";
+    EXPECT_EQ(DepthMaker().choose(kBestDepth, false), "tiny");
     const TemporaryDirectory models;
     const Networks networks(models.path());
     if (fs::exists(sourcePath("models/model-small.onnx"))) GTEST_SKIP() << "it is there";
@@ -798,7 +798,7 @@ TEST(ViewerDepth, TheStandardNetworkIsUsedByItself) {
     spill(models / "catalog.json", R"({"networks": [
         {"name": "other", "file": "model-small.onnx", "inputWidth": 64, "inputHeight": 64,
          "engine": "onnxruntime"}]})");
-    EXPECT_EQ(DepthMaker().choose(kBestDepth, false), hasOnnxRuntime() ? "other" : kBuiltInDepth);
+    EXPECT_EQ(DepthMaker().choose(kBestDepth, false), hasOnnxRuntime() ? "other" : kBestDepth);
 }
 
 TEST_F(ViewerController, ANetworkThatIsNoneIsAMessage) {
@@ -815,10 +815,12 @@ TEST_F(ViewerController, ANetworkThatIsNoneIsAMessage) {
             << controller.problem().toStdString();
         EXPECT_FALSE(controller.canFrame()) << "no picture is shown";
     }
-    Knobs knobs;
-    knobs.depth = kBuiltInDepth;
-    controller.turn(knobs, "depth");
-    EXPECT_TRUE(waitFor([&] { return controller.problem().isEmpty(); }));
+    spill(models / "catalog.json", R"({"networks": []})");
+    Controller other(sampleDisplay({150, 200}));
+    other.setArea({300, 400});
+    other.open(std::vector<fs::path>{folder_ / "photo.png"});
+    EXPECT_TRUE(waitFor([&] { return other.problem().contains("no network is installed"); }))
+        << other.problem().toStdString();
 }
 
 TEST_F(ViewerController, WhyAVideoStoppedIsSaidUntilItPlaysAgain) {
@@ -833,7 +835,7 @@ TEST_F(ViewerController, WhyAVideoStoppedIsSaidUntilItPlaysAgain) {
     EXPECT_TRUE(controller_.problem().contains("flat.mkv"));
     fs::rename(folder_ / "away.mkv", folder_ / "flat.mkv");
     Knobs knobs = controller_.knobs();
-    knobs.depth = kBuiltInDepth;
+    knobs.depth = "tiny";
     controller_.turn(knobs, "depth");
     EXPECT_TRUE(waitFor([this] { return controller_.videoCounts().shown >= 3; }));
     EXPECT_EQ(controller_.problem(), "");

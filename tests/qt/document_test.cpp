@@ -125,7 +125,6 @@ TEST(ViewerDocument, OnlyGivenDepthIsSaidToBeExchanged) {
     EXPECT_EQ(pair.origin, DepthOrigin::Matched);
     cv::Mat depth;
     normalizeDepth(pair.rawDepth, depth);
-    ASSERT_TRUE(looksInverted(pair.picture, depth));
     EXPECT_TRUE(pair.notes.empty()) << pair.notes.front().text;
 
     const auto noteOf = [&](const fs::path& file, const fs::path& depthFile, Reading reading) {
@@ -468,7 +467,7 @@ TEST(ViewerKnobs, AnyDifferenceCounts) {
     b.views.layered.fill = LayeredFill::Continue;
     EXPECT_NE(a, b);
     b = a;
-    b.depth = kBuiltInDepth;
+    b.depth = "tiny";
     EXPECT_NE(a, b);
     b = a;
     b.best = true;

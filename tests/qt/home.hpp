@@ -1,13 +1,13 @@
 #pragma once
 
-#include <QDir>
-#include <QFile>
+#include "support/tiny_network.hpp"
+
 #include <QTemporaryDir>
 
 namespace altiro3D::test {
 
 /// A separate home directory while the object exists: the tests do not read the user's settings,
-/// caches and depth networks.
+/// caches and depth networks; there is a tiny one.
 class Home {
   public:
     Home() {
@@ -15,8 +15,7 @@ class Home {
         for (const char* name :
              {"XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME", "ALTIRO3D_MODELS"})
             qputenv(name, path);
-        QFile catalog(directory_.filePath("catalog.json")); // found first, and it knows none
-        if (catalog.open(QIODevice::WriteOnly)) catalog.write(R"({"networks": []})");
+        writeTinyNetwork(path.toStdString());
     }
 
   private:

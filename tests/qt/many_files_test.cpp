@@ -38,7 +38,7 @@ Knobs otherKnobs() {
     knobs.views.layered.fill = LayeredFill::Continue;
     knobs.framing = {{0.4, 0.6}, 1.5};
     knobs.automatic = {true, false, true};
-    knobs.depth = kBuiltInDepth;
+    knobs.depth = "tiny";
     knobs.best = true;
     knobs.columns = 5;
     knobs.rows = 9;
@@ -285,7 +285,7 @@ TEST_F(ViewerManyFiles, ExportsOfAllAreWhatIsSeenAndWhatTheToolMakes) {
     turnTo(controller, 7.5, 0.25);
     select(controller, 1);
     Knobs knobs = controller.knobs();
-    knobs.depth = kBuiltInDepth;
+    knobs.depth = "tiny";
     knobs.automatic.focus = true;
     knobs.best = true;
     controller.turn(knobs, "all");
@@ -300,8 +300,7 @@ TEST_F(ViewerManyFiles, ExportsOfAllAreWhatIsSeenAndWhatTheToolMakes) {
     photo2native({"-d", "--strength", "7.5", "--focus", "0.25"},
                  {at("photos/a.png"), at("photos/a-depth.png"), at("tool-a.png")});
     EXPECT_EQ(slurp(native("a_native.png")), slurp(folder_ / "tool-a.png"));
-    photo2native({"-n", "cues", "--focus", "auto", "-k", "--continuous"},
-                 {at("photos/b.jpg"), at("tool-b.png")});
+    photo2native({"--focus", "auto", "-k", "--continuous"}, {at("photos/b.jpg"), at("tool-b.png")});
     EXPECT_EQ(slurp(native("b_native.png")), slurp(folder_ / "tool-b.png"));
 
     for (const int index : {0, 1}) { // what the window shows
@@ -323,7 +322,7 @@ TEST_F(ViewerManyFiles, ExportsOfAFolderHaveTheNamesOfTheTool) {
     fs::remove(photo("broken.jpg"));
     writeImage(photo("a.jpg"), detailedPhoto({200, 300}));
     const FolderFiles found = filesOfFolder(folder_ / "photos");
-    photo2native({"-n", "cues"}, {at("photos"), at("natives")});
+    photo2native({}, {at("photos"), at("natives")});
     std::vector<fs::path> made;
     for (const auto& entry : fs::directory_iterator(folder_ / "natives"))
         made.push_back(entry.path());

@@ -182,7 +182,7 @@ TEST_F(ViewerPaintController, PaintedDepthStaysWithItsPhotoAndSource) {
     ASSERT_TRUE(settle());
     EXPECT_TRUE(samePicture(depth(), painted));
     Knobs knobs = controller_.knobs();
-    knobs.depth = kBuiltInDepth;
+    knobs.depth = "tiny";
     controller_.turn(knobs, "depth");
     ASSERT_TRUE(settle());
     EXPECT_FALSE(controller_.isPainted());

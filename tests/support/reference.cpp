@@ -3,7 +3,9 @@
 #include "depth/depth_noise.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
 #include <vector>
@@ -744,6 +746,37 @@ cv::Rect referenceBestWindow(const cv::Mat& weights, cv::Size window) {
         }
     }
     return best;
+}
+
+cv::Mat referenceDownscale(const cv::Mat& photo, int longestSide) {
+    const int longer = std::max(photo.cols, photo.rows);
+    if (longer <= longestSide) return photo.clone();
+    const auto scaled = [&](int side) {
+        return std::max(1L, std::lround(static_cast<double>(side) * longestSide / longer));
+    };
+    cv::Mat small(static_cast<int>(scaled(photo.rows)), static_cast<int>(scaled(photo.cols)),
+                  CV_8UC3);
+    // the px that a px of the small photo touches
+    const auto touched = [](std::int64_t i, std::int64_t from, std::int64_t to) {
+        return cv::Range(static_cast<int>(i * from / to),
+                         static_cast<int>(((i + 1) * from + to - 1) / to));
+    };
+    for (int y = 0; y < small.rows; ++y) {
+        for (int x = 0; x < small.cols; ++x) {
+            const cv::Mat block =
+                photo(touched(y, photo.rows, small.rows), touched(x, photo.cols, small.cols));
+            std::array<std::int64_t, 3> total{};
+            for (int j = 0; j < block.rows; ++j)
+                for (int i = 0; i < block.cols; ++i)
+                    for (int c = 0; c < 3; ++c)
+                        total[static_cast<std::size_t>(c)] += block.at<cv::Vec3b>(j, i)[c];
+            const auto count = static_cast<std::int64_t>(block.total());
+            for (int c = 0; c < 3; ++c)
+                small.at<cv::Vec3b>(y, x)[c] =
+                    static_cast<uchar>((total[static_cast<std::size_t>(c)] + count / 2) / count);
+        }
+    }
+    return small;
 }
 
 } // namespace altiro3D::test

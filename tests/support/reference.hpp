@@ -91,10 +91,4 @@ cv::Rect referenceBestWindow(const cv::Mat& weights, cv::Size window);
 /// @return [CV_8UC3]
 cv::Mat referenceDownscale(const cv::Mat& photo, int longestSide);
 
-/// estimateDepthFromCues(), as docs/lab/depth.md describes it: all six divisions into regions are
-/// made one by one, and all sums px by px or by OpenCV's box filter.
-/// @param photo [CV_8UC3]
-/// @return [CV_32FC1, 0..1]
-cv::Mat referenceDepthFromCues(const cv::Mat& photo);
-
 } // namespace altiro3D::test

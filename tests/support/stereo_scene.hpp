@@ -40,11 +40,13 @@ inline Eyes wallAndThing(int wall, int thing) {
     return eyes;
 }
 
-/// A ceiling: what is higher is nearer, as if near and far of a floor were exchanged.
+/// A ceiling: what is higher is nearer, as if near and far of a floor were exchanged. It is darker.
 inline Eyes ceiling() {
     constexpr int kMargin = 60;
     const cv::Size size = eyesSize();
-    const cv::Mat behind = randomPhoto({size.width + kMargin, size.height}, 5);
+    cv::Mat behind = randomPhoto({size.width + kMargin, size.height}, 5);
+    for (int y = 0; y < size.height; ++y)
+        behind.row(y) *= 0.25 + 0.75 * y / size.height;
     Eyes eyes{behind.colRange(0, size.width).clone(), cv::Mat(size, behind.type())};
     for (int y = 0; y < size.height; ++y) {
         const int disparity = 40 * (size.height - y) / size.height;

@@ -18,11 +18,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* kCues = "cues"; // -n: no network
-
-// The network that suits most photos and how to get it.
-constexpr const char* kDownload = "midas-small";
-
 const NetworkProfile* firstLarge(const std::vector<NetworkProfile>& catalog) {
     for (const NetworkProfile& profile : catalog)
         if (profile.large) return &profile;
@@ -130,11 +125,11 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
     commandLine.addSection("Depth");
     commandLine.add(
         {"n", "network"},
-        "Depth network: an ONNX file, or the name of one in the catalogue; or cues, the "
-        "built-in estimator. Default: the first of depth-anything-v2-small (needs ONNX "
-        "Runtime), midas-small and altiro3d whose file is found, else cues.",
+        "Depth network: an ONNX file, or the name of one in the catalogue. Default: the first of "
+        "depth-anything-v2-small (needs ONNX Runtime), midas-small and altiro3d whose file is "
+        "found.",
         "NETWORK", [] {
-            std::vector<std::string> names{kCues};
+            std::vector<std::string> names;
             for (const NetworkProfile& profile : modelCatalog())
                 names.push_back(profile.name);
             return names;
@@ -146,12 +141,10 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
         "Input and output of a network that is not in the catalogue (JSON, the keys of "
         "models/catalog.json).",
         "FILE.json");
-    commandLine.addAdvanced(
-        {"network-size"},
-        "Longer side of the network's input in px (default: its own, 256 for "
-        "midas-small). Smaller is quicker and less accurate. With altiro3d, larger "
-        "adds detail.",
-        "PX");
+    commandLine.addAdvanced({"network-size"},
+                            "Longer side of the network's input in px (default: its own, 256 for "
+                            "midas-small). Smaller is quicker and less accurate.",
+                            "PX");
     commandLine.addAdvanced(
         {"engine"},
         std::string("Program that runs the network: opencv or onnxruntime, which "
@@ -284,18 +277,8 @@ void ChosenDepth::tellEngine(const Messages& messages) {
 }
 
 void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Medium medium, Messages& messages) {
-    if (commandLine.value("n") == kCues) {
-        for (const char* option : {"l", "net-profile", "network-size", "engine"}) {
-            if (commandLine.has(option)) {
-                throw UsageError("-n cues uses no network, expected no " +
-                                 std::string(option[1] == '\0' ? "-" : "--") + option);
-            }
-        }
-        source_ = depthFromCues();
-        description_ = source_->description();
-        messages.say("depth: built-in estimator");
-        return;
-    }
+    if (commandLine.value("n") == "cues")
+        throw UsageError("-n cues: depth without a network no longer exists, expected -n altiro3d");
     const std::vector<fs::path> searchPath = modelSearchPath();
     const std::vector<NetworkProfile> catalog = modelCatalog(searchPath);
     const bool large = commandLine.has("l");
@@ -351,15 +334,10 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Medium medium, M
                         ") or given with -n");
     }
     const auto wantedSize = commandLine.wholeNumber("network-size", 16, 4096);
-    if (networkFile.empty() && wantedSize) {
-        throw UsageError("--network-size needs a depth network, but none was found; give one with "
-                         "-n");
-    }
     if (networkFile.empty()) {
-        source_ = depthFromCues();
+        source_ = estimatedDepth();
         description_ = source_->description();
-        messages.say("depth: built-in estimator; for better depth get a network (" +
-                     downloadCommand(kDownload) + ") or give a depth image (-d)");
+        if (medium == Medium::Video) source_->load(); // fails
         return;
     }
     networkFile_ = networkFile;
@@ -372,12 +350,11 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Medium medium, M
     const cv::Size size = wantedSize ? scaledInput(*profile, *wantedSize) : cv::Size();
     const InferenceEngine engine = engineOption(commandLine);
     requireHarmless(networkFile, *profile, catalog, size, engine, messages);
+    source_ = depthFromNetworkFile(networkFile, *profile, target, size, engine);
     const bool isNamed = commandLine.has("n") || large;
-    if (isNamed || medium == Medium::Video) {
-        const QuietStandardError quiet; // some builds of ONNX Runtime print when they start
-        source_ = depthFromNetwork(DepthNetwork(networkFile, *profile, target, size, engine));
-    } else { // a photo may bring depth of its own
-        source_ = depthFromNetworkFile(networkFile, *profile, target, size, engine);
+    if (isNamed || medium == Medium::Video) { // else a photo may bring depth of its own
+        const QuietStandardError quiet;       // some builds of ONNX Runtime print when they start
+        source_->load();
     }
     description_ = source_->description();
     const cv::Size input =
@@ -452,7 +429,8 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
                       std::to_string(scene.depth.cols) + " x " + std::to_string(scene.depth.rows) +
                       " and " + sizeText(scene.photo.size()) + "); it is stretched to fit");
     }
-    if (origin_ == DepthOrigin::Given && looksInverted(scene.photo, scene.depth)) {
+    if (origin_ == DepthOrigin::Given &&
+        looksInverted(scene.depth, [&] { return trustedEstimate(scene.photo); })) {
         const fs::path& file = depthFile.empty() ? photoFile : depthFile;
         messages.warn(invertedText(file, kind_, isNamed));
     }

@@ -67,7 +67,7 @@ class ChosenDepth {
     /// Whether the last photo was the sharp original of a portrait (--unblurred).
     bool isUnblurred() const { return isUnblurred_; }
     bool isEstimated() const { return origin_ == DepthOrigin::Estimated; }
-    /// Estimates raw depth of a picture with the network or the built-in estimator.
+    /// Estimates raw depth of a picture with the network.
     /// @param picture [rows x cols, CV_8UC3, BGR]
     /// @param raw [any size, CV_32FC1], see kind()
     void estimate(const cv::Mat& picture, cv::Mat& raw);

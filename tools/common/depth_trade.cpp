@@ -40,7 +40,6 @@ std::vector<NamedDepthSource> depthSources(Messages& messages) {
         if (half.width % profile.multipleOf == 0 && half.height % profile.multipleOf == 0)
             sources.push_back(networkSource(network, half, messages));
     }
-    sources.push_back({"built-in estimator", depthFromCues, true});
     return sources;
 }
 

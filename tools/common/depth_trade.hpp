@@ -22,7 +22,7 @@ struct NamedDepthSource {
 };
 
 /// The sources worth comparing, best first: each installed network that is not large, with its own
-/// input size and with half of it, then the built-in estimator. The first one is the default.
+/// input size and with half of it. The first one is the default.
 /// @param messages must outlive the sources, which report doubts about a network's file
 std::vector<NamedDepthSource> depthSources(Messages& messages);
 

@@ -4,6 +4,7 @@
 #include "common/run_tool.hpp"
 
 #include <filesystem>
+#include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
@@ -22,6 +23,10 @@ namespace altiro3D::tools {
 void requireHarmless(const std::filesystem::path& file, const NetworkProfile& profile,
                      const std::vector<NetworkProfile>& catalog, cv::Size inputSize,
                      InferenceEngine engine, Messages& messages);
+
+/// Depth of a photo by the standard network, for looksInverted(). Empty if there is none, if its
+/// file is not the catalogue's, which might crash, or if it fails.
+cv::Mat trustedEstimate(const cv::Mat& photo);
 
 /// The command that downloads a network of the catalogue, with its path on this machine.
 std::string downloadCommand(const std::string& name);

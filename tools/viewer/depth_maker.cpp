@@ -57,19 +57,19 @@ const InstalledNetwork* DepthMaker::find(const std::string& name) const {
 }
 
 std::string DepthMaker::choose(const std::string& wish, bool given) const {
-    if (wish == kBuiltInDepth || find(wish) != nullptr) return wish;
+    if (find(wish) != nullptr) return wish;
     if (given) return kGivenDepth;
     const auto standard =
         std::find_if(networks_.begin(), networks_.end(), [](const InstalledNetwork& network) {
             return !network.profile.large && canRun(network.profile);
         });
-    return standard != networks_.end() ? standard->profile.name : kBuiltInDepth;
+    return standard != networks_.end() ? standard->profile.name : kBestDepth;
 }
 
 void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSource&)>& use) {
     const InstalledNetwork* const network = find(chosen);
     if (network == nullptr) {
-        use(*depthFromCues());
+        use(*estimatedDepth()); // its error says what to do
         return;
     }
     const std::lock_guard<std::mutex> lock(mutex_);

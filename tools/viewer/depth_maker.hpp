@@ -13,14 +13,14 @@
 
 namespace altiro3D::viewer {
 
-/// Estimates depth with the source that Knobs::depth names: an installed network or the built-in
-/// estimator. Thread-safe.
+/// Estimates depth with the installed network that Knobs::depth names. Thread-safe.
 class DepthMaker {
   public:
     /// Finds the installed networks.
     DepthMaker();
 
-    /// Resolves a choice of depth to a network's name, kBuiltInDepth or kGivenDepth.
+    /// Resolves a choice of depth to a network's name, kGivenDepth, or kBestDepth without a
+    /// network.
     /// @param wish Knobs::depth @param given true if the picture has its own depth
     std::string choose(const std::string& wish, bool given) const;
 

@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "common/depth_options.hpp"
 #include "common/folder_search.hpp"
+#include "common/network_trust.hpp"
 #include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/views_folder.hpp"
@@ -122,7 +123,7 @@ void checkDirection(const Document& document, Notes& notes) {
         return;
     cv::Mat depth;
     normalizeDepth(document.rawDepth, depth);
-    if (!looksInverted(document.picture, depth)) return;
+    if (!looksInverted(depth, [&] { return tools::trustedEstimate(document.picture); })) return;
     const Source& source = document.source;
     const fs::path& file = source.depth.empty() ? source.file : source.depth;
     const bool isHalf = source.depth.empty() && document.depthOrigin.empty(); // takes --rgbd

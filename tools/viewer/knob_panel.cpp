@@ -168,7 +168,6 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     } catch (const Error& error) {
         depth_->setToolTip(Qt::convertFromPlainText(QString::fromUtf8(error.what())));
     }
-    depth_->addItem(tr("Built-in estimator"), kBuiltInDepth);
     depthImage_ = new QToolButton;
     depthImage_->setObjectName("depthImage");
     depthImage_->setText(tr("Image…"));

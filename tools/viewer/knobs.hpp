@@ -10,12 +10,10 @@
 
 namespace altiro3D::viewer {
 
-/// The picture's own depth, else depth from standardNetwork(), else from the built-in estimator.
+/// The picture's own depth, else depth from standardNetwork().
 constexpr const char* kBestDepth = "best";
 /// The picture's own depth.
 constexpr const char* kGivenDepth = "given";
-/// Depth from the built-in estimator.
-constexpr const char* kBuiltInDepth = "built-in";
 
 /// All settings that the user can change while viewing; they apply to all pictures.
 struct Knobs {
@@ -23,7 +21,7 @@ struct Knobs {
     FitMode fit = FitMode::Cover;   ///< How a photo is fitted to the panel's shape.
     Framing framing;                ///< The part of a photo that is shown, if it allows that.
     AutoChoices automatic;          ///< What is chosen by the photo instead, see chooseAutomatic().
-    std::string depth = kBestDepth; ///< One of the three names above, or a network's name.
+    std::string depth = kBestDepth; ///< One of the two names above, or a network's name.
     bool best = false;              ///< See makesBestNative().
     int columns = 0;                ///< Columns of the quilt; 0: the display's default.
     int rows = 0;                   ///< Rows of the quilt; 0: the display's default.

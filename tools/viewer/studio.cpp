@@ -49,11 +49,6 @@ struct DepthMap {
     std::string source;
 };
 
-// For people.
-std::string sourceText(const std::string& chosen) {
-    return chosen == kBuiltInDepth ? "built-in estimator" : chosen;
-}
-
 cv::Mat sized(const cv::Mat& picture, cv::Size size) {
     if (picture.size() == size) return picture;
     cv::Mat result;
@@ -111,7 +106,7 @@ struct Studio::State {
         DepthMap map;
         if (!document.depth.empty()) {
             map.depth = document.depth;
-            map.source = sourceText(from) + ", as often as the video needs it";
+            map.source = from + ", as often as the video needs it";
         } else if (from == kGivenDepth) {
             normalizeDepth(document.rawDepth, map.depth);
             map.hidden = document.hidden;
@@ -125,8 +120,8 @@ struct Studio::State {
                 source.readScene(document.picture, DepthNormalization().flatDepth, scene);
             });
             map.depth = scene.depth;
-            map.flat = from != kBuiltInDepth && isFlat(map.depth);
-            map.source = sourceText(from);
+            map.flat = isFlat(map.depth);
+            map.source = from;
         }
         return map;
     }

@@ -7,8 +7,7 @@
 ///                                                                ▼
 ///     photo ─► DepthSource ─► Scene (photo, depth map) ─► NativeMaker ─► Native
 ///                  ▲
-///                  └─ depth network | built-in estimator | depth image | RGB-D | photo's file |
-///                     stereo pair
+///                  └─ depth network | depth image | RGB-D | photo's file | stereo pair
 ///
 ///     NativeMaker:
 ///     Scene ─► PhotoFit ─┬─► NativeRenderer ────────────────────────────────────┬─► Native

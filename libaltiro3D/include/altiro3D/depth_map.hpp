@@ -2,6 +2,7 @@
 
 #include "altiro3D/export.hpp"
 
+#include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
@@ -167,17 +168,20 @@ ALTIRO3D_EXPORT DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& dept
 /// Three signs must agree, because a false alarm is worse than a missed one (docs/depth.md):
 /// - the depth falls from the top to the bottom: its correlation with the row is -0.3 or less;
 /// - the border of the upper half is nearer than the middle, on average;
-/// - the depth contradicts the photo: its correlation with estimateDepthFromCues() is -0.3 or less.
+/// - the depth contradicts the photo: its correlation with an estimate is -0.3 or less.
 ///
 /// All are measured at 64 x 64 places. For depth with a standard deviation below 0.02 there, the
-/// result is false. The third sign takes about 30 ms and is examined only if the first two agree.
+/// result is false.
 ///
-/// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param depth depth map of the photo [any size, CV_32FC1, 0..1, 1 = nearest]; clamped, NaN counts
+/// @param depth depth map of a photo [any size, CV_32FC1, 0..1, 1 = nearest]; clamped, NaN counts
 ///        as 0
+/// @param estimate called if the first two signs agree; gives a depth map of the same photo, as
+///        `depth`, made by estimatedDepth() for example, or an empty one if that is not possible:
+///        the result is then false
 /// @return true if near and far are probably exchanged
-/// @throws Error InvalidArgument (empty or wrong type)
-[[nodiscard]] ALTIRO3D_EXPORT bool looksInverted(const cv::Mat& photo, const cv::Mat& depth);
+/// @throws Error InvalidArgument (empty or wrong type); what `estimate` throws
+[[nodiscard]] ALTIRO3D_EXPORT bool looksInverted(const cv::Mat& depth,
+                                                 const std::function<cv::Mat()>& estimate);
 
 /// What a brush does to a depth map.
 enum class DepthBrush {

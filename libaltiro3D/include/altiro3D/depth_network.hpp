@@ -71,11 +71,7 @@ struct NetworkProfile {
     ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< On float values, after scale.
     NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
     InferenceEngine engine = InferenceEngine::Best;     ///< The only engine that can run it.
-    /// Share of the built-in estimator in the layout that depthFromNetwork() gives, at least 0 and
-    /// below 1; above 0, the edges are the estimator's. If such a network has InputShape::Photo, an
-    /// input larger than the profile's only adds detail: the network runs at both sizes, and its
-    /// layout is that of the profile's. DepthNetwork itself ignores the share.
-    double cuesShare = 0;
+    std::string remark; ///< For the user: a key of the file without effect; empty: none.
 };
 
 /// Whether this library can run a network.

@@ -14,18 +14,6 @@
 
 namespace altiro3D {
 
-/// Estimates depth from one photo without any network or download.
-///
-/// The function combines monocular cues and smooths the result along the photo's edges;
-/// docs/lab/depth.md lists the cues, docs/depth.md their accuracy. It gives a depth map for every
-/// photo, and the same one for any number of threads. estimatedDepth() combines it with a network.
-///
-/// @param photo [rows x cols, CV_8UC3, BGR], any size from 1 x 1
-/// @param depth [size of the photo, scaled down to at most 320 px per side, CV_32FC1, 0..1,
-///        1 = nearest]; fitDepth() or fitScene() resamples it to the photo
-/// @throws Error InvalidArgument (empty or wrong type)
-ALTIRO3D_EXPORT void estimateDepthFromCues(const cv::Mat& photo, cv::Mat& depth);
-
 /// What matchStereo() found. Disparities are shares of the picture's width: (x of a point in the
 /// left picture - x in the right one) / width. Larger = nearer. 3D cameras shift the pictures
 /// against each other, so disparities may have both signs.
@@ -93,8 +81,8 @@ enum class DepthOrigin {
     Matched    ///< From the pictures of both eyes.
 };
 
-/// A source of depth for photos and video frames: an estimator, a network, a file, or the depth
-/// half of an RGB-D image. For one photo, call readImage(), then readScene():
+/// A source of depth for photos and video frames: a network, a file, or the depth half of an RGB-D
+/// image. For one photo, call readImage(), then readScene():
 ///
 ///     const auto source = storedDepthOr(estimatedDepth());
 ///     Scene scene;
@@ -124,6 +112,10 @@ class ALTIRO3D_EXPORT DepthSource {
     ///         are not loaded yet
     [[nodiscard]] virtual const DepthNetwork* network() const;
 
+    /// Loads the network now, not for the first photo. Does nothing for other sources.
+    /// @throws Error as DepthNetwork::DepthNetwork(); NotFound (estimatedDepth() without a network)
+    virtual void load();
+
     /// Reads an image file for read() or readScene(). depthFromFile() also reads its depth image
     /// here, in a second thread, and keeps it for the next read().
     ///
@@ -144,7 +136,7 @@ class ALTIRO3D_EXPORT DepthSource {
     ///        [CV_8UC3, BGR]; may be `image`
     /// @param raw raw depth numbers of the photo [any size, one channel]; kind() states their
     ///        meaning
-    /// @throws Error as the function that each source calls, see depthFromCues() and below
+    /// @throws Error as the function that each source calls, see below
     virtual void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) = 0;
 
     /// read(), then normalizeDepth(): gives a photo and its depth map.
@@ -152,22 +144,12 @@ class ALTIRO3D_EXPORT DepthSource {
     /// @param image as for read(); may be `scene.photo`
     /// @param flatDepth depth of the whole photo if its raw depth has no range (all values equal or
     ///        unknown), 0..1. Use ViewOptions::focus: all views then show the photo unchanged.
-    ///        depthFromCues() ignores it.
     /// @param scene the photo, and its depth map of any size
     /// @throws Error as read() and normalizeDepth()
     virtual void readScene(const cv::Mat& image, double flatDepth, Scene& scene);
 };
 
-/// Depth from estimateDepthFromCues(), which needs no network.
-/// @return the source; its raw numbers are a depth map already, and readScene() does not normalize
-///         them
-[[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromCues();
-
-/// Depth from a network: DepthNetwork::infer(). If the network's profile has a `cuesShare` s above
-/// 0, the raw numbers are C + (1 - s) (N - layout of C). N is the network's normalized depth, C
-/// that of estimateDepthFromCues(), and the layout is C smoothed by 1/80 of the longer side. The
-/// layout of both is thus averaged, and the edges are those of C, which follow the photo. The raw
-/// numbers have the size of C and kind() is DepthKind::NearWhite.
+/// Depth from a network: DepthNetwork::infer().
 /// @param network a loaded network
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
@@ -186,10 +168,12 @@ depthFromNetworkFile(std::filesystem::path file, NetworkProfile profile,
                      InferenceTarget target = InferenceTarget::Cpu, cv::Size inputSize = {},
                      InferenceEngine engine = InferenceEngine::Best);
 
-/// Depth estimated from the photo alone, by the best available source: standardNetwork(), or
-/// depthFromCues() if no network is installed.
-/// @return the source; its description() names the network
-/// @throws Error as standardNetwork() and DepthNetwork::DepthNetwork()
+/// Depth estimated from the photo alone by standardNetwork(), which is loaded when a photo first
+/// needs it, as by depthFromNetworkFile(). If no network is installed, only photos whose depth must
+/// be estimated fail.
+/// @return the source; its description() names the network, and its read(), readScene() and load()
+///         throw Error NotFound if no network is installed
+/// @throws Error as standardNetwork()
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> estimatedDepth();
 
 /// Depth from a separate depth image: readDepthSamples().

@@ -155,8 +155,7 @@ struct VideoConversion {
     /// views are stretched to the panel, and `native.fit` is ignored.
     double viewAspect = 0;
 
-    /// Source of the depth; null: depthFromCues(), which is less accurate than estimatedDepth().
-    /// Ignored if `given` is set.
+    /// Source of the depth; null: estimatedDepth(). Ignored if `given` is set.
     std::unique_ptr<DepthSource> depth;
     /// How often depth is estimated and how steady it is. `every` is ignored if `given` is set.
     VideoDepthOptions depthOptions;
@@ -227,7 +226,6 @@ struct VideoConversionResult {
 ///     conversion.input = "clip.mp4";
 ///     conversion.output = "native.mp4";
 ///     conversion.display = readDisplay("visual.json");
-///     conversion.depth = estimatedDepth(); // the best source that is installed
 ///     VideoConverter converter(std::move(conversion));
 ///     const VideoConversionResult result = converter.run();
 ///

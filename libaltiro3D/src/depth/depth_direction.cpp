@@ -1,6 +1,5 @@
 #include "altiro3D/depth_map.hpp"
 
-#include "altiro3D/depth_source.hpp"
 #include "base/checks.hpp"
 #include "depth/depth_values.hpp"
 
@@ -72,16 +71,14 @@ bool isBorderNearer(const Samples& depth) {
 
 } // namespace
 
-bool looksInverted(const cv::Mat& photo, const cv::Mat& depth) {
-    checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
+bool looksInverted(const cv::Mat& depth, const std::function<cv::Mat()>& estimate) {
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     const Samples samples = samplesOf(depth);
     if (std::sqrt(covariance(samples, samples)) < kMinSpread) return false;
     if (correlation(samples, rowNumbers()) > kMaxContradiction || !isBorderNearer(samples))
         return false;
-    cv::Mat cues;
-    estimateDepthFromCues(photo, cues);
-    return correlation(samples, samplesOf(cues)) <= kMaxContradiction;
+    const cv::Mat estimated = estimate();
+    return !estimated.empty() && correlation(samples, samplesOf(estimated)) <= kMaxContradiction;
 }
 
 } // namespace altiro3D

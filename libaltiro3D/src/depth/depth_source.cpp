@@ -2,13 +2,10 @@
 
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
-#include "depth/depth_layout.hpp"
 
-#include <algorithm>
 #include <functional>
 #include <future>
 #include <opencv2/core/utility.hpp>
-#include <opencv2/imgproc.hpp>
 #include <optional>
 
 namespace altiro3D {
@@ -27,19 +24,18 @@ cv::Mat withNotes(Read read, const std::filesystem::path& file, Notes* notes) {
     return picture;
 }
 
-class CuesSource : public DepthSource {
+// Photos that bring their depth do not need it.
+class MissingNetwork : public DepthSource {
   public:
-    std::string description() const override { return "built-in estimator"; }
+    std::string description() const override { return "no network"; }
     DepthKind kind() const override { return DepthKind::NearWhite; }
-    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        estimateDepthFromCues(image, raw);
-        photo = image;
+    void load() override {
+        throw Error(ErrorCode::NotFound, "depth",
+                    "no network is installed that could estimate it, expected altiro3d-depth.onnx "
+                    "in a folder of networks (models/README.md), a network (-n FILE.onnx) or the "
+                    "depth itself (-d)");
     }
-    void readScene(const cv::Mat& image, double /*flatDepth*/, Scene& scene) override {
-        read(image, scene.photo, scene.depth);
-        scene.hidden = {};
-        scene.isMatched = false;
-    }
+    void read(const cv::Mat& /*image*/, cv::Mat& /*photo*/, cv::Mat& /*raw*/) override { load(); }
 };
 
 class NetworkSource : public DepthSource {
@@ -52,54 +48,20 @@ class NetworkSource : public DepthSource {
         : profile_(std::move(profile)), file_(std::move(file)), load_(std::move(load)) {}
 
     std::string description() const override {
-        return "network " + profile_.name + (mixes() ? " with the built-in estimator (" : " (") +
-               file_.string() + ")";
+        return "network " + profile_.name + " (" + file_.string() + ")";
     }
-    DepthKind kind() const override {
-        return mixes() ? DepthKind::NearWhite : kindOf(profile_.output);
-    }
+    DepthKind kind() const override { return kindOf(profile_.output); }
     const DepthNetwork* network() const override { return network_ ? &*network_ : nullptr; }
-    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+    void load() override {
         if (!network_) network_ = load_();
-        if (mixes()) {
-            mix(image, raw);
-        } else {
-            network_->infer(image, raw);
-        }
+    }
+    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        load();
+        network_->infer(image, raw);
         photo = image;
     }
 
   private:
-    bool mixes() const { return profile_.cuesShare > 0; }
-    // cues + (1 - share) (network - smoothed cues): the layout is that of both. The edges are those
-    // of the cues, because they follow the photo; the result therefore has the size of the cues.
-    void mix(const cv::Mat& image, cv::Mat& raw) {
-        cv::Mat depth;
-        cv::Mat cues;
-        // the network's layers are too small to occupy all threads
-        std::launch when = std::launch::deferred;
-        if (cv::getNumThreads() > 1) when |= std::launch::async;
-        std::future<void> estimated = std::async(when, [&] { estimateDepthFromCues(image, cues); });
-        network_->estimate(image, depth);
-        addOwnLayout(image, depth);
-        estimated.get();
-        putLayoutUnder(depth, 1 - profile_.cuesShare, cues);
-        raw = cues;
-    }
-
-    // The network orders best at the size of its profile. A larger input adds only detail.
-    void addOwnLayout(const cv::Mat& image, cv::Mat& depth) {
-        const cv::Size input = network_->inputSize();
-        const int own = std::max(profile_.inputWidth, profile_.inputHeight);
-        if (profile_.inputShape != InputShape::Photo || std::max(input.width, input.height) <= own)
-            return;
-        cv::Mat layout;
-        network_->estimate(image, layout, own);
-        putLayoutUnder(layout, 1, depth);
-        cv::max(depth, 0, depth);
-        cv::min(depth, 1, depth);
-    }
-
     NetworkProfile profile_;
     std::filesystem::path file_;
     std::function<DepthNetwork()> load_;
@@ -169,6 +131,8 @@ const DepthNetwork* DepthSource::network() const {
     return nullptr;
 }
 
+void DepthSource::load() {}
+
 cv::Mat DepthSource::readImage(const std::filesystem::path& file, Notes* notes) {
     return withNotes(readPhoto, file, notes);
 }
@@ -182,10 +146,6 @@ void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene
     scene.hidden = {};
     scene.isMatched = origin() == DepthOrigin::Matched;
     normalizeDepth(raw, scene.depth, normalization);
-}
-
-std::unique_ptr<DepthSource> depthFromCues() {
-    return std::make_unique<CuesSource>();
 }
 
 std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network) {
@@ -203,8 +163,8 @@ std::unique_ptr<DepthSource> depthFromNetworkFile(std::filesystem::path file,
 
 std::unique_ptr<DepthSource> estimatedDepth() {
     const std::optional<InstalledNetwork> network = standardNetwork();
-    return network ? depthFromNetwork(DepthNetwork(network->file, network->profile))
-                   : depthFromCues();
+    if (!network) return std::make_unique<MissingNetwork>();
+    return depthFromNetworkFile(network->file, network->profile);
 }
 
 std::unique_ptr<DepthSource> depthFromFile(std::filesystem::path file, DepthKind kind) {

@@ -100,10 +100,6 @@ std::optional<Problem> findProblem(const NetworkProfile& profile) {
                            "is " + numberText(profile.std[i]) + ", expected a number other than 0"};
         }
     }
-    if (!(profile.cuesShare >= 0 && profile.cuesShare < 1)) {
-        return Problem{"cuesShare", "is " + numberText(profile.cuesShare) +
-                                        ", expected a number from 0 up to, not including, 1"};
-    }
     return std::nullopt;
 }
 
@@ -243,7 +239,12 @@ NetworkProfile readProfile(const std::string& file, const std::string& prefix, c
                                {{"inverseDepth", NetworkOutput::InverseDepth},
                                 {"metricDepth", NetworkOutput::MetricDepth}},
                                profile.output);
-    reader.read("cuesShare", profile.cuesShare);
+    double cuesShare = 0; // mixed the depth with an estimate that no longer exists
+    reader.read("cuesShare", cuesShare);
+    if (cuesShare > 0)
+        profile.remark = file + ": " + prefix +
+                         "cuesShare: has no effect, expected 0 or no such "
+                         "key; the depth is the network's alone";
     reader.read<InferenceEngine>("engine",
                                  {{"best", InferenceEngine::Best},
                                   {"opencv", InferenceEngine::OpenCv},

@@ -104,6 +104,7 @@ class FoundDepthSource : public DepthSource {
         return found_.description.empty() ? otherwise_->kind() : DepthKind::NearWhite;
     }
     const DepthNetwork* network() const override { return otherwise_->network(); }
+    void load() override { otherwise_->load(); }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         if (found_.raw.empty()) return otherwise_->read(image, photo, raw);
         found_.raw.copyTo(raw); // may be read again

@@ -25,7 +25,7 @@ namespace {
 // The depth of a fixed picture: processors whose arithmetic differs give another one.
 std::uint64_t processorOf(VideoConversion& conversion) {
     if (conversion.fromQuilt || conversion.given) return 0;
-    if (!conversion.depth) conversion.depth = depthFromCues();
+    if (!conversion.depth) conversion.depth = estimatedDepth();
     constexpr int kSide = 192;
     cv::Mat picture(kSide, kSide, CV_8UC3);
     std::uint64_t noise = 1;

@@ -98,8 +98,10 @@ ConversionRun::ConversionRun(VideoConversion given, std::optional<ChunkRange> ra
                                : std::make_unique<VideoReader>(conversion.input, conversion.part);
     const VideoFacts& facts = reader->facts();
     unit_ = facts.timeBase.value();
-    if (!conversion.fromQuilt && !conversion.given && !conversion.depth)
-        conversion.depth = depthFromCues();
+    if (!conversion.fromQuilt && !conversion.given) {
+        if (!conversion.depth) conversion.depth = estimatedDepth();
+        conversion.depth->load(); // the stamp describes it
+    }
     if (!conversion.show && canReadAgain(conversion.input))
         stamp = conversionStamp(conversion, target.layout);
     if (conversion.fromQuilt) {

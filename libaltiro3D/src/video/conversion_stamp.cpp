@@ -57,7 +57,6 @@ Json feedingOf(const DepthNetwork& network) {
             {"std", profile.std},
             {"resize", static_cast<int>(profile.resizeKernel)},
             {"output", static_cast<int>(profile.output)},
-            {"cues", profile.cuesShare},
             {"engine", static_cast<int>(network.engine())},
             {"processor", static_cast<int>(network.target())}};
 }

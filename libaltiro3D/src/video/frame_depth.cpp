@@ -37,7 +37,7 @@ FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
         if (conversion.choices.any()) cuts_.emplace();
         if (!side_) given_.emplace(given, conversion.part);
     } else {
-        source_ = conversion.depth ? std::move(conversion.depth) : depthFromCues();
+        source_ = std::move(conversion.depth);
         kind_ = source_->kind();
     }
     start();

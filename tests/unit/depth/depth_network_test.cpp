@@ -1,7 +1,9 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/trade.hpp"
 #include "base/data_prefix.hpp"
 #include "support/compare.hpp"
@@ -298,7 +300,7 @@ TEST_F(ModelCatalog, OfTheSourceTreeHoldsTheKnownNetworks) {
 
     EXPECT_EQ(catalog[3].name, "altiro3d");
     EXPECT_EQ(catalog[3].inputShape, InputShape::Photo);
-    EXPECT_EQ(catalog[3].cuesShare, 0.35);
+    EXPECT_EQ(catalog[3].remark, "");
 
     EXPECT_EQ(catalog[4].name, "fastdepth");
     EXPECT_EQ(catalog[4].output, NetworkOutput::MetricDepth);
@@ -314,7 +316,7 @@ TEST_F(ModelCatalog, ReadsEveryFieldAndLeavesUnknownKeysAlone) {
         "sha256": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
         "licence": "L", "large": true, "inputWidth": 28, "inputHeight": 14, "multipleOf": 14,
         "channelOrder": "BGR", "scale": 2, "mean": [1, 2.5, -3], "std": [4, 5, 6],
-        "resizeKernel": "area", "output": "metricDepth", "cuesShare": 0.25, "engine": "opencv",
+        "resizeKernel": "area", "output": "metricDepth", "engine": "opencv",
         "note": {"any": ["thing", null]}})"));
     EXPECT_EQ(profile.name, "n");
     EXPECT_EQ(profile.file, "f.onnx");
@@ -332,8 +334,21 @@ TEST_F(ModelCatalog, ReadsEveryFieldAndLeavesUnknownKeysAlone) {
     EXPECT_EQ(profile.std, (std::array<double, 3>{4, 5, 6}));
     EXPECT_EQ(profile.resizeKernel, ResizeKernel::Area);
     EXPECT_EQ(profile.output, NetworkOutput::MetricDepth);
-    EXPECT_EQ(profile.cuesShare, 0.25);
+    EXPECT_EQ(profile.remark, "");
     EXPECT_EQ(profile.engine, InferenceEngine::OpenCv);
+}
+
+TEST_F(ModelCatalog, AShareOfTheEstimateThatNoLongerExistsIsNamed) {
+    const auto remarkWith = [&](const std::string& share) {
+        const fs::path file = write(R"({"networks": [{"name": "a", "file": "a", "inputWidth": 32,
+                      "inputHeight": 32, "cuesShare": )" +
+                                    share + "}]}");
+        const std::string remark = readModelCatalog(file).at(0).remark;
+        return remark.empty() ? remark : remark.substr(file.string().size());
+    };
+    EXPECT_EQ(remarkWith("0"), "");
+    EXPECT_EQ(remarkWith("0.35"), ": networks[0].cuesShare: has no effect, expected 0 or no such "
+                                  "key; the depth is the network's alone");
 }
 
 TEST_F(ModelCatalog, ErrorsNamePlaceAndExpectation) {
@@ -906,6 +921,26 @@ TEST_F(DepthNetworkFile, TheStandardNetworkIsTheFirstOneThatIsInstalled) {
     EXPECT_EQ(standardNetwork(false, path)->profile.name, "a");
     EXPECT_EQ(standardNetwork(false, path)->file, directory_ / "a.onnx");
     EXPECT_EQ(standardNetwork(true, path)->profile.name, "big");
+}
+
+TEST_F(DepthNetworkFile, WithoutANetworkOnlyDepthThatMustBeEstimatedFails) {
+    spill(directory_ / "catalog.json", R"({"networks": []})");
+    const Variable models("ALTIRO3D_MODELS", directory_.path().c_str());
+    const cv::Mat photo = randomPhoto({60, 40});
+    writeImage(directory_ / "photo.png", photo);
+    const std::shared_ptr<DepthSource> source = estimatedDepth();
+    altiro3D::Scene scene;
+    const std::string problem = "depth: no network is installed that could estimate it, expected ";
+    EXPECT_EQ(errorOf([&] { source->readScene(photo, 0.5, scene); }).find(problem), 0U);
+    const auto stored = storedDepthOr(source);
+    const auto read = [&] {
+        stored->readScene(stored->readImage(directory_ / "photo.png"), 0.5, scene);
+    };
+    EXPECT_EQ(errorOf(read).find(problem), 0U);
+    EXPECT_EQ(errorOf([&] { stored->load(); }).find(problem), 0U);
+    writeImage(directory_ / "photo-depth.png", depthTo16Bit(randomDepth({60, 40})));
+    read();
+    EXPECT_EQ(stored->origin(), DepthOrigin::Given);
 }
 
 // --- Errors --------------------------------------------------------------------------------------

@@ -7,145 +7,47 @@
 #include "support/random_pictures.hpp"
 #include "support/stereo_scene.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace altiro3D::test {
 namespace {
 
-TEST(DepthSource, CuesAreTakenAsTheyAre) {
-    const cv::Mat photo = scenery({64, 48}, 3);
-    cv::Mat expected;
-    estimateDepthFromCues(photo, expected);
-    const auto source = depthFromCues();
-    altiro3D::Scene scene;
-    source->readScene(photo, 0.5, scene);
-    EXPECT_TRUE(samePicture(scene.photo, photo));
-    EXPECT_TRUE(samePicture(scene.depth, expected));
-    EXPECT_EQ(source->description(), "built-in estimator");
-    EXPECT_EQ(source->origin(), DepthOrigin::Estimated);
-    EXPECT_EQ(depthFromFile("d.png")->origin(), DepthOrigin::Given);
-    EXPECT_EQ(depthFromRgbd(DepthSide::Right)->origin(), DepthOrigin::Given);
-    EXPECT_EQ(storedDepthOr(depthFromCues())->origin(), DepthOrigin::Estimated); // so far
+// The network of the project.
+InstalledNetwork ownNetwork() {
+    return standardNetwork(false, {sourcePath("models")}).value();
 }
 
-// The network of the project, by whatever share of the cues.
-InstalledNetwork ownNetwork(double cuesShare) {
-    for (InstalledNetwork& network : installedNetworks({sourcePath("models")})) {
-        network.profile.cuesShare = cuesShare;
-        if (network.profile.name == "altiro3d") return network;
-    }
-    throw std::runtime_error("models/altiro3d-depth.onnx is missing");
-}
-
-std::unique_ptr<DepthSource> ownSource(double cuesShare) {
-    const InstalledNetwork network = ownNetwork(cuesShare);
+std::unique_ptr<DepthSource> ownSource() {
+    const InstalledNetwork network = ownNetwork();
     return depthFromNetwork(DepthNetwork(network.file, network.profile));
 }
 
-// The value at (x, y) px, linear between the centres of the px.
-double valueAt(const cv::Mat& map, double x, double y) {
-    x = std::clamp(x, 0.0, map.cols - 1.0);
-    y = std::clamp(y, 0.0, map.rows - 1.0);
-    const int left = std::min(static_cast<int>(x), map.cols - 2);
-    const int top = std::min(static_cast<int>(y), map.rows - 2);
-    const auto between = [&](int line) {
-        const float* values = map.ptr<float>(line) + left;
-        return values[0] + (x - left) * (static_cast<double>(values[1]) - values[0]);
-    };
-    return between(top) + (y - top) * (between(top + 1) - between(top));
-}
-
-// The mean around a px, weighted by a normal distribution; border px are repeated.
-double smoothedAt(const cv::Mat& map, cv::Point px, double sigma) {
-    const int radius = cvRound(4 * sigma);
-    double sum = 0;
-    double weights = 0;
-    for (int v = -radius; v <= radius; ++v) {
-        for (int u = -radius; u <= radius; ++u) {
-            const double weight = std::exp(-(u * u + v * v) / (2 * sigma * sigma));
-            sum +=
-                weight * static_cast<double>(map.at<float>(std::clamp(px.y + v, 0, map.rows - 1),
-                                                           std::clamp(px.x + u, 0, map.cols - 1)));
-            weights += weight;
-        }
-    }
-    return sum / weights;
-}
-
-// Expects the cues, with the layout that a network's depth shares with them.
-void expectMixed(const cv::Mat& raw, const cv::Mat& network, const cv::Mat& cues, double cuesShare,
-                 double tolerance) {
-    ASSERT_EQ(raw.size(), cues.size());
-    for (int row = 0; row < raw.rows; ++row) {
-        for (int column = 0; column < raw.cols; ++column) {
-            const double depth = valueAt(network, (column + 0.5) * network.cols / raw.cols - 0.5,
-                                         (row + 0.5) * network.rows / raw.rows - 0.5);
-            const double layout = smoothedAt(cues, {column, row}, raw.cols / 80.0);
-            const double expected =
-                cues.at<float>(row, column) + (1 - cuesShare) * (depth - layout);
-            ASSERT_NEAR(raw.at<float>(row, column), expected, tolerance) << row << ' ' << column;
-        }
-    }
-}
-
-TEST(DepthSource, ANetworkMayShareWithTheCues) {
+TEST(DepthSource, ANetworkIsTakenAsItIs) {
     const cv::Mat photo = scenery({300, 200}, 3);
-    const InstalledNetwork network = ownNetwork(0.25);
-    cv::Mat own;
-    DepthNetwork(network.file, network.profile).estimate(photo, own);
-    cv::Mat cues;
-    estimateDepthFromCues(photo, cues);
-
-    const auto source = ownSource(0.25);
+    const InstalledNetwork network = ownNetwork();
+    cv::Mat expected;
+    DepthNetwork(network.file, network.profile).infer(photo, expected);
+    const auto source = ownSource();
+    cv::Mat same;
+    cv::Mat raw;
+    source->read(photo, same, raw);
+    EXPECT_TRUE(samePicture(same, photo));
+    EXPECT_TRUE(samePicture(raw, expected));
     EXPECT_EQ(source->kind(), DepthKind::NearWhite);
-    EXPECT_EQ(source->description(),
-              "network altiro3d with the built-in estimator (" + network.file.string() + ")");
-    cv::Mat same;
-    cv::Mat raw;
-    source->read(photo, same, raw);
-    expectMixed(raw, own, cues, 0.25, 1e-5);
-}
-
-TEST(DepthSource, ALargerInputOfAMixedNetworkOnlyAddsDetail) {
-    const cv::Mat photo = scenery({300, 200}, 3);
-    const InstalledNetwork network = ownNetwork(0.25);
-    DepthNetwork large(network.file, network.profile, InferenceTarget::Cpu, {320, 320});
-    cv::Mat detail;
-    large.estimate(photo, detail);
-    ASSERT_EQ(detail.size(), cv::Size(320, 224));
-    cv::Mat layout; // as without another size
-    DepthNetwork(network.file, network.profile).estimate(photo, layout);
-    cv::Mat same;
-    large.estimate(photo, same, 256);
-    EXPECT_TRUE(samePicture(same, layout, 1e-5));
-    cv::Mat own(detail.size(), CV_32FC1);
-    for (int row = 0; row < own.rows; ++row) {
-        for (int column = 0; column < own.cols; ++column) {
-            const double below = valueAt(layout, (column + 0.5) * layout.cols / own.cols - 0.5,
-                                         (row + 0.5) * layout.rows / own.rows - 0.5);
-            const double smooth = smoothedAt(detail, {column, row}, own.cols / 80.0);
-            const double sum = below + static_cast<double>(detail.at<float>(row, column)) - smooth;
-            own.at<float>(row, column) = static_cast<float>(std::clamp(sum, 0.0, 1.0));
-        }
-    }
-    cv::Mat cues;
-    estimateDepthFromCues(photo, cues);
-    const auto source = depthFromNetwork(std::move(large));
-    cv::Mat raw;
-    source->read(photo, same, raw);
-    expectMixed(raw, own, cues, 0.25, 1e-4);
+    EXPECT_EQ(source->description(), "network altiro3d (" + network.file.string() + ")");
+    EXPECT_EQ(source->origin(), DepthOrigin::Estimated);
+    EXPECT_EQ(depthFromFile("d.png")->origin(), DepthOrigin::Given);
+    EXPECT_EQ(depthFromRgbd(DepthSide::Right)->origin(), DepthOrigin::Given);
+    EXPECT_EQ(storedDepthOr(ownSource())->origin(), DepthOrigin::Estimated); // so far
 }
 
 TEST(DepthSource, ASideThatTheInputCannotHaveIsRefused) {
-    const InstalledNetwork network = ownNetwork(0);
+    const InstalledNetwork network = ownNetwork();
     DepthNetwork own(network.file, network.profile);
     cv::Mat depth;
     for (const int side : {-32, 100, 8192}) {
@@ -158,8 +60,8 @@ TEST(DepthSource, ASideThatTheInputCannotHaveIsRefused) {
 }
 
 TEST(DepthSource, ANetworkFileIsLoadedWhenAPhotoNeedsIt) {
-    const InstalledNetwork own = ownNetwork(0.25);
-    const auto loaded = ownSource(0.25);
+    const InstalledNetwork own = ownNetwork();
+    const auto loaded = ownSource();
     const auto later = depthFromNetworkFile(own.file, own.profile);
     EXPECT_EQ(later->description(), loaded->description());
     EXPECT_EQ(later->kind(), loaded->kind());
@@ -188,7 +90,7 @@ TEST(DepthSource, ANetworkFileIsLoadedWhenAPhotoNeedsIt) {
 
 // Requirements for the default depth of every photo.
 TEST(DepthSource, TheStandardDepthIsDefinedForEveryPhoto) {
-    const auto source = ownSource(0.35);
+    const auto source = ownSource();
     cv::Mat text(300, 400, CV_8UC3, cv::Scalar::all(255));
     for (int line = 0; line < 14; ++line)
         cv::putText(text, "The quick brown fox jumps over", {5, 20 + 20 * line},
@@ -209,7 +111,7 @@ TEST(DepthSource, TheStandardDepthIsDefinedForEveryPhoto) {
 }
 
 TEST(DepthSource, AMirroredPhotoHasTheMirroredDepthWithinATolerance) {
-    const auto source = ownSource(0.35);
+    const auto source = ownSource();
     std::vector<std::filesystem::path> files{sourcePath("docs/examples/sample.jpg")};
     for (const char* name : {"04", "05", "08", "13", "15", "19", "22", "23"}) {
         const std::filesystem::path file =
@@ -310,7 +212,7 @@ TEST(DepthSource, ReadsFilesAsReadTakesThem) {
     rgbd->readScene(scene.photo, 0.5, scene);
     EXPECT_TRUE(samePicture(scene.photo, photo));
 
-    EXPECT_TRUE(samePicture(depthFromCues()->readImage(directory / "rgbd.png"), image));
+    EXPECT_TRUE(samePicture(ownSource()->readImage(directory / "rgbd.png"), image));
 }
 
 TEST(DepthSource, NotesNameTheirFile) {
@@ -332,7 +234,7 @@ TEST(DepthSource, DepthBesideAPhotoIsUsedOrReported) {
     for (int x = 0; x < ramp.cols; ++x)
         ramp.col(x).setTo(4 * x);
     writeImage(directory / "photo_depth.png", ramp);
-    const auto source = storedDepthOr(depthFromCues());
+    const auto source = storedDepthOr(ownSource());
     Notes notes;
     const cv::Mat image = source->readImage(directory / "photo.png", &notes);
     EXPECT_TRUE(notes.empty());
@@ -349,7 +251,7 @@ TEST(DepthSource, DepthBesideAPhotoIsUsedOrReported) {
         notes.clear();
         Scene scene;
         source->readScene(source->readImage(directory / "photo.png", &notes), 0.5, scene);
-        EXPECT_EQ(source->description(), "built-in estimator");
+        EXPECT_EQ(source->description(), ownSource()->description());
         EXPECT_TRUE(samePicture(scene.photo, photo));
         ASSERT_EQ(notes.size(), 1U);
         EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
@@ -366,7 +268,7 @@ TEST(DepthSource, APairBringsWhatOnlyTheRightEyeSees) {
     writeImage(directory / "right.png", eyes.right);
     StereoInput input;
     input.right = directory / "right.png";
-    const auto source = depthFromStereo(input, depthFromCues());
+    const auto source = depthFromStereo(input, ownSource());
     Scene scene;
     source->readScene(source->readImage(directory / "left.png"), 0.5, scene);
     EXPECT_TRUE(scene.isMatched);
@@ -377,7 +279,7 @@ TEST(DepthSource, APairBringsWhatOnlyTheRightEyeSees) {
     const cv::Point beside(thing.br().x + 60, behind.y);
     EXPECT_NEAR(scene.hidden.depth.at<float>(behind), scene.depth.at<float>(beside), 0.02);
     EXPECT_GT(scene.depth.at<float>(behind), scene.depth.at<float>(beside) + 0.5F);
-    depthFromCues()->readScene(eyes.left, 0.5, scene);
+    ownSource()->readScene(eyes.left, 0.5, scene);
     EXPECT_TRUE(scene.hidden.photo.empty());
     EXPECT_FALSE(scene.isMatched);
 }
@@ -390,21 +292,21 @@ TEST(DepthSource, APairThatDoesNotMatchTakesItsDepthElsewhere) {
     writeImage(directory / "tall.png", scenery({100, 240}, 5));
     StereoInput input;
     input.right = directory / "right.png";
-    const auto source = depthFromStereo(input, depthFromCues());
+    const auto source = depthFromStereo(input, ownSource());
     Notes notes;
     const cv::Mat image = source->readImage(directory / "left.png", &notes);
     EXPECT_TRUE(samePicture(image, left));
-    EXPECT_EQ(source->description(), "built-in estimator");
+    EXPECT_EQ(source->description(), ownSource()->description());
     EXPECT_EQ(notes.size(), 1U);
     Scene scene;
     source->readScene(image, 0.5, scene);
-    cv::Mat cues;
-    estimateDepthFromCues(left, cues);
-    EXPECT_TRUE(samePicture(scene.depth, cues));
+    altiro3D::Scene expected;
+    ownSource()->readScene(left, 0.5, expected);
+    EXPECT_TRUE(samePicture(scene.depth, expected.depth));
 
     input.right = directory / "tall.png";
-    const std::string error = errorOf(
-        [&] { depthFromStereo(input, depthFromCues())->readImage(directory / "left.png"); });
+    const std::string error =
+        errorOf([&] { depthFromStereo(input, ownSource())->readImage(directory / "left.png"); });
     EXPECT_EQ(error.rfind((directory / "tall.png").string() + ": ", 0), 0U) << error;
     EXPECT_NE(errorOf([&] { depthFromStereo(input, nullptr); }).find("otherwise: "),
               std::string::npos);

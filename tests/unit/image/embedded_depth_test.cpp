@@ -460,7 +460,7 @@ TEST(ReasonAgainstDepth, IsAnotherShapeOrNoRange) {
 }
 
 TEST_F(EmbeddedDepthFiles, DepthBesideThatDoesNotFitIsLeftOut) {
-    const auto source = storedDepthOr(depthFromCues());
+    const auto source = storedDepthOr(estimatedDepth());
     const auto path = file(gDepthPhoto(photo, depthPng));
     for (const cv::Mat& unfit : {cv::Mat(15, 20, CV_8UC1, cv::Scalar(90)), ramp(20, 20)}) {
         spill(directory / "a_depth.png", coded(".png", unfit));
@@ -477,7 +477,7 @@ TEST_F(EmbeddedDepthFiles, DepthBesideThatDoesNotFitIsLeftOut) {
 }
 
 TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {
-    const auto source = storedDepthOr(depthFromCues());
+    const auto source = storedDepthOr(estimatedDepth());
     altiro3D::Scene scene;
     const auto path = file(gDepthPhoto(photo, depthPng));
     source->readScene(source->readImage(path), 0.5, scene);
@@ -494,16 +494,16 @@ TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {
 
     spill(directory / "b.jpg", photo);
     source->readScene(source->readImage(directory / "b.jpg"), 0.5, scene);
-    EXPECT_EQ(source->description(), "built-in estimator");
-    cv::Mat expected;
-    estimateDepthFromCues(readPhoto(directory / "b.jpg"), expected);
-    EXPECT_TRUE(samePicture(scene.depth, expected));
+    EXPECT_EQ(source->description(), estimatedDepth()->description());
+    altiro3D::Scene expected;
+    estimatedDepth()->readScene(readPhoto(directory / "b.jpg"), 0.5, expected);
+    EXPECT_TRUE(samePicture(scene.depth, expected.depth));
 
     PhotoDepthOptions off;
     off.useDepth = false;
-    const auto without = storedDepthOr(depthFromCues(), off);
+    const auto without = storedDepthOr(estimatedDepth(), off);
     without->readScene(without->readImage(path), 0.5, scene);
-    EXPECT_EQ(without->description(), "built-in estimator");
+    EXPECT_EQ(without->description(), estimatedDepth()->description());
 }
 
 TEST(Xmp, AttributesAndElementsCountTheSame) {

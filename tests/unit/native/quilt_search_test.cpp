@@ -292,7 +292,7 @@ TEST(FindQuiltLayout, ARowOfTwelveViewsIsNotTakenForFewer) {
         const QuiltLayout layout = layoutOf(12, 1, {420, 560});
         altiro3D::Scene scene;
         altiro3D::Scene fitted;
-        const auto source = depthFromCues();
+        const auto source = estimatedDepth();
         source->readScene(readPhoto(dataPath(std::string("photos/kodak/") + name + ".png")), 0.5,
                           scene);
         fitScene(scene, fitPhoto(scene.photo.size(), 0.75, layout.tileSize), 0.5, fitted);

@@ -289,7 +289,7 @@ TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
     altiro3D::Scene scene{pictures("clip.mkv").front(), {}};
     cv::Mat photo;
     cv::Mat raw;
-    depthFromCues()->read(scene.photo, photo, raw);
+    estimatedDepth()->read(scene.photo, photo, raw);
     normalizeDepth(raw, scene.depth);
     cv::Mat native;
     NativeMaker(smallDisplay()).makeNative(scene, native);

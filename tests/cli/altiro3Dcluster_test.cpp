@@ -3,7 +3,6 @@
 #include "sandbox.hpp"
 #include "support/video.hpp"
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 namespace altiro3D::test {
@@ -81,7 +80,7 @@ TEST(Cluster, SaysWhichChunksFail) {
 }
 
 TEST(Cluster, SubmitsAnArrayAndItsJoin) {
-    const ClusterStudio studio;
+    ClusterStudio studio;
     studio.plan();
     studio.installSlurm();
     ASSERT_TRUE(isDone(studio.run("photo2native", {"--chunk", "2", "the plan"})));
@@ -109,14 +108,10 @@ TEST(Cluster, SubmitsAnArrayAndItsJoin) {
     // the scripts do what the jobs are for
     studio.command("unused", "");
     for (const char* task : {"1", "3"}) {
-        ASSERT_EQ(std::system(("SLURM_ARRAY_TASK_ID=" + std::string(task) + " bash " +
-                               arg(studio / "the plan/logs/slurm-chunk.sh") + " 0 > /dev/null")
-                                  .c_str()),
-                  0);
+        studio.set("SLURM_ARRAY_TASK_ID", task);
+        ASSERT_TRUE(isDone(studio.run("/bin/bash", {"the plan/logs/slurm-chunk.sh", "0"})));
     }
-    ASSERT_EQ(std::system(
-                  ("bash " + arg(studio / "the plan/logs/slurm-join.sh") + " > /dev/null").c_str()),
-              0);
+    ASSERT_TRUE(isDone(studio.run("/bin/bash", {"the plan/logs/slurm-join.sh"})));
     EXPECT_NE(studio.cluster({"--status"}).out.find("3 of 3 chunks made"), std::string::npos);
 }
 

@@ -71,9 +71,13 @@ class PhotoStudio : public SmallStudio {
         }
         return all;
     }
-    // The report without what was measured.
+    // The report without what was measured and without the folder of the network.
     Json report() const {
-        Json report = Json::parse(slurp(*this / "r.json"));
+        std::string text = slurp(*this / "r.json");
+        const std::string folder = models().string();
+        for (std::size_t at = 0; (at = text.find(folder, at)) != std::string::npos;)
+            text.erase(at, folder.size());
+        Json report = Json::parse(text);
         report.erase("setupMilliseconds");
         report.erase("peakMegabytes");
         for (Json& picture : report["pictures"])

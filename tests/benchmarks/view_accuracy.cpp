@@ -229,14 +229,14 @@ struct ViewPsnr {
     double inside = 0;
 };
 
-// @param isMatched whether the disparity is that of the pair
+// @param edges of the disparity
 // @param hidden with disparities in px instead of depth
 ViewPsnr measureView(const EyesWithViews& scene, const cv::Mat& disparity, const TrueView& truth,
-                     bool isMatched, const altiro3D::HiddenLayer& hidden = {}) {
+                     altiro3D::DepthEdges edges, const altiro3D::HiddenLayer& hidden = {}) {
     double low = 0;
     double high = 0;
     cv::minMaxLoc(disparity, &low, &high);
-    altiro3D::Scene refined{scene.left, (disparity - low) / (high - low), {}, {}, isMatched};
+    altiro3D::Scene refined{scene.left, (disparity - low) / (high - low), {}, {}, edges};
     refineScene(refined);
     const cv::Mat& depth = refined.depth;
     LayeredSettings settings;
@@ -298,19 +298,19 @@ void printStereo(const std::vector<EyesWithViews>& scenes) {
                             estimatedOrder);
             }
             std::printf(" %.1f |", view.at);
-            const auto print = [&](const cv::Mat& disparity, bool isMatched,
+            const auto print = [&](const cv::Mat& disparity, altiro3D::DepthEdges edges,
                                    const altiro3D::HiddenLayer& behind = {}) {
                 if (disparity.empty()) {
                     std::printf(" |");
                     return;
                 }
-                const ViewPsnr psnr = measureView(scene, disparity, view, isMatched, behind);
+                const ViewPsnr psnr = measureView(scene, disparity, view, edges, behind);
                 std::printf(" %.2f / %.2f |", psnr.whole, psnr.inside);
             };
-            print(scene.disparity, false);
-            print(matched, true);
-            print(matched, true, hidden);
-            print(estimated, false);
+            print(scene.disparity, altiro3D::DepthEdges::Unknown);
+            print(matched, altiro3D::DepthEdges::Matched);
+            print(matched, altiro3D::DepthEdges::Matched, hidden);
+            print(estimated, altiro3D::DepthEdges::Unknown);
             std::printf("\n");
         }
     }

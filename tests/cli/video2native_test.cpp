@@ -322,7 +322,9 @@ TEST(Video2NativeTool, AutoChoosesOnceForEachSceneWhatTheLibraryChooses) {
             EXPECT_EQ(choice.at("center").at(0), path.framing.centre.x);
             EXPECT_EQ(path.framing.centre.x < 0.5, i == 0); // where the thing is
             // later frames of the scene may hold any depth
-            path.views.strengthPercent = chooseStrength(path.views.focus, smallLayout(), {0, 1});
+            path.views.strengthPercent =
+                std::min(chooseStrength(path.views.focus, smallLayout(), {0, 1}),
+                         chooseStrength(path.views.focus, smallLayout(), depth));
             EXPECT_EQ(choice.at("strengthPercent"), path.views.strengthPercent);
         }
         EXPECT_TRUE(

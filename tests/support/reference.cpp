@@ -566,24 +566,17 @@ struct SideSums {
     double color = 0;
 };
 
-// r, k, m and h of 4a.4, and the part of px that are decided.
+// r and m of 4a.4, and the part of px that are decided.
 struct StepRule {
     double width;
     int r;
-    int samples;
     double part;
-    double depthWeight;
-    double colorWeight;
     double minHeight;
 };
 
-StepRule evenStepRule(double width, double part) {
+StepRule stepRule(double width, double part) {
     const int r = std::max(2, static_cast<int>(std::lround(0.9 * width)));
-    return {width, r, 6, part, 6, 1, std::min(std::max(0.006 * width, 0.03), 0.08)};
-}
-
-StepRule unevenStepRule(double width) {
-    return {width, std::max(2, static_cast<int>(std::lround(width))), 4, 1, 1.2, 0.6, 0.08};
+    return {width, r, part, std::min(std::max(0.006 * width, 0.03), 0.08)};
 }
 
 // (4.8) to (4.11)
@@ -604,8 +597,8 @@ double sharpenedPixel(const cv::Mat& photo, const cv::Mat& given, const cv::Mat&
     const double height = most - least;
     if (height < rule.minHeight || height > 1.5 * (rule.width + 1) * std::sqrt(steepest))
         return own;
-    const int stride = (r + rule.samples - 1) / rule.samples;
-    SideSums sides[2]; // far, near
+    const int stride = (r + 5) / 6; // at most 6 px on each side
+    SideSums sides[2];              // far, near
     for (int j = -(r / stride); j <= r / stride; ++j) {
         for (int i = -(r / stride); i <= r / stride; ++i) {
             const cv::Point q = at + stride * cv::Point(i, j);
@@ -634,8 +627,7 @@ double sharpenedPixel(const cv::Mat& photo, const cv::Mat& given, const cv::Mat&
     const double place = (own - far.depth) / (near.depth - far.depth);
     if (std::abs(place - 0.5) > rule.part) return own;
     if (far.color > 0.8 && near.color > 0.8) return given.at<double>(at);
-    const double vote = rule.depthWeight * (2 * place - 1) +
-                        rule.colorWeight * std::log((near.color + 0.02) / (far.color + 0.02));
+    const double vote = 6 * (2 * place - 1) + std::log((near.color + 0.02) / (far.color + 0.02));
     return far.depth + (near.depth - far.depth) * (std::clamp(vote, -1.0, 1.0) + 1) / 2;
 }
 
@@ -646,13 +638,11 @@ cv::Mat referenceSharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, con
     cv::Mat given;
     depth.convertTo(given, CV_64F);
     cv::Mat source = given;
-    StepRule rule = evenStepRule(softness, 1);
-    if (flaws.isUneven) {
-        rule = unevenStepRule(softness);
-    } else if (flaws.isBlurred) {
+    StepRule rule = stepRule(softness, 1);
+    if (flaws.isBlurred) {
         const double sigma = (softness + 1) / 2.5;
         source = withHardSteps(given, deblurred(given, sigma), sigma);
-        rule = evenStepRule(softness / 2, 1);
+        rule = stepRule(softness / 2, 1);
     }
     const auto pass = [&](const cv::Mat& flat, const cv::Mat& from, const StepRule& how) {
         const cv::Mat squares = squaredSlopes(from);
@@ -663,7 +653,7 @@ cv::Mat referenceSharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, con
         return to;
     };
     const cv::Mat once = pass(given, source, rule);
-    const cv::Mat twice = pass(once, once, evenStepRule(2, 0.3));
+    const cv::Mat twice = pass(once, once, stepRule(2, 0.3));
     cv::Mat result(depth.size(), CV_32FC1);
     for (int y = 0; y < depth.rows; ++y) {
         for (int x = 0; x < depth.cols; ++x) {

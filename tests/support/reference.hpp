@@ -6,6 +6,7 @@
 
 #include <array>
 #include <opencv2/core.hpp>
+#include <vector>
 
 /// Slow, obvious twins of the library's fast paths, written from the formulas alone.
 namespace altiro3D::test {
@@ -74,9 +75,21 @@ cv::Mat referenceFitPlanes(const cv::Mat& photo, double noise, const cv::Mat& de
 cv::Mat referenceReturnDetail(const cv::Mat& measured, const cv::Mat& smooth);
 
 /// sharpenSteps(): per px and in double, from the formulas of docs/mathematics.md, 4a.4.
-/// @param photo [CV_8UC3] @param depth [as photo, CV_32FC1, 0..1]
+/// @param photo [CV_8UC3] @param flaws of even steps @param depth [as photo, CV_32FC1, 0..1]
 /// @return [as photo, CV_32FC1]
 cv::Mat referenceSharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, const cv::Mat& depth);
+
+/// decideContours(): per px and in double, from the formulas of docs/mathematics.md, 4a.5.
+/// @param photo [CV_8UC3] @param depth [as photo, CV_32FC1]
+/// @return [as photo, CV_32FC1]
+cv::Mat referenceDecideContours(const cv::Mat& photo, const cv::Mat& depth);
+
+/// straightenLines(): in double, from the formulas of docs/mathematics.md, 4a.6.
+/// @param lines ends in px, x and y @param depth [CV_32FC1]
+/// @param passes of the relaxation; the membrane comes to rest after some thousand
+/// @return [as depth, CV_32FC1]
+cv::Mat referenceStraightenLines(const std::vector<cv::Vec4f>& lines, const cv::Mat& depth,
+                                 int passes = 14);
 
 /// subjectWeights() of a photo of at most 320 px per side: per px, directly from the formula.
 /// @param photo [CV_8UC3] @param depth [CV_32FC1] @return [CV_32SC1]

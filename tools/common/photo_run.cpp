@@ -110,10 +110,8 @@ PhotoFit fitPicture(const PhotoItem& item, const PhotoRun& run, const Scene& sce
     PhotoFit fit = withMargins(plain, size, options.views);
     fitScene(scene, fit, options.views.focus, fitted, options.refine);
     if (run.choices.strength) {
-        cv::Vec2d range;
-        cv::minMaxLoc(shownDepth(fitted), &range[0], &range[1]);
         options.views.strengthPercent =
-            chooseStrength(options.views.focus, run.maker.layout(), range);
+            chooseStrength(options.views.focus, run.maker.layout(), shownDepth(fitted));
     }
     options.views = run.camera.apply(options.views, item.photo, size, fit, messages);
     const PhotoFit needed = withMargins(plain, size, options.views); // of the strength now

@@ -25,8 +25,9 @@ bool hasExtension(const std::filesystem::path& file, Extensions extensions) {
 } // namespace
 
 void addSceneOptions(CommandLine& commandLine, bool automatic) {
-    const std::string strengthAuto =
-        automatic ? "; auto: as much as the display shows without double edges, at most 20." : ".";
+    const std::string strengthAuto = automatic ? "; auto: as much as the display shows without "
+                                                 "double edges and the scene bears, at most 12."
+                                               : ".";
     const std::string focusAuto = automatic ? "; auto: the depth of the subject." : ".";
     commandLine.add(
         {"strength"},

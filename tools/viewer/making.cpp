@@ -96,8 +96,8 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
         const cv::Mat& photo = setup.document->picture;
         const PhotoFit fit = swayFitOf(setup);
         Scene scene;
-        fitScene({photo, setup.depth, setup.hidden, {}, setup.isMatched}, fit,
-                 setup.knobs.views.focus, scene);
+        fitScene({photo, setup.depth, setup.hidden, {}, setup.edges}, fit, setup.knobs.views.focus,
+                 scene);
         return writeSway(file, fit.size, {}, photoViews(scene, setup.knobs.views), tell);
     }
     const QuiltLayout layout = quiltLayout(setup);
@@ -144,7 +144,7 @@ PhotoFit fitOf(const Setup& setup, cv::Size size) {
 Scene fitted(const Setup& setup, cv::Size size) {
     Scene scene;
     if (setup.document->kind != Kind::Scene) return scene; // quilts and Natives need none
-    fitScene({setup.document->picture, setup.depth, setup.hidden, {}, setup.isMatched},
+    fitScene({setup.document->picture, setup.depth, setup.hidden, {}, setup.edges},
              fitOf(setup, size), setup.knobs.views.focus, scene);
     return scene;
 }
@@ -157,7 +157,7 @@ cv::Mat fittedPhoto(const Setup& setup, cv::Size size) {
 
 Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto) {
     const PhotoFit fit = fitOf(setup, size);
-    Scene scene{fittedPhoto, {}, {}, fit.shown(), setup.isMatched};
+    Scene scene{fittedPhoto, {}, {}, fit.shown(), setup.edges};
     applyFitToDepth(setup.depth, setup.document->picture.size(), fit, fittedPhoto,
                     setup.knobs.views.focus, scene.depth);
     refineScene(scene, {}, fit.filled());
@@ -222,9 +222,8 @@ void chooseAutomatic(Setup& setup, const std::function<Scene(const Setup&)>& fit
     chooseFromScene({setup.document->picture, setup.depth}, setup.display->aspect(), knobs.fit,
                     choices, knobs.framing, knobs.views.focus);
     if (!choices.strength) return;
-    cv::Vec2d range;
-    cv::minMaxLoc(shownDepth(fitToNative(setup)), &range[0], &range[1]);
-    knobs.views.strengthPercent = chooseStrength(knobs.views.focus, quiltLayout(setup), range);
+    knobs.views.strengthPercent =
+        chooseStrength(knobs.views.focus, quiltLayout(setup), shownDepth(fitToNative(setup)));
 }
 
 std::vector<Product> productsOf(Kind kind) {

@@ -20,8 +20,8 @@ struct Setup {
     bool flat = false;  ///< The depth has no range, see layFlatDepth().
     Knobs knobs;
     std::shared_ptr<const Display> display;
-    bool isMatched = false; ///< Scene::isMatched, also of painted depth that was matched before.
-    bool isChosen = false;  ///< `knobs` holds what chooseAutomatic() has chosen.
+    DepthEdges edges = DepthEdges::Unknown; ///< Scene::edges, also of depth that was painted on.
+    bool isChosen = false;                  ///< `knobs` holds what chooseAutomatic() has chosen.
 };
 
 /// Sets depth without a range to the focus, as the tools do, so that all views are equal.

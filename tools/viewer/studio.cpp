@@ -250,8 +250,13 @@ Frame Studio::render(const Request& request) {
     if (kind == Kind::Scene) {
         state_->how =
             state_->depthMaker->choose(request.knobs.depth, !request.document->rawDepth.empty());
-        setup.isMatched =
-            state_->how == kGivenDepth && request.document->origin == DepthOrigin::Matched;
+        if (state_->how != kGivenDepth) {
+            setup.edges = DepthEdges::Decided;
+        } else if (request.document->origin == DepthOrigin::Matched) {
+            setup.edges = DepthEdges::Matched;
+        } else {
+            setup.edges = DepthEdges::Unknown;
+        }
         if (request.painted.depth.empty()) {
             const DepthMap& map = state_->depth.get({request.document, state_->how}, [&] {
                 return state_->makeDepth(*request.document, state_->how);

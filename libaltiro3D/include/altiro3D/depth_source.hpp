@@ -105,6 +105,10 @@ class ALTIRO3D_EXPORT DepthSource {
     /// of the image of the last readImage(). @return Estimated, unless a source says otherwise
     [[nodiscard]] virtual DepthOrigin origin() const;
 
+    /// What is known of the edges of the depth that read() gives. @return Matched for origin()
+    ///         Matched, otherwise Unknown, unless a source says otherwise
+    [[nodiscard]] virtual DepthEdges edges() const;
+
     /// Meaning of the raw depth numbers that read() gives. @return the kind
     [[nodiscard]] virtual DepthKind kind() const = 0;
 
@@ -139,6 +143,11 @@ class ALTIRO3D_EXPORT DepthSource {
     /// @throws Error as the function that each source calls, see below
     virtual void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) = 0;
 
+    /// read() for a frame of a video: sources may spend less time on it. VideoConverter calls it.
+    /// @param image, photo, raw as for read()
+    /// @throws Error as read()
+    virtual void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw);
+
     /// read(), then normalizeDepth(): gives a photo and its depth map.
     ///
     /// @param image as for read(); may be `scene.photo`
@@ -149,7 +158,13 @@ class ALTIRO3D_EXPORT DepthSource {
     virtual void readScene(const cv::Mat& image, double flatDepth, Scene& scene);
 };
 
-/// Depth from a network: DepthNetwork::infer().
+/// Depth from a network, DepthEdges::Decided. For a photo, a network with InputShape::Photo runs
+/// twice: at its profile's size, and, mirrored, at 1.625 times that size (or at
+/// DepthNetwork::inputSize(), if that is larger than the profile's), whose edges the result takes.
+/// Other networks, those with a smaller input size, and frames of videos run once. Then straight
+/// lines of the photo get straight depth (not in frames), and steps for which there is evidence
+/// become hard; the others stay soft (docs/mathematics.md, 4a). The raw numbers are a depth map
+/// whose longer side is at most 512 px, 320 px for frames; kind() is NearWhite.
 /// @param network a loaded network
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);

@@ -119,6 +119,13 @@ struct HiddenLayer {
     cv::Mat depth; ///< [as HiddenLayer::photo, CV_32FC1, 0..1, 1 = nearest, NaN = unknown]
 };
 
+/// What is known of the edges of a depth map: what its refinement may correct.
+enum class DepthEdges {
+    Unknown, ///< Refinement measures their flaws and corrects them.
+    Matched, ///< Found by matching two pictures: they are not moved.
+    Decided  ///< Decided by the photo when the depth was estimated: they stay.
+};
+
 /// A photo and its depth map.
 struct Scene {
     cv::Mat photo;        ///< [rows x cols, CV_8UC3, BGR]
@@ -127,8 +134,7 @@ struct Scene {
     /// Columns that the panel shows, inside the photo; empty: all. Views have these columns only.
     /// The other columns are margins, which views from the side show at the edges of the panel.
     cv::Range shown{};
-    /// The depth was found by matching two pictures, so its edges are not moved by refinement.
-    bool isMatched = false;
+    DepthEdges edges = DepthEdges::Unknown; ///< Of the depth.
     /// Px by which refinement has extended near things over the band in which a soft photo is mixed
     /// (DepthFlaws::mixedPixels), 0..7. Method Layered splits the colours there.
     int mixedPixels = 0;
@@ -143,8 +149,8 @@ struct Scene {
     return scene.depth.colRange(shownColumns(scene));
 }
 
-/// Measures how the depth of a scene differs from its photo. Matched depth follows the photo: its
-/// growth and shift are 0.
+/// Measures how the depth of a scene differs from its photo. Growth and shift of
+/// DepthEdges::Matched are 0; DepthEdges::Decided have mixed px only.
 ///
 /// @param scene photo and depth of one size
 /// @return the flaws, as measureDepthFlaws() of photo and depth gives them

@@ -126,10 +126,13 @@ struct AutoChoices {
 };
 
 /// Limit of the result of chooseStrength(), %.
-constexpr double kMaxAutoStrength = 20;
+constexpr double kMaxAutoStrength = 12;
 /// With chooseStrength(), content moves by at most this part of the width between the outermost
 /// views, %: as with strength 10 and focus 0.5.
 constexpr double kMaxAutoParallax = 5;
+/// With chooseStrength(), at most this part of an outermost view shows what the photo does not, or
+/// stretched px, %. Much depth on few px, and depth that is in doubt, thus get less strength.
+constexpr double kMaxAutoHidden = 5;
 
 /// How likely each place of a scene belongs to its subject: places that are sharp, near, nearer
 /// than others in their row, and close to the middle have large weights; (7.1).
@@ -172,6 +175,16 @@ ALTIRO3D_EXPORT void subjectWeights(const cv::Mat& photo, const cv::Mat& depth, 
 /// @return strength in %
 [[nodiscard]] ALTIRO3D_EXPORT double chooseStrength(double focus, const QuiltLayout& quilt,
                                                     cv::Vec2d depthRange);
+
+/// The same for the depth of a picture, and at most so much that kMaxAutoHidden of an outermost
+/// view was hidden or is stretched; (7.4). Arguments are not checked.
+///
+/// @param focus depth on the panel's surface, 0..1
+/// @param quilt layout: view count and view size
+/// @param depth of what is shown [rows x cols, CV_32FC1, 0..1]
+/// @return strength in %
+[[nodiscard]] ALTIRO3D_EXPORT double chooseStrength(double focus, const QuiltLayout& quilt,
+                                                    const cv::Mat& depth);
 
 /// Chooses framing and focus of a scene, if `choices` requests them.
 ///

@@ -3,6 +3,7 @@
 #include "altiro3D/depth_map.hpp"
 
 #include "base/checks.hpp"
+#include "depth/depth_contours.hpp"
 #include "depth/depth_flaws.hpp"
 #include "depth/depth_noise.hpp"
 #include "depth/depth_planes.hpp"
@@ -75,7 +76,11 @@ DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refi
     int growth = static_cast<int>(std::lround(flaws.growthPixels));
     if (flaws.softnessPixels > 0) {
         if (growth != 0) shrink(result, growth);
-        sharpenSteps(photo, flaws, result);
+        if (flaws.isUneven) {
+            decideContours(photo, result);
+        } else {
+            sharpenSteps(photo, flaws, result);
+        }
         growth = 0;
     }
     growth -= flaws.mixedPixels; // at once, because thin things do not survive being shrunk first

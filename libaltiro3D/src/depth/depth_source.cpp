@@ -2,6 +2,7 @@
 
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
+#include "depth/network_estimate.hpp"
 
 #include <functional>
 #include <future>
@@ -50,14 +51,20 @@ class NetworkSource : public DepthSource {
     std::string description() const override {
         return "network " + profile_.name + " (" + file_.string() + ")";
     }
-    DepthKind kind() const override { return kindOf(profile_.output); }
+    DepthEdges edges() const override { return DepthEdges::Decided; }
+    DepthKind kind() const override { return DepthKind::NearWhite; }
     const DepthNetwork* network() const override { return network_ ? &*network_ : nullptr; }
     void load() override {
         if (!network_) network_ = load_();
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         load();
-        network_->infer(image, raw);
+        raw = estimatePhoto(*network_, image);
+        photo = image;
+    }
+    void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        load();
+        raw = estimateFrame(*network_, image);
         photo = image;
     }
 
@@ -127,6 +134,10 @@ DepthOrigin DepthSource::origin() const {
     return DepthOrigin::Estimated;
 }
 
+DepthEdges DepthSource::edges() const {
+    return origin() == DepthOrigin::Matched ? DepthEdges::Matched : DepthEdges::Unknown;
+}
+
 const DepthNetwork* DepthSource::network() const {
     return nullptr;
 }
@@ -137,6 +148,10 @@ cv::Mat DepthSource::readImage(const std::filesystem::path& file, Notes* notes) 
     return withNotes(readPhoto, file, notes);
 }
 
+void DepthSource::readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) {
+    read(image, photo, raw);
+}
+
 void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene) {
     DepthNormalization normalization;
     normalization.kind = kind();
@@ -144,7 +159,7 @@ void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene
     cv::Mat raw;
     read(image, scene.photo, raw);
     scene.hidden = {};
-    scene.isMatched = origin() == DepthOrigin::Matched;
+    scene.edges = edges();
     normalizeDepth(raw, scene.depth, normalization);
 }
 

@@ -20,7 +20,8 @@ using Wholes = hn::RebindToSigned<Floats>;
 
 // One vector of px. Arithmetic limits the speed, some 25 operations per tap and a table look-up.
 // @tparam kInside all taps are columns of the row
-template <bool kInside>
+// @tparam kSure row.sure is given
+template <bool kInside, bool kSure>
 HWY_INLINE void sumVector(const StepRow& row, const float* HWY_RESTRICT colorWeight, std::size_t x,
                           const StepSums& nearSide, const StepSums& farSide) {
     const Floats d;
@@ -44,6 +45,10 @@ HWY_INLINE void sumVector(const StepRow& row, const float* HWY_RESTRICT colorWei
         const auto depth = hn::LoadU(d, row.depth + at);
         const auto side = hn::Mul(hn::Sub(depth, middle), scale);
         auto weight = hn::Mul(hn::Mul(side, side), hn::Set(d, tap.weight));
+        if (kSure) {
+            const auto isClose = hn::Lt(hn::Abs(side), hn::Set(d, 2.0F));
+            weight = hn::IfThenElseZero(isClose, hn::Mul(weight, hn::LoadU(d, row.sure + at)));
+        }
         if (!kInside) {
             const auto column = hn::Add(columns, hn::Set(whole, tap.column));
             const auto inside = hn::AndNot(hn::Lt(column, hn::Zero(whole)), hn::Lt(column, end));
@@ -72,8 +77,9 @@ HWY_INLINE void sumVector(const StepRow& row, const float* HWY_RESTRICT colorWei
     hn::StoreU(farColor, d, farSide.color + x);
 }
 
-void sumStepSidesOn(const StepRow& row, const float* HWY_RESTRICT colorWeight,
-                    const StepSums& nearSide, const StepSums& farSide) {
+template <bool kSure>
+HWY_INLINE void sumRow(const StepRow& row, const float* HWY_RESTRICT colorWeight,
+                       const StepSums& nearSide, const StepSums& farSide) {
     const std::size_t lanes = hn::Lanes(Floats());
     const auto reach = static_cast<std::size_t>(row.reach);
     for (std::size_t x = 0; x < row.count; x += lanes) {
@@ -82,10 +88,19 @@ void sumStepSidesOn(const StepRow& row, const float* HWY_RESTRICT colorWeight,
             wanted |= row.wanted[i];
         if (wanted == 0) continue;
         if (x >= reach && x + lanes + reach <= row.count) {
-            sumVector<true>(row, colorWeight, x, nearSide, farSide);
+            sumVector<true, kSure>(row, colorWeight, x, nearSide, farSide);
         } else {
-            sumVector<false>(row, colorWeight, x, nearSide, farSide);
+            sumVector<false, kSure>(row, colorWeight, x, nearSide, farSide);
         }
+    }
+}
+
+void sumStepSidesOn(const StepRow& row, const float* HWY_RESTRICT colorWeight,
+                    const StepSums& nearSide, const StepSums& farSide) {
+    if (row.sure != nullptr) {
+        sumRow<true>(row, colorWeight, nearSide, farSide);
+    } else {
+        sumRow<false>(row, colorWeight, nearSide, farSide);
     }
 }
 

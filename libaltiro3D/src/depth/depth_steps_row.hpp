@@ -21,8 +21,11 @@ struct StepTap {
 /// all sides by the reach of the taps, and at the end of a row by kRowPadding; the other arrays
 /// also have kRowPadding.
 struct StepRow {
-    std::size_t count = 0;                   ///< Px of the row; taps beyond it are left out.
-    const float* depth = nullptr;            ///< Plane of depth.
+    std::size_t count = 0;        ///< Px of the row; taps beyond it are left out.
+    const float* depth = nullptr; ///< Plane of depth.
+    /// Plane of weights: px as members of a side. Null: all count fully, also those that are
+    /// farther from the middle than the height of the step.
+    const float* sure = nullptr;
     const std::int32_t* blueGreen = nullptr; ///< Plane of colours: blue + 65536 green.
     const std::int32_t* red = nullptr;       ///< Plane of colours: red.
     const std::uint8_t* wanted = nullptr;    ///< Not 0: the px is wanted.

@@ -100,6 +100,9 @@ class FoundDepthSource : public DepthSource {
     DepthOrigin origin() const override {
         return found_.description.empty() ? otherwise_->origin() : found_.origin;
     }
+    DepthEdges edges() const override {
+        return found_.description.empty() ? otherwise_->edges() : DepthSource::edges();
+    }
     DepthKind kind() const override {
         return found_.description.empty() ? otherwise_->kind() : DepthKind::NearWhite;
     }
@@ -109,6 +112,10 @@ class FoundDepthSource : public DepthSource {
         if (found_.raw.empty()) return otherwise_->read(image, photo, raw);
         found_.raw.copyTo(raw); // may be read again
         photo = image;
+    }
+    void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        if (found_.raw.empty()) return otherwise_->readFrame(image, photo, raw);
+        read(image, photo, raw);
     }
     void readScene(const cv::Mat& image, double flatDepth, Scene& scene) override {
         if (found_.raw.empty()) return otherwise_->readScene(image, flatDepth, scene);

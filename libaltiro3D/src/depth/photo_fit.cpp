@@ -266,10 +266,21 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
 
 DepthFlaws measureDepthFlaws(const Scene& scene) {
     DepthFlaws flaws = measureDepthFlaws(scene.photo, scene.depth);
-    if (!scene.isMatched) return flaws;
-    // Matching widens near things where the background is plain. Correction would erode all.
-    flaws.growthPixels = 0;
-    flaws.shiftPixels = {};
+    switch (scene.edges) {
+    case DepthEdges::Unknown:
+        break;
+    case DepthEdges::Matched:
+        // Matching widens near things where the background is plain. Correction would erode all.
+        flaws.growthPixels = 0;
+        flaws.shiftPixels = {};
+        break;
+    case DepthEdges::Decided: {
+        const int mixedPixels = flaws.mixedPixels;
+        flaws = {};
+        flaws.mixedPixels = mixedPixels;
+        break;
+    }
+    }
     return flaws;
 }
 
@@ -287,8 +298,8 @@ DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options, const cv
     const cv::Mat whole = scene.depth.clone(); // others may share its memory
     cv::Mat depth = whole(inside);
     DepthRefineOptions refine = options;
-    if (!refine.flaws && scene.isMatched)
-        refine.flaws = measureDepthFlaws(Scene{photo, depth, {}, {}, true});
+    if (!refine.flaws && scene.edges != DepthEdges::Unknown)
+        refine.flaws = measureDepthFlaws(Scene{photo, depth, {}, {}, scene.edges});
     const DepthFlaws flaws = refineDepth(photo, depth, depth, refine);
     scene.depth = whole;
     scene.mixedPixels = flaws.mixedPixels;
@@ -303,7 +314,7 @@ void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitt
     applyFit(scene.photo, fit, result.photo);
     applyFitToDepth(scene.depth, photoSize, fit, result.photo, focus, result.depth);
     result.shown = fit.shown();
-    result.isMatched = scene.isMatched;
+    result.edges = scene.edges;
     refineScene(result, refine, fit.filled());
     fitted = result;
 }

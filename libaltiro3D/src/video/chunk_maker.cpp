@@ -42,7 +42,7 @@ std::uint64_t processorOf(VideoConversion& conversion) {
     }
     cv::Mat photo;
     cv::Mat raw;
-    conversion.depth->read(picture, photo, raw);
+    conversion.depth->readFrame(picture, photo, raw);
     return pictureHash(raw) | 1U; // 0: depth is not estimated
 }
 

@@ -110,7 +110,7 @@ ConversionRun::ConversionRun(VideoConversion given, std::optional<ChunkRange> ra
         depth_ = std::make_unique<FrameDepth>(conversion, facts);
         const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
         renderer = makePhotoRenderer(conversion, target, depth_->photoSize(facts.size),
-                                     depth_->photoAspect(aspect));
+                                     depth_->photoAspect(aspect), depth_->edges());
     }
     encoding = encodingOf(conversion, facts, renderer->size());
     if (range_) {

@@ -47,7 +47,7 @@ void FrameDepth::start() {
     const auto estimate = [this](const cv::Mat& picture, cv::Mat& raw) {
         if (source_) {
             cv::Mat photo;
-            source_->read(picture, photo, raw);
+            source_->readFrame(picture, photo, raw);
         } else {
             raw_.copyTo(raw);
         }

@@ -35,6 +35,8 @@ class FrameDepth {
     /// Size of the photos in frames of a given size, and the shape of the scene that they show.
     cv::Size photoSize(cv::Size frame) const;
     double photoAspect(double frameAspect) const;
+    /// What is known of the edges of the depth.
+    DepthEdges edges() const { return source_ ? source_->edges() : DepthEdges::Unknown; }
     /// Remarks, for people.
     Notes notes() const { return given_ ? given_->notes() : Notes(); }
 

@@ -85,8 +85,9 @@ bool takeNumbers(SavedState& state, const Values& least, const Values& most, Val
 // Natives and quilts of photos with depth.
 class ViewsRenderer : public FrameRenderer {
   public:
-    ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, double seenAspect)
-        : options_(conversion.native), target_(target), seenAspect_(seenAspect),
+    ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, double seenAspect,
+                  DepthEdges edges)
+        : options_(conversion.native), target_(target), seenAspect_(seenAspect), edges_(edges),
           isGiven_(conversion.given.has_value()), wanted_(conversion.choices),
           workSize_(options_.keepResolution ? target.panelSize : target.layout.tileSize) {
         // Fast gains little by edges that fit, and estimated depth has no noise
@@ -163,8 +164,10 @@ class ViewsRenderer : public FrameRenderer {
         chooseFromScene(scene, aspect, options_.fit, wanted_, options_.framing,
                         options_.views.focus);
         if (wanted_.strength) {
+            // later frames of the scene may hold any depth
             options_.views.strengthPercent =
-                chooseStrength(options_.views.focus, target_.layout, {0, 1});
+                std::min(chooseStrength(options_.views.focus, target_.layout, {0, 1}),
+                         chooseStrength(options_.views.focus, target_.layout, scene.depth));
         }
         useChosen();
         isChosen_ = true;
@@ -209,7 +212,8 @@ class ViewsRenderer : public FrameRenderer {
     }
 
     void measure(const PipelineFrame& frame, const cv::Rect& part) {
-        if (isMeasured(frame)) flaws_ = measureDepthFlaws(fitted_.photo(part), fitted_.depth(part));
+        if (!isMeasured(frame)) return;
+        flaws_ = measureDepthFlaws(Scene{fitted_.photo(part), fitted_.depth(part), {}, {}, edges_});
     }
 
     void refine(const PipelineFrame& frame, const cv::Rect& part) {
@@ -223,6 +227,7 @@ class ViewsRenderer : public FrameRenderer {
     NativeOptions options_;
     VideoTarget target_;
     double seenAspect_;
+    DepthEdges edges_;
     bool isGiven_;
     bool isPlain_ = false; // depth is fitted without regard to edges
     AutoChoices wanted_;
@@ -322,11 +327,11 @@ class QuiltRenderer : public FrameRenderer {
 
 std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversion,
                                                  const VideoTarget& target, cv::Size photo,
-                                                 double seenAspect) {
+                                                 double seenAspect, DepthEdges edges) {
     if (conversion.product == VideoProduct::Rgbd) {
         return std::make_unique<RgbdRenderer>(conversion.native.views.focus, photo, seenAspect);
     }
-    return std::make_unique<ViewsRenderer>(conversion, target, seenAspect);
+    return std::make_unique<ViewsRenderer>(conversion, target, seenAspect, edges);
 }
 
 std::unique_ptr<FrameRenderer> makeQuiltRenderer(const VideoConversion& conversion,

@@ -47,10 +47,11 @@ class FrameRenderer {
 /// The stage for frames with depth.
 /// @param photo size of the photos
 /// @param seenAspect width : height of the photos as displayed
+/// @param edges what is known of the edges of the depth
 /// @throws Error
 std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversion,
                                                  const VideoTarget& target, cv::Size photo,
-                                                 double seenAspect);
+                                                 double seenAspect, DepthEdges edges);
 
 /// The stage for frames that are quilts.
 /// @throws Error

@@ -79,6 +79,20 @@ void checkWeights(const cv::Mat& weights) {
     checkType(weights, {CV_32SC1}, "weights", "CV_32SC1, from subjectWeights()");
 }
 
+// How much depth falls along a row, from one side or the other; mean of the rows.
+double fallOfRows(const cv::Mat& depth) {
+    double right = 0;
+    double left = 0;
+    for (int y = 0; y < depth.rows; ++y) {
+        const float* const row = depth.ptr<float>(y);
+        for (int x = 1; x < depth.cols; ++x) {
+            const double step = static_cast<double>(row[x]) - static_cast<double>(row[x - 1]);
+            (step < 0 ? right : left) += std::abs(step);
+        }
+    }
+    return std::max(right, left) / depth.rows;
+}
+
 cv::Rect middleHalf(const cv::Rect& part) {
     return {part.x + part.width / 4, part.y + part.height / 4, part.width - part.width / 4 * 2,
             part.height - part.height / 4 * 2};
@@ -191,6 +205,13 @@ double chooseStrength(double focus, const QuiltLayout& quilt, cv::Vec2d depthRan
     }
     const double strength = 100 * widths / reach; // infinite for a flat picture in focus
     return strength < kMaxAutoStrength ? strength : kMaxAutoStrength;
+}
+
+double chooseStrength(double focus, const QuiltLayout& quilt, const cv::Mat& depth) {
+    cv::Vec2d range;
+    cv::minMaxLoc(depth, &range[0], &range[1]);
+    const double hidden = 2 * kMaxAutoHidden / fallOfRows(depth); // infinite for level rows
+    return std::min(chooseStrength(focus, quilt, range), hidden);
 }
 
 void chooseFromScene(const Scene& scene, double panelAspect, FitMode fit,

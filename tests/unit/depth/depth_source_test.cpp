@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
@@ -27,18 +28,37 @@ std::unique_ptr<DepthSource> ownSource() {
     return depthFromNetwork(DepthNetwork(network.file, network.profile));
 }
 
-TEST(DepthSource, ANetworkIsTakenAsItIs) {
-    const cv::Mat photo = scenery({300, 200}, 3);
+TEST(DepthSource, ANetworkOrdersThePhotoAsItsRunsDo) {
     const InstalledNetwork network = ownNetwork();
-    cv::Mat expected;
-    DepthNetwork(network.file, network.profile).infer(photo, expected);
+    DepthNetwork runs(network.file, network.profile);
     const auto source = ownSource();
-    cv::Mat same;
-    cv::Mat raw;
-    source->read(photo, same, raw);
-    EXPECT_TRUE(samePicture(same, photo));
-    EXPECT_TRUE(samePicture(raw, expected));
+    for (const cv::Size size : {cv::Size(300, 200), cv::Size(750, 1000)}) {
+        const cv::Mat photo = scenery(size, 3);
+        cv::Mat layout;
+        runs.estimate(photo, layout);
+        cv::Mat mirrored;
+        cv::flip(photo, mirrored, 1);
+        cv::Mat detail;
+        runs.estimate(mirrored, detail, 416);
+        cv::flip(detail, detail, 1);
+        cv::Mat same;
+        cv::Mat raw;
+        source->read(photo, same, raw);
+        EXPECT_TRUE(samePicture(same, photo));
+        EXPECT_EQ(raw.size(), size.height > 512 ? cv::Size(384, 512) : size);
+        EXPECT_TRUE(cv::checkRange(raw, true, nullptr, -0.1, 1.1));
+        cv::resize(layout, layout, raw.size());
+        cv::resize(detail, detail, raw.size());
+        const cv::Mat all(raw.size(), CV_8UC1, cv::Scalar(255));
+        EXPECT_GT(rankCorrelation(raw, 0.65 * layout + 0.35 * detail, all), 0.97) << size;
+        source->readFrame(photo, same, raw);
+        EXPECT_EQ(raw.size(), size.height > 320 ? cv::Size(240, 320) : size);
+        cv::resize(layout, layout, raw.size());
+        EXPECT_GT(rankCorrelation(raw, layout, cv::Mat(raw.size(), CV_8UC1, cv::Scalar(255))), 0.97)
+            << size;
+    }
     EXPECT_EQ(source->kind(), DepthKind::NearWhite);
+    EXPECT_EQ(source->edges(), DepthEdges::Decided);
     EXPECT_EQ(source->description(), "network altiro3d (" + network.file.string() + ")");
     EXPECT_EQ(source->origin(), DepthOrigin::Estimated);
     EXPECT_EQ(depthFromFile("d.png")->origin(), DepthOrigin::Given);
@@ -271,7 +291,7 @@ TEST(DepthSource, APairBringsWhatOnlyTheRightEyeSees) {
     const auto source = depthFromStereo(input, ownSource());
     Scene scene;
     source->readScene(source->readImage(directory / "left.png"), 0.5, scene);
-    EXPECT_TRUE(scene.isMatched);
+    EXPECT_EQ(scene.edges, DepthEdges::Matched);
     ASSERT_EQ(scene.hidden.photo.size(), eyes.left.size());
     ASSERT_EQ(scene.hidden.depth.size(), eyes.left.size());
     const cv::Rect thing = thingInLeft();
@@ -281,7 +301,7 @@ TEST(DepthSource, APairBringsWhatOnlyTheRightEyeSees) {
     EXPECT_GT(scene.depth.at<float>(behind), scene.depth.at<float>(beside) + 0.5F);
     ownSource()->readScene(eyes.left, 0.5, scene);
     EXPECT_TRUE(scene.hidden.photo.empty());
-    EXPECT_FALSE(scene.isMatched);
+    EXPECT_EQ(scene.edges, DepthEdges::Decided);
 }
 
 TEST(DepthSource, APairThatDoesNotMatchTakesItsDepthElsewhere) {

@@ -372,7 +372,7 @@ TEST(PhotoFit, MatchedDepthIsNeitherShrunkNorShifted) {
     fitScene(scene, fit, 0.5, fitted);
     EXPECT_LT(cv::mean(fitted.depth)[0], cv::mean(scene.depth)[0] - 0.02);
     altiro3D::Scene matched = scene;
-    matched.isMatched = true;
+    matched.edges = altiro3D::DepthEdges::Matched;
     fitScene(matched, fit, 0.5, fitted);
     EXPECT_TRUE(samePicture(fitted.depth, scene.depth));
     DepthRefineOptions known; // what is known is used

@@ -194,7 +194,9 @@ TEST_F(VideoConverterTest, ChoicesAreThoseOfTheFirstFrameAndSurviveAnInterruptio
     NativeOptions options;
     chooseFromScene(first, display.aspect(), FitMode::Cover, {true, true, false}, options.framing,
                     options.views.focus);
-    options.views.strengthPercent = chooseStrength(options.views.focus, display.quilt, {0, 1});
+    options.views.strengthPercent =
+        std::min(chooseStrength(options.views.focus, display.quilt, {0, 1}),
+                 chooseStrength(options.views.focus, display.quilt, first.depth));
     EXPECT_EQ(result.choices.front().framing, options.framing);
     EXPECT_EQ(result.choices.front().focus, options.views.focus);
     EXPECT_EQ(result.choices.front().strengthPercent, options.views.strengthPercent);
@@ -289,14 +291,15 @@ TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
     altiro3D::Scene scene{pictures("clip.mkv").front(), {}};
     cv::Mat photo;
     cv::Mat raw;
-    estimatedDepth()->read(scene.photo, photo, raw);
+    estimatedDepth()->readFrame(scene.photo, photo, raw);
     normalizeDepth(raw, scene.depth);
+    scene.edges = DepthEdges::Decided;
     cv::Mat native;
     NativeMaker(smallDisplay()).makeNative(scene, native);
     EXPECT_TRUE(samePicture(pictures("native.mkv").front(), native));
 }
 
-TEST_F(VideoConverterTest, EstimatedDepthIsRefinedForLayeredAlone) {
+TEST_F(VideoConverterTest, KnownFlawsOfEstimatedDepthAreCorrected) {
     writeClip(directory / "clip.mkv", movingPictures({480, 640}, 1));
     const auto first = [this](ViewMethod method, const DepthRefineOptions& refine) {
         VideoConversion made = conversion("native.mkv");
@@ -308,10 +311,10 @@ TEST_F(VideoConverterTest, EstimatedDepthIsRefinedForLayeredAlone) {
     };
     const DepthRefineOptions asItIs{DepthFlaws()};
     EXPECT_TRUE(samePicture(first(ViewMethod::Fast, {}), first(ViewMethod::Fast, asItIs)));
-    EXPECT_FALSE(samePicture(first(ViewMethod::Layered, {}), first(ViewMethod::Layered, asItIs)));
-    DepthFlaws soft; // what the caller knows of the depth is corrected for every method
-    soft.softnessPixels = 4;
-    EXPECT_FALSE(samePicture(first(ViewMethod::Fast, {soft}), first(ViewMethod::Fast, asItIs)));
+    DepthFlaws large; // what the caller knows of the depth is corrected for every method
+    large.growthPixels = 3;
+    for (const ViewMethod method : {ViewMethod::Fast, ViewMethod::Layered})
+        EXPECT_FALSE(samePicture(first(method, {large}), first(method, asItIs)));
 }
 
 TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanContinueToTheSameBytes) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D::test {
 namespace {
@@ -94,10 +95,12 @@ TEST(Subject, StrengthKeepsTheWarningSilentAndUsesWhatIsThere) {
         layout.viewCount = views;
         for (const double focus : {0.0, 0.3, 0.5, 1.0}) {
             for (const cv::Vec2d& range :
-                 {cv::Vec2d(0, 1), cv::Vec2d(0.4, 0.6), cv::Vec2d(0.5, 0.5)}) {
+                 {cv::Vec2d(0, 1), cv::Vec2d(0.25, 0.75), cv::Vec2d(0.5, 0.5)}) {
                 ViewOptions options;
                 options.focus = focus;
-                options.strengthPercent = chooseStrength(focus, layout, range);
+                cv::Mat depth(4, 100, CV_32FC1, cv::Scalar(range[0])); // falls little per row
+                depth.at<float>(0, 0) = static_cast<float>(range[1]);
+                options.strengthPercent = chooseStrength(focus, layout, depth);
                 const double reach =
                     std::max(std::abs(range[0] - focus), std::abs(range[1] - focus));
                 const double pixels = adjacentParallax(options, layout, panel, range).viewPixels;
@@ -111,6 +114,25 @@ TEST(Subject, StrengthKeepsTheWarningSilentAndUsesWhatIsThere) {
                             options.strengthPercent == kMaxAutoStrength);
             }
         }
+    }
+}
+
+TEST(Subject, StrengthGivesWayWhereMuchWasHidden) {
+    QuiltLayout layout;
+    layout.viewCount = 48;
+    for (const int bars : {1, 2, 5, 20}) {
+        // bars that hide a part of what is behind them in every row, from both sides
+        cv::Mat depth = cv::Mat::zeros(30, 400, CV_32FC1);
+        for (int i = 0; i < bars; ++i)
+            depth.colRange(20 * i + 5, 20 * i + 10).setTo(0.75);
+        const double strength = chooseStrength(0.5, layout, depth);
+        // each bar of height 0.75 uncovers 0.75 * strength / 2 percent of an outermost view
+        const double hidden = bars * 0.75 * strength / 2;
+        EXPECT_LE(hidden, kMaxAutoHidden * (1 + 1e-12)) << bars;
+        EXPECT_TRUE(hidden > kMaxAutoHidden * 0.999999 || bars == 1) << bars;
+        cv::Mat soft;
+        cv::blur(depth, soft, {3, 1}); // in doubt: stretched instead
+        EXPECT_NEAR(chooseStrength(0.5, layout, soft), strength, 1e-4 * strength) << bars;
     }
 }
 

@@ -1,27 +1,35 @@
-"""Averages the weights of two exported networks, of which one was trained further from the other.
+"""Averages the weights of exported networks that were trained further from one another.
 
-Usage: average.py FIRST.onnx SECOND.onnx OUT.onnx
+Usage: average.py OUT.onnx FILE.onnx... [--shares SHARE...]     equal shares by default
 """
+import argparse
 import hashlib
-import sys
 
 import onnx
 from onnx import numpy_helper
 
 
 def main():
-    first, second, out = sys.argv[1:]
-    mean, other = onnx.load(first), onnx.load(second)
-    others = {weights.name: numpy_helper.to_array(weights) for weights in other.graph.initializer}
-    for weights in mean.graph.initializer:
-        own = numpy_helper.to_array(weights)
+    parser = argparse.ArgumentParser()
+    parser.add_argument("out")
+    parser.add_argument("files", nargs="+")
+    parser.add_argument("--shares", type=float, nargs="+", help="of the files, in their order; any sum")
+    args = parser.parse_args()
+    shares = args.shares or [1] * len(args.files)
+    if len(shares) != len(args.files):
+        parser.error(f"--shares: {len(shares)} shares, expected {len(args.files)}, one for each file")
+
+    models = [onnx.load(file) for file in args.files]
+    values = [{w.name: numpy_helper.to_array(w) for w in model.graph.initializer} for model in models]
+    for weights in models[0].graph.initializer:
+        own = values[0][weights.name]
         if own.dtype.kind == "f" and own.size > 0:
-            average = (0.5 * own + 0.5 * others[weights.name]).astype(own.dtype)
-            weights.CopyFrom(numpy_helper.from_array(average, weights.name))
-    onnx.save(mean, out)
-    with open(out, "rb") as stream:
+            mean = sum(share / sum(shares) * v[weights.name].astype("float64") for share, v in zip(shares, values))
+            weights.CopyFrom(numpy_helper.from_array(mean.astype(own.dtype), weights.name))
+    onnx.save(models[0], args.out)
+    with open(args.out, "rb") as stream:
         data = stream.read()
-    print(f"{out}: {len(data)} bytes, SHA-256 {hashlib.sha256(data).hexdigest()}")
+    print(f"{args.out}: {len(data)} bytes, SHA-256 {hashlib.sha256(data).hexdigest()}")
 
 
 if __name__ == "__main__":

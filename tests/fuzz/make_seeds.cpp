@@ -90,6 +90,35 @@ std::string pngChunk(const std::string& name, const std::string& data) {
     return bigEndian(data.size(), 4) + name + data + bigEndian(0, 4);
 }
 
+// Samples, a page that is a thumbnail, and one that is not.
+std::string tiffFile(unsigned photometric, unsigned bits, unsigned planes) {
+    const std::string samples(192, 'T');
+    const unsigned channels = photometric == 5 ? 4 : photometric == 2 || photometric > 5 ? 3 : 1;
+    const auto page = [&](unsigned subfile) {
+        const std::vector<std::pair<unsigned, std::size_t>> tags = {{0xfe, subfile},
+                                                                    {0x100, 3},
+                                                                    {0x101, 2},
+                                                                    {0x102, bits},
+                                                                    {0x103, 1},
+                                                                    {0x106, photometric},
+                                                                    {0x111, 8},
+                                                                    {0x112, 6},
+                                                                    {0x115, channels},
+                                                                    {0x116, 2},
+                                                                    {0x117, samples.size()},
+                                                                    {0x11c, planes},
+                                                                    {0x153, bits == 32 ? 3U : 1U}};
+        std::string directory = littleEndian(tags.size(), 2);
+        for (const auto& [tag, value] : tags)
+            directory += littleEndian(tag, 2) + littleEndian(3, 2) + littleEndian(1, 4) +
+                         littleEndian(value, 4);
+        return directory;
+    };
+    const std::size_t first = 8 + samples.size();
+    return std::string("II*\0", 4) + littleEndian(first, 4) + samples + page(1) +
+           littleEndian(first + page(1).size() + 4, 4) + page(0) + littleEndian(0, 4);
+}
+
 std::vector<std::string> samplePictures() {
     std::vector<std::string> all;
     for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4, CV_16UC1, CV_16UC3, CV_16UC4}) {
@@ -140,24 +169,12 @@ std::vector<std::string> samplePictures() {
     };
     all.push_back(riff("VP8X" + littleEndian(10, 4) + std::string("\x1a\0\0\0\7\0\0\7\0\0", 10) +
                        "EXIF" + littleEndian(exif.size(), 4) + exif + "ANMF" + littleEndian(0, 4)));
-    // one TIFF directory with tags that are looked at, then one more page
-    const auto entry = [](unsigned tag, unsigned type, std::size_t value) {
-        return littleEndian(tag, 2) + littleEndian(type, 2) + littleEndian(1, 4) +
-               littleEndian(value, 4);
-    };
-    std::string page = littleEndian(8, 2);
-    for (const auto& [tag, value] : {std::pair{0x100U, 3U},
-                                     {0x101U, 2U},
-                                     {0x102U, 8U},
-                                     {0x106U, 3U},
-                                     {0x112U, 6U},
-                                     {0x115U, 1U},
-                                     {0x152U, 1U},
-                                     {0x11cU, 1U}})
-        page += entry(tag, 3, value);
-    const std::size_t next = 8 + page.size() + 4;
-    all.push_back(std::string("II*\0", 4) + littleEndian(8, 4) + page + littleEndian(next, 4) +
-                  page + littleEndian(0, 4));
+    for (const unsigned photometric : {0U, 1U, 2U, 3U, 5U, 6U, 8U, 9U, 32845U}) {
+        for (const unsigned bits : {1U, 8U, 12U, 16U, 32U}) {
+            for (const unsigned planes : {1U, 2U})
+                all.push_back(tiffFile(photometric, bits, planes));
+        }
+    }
     all.push_back(std::string("MM\0+\0\10\0\0\0\0\0\0\0\0\0\x10\0\0\0\0\0\0\0\1\1\0\0\3", 28) +
                   std::string(24, '\0'));
     all.push_back(std::string("v/1\1\2\0\0\0", 8) + std::string("dataWindow\0box2i\0", 17) +

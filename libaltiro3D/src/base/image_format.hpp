@@ -22,6 +22,13 @@ enum class ImageFormat {
     Avif
 };
 
+/// How the colours of a picture with alpha are stored.
+enum class AlphaKind {
+    Straight,      ///< Colours are independent of alpha.
+    Premultiplied, ///< Colours are already multiplied by alpha.
+    Unstated       ///< The file does not state it.
+};
+
 /// Whether libheif reads a format.
 inline bool isHeif(ImageFormat format) {
     return format == ImageFormat::Heic || format == ImageFormat::Avif;

@@ -4,6 +4,7 @@
 #include "base/inflate.hpp"
 #include "base/text.hpp"
 #include "image/jpeg_walk.hpp"
+#include "image/tiff_file.hpp"
 
 #include <algorithm>
 #include <map>
@@ -79,19 +80,15 @@ std::string iccOfWebP(string_view bytes) {
     return {};
 }
 
-// Of the first directory. BigTIFF is left out.
-std::string iccOfTiff(string_view bytes) {
-    const ByteReader reader(bytes, bytes[0] == 'I');
-    if (reader.u16(2) != 42) return {};
-    const std::uint64_t directory = reader.u32(4);
-    const unsigned entries = reader.u16(directory);
-    for (unsigned i = 0; i < entries; ++i) {
-        const std::uint64_t entry = directory + 2 + std::uint64_t{12} * i;
-        if (!reader.holds(entry, 12)) break;
-        if (reader.u16(entry) == 34675)
-            return profileOf(reader.text(reader.u32(entry + 8), reader.u32(entry + 4)));
+ColourFacts ofTiff(string_view bytes) {
+    ColourFacts facts;
+    try {
+        const TiffFile file(bytes);
+        facts.icc = file.iccProfile();
+        if (file.facts().isLight) facts.gamma = 1;
+    } catch (const TiffFailure&) { // decoding reports it
     }
-    return {};
+    return facts;
 }
 
 ColourFacts ofHeif(string_view bytes) {
@@ -117,7 +114,7 @@ ColourFacts readColourFacts(string_view bytes, ImageFormat format) {
         facts.icc = iccOfWebP(bytes);
         break;
     case ImageFormat::Tiff:
-        facts.icc = iccOfTiff(bytes);
+        facts = ofTiff(bytes);
         break;
     case ImageFormat::Heic:
     case ImageFormat::Avif:

@@ -55,6 +55,14 @@ bool isCmykProfile(std::string_view icc);
 /// @return [CV_8UC3, BGR]; empty if the profile is damaged
 cv::Mat inksToSrgb(const cv::Mat& inks, const std::string& icc, bool isInverted);
 
+/// @param lab [CV_32FC3] L* 0..100, a*, b*, of a white of D50
+/// @return [CV_16UC3, BGR] sRGB
+cv::Mat labToSrgb(const cv::Mat& lab);
+
+/// @param light [CV_32FC3] X, Y, Z
+/// @return [CV_32FC3, BGR] the same light in the primaries of sRGB, not encoded
+cv::Mat xyzToRgb(const cv::Mat& light);
+
 /// The light of an HDR picture as sRGB, in plain formulas: the reference of convertToSrgb() for PQ
 /// and HLG, whose tables it fills.
 /// @param value 0..1, as encoded @param transfer 16 (PQ) or 18 (HLG)

@@ -126,11 +126,13 @@ bool changesLittle(const Profile& profile, bool isGrey) {
 }
 
 // Converts all rows on all threads. Empty if the profile cannot be used.
-cv::Mat converted(const cv::Mat& picture, const Profile& profile, cmsUInt32Number input) {
-    const bool deep = picture.depth() == CV_16U;
-    const Transform transform = transformOf(profile, input, deep ? TYPE_BGR_16 : TYPE_BGR_8);
+// @param depth of the result
+cv::Mat converted(const cv::Mat& picture, const Profile& profile, cmsUInt32Number input,
+                  int depth) {
+    const Transform transform =
+        transformOf(profile, input, depth == CV_16U ? TYPE_BGR_16 : TYPE_BGR_8);
     if (!transform) return {};
-    cv::Mat result(picture.size(), deep ? CV_16UC3 : CV_8UC3);
+    cv::Mat result(picture.size(), CV_MAKETYPE(depth, 3));
     cv::parallel_for_(cv::Range(0, picture.rows), [&](const cv::Range& rows) {
         cmsDoTransformLineStride(transform.get(), picture.ptr(rows.start), result.ptr(rows.start),
                                  static_cast<cmsUInt32Number>(picture.cols),
@@ -145,7 +147,7 @@ bool apply(const Profile& profile, bool isGrey, cv::Mat& picture) {
     const bool deep = picture.depth() == CV_16U;
     const cmsUInt32Number input =
         isGrey ? (deep ? TYPE_GRAY_16 : TYPE_GRAY_8) : (deep ? TYPE_BGR_16 : TYPE_BGR_8);
-    const cv::Mat result = converted(picture, profile, input);
+    const cv::Mat result = converted(picture, profile, input, picture.depth());
     if (result.empty()) return false;
     picture = result;
     return true;
@@ -331,7 +333,19 @@ bool isCmykProfile(std::string_view icc) {
 
 cv::Mat inksToSrgb(const cv::Mat& inks, const std::string& icc, bool isInverted) {
     if (icc.empty()) return usualColours(inks, isInverted);
-    return converted(inks, profileOf(icc), isInverted ? TYPE_CMYK_8_REV : TYPE_CMYK_8);
+    return converted(inks, profileOf(icc), isInverted ? TYPE_CMYK_8_REV : TYPE_CMYK_8, CV_8U);
+}
+
+cv::Mat labToSrgb(const cv::Mat& lab) {
+    return converted(lab, Profile(cmsCreateLab4Profile(nullptr)), TYPE_Lab_FLT, CV_16U);
+}
+
+cv::Mat xyzToRgb(const cv::Mat& light) {
+    const cv::Matx33d toRgb = toXyz(kSrgb).inv();
+    const cv::Matx33d toBgr = cv::Matx33d(0, 0, 1, 0, 1, 0, 1, 0, 0) * toRgb;
+    cv::Mat rgb;
+    cv::transform(light, rgb, toBgr);
+    return rgb;
 }
 
 double linearLight(double value, int transfer) {

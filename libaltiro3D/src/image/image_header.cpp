@@ -5,10 +5,10 @@
 #include "image/exif.hpp"
 #include "image/heif_file.hpp"
 #include "image/jpeg_walk.hpp"
+#include "image/tiff_file.hpp"
 
 #include <algorithm>
 #include <array>
-#include <set>
 
 namespace altiro3D {
 
@@ -16,7 +16,6 @@ namespace {
 
 using std::string_view;
 
-constexpr unsigned kMaxPages = 10000;
 constexpr unsigned kMaxTextProfiles = 4; // of a PNG; each may have to be inflated
 
 // Takes the values that are missing from other facts.
@@ -126,120 +125,30 @@ void readJpeg(string_view bytes, ImageHeader& header) {
 
 // --------------------------------------------------------------------------------------- TIFF
 
-struct TiffShape {
-    bool big = false;
-    unsigned countBytes = 2;
-    unsigned entryBytes = 12;
-    unsigned offsetBytes = 4;
-};
-
-// The first value of an entry of type BYTE, SHORT, LONG or LONG8.
-std::uint64_t tiffValue(const ByteReader& reader, std::uint64_t entry, const TiffShape& shape) {
-    const unsigned type = reader.u16(entry + 2);
-    const unsigned size = type == 1 ? 1 : type == 3 ? 2 : type == 4 ? 4 : type == 16 ? 8 : 0;
-    if (size == 0) return 0;
-    const std::uint64_t count = reader.number(entry + 4, shape.offsetBytes);
-    const std::uint64_t inlineAt = entry + 4 + shape.offsetBytes;
-    const bool fits = count <= shape.offsetBytes / size;
-    return reader.number(fits ? inlineAt : reader.number(inlineAt, shape.offsetBytes), size);
-}
-
-struct TiffFacts {
-    unsigned photometric = 1;
-    unsigned samples = 1;
-    unsigned pages = 0;
-};
-
-// Reads the directory of the first page.
-void readTiffDirectory(const ByteReader& reader, std::uint64_t first, std::uint64_t entries,
-                       const TiffShape& shape, ImageHeader& header, TiffFacts& facts) {
-    std::set<unsigned> tags;
-    for (std::uint64_t i = 0; i < entries; ++i) {
-        const std::uint64_t entry = first + i * shape.entryBytes;
-        const std::uint64_t value = tiffValue(reader, entry, shape);
-        const unsigned tag = reader.u16(entry);
-        if (!tags.insert(tag).second) continue; // libtiff uses the first of repeated tags
-        switch (tag) {
-        case 256:
-            header.columns = value;
-            break;
-        case 257:
-            header.rows = value;
-            break;
-        case 258:
-            header.bitsPerSample = static_cast<int>(value & 0xff);
-            break;
-        case 262:
-            facts.photometric = static_cast<unsigned>(value & 0xffff);
-            break;
-        case 274:
-            header.orientation = validOrientation(static_cast<unsigned>(value & 0xffff));
-            header.orientationAt = static_cast<std::size_t>(entry) + 4 + shape.offsetBytes;
-            header.orientationSize = reader.u16(entry + 2) == 4 ? 4 : 2;
-            break;
-        case 277:
-            facts.samples = static_cast<unsigned>(value & 0xffff);
-            break;
-        case 338:
-            if (value == 1) header.alpha = AlphaKind::Premultiplied;
-            if (value == 2) header.alpha = AlphaKind::Straight;
-            break;
-        case 50706:
-            header.otherFormat = "DNG";
-            break;
-        default:
-            break;
-        }
-    }
-}
-
-TiffFacts readTiffPages(const ByteReader& reader, const TiffShape& shape, ImageHeader& header) {
-    TiffFacts facts;
-    std::set<std::uint64_t> seen;
-    std::uint64_t directory = reader.number(shape.big ? 8 : 4, shape.offsetBytes);
-    while (directory != 0 && facts.pages < kMaxPages && seen.insert(directory).second) {
-        if (!reader.holds(directory, shape.countBytes)) break;
-        const std::uint64_t entries = reader.number(directory, shape.countBytes);
-        const std::uint64_t first = directory + shape.countBytes;
-        if (entries > 65535 || !reader.holds(first, entries * shape.entryBytes)) break;
-        ++facts.pages;
-        if (facts.pages == 1) readTiffDirectory(reader, first, entries, shape, header, facts);
-        directory = reader.number(first + entries * shape.entryBytes, shape.offsetBytes);
-    }
-    return facts;
-}
-
 void readTiff(string_view bytes, const std::string& extension, ImageHeader& header) {
-    header.isLittleEndian = bytes[0] == 'I';
-    const ByteReader reader(bytes, header.isLittleEndian);
-    const bool isBig = reader.u16(2) == 43;
-    header.alpha = AlphaKind::Unstated;
-    header.bitsPerSample = 1;
-    const auto [photometric, samples, pages] =
-        readTiffPages(reader, isBig ? TiffShape{true, 8, 20, 8} : TiffShape(), header);
-    header.pictures = std::max(1u, pages);
-    header.isWhiteZero = photometric == 0 && samples == 1;
-    header.isPalette = photometric == 3;
     constexpr std::array<const char*, 9> kRaw = {".nef", ".nrw", ".arw", ".sr2", ".pef",
                                                  ".srw", ".erf", ".3fr", ".iiq"};
+    try {
+        const TiffFacts facts = TiffFile(bytes).facts();
+        header.columns = facts.columns;
+        header.rows = facts.rows;
+        header.orientation = validOrientation(facts.orientation);
+        header.pictures = facts.pages;
+        header.alpha = facts.alpha;
+        header.isCmyk = facts.colours == TiffColours::Inks;
+        header.isSigned = facts.isSigned;
+        header.largestSample = facts.largestSample;
+        header.unusedChannels = facts.unusedChannels;
+        header.unreadable = facts.unreadable;
+        if (facts.isDng) header.otherFormat = "DNG";
+    } catch (const TiffFailure& failure) {
+        header.decoderMessage = failure.what();
+    }
     if (std::find(kRaw.begin(), kRaw.end(), extension) != kRaw.end()) {
         header.otherFormat = "camera raw (" + extension.substr(1) + ")";
     }
     if (extension == ".dng") header.otherFormat = "DNG";
-    if (!header.otherFormat.empty()) {
-        header.format = ImageFormat::Unknown;
-        return;
-    }
-    if (photometric == 5 && header.bitsPerSample != 8) {
-        header.unreadable = std::to_string(header.bitsPerSample) + "-bit CMYK TIFF";
-    } else if (photometric == 3 && header.bitsPerSample > 8) {
-        header.unreadable = std::to_string(header.bitsPerSample) + "-bit palette TIFF";
-    } else if ((photometric == 8 || photometric == 9) && header.bitsPerSample != 8) {
-        header.unreadable = std::to_string(header.bitsPerSample) + "-bit Lab TIFF";
-    } else if (photometric <= 1 && samples == 2 &&
-               (header.bitsPerSample != 8 || header.alpha != AlphaKind::Premultiplied)) {
-        header.unreadable = "grey TIFF with alpha"; // OpenCV drops alpha and the lower 8 of 16 bits
-    }
+    if (!header.otherFormat.empty()) header.format = ImageFormat::Unknown;
 }
 
 // --------------------------------------------------------------------------------------- WebP

@@ -14,13 +14,6 @@ namespace altiro3D {
 constexpr std::uintmax_t kMaxImageFileBytes = 0x7ffffff0u;
 constexpr int kMaxImageSide = 65500; ///< The longest side of a JPEG.
 
-/// How the colours of a picture with alpha are stored.
-enum class AlphaKind {
-    Straight,      ///< Colours are independent of alpha.
-    Premultiplied, ///< Colours are already multiplied by alpha.
-    Unstated       ///< The file does not state it.
-};
-
 /// The colour that means "transparent" (PNG's tRNS chunk), in the file's sample values.
 struct ColorKey {
     unsigned red = 0;   ///< The grey value for grey pictures.
@@ -31,27 +24,25 @@ struct ColorKey {
 /// Properties of a picture file, read without decoding.
 struct ImageHeader {
     ImageFormat format = ImageFormat::Unknown;
-    std::string otherFormat;         ///< For Unknown: an unsupported format ("GIF"), or empty.
-    std::string unreadable;          ///< An unsupported feature ("animated WebP"), or empty.
-    std::string decoderMessage;      ///< HEIC, AVIF: why the header could not be read, or empty.
-    bool isText = false;             ///< For Unknown: the file holds text.
-    std::uint64_t columns = 0;       ///< 0 if the header could not be read.
-    std::uint64_t rows = 0;          ///< 0 if the header could not be read.
-    int orientation = 1;             ///< EXIF and TIFF orientation, 1..8.
-    unsigned focalLength35mm = 0;    ///< EXIF focal length of a 35 mm camera, mm; 0 = not given.
-    std::size_t orientationAt = 0;   ///< TIFF: position of the orientation value; 0 = none.
-    std::size_t orientationSize = 0; ///< TIFF: length of the orientation value in bytes.
-    bool isLittleEndian = false;     ///< TIFF: byte order.
-    int bitsPerSample = 8;           ///< PNG, TIFF: bits of a channel.
+    std::string otherFormat;      ///< For Unknown: an unsupported format ("GIF"), or empty.
+    std::string unreadable;       ///< An unsupported feature ("animated WebP"), or empty.
+    std::string decoderMessage;   ///< HEIC, AVIF, TIFF: why the header could not be read, or empty.
+    bool isText = false;          ///< For Unknown: the file holds text.
+    std::uint64_t columns = 0;    ///< 0 if the header could not be read.
+    std::uint64_t rows = 0;       ///< 0 if the header could not be read.
+    int orientation = 1;          ///< EXIF and TIFF orientation, 1..8.
+    unsigned focalLength35mm = 0; ///< EXIF focal length of a 35 mm camera, mm; 0 = not given.
+    int bitsPerSample = 8;        ///< PNG: bits of a channel.
     AlphaKind alpha = AlphaKind::Straight;
     std::optional<ColorKey> transparentColor; ///< PNG grey and RGB without alpha.
-    bool isWhiteZero = false;                 ///< TIFF: grey with 0 = white.
-    bool isPalette = false;      ///< TIFF: palette colours, which OpenCV would convert to grey.
-    unsigned largestSample = 0;  ///< PNM: sample value of white; else 0.
+    /// PNM, TIFF: sample value of white; 0 = the largest of the decoded type, or 1 for floats.
+    unsigned largestSample = 0;
+    bool isSigned = false;       ///< TIFF: whole numbers with sign.
+    unsigned unusedChannels = 0; ///< TIFF: channels that are neither colours nor alpha.
     bool isCutOff = false;       ///< The file ends before the picture does.
     std::size_t usableBytes = 0; ///< JPEG: bytes before a last, incomplete segment.
     bool hasWholeScan = false;   ///< JPEG: progressive, and at least its first pass is complete.
-    bool isCmyk = false;         ///< JPEG: four components, which are inks.
+    bool isCmyk = false;         ///< JPEG, TIFF: four components, which are inks.
     bool isUnmarkedCmyk = false; ///< JPEG: CMYK without Adobe's marker.
     bool isNative = false;       ///< PNG: marked as a Native by writeImage().
     unsigned pictures = 1;       ///< Pages or frames in the file; more than 1 is a remark.

@@ -12,6 +12,7 @@
 #include "image/image_header.hpp"
 #include "image/orientation.hpp"
 #include "image/pixel_values.hpp"
+#include "image/tiff_file.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -95,8 +96,8 @@ std::string extensionOf(const std::string& rawName) {
                     (header.isText ? " (it holds text)" : "") + ", expected " + readableFormats());
 }
 
-[[noreturn]] void failHeif(const fs::path& path, const ImageHeader& header,
-                           const std::string& message) {
+[[noreturn]] void failDecoder(const fs::path& path, const ImageHeader& header,
+                              const std::string& message) {
     throw Error(ErrorCode::BadFormat, path.string(),
                 "cannot be decoded (" + message + "), expected a whole " + nameOf(header.format) +
                     " file");
@@ -116,7 +117,7 @@ void checkHeader(const fs::path& path, const ImageHeader& header) {
                         "expected " +
                         readableFormats() + "; convert it first");
     }
-    if (!header.decoderMessage.empty()) failHeif(path, header, header.decoderMessage);
+    if (!header.decoderMessage.empty()) failDecoder(path, header, header.decoderMessage);
     if (header.columns == 0 || header.rows == 0) {
         throw Error(ErrorCode::BadFormat, path.string(),
                     std::string("its header is damaged or cut off, expected a whole ") +
@@ -140,6 +141,11 @@ void addNotes(const ImageHeader& header, const std::string& extension, Notes* no
                           header.hasWholeScan ? "the file is cut off: its fine detail is missing"
                                               : "the file is cut off: its lower part is missing"});
     }
+    if (header.unusedChannels > 0) {
+        notes->push_back({NoteCode::LeftOut,
+                          "the file has channels that are neither colours nor alpha (" +
+                              std::to_string(header.unusedChannels) + "): they are left out"});
+    }
     if (extension == ".mpo" && header.format == ImageFormat::Jpeg) {
         notes->push_back(
             {NoteCode::LeftOut, "the file holds several pictures: the first one is read"});
@@ -154,28 +160,39 @@ void addNotes(const ImageHeader& header, const std::string& extension, Notes* no
     }
 }
 
-// OpenCV rotates TIFF pictures, but not others. Setting the tag to upright leaves all rotation to
-// us.
-void clearTiffOrientation(const ImageHeader& header, std::string& bytes) {
-    const std::size_t at = header.orientationAt;
-    const std::size_t size = header.orientationSize;
-    if (at == 0 || at + size > bytes.size()) return;
-    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), size, '\0');
-    bytes[header.isLittleEndian ? at : at + size - 1] = 1;
-}
-
 cv::Mat decodeHeif(const fs::path& path, ImageHeader& header, const std::string& bytes) {
     try {
         const HeifFile file(bytes);
         header.alpha = file.isPremultiplied() ? AlphaKind::Premultiplied : AlphaKind::Straight;
         return file.decode();
     } catch (const HeifFailure& failure) {
-        failHeif(path, header, failure.what());
+        failDecoder(path, header, failure.what());
+    }
+}
+
+// [1, 2, 3 or 4 channels, CV_8U, CV_16U or CV_32F]; four are BGR and alpha, or inks of 8 bits
+cv::Mat decodeTiff(const fs::path& path, const ImageHeader& header, const std::string& bytes) {
+    try {
+        TiffFile file(bytes);
+        cv::Mat picture = file.decode();
+        switch (file.facts().colours) {
+        case TiffColours::Inks:
+            return picture.depth() == CV_16U ? toEightBits(picture) : picture;
+        case TiffColours::Lab:
+            return labToSrgb(picture);
+        case TiffColours::LightXyz:
+            return xyzToRgb(picture);
+        default:
+            return picture;
+        }
+    } catch (const TiffFailure& failure) {
+        failDecoder(path, header, failure.what());
     }
 }
 
 cv::Mat decode(const fs::path& path, ImageHeader& header, std::string& bytes) {
     if (isHeif(header.format)) return decodeHeif(path, header, bytes);
+    if (header.format == ImageFormat::Tiff) return decodeTiff(path, header, bytes);
     const std::string expected =
         std::string(", expected a whole ") + nameOf(header.format) + " file";
     // At the end of a cut-off file, libjpeg waits for more bytes unless an end marker follows.
@@ -185,12 +202,10 @@ cv::Mat decode(const fs::path& path, ImageHeader& header, std::string& bytes) {
     }
     // OpenCV requires a character after the last number of a text file.
     if (header.format == ImageFormat::Pnm && bytes[1] <= '3') bytes += '\n';
-    if (header.format == ImageFormat::Tiff) clearTiffOrientation(header, bytes);
     std::string detail;
     cv::Mat picture;
     try {
-        picture = decodeImage(bytes, header.format,
-                              header.isPalette ? ImageChannels::Colour : ImageChannels::AsStored);
+        picture = decodeImage(bytes, header.format, ImageChannels::AsStored);
     } catch (const cv::Exception& exception) {
         if (exception.code == cv::Error::StsNoMem) throw;
         detail = exception.err;
@@ -257,9 +272,6 @@ cv::Mat withoutAlpha(const cv::Mat& picture, const ImageHeader& header) {
     AlphaKind kind = header.alpha;
     if (header.format == ImageFormat::Bmp && kind == AlphaKind::Unstated) {
         kind = AlphaKind::Premultiplied; // the fourth byte is padding and ignored
-    } else if (header.format == ImageFormat::Tiff && picture.depth() == CV_8U &&
-               kind == AlphaKind::Straight) {
-        kind = AlphaKind::Premultiplied; // libtiff has already multiplied
     }
     switch (picture.depth()) {
     case CV_8U:
@@ -322,14 +334,17 @@ auto reading(const fs::path& path, const Work& work) {
 // Whether colours are converted to sRGB: those of photos are, and numbers of depth images are not.
 enum class Colours { ToSrgb, AsStored };
 
-// Decodes a CMYK JPEG; its colours are then done.
+// Decodes inks; the colours are then done.
 cv::Mat decodeInks(const fs::path& path, ImageHeader& header, std::string& bytes,
                    ColourFacts& facts, Notes* notes) {
     const std::string icc = isCmykProfile(facts.icc) ? facts.icc : std::string();
     facts = ColourFacts();
-    const cv::Mat inks = decodeCmykJpeg(bytes); // empty if the file is damaged
+    const bool isTiff = header.format == ImageFormat::Tiff;
+    const bool isInverted = !isTiff && !header.isUnmarkedCmyk;
+    // empty if the file is damaged
+    const cv::Mat inks = isTiff ? decodeTiff(path, header, bytes) : decodeCmykJpeg(bytes);
     cv::Mat picture;
-    if (!inks.empty() && !icc.empty()) picture = inksToSrgb(inks, icc, !header.isUnmarkedCmyk);
+    if (!inks.empty() && !icc.empty()) picture = inksToSrgb(inks, icc, isInverted);
     if (notes != nullptr && picture.empty()) {
         notes->push_back({NoteCode::Doubtful, "the file is CMYK without a colour profile that can "
                                               "be used: its colours are approximate"});
@@ -339,7 +354,13 @@ cv::Mat decodeInks(const fs::path& path, ImageHeader& header, std::string& bytes
                           "the file is CMYK without Adobe's mark: its colours may be inverted"});
     }
     if (inks.empty()) return decode(path, header, bytes);
-    return picture.empty() ? inksToSrgb(inks, {}, !header.isUnmarkedCmyk) : picture;
+    return picture.empty() ? inksToSrgb(inks, {}, isInverted) : picture;
+}
+
+// Spreads whole numbers to the full range of their type; those of 32 bits, held as floats, to 0..1.
+void spread(cv::Mat& picture, unsigned largest) {
+    const double full = picture.depth() == CV_8U ? 255 : picture.depth() == CV_16U ? 65535 : 1;
+    if (largest > 0 && largest != full) picture.convertTo(picture, -1, full / largest);
 }
 
 LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
@@ -357,10 +378,10 @@ LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
     cv::Mat picture =
         header.isCmyk ? decodeInks(path, header, bytes, facts, notes) : decode(path, header, bytes);
     std::string().swap(bytes);
+    const bool hasAlpha = picture.channels() == 2 || picture.channels() == 4;
+    if (colours == Colours::ToSrgb || hasAlpha) spread(picture, header.largestSample);
     picture = withoutAlpha(picture, header);
     blackenTransparent(picture, header);
-    // OpenCV supports 0 = white for 8 bits only.
-    if (header.isWhiteZero && picture.type() == CV_16UC1) cv::bitwise_not(picture, picture);
     if (picture.channels() != 1 && picture.channels() != 3) {
         throw Error(ErrorCode::Unsupported, path.string(),
                     "has " + std::to_string(picture.channels()) +
@@ -413,24 +434,11 @@ cv::Mat readImage(const fs::path& path, Notes* notes) {
     return reading(path, [&]() -> cv::Mat {
         const LoadedPicture loaded = load(path, Colours::ToSrgb, notes);
         cv::Mat picture = loaded.picture;
-        switch (picture.depth()) {
-        case CV_8U:
-        case CV_32F:
-            break;
-        case CV_64F:
-            picture.convertTo(picture, CV_32F);
-            break;
-        case CV_16U:
-            // OpenCV scales PNM samples of up to 8 bits to the full range, but not longer ones.
-            if (const unsigned largest = loaded.header.largestSample;
-                largest > 255 && largest < 65535) {
-                picture.convertTo(picture, CV_16U, 65535.0 / largest);
-            }
-            break;
-        default:
+        const int depth = picture.depth();
+        if (loaded.header.isSigned || (depth != CV_8U && depth != CV_16U && depth != CV_32F)) {
             throw Error(ErrorCode::Unsupported, path.string(),
-                        "has signed or 32-bit whole numbers, expected 8 or 16 bits without sign or "
-                        "float numbers; convert it first");
+                        "has signed whole numbers, expected numbers without sign or floats; "
+                        "convert it first");
         }
         if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
         return picture;

@@ -491,17 +491,6 @@ TEST_F(ImageIo, TiffAlphaAndWhiteZeroAndColourTablesComeOutRight) {
     const cv::Mat inks =
         readImage(file("c.tif", tiff({1, 1}, ink, std::string("\xc8\x64\x32\0", 4))));
     EXPECT_EQ(inks.at<cv::Vec3b>(0, 0), cv::Vec3b(205, 155, 55));
-    ink.bits = 16;
-    EXPECT_EQ(problemOf("d.tif", tiff({1, 1}, ink, std::string(8, '\1'))),
-              "16-bit CMYK TIFF pictures are not read, expected an ordinary TIFF file; convert it "
-              "first");
-    grey.photometric = 1;
-    grey.bits = 8;
-    grey.samples = 2;
-    grey.extraSample = 2;
-    EXPECT_EQ(problemOf("e.tif", tiff({1, 1}, grey, "\x64\x80")),
-              "grey TIFF with alpha pictures are not read, expected an ordinary TIFF file; convert "
-              "it first");
 }
 
 TEST_F(ImageIo, DepthImagesKeepTheirNumbers) {
@@ -527,8 +516,8 @@ TEST_F(ImageIo, DepthImagesKeepTheirNumbers) {
         readDepthImage(file("s.tif", tiff({1, 1}, kind, littleEndian(0xfed4, 2)))).at<float>(0, 0),
         -300);
     EXPECT_EQ(problemOf("s.tif", tiff({1, 1}, kind, littleEndian(0xfed4, 2))),
-              "has signed or 32-bit whole numbers, expected 8 or 16 bits without sign or float "
-              "numbers; convert it first");
+              "has signed whole numbers, expected numbers without sign or floats; convert it "
+              "first");
 }
 
 TEST_F(ImageIo, DepthSamplesKeepTheirTypeAndAreTheNumbersOfTheDepthImage) {

@@ -1,0 +1,74 @@
+#pragma once
+
+#include "base/image_format.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace altiro3D {
+
+/// Why a TIFF file cannot be read: half a sentence, without the name of the file.
+class TiffFailure : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+/// What the samples of a TIFF picture mean.
+enum class TiffColours {
+    Grey,    ///< One channel.
+    Rgb,     ///< Three channels, BGR; also from palettes and YCbCr.
+    Inks,    ///< Four channels: cyan, magenta, yellow, black; the largest value is all of an ink.
+    Lab,     ///< Three channels: L* 0..100, a*, b*, of a white of D50.
+    LightXyz ///< Three channels: light as X, Y, Z.
+};
+
+/// Properties of the picture of a TIFF file.
+struct TiffFacts {
+    std::uint32_t columns = 0; ///< Not checked.
+    std::uint32_t rows = 0;    ///< Not checked.
+    unsigned orientation = 1;  ///< As in the file.
+    unsigned pages = 1;        ///< Without reduced copies and masks; at least 1.
+    TiffColours colours = TiffColours::Grey;
+    bool isLight = false;       ///< The samples are light: not encoded for a screen.
+    bool isSigned = false;      ///< The samples are whole numbers with sign.
+    bool isDng = false;         ///< The file is a raw picture of a camera.
+    unsigned largestSample = 0; ///< White, for whole numbers that are not converted; else 0.
+    AlphaKind alpha = AlphaKind::Straight;
+    unsigned unusedChannels = 0; ///< Channels that are neither colours nor alpha.
+    std::string unreadable;      ///< The kind of file, if it is not read; else empty.
+};
+
+/// A TIFF file in memory, read by libtiff. Its picture is the first page that is neither a reduced
+/// copy nor a mask; if there is none, the first such directory below the first page, or the first
+/// page. One thread at a time.
+class TiffFile {
+  public:
+    /// Reads the directories, and decodes nothing.
+    /// @param bytes the whole file; must outlive the object
+    /// @throws TiffFailure
+    explicit TiffFile(std::string_view bytes);
+    ~TiffFile();
+    TiffFile(const TiffFile&) = delete;
+    TiffFile& operator=(const TiffFile&) = delete;
+
+    TiffFacts facts() const;
+    /// The ICC profile; empty if there is none.
+    std::string iccProfile() const;
+
+    /// Decodes the picture, not turned. Whole numbers keep their values; 0 is black.
+    /// @return [rows x cols, CV_8U, CV_16U or CV_32F], channels as the colours; Grey and Rgb have
+    ///         one more if there is alpha
+    /// @throws TiffFailure; std::bad_alloc
+    cv::Mat decode();
+
+  private:
+    struct Page;
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace altiro3D

@@ -235,7 +235,10 @@ void readNetpbm(string_view bytes, ImageHeader& header) {
     const bool isBitmap = bytes[1] == '1' || bytes[1] == '4';
     if (header.format == ImageFormat::Pnm && !isBitmap) {
         const std::uint64_t largest = netpbmNumber(bytes, at);
-        header.largestSample = static_cast<unsigned>(std::min<std::uint64_t>(largest, 65535));
+        // OpenCV spreads the short numbers of texts
+        const bool isText = bytes[1] <= '3';
+        if (!isText || largest > 255)
+            header.largestSample = static_cast<unsigned>(std::min<std::uint64_t>(largest, 65535));
     }
 }
 
@@ -309,6 +312,15 @@ void readJpeg2000(string_view bytes, ImageHeader& header) {
     };
     header.columns = extent(at + 8, at + 16);
     header.rows = extent(at + 12, at + 20);
+    const unsigned depth = reader.u8(at + 42); // of the first component
+    const unsigned bits = (depth & 127U) + 1;
+    if ((depth & 128U) != 0) {
+        header.unreadable = "signed JPEG 2000";
+    } else if (bits < 8 || bits > 16) {
+        header.unreadable = std::to_string(bits) + "-bit JPEG 2000";
+    } else {
+        header.largestSample = (1U << bits) - 1;
+    }
 }
 
 // ------------------------------------------------------------------------------ HEIC and AVIF

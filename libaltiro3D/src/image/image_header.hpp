@@ -35,7 +35,8 @@ struct ImageHeader {
     int bitsPerSample = 8;        ///< PNG: bits of a channel.
     AlphaKind alpha = AlphaKind::Straight;
     std::optional<ColorKey> transparentColor; ///< PNG grey and RGB without alpha.
-    /// PNM, TIFF: sample value of white; 0 = the largest of the decoded type, or 1 for floats.
+    /// PNM, TIFF, JPEG 2000: sample value of white; 0 = the largest of the decoded type, or 1 for
+    /// floats.
     unsigned largestSample = 0;
     bool isSigned = false;       ///< TIFF: whole numbers with sign.
     unsigned unusedChannels = 0; ///< TIFF: channels that are neither colours nor alpha.

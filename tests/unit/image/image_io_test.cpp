@@ -593,8 +593,49 @@ TEST_F(ImageIo, PnmSamplesAreSpreadForPhotosAndKeptForDepth) {
     EXPECT_EQ(readImage(path).at<cv::Vec3w>(0, 0)[0], 65535);
     EXPECT_EQ(readPhoto(path).at<cv::Vec3b>(0, 1)[0], 128); // 512 / 1023 * 255 = 127.6
     EXPECT_EQ(readDepthImage(path).at<float>(0, 0), 1023);
+    for (const unsigned largest : {1U, 15U, 31U, 100U, 200U, 255U, 256U, 1023U, 65535U}) {
+        const std::string size = " 3 1 " + std::to_string(largest) + "\n";
+        const unsigned half = largest / 2;
+        const auto expected = static_cast<int>(std::lround(255.0 * half / largest));
+        for (const bool isText : {false, true}) {
+            for (const unsigned channels : {1U, 3U}) {
+                std::string samples;
+                for (const unsigned sample : {0U, half, largest}) {
+                    for (unsigned c = 0; c < channels; ++c)
+                        samples += isText ? std::to_string(sample) + " "
+                                          : bigEndian(sample, largest > 255 ? 2 : 1);
+                }
+                const int kind = (isText ? 2 : 5) + (channels == 3 ? 1 : 0);
+                const fs::path all = file("a.pnm", "P" + std::to_string(kind) + size + samples);
+                const cv::Mat photo = readPhoto(all);
+                EXPECT_EQ(photo.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 0)) << kind << size;
+                // 1: OpenCV rounds the numbers of texts down
+                EXPECT_NEAR(photo.at<cv::Vec3b>(0, 1)[0], expected, 1) << kind << size;
+                EXPECT_EQ(photo.at<cv::Vec3b>(0, 2), cv::Vec3b(255, 255, 255)) << kind << size;
+                if (!isText) {
+                    EXPECT_EQ(readDepthImage(all).at<float>(0, 1), half) << kind << size;
+                }
+            }
+        }
+    }
     EXPECT_EQ(readPhoto(file("t.ppm", "P3 1 1 255 10 20 30")).at<cv::Vec3b>(0, 0),
               cv::Vec3b(30, 20, 10));
+}
+
+// 16 bits as 12: samples are stored as differences from half of the range.
+TEST_F(ImageIo, SamplesOfJpeg2000AreSpreadForPhotosAndKeptForDepth) {
+    std::string bytes =
+        encoded(".jp2", cv::Mat(64, 48, CV_16UC1, cv::Scalar(1435 + (1 << 15) - (1 << 11))),
+                {cv::IMWRITE_JPEG2000_COMPRESSION_X1000, 1000});
+    bytes.erase(0, bytes.find("\xff\x4f\xff\x51"));
+    ASSERT_EQ(bytes[42], 15);
+    bytes[42] = 11;
+    EXPECT_EQ(readPhoto(file("a.j2k", bytes)).at<cv::Vec3b>(9, 9), cv::Vec3b(89, 89, 89));
+    EXPECT_EQ(readDepthImage(directory / "a.j2k").at<float>(9, 9), 1435);
+    bytes[42] = 3;
+    EXPECT_EQ(problemOf("b.j2k", bytes),
+              "4-bit JPEG 2000 pictures are not read, expected an ordinary JPEG 2000 file; convert "
+              "it first");
 }
 
 // ----------------------------------------------------------------------------- what is refused
@@ -613,7 +654,7 @@ TEST_F(ImageIo, HugePicturesAreRefusedFromTheirHeader) {
         {"b.bmp", "BM" + std::string(12, '\0') + littleEndian(40) + littleEndian(60000) +
                       littleEndian(0u - 60000u) + std::string(28, '\0')},
         {"b.jp2", std::string("\xff\x4f\xff\x51\0\x2f\0\0", 8) + bigEndian(60000) +
-                      bigEndian(60000) + std::string(40, '\0')},
+                      bigEndian(60000) + std::string(26, '\0') + '\7' + std::string(13, '\0')},
         {"b.jpg", std::string("\xff\xd8\xff\xc0\0\x11\x08", 7) + bigEndian(60000, 2) +
                       bigEndian(60000, 2) + std::string("\3\1\x11\0\2\x11\0\3\x11\0\xff\xd9", 12)},
         {"b.webp", "RIFF" + littleEndian(30) + "WEBPVP8X" + littleEndian(10) +

@@ -20,10 +20,12 @@ constexpr double kMaxImagePixels = 4.0e8;
 /// decide the format, not the name. Sides are limited to 65500 px. OpenCV's codecs may print
 /// warnings on stderr.
 ///
-/// Colours of 8 and 16 bits are converted to sRGB: by ICC profiles (PNG, JPEG, TIFF, WebP, HEIC,
-/// AVIF), PNG's cICP, gAMA and cHRM, and the colour codes of HEIC and AVIF. Pictures whose profile
-/// is equal to sRGB keep their bytes. PQ and HLG are tone-mapped by the curve of ITU-R BT.2390.
-/// Gain maps are ignored: the base picture is used. Depth is never converted.
+/// Colours are converted to sRGB: by ICC profiles (PNG, JPEG, TIFF, WebP, HEIC, AVIF), PNG's cICP,
+/// gAMA and cHRM, and the colour codes of HEIC and AVIF. EXR, HDR and LogLuv TIFF hold linear
+/// light, in the primaries that the file states, else those of sRGB; 1 becomes white. Other floats
+/// without a profile are taken as sRGB, with a remark. Pictures whose profile is equal to sRGB keep
+/// their bytes. PQ and HLG are tone-mapped by the curve of ITU-R BT.2390. Gain maps are ignored:
+/// the base picture is used. Depth is never converted.
 ///
 /// HEIC and AVIF need libheif at build time. Their own rotation and mirroring are applied; the EXIF
 /// orientation, which repeats them, is ignored.

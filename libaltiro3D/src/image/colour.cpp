@@ -7,7 +7,10 @@
 #include "image/tiff_file.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <locale>
 #include <map>
+#include <sstream>
 
 namespace altiro3D {
 
@@ -91,6 +94,40 @@ ColourFacts ofTiff(string_view bytes) {
     return facts;
 }
 
+// The attribute "chromaticities": x and y of red, green, blue and white. Light without it is that
+// of sRGB's primaries.
+ColourFacts ofExr(string_view bytes) {
+    constexpr string_view kAttribute("chromaticities\0chromaticities\0\x20\0\0\0", 34);
+    constexpr std::size_t kMaxHeader = std::size_t{1} << 16;
+    ColourFacts facts;
+    facts.gamma = 1;
+    const std::size_t found = bytes.substr(0, kMaxHeader).find(kAttribute);
+    if (found == string_view::npos || bytes.size() < found + kAttribute.size() + 32) return facts;
+    std::array<float, 8> values{};
+    std::memcpy(values.data(), bytes.data() + found + kAttribute.size(), sizeof(values));
+    facts.chromaticities.emplace();
+    for (std::size_t i = 0; i < 8; ++i)
+        (*facts.chromaticities)[(i + 2) % 8] = double{values[i]};
+    return facts;
+}
+
+// The line "PRIMARIES= ...": x and y of red, green, blue and white.
+ColourFacts ofHdr(string_view bytes) {
+    ColourFacts facts;
+    facts.gamma = 1;
+    const string_view header = bytes.substr(0, bytes.find("\n\n"));
+    const std::size_t found = header.find("\nPRIMARIES=");
+    if (found == string_view::npos) return facts;
+    const string_view line = header.substr(found + 11);
+    std::istringstream numbers(std::string(line.substr(0, line.find('\n'))));
+    numbers.imbue(std::locale::classic());
+    std::array<double, 8> values{};
+    for (std::size_t i = 0; i < 8; ++i)
+        numbers >> values[(i + 2) % 8];
+    if (numbers) facts.chromaticities = values;
+    return facts;
+}
+
 ColourFacts ofHeif(string_view bytes) {
     try {
         return readColourFacts(HeifFile(bytes));
@@ -115,6 +152,12 @@ ColourFacts readColourFacts(string_view bytes, ImageFormat format) {
         break;
     case ImageFormat::Tiff:
         facts = ofTiff(bytes);
+        break;
+    case ImageFormat::Exr:
+        facts = ofExr(bytes);
+        break;
+    case ImageFormat::Hdr:
+        facts = ofHdr(bytes);
         break;
     case ImageFormat::Heic:
     case ImageFormat::Avif:

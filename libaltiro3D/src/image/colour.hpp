@@ -18,13 +18,15 @@ struct ColourFacts {
     std::optional<ColourCode> code; ///< PNG's cICP, nclx of HEIC and AVIF.
     std::string icc;                ///< ICC profile.
     bool isSrgb = false;            ///< PNG's sRGB chunk.
-    double gamma = 0; ///< PNG's gAMA: exponent of the encoding, 0.45455 for most; 0 = not stated.
-    /// PNG's cHRM: x and y of white, red, green, blue.
+    /// PNG's gAMA: exponent of the encoding, 0.45455 for most; 1 = light, as in EXR and HDR; 0 =
+    /// not stated.
+    double gamma = 0;
+    /// PNG's cHRM, and what EXR and HDR state: x and y of white, red, green, blue.
     std::optional<std::array<double, 8>> chromaticities;
 };
 
-/// Reads what a PNG, JPEG, TIFF, WebP, HEIC or AVIF file states; nothing for other formats. Any
-/// bytes give a result.
+/// Reads what a PNG, JPEG, TIFF, WebP, HEIC, AVIF, EXR or HDR file states; nothing for other
+/// formats. Any bytes give a result.
 ColourFacts readColourFacts(std::string_view bytes, ImageFormat format);
 
 /// The same for a picture of a HEIC or AVIF file.
@@ -37,10 +39,11 @@ ColourFacts readColourFacts(const HeifFile& file, std::optional<std::uint32_t> i
 /// cd/m² and a white of 203 cd/m², applied to the largest of red, green and blue.
 ///
 /// Pictures whose profile is sRGB in all but name (at most 2 of 255 levels of difference) keep
-/// their bytes, and so do float pictures and pictures with profiles that are not for RGB or grey.
+/// their bytes, and so do pictures with profiles that are not for RGB or grey. Floats above 1 stay
+/// above 1; those without a number become 0.
 ///
-/// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]; grey pictures become
-///        BGR where a profile changes them
+/// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3, CV_32FC1 or CV_32FC3, BGR];
+///        grey pictures become BGR where a profile changes them
 /// @param facts what the file states
 /// @param notes if given, receives remarks (damaged profile, tone mapping)
 void convertToSrgb(cv::Mat& picture, const ColourFacts& facts, Notes* notes);

@@ -66,8 +66,9 @@ Curve curveOf(double exponent) {
 }
 
 Profile profileOf(const Chromaticities& c, double exponent) {
-    for (std::size_t i = 1; i < 8; i += 2) {
-        if (!(c[i] > 0.001) || !(c[i - 1] >= 0) || !(c[i] + c[i - 1] <= 1.5)) return nullptr;
+    for (std::size_t i = 1; i < 8; i += 2) { // the blue of ACES has a y below 0
+        const double y = i == 1 ? c[i] : std::abs(c[i]);
+        if (!(y > 0.001) || !(c[i - 1] >= 0) || !(y + c[i - 1] <= 1.5)) return nullptr;
     }
     const cmsCIExyY white{c[0], c[1], 1};
     const cmsCIExyYTRIPLE primaries{{c[2], c[3], 1}, {c[4], c[5], 1}, {c[6], c[7], 1}};
@@ -129,8 +130,10 @@ bool changesLittle(const Profile& profile, bool isGrey) {
 // @param depth of the result
 cv::Mat converted(const cv::Mat& picture, const Profile& profile, cmsUInt32Number input,
                   int depth) {
-    const Transform transform =
-        transformOf(profile, input, depth == CV_16U ? TYPE_BGR_16 : TYPE_BGR_8);
+    const cmsUInt32Number output = depth == CV_32F   ? TYPE_BGR_FLT
+                                   : depth == CV_16U ? TYPE_BGR_16
+                                                     : TYPE_BGR_8;
+    const Transform transform = transformOf(profile, input, output);
     if (!transform) return {};
     cv::Mat result(picture.size(), CV_MAKETYPE(depth, 3));
     cv::parallel_for_(cv::Range(0, picture.rows), [&](const cv::Range& rows) {
@@ -143,11 +146,25 @@ cv::Mat converted(const cv::Mat& picture, const Profile& profile, cmsUInt32Numbe
     return result;
 }
 
+// Values without a number are 0, and infinite ones as large as half floats can be.
+void makeFinite(cv::Mat& picture) {
+    constexpr float kLargest = 65504;
+    picture = picture.clone();
+    for (int y = 0; y < picture.rows; ++y) {
+        float* const row = picture.ptr<float>(y);
+        for (int i = 0; i < picture.cols * picture.channels(); ++i)
+            row[i] = std::isnan(row[i]) ? 0 : std::clamp(row[i], -kLargest, kLargest);
+    }
+}
+
 bool apply(const Profile& profile, bool isGrey, cv::Mat& picture) {
-    const bool deep = picture.depth() == CV_16U;
-    const cmsUInt32Number input =
-        isGrey ? (deep ? TYPE_GRAY_16 : TYPE_GRAY_8) : (deep ? TYPE_BGR_16 : TYPE_BGR_8);
-    const cv::Mat result = converted(picture, profile, input, picture.depth());
+    constexpr cmsUInt32Number kGrey[] = {TYPE_GRAY_8, TYPE_GRAY_16, TYPE_GRAY_FLT};
+    constexpr cmsUInt32Number kColours[] = {TYPE_BGR_8, TYPE_BGR_16, TYPE_BGR_FLT};
+    const int depth = picture.depth();
+    const int type = depth == CV_8U ? 0 : depth == CV_16U ? 1 : 2;
+    if (depth == CV_32F) makeFinite(picture);
+    const cv::Mat result =
+        converted(picture, profile, isGrey ? kGrey[type] : kColours[type], depth);
     if (result.empty()) return false;
     picture = result;
     return true;
@@ -370,7 +387,8 @@ double toneMapped(double light) {
 }
 
 void convertToSrgb(cv::Mat& picture, const ColourFacts& facts, Notes* notes) {
-    if (picture.empty() || (picture.depth() != CV_8U && picture.depth() != CV_16U)) return;
+    const int depth = picture.depth();
+    if (picture.empty() || (depth != CV_8U && depth != CV_16U && depth != CV_32F)) return;
     if (facts.code) {
         const int transfer = facts.code->transfer;
         if (transfer == kPq || transfer == kHlg) {
@@ -390,9 +408,14 @@ void convertToSrgb(cv::Mat& picture, const ColourFacts& facts, Notes* notes) {
     } else if (!facts.isSrgb && (facts.gamma > 0 || facts.chromaticities)) {
         const bool isUsual = facts.gamma <= 0 || std::abs(facts.gamma / kUsualGamma - 1) < 0.01;
         if (!isUsual && (facts.gamma < 0.1 || facts.gamma > 10)) return;
-        convertByProfile(
-            picture, profileOf(facts.chromaticities.value_or(kSrgb), isUsual ? 0 : 1 / facts.gamma),
-            notes);
+        const double exponent = isUsual ? 0 : 1 / facts.gamma;
+        Profile profile = profileOf(facts.chromaticities.value_or(kSrgb), exponent);
+        if (!profile) {
+            addNote(notes, NoteCode::AsItIs,
+                    "the primaries that the file states are damaged: those of sRGB are used");
+            profile = profileOf(kSrgb, exponent);
+        }
+        convertByProfile(picture, profile, notes);
     }
 }
 

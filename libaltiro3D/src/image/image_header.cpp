@@ -274,6 +274,8 @@ void readHdr(string_view bytes, ImageHeader& header) {
     // Lines up to an empty line, then "-Y rows +X columns".
     std::size_t at = bytes.find("\n\n");
     if (at == string_view::npos) return;
+    if (bytes.substr(0, at).find("FORMAT=32-bit_rle_xyze") != string_view::npos)
+        header.unreadable = "XYZE HDR";
     at += 2;
     const string_view line =
         bytes.substr(at, std::min<std::size_t>(bytes.find('\n', at) - at, 100));

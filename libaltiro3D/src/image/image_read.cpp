@@ -363,6 +363,29 @@ void spread(cv::Mat& picture, unsigned largest) {
     if (largest > 0 && largest != full) picture.convertTo(picture, -1, full / largest);
 }
 
+// Remarks on floats as colours.
+void addFloatNotes(const cv::Mat& picture, const ImageHeader& header, const ColourFacts& facts,
+                   Notes* notes) {
+    if (notes == nullptr || picture.depth() != CV_32F) return;
+    if (facts.icc.empty() && facts.gamma <= 0 && header.largestSample == 0) {
+        notes->push_back({NoteCode::Doubtful,
+                          "the file holds floats without a colour profile: they are read as sRGB "
+                          "from 0, black, to 1, white, and not as linear light"});
+    }
+    std::size_t bright = 0;
+    for (int y = 0; y < picture.rows; ++y) {
+        const float* px = picture.ptr<float>(y);
+        for (int x = 0; x < picture.cols; ++x, px += picture.channels())
+            bright += *std::max_element(px, px + picture.channels()) > 1.001F ? 1 : 0;
+    }
+    const std::size_t percent = (100 * bright + picture.total() / 2) / picture.total();
+    if (percent > 0) {
+        notes->push_back({NoteCode::AsItIs, std::to_string(percent) +
+                                                " % of the picture is brighter than white and "
+                                                "shown as white"});
+    }
+}
+
 LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
     const std::string extension = lowerExtension(path);
     std::string bytes = readFile(path, kMaxImageFileBytes);
@@ -387,6 +410,7 @@ LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
                     "has " + std::to_string(picture.channels()) +
                         " channels, expected grey, RGB or either with alpha");
     }
+    if (colours == Colours::ToSrgb) addFloatNotes(picture, header, facts, notes);
     convertToSrgb(picture, facts, notes);
     loaded.picture = upright(picture, header.orientation);
     addNotes(header, extension, notes);

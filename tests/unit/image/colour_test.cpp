@@ -15,6 +15,7 @@
 #include <lcms2.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <tiffio.h>
 #include <turbojpeg.h>
 #include <zlib.h>
 
@@ -364,6 +365,138 @@ TEST_F(ColourFiles, HdrIsToneMapped) {
                             return referenceToneMapped(bgr, c, isHlg);
                         }),
                   1.0); // rounding and tables
+    }
+}
+
+// Light of 0 to 1, the levels of the grid.
+cv::Mat lightOf(const cv::Mat& grid) {
+    cv::Mat light;
+    grid.convertTo(light, CV_32F, 1 / 255.0);
+    return light;
+}
+
+TEST_F(ColourFiles, LightOfExrAndHdrBecomesSrgb) {
+    const cv::Mat light = lightOf(grid);
+    const auto srgb = [](const cv::Vec3d& bgr) { return referenceSrgb(bgr, kSrgb, 1); };
+    const std::string exr = coded(".exr", light);
+    EXPECT_LE(worst(read(exr), grid, srgb), 0.51); // rounding
+    EXPECT_TRUE(notes.empty());
+    const std::string hdr = coded(".hdr", light);
+    // mantissas of 8 bits for the three colours together; in the dark a step is up to 13 levels
+    EXPECT_LE(worst(read(hdr), grid, srgb), 14);
+    EXPECT_NEAR(read(coded(".hdr", cv::Mat(9, 9, CV_32FC3, cv::Scalar::all(0.1023)))) // 90 of sRGB
+                    .at<cv::Vec3b>(4, 4)[1],
+                90, 1);
+    EXPECT_TRUE(notes.empty());
+
+    cv::Mat grey( // depth stays as it is
+        light.size(), CV_32FC1);
+    cv::extractChannel(light, grey, 1);
+    spill(directory / "d.exr", coded(".exr", grey));
+    EXPECT_TRUE(samePicture(readDepthImage(directory / "d.exr"), grey));
+    EXPECT_LE(worst(readPhoto(directory / "d.exr"), grid,
+                    [&](const cv::Vec3d& bgr) { return srgb(cv::Vec3d::all(bgr[1])); }),
+              0.51);
+}
+
+TEST_F(ColourFiles, PrimariesOfExrAndHdrCount) {
+    const auto reference = [](const cv::Vec3d& bgr) { return referenceSrgb(bgr, kRec2020, 1); };
+    std::string attribute("v/1\1\2\0\0\0chromaticities\0chromaticities\0\x20\0\0\0", 42);
+    for (const float value : {0.708F, 0.292F, 0.170F, 0.797F, 0.131F, 0.046F, 0.3127F, 0.3290F})
+        attribute.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    cv::Mat picture = lightOf(grid);
+    convertToSrgb(picture, readColourFacts(attribute, ImageFormat::Exr), &notes);
+    picture.convertTo(picture, CV_8U, 255);
+    EXPECT_LE(worst(picture, grid, reference), 1);
+    picture = lightOf(grid); // a file that ends too early states nothing
+    convertToSrgb(picture, readColourFacts(attribute.substr(0, 73), ImageFormat::Exr), &notes);
+    picture.convertTo(picture, CV_8U, 255);
+    EXPECT_LE(worst(picture, grid, [](const cv::Vec3d& v) { return referenceSrgb(v, kSrgb, 1); }),
+              1);
+
+    const cv::Mat plain(8, 8, CV_32FC3, cv::Scalar(0.25, 0.5, 0.75));
+    const std::string hdr = coded(".hdr", plain);
+    const std::string line = "\nPRIMARIES= 0.708 0.292 0.170 0.797 0.131 0.046 0.3127 0.3290";
+    const cv::Vec3b colour =
+        read(std::string(hdr).insert(hdr.find("\n\n"), line)).at<cv::Vec3b>(4, 4);
+    const cv::Vec3d expected = reference({0.25, 0.5, 0.75}) * 255;
+    EXPECT_LE(cv::norm(cv::Vec3d(colour), expected, cv::NORM_INF), 2) << colour << expected;
+    EXPECT_TRUE(notes.empty());
+
+    // ACES: one primary lies beyond all colours, and white has another colour; grey stays grey
+    ColourFacts aces;
+    aces.gamma = 1;
+    aces.chromaticities = {0.32168, 0.33767, 0.7347, 0.2653, 0, 1, 0.0001, -0.077};
+    cv::Mat grey(4, 4, CV_32FC3, cv::Scalar::all(0.5));
+    convertToSrgb(grey, aces, &notes);
+    EXPECT_LE(cv::norm(grey, cv::Mat(4, 4, CV_32FC3, cv::Scalar::all(0.7354)), cv::NORM_INF),
+              0.001);
+    EXPECT_TRUE(notes.empty());
+    aces.chromaticities->at(1) = 0;
+    grey.setTo(0.5);
+    convertToSrgb(grey, aces, &notes);
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].text,
+              "the primaries that the file states are damaged: those of sRGB are used");
+    EXPECT_LE(cv::norm(grey, cv::Mat(4, 4, CV_32FC3, cv::Scalar::all(0.7354)), cv::NORM_INF),
+              0.001);
+}
+
+TEST_F(ColourFiles, LightBeyondWhiteIsNoted) {
+    cv::Mat light(10, 10, CV_32FC3, cv::Scalar::all(0.5));
+    light.row(0).setTo(4);
+    light.at<cv::Vec3f>(1, 0) = cv::Vec3f::all(std::nanf(""));
+    light.at<cv::Vec3f>(1, 1) = cv::Vec3f::all(HUGE_VALF);
+    light.at<cv::Vec3f>(1, 2) = cv::Vec3f::all(-1);
+    const cv::Mat photo = read(coded(".exr", light));
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].code, NoteCode::AsItIs);
+    EXPECT_EQ(notes[0].text, "11 % of the picture is brighter than white and shown as white");
+    EXPECT_EQ(photo.at<cv::Vec3b>(0, 0), cv::Vec3b::all(255));
+    EXPECT_EQ(photo.at<cv::Vec3b>(1, 0), cv::Vec3b::all(0));
+    EXPECT_EQ(photo.at<cv::Vec3b>(1, 1), cv::Vec3b::all(255));
+    EXPECT_EQ(photo.at<cv::Vec3b>(1, 2), cv::Vec3b::all(0));
+    EXPECT_EQ(photo.at<cv::Vec3b>(5, 5), cv::Vec3b::all(188));                        // 0.7354
+    EXPECT_NEAR(readImage(directory / "a.png").at<cv::Vec3f>(0, 0)[0], 1.825, 0.001); // 4
+}
+
+TEST_F(ColourFiles, FloatsAreConvertedByTheirProfileOrNoted) {
+    const cv::Mat light = lightOf(grid);
+    const auto file = directory / "a.tif";
+    for (const bool hasProfile : {false, true}) {
+        TIFF* const tiff = TIFFOpen(file.c_str(), "w8");
+        TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, light.cols);
+        TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, light.rows);
+        TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 32);
+        TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 3);
+        TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
+        TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
+        TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+        const std::string profile = iccProfile(kDisplayP3, 1);
+        if (hasProfile) TIFFSetField(tiff, TIFFTAG_ICCPROFILE, profile.size(), profile.data());
+        for (int y = 0; y < light.rows; ++y) {
+            std::vector<cv::Vec3f> row(light.ptr<cv::Vec3f>(y),
+                                       light.ptr<cv::Vec3f>(y, light.cols));
+            for (cv::Vec3f& px : row)
+                std::swap(px[0], px[2]);
+            ASSERT_EQ(TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y)), 1);
+        }
+        TIFFClose(tiff);
+        notes.clear();
+        const cv::Mat photo = readPhoto(file, &notes);
+        if (hasProfile) {
+            EXPECT_LE(worst(photo, grid,
+                            [](const cv::Vec3d& v) { return referenceSrgb(v, kDisplayP3, 1); }),
+                      1);
+            EXPECT_TRUE(notes.empty());
+        } else {
+            EXPECT_TRUE(samePicture(photo, grid));
+            ASSERT_EQ(notes.size(), 1U);
+            EXPECT_EQ(notes[0].code, NoteCode::Doubtful);
+            EXPECT_EQ(notes[0].text,
+                      "the file holds floats without a colour profile: they are read as sRGB from "
+                      "0, black, to 1, white, and not as linear light");
+        }
     }
 }
 

@@ -456,6 +456,32 @@ TEST_F(Tiff, SampledYcbcrBecomesColours) {
         1);
 }
 
+// Light as X, Y, Z and as Y: a grey and sRGB's red.
+TEST_F(Tiff, LogLuvBecomesColours) {
+    Kind kind;
+    kind.bits = 32;
+    kind.format = SAMPLEFORMAT_IEEEFP;
+    kind.compression = COMPRESSION_SGILOG;
+    const auto make = [&](const Samples& samples) {
+        const File tiff = create(file);
+        setFields(tiff.get(), kind);
+        TIFFSetField(tiff.get(), TIFFTAG_SGILOGDATAFMT, SGILOGDATAFMT_FLOAT);
+        writePage(tiff.get(), kind, samples);
+    };
+    const double white[] = {0.9505, 1, 1.0891};
+    const double red[] = {0.4124, 0.2126, 0.0193};
+    kind.photometric = PHOTOMETRIC_LOGLUV;
+    make([&](int x, int, unsigned s) { return x < 9 ? white[s] * 0.2158 : red[s]; });
+    EXPECT_LE(cv::norm(photoPx(), cv::Vec3b::all(128), cv::NORM_INF), 2) << photoPx();
+    const auto px = readPhoto(file).at<cv::Vec3b>(0, 20);
+    EXPECT_GE(px[2], 250) << px;
+    EXPECT_LE(px[1], 20) << px; // its steps are 0.3 % of the light
+    kind.photometric = PHOTOMETRIC_LOGL;
+    kind.samples = 1;
+    make([](int, int, unsigned) { return 0.2158; });
+    EXPECT_LE(cv::norm(photoPx(), cv::Vec3b::all(128), cv::NORM_INF), 1) << photoPx();
+}
+
 TEST_F(Tiff, JpegInTiffGivesItsColours) {
     if (TIFFIsCODECConfigured(COMPRESSION_JPEG) == 0) GTEST_SKIP() << "needs JPEG in libtiff";
     for (const unsigned photometric : {PHOTOMETRIC_RGB, PHOTOMETRIC_YCBCR}) {

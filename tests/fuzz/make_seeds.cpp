@@ -169,6 +169,16 @@ std::vector<std::string> samplePictures() {
     };
     all.push_back(riff("VP8X" + littleEndian(10, 4) + std::string("\x1a\0\0\0\7\0\0\7\0\0", 10) +
                        "EXIF" + littleEndian(exif.size(), 4) + exif + "ANMF" + littleEndian(0, 4)));
+    cv::Mat frame(8, 8, CV_8UC4);
+    cv::randu(frame, 0, 255);
+    for (const int quality : {50, 101}) { // 101: without loss
+        const std::string still = encoded(".webp", frame, {cv::IMWRITE_WEBP_QUALITY, quality});
+        const std::string chunks = still.substr(quality == 50 ? 30 : 12);
+        all.push_back(riff("VP8X" + littleEndian(10, 4) +
+                           std::string("\x12\0\0\0\7\0\0\7\0\0", 10) + "ANMF" +
+                           littleEndian(chunks.size() + 16, 4) +
+                           std::string("\0\0\0\0\0\0\7\0\0\7\0\0\1\0\0\0", 16) + chunks));
+    }
     for (const unsigned photometric : {0U, 1U, 2U, 3U, 5U, 6U, 8U, 9U, 32845U}) {
         for (const unsigned bits : {1U, 8U, 12U, 16U, 32U}) {
             for (const unsigned planes : {1U, 2U})

@@ -87,6 +87,18 @@ std::string repairedHeif(string_view bytes) {
     return repaired;
 }
 
+unsigned heifFrames(string_view bytes) {
+    const ByteReader reader(bytes, false);
+    unsigned most = 0;
+    forEachBox(reader, "trak", findBox(reader, "moov", 0, bytes.size()), 0, [&](const Box& track) {
+        Box box = track;
+        for (const char* const type : {"mdia", "minf", "stbl", "stsz"})
+            box = findBox(reader, type, box);
+        if (box.isFound()) most = std::max(most, reader.u32(box.body + kVersion + 4));
+    });
+    return most;
+}
+
 std::optional<HeifEyes> findHeifEyes(string_view bytes) {
     const ByteReader reader(bytes, false);
     const Box meta = findBox(reader, "meta", 0, bytes.size());

@@ -29,6 +29,11 @@ std::string repairedHeif(std::string_view bytes);
 /// @return a part of a sentence; empty if nothing was found
 std::string heifProblem(std::string_view bytes, double maxPixels);
 
+/// The number of pictures of an animation (AVIF and HEIC sequences): the samples of the longest
+/// track; 0 if the file has none.
+/// @param bytes the whole file
+unsigned heifFrames(std::string_view bytes);
+
 /// The items of the two pictures of a stereo pair.
 struct HeifEyes {
     std::uint32_t left = 0;

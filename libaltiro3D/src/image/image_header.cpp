@@ -3,6 +3,7 @@
 #include "base/byte_reader.hpp"
 #include "base/text.hpp"
 #include "image/exif.hpp"
+#include "image/heif_boxes.hpp"
 #include "image/heif_file.hpp"
 #include "image/jpeg_walk.hpp"
 #include "image/tiff_file.hpp"
@@ -162,7 +163,7 @@ void readWebP(string_view bytes, ImageHeader& header) {
         const std::uint64_t size = reader.u32(at + 4);
         const std::uint64_t data = at + 8;
         if (name == "VP8X") {
-            if ((reader.u8(data) & 2u) != 0) header.unreadable = "animated WebP";
+            header.isAnimated = (reader.u8(data) & 2u) != 0;
             if (header.columns == 0) {
                 header.columns = reader.number(data + 4, 3) + 1;
                 header.rows = reader.number(data + 7, 3) + 1;
@@ -333,7 +334,7 @@ void readHeif(string_view bytes, ImageHeader& header) {
         const HeifFile file(bytes);
         header.columns = static_cast<std::uint64_t>(file.size().width);
         header.rows = static_cast<std::uint64_t>(file.size().height);
-        header.pictures = file.pictures();
+        header.pictures = std::max(file.pictures(), heifFrames(bytes));
         header.focalLength35mm = readExif(file.exif()).focalLength35mm;
     } catch (const HeifFailure& failure) {
         header.decoderMessage = failure.what();

@@ -25,7 +25,7 @@ struct ColorKey {
 struct ImageHeader {
     ImageFormat format = ImageFormat::Unknown;
     std::string otherFormat;      ///< For Unknown: an unsupported format ("GIF"), or empty.
-    std::string unreadable;       ///< An unsupported feature ("animated WebP"), or empty.
+    std::string unreadable;       ///< An unsupported feature ("XYZE HDR"), or empty.
     std::string decoderMessage;   ///< HEIC, AVIF, TIFF: why the header could not be read, or empty.
     bool isText = false;          ///< For Unknown: the file holds text.
     std::uint64_t columns = 0;    ///< 0 if the header could not be read.
@@ -45,6 +45,7 @@ struct ImageHeader {
     bool hasWholeScan = false;   ///< JPEG: progressive, and at least its first pass is complete.
     bool isCmyk = false;         ///< JPEG, TIFF: four components, which are inks.
     bool isUnmarkedCmyk = false; ///< JPEG: CMYK without Adobe's marker.
+    bool isAnimated = false;     ///< WebP: its pictures are those of an animation.
     bool isNative = false;       ///< PNG: marked as a Native by writeImage().
     unsigned pictures = 1;       ///< Pages or frames in the file; more than 1 is a remark.
 };

@@ -13,6 +13,7 @@
 #include "image/orientation.hpp"
 #include "image/pixel_values.hpp"
 #include "image/tiff_file.hpp"
+#include "image/webp_frame.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -190,6 +191,22 @@ cv::Mat decodeTiff(const fs::path& path, const ImageHeader& header, const std::s
     }
 }
 
+// The first picture in its place; empty if it is damaged.
+cv::Mat decodeFirstFrame(const ImageHeader& header, const std::string& bytes) {
+    const WebPFrame frame = firstWebPFrame(bytes);
+    const cv::Rect whole(0, 0, static_cast<int>(header.columns), static_cast<int>(header.rows));
+    const ImageHeader own = readImageHeader(frame.file, {}); // decoders allocate what it states
+    if ((frame.area & whole) != frame.area ||
+        own.columns != static_cast<std::uint64_t>(frame.area.width) ||
+        own.rows != static_cast<std::uint64_t>(frame.area.height))
+        return {};
+    cv::Mat part = decodeImage(frame.file, ImageFormat::WebP, ImageChannels::AsStored);
+    if (part.size() == whole.size() || part.size() != frame.area.size()) return part;
+    cv::Mat picture = cv::Mat::zeros(whole.size(), part.type());
+    part.copyTo(picture(frame.area));
+    return picture;
+}
+
 cv::Mat decode(const fs::path& path, ImageHeader& header, std::string& bytes) {
     if (isHeif(header.format)) return decodeHeif(path, header, bytes);
     if (header.format == ImageFormat::Tiff) return decodeTiff(path, header, bytes);
@@ -205,7 +222,8 @@ cv::Mat decode(const fs::path& path, ImageHeader& header, std::string& bytes) {
     std::string detail;
     cv::Mat picture;
     try {
-        picture = decodeImage(bytes, header.format, ImageChannels::AsStored);
+        picture = header.isAnimated ? decodeFirstFrame(header, bytes)
+                                    : decodeImage(bytes, header.format, ImageChannels::AsStored);
     } catch (const cv::Exception& exception) {
         if (exception.code == cv::Error::StsNoMem) throw;
         detail = exception.err;

@@ -56,6 +56,20 @@ TEST_F(Heif, TheFormatsAreListed) {
     EXPECT_EQ(readableFormats().find("HEIC, AVIF, ") != std::string::npos, hasHeif());
 }
 
+TEST_F(Heif, PicturesOfAnAnimationAreFurtherPictures) {
+    REQUIRE_HEIF();
+    std::string box = heifFullBox("stsz", 0, heifNumber(7, 4) + heifNumber(12, 4)); // 12 of 7 bytes
+    for (const char* const outer : {"stbl", "minf", "mdia", "trak", "moov"})
+        box = heifBox(outer, box);
+    for (const auto& [brand, item] : {std::pair{"avif", av1Colours(1)}, {"heic", hevcColours(1)}}) {
+        Notes notes;
+        expectColours(readPhoto(file(heifFile(brand, {item}) + box), &notes));
+        ASSERT_EQ(notes.size(), 1U);
+        EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
+        EXPECT_EQ(notes[0].text, "the file holds 12 pictures: the main one is read");
+    }
+}
+
 TEST_F(Heif, DepthAndMattesAreNoFurtherPictures) {
     REQUIRE_HEIF();
     Notes notes;

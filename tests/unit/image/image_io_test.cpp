@@ -767,11 +767,8 @@ TEST_F(ImageIo, FormatsWithoutAReaderAreRefusedByName) {
               "is a ZIP archive, expected a picture; unpack it first");
     EXPECT_EQ(problemOf("a.jpg", "<!DOCTYPE html><html></html>"),
               "is a web page, expected a picture; download the picture itself");
-    std::string animated = webPWithExif(smoothPicture({5, 4}), 1);
-    animated[20] = 2;
-    EXPECT_EQ(problemOf("a.webp", animated),
-              "animated WebP pictures are not read, expected an ordinary WebP file; convert it "
-              "first");
+    EXPECT_EQ(problemOf("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd"),
+              "XYZE HDR pictures are not read, expected an ordinary HDR file; convert it first");
 }
 
 TEST_F(ImageIo, WhatIsNoPictureIsSaidToBeNone) {
@@ -838,6 +835,58 @@ TEST_F(ImageIo, OfSeveralPagesTheFirstIsReadWithANote) {
     ASSERT_EQ(notes.size(), 1U);
     EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
     EXPECT_EQ(notes[0].text, "the file holds 2 pages: the first one is read");
+}
+
+// A frame of an animation: the chunks of a WebP file at a place.
+std::string webPFrame(const std::string& chunks, cv::Rect area) {
+    const std::string body = littleEndian(static_cast<std::uint32_t>(area.x / 2), 3) +
+                             littleEndian(static_cast<std::uint32_t>(area.y / 2), 3) +
+                             littleEndian(static_cast<std::uint32_t>(area.width - 1), 3) +
+                             littleEndian(static_cast<std::uint32_t>(area.height - 1), 3) +
+                             littleEndian(100, 3) + std::string(1, '\0') + chunks;
+    return "ANMF" + littleEndian(static_cast<std::uint32_t>(body.size())) + body;
+}
+
+std::string animatedWebP(cv::Size size, const std::string& frames) {
+    const std::string body = "WEBPVP8X" + littleEndian(10) + std::string("\x12\0\0\0", 4) +
+                             littleEndian(static_cast<std::uint32_t>(size.width - 1), 3) +
+                             littleEndian(static_cast<std::uint32_t>(size.height - 1), 3) + "ANIM" +
+                             littleEndian(6) + std::string("\xff\xff\xff\xff\0\0", 6) + frames;
+    return "RIFF" + littleEndian(static_cast<std::uint32_t>(body.size())) + body;
+}
+
+TEST_F(ImageIo, OfAnAnimatedWebPTheFirstPictureIsReadWithANote) {
+    const cv::Mat first = randomPicture({8, 6}, CV_8UC3, 1);
+    const cv::Mat second = randomPicture({16, 12}, CV_8UC3, 2);
+    const cv::Size size(16, 12);
+    const std::string last = webPFrame(encoded(".webp", second).substr(12), {{0, 0}, size});
+    const std::string chunks = encoded(".webp", first).substr(12);
+    Notes notes;
+    const auto read = [&](const std::string& frame) {
+        notes.clear();
+        return readImage(file("a.webp", animatedWebP(size, frame + last)), &notes);
+    };
+    cv::Mat expected = cv::Mat::zeros(size, CV_8UC3);
+    first.copyTo(expected(cv::Rect(4, 2, 8, 6)));
+    EXPECT_TRUE(samePicture(read(webPFrame(chunks, {4, 2, 8, 6})), expected));
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
+    EXPECT_EQ(notes[0].text, "the file holds 2 frames: the first one is read");
+    EXPECT_TRUE(samePicture(read(last), second));
+
+    cv::Mat halfClear(12, 16, CV_8UC4, cv::Scalar(40, 90, 200, 255)); // lossy, with alpha
+    halfClear.colRange(8, 16).setTo(cv::Scalar(40, 90, 200, 0));
+    const std::string still = encoded(".webp", halfClear, {cv::IMWRITE_WEBP_QUALITY, 90});
+    const std::size_t alpha = still.find("ALPH");
+    ASSERT_NE(alpha, std::string::npos);
+    const cv::Mat picture = read(webPFrame(still.substr(alpha), {{0, 0}, size}));
+    EXPECT_LE(cv::norm(picture.at<cv::Vec3b>(6, 2), cv::Vec3b(40, 90, 200), cv::NORM_INF), 6);
+    EXPECT_EQ(picture.at<cv::Vec3b>(6, 12), cv::Vec3b(0, 0, 0));
+
+    for (const cv::Rect& wrong : {cv::Rect(10, 2, 8, 6), cv::Rect(4, 2, 8, 4)}) {
+        EXPECT_EQ(problemOf("a.webp", animatedWebP(size, webPFrame(chunks, wrong))),
+                  "is damaged or of an unusual kind, expected a whole WebP file");
+    }
 }
 
 TEST_F(ImageIo, AnyDamageGivesAPictureOrAnError) {

@@ -35,7 +35,7 @@ FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
         kind_ = given.kind;
         options_.every = 1;
         if (conversion.choices.any()) cuts_.emplace();
-        if (!side_) given_.emplace(given, conversion.part);
+        if (!side_) given_.emplace(given, conversion.part, facts);
     } else {
         source_ = std::move(conversion.depth);
         kind_ = source_->kind();

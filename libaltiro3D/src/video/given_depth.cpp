@@ -2,8 +2,11 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "base/text.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
@@ -17,7 +20,8 @@ constexpr std::size_t kMaxNotes = 10;
 
 } // namespace
 
-GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& part)
+GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& part,
+                       const VideoFacts& video)
     : given_(given) {
     const std::string name = given_.source.string();
     if (!given_.read) given_.read = readDepthSamples;
@@ -28,6 +32,7 @@ GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& p
             throw Error(ErrorCode::NotFound, name,
                         "holds no pictures, expected one depth image per frame");
         }
+        fitShape(given_.read(pictures_.front(), nullptr).size(), 1, video);
         return;
     }
     VideoReaderOptions options;
@@ -45,7 +50,67 @@ GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& p
                               ": has colours, and depth has none: their grey value is taken (the "
                               "video comes first, then its depth)"});
     }
+    fitShape(frame_.picture.size(), video_->facts().sampleAspect.value(), video);
     hasAhead_ = video_->read(ahead_);
+}
+
+// Compares the shape of the depth with that of the upright video, in px and as displayed: depth of
+// px that are not square may have square ones. Depth that lacks the video's rotation is turned.
+// @param sampleAspect of the depth
+void GivenDepth::fitShape(cv::Size depth, double sampleAspect, const VideoFacts& video) {
+    const auto mismatch = [&](cv::Size size, double aspect) {
+        const auto ratio = [](cv::Size of) { return static_cast<double>(of.width) / of.height; };
+        const double inPixels = std::log(ratio(size) / ratio(video.size));
+        const double seen = inPixels + std::log(aspect / video.sampleAspect.value());
+        return std::min(std::abs(inPixels), std::abs(seen));
+    };
+    constexpr double kSame = 1e-6;
+    const double upright = mismatch(depth, sampleAspect);
+    const double turned = mismatch({depth.height, depth.width}, 1 / sampleAspect);
+    const bool fitsTurned = turned < upright - kSame;
+    const auto isStoredTurned = [](const VideoFacts& facts) {
+        return facts.rotationDegrees != 0 || facts.mirrored;
+    };
+    const bool lacksRotation =
+        isStoredTurned(video) && !(video_ && isStoredTurned(video_->facts()));
+    const bool isAcross = video.rotationDegrees % 180 != 0;
+    // Where the shape does not decide, a video is stored as the other one is; pictures are upright.
+    const bool isUndecided = !isAcross || std::abs(turned - upright) <= kSame;
+    const bool follows = lacksRotation && (isUndecided ? video_.has_value() : fitsTurned);
+    const std::string name = given_.source.string();
+    const std::string sizes = sizeText(depth) + " and " + sizeText(video.size);
+    if (fitsTurned && !(follows && isAcross)) {
+        throw Error(ErrorCode::Mismatch, name,
+                    "fits the video only if it is turned (" + sizes +
+                        "), expected depth of the video's orientation");
+    }
+    if (follows) {
+        rotationDegrees_ = video.rotationDegrees;
+        mirrored_ = video.mirrored;
+        notes_.push_back(
+            {NoteCode::Converted, name + ": states no rotation and is turned as the video is"});
+    }
+    constexpr double kTolerance = 0.02; // as for photos
+    if ((follows && isAcross ? turned : upright) > kTolerance) {
+        notes_.push_back({NoteCode::Doubtful, name + ": its shape differs from the video's (" +
+                                                  sizes + "); it is stretched to fit"});
+    }
+}
+
+// Turns depth as the video's pictures are turned.
+void GivenDepth::turn(cv::Mat& raw) const {
+    constexpr int kTurns[] = {cv::ROTATE_90_CLOCKWISE, cv::ROTATE_180,
+                              cv::ROTATE_90_COUNTERCLOCKWISE};
+    cv::Mat turned; // the memory of `raw` may be shared
+    if (rotationDegrees_ != 0) {
+        cv::rotate(raw, turned, kTurns[rotationDegrees_ / 90 - 1]);
+        raw = turned;
+        turned = cv::Mat();
+    }
+    if (mirrored_) {
+        cv::flip(raw, turned, 1);
+        raw = turned;
+    }
 }
 
 void GivenDepth::begin(VideoReader& video) {
@@ -58,6 +123,7 @@ void GivenDepth::read(double time, std::int64_t number, cv::Mat& raw) {
     } else {
         readImage(firstPicture_ + number, raw);
     }
+    turn(raw);
 }
 
 void GivenDepth::readImage(std::int64_t number, cv::Mat& raw) {

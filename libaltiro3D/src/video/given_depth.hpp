@@ -14,8 +14,10 @@ class GivenDepth {
   public:
     /// @param given its `source` is a video or a directory
     /// @param part which part of the video is read
-    /// @throws Error
-    GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& part);
+    /// @param video the video that the depth belongs to
+    /// @throws Error Mismatch (its shape fits only if it is turned), and others
+    GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& part,
+               const VideoFacts& video);
 
     /// Finds the depth of the part's first frame; call it before that frame is read.
     /// @param video the video that the depth belongs to
@@ -34,6 +36,8 @@ class GivenDepth {
     Notes notes() const;
 
   private:
+    void fitShape(cv::Size depth, double sampleAspect, const VideoFacts& video);
+    void turn(cv::Mat& raw) const;
     void readImage(std::int64_t number, cv::Mat& raw);
     void readFrame(double time, cv::Mat& raw);
 
@@ -41,6 +45,8 @@ class GivenDepth {
     std::vector<std::filesystem::path> pictures_;
     std::int64_t firstPicture_ = 0;
     Notes notes_;
+    int rotationDegrees_ = 0; // of the video, which the depth lacks
+    bool mirrored_ = false;
     std::optional<VideoReader> video_;
     double unit_ = 1; // s
     VideoFrame frame_;

@@ -280,6 +280,80 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
     EXPECT_TRUE(samePicture(pictures("fromQuilt.mkv").back(), native));
 }
 
+// The text of all remarks.
+std::string textOf(const Notes& notes) {
+    std::string text;
+    for (const Note& note : notes)
+        text += note.text + "\n";
+    return text;
+}
+
+TEST_F(VideoConverterTest, DepthOfAnotherShapeIsRefusedOrSaid) {
+    const auto made = [&](cv::Size depth) {
+        writeClip(directory / "depth.mkv", {cv::Mat(depth, CV_8UC3, cv::Scalar::all(90))});
+        VideoConversion conversion = this->conversion("out.mkv");
+        conversion.product = VideoProduct::Rgbd;
+        return textOf(VideoConverter(std::move(conversion)).run().notes);
+    };
+    EXPECT_EQ(made({32, 24}).find("shape"), std::string::npos);
+    EXPECT_NE(made({48, 24}).find("depth.mkv: its shape differs from the video's (48 x 24 and "
+                                  "64 x 48); it is stretched to fit"),
+              std::string::npos);
+    EXPECT_NE(made({32, 32}).find("stretched"), std::string::npos);
+    EXPECT_EQ(codeOf([&] { made({24, 32}); }), ErrorCode::Mismatch);
+    fs::remove(directory / "depth.mkv");
+    fs::create_directory(directory / "depth.mkv");
+    writeImage(directory / "depth.mkv" / "1.png", cv::Mat(32, 24, CV_8UC1, cv::Scalar(90)));
+    VideoConversion pictures = conversion("out.mkv");
+    EXPECT_EQ(codeOf([&] { VideoConverter{std::move(pictures)}; }), ErrorCode::Mismatch);
+}
+
+TEST_F(VideoConverterTest, TheRotationOfAVideoHoldsForItsDepth) {
+    // a bright corner, at the top left as stored
+    cv::Mat corner(24, 32, CV_8UC3, cv::Scalar::all(50));
+    corner(cv::Rect(0, 0, 16, 12)).setTo(cv::Scalar::all(200));
+    const std::vector<cv::Mat> pictures(2, corner);
+    writeClip(directory / "stored.mkv", pictures);
+    VideoWriterOptions options;
+    options.size = corner.size();
+    VideoWriter writer(directory / "clip.mp4", options);
+    writer.write({corner, 0, 500});
+    writer.write({corner, 500, 500});
+    writer.finish();
+    const std::string bytes = slurp(directory / "clip.mp4");
+    const cv::Point corners[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}; // by quarter turns
+    for (const int degrees : {0, 90, 180, 270}) {
+        const std::string turned = turnedClockwise(bytes, degrees);
+        spill(directory / "turned.mp4", turned);
+        // depth without a rotation, depth that states its own, and upright depth of its own shape
+        std::vector<std::string> depths = {"stored.mkv", "turned.mp4"};
+        if (degrees % 180 != 0) {
+            cv::Mat upright;
+            cv::rotate(corner, upright,
+                       degrees == 90 ? cv::ROTATE_90_CLOCKWISE : cv::ROTATE_90_COUNTERCLOCKWISE);
+            writeClip(directory / "upright.mkv", {upright, upright});
+            depths.emplace_back("upright.mkv");
+        }
+        for (const std::string& depth : depths) {
+            VideoConversion made = conversion("rgbd.mkv");
+            made.input = directory / "turned.mp4";
+            made.given->source = directory / depth;
+            made.product = VideoProduct::Rgbd;
+            const Notes notes = VideoConverter(std::move(made)).run().notes;
+            EXPECT_EQ(textOf(notes).find("is turned as the video is") != std::string::npos,
+                      depth == "stored.mkv" && degrees != 0);
+            const cv::Mat both = this->pictures("rgbd.mkv").front();
+            const cv::Mat right = both.colRange(both.cols / 2, both.cols);
+            for (const cv::Point& at : corners) {
+                const cv::Point px((2 * at.x + 1) * right.cols / 4,
+                                   (2 * at.y + 1) * right.rows / 4);
+                EXPECT_NEAR(right.at<cv::Vec3b>(px)[0], at == corners[degrees / 90] ? 200 : 50, 8)
+                    << depth << " " << degrees << " " << at;
+            }
+        }
+    }
+}
+
 TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
     VideoConversion made = conversion("native.mkv");
     made.given.reset();

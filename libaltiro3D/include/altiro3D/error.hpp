@@ -45,7 +45,7 @@ enum class NoteCode {
     LeftOut,   ///< A part is not used: further pictures, unused columns, a stream.
     Converted, ///< A part is converted to a form that the output can hold.
     Repaired,  ///< Damaged parts are left out or replaced.
-    AsItIs,    ///< A property is not corrected: interlaced pictures, HDR, fringe.
+    AsItIs,    ///< A property is not corrected: interlaced pictures, fringe.
     Doubtful,  ///< A value is unlikely, or the file does not say how to read it.
     Chosen,    ///< Another picture of the file is used, as was asked for.
     Inverted   ///< Near and far of given depth look exchanged (looksInverted()).

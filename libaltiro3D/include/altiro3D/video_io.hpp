@@ -33,7 +33,8 @@ struct Fraction {
 /// are exact: time in s = pts * timeBase.value(). The time base is VideoFacts::timeBase for frames
 /// from a reader and VideoWriterOptions::timeBase for frames to a writer.
 struct VideoFrame {
-    cv::Mat picture;      ///< [rows x cols, CV_8UC3, BGR], upright
+    cv::Mat picture;      ///< [rows x cols, CV_8UC3, BGR], upright; see also
+                          ///< VideoReaderOptions::isDepth
     std::int64_t pts = 0; ///< Time of display, in units of the time base, 0 or more. VideoReader
                           ///< counts it from the start of the file or of the part.
     std::int64_t duration = 0; ///< Duration of display, in units of the time base; 0 = unknown.
@@ -76,6 +77,9 @@ struct VideoReaderOptions {
     int threads = 0;         ///< Decoder threads, 0..64; 0 = one per processor, at most 16.
     std::string format;      ///< FFmpeg's name of the format or device ("v4l2"); empty = detected.
     VideoTags formatOptions; ///< FFmpeg's options of the format ({{"video_size", "1280x720"}}).
+    /// The pictures are depth: numbers stay as they are stored, without regard to alpha and to the
+    /// meaning of colours. Grey of more than 8 bits is delivered as CV_16UC1, scaled to 16 bits.
+    bool isDepth = false;
 };
 
 /// Checks the options except `format` and `formatOptions`; the VideoReader constructor checks
@@ -247,9 +251,10 @@ class OtherStreams;
 ///
 /// Frames are delivered upright (the rotation stated in the file is applied) and as 8-bit BGR,
 /// converted with the matrix and range that the stream states. If it states none, BT.601 is assumed
-/// up to 576 lines and BT.709 above. Values of more than 8 bits are rounded. HDR is not tone-mapped
-/// and interlaced pictures are not changed; notes() reports both. If a file has several video
-/// streams, the largest one is read.
+/// up to 576 lines and BT.709 above. Values of more than 8 bits are rounded. Wide gamut (BT.2020,
+/// P3) and HDR (PQ, HLG) become sRGB as in photos; of Dolby Vision the base layer is read.
+/// Transparent parts become black. Interlaced pictures are not changed, which notes() reports. If a
+/// file has several video streams, the largest one is read.
 ///
 /// Times count from the start of the file, or from `VideoReaderOptions::from`; the pts of the first
 /// frame is 0 or more. A damaged frame is skipped and counted, and the frame before it is shown
@@ -287,7 +292,7 @@ class ALTIRO3D_EXPORT VideoReader {
     /// Reads the next frame into an existing one. The memory of its picture is reused if the size
     /// fits and no other cv::Mat shares it.
     ///
-    /// @param frame receives the picture [facts().size, CV_8UC3, BGR] and its times in
+    /// @param frame receives the picture [rows x cols, CV_8UC3, BGR] and its times in
     ///        facts().timeBase
     /// @return false at the end; the frame is then unchanged
     /// @throws Error as next()

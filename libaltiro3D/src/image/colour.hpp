@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <opencv2/core/matx.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -71,6 +72,10 @@ cv::Mat xyzToRgb(const cv::Mat& light);
 /// @param value 0..1, as encoded @param transfer 16 (PQ) or 18 (HLG)
 /// @return PQ: light in units of 10000 cd/m²; HLG: light of the scene, 0..1
 double linearLight(double value, int transfer);
+
+/// The matrix from linear red, green and blue of other primaries to those of sRGB. White stays.
+/// @param primaries code of H.273
+cv::Matx33d toSrgbLight(int primaries);
 
 /// The curve of BT.2390 from 1000 cd/m² to 203 cd/m².
 /// @param light cd/m², from 0 @return cd/m², 0..203

@@ -373,6 +373,12 @@ double linearLight(double value, int transfer) {
     return value <= 0.5 ? value * value / 3 : (std::exp((value - c) / kA) + kB) / 12;
 }
 
+cv::Matx33d toSrgbLight(int primaries) {
+    const cv::Matx33d matrix = toXyz(kSrgb).inv() * toXyz(chromaticitiesOf(primaries));
+    const cv::Vec3d white = matrix * cv::Vec3d::all(1);
+    return cv::Matx33d::diag({1 / white[0], 1 / white[1], 1 / white[2]}) * matrix;
+}
+
 double toneMapped(double light) {
     const double peak = pqOf(kSourcePeak);
     const double largest = pqOf(kWhite) / peak;

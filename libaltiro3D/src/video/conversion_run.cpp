@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
 #include "video/conversion_stamp.hpp"
+#include "video/video_picture.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -114,7 +115,7 @@ ConversionRun::ConversionRun(VideoConversion given, std::optional<ChunkRange> ra
     }
     encoding = encodingOf(conversion, facts, renderer->size());
     if (range_) {
-        encoding.colour = encoding.colour ? encoding.colour : facts.colour;
+        encoding.colour = encoding.colour ? encoding.colour : shownColour(facts.colour);
         sink.emplace(*range_, encoding);
         progress.framesInAll = range_->frames;
         return;

@@ -7,6 +7,7 @@
 #include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "video/run_settings.hpp"
+#include "video/video_picture.hpp"
 #include "video/video_segments.hpp"
 
 #include <algorithm>
@@ -96,7 +97,7 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
     check(segmentFrames >= 1 && segmentFrames <= kMaxSegmentFrames, "segmentFrames",
           "is " + std::to_string(segmentFrames) + ", expected 1.." +
               std::to_string(kMaxSegmentFrames));
-    if (source != nullptr && !options.colour) options.colour = source->facts().colour;
+    if (source != nullptr && !options.colour) options.colour = shownColour(source->facts().colour);
     // Outputs that cannot be written must fail now, not after all frames are made.
     notes = VideoWriter(path, options, source).notes();
     settings_ = settingsJson(givenResumable.settings);

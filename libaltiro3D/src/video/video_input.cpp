@@ -17,6 +17,7 @@
 
 extern "C" {
 #include <libavutil/display.h>
+#include <libavutil/dovi_meta.h>
 #include <libavutil/pixdesc.h>
 }
 
@@ -98,18 +99,19 @@ bool isCover(const AVStream& stream) {
            0;
 }
 
-const std::int32_t* displayMatrix(const AVStream& stream) {
+// Data that describes a stream; null if there are none.
+template <class Data>
+const Data* sideData(const AVStream& stream, AVPacketSideDataType type,
+                     std::size_t least = sizeof(Data)) {
 #if LIBAVFORMAT_VERSION_INT >= AV_VERSION_INT(60, 15, 100)
-    const AVPacketSideData* const data =
-        av_packet_side_data_get(stream.codecpar->coded_side_data,
-                                stream.codecpar->nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
-    return data != nullptr && data->size >= 36 ? reinterpret_cast<const std::int32_t*>(data->data)
-                                               : nullptr;
+    const AVPacketSideData* const data = av_packet_side_data_get(
+        stream.codecpar->coded_side_data, stream.codecpar->nb_coded_side_data, type);
+    return data != nullptr && data->size >= least ? reinterpret_cast<const Data*>(data->data)
+                                                  : nullptr;
 #else
     std::size_t size = 0;
-    const std::uint8_t* const data =
-        av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, &size);
-    return data != nullptr && size >= 36 ? reinterpret_cast<const std::int32_t*>(data) : nullptr;
+    const std::uint8_t* const data = av_stream_get_side_data(&stream, type, &size);
+    return data != nullptr && size >= least ? reinterpret_cast<const Data*>(data) : nullptr;
 #endif
 }
 
@@ -272,10 +274,24 @@ bool isLive(const VideoInput& input) {
     return input.kind == Kind::Device || (input.kind == Kind::StandardInput && arePictures);
 }
 
+const AVCodec* decoderOf(VideoInput& input) {
+    const AVCodecID id = input.stream->codecpar->codec_id;
+    const AVCodec* const usual = avcodec_find_decoder(id);
+    const bool isVpx = id == AV_CODEC_ID_VP8 || id == AV_CODEC_ID_VP9;
+    if (!isVpx || tagOf(input.stream->metadata, "alpha_mode") != "1") return usual;
+    // FFmpeg's own decoders leave the transparency out.
+    const AVCodec* const whole =
+        avcodec_find_decoder_by_name(id == AV_CODEC_ID_VP8 ? "libvpx" : "libvpx-vp9");
+    if (whole != nullptr) return whole;
+    input.notes.push_back({NoteCode::LeftOut, input.subject + ": its transparency is left out, "
+                                                              "because this FFmpeg lacks libvpx"});
+    return usual;
+}
+
 void openDecoder(VideoInput& input, int threads) {
     const AVCodecParameters& parameters = *input.stream->codecpar;
     const std::string name = codecName(parameters.codec_id);
-    const AVCodec* const codec = avcodec_find_decoder(parameters.codec_id);
+    const AVCodec* const codec = decoderOf(input);
     if (codec == nullptr) {
         char tag[AV_FOURCC_MAX_STRING_SIZE] = {};
         av_fourcc_make_string(tag, parameters.codec_tag);
@@ -288,6 +304,15 @@ void openDecoder(VideoInput& input, int threads) {
         throw Error(ErrorCode::TooLarge, input.subject,
                     "has pictures of " + pairText(parameters.width, parameters.height) +
                         " px, expected at most " + numberText(kMaxImagePixels, 9) + " px");
+    }
+    const auto* const dolby =
+        sideData<AVDOVIDecoderConfigurationRecord>(*input.stream, AV_PKT_DATA_DOVI_CONF);
+    if (dolby != nullptr && dolby->dv_bl_signal_compatibility_id == 0 &&
+        (dolby->dv_profile == 5 || dolby->dv_profile == 10)) {
+        throw Error(ErrorCode::Unsupported, input.subject,
+                    "is Dolby Vision of profile " + std::to_string(dolby->dv_profile) +
+                        ", whose pictures have colours of their own, expected a profile with an "
+                        "HDR10, HLG or SDR base layer, such as 8");
     }
     input.decoder.reset(avcodec_alloc_context3(codec));
     checkMemory(input.decoder.get());
@@ -339,7 +364,8 @@ void fillFacts(VideoInput& input) {
     facts.isDevice = input.kind == Kind::Device;
     facts.isLive = isLive(input);
     facts.streamIndex = video.index;
-    const Orientation orientation = orientationOf(displayMatrix(video));
+    const Orientation orientation = orientationOf(
+        sideData<std::int32_t>(video, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t)));
     input.orientation = orientation;
     const cv::Size stored(parameters.width, parameters.height);
     facts.size = orientation.transpose ? cv::Size(stored.height, stored.width) : stored;
@@ -467,7 +493,7 @@ std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoRea
     others.subject = input.subject;
     others.format = input.facts.format;
     others.tags = input.facts.tags;
-    others.colour = input.facts.colour;
+    others.colour = shownColour(input.facts.colour);
     for (const VideoChapter& chapter : input.facts.chapters) {
         const double start = std::max(chapter.start, options.from) - options.from;
         const double end = std::min({chapter.end, options.to, kLatestSeconds}) - options.from;

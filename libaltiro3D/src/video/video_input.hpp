@@ -25,6 +25,7 @@ struct VideoInput {
     AVStream* stream = nullptr; ///< the one to deliver; `format` owns it
     CodecPtr decoder;
     VideoFacts facts;
+    Notes notes;               ///< remarks on what cannot be read
     Orientation orientation;   ///< of the stored pictures
     std::int64_t startPts = 0; ///< start of the file, in the stream's unit
     double end = 0;            ///< stated end of the file, s from its start; 0 = not stated

@@ -80,7 +80,10 @@ void setColours(SwsContext* scaler, ColourMatrix from, bool fromFull, ColourMatr
 // Wraps the memory of a picture in a frame; the picture must outlive it.
 FramePtr frameOver(cv::Mat& picture) {
     FramePtr frame = newFrame();
-    frame->format = AV_PIX_FMT_BGR24;
+    frame->format = picture.type() == CV_16UC1   ? AV_PIX_FMT_GRAY16
+                    : picture.type() == CV_16UC3 ? AV_PIX_FMT_BGR48
+                    : picture.type() == CV_16UC4 ? AV_PIX_FMT_BGRA64
+                                                 : AV_PIX_FMT_BGR24;
     frame->width = picture.cols;
     frame->height = picture.rows;
     frame->data[0] = picture.data;
@@ -160,6 +163,25 @@ VideoColour videoColour(AVPixelFormat format, int matrix, int range, int primari
     return colour;
 }
 
+bool isHdr(const VideoColour& stored) {
+    return stored.transfer == AVCOL_TRC_SMPTE2084 || stored.transfer == AVCOL_TRC_ARIB_STD_B67;
+}
+
+bool isConverted(const VideoColour& stored) {
+    return isHdr(stored) || stored.transfer == AVCOL_TRC_LINEAR ||
+           stored.primaries == AVCOL_PRI_BT2020 || stored.primaries == AVCOL_PRI_SMPTE431 ||
+           stored.primaries == AVCOL_PRI_SMPTE432;
+}
+
+VideoColour shownColour(const VideoColour& stored) {
+    if (!isConverted(stored)) return stored;
+    VideoColour shown;
+    shown.stated = true;
+    shown.primaries = AVCOL_PRI_BT709;
+    shown.transfer = AVCOL_TRC_BT709;
+    return shown;
+}
+
 AVColorSpace colourSpace(ColourMatrix matrix) {
     switch (matrix) {
     case ColourMatrix::Rgb:
@@ -178,25 +200,50 @@ AVColorRange colourRange(ColourRange range) {
     return range == ColourRange::Full ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
 }
 
-PictureMaker::PictureMaker(cv::Size stored, const Orientation& orientation, int threads,
+PictureMaker::PictureMaker(const Orientation& orientation, bool isDepth, int threads,
                            std::string subject)
-    : stored_(stored), orientation_(orientation), threads_(threads), subject_(std::move(subject)) {}
+    : orientation_(orientation), isDepth_(isDepth), threads_(threads),
+      subject_(std::move(subject)) {}
 
 void PictureMaker::prepare(const AVFrame& frame) {
     const cv::Size size(frame.width, frame.height);
     const auto format = static_cast<AVPixelFormat>(frame.format);
+    if (rows_ == 0) rows_ = frame.height;
     const VideoColour colour =
         videoColour(format, numberOf(frame.colorspace), numberOf(frame.color_range),
-                    numberOf(frame.color_primaries), numberOf(frame.color_trc), frame.height);
+                    numberOf(frame.color_primaries), numberOf(frame.color_trc), rows_);
+    const bool isSameLight =
+        colour.primaries == colour_.primaries && colour.transfer == colour_.transfer;
     if (scaler_ && size == size_ && format == format_ && colour.matrix == colour_.matrix &&
-        colour.range == colour_.range && frame.chroma_location == chromaLocation_) {
+        colour.range == colour_.range && isSameLight && frame.chroma_location == chromaLocation_) {
         return;
     }
     const AVPixFmtDescriptor* const shape = av_pix_fmt_desc_get(format);
-    byPlanes_ = colour.matrix != ColourMatrix::Rgb && shape != nullptr && shape->nb_components >= 3;
-    const AVPixelFormat target = byPlanes_ ? AV_PIX_FMT_YUV444P : AV_PIX_FMT_BGR24;
+    const bool isGrey = shape != nullptr && shape->nb_components == 1 && shape->comp[0].depth > 8;
+    const bool hasAlpha = shape != nullptr && (shape->flags & AV_PIX_FMT_FLAG_ALPHA) != 0;
+    if (!isSameLight) {
+        table_ =
+            isConverted(colour) ? ColourTable(colour.primaries, colour.transfer) : ColourTable();
+    }
+    if (isDepth_ && isGrey) {
+        way_ = Way::Grey;
+    } else if (!isDepth_ && (hasAlpha || isConverted(colour))) {
+        way_ = Way::Deep;
+        deep_.create(size, hasAlpha ? CV_16UC4 : CV_16UC3);
+        if (isHdr(colour)) hdrTransfer_ = colour.transfer;
+    } else if (colour.matrix != ColourMatrix::Rgb && shape != nullptr &&
+               shape->nb_components >= 3) {
+        way_ = Way::Planes;
+    } else {
+        way_ = Way::Direct;
+    }
+    const AVPixelFormat target = way_ == Way::Grey     ? AV_PIX_FMT_GRAY16
+                                 : way_ == Way::Planes ? AV_PIX_FMT_YUV444P
+                                 : way_ == Way::Direct ? AV_PIX_FMT_BGR24
+                                 : hasAlpha            ? AV_PIX_FMT_BGRA64
+                                                       : AV_PIX_FMT_BGR48;
     scaler_ = sws_isSupportedInput(format) != 0
-                  ? makeScaler(size, format, chromaPlace(format, frame.chroma_location), stored_,
+                  ? makeScaler(size, format, chromaPlace(format, frame.chroma_location), size,
                                target, {}, threads_)
                   : nullptr;
     if (!scaler_) {
@@ -205,14 +252,14 @@ void PictureMaker::prepare(const AVFrame& frame) {
                     std::string("has pictures of the format ") +
                         (name != nullptr ? name : "unknown") + ", expected one that can be read");
     }
-    const bool full = colour.range == ColourRange::Full;
-    setColours(scaler_.get(), colour.matrix, full, colour.matrix, full || !byPlanes_);
-    if (byPlanes_) {
+    const bool full = colour.range == ColourRange::Full || way_ == Way::Grey;
+    setColours(scaler_.get(), colour.matrix, full, colour.matrix, full || way_ != Way::Planes);
+    if (way_ == Way::Planes) {
         weights_ = bgrWeights(colour.matrix, colour.range);
         planes_ = newFrame();
         planes_->format = target;
-        planes_->width = stored_.width;
-        planes_->height = stored_.height;
+        planes_->width = size.width;
+        planes_->height = size.height;
         if (av_frame_get_buffer(planes_.get(), 0) < 0) checkMemory(nullptr);
     }
     chromaLocation_ = frame.chroma_location;
@@ -221,30 +268,40 @@ void PictureMaker::prepare(const AVFrame& frame) {
     colour_ = colour;
 }
 
+void PictureMaker::scale(const AVFrame& frame, AVFrame& to) {
+    const int result = sws_scale_frame(scaler_.get(), &to, &frame);
+    if (result >= 0) return;
+    throw Error(result == AVERROR(ENOMEM) ? ErrorCode::OutOfMemory : ErrorCode::ReadFailed,
+                subject_, "a frame cannot be converted to BGR: " + ffmpegText(result));
+}
+
 // Converts the frame without rotation. prepare() must have been called for it.
 void PictureMaker::convert(const AVFrame& frame, cv::Mat& picture) {
-    picture.create(stored_, CV_8UC3);
-    const bool isWhole =
-        (format_ == AV_PIX_FMT_YUV444P || format_ == AV_PIX_FMT_YUVJ444P) && size_ == stored_;
-    if (!byPlanes_ || !isWhole) {
-        const FramePtr over = byPlanes_ ? nullptr : frameOver(picture);
-        const int result =
-            sws_scale_frame(scaler_.get(), byPlanes_ ? planes_.get() : over.get(), &frame);
-        if (result < 0) {
-            throw Error(result == AVERROR(ENOMEM) ? ErrorCode::OutOfMemory : ErrorCode::ReadFailed,
-                        subject_, "a frame cannot be converted to BGR: " + ffmpegText(result));
-        }
+    picture.create(size_, way_ == Way::Grey ? CV_16UC1 : CV_8UC3);
+    if (way_ == Way::Direct || way_ == Way::Grey) {
+        scale(frame, *frameOver(picture));
+        return;
     }
-    if (!byPlanes_) return;
+    const bool isWhole = format_ == AV_PIX_FMT_YUV444P || format_ == AV_PIX_FMT_YUVJ444P;
+    if (way_ == Way::Deep) {
+        scale(frame, *frameOver(deep_));
+    } else if (!isWhole) {
+        scale(frame, *planes_);
+    }
     const AVFrame& planes = isWhole ? frame : *planes_;
     cv::parallel_for_(
-        cv::Range(0, stored_.height),
+        cv::Range(0, size_.height),
         [&](const cv::Range& rows) {
             for (int row = rows.start; row < rows.end; ++row) {
+                if (way_ == Way::Deep) {
+                    table_.row(deep_.ptr<std::uint16_t>(row), deep_.channels(), size_.width,
+                               picture.ptr<std::uint8_t>(row));
+                    continue;
+                }
                 const auto plane = [&](int p) {
                     return planes.data[p] + static_cast<std::ptrdiff_t>(row) * planes.linesize[p];
                 };
-                yuvToBgr(plane(0), plane(1), plane(2), static_cast<std::size_t>(stored_.width),
+                yuvToBgr(plane(0), plane(1), plane(2), static_cast<std::size_t>(size_.width),
                          weights_, picture.ptr<std::uint8_t>(row));
             }
         },

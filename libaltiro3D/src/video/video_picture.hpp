@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/video_io.hpp"
+#include "video/colour_table.hpp"
 #include "video/ffmpeg.hpp"
 #include "video/yuv_kernels.hpp"
 
@@ -32,40 +33,62 @@ Orientation orientationOf(const std::int32_t* displayMatrix);
 VideoColour videoColour(AVPixelFormat format, int matrix, int range, int primaries, int transfer,
                         int rows);
 
+/// Whether pictures are converted to sRGB: of wide gamut, HDR or linear light.
+bool isConverted(const VideoColour& stored);
+/// Whether the transfer curve is PQ or HLG.
+bool isHdr(const VideoColour& stored);
+/// The colour encoding of what PictureMaker makes, as if it were stored.
+VideoColour shownColour(const VideoColour& stored);
+
 AVColorSpace colourSpace(ColourMatrix matrix);
 AVColorRange colourRange(ColourRange range);
 
-/// Converts decoded frames to upright BGR pictures.
+/// Converts decoded frames to upright pictures: sRGB, with transparent parts over black.
 class PictureMaker {
   public:
-    /// @param stored size of the pictures before rotation; frames of another size are scaled
+    /// @param isDepth see VideoReaderOptions::isDepth
     /// @param subject name of the video, for errors
-    PictureMaker(cv::Size stored, const Orientation& orientation, int threads, std::string subject);
+    PictureMaker(const Orientation& orientation, bool isDepth, int threads, std::string subject);
 
     /// @param frame any software format
-    /// @param picture [rows x cols, CV_8UC3, BGR]
+    /// @param picture [size of the frame, turned; CV_8UC3, BGR; of depth also CV_16UC1]
     /// @throws Error Unsupported, OutOfMemory
     void make(const AVFrame& frame, cv::Mat& picture);
 
+    /// The transfer curve of the last frame that was HDR, or 0.
+    int hdrTransfer() const { return hdrTransfer_; }
+
   private:
+    // How frames become pictures.
+    enum class Way {
+        Direct, // by the scaler
+        Planes, // by the scaler to planes of full size; its direct conversion takes four times as
+                // long
+        Deep,   // by the scaler to 16 bits, then by the table of colours and alpha
+        Grey    // by the scaler to 16 bits
+    };
+
     void prepare(const AVFrame& frame);
     void convert(const AVFrame& frame, cv::Mat& picture);
+    void scale(const AVFrame& frame, AVFrame& to);
 
-    cv::Size stored_;
     Orientation orientation_;
+    bool isDepth_;
     int threads_;
     std::string subject_;
     ScalerPtr scaler_;
-    cv::Size size_; // frame size that the scaler was made for
+    cv::Size size_; // of the frames that the scaler was made for
+    int rows_ = 0;  // of the first frame, which decides about colours that are not stated
     int format_ = AV_PIX_FMT_NONE;
     int chromaLocation_ = AVCHROMA_LOC_UNSPECIFIED;
     VideoColour colour_;
-    // YUV frames are first converted to full-size planes; swscale's direct conversion to BGR takes
-    // four times as long.
-    bool byPlanes_ = false;
+    Way way_ = Way::Direct;
     BgrWeights weights_;
     FramePtr planes_;
+    ColourTable table_;
+    cv::Mat deep_; // [CV_16UC3 or CV_16UC4]
     cv::Mat unturned_;
+    int hdrTransfer_ = 0;
 };
 
 /// Converts BGR pictures to frames for an encoder.

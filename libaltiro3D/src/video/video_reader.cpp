@@ -39,10 +39,6 @@ VideoInput openQuietly(const fs::path& path, const VideoReaderOptions& options) 
     return openVideoInput(path, options);
 }
 
-cv::Size storedSize(const AVStream& stream) {
-    return {stream.codecpar->width, stream.codecpar->height};
-}
-
 } // namespace
 
 void validate(const VideoReaderOptions& options) {
@@ -76,6 +72,7 @@ struct VideoReader::Impl {
     std::string subject; // its name, for errors
     VideoInput::Kind kind;
     VideoFacts facts;
+    Notes remarks; // of opening it
     VideoReadCounts counts;
     VideoPackets packets;
     FrameDecoder decoder;
@@ -90,11 +87,11 @@ struct VideoReader::Impl {
 VideoReader::Impl::Impl(const fs::path& givenPath, const VideoReaderOptions& complete,
                         VideoInput input)
     : path(givenPath), options(complete), subject(input.subject), kind(input.kind),
-      facts(input.facts), packets(input, options, counts),
+      facts(input.facts), remarks(input.notes), packets(input, options, counts),
       decoder(std::move(input.decoder), packets,
               FrameTimes(facts, input.stream->time_base, input.startPts, counts), counts),
       part(input, options, packets, decoder, counts),
-      pictures(storedSize(*input.stream), input.orientation, options.threads, subject) {}
+      pictures(input.orientation, options.isDepth, options.threads, subject) {}
 
 // Counts packets if each holds one frame, which is fast; else decodes from the start.
 std::int64_t VideoReader::Impl::framesBefore() {
@@ -114,9 +111,8 @@ bool VideoReader::Impl::read(VideoFrame& frame) {
     PartFrames::Frame next;
     if (!part.next(next)) return false;
     releaseIfShared(frame.picture);
-    resized = resized ||
-              cv::Size(next.picture->width, next.picture->height) != storedSize(packets.stream());
     pictures.make(*next.picture, frame.picture);
+    resized = resized || frame.picture.size() != facts.size;
     part.release();
     frame.pts = next.pts;
     frame.duration = next.duration;
@@ -183,12 +179,12 @@ Notes VideoReader::notes() const {
     }
     if (impl.decoder.hasInterlaced())
         note(NoteCode::AsItIs, "holds interlaced frames, which are not deinterlaced");
-    if (impl.resized)
-        note(NoteCode::Converted,
-             "the frame size changes; all frames are scaled to the size of the first one");
-    const int transfer = impl.facts.colour.transfer;
-    if (transfer == AVCOL_TRC_SMPTE2084 || transfer == AVCOL_TRC_ARIB_STD_B67) {
-        note(NoteCode::AsItIs, "is HDR video, which is not tone-mapped");
+    if (impl.resized) note(NoteCode::Converted, "the frame size changes");
+    notes.insert(notes.end(), impl.remarks.begin(), impl.remarks.end());
+    if (const int transfer = impl.pictures.hdrTransfer(); transfer != 0) {
+        note(NoteCode::Converted, std::string("is HDR (") +
+                                      (transfer == AVCOL_TRC_SMPTE2084 ? "PQ" : "HLG") +
+                                      "): its bright parts are compressed");
     }
     return notes;
 }

@@ -37,7 +37,8 @@ struct VideoFrame {
                           ///< VideoReaderOptions::isDepth
     std::int64_t pts = 0; ///< Time of display, in units of the time base, 0 or more. VideoReader
                           ///< counts it from the start of the file or of the part.
-    std::int64_t duration = 0; ///< Duration of display, in units of the time base; 0 = unknown.
+    std::int64_t duration = 0;   ///< Duration of display, in units of the time base; 0 = unknown.
+    Fraction sampleAspect{1, 1}; ///< From a reader: width : height of a px.
 };
 
 /// Matrix that converts red, green and blue to luma and chroma.
@@ -121,7 +122,7 @@ struct VideoFacts {
     /// standard input (ppm_pipe, ...), which have no times. Their durations may be unknown, 0.
     bool isLive = false;
     int streamIndex = 0;     ///< Index of the video stream that is delivered.
-    cv::Size size;           ///< Size in px of the frames as delivered, upright.
+    cv::Size size;           ///< Size in px of the first frame as delivered, upright.
     int rotationDegrees = 0; ///< Clockwise rotation that is applied to the stored pictures, 0..270.
     bool mirrored = false;   ///< The stored pictures are mirrored left-right after the rotation.
     Fraction sampleAspect{1, 1};            ///< Width : height of a px of the upright picture.
@@ -253,8 +254,9 @@ class OtherStreams;
 /// converted with the matrix and range that the stream states. If it states none, BT.601 is assumed
 /// up to 576 lines and BT.709 above. Values of more than 8 bits are rounded. Wide gamut (BT.2020,
 /// P3) and HDR (PQ, HLG) become sRGB as in photos; of Dolby Vision the base layer is read.
-/// Transparent parts become black. Interlaced pictures are not changed, which notes() reports. If a
-/// file has several video streams, the largest one is read.
+/// Transparent parts become black. Interlaced pictures are not changed, which notes() reports. If the
+/// size or the shape of px changes, each frame has its own. If a file has several video streams, the
+/// largest one is read.
 ///
 /// Times count from the start of the file, or from `VideoReaderOptions::from`; the pts of the first
 /// frame is 0 or more. A damaged frame is skipped and counted, and the frame before it is shown

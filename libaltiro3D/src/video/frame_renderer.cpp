@@ -85,9 +85,8 @@ bool takeNumbers(SavedState& state, const Values& least, const Values& most, Val
 // Natives and quilts of photos with depth.
 class ViewsRenderer : public FrameRenderer {
   public:
-    ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, double seenAspect,
-                  DepthEdges edges)
-        : options_(conversion.native), target_(target), seenAspect_(seenAspect), edges_(edges),
+    ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, DepthEdges edges)
+        : options_(conversion.native), target_(target), edges_(edges),
           isGiven_(conversion.given.has_value()), wanted_(conversion.choices),
           workSize_(options_.keepResolution ? target.panelSize : target.layout.tileSize) {
         // Fast gains little by edges that fit, and estimated depth has no noise
@@ -108,10 +107,13 @@ class ViewsRenderer : public FrameRenderer {
 
     void work(PipelineFrame& frame) override {
         cv::Mat& result = frame.result.picture;
-        if (frame.step.repeated && !last_.empty() && !isMeasured(frame)) {
+        const double pixelAspect = frame.source.sampleAspect.value();
+        const bool isRepeated = frame.step.repeated && pixelAspect == lastPixelAspect_;
+        if (isRepeated && !last_.empty() && !isMeasured(frame)) {
             result = last_;
             return;
         }
+        lastPixelAspect_ = pixelAspect;
         ownMemory(result);
         const PhotoFit fit = fitted(frame);
         refine(frame, fit.filled());
@@ -182,8 +184,7 @@ class ViewsRenderer : public FrameRenderer {
     PhotoFit fitted(const PipelineFrame& frame) {
         const Scene scene{frame.source.picture, frame.depth};
         // the shape as displayed, because px of the frame need not be square
-        const double pixelAspect = seenAspect_ * scene.photo.rows / scene.photo.cols;
-        const double aspect = target_.aspect() / pixelAspect;
+        const double aspect = target_.aspect() / frame.source.sampleAspect.value();
         if (wanted_.any() && (!isChosen_ || frame.step.cut)) {
             choose(scene, aspect);
             choices_.push_back({static_cast<double>(frame.source.pts), options_.framing,
@@ -226,7 +227,6 @@ class ViewsRenderer : public FrameRenderer {
 
     NativeOptions options_;
     VideoTarget target_;
-    double seenAspect_;
     DepthEdges edges_;
     bool isGiven_;
     bool isPlain_ = false; // depth is fitted without regard to edges
@@ -240,6 +240,7 @@ class ViewsRenderer : public FrameRenderer {
     Scene fitted_;
     cv::Mat quilt_;
     cv::Mat last_;
+    double lastPixelAspect_ = 0; // of the frame of last_
 };
 
 // Photo and depth side by side.
@@ -254,23 +255,34 @@ class RgbdRenderer : public FrameRenderer {
 
     void work(PipelineFrame& frame) override {
         cv::Mat& result = frame.result.picture;
-        if (frame.step.repeated && !last_.empty()) {
+        const double pixelAspect = frame.source.sampleAspect.value();
+        if (frame.step.repeated && !last_.empty() && pixelAspect == lastPixelAspect_) {
             result = last_;
             return;
         }
+        lastPixelAspect_ = pixelAspect;
         ownMemory(result);
         const Scene scene{frame.source.picture, frame.depth};
-        fitScene(scene, fitPhoto(scene.photo.size(), 1, half_, FitMode::Stretch), focus_, fitted_,
+        // Frames of the first one's shape fill the half, although its sides are rounded.
+        const double aspect = static_cast<double>(half_.width) / half_.height / pixelAspect;
+        const double own = static_cast<double>(scene.photo.cols) / scene.photo.rows;
+        const bool fills = std::abs(aspect / own - 1) < kSameShape;
+        const PhotoFit fit = fitPhoto(scene.photo.size(), fills ? own : aspect, half_,
+                                      fills ? FitMode::Stretch : FitMode::Contain);
+        fitScene(scene, fit, focus_, fitted_,
                  kAsItIs); // as the depth that photo2native saves
         joinRgbd(fitted_.photo, fitted_.depth, DepthSide::Right, result);
         last_ = result;
     }
 
   private:
+    static constexpr double kSameShape = 0.02;
+
     double focus_;
     cv::Size half_;
     Scene fitted_;
     cv::Mat last_;
+    double lastPixelAspect_ = 0; // of the frame of last_
 };
 
 // Natives of quilts.
@@ -331,7 +343,7 @@ std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversi
     if (conversion.product == VideoProduct::Rgbd) {
         return std::make_unique<RgbdRenderer>(conversion.native.views.focus, photo, seenAspect);
     }
-    return std::make_unique<ViewsRenderer>(conversion, target, seenAspect, edges);
+    return std::make_unique<ViewsRenderer>(conversion, target, edges);
 }
 
 std::unique_ptr<FrameRenderer> makeQuiltRenderer(const VideoConversion& conversion,

@@ -12,6 +12,7 @@
 #include "video/video_picture.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <thread>
 
 namespace altiro3D {
@@ -66,19 +67,20 @@ struct VideoReader::Impl {
 
     std::int64_t framesBefore();
     bool read(VideoFrame& frame);
+    Fraction aspectOf(const AVFrame& picture) const;
 
     fs::path path;
     VideoReaderOptions options;
     std::string subject; // its name, for errors
     VideoInput::Kind kind;
     VideoFacts facts;
-    Notes remarks; // of opening it
+    Notes remarks;    // of opening it
     VideoReadCounts counts;
     VideoPackets packets;
     FrameDecoder decoder;
     PartFrames part;
     PictureMaker pictures;
-    bool resized = false;
+    bool isReshaped = false; // a frame has another size or shape of px than the first
 
   private:
     std::optional<std::int64_t> framesBefore_;
@@ -107,12 +109,25 @@ std::int64_t VideoReader::Impl::framesBefore() {
     return *framesBefore_;
 }
 
+Fraction VideoReader::Impl::aspectOf(const AVFrame& picture) const {
+    // A container's statement goes first, as in FFmpeg's tools.
+    const AVRational stated = packets.stream().sample_aspect_ratio;
+    const Fraction aspect = fraction(stated.num > 0 ? stated : picture.sample_aspect_ratio);
+    constexpr double kMost = 16; // other values are damage
+    if (!aspect.isKnown() || aspect.value() > kMost || aspect.value() * kMost < 1)
+        return facts.sampleAspect;
+    return facts.rotationDegrees % 180 != 0 ? Fraction{aspect.denominator, aspect.numerator}
+                                            : aspect;
+}
+
 bool VideoReader::Impl::read(VideoFrame& frame) {
     PartFrames::Frame next;
     if (!part.next(next)) return false;
     releaseIfShared(frame.picture);
     pictures.make(*next.picture, frame.picture);
-    resized = resized || frame.picture.size() != facts.size;
+    frame.sampleAspect = aspectOf(*next.picture);
+    isReshaped = isReshaped || frame.picture.size() != facts.size ||
+                 std::abs(frame.sampleAspect.value() / facts.sampleAspect.value() - 1) > 1e-3;
     part.release();
     frame.pts = next.pts;
     frame.duration = next.duration;
@@ -179,7 +194,9 @@ Notes VideoReader::notes() const {
     }
     if (impl.decoder.hasInterlaced())
         note(NoteCode::AsItIs, "holds interlaced frames, which are not deinterlaced");
-    if (impl.resized) note(NoteCode::Converted, "the frame size changes");
+    if (impl.isReshaped)
+        note(NoteCode::Converted,
+             "the shape of its frames changes; each is fitted in its own shape");
     notes.insert(notes.end(), impl.remarks.begin(), impl.remarks.end());
     if (const int transfer = impl.pictures.hdrTransfer(); transfer != 0) {
         note(NoteCode::Converted, std::string("is HDR (") +

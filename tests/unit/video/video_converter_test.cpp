@@ -354,6 +354,73 @@ TEST_F(VideoConverterTest, TheRotationOfAVideoHoldsForItsDepth) {
     }
 }
 
+// A white disc, round if px have the shape `aspect`.
+cv::Mat discPicture(cv::Size size, double aspect) {
+    cv::Mat picture(size, CV_8UC3, cv::Scalar(40, 60, 160));
+    const double radius = std::min(size.width * aspect, 1.0 * size.height) / 3;
+    cv::ellipse(picture, cv::Point(size.width / 2, size.height / 2),
+                cv::Size(static_cast<int>(std::lround(radius / aspect)),
+                         static_cast<int>(std::lround(radius))),
+                0, 0, 360, cv::Scalar::all(255), cv::FILLED);
+    return picture;
+}
+
+// Streams as of a broadcast or a phone that is turned: the shape changes after the first half.
+TEST_F(VideoConverterTest, FramesKeepTheirOwnShape) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const struct {
+        cv::Size size;
+        double aspect;
+    } shapes[] = {{{320, 240}, 1}, {{180, 320}, 1}, {{320, 240}, 1.5}};
+    std::string parts[3];
+    for (int i = 0; i < 3; ++i) {
+        const fs::path file = directory / "part.h264";
+        writeImage(directory / "disc.png", discPicture(shapes[i].size, shapes[i].aspect));
+        ffmpeg("-framerate 5 -loop 1 -i " + arg(directory / "disc.png") +
+               " -frames:v 4 -vf setsar=" + std::to_string(shapes[i].aspect) +
+               " -c:v libx264 -pix_fmt yuv420p -crf 8 " + arg(file));
+        parts[i] = slurp(file);
+    }
+    const auto roundness = [](const cv::Mat& picture) {
+        cv::Mat grey;
+        cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+        const cv::Rect disc = cv::boundingRect(grey > 172);
+        return static_cast<double>(disc.width) / disc.height;
+    };
+    for (int later : {1, 2}) {
+        spill(directory / "clip.h264", parts[0] + parts[later]);
+        VideoReader reader(directory / "clip.h264");
+        const std::vector<VideoFrame> frames = allFrames(reader);
+        ASSERT_EQ(frames.size(), 8U);
+        EXPECT_EQ(frames.back().picture.size(), shapes[later].size);
+        EXPECT_NEAR(frames.back().sampleAspect.value(), shapes[later].aspect, 1e-3);
+        EXPECT_NE(textOf(reader.notes()).find("its frames changes"), std::string::npos);
+        // colours that are not stated do not change with the number of lines
+        EXPECT_LE(cv::norm(frames.back().picture.at<cv::Vec3b>(2, 2),
+                           frames.front().picture.at<cv::Vec3b>(2, 2), cv::NORM_INF),
+                  3);
+
+        VideoConversion rgbd = conversion("rgbd.mkv");
+        rgbd.input = directory / "clip.h264";
+        rgbd.product = VideoProduct::Rgbd;
+        VideoConverter(std::move(rgbd)).run();
+        VideoConversion native = conversion("native.mkv");
+        native.input = directory / "clip.h264";
+        native.display = displayOf(stripePanel(300, 400), "large.json");
+        native.native.views.strengthPercent = 0;
+        native.native.fit = FitMode::Contain;
+        native.native.keepResolution = true;
+        VideoConverter(std::move(native)).run();
+        for (const char* const name : {"rgbd.mkv", "native.mkv"}) {
+            const std::vector<cv::Mat> made = pictures(name);
+            const int columns = made.front().cols / (name[0] == 'r' ? 2 : 1);
+            ASSERT_EQ(made.size(), 8U);
+            EXPECT_NEAR(roundness(made.front().colRange(0, columns)), 1, 0.02) << name;
+            EXPECT_NEAR(roundness(made.back().colRange(0, columns)), 1, 0.02) << name << later;
+        }
+    }
+}
+
 TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
     VideoConversion made = conversion("native.mkv");
     made.given.reset();

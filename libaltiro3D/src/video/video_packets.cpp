@@ -20,15 +20,46 @@ constexpr double kInterleavedSeconds = 10;
 VideoPackets::VideoPackets(VideoInput& input, const VideoReaderOptions& options,
                            VideoReadCounts& counts)
     : subject_(input.subject), kind_(input.kind), hasFixedTimes_(input.hasFixedTimes()),
-      stream_(input.stream), startPts_(input.startPts), fileEnd_(input.end), counts_(counts) {
+      stream_(input.stream), startPts_(input.startPts), fileEnd_(input.end), counts_(counts),
+      times_(*input.format) {
     otherIndex_ = describeOthers(input, options, *others_);
     format_ = std::move(input.format);
 }
 
 bool VideoPackets::read() {
-    av_packet_unref(packet_.get());
+    if (ahead_.empty()) {
+        Read next;
+        if (!fetch(next)) return false;
+        ahead_.push_back(std::move(next));
+        if (ahead_.front().packet->stream_index == stream_->index) trustAtJoint();
+    }
+    packet_ = std::move(ahead_.front().packet);
+    ahead_.pop_front();
+    return true;
+}
+
+// A container counts the packets of each piece anew, and marks the last picture before a joint as
+// damaged, although it is whole; or the one before, where pictures are divided anew.
+void VideoPackets::trustAtJoint() {
+    constexpr std::size_t kMost = 1000; // packets of other streams between pictures
+    AVPacket& first = *ahead_.front().packet;
+    if ((first.flags & AV_PKT_FLAG_CORRUPT) == 0) return;
+    for (int pictures = 0; pictures < 2 && ahead_.size() < kMost;) {
+        Read next;
+        if (!fetch(next)) return;
+        const bool isOfPictures = next.packet->stream_index == first.stream_index;
+        if (isOfPictures && next.begins) first.flags &= ~AV_PKT_FLAG_CORRUPT;
+        if (isOfPictures) ++pictures;
+        ahead_.push_back(std::move(next));
+    }
+}
+
+// Reads a packet from the file; it is empty if a device has none yet.
+bool VideoPackets::fetch(Read& read) {
     if (drained_) return false;
-    const int result = av_read_frame(format_.get(), packet_.get());
+    read.packet = newPacket();
+    AVPacket& packet = *read.packet;
+    const int result = av_read_frame(format_.get(), &packet);
     if (result == AVERROR(EAGAIN)) { // a device without a picture yet
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         return true;
@@ -38,15 +69,16 @@ bool VideoPackets::read() {
         noteEnd(result);
         return false;
     }
-    const AVStream& stream = *format_->streams[packet_->stream_index];
-    const std::int64_t shown = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
+    const AVStream& stream = *format_->streams[packet.stream_index];
+    const std::int64_t shown = packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts;
     if (shown != AV_NOPTS_VALUE) {
         const double end = (static_cast<double>(shown) +
-                            static_cast<double>(std::max<std::int64_t>(packet_->duration, 0))) *
+                            static_cast<double>(std::max<std::int64_t>(packet.duration, 0))) *
                                av_q2d(stream.time_base) -
                            static_cast<double>(startPts_) * av_q2d(stream_->time_base);
         lastEnd_ = std::max(lastEnd_, end);
     }
+    read.begins = times_.join(packet);
     return true;
 }
 
@@ -125,6 +157,8 @@ bool VideoPackets::seekToStart() {
 // Resets the state after a seek.
 void VideoPackets::restart() {
     others_->clear();
+    ahead_.clear();
+    times_.restart();
     drained_ = false;
     lastEnd_ = 0;
 }

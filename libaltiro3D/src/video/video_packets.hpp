@@ -3,9 +3,11 @@
 #include "altiro3D/video_io.hpp"
 #include "video/ffmpeg.hpp"
 #include "video/other_streams.hpp"
+#include "video/packet_times.hpp"
 #include "video/video_input.hpp"
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -57,6 +59,13 @@ class VideoPackets {
     std::optional<std::string> truncation() const;
 
   private:
+    struct Read {
+        PacketPtr packet;
+        bool begins = false; // the first one of its stream after a joint
+    };
+
+    bool fetch(Read& read);
+    void trustAtJoint();
     void restart();
     void noteEnd(int result);
 
@@ -70,6 +79,8 @@ class VideoPackets {
     double lastEnd_ = 0;    // s: end of the last packet of any stream, from the start of the file
     VideoReadCounts& counts_;
     PacketPtr packet_ = newPacket();
+    PacketTimes times_;
+    std::deque<Read> ahead_; // read, but not delivered
     bool drained_ = false;
     std::shared_ptr<OtherStreams> others_ = std::make_shared<OtherStreams>();
     std::vector<std::int64_t> otherIndex_; // by stream of the file, -1 = the pictures

@@ -11,7 +11,8 @@ set -euo pipefail
 
 build=(g++ cmake ninja-build pkg-config libopencv-dev libturbojpeg0-dev libpng-dev libexif-dev libheif-dev
        liblcms2-dev libtiff-dev libhwy-dev zlib1g-dev libexpat1-dev qtbase5-dev libqt5svg5
-       nlohmann-json3-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev libswresample-dev
+       nlohmann-json3-dev libavformat-dev libavcodec-dev libavfilter-dev libavutil-dev libswscale-dev
+       libswresample-dev
        libavdevice-dev libsdl2-dev
        python3 curl ca-certificates)
 tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valgrind doxygen graphviz

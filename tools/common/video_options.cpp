@@ -51,6 +51,7 @@ void addVideoInputOptions(CommandLine& commandLine) {
     commandLine.addAdvanced({"input-options"},
                             "Settings of that format, such as video_size=1280x720,framerate=30.",
                             "LIST");
+    commandLine.addAdvanced({"no-deinterlace"}, "Leave interlaced frames as they are.");
 }
 
 VideoReaderOptions videoReaderOptions(const CommandLine& commandLine) {
@@ -70,6 +71,7 @@ VideoReaderOptions videoReaderOptions(const CommandLine& commandLine) {
         options.to = options.from + length;
     }
     options.format = commandLine.value("input-format").value_or("");
+    options.deinterlace = !commandLine.has("no-deinterlace");
     if (const auto list = commandLine.value("input-options")) {
         for (std::size_t at = 0; at <= list->size();) {
             const std::size_t comma = std::min(list->find(',', at), list->size());

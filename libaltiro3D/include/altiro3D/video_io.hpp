@@ -78,6 +78,7 @@ struct VideoReaderOptions {
     int threads = 0;         ///< Decoder threads, 0..64; 0 = one per processor, at most 16.
     std::string format;      ///< FFmpeg's name of the format or device ("v4l2"); empty = detected.
     VideoTags formatOptions; ///< FFmpeg's options of the format ({{"video_size", "1280x720"}}).
+    bool deinterlace = true; ///< Interpolate the lines that interlaced frames lack (bwdif).
     /// The pictures are depth: numbers stay as they are stored, without regard to alpha and to the
     /// meaning of colours. Grey of more than 8 bits is delivered as CV_16UC1, scaled to 16 bits.
     bool isDepth = false;
@@ -254,9 +255,9 @@ class OtherStreams;
 /// converted with the matrix and range that the stream states. If it states none, BT.601 is assumed
 /// up to 576 lines and BT.709 above. Values of more than 8 bits are rounded. Wide gamut (BT.2020,
 /// P3) and HDR (PQ, HLG) become sRGB as in photos; of Dolby Vision the base layer is read.
-/// Transparent parts become black. Interlaced pictures are not changed, which notes() reports. If the
-/// size or the shape of px changes, each frame has its own. If a file has several video streams, the
-/// largest one is read.
+/// Transparent parts become black. Interlaced frames are deinterlaced. If the size or the shape of
+/// px changes, each frame has its own. If a file has several video streams, the largest one is
+/// read.
 ///
 /// Times count from the start of the file, or from `VideoReaderOptions::from`; the pts of the first
 /// frame is 0 or more. A damaged frame is skipped and counted, and the frame before it is shown

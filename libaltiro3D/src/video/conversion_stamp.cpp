@@ -143,7 +143,7 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
     }
     add("product", static_cast<int>(conversion.product));
     add("part", {conversion.part.from, conversion.part.to, conversion.part.format,
-                 conversion.part.formatOptions});
+                 conversion.part.formatOptions, conversion.part.deinterlace});
     add("views", numbersOf(conversion.native.views));
     add("ways of rendering", numbersOf(conversion.native));
     const AutoChoices& choices = conversion.choices;

@@ -2,30 +2,37 @@
 
 namespace altiro3D {
 
-namespace {
-
-bool isInterlaced(const AVFrame& frame) {
-#if LIBAVUTIL_VERSION_INT >= AV_VERSION_INT(58, 7, 100)
-    return (frame.flags & AV_FRAME_FLAG_INTERLACED) != 0;
-#else
-    return frame.interlaced_frame != 0;
-#endif
-}
-
-} // namespace
-
 FrameDecoder::FrameDecoder(CodecPtr decoder, VideoPackets& packets, FrameTimes times,
-                           VideoReadCounts& counts)
-    : decoder_(std::move(decoder)), packets_(packets), times_(times), counts_(counts) {}
+                           std::optional<Deinterlacer> deinterlacer, VideoReadCounts& counts)
+    : decoder_(std::move(decoder)), packets_(packets), times_(times),
+      deinterlacer_(std::move(deinterlacer)), counts_(counts) {}
 
 void FrameDecoder::restart() {
     avcodec_flush_buffers(decoder_.get());
     corruptPts_.clear();
     sentEnd_ = false;
     times_.restart();
+    if (deinterlacer_) deinterlacer_->restart();
+}
+
+bool FrameDecoder::deinterlaces() const {
+    return deinterlacer_ && (interlaced_ || numberOf(decoder_->field_order) > AV_FIELD_PROGRESSIVE);
 }
 
 bool FrameDecoder::decode(DecodedFrame& decoded) {
+    if (!deinterlacer_) return decodeNext(decoded);
+    while (!deinterlacer_->take(decoded)) {
+        if (decodeNext(given_)) {
+            deinterlacer_->give(given_);
+            continue;
+        }
+        deinterlacer_->end();
+        return deinterlacer_->take(decoded);
+    }
+    return true;
+}
+
+bool FrameDecoder::decodeNext(DecodedFrame& decoded) {
     AVFrame& frame = *decoded.frame;
     for (;;) {
         const int result = avcodec_receive_frame(decoder_.get(), &frame);

@@ -1,30 +1,27 @@
 #pragma once
 
 #include "altiro3D/video_io.hpp"
+#include "video/deinterlacer.hpp"
 #include "video/ffmpeg.hpp"
 #include "video/frame_times.hpp"
 #include "video/video_packets.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <set>
 
 namespace altiro3D {
 
-/// A decoded frame and its time, in the stream's unit.
-struct DecodedFrame {
-    FramePtr frame = newFrame();
-    std::int64_t pts = 0;
-};
-
-/// Decodes the pictures of a video and drops damaged ones.
+/// Decodes the pictures of a video, drops damaged ones and deinterlaces.
 class FrameDecoder {
   public:
     /// @param decoder open
     /// @param packets packets of the pictures are decoded, others are kept; must outlive this
     /// @param times assigns the times of frames
+    /// @param deinterlacer nothing: interlaced frames stay as they are
     /// @param counts receives the numbers of damaged packets and frames; must outlive this
     FrameDecoder(CodecPtr decoder, VideoPackets& packets, FrameTimes times,
-                 VideoReadCounts& counts);
+                 std::optional<Deinterlacer> deinterlacer, VideoReadCounts& counts);
 
     /// The next undamaged frame.
     /// @return false at the end; the frame's time is then unchanged
@@ -36,14 +33,19 @@ class FrameDecoder {
     const FrameTimes& times() const { return times_; }
     /// Whether a frame was interlaced.
     bool hasInterlaced() const { return interlaced_; }
+    /// Whether frames may depend on those before them.
+    bool deinterlaces() const;
 
   private:
+    bool decodeNext(DecodedFrame& decoded);
     bool feed();
     bool isDamaged(const AVFrame& frame);
 
     CodecPtr decoder_;
     VideoPackets& packets_;
     FrameTimes times_;
+    std::optional<Deinterlacer> deinterlacer_;
+    DecodedFrame given_; // to the deinterlacer
     VideoReadCounts& counts_;
     std::set<std::int64_t> corruptPts_; // times of packets that the container marks as damaged
     bool sentEnd_ = false;

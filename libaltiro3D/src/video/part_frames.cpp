@@ -168,12 +168,14 @@ void PartFrames::skipTo(std::int64_t pts) {
 // reached by seeking.
 void PartFrames::goTo(std::int64_t goal) {
     const auto far = static_cast<std::int64_t>(kFarSeconds / unit_);
-    if (packets_.hasFixedTimes() && goal - current_.pts > far && seek(goal)) {
+    const bool needsBefore = decoder_.deinterlaces(); // the frame depends on the one before
+    if (packets_.hasFixedTimes() && goal - current_.pts > far &&
+        seek(needsBefore ? goal - far : goal)) {
         // Repaired times are not the same after a seek, so everything is read.
         bool before = false;
         while ((hasCurrent_ = decoder_.decode(current_)) && current_.pts < goal)
             before = true;
-        if (hasCurrent_ && current_.pts == goal) return;
+        if (hasCurrent_ && current_.pts == goal && (before || !needsBefore)) return;
         if (!hasCurrent_ && before && counts_.repairedTimes == 0) return; // the video ends earlier
         hasCurrent_ = seekToStart() && decoder_.decode(current_);
     }

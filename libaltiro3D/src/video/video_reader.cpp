@@ -40,6 +40,12 @@ VideoInput openQuietly(const fs::path& path, const VideoReaderOptions& options) 
     return openVideoInput(path, options);
 }
 
+std::optional<Deinterlacer> deinterlacerOf(const VideoInput& input,
+                                           const VideoReaderOptions& options) {
+    if (!options.deinterlace) return std::nullopt;
+    return Deinterlacer(input.stream->time_base, options.threads, input.subject);
+}
+
 } // namespace
 
 void validate(const VideoReaderOptions& options) {
@@ -91,7 +97,8 @@ VideoReader::Impl::Impl(const fs::path& givenPath, const VideoReaderOptions& com
     : path(givenPath), options(complete), subject(input.subject), kind(input.kind),
       facts(input.facts), remarks(input.notes), packets(input, options, counts),
       decoder(std::move(input.decoder), packets,
-              FrameTimes(facts, input.stream->time_base, input.startPts, counts), counts),
+              FrameTimes(facts, input.stream->time_base, input.startPts, counts),
+              deinterlacerOf(input, options), counts),
       part(input, options, packets, decoder, counts),
       pictures(input.orientation, options.isDepth, options.threads, subject) {}
 
@@ -192,7 +199,7 @@ Notes VideoReader::notes() const {
                                  "each other; from there "
                                  "on the sound is out of step");
     }
-    if (impl.decoder.hasInterlaced())
+    if (impl.decoder.hasInterlaced() && !impl.options.deinterlace)
         note(NoteCode::AsItIs, "holds interlaced frames, which are not deinterlaced");
     if (impl.isReshaped)
         note(NoteCode::Converted,

@@ -852,6 +852,93 @@ TEST(VideoReader, PicturesAndSoundStayInStepWhereTimesJump) {
     }
 }
 
+// A bar that moves by 16 px a frame, 8 px a field.
+fs::path makeInterlaced(const TemporaryDirectory& directory, const std::string& name,
+                        const std::string& codec) {
+    fs::path file = directory / name;
+    ffmpeg("-f lavfi -i color=gray:size=320x96:rate=50:duration=1.2 -f lavfi -i "
+           "color=white:size=40x96:rate=50:duration=1.2 -filter_complex "
+           "'[0][1]overlay=x=mod(n*4\\,280):shortest=1,interlace=lowpass=0' -pix_fmt yuv420p " +
+           codec + " " + arg(file));
+    return file;
+}
+
+// Mean difference between the lines of the two fields: that of a comb, against the line's own.
+double combing(const cv::Mat& picture) {
+    double sum = 0;
+    for (int y = 2; y + 2 < picture.rows; ++y) {
+        for (int x = 0; x < picture.cols; ++x) {
+            const auto at = [&](int row) {
+                return static_cast<double>(picture.at<cv::Vec3b>(row, x)[1]);
+            };
+            sum += std::max(0.0, std::abs(at(y) - at(y - 1)) - std::abs(at(y + 1) - at(y - 1)));
+        }
+    }
+    return sum / picture.rows;
+}
+
+TEST(VideoReader, InterlacedFramesAreDeinterlacedUnlessAsked) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    for (const auto& [name, codec] : std::vector<std::pair<std::string, std::string>>{
+             {"a.mp4", "-c:v libx264 -crf 10 -g 8 -x264opts tff=1"},
+             {"b.mpg", "-c:v mpeg2video -flags +ilme+ildct -q:v 2 -g 8"},
+             {"c.mkv", "-c:v ffv1 -top 1"}}) {
+        const fs::path file = makeInterlaced(directory, name, codec);
+        VideoReaderOptions options;
+        VideoReader reader(file, options);
+        const std::vector<VideoFrame> frames = allFrames(reader);
+        options.deinterlace = false;
+        VideoReader asItIs(file, options);
+        const std::vector<VideoFrame> combed = allFrames(asItIs);
+        ASSERT_EQ(frames.size(), 30U) << name;
+        EXPECT_EQ(timesOf(frames), timesOf(combed)) << name;
+        EXPECT_GT(combing(combed[10].picture), 400) << name;
+        for (const VideoFrame& frame : frames)
+            EXPECT_LT(combing(frame.picture), 60) << name;
+        const auto isSaid = [](const Notes& notes) {
+            return std::any_of(notes.begin(), notes.end(), [](const Note& note) {
+                return note.text.find("not deinterlaced") != std::string::npos;
+            });
+        };
+        EXPECT_FALSE(isSaid(reader.notes())) << name;
+        EXPECT_TRUE(isSaid(asItIs.notes())) << name;
+        // a frame is the same after a seek, although it depends on those before and after it
+        for (const std::size_t place : {9U, 16U, 29U}) {
+            VideoReader later(file);
+            later.skipTo(frames[place].pts);
+            const auto frame = later.next();
+            ASSERT_TRUE(frame) << name;
+            EXPECT_EQ(frame->pts, frames[place].pts) << name;
+            EXPECT_EQ(cv::norm(frame->picture, frames[place].picture, cv::NORM_INF), 0) << name;
+        }
+    }
+}
+
+TEST(VideoReader, InterlacedPartsAreDeinterlacedAndOthersStay) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const std::string mixed =
+        slurp(makeClip(directory, "p.h264", "-bf 0", "testsrc2=size=320x96:rate=25:duration=1")) +
+        slurp(makeInterlaced(directory, "i.h264", "-c:v libx264 -crf 10 -x264opts tff=1")) +
+        slurp(makeClip(directory, "q.h264", "-bf 0", "testsrc=size=200x96:rate=25:duration=1"));
+    spill(directory / "mixed.h264", mixed);
+    VideoReader reader(directory / "mixed.h264");
+    const std::vector<VideoFrame> frames = allFrames(reader);
+    VideoReaderOptions options;
+    options.deinterlace = false;
+    VideoReader plain(directory / "mixed.h264", options);
+    const std::vector<VideoFrame> asItIs = allFrames(plain);
+    ASSERT_EQ(frames.size(), 80U);
+    ASSERT_EQ(asItIs.size(), 80U);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const bool isInterlaced = i >= 25 && i < 55;
+        const bool isSame = cv::norm(frames[i].picture, asItIs[i].picture, cv::NORM_INF) == 0;
+        EXPECT_EQ(isSame, !isInterlaced) << i;
+        EXPECT_TRUE(!isInterlaced || combing(frames[i].picture) < 60) << i;
+    }
+}
+
 TEST(VideoReader, ACutOffFileDeliversItsReadablePart) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;

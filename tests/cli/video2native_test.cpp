@@ -1388,6 +1388,22 @@ TEST(Video2NativeFolder, NothingIsLostSilently) {
     EXPECT_EQ(slurp(studio / "alone.mp4"), slurp(studio / "in/out/a.mov_native.mp4"));
 }
 
+TEST(Video2NativeFolder, SoundThatMp4CannotHoldGetsAnotherContainer) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const FolderStudio studio;
+    fs::create_directory(studio / "camera");
+    const std::string film = "-f lavfi -i testsrc2=size=64x48:rate=25:duration=0.2 -f lavfi -i "
+                             "sine=duration=0.2 -c:v mjpeg -c:a ";
+    ffmpeg(film + "pcm_u8 " + arg(studio / "camera/old.avi"));         // in no MP4
+    ffmpeg(film + "adpcm_ima_qt " + arg(studio / "camera/older.mov")); // nor in Matroska
+    ffmpeg(film + "aac " + arg(studio / "camera/usual.mov"));
+    ASSERT_TRUE(isDone(studio.make({"camera", "out"})));
+    EXPECT_EQ(filesBelow(studio / "out"),
+              (std::vector<std::string>{"old_native.mkv", "older_native.mov", "usual_native.mp4"}));
+    EXPECT_EQ(ffprobe(studio / "out/old_native.mkv", "stream=codec_name", "-select_streams a"),
+              "pcm_u8\n");
+}
+
 TEST(Video2NativeFolder, OutputsThatExistAreKeptUnlessReplaced) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const FolderStudio studio;

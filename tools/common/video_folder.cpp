@@ -20,9 +20,14 @@ using Json = nlohmann::ordered_json;
 namespace {
 
 // .mkv holds more kinds of subtitles than .mp4, so it is kept.
-std::string endingOf(VideoCodec codec, const fs::path& input) {
-    if (codec == VideoCodec::Ffv1 || lowerCase(input.extension().string()) == ".mkv") return ".mkv";
-    return codec == VideoCodec::ProRes ? ".mov" : ".mp4";
+std::string endingOf(const VideoWriterOptions& encoding, const VideoPlan& plan) {
+    if (lowerCase(plan.input.extension().string()) == ".mkv") return ".mkv";
+    try {
+        VideoReader source(plan.input, plan.part);
+        return VideoWriter::extensionFor(source, encoding);
+    } catch (const Error&) { // its conversion reports it
+        return encoding.codec == VideoCodec::ProRes ? ".mov" : ".mp4";
+    }
 }
 
 std::string suffixOf(VideoProduct product) {
@@ -60,7 +65,7 @@ std::vector<FolderFile> listVideos(const CommandLine& commandLine,
 // The plans of all videos, whose outputs do not collide.
 std::vector<VideoPlan> planVideos(const CommandLine& commandLine, const VideoJob& job,
                                   const std::vector<FolderFile>& videos, Messages& messages) {
-    const VideoCodec codec = encoderOptions(commandLine, job.profile).codec;
+    const VideoWriterOptions encoding = encoderOptions(commandLine, job.profile);
     const VideoProduct product = job.plan.product;
     std::optional<QuiltLayout> layout;
     if (product == VideoProduct::Quilt) layout = layoutOfViews(commandLine, job, messages);
@@ -70,7 +75,7 @@ std::vector<VideoPlan> planVideos(const CommandLine& commandLine, const VideoJob
         VideoPlan plan = job.plan;
         plan.input = videos[i].file;
         plan.output =
-            commandLine.files()[1] / (stems[i] + suffixOf(product) + endingOf(codec, plan.input));
+            commandLine.files()[1] / (stems[i] + suffixOf(product) + endingOf(encoding, plan));
         if (layout) plan.output = quiltFileName(plan.output, *layout, job.display.aspect());
         plan.report.clear();
         plan.isFile = true;

@@ -388,6 +388,14 @@ class ALTIRO3D_EXPORT VideoWriter {
     /// Remarks on what was left out or converted. @return the remarks; finish() may add some
     [[nodiscard]] const Notes& notes() const;
 
+    /// Chooses a container that can hold the sound and the subtitles of a video.
+    /// @param source reader of the video, which must not have delivered a frame
+    /// @param options codec, audio, subtitles
+    /// @return the extension of a file name: the first of .mp4, .mkv and .mov that can hold all of
+    ///         them (.mkv and .mov for VideoCodec::ProRes, .mkv for Ffv1), else the first
+    [[nodiscard]] static std::string extensionFor(VideoReader& source,
+                                                  const VideoWriterOptions& options);
+
   private:
     struct Impl;
     std::unique_ptr<Impl> impl_;

@@ -37,6 +37,33 @@ VideoContainer::VideoContainer(const fs::path& path) : path_(path) {
     output_.reset(raw);
 }
 
+std::unique_ptr<StreamCopier> VideoContainer::copierOf(const VideoWriterOptions& options,
+                                                       const std::shared_ptr<OtherStreams>& source,
+                                                       Notes& notes) {
+    return std::make_unique<StreamCopier>(
+        source, *output_, path_.string(),
+        StreamCopier::Wanted{options.audio, options.subtitles, options.chapters, options.metadata},
+        notes);
+}
+
+bool VideoContainer::canHold(const VideoWriterOptions& options,
+                             const std::shared_ptr<OtherStreams>& source) {
+    AVStream* const pictures = avformat_new_stream(output_.get(), nullptr);
+    checkMemory(pictures);
+    pictures->codecpar->codec_type = AVMEDIA_TYPE_VIDEO;
+    pictures->codecpar->codec_id = AV_CODEC_ID_H264; // the others are held by any of them
+    pictures->codecpar->width = pictures->codecpar->height = 16;
+    pictures->time_base = {1, 1000};
+    try {
+        Notes notes;
+        copierOf(options, source, notes);
+        return true;
+    } catch (const Error& error) {
+        if (error.code() != ErrorCode::Unsupported) throw;
+        return false;
+    }
+}
+
 void VideoContainer::open(const AVCodecParameters& pictures, const VideoWriterOptions& options,
                           const std::shared_ptr<OtherStreams>& source, Notes& notes) {
     AVFormatContext& output = *output_;
@@ -52,13 +79,7 @@ void VideoContainer::open(const AVCodecParameters& pictures, const VideoWriterOp
     stream_->sample_aspect_ratio = rational(options.sampleAspect);
     stream_->disposition = AV_DISPOSITION_DEFAULT;
     if (options.constantRate) stream_->avg_frame_rate = rational(options.frameRate);
-    if (source) {
-        copier_ =
-            std::make_unique<StreamCopier>(source, output, path_.string(),
-                                           StreamCopier::Wanted{options.audio, options.subtitles,
-                                                                options.chapters, options.metadata},
-                                           notes);
-    }
+    if (source) copier_ = copierOf(options, source, notes);
     for (const auto& [name, value] : options.tags)
         av_dict_set(&output.metadata, name.c_str(), value.c_str(), 0);
 

@@ -24,6 +24,9 @@ class VideoContainer {
     const AVOutputFormat& kind() const { return *output_->oformat; }
     bool isMatroska() const { return altiro3D::isMatroska(kind()); }
 
+    /// Whether it can hold the streams of the source that are wanted. It cannot be opened then.
+    bool canHold(const VideoWriterOptions& options, const std::shared_ptr<OtherStreams>& source);
+
     /// Begins the file.
     ///
     /// @param pictures codec parameters of the pictures
@@ -56,6 +59,9 @@ class VideoContainer {
     void checkUsable() const;
 
   private:
+    std::unique_ptr<StreamCopier> copierOf(const VideoWriterOptions& options,
+                                           const std::shared_ptr<OtherStreams>& source,
+                                           Notes& notes);
     void checkPacket(int result);
 
     std::filesystem::path path_;

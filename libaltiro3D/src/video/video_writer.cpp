@@ -12,6 +12,7 @@
 #include <map>
 #include <thread>
 #include <utility>
+#include <vector>
 
 extern "C" {
 #include <libavutil/opt.h>
@@ -381,6 +382,17 @@ void VideoWriter::finish() {
 
 const Notes& VideoWriter::notes() const {
     return impl_->notes;
+}
+
+std::string VideoWriter::extensionFor(VideoReader& source, const VideoWriterOptions& options) {
+    std::vector<std::string> extensions = {".mp4", ".mkv", ".mov"};
+    if (options.codec == VideoCodec::ProRes) extensions = {".mov", ".mkv"};
+    if (options.codec == VideoCodec::Ffv1) extensions = {".mkv"};
+    for (const std::string& extension : extensions) {
+        if (VideoContainer("video" + extension).canHold(options, source.otherStreams()))
+            return extension;
+    }
+    return extensions.front();
 }
 
 } // namespace altiro3D

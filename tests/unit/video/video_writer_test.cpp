@@ -480,6 +480,32 @@ TEST(VideoWriter, QuickTimeTakesUncompressedSound) {
     EXPECT_EQ(streamHashes(copy, "a"), streamHashes(film, "a"));
 }
 
+TEST(VideoWriter, AContainerForTheSoundAndSubtitlesIsFound) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const auto extensionOf = [&](const std::string& codecs, const VideoWriterOptions& options) {
+        const fs::path film = makeFilm(directory, "film.mkv", codecs);
+        VideoReader reader(film);
+        const std::string extension = VideoWriter::extensionFor(reader, options);
+        VideoReader again(film);
+        VideoWriterOptions encoding = optionsFor(again);
+        encoding.codec = options.codec;
+        encoding.audio = options.audio;
+        EXPECT_NO_THROW(VideoWriter(directory / ("copy" + extension), encoding, &again)) << codecs;
+        return extension;
+    };
+    VideoWriterOptions options = smallOptions();
+    EXPECT_EQ(extensionOf("-c:a aac -c:s srt", options), ".mp4");
+    EXPECT_EQ(extensionOf("-c:a:0 aac -c:a:1 wavpack -c:s srt", options), ".mkv");
+    options.audio = false;
+    EXPECT_EQ(extensionOf("-c:a:0 aac -c:a:1 wavpack -c:s srt", options), ".mp4");
+    options.audio = true;
+    options.codec = VideoCodec::ProRes;
+    EXPECT_EQ(extensionOf("-c:a pcm_s16le -c:s srt", options), ".mov");
+    options.codec = VideoCodec::Ffv1;
+    EXPECT_EQ(extensionOf("-c:a aac -c:s srt", options), ".mkv");
+}
+
 TEST(VideoWriter, WhatAContainerCannotHoldIsNamedBeforeWork) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;

@@ -37,6 +37,11 @@ void addOptions(CommandLine& commandLine) {
         "Run the network on every N-th frame and carry its depth along the motion in "
         "between; auto (default): as often as the pictures require; 1: on every frame.",
         "N");
+    commandLine.addAdvanced(
+        {"depth-range"},
+        "Numbers of 16-bit depth (--depth) that become the two ends; default: the percentiles 0.5 "
+        "and 99.5 of all its pictures. Needed for depth from a pipe.",
+        "LOW:HIGH");
     addViewOptions(commandLine);
     addNativeOptions(commandLine);
     addPhotoFitOptions(commandLine);

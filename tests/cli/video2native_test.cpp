@@ -578,6 +578,74 @@ TEST(Video2NativeTool, ShowHandsTheNativesToTheViewerBesideIt) {
         fails(studio.run(tool.string(), call + Arguments{"o.mp4"}), 2, "expected IN, got 2 names"));
 }
 
+// Depth of a camera of 12 bits, or of a part of 16 bits, as a photo's depth: by percentiles.
+TEST(Video2NativeTool, DepthOf16BitsHasOneRange) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    SmallStudio studio;
+    ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=10:duration=1 -c:v libx264 -g 5 " +
+           arg(studio / "clip.mp4"));
+    fs::create_directory(studio / "depths");
+    // a ramp of 0..4095; the second half of the frames has the near half of it alone
+    for (int k = 0; k < 10; ++k) {
+        cv::Mat depth(64, 96, CV_16UC1);
+        for (int x = 0; x < depth.cols; ++x)
+            depth.col(x).setTo(k < 5 ? x * 4095 / 95 : 2047 + x * 2048 / 95);
+        writeImage(studio / ("depths/d" + std::to_string(k) + ".png"), depth);
+    }
+    ffmpeg("-framerate 10 -i " + arg(studio / "depths/d%d.png") + " -c:v ffv1 -pix_fmt gray16le " +
+           arg(studio / "depth.mkv"));
+    const auto made = [&](const Arguments& more, const std::string& name) {
+        const Outcome outcome = studio.run(
+            kTool, studio.display() +
+                       Arguments{"-j", "1", "--rgbd-out", "--codec", "ffv1", "--exact-depth"} +
+                       more + Arguments{"clip.mp4", name});
+        EXPECT_EQ(outcome.status, 0) << outcome.text();
+        std::vector<cv::Mat> depths;
+        VideoReader reader(studio / name);
+        while (const auto frame = reader.next())
+            depths.push_back(frame->picture.colRange(96, 192).clone());
+        return depths;
+    };
+    const std::vector<cv::Mat> whole = made({"--depth", "depths"}, "whole.mkv");
+    ASSERT_EQ(whole.size(), 10U);
+    const auto expect = [](const cv::Mat& depth, int x, double value) {
+        EXPECT_NEAR(depth.at<cv::Vec3b>(30, x)[0], value, 3) << x;
+    };
+    expect(whole[0], 0, 0);
+    expect(whole[0], 48, 129);
+    expect(whole[0], 95, 255);
+    expect(whole[9], 0, 127); // one range for all
+    expect(whole[9], 95, 255);
+    // a part, a video and the other direction have the same range
+    const std::vector<cv::Mat> part = made({"--depth", "depths", "--from", "0.5"}, "part.mkv");
+    ASSERT_EQ(part.size(), 5U);
+    EXPECT_EQ(cv::norm(part[0], whole[5], cv::NORM_INF), 0);
+    const std::vector<cv::Mat> video = made({"--depth", "depth.mkv"}, "video.mkv");
+    ASSERT_EQ(video.size(), 10U);
+    for (std::size_t i = 0; i < video.size(); ++i)
+        EXPECT_LE(cv::norm(video[i], whole[i], cv::NORM_INF), 0) << i;
+    const std::vector<cv::Mat> far =
+        made({"--depth", "depth.mkv", "--depth-kind", "far-white"}, "far.mkv");
+    expect(far[0], 0, 255);
+    expect(far[9], 0, 128);
+    const std::vector<cv::Mat> stated =
+        made({"--depth", "depths", "--depth-range", "0:8190"}, "stated.mkv");
+    expect(stated[0], 95, 127);
+    // a pipe is read once
+    studio.readInputFrom(studio / "depth.mkv");
+    const Arguments piped = studio.display() + Arguments{"--rgbd-out", "--depth", "-", "clip.mp4"};
+    EXPECT_TRUE(fails(studio.run(kTool, piped + Arguments{"p.mkv"}), 1, "--depth-range A:B"));
+    studio.readInputFrom(studio / "depth.mkv");
+    EXPECT_TRUE(isDone(studio.run(
+        kTool, piped + Arguments{"--depth-range", "0:4095", "--codec", "ffv1", "q.mkv"})));
+    for (const char* range : {"4095", "5:5", "9:1", "0:70000", "a:b", "-1:5", "0:9x"}) {
+        EXPECT_TRUE(fails(
+            studio.run(kTool, studio.display() + Arguments{"--depth", "depths", "--depth-range",
+                                                           range, "clip.mp4", "r.mp4"}),
+            2, "expected two numbers of 0..65535"));
+    }
+}
+
 // --- inputs ----------------------------------------------------------------------------------
 
 TEST(Video2NativeTool, AllWaysToGiveDepthMakeTheSameVideo) {

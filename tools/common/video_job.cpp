@@ -7,6 +7,7 @@
 #include "common/quilt_options.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <opencv2/core.hpp>
 
 namespace altiro3D::tools {
@@ -143,8 +144,25 @@ void choosePath(const CommandLine& commandLine, VideoJob& job, double seenAspect
     native.positions = maker.options().positions;
 }
 
-void takeDepth(VideoJob& job, VideoConversion& conversion) {
+std::optional<DepthRange> depthRangeOption(const CommandLine& commandLine) {
+    const auto text = commandLine.value("depth-range");
+    if (!text) return std::nullopt;
+    if (!commandLine.has("depth") && !commandLine.has("d"))
+        throw UsageError("--depth-range goes with --depth, expected a depth video or images");
+    DepthRange range;
+    char rest = 0;
+    const bool isRead =
+        std::sscanf(text->c_str(), "%lf:%lf%c", &range.low, &range.high, &rest) == 2;
+    if (!isRead || !(range.low >= 0) || !(range.high > range.low) || !(range.high <= 65535)) {
+        throw UsageError("--depth-range is \"" + *text +
+                         "\", expected two numbers of 0..65535, as 0:4095");
+    }
+    return range;
+}
+
+void takeDepth(const CommandLine& commandLine, VideoJob& job, VideoConversion& conversion) {
     if (!job.depth) return;
+    const std::optional<DepthRange> range = depthRangeOption(commandLine);
     if (!job.depth->fromFiles() && !job.depth->rgbdSide()) {
         conversion.depth = std::make_unique<EstimatedDepth>(*job.depth);
         return;
@@ -153,6 +171,7 @@ void takeDepth(VideoJob& job, VideoConversion& conversion) {
     if (job.depth->fromFiles()) given.source = job.plan.depth;
     given.side = job.depth->rgbdSide();
     given.kind = job.depth->kind();
+    given.range = range;
     given.read = [](const fs::path& file, Notes* notes) {
         const QuietStandardError quiet;
         return readDepthSamples(file, notes);
@@ -268,7 +287,7 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     conversion.native = native;
     conversion.choices = autoChoices(commandLine);
     conversion.fromQuilt = plan.fromQuilt;
-    takeDepth(job, conversion);
+    takeDepth(commandLine, job, conversion);
     conversion.depthOptions = job.depthOptions;
     conversion.encoding = job.encoding;
     conversion.settings = settingsOf(commandLine);

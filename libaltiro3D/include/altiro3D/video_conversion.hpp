@@ -100,6 +100,12 @@ enum class UnfinishedRun {
     Discard ///< Remove the earlier run and begin a new one.
 };
 
+/// The numbers of 16-bit depth that become the ends of 0..1.
+struct DepthRange {
+    double low = 0;      ///< The number that becomes 0 (FarWhite: 1), 0..65535.
+    double high = 65535; ///< The number that becomes 1 (FarWhite: 0), low..65535.
+};
+
 /// Existing depth of a video. Exactly one of `source` and `side` must be set.
 struct GivenVideoDepth {
     /// A depth video, or a directory with one depth image per frame, sorted by name as listImages()
@@ -108,6 +114,10 @@ struct GivenVideoDepth {
     /// Each frame is an RGB-D image; this is the position of its depth half.
     std::optional<DepthSide> side;
     DepthKind kind = DepthKind::NearWhite; ///< Meaning of the numbers.
+    /// Range of depth of 16 bits that is not a distance. Default: the percentiles 0.5 and 99.5 of
+    /// all pictures of `source`, which are read once before the run. Must be set if `source` can be
+    /// read only once.
+    std::optional<DepthRange> range;
     /// Reads a depth image of the directory; same contract as readDepthSamples(), which is the
     /// default.
     std::function<cv::Mat(const std::filesystem::path& file, Notes* notes)> read;
@@ -216,11 +226,12 @@ struct VideoConversionResult {
 /// or a pipe, the output is written by VideoWriter and cannot be resumed. If a device delivers
 /// frames faster than they are converted, some are dropped.
 ///
-/// Given depth of 8 or 16 bits is not normalized: value 0 becomes 0, the largest value of the type
-/// becomes 1 (FarWhite: reversed). Distances and floating-point numbers have no fixed range;
-/// VideoDepth normalizes them with a range that changes slowly. A frame gets the picture of a depth
-/// video that is shown at the same time, or the depth image of a directory that has the same number
-/// in the whole video. If the depth ends early, its last picture is used for the rest.
+/// Given depth of 8 bits is not normalized: value 0 becomes 0, 255 becomes 1 (FarWhite: reversed).
+/// Depth of 16 bits has one range, see GivenVideoDepth::range. Distances and floating-point numbers
+/// have no fixed range; VideoDepth normalizes them with a range that changes slowly. A frame gets
+/// the picture of a depth video that is shown at the same time, or the depth image of a directory
+/// that has the same number in the whole video. If the depth ends early, its last picture is used
+/// for the rest.
 ///
 ///     VideoConversion conversion;
 ///     conversion.input = "clip.mp4";

@@ -3,6 +3,7 @@
 #include "video/chunk_plan.hpp"
 #include "video/chunk_record.hpp"
 #include "video/conversion_run.hpp"
+#include "video/conversion_stamp.hpp"
 #include "video/run_settings.hpp"
 #include "video/video_segments.hpp"
 #include "video/work_folder.hpp"
@@ -38,6 +39,7 @@ VideoConversionResult joinVideoChunks(VideoConversion conversion, const fs::path
     requireFileInput(conversion);
     const auto start = std::chrono::steady_clock::now();
     const fs::path output = conversion.output;
+    takeDepthRange(conversion, plan.settings);
     ConversionRun run(std::move(conversion), ChunkRange());
     requireSettings(plan, settingsJson(run.stamp), directory);
 

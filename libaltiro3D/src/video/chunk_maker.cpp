@@ -5,6 +5,7 @@
 #include "video/chunk_record.hpp"
 #include "video/chunk_states.hpp"
 #include "video/conversion_run.hpp"
+#include "video/conversion_stamp.hpp"
 #include "video/picture_tracker.hpp"
 #include "video/run_settings.hpp"
 #include "video/state_bytes.hpp"
@@ -99,6 +100,7 @@ VideoConversionResult makeVideoChunk(VideoConversion conversion, const fs::path&
     WorkFolder work(target);
     work.removeStale(target.filename().string());
     range.directory = work.path();
+    takeDepthRange(conversion, plan.settings);
     ConversionRun run(std::move(conversion), range);
     requireSettings(plan, settingsJson(run.stamp), directory);
     if (isChunkWhole(plan, directory, number)) {

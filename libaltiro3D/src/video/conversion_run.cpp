@@ -3,6 +3,8 @@
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
 #include "video/conversion_stamp.hpp"
+#include "video/given_depth.hpp"
+#include "video/run_settings.hpp"
 #include "video/video_picture.hpp"
 
 #include <algorithm>
@@ -74,6 +76,18 @@ VideoTarget targetOf(const VideoConversion& conversion) {
     return target;
 }
 
+// Sets the range of given depth: that of the interrupted run, or a new one. If the depth is of
+// another file now, the settings differ anyway.
+void setDepthRange(VideoConversion& conversion) {
+    if (!conversion.given || conversion.given->side) return;
+    if (conversion.unfinished == UnfinishedRun::Resume &&
+        ResumableVideoWriter::isUnfinished(conversion.output)) {
+        const Json run = readRunFile(ResumableVideoWriter::partsDirectory(conversion.output));
+        if (run.contains("settings")) takeDepthRange(conversion, run["settings"]);
+    }
+    measureRange(*conversion.given);
+}
+
 VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFacts& facts,
                               cv::Size size) {
     VideoWriterOptions encoding = conversion.encoding;
@@ -99,6 +113,7 @@ ConversionRun::ConversionRun(VideoConversion given, std::optional<ChunkRange> ra
                                : std::make_unique<VideoReader>(conversion.input, conversion.part);
     const VideoFacts& facts = reader->facts();
     unit_ = facts.timeBase.value();
+    setDepthRange(conversion);
     if (!conversion.fromQuilt && !conversion.given) {
         if (!conversion.depth) conversion.depth = estimatedDepth();
         conversion.depth->load(); // the stamp describes it

@@ -17,6 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr const char* kDepthRange = "depth range";
+
 std::string hexText(std::uint64_t value) {
     char text[17];
     std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
@@ -112,6 +114,16 @@ Json encodingOf(const VideoWriterOptions& options) {
 
 } // namespace
 
+void takeDepthRange(VideoConversion& conversion, const Json& settings) {
+    const auto found = settings.find(kDepthRange);
+    if (!conversion.given || conversion.given->range || found == settings.end()) return;
+    const Json range =
+        found->is_string() ? Json::parse(found->get<std::string>(), nullptr, false) : Json();
+    if (!range.is_array() || range.size() != 2 || !range[0].is_number() || !range[1].is_number())
+        return; // it is measured again
+    conversion.given->range = DepthRange{range[0].get<double>(), range[1].get<double>()};
+}
+
 RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout& layout) {
     RunSettings stamp = conversion.settings;
     const auto text = [](const Json& value) {
@@ -124,6 +136,7 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
         if (!given.side) stamp["depth video"] = stateOf(given.source);
         add("given depth",
             {given.side ? static_cast<int>(*given.side) : -1, static_cast<int>(given.kind)});
+        if (given.range) add(kDepthRange, {given.range->low, given.range->high});
     } else if (conversion.depth) {
         const DepthSource& depth = *conversion.depth;
         stamp["depth"] = depth.description();

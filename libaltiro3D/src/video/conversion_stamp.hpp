@@ -2,8 +2,13 @@
 
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/video_conversion.hpp"
+#include "base/json_reader.hpp"
 
 namespace altiro3D {
+
+/// Takes the range of given depth that an earlier run or a plan has measured, unless one is set.
+/// @param settings of the run or the plan
+void takeDepthRange(VideoConversion& conversion, const Json& settings);
 
 /// Everything that determines the frames and the file of a conversion, for
 /// ResumableVideoOptions::settings: size and time of all input files, the contents of tables and

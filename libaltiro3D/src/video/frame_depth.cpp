@@ -28,11 +28,13 @@ bool isBeside(DepthSide side) {
 } // namespace
 
 FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
-    : options_(conversion.depthOptions), unit_(facts.timeBase.value()) {
+    : flatDepth_(conversion.native.views.focus), options_(conversion.depthOptions),
+      unit_(facts.timeBase.value()) {
     if (conversion.given) {
         const GivenVideoDepth& given = *conversion.given;
         side_ = given.side;
         kind_ = given.kind;
+        range_ = given.range.value_or(DepthRange());
         options_.every = 1;
         if (conversion.choices.any()) cuts_.emplace();
         if (!side_) given_.emplace(given, conversion.part, facts);
@@ -101,8 +103,8 @@ void FrameDepth::work(PipelineFrame& frame) {
     useGiven(frame);
 }
 
-// Grey values are used unchanged, so that the depth does not waver. Distances and floats have no
-// fixed range; they get one that follows them slowly.
+// Grey values have one range for the whole video, so that the depth does not waver. Distances and
+// floats have no fixed range; they get one that follows them slowly.
 void FrameDepth::useGiven(PipelineFrame& frame) {
     bool samePhoto = areEqual(frame.source.picture, lastPhoto_);
     bool sameDepth = areEqual(raw_, lastRaw_);
@@ -118,10 +120,17 @@ void FrameDepth::useGiven(PipelineFrame& frame) {
     if (grey && kind_ != DepthKind::Metric) {
         frame.step.repeated = samePhoto && sameDepth;
         frame.step.cut = isCut;
-        const double most = raw_.depth() == CV_8U ? 255 : 65535;
-        const bool farWhite = kind_ == DepthKind::FarWhite;
+        const DepthRange range = raw_.depth() == CV_8U ? DepthRange{0, 255} : range_;
         ownMemory(frame.depth);
-        raw_.convertTo(frame.depth, CV_32F, (farWhite ? -1 : 1) / most, farWhite ? 1 : 0);
+        if (range.high <= range.low) {
+            frame.depth.create(raw_.size(), CV_32FC1);
+            frame.depth.setTo(flatDepth_);
+            return;
+        }
+        const double scale = (kind_ == DepthKind::FarWhite ? -1 : 1) / (range.high - range.low);
+        raw_.convertTo(frame.depth, CV_32F, scale,
+                       -scale * (kind_ == DepthKind::FarWhite ? range.high : range.low));
+        if (raw_.depth() != CV_8U) frame.depth = cv::min(cv::max(frame.depth, 0), 1);
         return;
     }
     if (samePhoto && !sameDepth) start(); // the picture does not show what moves

@@ -47,6 +47,8 @@ class FrameDepth {
     std::unique_ptr<DepthSource> source_; // null: depth is given
     std::optional<DepthSide> side_;
     DepthKind kind_;
+    DepthRange range_; // of given depth of 16 bits
+    double flatDepth_; // if the range is empty
     VideoDepthOptions options_;
     double unit_; // s
     std::optional<GivenDepth> given_;

@@ -6,8 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <system_error>
 
 namespace altiro3D {
 
@@ -19,6 +22,51 @@ constexpr double kMissingSeconds = 0.5; // a depth video may end this much early
 constexpr std::size_t kMaxNotes = 10;
 
 } // namespace
+
+void measureRange(GivenVideoDepth& given) {
+    std::error_code error;
+    const bool isDirectory = fs::is_directory(given.source, error);
+    const bool isFile = fs::is_regular_file(given.source, error);
+    if (given.range || given.kind == DepthKind::Metric || !(isDirectory || isFile)) return;
+    std::vector<std::uint64_t> counts(65536);
+    const auto count = [&](const cv::Mat& raw) {
+        if (raw.type() != CV_16UC1) return false;
+        for (int y = 0; y < raw.rows; ++y) {
+            const auto* const row = raw.ptr<std::uint16_t>(y);
+            for (int x = 0; x < raw.cols; ++x)
+                ++counts[row[x]];
+        }
+        return true;
+    };
+    if (isDirectory) {
+        const auto& read = given.read ? given.read : readDepthSamples;
+        for (const fs::path& file : listImages(given.source)) {
+            if (!count(read(file, nullptr))) return;
+        }
+    } else {
+        VideoReaderOptions options;
+        options.isDepth = true;
+        VideoReader video(given.source, options);
+        VideoFrame frame;
+        while (video.read(frame)) {
+            if (!count(frame.picture)) return;
+        }
+    }
+    const std::uint64_t total = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+    if (total == 0) return;
+    // Ranks are rounded outwards, as by normalizeDepth().
+    const DepthNormalization percentiles;
+    const auto numberAt = [&](double rank) {
+        auto left = static_cast<std::uint64_t>(rank);
+        std::size_t number = 0;
+        while (left >= counts[number])
+            left -= counts[number++];
+        return static_cast<double>(number);
+    };
+    const auto last = static_cast<double>(total - 1);
+    given.range = DepthRange{numberAt(std::floor(percentiles.lowPercentile / 100 * last)),
+                             numberAt(std::ceil(percentiles.highPercentile / 100 * last))};
+}
 
 GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& part,
                        const VideoFacts& video)
@@ -32,19 +80,25 @@ GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& p
             throw Error(ErrorCode::NotFound, name,
                         "holds no pictures, expected one depth image per frame");
         }
-        fitShape(given_.read(pictures_.front(), nullptr).size(), 1, video);
+        const cv::Mat first = given_.read(pictures_.front(), nullptr);
+        refuseUnusedRange(first);
+        fitShape(first.size(), 1, video);
         return;
     }
     VideoReaderOptions options;
     options.from = part.from;
     options.to = part.to;
+    options.deinterlace = part.deinterlace;
+    options.isDepth = true;
     video_.emplace(given_.source, options);
     unit_ = video_->facts().timeBase.value();
     if (!video_->read(frame_)) {
         throw Error(ErrorCode::BadFormat, name,
                     "has no depth for this part, expected one picture per frame");
     }
-    if (hasColours(frame_.picture)) {
+    requireRange(frame_.picture);
+    refuseUnusedRange(frame_.picture);
+    if (frame_.picture.channels() == 3 && hasColours(frame_.picture)) {
         notes_.push_back({NoteCode::Doubtful,
                           name +
                               ": has colours, and depth has none: their grey value is taken (the "
@@ -123,7 +177,23 @@ void GivenDepth::read(double time, std::int64_t number, cv::Mat& raw) {
     } else {
         readImage(firstPicture_ + number, raw);
     }
+    requireRange(raw);
     turn(raw);
+}
+
+void GivenDepth::refuseUnusedRange(const cv::Mat& first) const {
+    if (!given_.range || (first.depth() == CV_16U && given_.kind != DepthKind::Metric)) return;
+    throw Error(ErrorCode::InvalidArgument, "depth range",
+                "is set for " + given_.source.string() +
+                    ", which has no depth of 16 bits without a unit, expected none");
+}
+
+// Only depth that is read once, or that begins with 8 bits, has none.
+void GivenDepth::requireRange(const cv::Mat& raw) const {
+    if (raw.depth() != CV_16U || given_.range || given_.kind == DepthKind::Metric) return;
+    throw Error(ErrorCode::BadFormat, given_.source.string(),
+                "has depth of 16 bits whose range cannot be measured before the run, expected its "
+                "range (--depth-range A:B)");
 }
 
 void GivenDepth::readImage(std::int64_t number, cv::Mat& raw) {
@@ -152,7 +222,11 @@ void GivenDepth::readFrame(double time, cv::Mat& raw) {
     if (!hasAhead_) {
         missing_ = std::max(missing_, time - static_cast<double>(frame_.pts) * unit_);
     }
-    cv::cvtColor(frame_.picture, raw, cv::COLOR_BGR2GRAY);
+    if (frame_.picture.channels() == 1) {
+        raw = frame_.picture;
+    } else {
+        cv::cvtColor(frame_.picture, raw, cv::COLOR_BGR2GRAY);
+    }
 }
 
 Notes GivenDepth::notes() const {

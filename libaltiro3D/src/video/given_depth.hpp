@@ -9,6 +9,11 @@
 
 namespace altiro3D {
 
+/// Measures GivenVideoDepth::range, if it is needed and the source can be read again: for depth of
+/// 16 bits.
+/// @throws Error
+void measureRange(GivenVideoDepth& given);
+
 /// Given depth of a video: another video, or a directory with one picture per frame.
 class GivenDepth {
   public:
@@ -38,6 +43,8 @@ class GivenDepth {
   private:
     void fitShape(cv::Size depth, double sampleAspect, const VideoFacts& video);
     void turn(cv::Mat& raw) const;
+    void requireRange(const cv::Mat& raw) const;
+    void refuseUnusedRange(const cv::Mat& first) const;
     void readImage(std::int64_t number, cv::Mat& raw);
     void readFrame(double time, cv::Mat& raw);
 

@@ -28,8 +28,6 @@ constexpr const char* kFormat = "altiro3D video run";
 constexpr int kVersion = 1;
 constexpr const char* kState = ".state"; // extension of saved states
 constexpr int kMaxSegmentFrames = 100000;
-constexpr std::uintmax_t kMaxRunBytes = std::uintmax_t{64} << 20;
-constexpr JsonLimits kRunLimits{8, 1000, false};                               // ours has 3 levels
 constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 8; // of any time
 constexpr std::uintmax_t kMaxStateBytes = std::uintmax_t{1} << 30;
 
@@ -142,8 +140,7 @@ void ResumableVideoWriter::Impl::readRun() {
     const auto fail = [&](const std::string& problem) {
         throw Error(ErrorCode::BadFormat, file.string(), problem + ", expected an unfinished run");
     };
-    const std::string text = readFile(file, kMaxRunBytes);
-    const Json run = parseJson(text, file.string(), "an unfinished run", kRunLimits);
+    const Json run = readRunFile(directory);
     const auto whole = [&](const Json& value, std::int64_t least, std::int64_t most) {
         if (!value.is_number_integer() || value.get<std::int64_t>() < least ||
             value.get<std::int64_t>() > most) {

@@ -1,5 +1,8 @@
 #include "video/run_settings.hpp"
 
+#include "altiro3D/file_io.hpp"
+
+#include <cstdint>
 #include <set>
 
 namespace altiro3D {
@@ -9,7 +12,15 @@ namespace {
 // Settings whose values identify the state of a file.
 const std::set<std::string> kFiles = {"video", "depth video", "network"};
 
+constexpr std::uintmax_t kMaxRunBytes = std::uintmax_t{64} << 20;
+constexpr JsonLimits kRunLimits{8, 1000, false}; // ours has 3 levels
+
 } // namespace
+
+Json readRunFile(const std::filesystem::path& directory) {
+    const std::filesystem::path file = directory / "run.json";
+    return parseJson(readFile(file, kMaxRunBytes), file.string(), "an unfinished run", kRunLimits);
+}
 
 Json settingsJson(const RunSettings& settings) {
     return Json::parse(Json(settings).dump(-1, ' ', false, Json::error_handler_t::replace));

@@ -3,10 +3,16 @@
 #include "altiro3D/video_io.hpp"
 #include "base/json_reader.hpp"
 
+#include <filesystem>
 #include <string>
 
 /// Settings of a run in a file, compared by a later run.
 namespace altiro3D {
+
+/// Reads run.json, the list of an unfinished run.
+/// @param directory ResumableVideoWriter::partsDirectory()
+/// @throws Error ReadFailed, BadFormat
+Json readRunFile(const std::filesystem::path& directory);
 
 /// The settings as a file holds them: bytes that are not UTF-8 are replaced.
 Json settingsJson(const RunSettings& settings);

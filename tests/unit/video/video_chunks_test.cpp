@@ -7,6 +7,7 @@
 #include "support/video.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <gtest/gtest.h>
@@ -226,6 +227,32 @@ TEST_F(VideoChunksTest, GivenDepthIsDividedAlike) {
     }
     change = [](VideoConversion& all) { all.given.emplace().side = DepthSide::Right; };
     expectSameBytes({13});
+}
+
+TEST_F(VideoChunksTest, DepthOf16BitsIsMeasuredOnceForAllChunks) {
+    writeClip(directory / "clip.mkv", {{120}});
+    fs::create_directory(directory / "depth");
+    for (int i = 0; i < 3; ++i) {
+        cv::Mat depth(24, 32, CV_16UC1);
+        for (int x = 0; x < depth.cols; ++x)
+            depth.col(x).setTo(1000 * i + 50 * x);
+        writeImage(directory / "depth" / (std::to_string(i) + ".png"), depth);
+    }
+    std::atomic<int> reads{0};
+    change = [&](VideoConversion& all) {
+        all.given.emplace().source = directory / "depth";
+        all.given->read = [&](const fs::path& file, Notes* notes) {
+            ++reads;
+            return readDepthSamples(file, notes);
+        };
+    };
+    expectSameBytes({6});
+    plan(6);
+    EXPECT_NE(slurp(folder() / "plan.json").find("depth range"), std::string::npos);
+    reads = 0;
+    make(1);
+    const std::int64_t whole = readVideoChunks(folder()).chunks[0].frames;
+    EXPECT_LE(reads, whole + 1); // the frames, and the shape
 }
 
 TEST_F(VideoChunksTest, FramesThatAreQuiltsAreDividedAlike) {

@@ -646,6 +646,19 @@ TEST(Video2NativeTool, DepthOf16BitsHasOneRange) {
     }
 }
 
+TEST(Video2NativeTool, NamesOfFilmsOfBothEyesAreWarnedOf) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    SmallStudio studio;
+    for (const char* name : {"film_LR.mp4", "film.3D.HSBS.mp4", "plain.mp4", "color.mp4"}) {
+        ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=5:duration=0.4 -c:v libx264 " +
+               arg(studio / name));
+        const Outcome outcome =
+            studio.run(kTool, studio.display() + Arguments{"-y", "--rgbd-out", name, "out.mp4"});
+        EXPECT_EQ(outcome.status, 0) << outcome.text();
+        EXPECT_EQ(outcome.err.find("both eyes") != std::string::npos, name[0] == 'f') << name;
+    }
+}
+
 // --- inputs ----------------------------------------------------------------------------------
 
 TEST(Video2NativeTool, AllWaysToGiveDepthMakeTheSameVideo) {

@@ -7,8 +7,10 @@
 #include "common/quilt_options.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <opencv2/core.hpp>
+#include <set>
 
 namespace altiro3D::tools {
 
@@ -71,6 +73,25 @@ void refuseNativeVideo(const VideoPlan& plan, const VideoFacts& facts, const Cho
             {plan.input, FileKind::NativeVideo, like + "; if it is none, it is converted alone"}};
     }
     messages.warn("the video " + like + "; do not convert a Native again");
+}
+
+// Names as usual for films of both eyes: film_LR.mp4, film.3D.HSBS.mkv.
+void warnIfBothEyes(const VideoPlan& plan, Messages& messages) {
+    static const std::set<std::string> kTags = {"sbs", "hsbs", "fsbs", "hou", "htb"};
+    static const std::set<std::string> kShort = {"LR", "RL", "TB", "OU"};
+    std::string word;
+    for (const char letter : plan.input.stem().string() + ".") {
+        if (std::isalnum(static_cast<unsigned char>(letter)) != 0) {
+            word += letter;
+            continue;
+        }
+        if (kTags.count(lowerCase(word)) > 0 || kShort.count(word) > 0) {
+            messages.warn(plan.inputName() + ": holds the pictures of both eyes, as its name (" +
+                          word + ") says; they become one flat scene, expected those of one eye");
+            return;
+        }
+        word.clear();
+    }
 }
 
 DisplayUse useOf(VideoProduct product) {
@@ -249,7 +270,10 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     const VideoFacts& facts = conversion.reader->facts();
     refusePicture(commandLine, plan, &facts);
     messages.say((messages.hasSubject() ? "" : plan.inputName() + ": ") + factsText(facts));
-    if (!plan.fromQuilt) warnIfQuilt(plan.input, "--from-quilt", messages);
+    if (!plan.fromQuilt) {
+        warnIfQuilt(plan.input, "--from-quilt", messages);
+        warnIfBothEyes(plan, messages);
+    }
     if (plan.product == VideoProduct::Native) refuseNativeVideo(plan, facts, job.display, messages);
     std::optional<FoundQuilt> found;
     if (plan.fromQuilt && !isLayoutStated(commandLine, plan.input)) found = searchFrames(plan, 64);

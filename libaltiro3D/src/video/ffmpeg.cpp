@@ -87,6 +87,13 @@ Fraction fraction(AVRational ratio) {
     return {ratio.num, ratio.den};
 }
 
+std::string eyesText(const AVStereo3D* stereo) {
+    if (stereo == nullptr) return {};
+    const int type = numberOf(stereo->type);
+    const bool areBoth = type > AV_STEREO3D_2D && type <= AV_STEREO3D_COLUMNS;
+    return areBoth ? av_stereo3d_type_name(static_cast<unsigned>(type)) : "";
+}
+
 bool isMatroska(const AVOutputFormat& format) {
     return std::strcmp(format.name, "matroska") == 0;
 }

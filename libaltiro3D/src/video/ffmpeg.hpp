@@ -11,6 +11,7 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/stereo3d.h>
 #include <libswscale/swscale.h>
 }
 
@@ -102,6 +103,9 @@ inline AVRational rational(const Fraction& fraction) {
 }
 /// Converts a ratio; 0/1 if it is unknown.
 Fraction fraction(AVRational ratio);
+
+/// How pictures hold those of both eyes ("side by side"); empty if they do not, or for null.
+std::string eyesText(const AVStereo3D* stereo);
 
 bool isMatroska(const AVOutputFormat& format);
 

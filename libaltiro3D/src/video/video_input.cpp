@@ -367,6 +367,7 @@ void fillFacts(VideoInput& input) {
     const Orientation orientation = orientationOf(
         sideData<std::int32_t>(video, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t)));
     input.orientation = orientation;
+    input.eyes = eyesText(sideData<AVStereo3D>(video, AV_PKT_DATA_STEREO3D));
     const cv::Size stored(parameters.width, parameters.height);
     facts.size = orientation.transpose ? cv::Size(stored.height, stored.width) : stored;
     facts.rotationDegrees = orientation.clockwiseDegrees();

@@ -81,6 +81,7 @@ struct VideoReader::Impl {
     VideoInput::Kind kind;
     VideoFacts facts;
     Notes remarks;    // of opening it
+    std::string eyes; // see eyesText()
     VideoReadCounts counts;
     VideoPackets packets;
     FrameDecoder decoder;
@@ -95,7 +96,7 @@ struct VideoReader::Impl {
 VideoReader::Impl::Impl(const fs::path& givenPath, const VideoReaderOptions& complete,
                         VideoInput input)
     : path(givenPath), options(complete), subject(input.subject), kind(input.kind),
-      facts(input.facts), remarks(input.notes), packets(input, options, counts),
+      facts(input.facts), remarks(input.notes), eyes(input.eyes), packets(input, options, counts),
       decoder(std::move(input.decoder), packets,
               FrameTimes(facts, input.stream->time_base, input.startPts, counts),
               deinterlacerOf(input, options), counts),
@@ -131,6 +132,10 @@ bool VideoReader::Impl::read(VideoFrame& frame) {
     PartFrames::Frame next;
     if (!part.next(next)) return false;
     releaseIfShared(frame.picture);
+    const AVFrameSideData* const stereo =
+        av_frame_get_side_data(next.picture, AV_FRAME_DATA_STEREO3D);
+    if (eyes.empty() && stereo != nullptr)
+        eyes = eyesText(reinterpret_cast<const AVStereo3D*>(stereo->data));
     pictures.make(*next.picture, frame.picture);
     frame.sampleAspect = aspectOf(*next.picture);
     isReshaped = isReshaped || frame.picture.size() != facts.size ||
@@ -204,6 +209,10 @@ Notes VideoReader::notes() const {
     if (impl.isReshaped)
         note(NoteCode::Converted,
              "the shape of its frames changes; each is fitted in its own shape");
+    if (!impl.eyes.empty()) {
+        note(NoteCode::Doubtful, "holds the pictures of both eyes (" + impl.eyes +
+                                     "), which become one flat scene; expected those of one eye");
+    }
     notes.insert(notes.end(), impl.remarks.begin(), impl.remarks.end());
     if (const int transfer = impl.pictures.hdrTransfer(); transfer != 0) {
         note(NoteCode::Converted, std::string("is HDR (") +

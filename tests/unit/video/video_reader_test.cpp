@@ -939,6 +939,22 @@ TEST(VideoReader, InterlacedPartsAreDeinterlacedAndOthersStay) {
     }
 }
 
+TEST(VideoReader, PicturesOfBothEyesAreSaid) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const auto textOf = [](const fs::path& file) {
+        VideoReader reader(file);
+        static_cast<void>(reader.next());
+        const Notes notes = reader.notes();
+        return notes.empty() ? std::string() : notes[0].text;
+    };
+    const fs::path sei = makeClip(directory, "sei.mp4", "-x264opts frame-packing=3");
+    EXPECT_NE(textOf(sei).find("both eyes (side by side)"), std::string::npos) << textOf(sei);
+    const fs::path mode = makeClip(directory, "mode.mkv", "-metadata:s:v stereo_mode=top_bottom");
+    EXPECT_NE(textOf(mode).find("both eyes (top and bottom)"), std::string::npos) << textOf(mode);
+    EXPECT_EQ(textOf(makeClip(directory, "flat.mp4", "-x264opts frame-packing=6")), ""); // 2D
+}
+
 TEST(VideoReader, ACutOffFileDeliversItsReadablePart) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;

@@ -189,7 +189,8 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
     commandLine.addAdvanced(
         {"depth-kind"},
         "Meaning of given depth: near-white (default), far-white, or metric[:SCALE] "
-        "(distances, 0 = unknown).",
+        "(distances, 0 = unknown). In depth that is drawn in colours, the warm or bright end or "
+        "the largest hue counts as white.",
         "KIND");
     using Chapter = CommandLine::Chapter;
     commandLine.addTerm(Chapter::Files, "~/.local/share/altiro3D/models/",

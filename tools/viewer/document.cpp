@@ -238,7 +238,7 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
                                 ? guess(source.file, picture, display, found)
                                 : source.reading;
     if (const auto side = sideOf(reading)) {
-        splitRgbd(picture, *side, document.picture, document.rawDepth);
+        splitRgbd(picture, *side, document.picture, document.rawDepth, &document.notes);
         return document;
     }
     document.picture = eightBit(picture);

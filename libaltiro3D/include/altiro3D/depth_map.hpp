@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/error.hpp"
 #include "altiro3D/export.hpp"
 
 #include <functional>
@@ -70,7 +71,8 @@ ALTIRO3D_EXPORT void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, cons
 enum class DepthSide { Right, Left, Top, Bottom };
 
 /// Splits a one-picture RGB-D into photo and raw depth, exactly in the middle (an odd row or column
-/// in the middle belongs to neither).
+/// in the middle belongs to neither). A white gap between photo and depth side by side, of at least
+/// 8 px, belongs to neither. Depth that is drawn in colours is read as readDepthSamples() does.
 ///
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
 /// @param side position of the depth half
@@ -78,9 +80,11 @@ enum class DepthSide { Right, Left, Top, Bottom };
 ///        `picture` itself
 /// @param rawDepth [half size, CV_32FC1, grey value of the depth half: 0..255, or 0..65535 for
 ///        16-bit pictures]
-/// @throws Error InvalidArgument (too small to split, wrong type)
+/// @param notes if given, receives remarks about a gap and about colours of the depth half
+/// @throws Error InvalidArgument (too small to split, wrong type), BadFormat (the colours of the
+///         depth fit two colour maps)
 ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo,
-                               cv::Mat& rawDepth);
+                               cv::Mat& rawDepth, Notes* notes = nullptr);
 
 /// Joins photo and depth to a one-picture RGB-D, near = white.
 ///

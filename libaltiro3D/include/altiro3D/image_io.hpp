@@ -66,10 +66,15 @@ constexpr double kMaxImagePixels = 4.0e8;
 /// Reads the raw numbers of a depth image: 8-bit, 16-bit or float, one channel or the grey value of
 /// three. Values are not normalized; normalizeDepth() does that. EXIF orientation is applied.
 ///
+/// Depth of 8 or 16 bits that is drawn in one of the colour maps turbo, jet, Spectral, inferno,
+/// magma, viridis, plasma and hue is read as the place in the map, 0..255: 255 is the warm or
+/// bright end, or hue 1. Black px are 0 if the map does not contain black.
+///
 /// @param path as for readImage(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
 /// @param notes as for readImage(); also a remark if the picture shows colours
 /// @return [rows x cols, CV_32FC1, as in the file]
-/// @throws Error as readImage()
+/// @throws Error as readImage(); BadFormat if the colours fit two colour maps that contradict each
+///         other
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path,
                                                      Notes* notes = nullptr);
 

@@ -115,7 +115,18 @@ class RgbdSource : public DepthSource {
     DepthOrigin origin() const override { return DepthOrigin::Given; }
     DepthKind kind() const override { return kind_; }
     cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
-        return withNotes(altiro3D::readImage, file, notes);
+        const auto readAndSplit = [this](const std::filesystem::path& path, Notes* own) {
+            cv::Mat image = altiro3D::readImage(path, own);
+            cv::Mat photo;
+            cv::Mat raw;
+            try {
+                splitRgbd(image, side_, photo, raw, own);
+            } catch (const Error& error) {
+                throw Error(error.code(), path.string(), error.what());
+            }
+            return image;
+        };
+        return withNotes(readAndSplit, file, notes);
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         splitRgbd(image, side_, photo, raw);

@@ -1,11 +1,14 @@
 // Photo and depth in one picture: splitRgbd() and joinRgbd() of depth_map.hpp.
 
 #include "altiro3D/depth_map.hpp"
+#include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
+#include "image/colour_maps.hpp"
 #include "image/pixel_values.hpp"
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <opencv2/core.hpp>
 #include <string>
 
@@ -35,12 +38,47 @@ void greyOf(const cv::Mat& bgr, cv::Mat& grey) {
         greyRow(bgr.ptr<T>(y), grey.ptr<float>(y), bgr.cols);
 }
 
+// Share of white px in a column.
+double whiteShare(const cv::Mat& picture, int column) {
+    const double least = picture.depth() == CV_8U ? 224 : 224 * 257; // compression darkens white
+    cv::Mat white;
+    cv::inRange(picture.col(column), cv::Scalar::all(least), cv::Scalar::all(65535), white);
+    return static_cast<double>(cv::countNonZero(white)) / picture.rows;
+}
+
+// Width of the white gap between the halves that programs such as Depth-Anything leave; 0 if there
+// is none. It lies in the middle and ends at both sides at columns that are not white.
+int gapOf(const cv::Mat& picture) {
+    constexpr int kMinWidth = 8;
+    constexpr int kBlur = 2; // px that compression changes at its ends
+    constexpr double kWhite = 0.98;
+    constexpr double kNotWhite = 0.9;
+    int first = picture.cols / 2;
+    int end = first;
+    while (first > 0 && whiteShare(picture, first - 1) >= kWhite)
+        --first;
+    while (end < picture.cols && whiteShare(picture, end) >= kWhite)
+        ++end;
+    const int half = std::min(first, picture.cols - end);
+    if (end - first < kMinWidth || half <= kBlur || std::abs(first + end - picture.cols) > kBlur ||
+        whiteShare(picture, first - 1 - kBlur) > kNotWhite ||
+        whiteShare(picture, end + kBlur) > kNotWhite)
+        return 0;
+    return picture.cols - 2 * half;
+}
+
 } // namespace
 
-void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo, cv::Mat& rawDepth) {
+void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo, cv::Mat& rawDepth,
+               Notes* notes) {
     checkType(picture, {CV_8UC3, CV_16UC3}, "RGB-D image", "three channels of 8 or 16 bits");
     const cv::Mat source = picture;
-    const cv::Size half(isBeside(side) ? source.cols / 2 : source.cols,
+    const int gap = isBeside(side) ? gapOf(source) : 0;
+    if (notes != nullptr && gap > 0) {
+        notes->push_back({NoteCode::LeftOut, "a white gap of " + std::to_string(gap) +
+                                                 " px between photo and depth is left out"});
+    }
+    const cv::Size half(isBeside(side) ? (source.cols - gap) / 2 : source.cols,
                         isBeside(side) ? source.rows : source.rows / 2);
     check(!half.empty(), "RGB-D image",
           shapeText(source) + ", too small to split, expected at least 2 px " +
@@ -50,11 +88,24 @@ void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo, cv::Mat& 
     const cv::Mat depthHalf = source(halves.depth);
     rawDepth.create(half, CV_32FC1);
     photo.create(half, CV_8UC3);
-    if (source.depth() == CV_8U) {
-        greyOf<std::uint8_t>(depthHalf, rawDepth);
+    const bool isEightBit = source.depth() == CV_8U;
+    const cv::Mat levels = undoColourMap(depthHalf, "RGB-D image", notes);
+    if (!levels.empty()) {
+        levels.convertTo(rawDepth, CV_32F, isEightBit ? 1 : 257);
+    } else {
+        if (notes != nullptr && hasColours(depthHalf)) {
+            notes->push_back({NoteCode::Doubtful, "the depth half has colours, and depth has none: "
+                                                  "their grey value is taken"});
+        }
+        if (isEightBit) {
+            greyOf<std::uint8_t>(depthHalf, rawDepth);
+        } else {
+            greyOf<std::uint16_t>(depthHalf, rawDepth);
+        }
+    }
+    if (isEightBit) {
         photoHalf.copyTo(photo);
     } else {
-        greyOf<std::uint16_t>(depthHalf, rawDepth);
         for (int y = 0; y < half.height; ++y) {
             const std::uint16_t* from = photoHalf.ptr<std::uint16_t>(y);
             std::transform(from, from + 3 * half.width, photo.ptr<std::uint8_t>(y),

@@ -7,6 +7,7 @@
 #include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "image/colour.hpp"
+#include "image/colour_maps.hpp"
 #include "image/heif_file.hpp"
 #include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
@@ -548,6 +549,8 @@ cv::Mat readDepthSamples(const fs::path& path, Notes* notes) {
     return reading(path, [&]() -> cv::Mat {
         cv::Mat picture = load(path, Colours::AsStored, notes).picture;
         if (picture.channels() == 3) {
+            cv::Mat levels = undoColourMap(picture, path.string(), notes);
+            if (!levels.empty()) return levels;
             switch (picture.depth()) {
             case CV_8U:
                 return greyOf<std::uint8_t>(picture, notes);

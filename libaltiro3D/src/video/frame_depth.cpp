@@ -25,6 +25,13 @@ bool isBeside(DepthSide side) {
     return side == DepthSide::Left || side == DepthSide::Right;
 }
 
+// Frames mostly give the same remark.
+void addNew(const Note& note, Notes& notes) {
+    for (const Note& known : notes)
+        if (known.text == note.text) return;
+    notes.push_back(note);
+}
+
 } // namespace
 
 FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
@@ -96,7 +103,14 @@ void FrameDepth::work(PipelineFrame& frame) {
         given_->read(static_cast<double>(frame.source.pts) * unit_, frame.number, raw_);
     } else {
         cv::Mat photo;
-        splitRgbd(frame.source.picture, *side_, photo, raw_);
+        Notes notes;
+        splitRgbd(frame.source.picture, *side_, photo, raw_, &notes);
+        if (photo.size() != photoSize(frame.source.picture.size())) {
+            throw Error(ErrorCode::Unsupported, "RGB-D frame",
+                        "has a white gap between photo and depth, expected halves without a gap");
+        }
+        for (const Note& note : notes)
+            addNew({note.code, "RGB-D frames: " + note.text}, notes_);
         raw_.convertTo(raw_, CV_8U); // a grey value of a frame
         frame.source.picture = photo;
     }

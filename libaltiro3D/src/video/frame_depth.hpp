@@ -38,7 +38,7 @@ class FrameDepth {
     /// What is known of the edges of the depth.
     DepthEdges edges() const { return source_ ? source_->edges() : DepthEdges::Unknown; }
     /// Remarks, for people.
-    Notes notes() const { return given_ ? given_->notes() : Notes(); }
+    Notes notes() const { return given_ ? given_->notes() : notes_; }
 
   private:
     void start();
@@ -57,6 +57,7 @@ class FrameDepth {
     cv::Mat raw_;                        // given depth, unchanged
     cv::Mat lastPhoto_;
     cv::Mat lastRaw_;
+    Notes notes_;      // about RGB-D frames
     std::string kept_; // identifies the last photo and depth of the interrupted run
 };
 

@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/text.hpp"
+#include "image/colour_maps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -98,12 +99,6 @@ GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& p
     }
     requireRange(frame_.picture);
     refuseUnusedRange(frame_.picture);
-    if (frame_.picture.channels() == 3 && hasColours(frame_.picture)) {
-        notes_.push_back({NoteCode::Doubtful,
-                          name +
-                              ": has colours, and depth has none: their grey value is taken (the "
-                              "video comes first, then its depth)"});
-    }
     fitShape(frame_.picture.size(), video_->facts().sampleAspect.value(), video);
     hasAhead_ = video_->read(ahead_);
 }
@@ -202,8 +197,12 @@ void GivenDepth::readImage(std::int64_t number, cv::Mat& raw) {
     const fs::path& file = pictures_[static_cast<std::size_t>(std::min(number, count - 1))];
     Notes notes;
     raw = given_.read(file, &notes);
+    addNotes(file.string(), notes);
+}
+
+void GivenDepth::addNotes(const std::string& name, const Notes& notes) {
     for (const Note& note : notes) {
-        const std::string text = file.string() + ": " + note.text;
+        const std::string text = name + ": " + note.text;
         const bool isKnown = std::any_of(notes_.begin(), notes_.end(),
                                          [&](const Note& known) { return known.text == text; });
         if (notes_.size() < kMaxNotes && !isKnown) notes_.push_back({note.code, text});
@@ -224,9 +223,22 @@ void GivenDepth::readFrame(double time, cv::Mat& raw) {
     }
     if (frame_.picture.channels() == 1) {
         raw = frame_.picture;
-    } else {
-        cv::cvtColor(frame_.picture, raw, cv::COLOR_BGR2GRAY);
+        return;
     }
+    const std::string name = given_.source.string();
+    Notes notes;
+    raw = undoColourMap(frame_.picture, name, &notes);
+    if (!raw.empty()) {
+        addNotes(name, notes);
+        return;
+    }
+    if (isFirst_ && hasColours(frame_.picture)) {
+        addNotes(name, {{NoteCode::Doubtful,
+                         "has colours, and depth has none: their grey value is taken (the video "
+                         "comes first, then its depth)"}});
+    }
+    isFirst_ = false;
+    cv::cvtColor(frame_.picture, raw, cv::COLOR_BGR2GRAY);
 }
 
 Notes GivenDepth::notes() const {

@@ -47,6 +47,7 @@ class GivenDepth {
     void refuseUnusedRange(const cv::Mat& first) const;
     void readImage(std::int64_t number, cv::Mat& raw);
     void readFrame(double time, cv::Mat& raw);
+    void addNotes(const std::string& name, const Notes& notes);
 
     GivenVideoDepth given_;
     std::vector<std::filesystem::path> pictures_;
@@ -59,7 +60,8 @@ class GivenDepth {
     VideoFrame frame_;
     VideoFrame ahead_;
     bool hasAhead_ = false;
-    double missing_ = 0; // s or frames beyond the end
+    bool isFirst_ = true; // no frame was read as grey
+    double missing_ = 0;  // s or frames beyond the end
 };
 
 } // namespace altiro3D

@@ -572,6 +572,84 @@ TEST(DepthMap, SixteenBitRgbdKeepsItsDepthValues) {
     EXPECT_TRUE(samePicture(depth, row({12345, 65535})));
 }
 
+// What Depth-Anything's program writes: photo, white gap, depth.
+TEST(DepthMap, AWhiteGapBetweenPhotoAndDepthIsLeftOut) {
+    const cv::Mat photo = randomPicture({96, 64}, CV_8UC3, 0, 200, 3);
+    const cv::Mat depth = randomPicture({96, 64}, CV_8UC1, 20, 200, 4);
+    cv::Mat grey;
+    cv::cvtColor(depth, grey, cv::COLOR_GRAY2BGR);
+    for (const int width : {8, 50, 51}) {
+        SCOPED_TRACE(width);
+        const cv::Mat gap(64, width, CV_8UC3, cv::Scalar::all(255));
+        cv::Mat picture;
+        for (const DepthSide side : {DepthSide::Right, DepthSide::Left}) {
+            const bool isRight = side == DepthSide::Right;
+            cv::hconcat(std::vector<cv::Mat>{isRight ? photo : grey, gap, isRight ? grey : photo},
+                        picture);
+            cv::Mat photoAgain;
+            cv::Mat depthAgain;
+            Notes notes;
+            splitRgbd(picture, side, photoAgain, depthAgain, &notes);
+            EXPECT_TRUE(samePicture(photoAgain, photo));
+            cv::Mat expected;
+            depth.convertTo(expected, CV_32F);
+            EXPECT_TRUE(samePicture(depthAgain, expected));
+            ASSERT_EQ(notes.size(), 1U);
+            EXPECT_EQ(notes[0].text, "a white gap of " + std::to_string(width) +
+                                         " px between photo and depth is left out");
+        }
+    }
+}
+
+// A box on white: its far-white depth is white around it as well.
+TEST(DepthMap, WhiteBordersOfPhotoAndDepthAreNoGap) {
+    for (const int width : {60, 40}) {
+        const cv::Rect box((100 - width) / 2, 20, width, 50);
+        cv::Mat half(80, 100, CV_8UC3, cv::Scalar::all(255));
+        half(cv::Rect(box.x - 8, 20, width, 50)).setTo(cv::Scalar::all(90));
+        cv::Mat picture;
+        cv::hconcat(half, half, picture);
+        cv::Mat photo;
+        cv::Mat depth;
+        Notes notes;
+        splitRgbd(picture, DepthSide::Right, photo, depth, &notes);
+        EXPECT_EQ(photo.size(), half.size());
+        EXPECT_TRUE(notes.empty());
+    }
+}
+
+TEST(DepthMap, ColouredDepthHalvesAreUndone) {
+    cv::Mat depth(64, 96, CV_8UC1);
+    for (int y = 0; y < depth.rows; ++y)
+        depth.row(y).setTo(20 + 3 * y);
+    const cv::Mat photo = randomPicture({96, 64}, CV_8UC3, 0, 256, 3);
+    cv::Mat colours;
+    cv::applyColorMap(depth, colours, cv::COLORMAP_TURBO);
+    cv::Mat expected;
+    depth.convertTo(expected, CV_32F);
+    cv::Mat picture;
+    cv::hconcat(photo, colours, picture);
+    for (const int largest : {255, 65535}) {
+        cv::Mat deep = picture;
+        if (largest > 255) picture.convertTo(deep, CV_16U, 257);
+        cv::Mat photoAgain;
+        cv::Mat depthAgain;
+        Notes notes;
+        splitRgbd(deep, DepthSide::Right, photoAgain, depthAgain, &notes);
+        EXPECT_TRUE(samePicture(photoAgain, photo));
+        EXPECT_TRUE(samePicture(depthAgain, expected * (largest / 255), largest / 255.0));
+        ASSERT_EQ(notes.size(), 1U);
+        EXPECT_NE(notes[0].text.find("turbo"), std::string::npos);
+    }
+    cv::Mat photoAgain;
+    cv::Mat depthAgain;
+    Notes notes;
+    splitRgbd(picture, DepthSide::Left, photoAgain, depthAgain, &notes);
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].text,
+              "the depth half has colours, and depth has none: their grey value is taken");
+}
+
 TEST(DepthMap, PicturesTooSmallToSplitAndUnequalHalvesAreRefused) {
     cv::Mat photo;
     cv::Mat depth;

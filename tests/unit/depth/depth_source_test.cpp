@@ -235,6 +235,30 @@ TEST(DepthSource, ReadsFilesAsReadTakesThem) {
     EXPECT_TRUE(samePicture(ownSource()->readImage(directory / "rgbd.png"), image));
 }
 
+// Record3D: metres = 3 x hue, beside the photo; black is unknown.
+TEST(DepthSource, DistancesThatAreCodedAsHueAreRead) {
+    cv::Mat metres(40, 60, CV_32FC1);
+    for (int x = 0; x < metres.cols; ++x)
+        metres.col(x).setTo(0.5 + 0.04 * x);
+    metres(cv::Rect(20, 10, 5, 5)).setTo(0);
+    cv::Mat value;
+    cv::Mat(metres > 0).convertTo(value, CV_32F, 1 / 255.0);
+    const cv::Mat full(metres.size(), CV_32FC1, cv::Scalar(1));
+    cv::Mat colours;
+    cv::merge(std::vector<cv::Mat>{metres * (360 / 3.0), full, value}, colours);
+    cv::cvtColor(colours, colours, cv::COLOR_HSV2BGR);
+    colours.convertTo(colours, CV_8U, 255);
+    cv::Mat image;
+    cv::hconcat(colours, randomPhoto(metres.size()), image);
+    altiro3D::Scene scene;
+    depthFromRgbd(DepthSide::Left, DepthKind::Metric)->readScene(image, 0.5, scene);
+    cv::Mat expected;
+    DepthNormalization metric;
+    metric.kind = DepthKind::Metric;
+    normalizeDepth(metres, expected, metric);
+    EXPECT_TRUE(samePicture(scene.depth, expected, 0.02)); // a level is 1/85 m
+}
+
 TEST(DepthSource, NotesNameTheirFile) {
     const TemporaryDirectory directory;
     writeImage(directory / "photo.png", randomPhoto({30, 20}));
@@ -244,6 +268,12 @@ TEST(DepthSource, NotesNameTheirFile) {
     ASSERT_EQ(notes.size(), 1U);
     EXPECT_EQ(notes[0].text.rfind((directory / "coloured.png").string() + ": ", 0), 0U)
         << notes[0].text;
+    notes.clear();
+    depthFromRgbd(DepthSide::Left)->readImage(directory / "coloured.png", &notes);
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].text, (directory / "coloured.png").string() +
+                                 ": the depth half has colours, and depth has none: their grey "
+                                 "value is taken");
 }
 
 TEST(DepthSource, DepthBesideAPhotoIsUsedOrReported) {

@@ -421,6 +421,61 @@ TEST_F(VideoConverterTest, FramesKeepTheirOwnShape) {
     }
 }
 
+TEST_F(VideoConverterTest, DepthDrawnInColoursIsUndone) {
+    std::vector<cv::Mat> levels;
+    std::vector<cv::Mat> colours;
+    std::vector<cv::Mat> rgbd;
+    const std::vector<cv::Mat> photos = pictures("clip.mkv");
+    for (int i = 0; i < 3; ++i) {
+        cv::Mat level(48, 64, CV_8UC1);
+        for (int x = 0; x < level.cols; ++x)
+            level.col(x).setTo(20 + 3 * x + 10 * i);
+        cv::Mat colour;
+        cv::applyColorMap(level, colour, cv::COLORMAP_TURBO);
+        cv::Mat both;
+        cv::hconcat(photos[static_cast<std::size_t>(i)], colour, both);
+        levels.push_back(level);
+        colours.push_back(colour);
+        rgbd.push_back(both);
+    }
+    writeClip(directory / "clip.mkv", movingPictures({64, 48}, 3));
+    writeClip(directory / "depth.mkv", colours);
+    writeClip(directory / "rgbd.mkv", rgbd);
+    for (const bool isRgbd : {false, true}) {
+        VideoConversion made = conversion("made.mkv");
+        made.product = VideoProduct::Rgbd;
+        made.display.reset();
+        made.native.refine.flaws = DepthFlaws();
+        if (isRgbd) {
+            made.input = directory / "rgbd.mkv";
+            made.given = GivenVideoDepth();
+            made.given->side = DepthSide::Right;
+        }
+        const VideoConversionResult result = VideoConverter(std::move(made)).run();
+        ASSERT_EQ(result.notes.size(), 1U) << isRgbd;
+        EXPECT_NE(result.notes[0].text.find("colour map turbo"), std::string::npos);
+        const std::vector<cv::Mat> found = pictures("made.mkv");
+        ASSERT_EQ(found.size(), levels.size());
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            cv::Mat depth;
+            cv::extractChannel(found[i].colRange(64, 128), depth, 1);
+            EXPECT_TRUE(samePicture(depth, levels[i], 3)) << isRgbd; // FFV1 stores YUV
+        }
+    }
+}
+
+TEST_F(VideoConverterTest, RgbdFramesWithAGapAreRefused) {
+    const cv::Mat half(48, 40, CV_8UC3, cv::Scalar::all(90));
+    cv::Mat frame;
+    cv::hconcat(std::vector<cv::Mat>{half, cv::Mat(48, 20, CV_8UC3, cv::Scalar::all(255)), half},
+                frame);
+    writeClip(directory / "clip.mkv", {frame});
+    VideoConversion made = conversion("made.mkv");
+    made.given = GivenVideoDepth();
+    made.given->side = DepthSide::Right;
+    EXPECT_EQ(codeOf([&] { VideoConverter(std::move(made)).run(); }), ErrorCode::Unsupported);
+}
+
 TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
     VideoConversion made = conversion("native.mkv");
     made.given.reset();

@@ -19,8 +19,8 @@ class RestoredThreads {
     int before_ = cv::getNumThreads();
 };
 
-/// Calls use(name) while kernels run on each of the instruction sets of this machine, one after the
-/// other.
+/// Calls use(name) while kernels run on each of the instruction sets of this machine and on EMU128,
+/// one after the other.
 template <class Use>
 void forEachInstructionSet(const Use& use) {
     struct Restored {
@@ -31,6 +31,8 @@ void forEachInstructionSet(const Use& use) {
         ~Restored() { choose(0); }
     };
     const Restored restored;
+    // any machine supports it, even if Highway was built without it
+    Restored::choose(hwy::SupportedTargets() | HWY_EMU128);
     for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
         Restored::choose(target);
         use(hwy::TargetName(target));

@@ -288,30 +288,43 @@ class ByteWindow {
 #endif
     }
 
+    // The bytes at `places`.
+    // @param places 0..16 kTables - 1; others give undefined bytes
+    HWY_INLINE hn::Vec<Bytes> at(hn::Vec<Bytes> places) const {
+#if ALTIRO3D_AVX512_BYTES
+        return hn::Vec<Bytes>{_mm512_permutexvar_epi8(places.raw, tables_[0].raw)};
+#else
+        auto found = hn::TableLookupBytesOr0(tables_[0], kTables > 1 ? inTable(places) : places);
+        for (int k = 1; k < kTables; ++k) {
+            places = hn::Sub(places, hn::Set(Bytes(), 16));
+            found = hn::Or(found, hn::TableLookupBytesOr0(
+                                      tables_[k], k + 1 < kTables ? inTable(places) : places));
+        }
+        return found;
+#endif
+    }
+
     // The bytes `index` and index + 1, in the lower and the upper half of each lane.
     // @param index 0..16 kTables - 2; others give undefined bytes
     HWY_INLINE hn::Vec<Narrow> pairs(hn::Vec<Narrow> index) const {
         const Narrow narrow;
-        const Bytes bytes;
         const auto both = hn::Add(hn::Or(index, hn::ShiftLeft<8>(index)), hn::Set(narrow, 0x100));
-        auto place = hn::BitCast(bytes, both);
-#if ALTIRO3D_AVX512_BYTES
-        return hn::Vec<Narrow>{_mm512_permutexvar_epi8(place.raw, tables_[0].raw)};
-#else
-        const auto next = hn::Set(bytes, 16);
-        const auto last = hn::Set(bytes, 0x70); // moves places of later tables to 128 and beyond
-        // a place of 128 and beyond gives 0
-        auto found = hn::TableLookupBytesOr0(tables_[0], hn::SaturatedAdd(place, last));
-        for (int k = 1; k < kTables; ++k) {
-            place = hn::Sub(place, next);
-            const auto inTable = k + 1 < kTables ? hn::SaturatedAdd(place, last) : place;
-            found = hn::Or(found, hn::TableLookupBytesOr0(tables_[k], inTable));
-        }
-        return hn::BitCast(narrow, found);
-#endif
+        return hn::BitCast(narrow, at(hn::BitCast(Bytes(), both)));
     }
 
   private:
+    // Indices of a table of 16 bytes that give 0 for places of later tables. Highway promises 0
+    // from 128 on.
+    static HWY_INLINE hn::Vec<Bytes> inTable(hn::Vec<Bytes> places) {
+#if HWY_ARCH_X86 && HWY_TARGET <= HWY_SSSE3 // the lower four bits of an index below 128 count
+        return hn::SaturatedAdd(places, hn::Set(Bytes(), 0x70));
+#elif HWY_ARCH_ARM || HWY_ARCH_WASM // any index from 16 on gives 0
+        return places;
+#else
+        return hn::Or(places, hn::VecFromMask(Bytes(), hn::Gt(places, hn::Set(Bytes(), 15))));
+#endif
+    }
+
     hn::Vec<Bytes> tables_[ALTIRO3D_AVX512_BYTES ? 1 : kTables];
 };
 

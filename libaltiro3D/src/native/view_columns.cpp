@@ -64,40 +64,6 @@ void turnOn(const std::vector<std::uint8_t*>& views, std::size_t rowBytes, std::
                    to + ViewColumns::kMaxViews * at + first);
 }
 
-// The bytes of 16 kTables views in registers.
-template <int kTables>
-class ViewBytes {
-    using D = hn::ScalableTag<std::uint8_t>;
-
-  public:
-    HWY_INLINE explicit ViewBytes(const std::uint8_t* from) {
-#if ALTIRO3D_AVX512_BYTES
-        tables_[0] = hn::LoadU(D(), from);
-#else
-        for (int k = 0; k < kTables; ++k)
-            tables_[k] = hn::LoadDup128(D(), from + 16 * k);
-#endif
-    }
-
-    HWY_INLINE hn::Vec<D> operator()(hn::Vec<D> views) const {
-#if ALTIRO3D_AVX512_BYTES
-        return hn::Vec<D>{_mm512_permutexvar_epi8(views.raw, tables_[0].raw)};
-#else
-        const auto last = hn::Set(D(), 0x70); // moves views of later tables to 128 and beyond
-        auto found = hn::TableLookupBytesOr0(tables_[0], hn::SaturatedAdd(views, last));
-        for (int k = 1; k < kTables; ++k) {
-            views = hn::Sub(views, hn::Set(D(), 16));
-            found =
-                hn::Or(found, hn::TableLookupBytesOr0(tables_[k], hn::SaturatedAdd(views, last)));
-        }
-        return found;
-#endif
-    }
-
-  private:
-    hn::Vec<D> tables_[ALTIRO3D_AVX512_BYTES ? 1 : kTables];
-};
-
 // Loads and shuffles limit the speed: one or a few for each column under a vector of sub-pixels.
 template <int kTables>
 HWY_INLINE void pickBy(const std::uint8_t* HWY_RESTRICT bytes, const Run* HWY_RESTRICT run,
@@ -109,10 +75,10 @@ HWY_INLINE void pickBy(const std::uint8_t* HWY_RESTRICT bytes, const Run* HWY_RE
         const auto view = hn::LoadU(d, views + i);
         while (run[1].begin <= i)
             ++run;
-        auto found = ViewBytes<kTables>(bytes + run->bytes)(view);
+        auto found = ByteWindow<kTables>(bytes + run->bytes).at(view);
         while (run[1].begin < i + lanes) {
             ++run;
-            const auto next = ViewBytes<kTables>(bytes + run->bytes)(view);
+            const auto next = ByteWindow<kTables>(bytes + run->bytes).at(view);
             found = hn::IfThenElse(hn::FirstN(d, run->begin - i), found, next);
         }
         hn::StoreU(found, d, values + i);

@@ -242,16 +242,18 @@ TEST(NativeLutKernels, TilePlacesAreThoseOfTheLayout) {
 }
 
 TEST(NativeLutKernels, TheLargestPairIsFoundAnywhere) {
-    for (std::size_t count : {1U, 2U, 31U, 67U}) {
-        for (std::size_t at = 0; at < count; ++at) {
-            std::vector<std::uint16_t> pairs(2 * count, 3);
-            pairs[2 * at] = 65535;
-            pairs[2 * (count - 1 - at) + 1] = 40000;
-            const LargestPair largest = largestPair(pairs.data(), count);
-            EXPECT_EQ(largest.x, 65535);
-            EXPECT_EQ(largest.y, 40000);
+    forEachInstructionSet([](const char* name) {
+        for (std::size_t count : {1U, 2U, 31U, 67U}) {
+            for (std::size_t at = 0; at < count; ++at) {
+                std::vector<std::uint16_t> pairs(2 * count, 3);
+                pairs[2 * at] = 65535;
+                pairs[2 * (count - 1 - at) + 1] = 40000;
+                const LargestPair largest = largestPair(pairs.data(), count);
+                EXPECT_EQ(largest.x, 65535) << name;
+                EXPECT_EQ(largest.y, 40000) << name;
+            }
         }
-    }
+    });
 }
 
 } // namespace

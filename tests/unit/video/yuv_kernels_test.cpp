@@ -1,6 +1,7 @@
 #include "video/yuv_kernels.hpp"
 
 #include "altiro3D/video_io.hpp"
+#include "support/processors.hpp"
 
 #include <algorithm>
 #include <array>
@@ -127,34 +128,37 @@ TEST(YuvKernels, PixelsDoNotDependOnTheirPlaceInTheRow) {
     const YuvWeights weights = yuvWeights(ColourMatrix::Bt709, ColourRange::Limited, 8);
     const YuvWeights weights10 = yuvWeights(ColourMatrix::Bt709, ColourRange::Limited, 10);
     const BgrWeights bgrOf = bgrWeights(ColourMatrix::Bt709, ColourRange::Limited);
-    for (std::size_t i = 0; i < count; ++i) {
-        std::uint8_t one[3];
-        std::uint16_t one10[3];
-        bgrToYuv(&bgr[3 * i], 1, weights, one, one + 1, one + 2);
-        bgrToYuv(&bgr[3 * i], 1, weights10, one10, one10 + 1, one10 + 2);
-        std::vector<std::uint8_t> y(count), u(count), v(count), back(3 * count);
-        std::vector<std::uint16_t> y10(count), u10(count), v10(count);
-        const std::size_t length = i + 1;
-        bgrToYuv(bgr.data(), length, weights, y.data(), u.data(), v.data());
-        bgrToYuv(bgr.data(), length, weights10, y10.data(), u10.data(), v10.data());
-        ASSERT_EQ(y[i], one[0]);
-        ASSERT_EQ(u[i], one[1]);
-        ASSERT_EQ(v[i], one[2]);
-        ASSERT_EQ(y10[i], one10[0]);
-        ASSERT_EQ(u10[i], one10[1]);
-        ASSERT_EQ(v10[i], one10[2]);
-        std::uint8_t pixel[3];
-        // any three bytes are a colour here
-        yuvToBgr(&bgr[3 * i], &bgr[3 * i + 1], &bgr[3 * i + 2], 1, bgrOf, pixel);
-        for (std::size_t k = 0; k < count; ++k) {
-            y[k] = bgr[3 * k];
-            u[k] = bgr[3 * k + 1];
-            v[k] = bgr[3 * k + 2];
+    forEachInstructionSet([&](const char* name) {
+        SCOPED_TRACE(name);
+        for (std::size_t i = 0; i < count; ++i) {
+            std::uint8_t one[3];
+            std::uint16_t one10[3];
+            bgrToYuv(&bgr[3 * i], 1, weights, one, one + 1, one + 2);
+            bgrToYuv(&bgr[3 * i], 1, weights10, one10, one10 + 1, one10 + 2);
+            std::vector<std::uint8_t> y(count), u(count), v(count), back(3 * count);
+            std::vector<std::uint16_t> y10(count), u10(count), v10(count);
+            const std::size_t length = i + 1;
+            bgrToYuv(bgr.data(), length, weights, y.data(), u.data(), v.data());
+            bgrToYuv(bgr.data(), length, weights10, y10.data(), u10.data(), v10.data());
+            ASSERT_EQ(y[i], one[0]);
+            ASSERT_EQ(u[i], one[1]);
+            ASSERT_EQ(v[i], one[2]);
+            ASSERT_EQ(y10[i], one10[0]);
+            ASSERT_EQ(u10[i], one10[1]);
+            ASSERT_EQ(v10[i], one10[2]);
+            std::uint8_t pixel[3];
+            // any three bytes are a colour here
+            yuvToBgr(&bgr[3 * i], &bgr[3 * i + 1], &bgr[3 * i + 2], 1, bgrOf, pixel);
+            for (std::size_t k = 0; k < count; ++k) {
+                y[k] = bgr[3 * k];
+                u[k] = bgr[3 * k + 1];
+                v[k] = bgr[3 * k + 2];
+            }
+            yuvToBgr(y.data(), u.data(), v.data(), length, bgrOf, back.data());
+            ASSERT_TRUE(
+                std::equal(pixel, pixel + 3, back.begin() + static_cast<std::ptrdiff_t>(3 * i)));
         }
-        yuvToBgr(y.data(), u.data(), v.data(), length, bgrOf, back.data());
-        ASSERT_TRUE(
-            std::equal(pixel, pixel + 3, back.begin() + static_cast<std::ptrdiff_t>(3 * i)));
-    }
+    });
 }
 
 } // namespace

@@ -26,6 +26,9 @@ ctest --preset clang -j "$(nproc)" -LE install
 echo "== GCC and Clang, any instruction set and one processor give the same bytes"
 scripts/compare-builds.sh build/dev build/clang
 
+echo "== Kernels for arm64, in an emulator"
+scripts/check-arm64.sh
+
 echo "== Tools that are killed 200 times each"
 tests/cli/faults_test.sh "$PWD/build/dev/tools" "$PWD" 200
 

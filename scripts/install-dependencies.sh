@@ -4,6 +4,7 @@
 #   scripts/install-dependencies.sh build    to build and run the tools, and to download depth networks
 #   scripts/install-dependencies.sh test     and to run all tests and checks
 #   scripts/install-dependencies.sh cluster  to run altiro3Dcluster on Slurm and by ssh, all on this machine
+#   scripts/install-dependencies.sh arm64    to build for arm64 and to run it in an emulator (scripts/check-arm64.sh)
 #   scripts/install-dependencies.sh package  to build the tools and make and check packages of them
 #
 # The output of apt goes to build/packages.log, or to the file that $ALTIRO3D_LOG names.
@@ -19,6 +20,7 @@ tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valg
        python3-numpy git ffmpeg groff-base man-db zsh xvfb xdotool
        desktop-file-utils shared-mime-info libclang-rt-dev llvm locales)
 cluster=(slurm-wlm munge parallel openssh-server openssh-client)
+arm64=(cmake ninja-build pkg-config g++-aarch64-linux-gnu qemu-user)
 packages=(lintian debootstrap dpkg-dev file git)
 optional=(libonnxruntime-dev) # where the distribution has them
 
@@ -26,9 +28,10 @@ case "${1:-build}" in
 build) wanted=("${build[@]}") ;;
 test) wanted=("${build[@]}" "${tests[@]}") ;;
 cluster) wanted=("${build[@]}" "${tests[@]}" "${cluster[@]}") ;;
+arm64) wanted=("${arm64[@]}") ;;
 package) wanted=("${build[@]}" "${packages[@]}") ;;
 *)
-    echo "usage: $0 [build|test|cluster|package]" >&2
+    echo "usage: $0 [build|test|cluster|arm64|package]" >&2
     exit 2
     ;;
 esac

@@ -63,7 +63,7 @@ constexpr std::array<Signature, 38> kOthers = {{
 }};
 
 bool isPcx(string_view bytes) {
-    return bytes.size() >= 128 && bytes[0] == 0x0a && bytes[1] >= 0 && bytes[1] <= 5 &&
+    return bytes.size() >= 128 && bytes[0] == 0x0a && static_cast<unsigned char>(bytes[1]) <= 5 &&
            bytes[2] == 1 && (bytes[3] == 1 || bytes[3] == 2 || bytes[3] == 4 || bytes[3] == 8);
 }
 

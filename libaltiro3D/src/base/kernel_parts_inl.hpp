@@ -108,10 +108,10 @@ struct FourFloats {
 // way than gathers: on some processors, a gather takes several times as long as its loads.
 template <class D, class I = hn::Vec<hn::RebindToSigned<D>>>
 HWY_INLINE FourFloats<D> gatherRows(D d, const float* table, I indices) {
-    FourFloats<D> result;
+    hn::Vec<D> floats[4];
 #if HWY_TARGET == HWY_SCALAR
     for (int k = 0; k < 4; ++k)
-        result.floats[k] = hn::Load(d, table + 4 * hn::GetLane(indices) + k);
+        floats[k] = hn::Load(d, table + 4 * hn::GetLane(indices) + k);
 #else
     const hn::RebindToSigned<D> whole;
     const hn::FixedTag<float, 4> row;
@@ -121,10 +121,10 @@ HWY_INLINE FourFloats<D> gatherRows(D d, const float* table, I indices) {
     for (std::size_t i = 0; i < hn::Lanes(d); ++i)
         hn::Store(hn::LoadU(row, table + 4 * static_cast<std::ptrdiff_t>(numbers[i])), row,
                   rows + 4 * i);
-    hn::LoadInterleaved4(d, rows, result.floats[0], result.floats[1], result.floats[2],
-                         result.floats[3]);
+    hn::LoadInterleaved4(d, rows, floats[0], floats[1], floats[2], floats[3]);
 #endif
-    return result;
+    // GCC compiles an implicit constructor without the instruction set of the arguments
+    return {{floats[0], floats[1], floats[2], floats[3]}};
 }
 
 #if HWY_TARGET == HWY_AVX2

@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# Builds the library and its unit tests for arm64 (NEON), and runs the tests of kernels and of Natives in the
+# emulator QEMU. The libraries for arm64 are Debian's; they are unpacked into a temporary directory, not
+# installed. Needs Debian, the network (270 MB) and half an hour.
+#
+#   scripts/check-arm64.sh [FILTER]       FILTER: tests to run (googletest's --gtest_filter)
+set -euo pipefail
+cd "$(dirname "$0")/.."
+# shellcheck source=scripts/bare-debian.sh
+. scripts/bare-debian.sh
+filter='*Kernels*:PixelRows.*:LensPhases.*:DepthOffsets.*:FitRows.*:*AllProcessors*:ViewColumns.*:ViewTable.*'
+filter+=':NativeRenderer.*-ViewTable.SaysHowMuchMemory*' # limits of memory do not bind in QEMU
+libraries=(libopencv-dev libturbojpeg0-dev libpng-dev libexif-dev libheif-dev liblcms2-dev libhwy-dev zlib1g-dev
+           libexpat1-dev nlohmann-json3-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
+           libswresample-dev libavdevice-dev libgtest-dev)
+scripts/install-dependencies.sh arm64
+suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
+mirror=$(debian_mirror "$suite")
+root=$(mktemp -d)
+trap 'rm -rf -- "$root"' EXIT
+chmod 755 "$root" # apt drops to a user of its own
+
+echo "== libraries for arm64 in $root"
+mkdir -p "$root"/usr/{bin,lib,sbin} "$root"/apt/lists/partial "$root"/apt/archives/partial
+for folder in bin lib sbin; do ln -s "usr/$folder" "$root/$folder"; done
+: >"$root/apt/status"
+echo "deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] $mirror $suite main" >"$root/apt/sources.list"
+apt=(apt-get -q -y -o APT::Architecture=arm64 -o APT::Architectures::=arm64 -o APT::Install-Recommends=false
+     -o Dir::State="$root/apt" -o Dir::State::status="$root/apt/status" -o Dir::Cache="$root/apt"
+     -o Dir::Etc::sourcelist="$root/apt/sources.list" -o Dir::Etc::sourceparts=/dev/null)
+"${apt[@]}" update >"$root/apt/log"
+"${apt[@]}" --download-only install "${libraries[@]}" >>"$root/apt/log"
+for package in "$root"/apt/archives/*.deb; do
+    dpkg-deb --fsys-tarfile "$package" | tar -x -C "$root" --keep-directory-symlink
+done
+found=$root/usr/lib/aarch64-linux-gnu
+ln -s blas/libblas.so.3 lapack/liblapack.so.3 "$found/" # as update-alternatives does
+
+echo "== unit tests for arm64"
+export PKG_CONFIG_SYSROOT_DIR=$root PKG_CONFIG_LIBDIR=$found/pkgconfig:$root/usr/share/pkgconfig
+cmake --fresh --preset dev -B build/arm64 -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=aarch64 \
+    -DCMAKE_CXX_COMPILER=aarch64-linux-gnu-g++ -DCMAKE_SYSROOT="$root" \
+    -DCMAKE_FIND_ROOT_PATH_MODE_{LIBRARY,INCLUDE,PACKAGE}=ONLY -DCMAKE_FIND_ROOT_PATH_MODE_PROGRAM=NEVER \
+    -DCMAKE_CROSSCOMPILING_EMULATOR="qemu-aarch64;-L;$root" \
+    -DALTIRO3D_BUILD_QT=OFF -DALTIRO3D_BUILD_TOOLS=OFF -DALTIRO3D_BUILD_BENCHMARKS=OFF
+cmake --build build/arm64 --target altiro3D altiro3D_unit_tests
+qemu-aarch64 -L "$root" build/arm64/tests/unit/altiro3D_unit_tests --gtest_brief=1 \
+    --gtest_filter="${1:-$filter}"

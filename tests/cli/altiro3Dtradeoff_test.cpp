@@ -168,7 +168,9 @@ TEST_F(Tradeoff, SourcesOfDepthAreComparedWithTheTruth) {
                         10, readPhoto(sandbox_ / "R.png"));
     cv::Mat depth;
     const InstalledNetwork tiny = standardNetwork(false, {sandbox_.models()}).value();
-    DepthNetwork(tiny.file, tiny.profile).estimate(stereo.photo, depth);
+    altiro3D::Scene estimated;
+    depthFromNetworkFile(tiny.file, tiny.profile)->readScene(stereo.photo, 0.5, estimated);
+    depth = estimated.depth;
     cv::resize(depth, depth, stereo.depth.size(), 0, 0, cv::INTER_LINEAR);
     EXPECT_NEAR(row.at("rankCorrelation").get<double>(), rankCorrelation(depth, stereo.depth),
                 1e-9);

@@ -1,7 +1,7 @@
 #include "sandbox.hpp"
 
 #include "altiro3D/calibration.hpp"
-#include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "altiro3D/image_io.hpp"
 #include "support/tiny_network.hpp"
 
@@ -298,7 +298,7 @@ cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, cons
     cv::Mat native;
     DepthRefineOptions refine;
     if (!path.refine) refine.flaws = DepthFlaws();
-    fitScene({photo, depth}, fit, path.views.focus, fitted, refine);
+    fitScene({photo, depth, {}, {}, path.edges}, fit, path.views.focus, fitted, refine);
     if (path.quilt) {
         Depth2Quilt(path.layout, path.views).render(fitted, quilt);
         Quilt2Native(calibration, path.layout, path.sampling, path.invert).render(quilt, native);
@@ -312,16 +312,20 @@ cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, cons
 cv::Mat libraryNative(const Sandbox& sandbox, const LibraryPath& path) {
     const cv::Mat photo = readPhoto(sandbox / "photo.png");
     cv::Mat depth;
+    LibraryPath known = path;
     if (path.isEstimated) {
         const InstalledNetwork tiny = standardNetwork(false, {sandbox.models()}).value();
-        DepthNetwork(tiny.file, tiny.profile).estimate(photo, depth);
+        altiro3D::Scene scene;
+        depthFromNetworkFile(tiny.file, tiny.profile)->readScene(photo, path.views.focus, scene);
+        depth = scene.depth;
+        known.edges = scene.edges;
     } else {
         DepthNormalization normalization;
         normalization.kind = path.kind;
         normalization.flatDepth = path.views.focus;
         normalizeDepth(readDepthImage(sandbox / "depth.png"), depth, normalization);
     }
-    return libraryNative(readCalibration(sandbox / "small.json"), photo, depth, path);
+    return libraryNative(readCalibration(sandbox / "small.json"), photo, depth, known);
 }
 
 cv::Mat libraryNative(const Sandbox& sandbox, const cv::Mat& quilt, int columns, int rows,

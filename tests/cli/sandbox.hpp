@@ -154,8 +154,9 @@ struct LibraryPath {
     QuiltSampling sampling;                            ///< Of a quilt.
     InvertViews invert = InvertViews::Auto;
     QuiltLayout layout = smallLayout();
-    DepthKind kind = DepthKind::NearWhite; ///< Of depth.png.
-    bool isEstimated = false;              ///< Depth is that of Sandbox::models(), not read.
+    DepthKind kind = DepthKind::NearWhite;  ///< Of depth.png.
+    bool isEstimated = false;               ///< Depth is that of Sandbox::models(), not read.
+    DepthEdges edges = DepthEdges::Unknown; ///< Of the depth, if it is not read.
 };
 
 /// The Native of a photo and its depth, by calls of the library alone.

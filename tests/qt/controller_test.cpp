@@ -1,5 +1,6 @@
 #include "viewer/controller.hpp"
 
+#include "altiro3D/depth_source.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
@@ -761,7 +762,9 @@ TEST_F(ViewerController, ANetworkMakesTheDepthOfPhotosAndVideos) {
     ASSERT_NE(known, nullptr);
     const cv::Mat photo = detailedPhoto({300, 400});
     cv::Mat expected;
-    DepthNetwork(known->file, known->profile).estimate(photo, expected);
+    altiro3D::Scene scene;
+    depthFromNetworkFile(known->file, known->profile)->readScene(photo, 0.5, scene);
+    expected = scene.depth;
 
     fs::remove(folder_ / "photo-depth.png");
     Controller controller(sampleDisplay({150, 200}));

@@ -448,9 +448,4 @@ void ChosenDepth::estimateScene(const cv::Mat& photo, double flatDepth, Scene& s
     used_ = source_->description();
 }
 
-void ChosenDepth::estimate(const cv::Mat& picture, cv::Mat& raw) {
-    cv::Mat photo;
-    source_->read(picture, photo, raw);
-}
-
 } // namespace altiro3D::tools

@@ -61,16 +61,14 @@ class ChosenDepth {
     Scene read(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
                double flatDepth, Messages& messages, StageTimes& times);
 
-    /// Meaning of the numbers of given depth, or of estimate().
+    /// Meaning of the numbers of given depth, or of source().
     DepthKind kind() const;
     /// True if the depth of the last photo was estimated, not given.
     /// Whether the last photo was the sharp original of a portrait (--unblurred).
     bool isUnblurred() const { return isUnblurred_; }
     bool isEstimated() const { return origin_ == DepthOrigin::Estimated; }
-    /// Estimates raw depth of a picture with the network.
-    /// @param picture [rows x cols, CV_8UC3, BGR]
-    /// @param raw [any size, CV_32FC1], see kind()
-    void estimate(const cv::Mat& picture, cv::Mat& raw);
+    /// The source that estimates depth; only if depth is not given by files.
+    DepthSource& source() { return *source_; }
     /// Estimates the depth of the last photo again. Requires isEstimated().
     void estimateScene(const cv::Mat& photo, double flatDepth, Scene& scene);
 

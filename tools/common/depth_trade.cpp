@@ -50,7 +50,7 @@ DepthRow measureDepth(const std::string& name, DepthSource& source, const Stereo
     row.source = name;
     Scene estimated;
     row.milliseconds = fastestMilliseconds([&] { source.readScene(scene.photo, 0.5, estimated); });
-    Scene aligned{scene.photo, {}};
+    Scene aligned{scene.photo, {}, {}, {}, estimated.edges};
     cv::Mat& depth = aligned.depth;
     cv::resize(estimated.depth, depth, scene.depth.size(), 0, 0, cv::INTER_LINEAR);
     row.rankCorrelation = rankCorrelation(depth, scene.depth);

@@ -25,9 +25,13 @@ class EstimatedDepth : public DepthSource {
     std::string description() const override { return depth_.description(); }
     DepthKind kind() const override { return depth_.kind(); }
     const DepthNetwork* network() const override { return depth_.network(); }
+    DepthEdges edges() const override { return depth_.source().edges(); }
+    void load() override { depth_.source().load(); }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        depth_.estimate(image, raw);
-        photo = image;
+        depth_.source().read(image, photo, raw);
+    }
+    void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        depth_.source().readFrame(image, photo, raw);
     }
 
   private:

@@ -6,9 +6,12 @@
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/view_options.hpp"
 
+#include <memory>
 #include <opencv2/core/mat.hpp>
 
 namespace altiro3D {
+
+class DepthSource;
 
 /// Makes the views of a photo with depth and lays them out as a quilt.
 ///
@@ -81,8 +84,8 @@ class ALTIRO3D_EXPORT Network2Quilt {
     Network2Quilt(DepthNetwork network, const QuiltLayout& layout, const ViewOptions& options,
                   double panelAspect, FitMode fit = FitMode::Cover);
 
-    /// Estimates the depth of the whole photo, fits photo and depth to the view's size, refines the
-    /// depth (refineDepth()) and renders the views. The depth may differ in the last digits for
+    /// Estimates the depth of the whole photo (depthFromNetwork()), fits photo and depth to the
+    /// view's size (fitScene()) and renders the views. The depth may differ in the last digits for
     /// different numbers of threads, see DepthNetwork::infer().
     ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
@@ -91,12 +94,12 @@ class ALTIRO3D_EXPORT Network2Quilt {
     ///         Depth2Quilt::render()
     void render(const cv::Mat& photo, cv::Mat& quilt);
 
-    /// The depth of the last photo as it was estimated, before fitting and refinement.
-    /// @return [network's output size, CV_32FC1, 0..1, 1 = nearest]; empty before the first photo
+    /// The depth of the last photo as it was estimated, before the fit.
+    /// @return [any size, CV_32FC1, 0..1, 1 = nearest]; empty before the first photo
     [[nodiscard]] const cv::Mat& depth() const { return depth_; }
 
   private:
-    DepthNetwork network_;
+    std::shared_ptr<DepthSource> source_;
     Depth2Quilt depth2quilt_;
     double panelAspect_;
     FitMode fit_;

@@ -1,5 +1,6 @@
 #include "altiro3D/depth2quilt.hpp"
 
+#include "altiro3D/depth_source.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/onnx.hpp"
@@ -27,28 +28,27 @@ class Network2QuiltOfAFile : public ::testing::Test {
     const QuiltLayout layout_{3, 2, {30, 40}, 5};
 };
 
-TEST_F(Network2QuiltOfAFile, IsEstimateAndFitSceneAndDepth2Quilt) {
+TEST_F(Network2QuiltOfAFile, IsReadSceneAndFitSceneAndDepth2Quilt) {
     ViewOptions options;
     options.strengthPercent = 35;
     options.focus = 0.3;
     for (const FitMode mode : {FitMode::Cover, FitMode::Contain, FitMode::Stretch}) {
         options.method = mode == FitMode::Cover ? ViewMethod::Layered : ViewMethod::Fast;
         Network2Quilt maker(network(), layout_, options, 0.75, mode);
-        DepthNetwork same = network();
+        const auto same = depthFromNetwork(network());
         cv::Mat quilt;
         for (const cv::Size size : {cv::Size(90, 61), cv::Size(41, 97), cv::Size(30, 40)}) {
             const cv::Mat photo = randomPhoto(size);
             maker.render(photo, quilt);
-            cv::Mat depth;
             cv::Mat expected;
+            Scene scene;
             Scene fitted;
-            same.estimate(photo, depth);
+            same->readScene(photo, 0.3, scene);
             const PhotoFit fit = withMargins(fitPhoto(size, 0.75, {30, 40}, mode), size, options);
-            fitScene({photo, depth}, fit, 0.3, fitted);
+            fitScene(scene, fit, 0.3, fitted);
             Depth2Quilt(layout_, options).render(fitted, expected);
             EXPECT_TRUE(samePicture(quilt, expected)) << size;
-            EXPECT_TRUE(samePicture(maker.depth(), depth)) << size;
-            EXPECT_EQ(maker.depth().size(), cv::Size(32, 24));
+            EXPECT_TRUE(samePicture(maker.depth(), scene.depth)) << size;
         }
     }
 }

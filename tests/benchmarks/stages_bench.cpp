@@ -8,6 +8,7 @@
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/native_maker.hpp"
 #include "altiro3D/photo_fit.hpp"
@@ -382,6 +383,42 @@ void BM_RefineDepthWeakNoise(benchmark::State& state, const BenchDisplay& displa
     refineNoisy(state, display, 0.005);
 }
 
+// ---- photo to depth; BM_NetworkRun, one run of the network at its own size, is the yardstick
+
+InstalledNetwork ownNetwork() {
+    return standardNetwork(false, {ALTIRO3D_BENCH_SAMPLES "/../../models"}).value();
+}
+
+void BM_NetworkRun(benchmark::State& state, const BenchDisplay& display) {
+    const InstalledNetwork own = ownNetwork();
+    DepthNetwork network(own.file, own.profile);
+    cv::Mat depth;
+    for (auto _ : state) {
+        network.estimate(display.photo(), depth);
+        benchmark::DoNotOptimize(depth.data);
+    }
+}
+void estimate(benchmark::State& state, const BenchDisplay& display, bool isFrame) {
+    const InstalledNetwork own = ownNetwork();
+    const auto source = depthFromNetworkFile(own.file, own.profile);
+    cv::Mat photo;
+    cv::Mat raw;
+    for (auto _ : state) {
+        if (isFrame) {
+            source->readFrame(display.photo(), photo, raw);
+        } else {
+            source->read(display.photo(), photo, raw);
+        }
+        benchmark::DoNotOptimize(raw.data);
+    }
+}
+void BM_DepthOfPhoto(benchmark::State& state, const BenchDisplay& display) {
+    estimate(state, display, false);
+}
+void BM_DepthOfFrame(benchmark::State& state, const BenchDisplay& display) {
+    estimate(state, display, true);
+}
+
 // ---- photo and depth to quilt
 
 void renderQuilts(benchmark::State& state, const BenchDisplay& display, ViewMethod method) {
@@ -690,6 +727,9 @@ void registerAll(const BenchDisplay& display) {
     registerStage("BM_RefineDepthUneven", BM_RefineDepthUneven, display);
     registerStage("BM_RefineDepthNoisy", BM_RefineDepthNoisy, display);
     registerStage("BM_RefineDepthWeakNoise", BM_RefineDepthWeakNoise, display);
+    registerStage("BM_NetworkRun", BM_NetworkRun, display);
+    registerStage("BM_DepthOfPhoto", BM_DepthOfPhoto, display);
+    registerStage("BM_DepthOfFrame", BM_DepthOfFrame, display);
     registerStage("BM_QuiltFast", BM_QuiltFast, display);
     registerStage("BM_QuiltLayered", BM_QuiltLayered, display);
     registerStage("BM_QuiltReal", BM_QuiltReal, display);

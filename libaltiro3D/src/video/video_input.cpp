@@ -329,6 +329,10 @@ void openDecoder(VideoInput& input, int threads) {
                         ", which cannot be decoded: " + ffmpegText(result));
     }
     if (parameters.width <= 0 || parameters.height <= 0) {
+        if (name == "webp") {
+            throw Error(ErrorCode::Unsupported, input.subject,
+                        "is an animated WebP picture, expected a video; convert it first");
+        }
         throw Error(ErrorCode::BadFormat, input.subject,
                     "has " + name + " video without a size: nothing of it can be decoded");
     }

@@ -282,30 +282,31 @@ void PictureMaker::convert(const AVFrame& frame, cv::Mat& picture) {
         scale(frame, *frameOver(picture));
         return;
     }
-    const bool isWhole = format_ == AV_PIX_FMT_YUV444P || format_ == AV_PIX_FMT_YUVJ444P;
+    const auto overRows = [&](const auto& work) {
+        cv::parallel_for_(
+            cv::Range(0, size_.height),
+            [&](const cv::Range& rows) {
+                for (int row = rows.start; row < rows.end; ++row)
+                    work(row, picture.ptr<std::uint8_t>(row));
+            },
+            threads_);
+    };
     if (way_ == Way::Deep) {
         scale(frame, *frameOver(deep_));
-    } else if (!isWhole) {
-        scale(frame, *planes_);
+        overRows([&](int row, std::uint8_t* to) {
+            table_.row(deep_.ptr<std::uint16_t>(row), deep_.channels(), size_.width, to);
+        });
+        return;
     }
+    const bool isWhole = format_ == AV_PIX_FMT_YUV444P || format_ == AV_PIX_FMT_YUVJ444P;
+    if (!isWhole) scale(frame, *planes_);
     const AVFrame& planes = isWhole ? frame : *planes_;
-    cv::parallel_for_(
-        cv::Range(0, size_.height),
-        [&](const cv::Range& rows) {
-            for (int row = rows.start; row < rows.end; ++row) {
-                if (way_ == Way::Deep) {
-                    table_.row(deep_.ptr<std::uint16_t>(row), deep_.channels(), size_.width,
-                               picture.ptr<std::uint8_t>(row));
-                    continue;
-                }
-                const auto plane = [&](int p) {
-                    return planes.data[p] + static_cast<std::ptrdiff_t>(row) * planes.linesize[p];
-                };
-                yuvToBgr(plane(0), plane(1), plane(2), static_cast<std::size_t>(size_.width),
-                         weights_, picture.ptr<std::uint8_t>(row));
-            }
-        },
-        threads_);
+    overRows([&](int row, std::uint8_t* to) {
+        const auto plane = [&](int p) {
+            return planes.data[p] + static_cast<std::ptrdiff_t>(row) * planes.linesize[p];
+        };
+        yuvToBgr(plane(0), plane(1), plane(2), static_cast<std::size_t>(size_.width), weights_, to);
+    });
 }
 
 void PictureMaker::make(const AVFrame& frame, cv::Mat& picture) {

@@ -1059,6 +1059,15 @@ TEST(VideoReader, AFileWithoutVideoIsNamed) {
               std::string::npos);
 }
 
+TEST(VideoReader, AnAnimatedWebPPictureIsNamed) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file = directory / "moving.webp";
+    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=5:duration=1 -c:v libwebp_anim " + arg(file));
+    EXPECT_EQ(errorOf([&] { const VideoReader reader(file); }),
+              file.string() + ": is an animated WebP picture, expected a video; convert it first");
+}
+
 TEST(VideoReader, AnUnknownCodecIsNamed) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;

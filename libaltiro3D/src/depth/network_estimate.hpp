@@ -10,7 +10,8 @@ namespace altiro3D {
 /// mirrored copy, whose edges the result takes. Then straight lines become straight, and steps for
 /// which there is evidence become hard (depth_lines.hpp, depth_contours.hpp).
 ///
-/// @param network its inputSize() is that of the larger copy, if it is not the profile's
+/// @param network its inputSize() is that of the larger copy, if it is larger than the profile's;
+///        if it is smaller, the network runs once
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @return [photo's shape, longer side at most 512 px, CV_32FC1, about 0..1, 1 = nearest]
 /// @throws Error as DepthNetwork::estimate()

@@ -98,6 +98,7 @@ void addOptions(CommandLine& commandLine) {
     addDepthOptions(commandLine);
     addViewOptions(commandLine);
     addNativeOptions(commandLine);
+    addQuickOption(commandLine);
     CameraOptions::add(commandLine);
     Budget::add(commandLine);
     addPhotoFitOptions(commandLine);
@@ -140,7 +141,7 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg native.png",
                         "Make a Native for the display that is connected.");
     commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "-k --continuous -c visual.json holiday.jpg best.png",
+                        "--best -c visual.json holiday.jpg best.png",
                         "Make the best picture, for the display of that calibration.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg painted.png given.png",
                         "Take the depth from an image.");

@@ -87,7 +87,8 @@ TEST_F(Methods, EachGivesTheNativeOfTheLibraryWithItsKnobs) {
     const Arguments strength{"--strength", "40"}; // at the tile's 30 px, 10 % would show little
     for (auto& [arguments, options] : cases) {
         options.strengthPercent = 40;
-        EXPECT_TRUE(samePicture(native(strength + arguments), libraryNative(options)))
+        EXPECT_TRUE(samePicture(native(Arguments{"--quick"} + strength + arguments),
+                                libraryNative(options)))
             << arguments.size();
     }
 }
@@ -230,7 +231,7 @@ TEST_F(Methods, ABudgetAndAutoChooseTogether) {
     const auto picture = [&](const Arguments& options) {
         return report(automatic + options).at("pictures").at(0);
     };
-    const Json alone = picture({});
+    const Json alone = picture({"--quick"});
     const cv::Mat expected = readBack(studio_ / "a.png");
     const Json within = picture({"--budget", "60000"}); // layered, as without a budget
     EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), expected));
@@ -350,7 +351,7 @@ TEST_F(Methods, ABudgetChoosesTheSourceOfEstimatedDepth) {
     for (const auto& [budget, line, same] : cases) {
         EXPECT_NE(estimated({"--budget", budget}).out.find(line), std::string::npos) << line;
         const cv::Mat chosen = readBack(studio_ / "a.png");
-        EXPECT_TRUE(isDone(estimated(same)));
+        EXPECT_TRUE(isDone(estimated(Arguments{"--quick"} + same)));
         EXPECT_TRUE(samePicture(chosen, readBack(studio_ / "a.png"))) << line;
     }
     const Outcome named = estimated({"--budget", "60000", "-n", "fixed"}); // its time counts

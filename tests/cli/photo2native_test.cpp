@@ -95,12 +95,74 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
     cases[13].path.quilt = false;
     for (const auto& [arguments, path] : cases) {
         const Outcome outcome =
-            studio.run(kTool, arguments + Arguments{"-y"} + studio.display() +
+            studio.run(kTool, arguments + Arguments{"--quick", "-y"} + studio.display() +
                                   Arguments{"-d", "photo.png", "depth.png", "native.png"});
         ASSERT_EQ(outcome.status, 0) << outcome.text();
         EXPECT_TRUE(samePicture(readBack(studio / "native.png"), libraryNative(studio, path)))
             << outcome.call;
     }
+}
+
+TEST(Photo2Native, ShowsWhatTheLensesCanShowUnlessSomethingElseIsAskedFor) {
+    SmallStudio studio;
+    const auto make = [&](const Arguments& options) {
+        EXPECT_TRUE(isDone(
+            studio.run(kTool, options + Arguments{"-y", "--report", "r.json"} + studio.display() +
+                                  Arguments{"-d", "photo.png", "depth.png", "a.png"})));
+        return readBack(studio / "a.png");
+    };
+    const auto settings = [&] {
+        const Json report = Json::parse(slurp(studio / "r.json"));
+        const Json& now = report.at("settings");
+        return now.at("detail").get<std::string>() + (now.at("lensFilter") ? " filtered" : "") +
+               (now.at("continuous") ? " continuous" : "");
+    };
+    const auto byLibrary = [&](Detail detail) {
+        Display display;
+        display.calibration = readCalibration(studio / "small.json");
+        NativeOptions options;
+        options.showAs(detail);
+        altiro3D::Scene scene;
+        scene.photo = readPhoto(studio / "photo.png");
+        normalizeDepth(readDepthImage(studio / "depth.png"), scene.depth);
+        cv::Mat native;
+        NativeMaker(display, smallLayout(), options).makeNative(scene, native);
+        return native;
+    };
+    EXPECT_TRUE(samePicture(make({}), byLibrary(Detail::Lens)));
+    EXPECT_EQ(settings(), "lens filtered continuous");
+    EXPECT_TRUE(samePicture(make({"--best"}), byLibrary(Detail::Panel)));
+    EXPECT_EQ(settings(), "panel filtered continuous");
+    const cv::Mat quick = make({"--quick"});
+    EXPECT_EQ(settings(), "view");
+    for (const Arguments& plain :
+         {Arguments{"--method", "layered"}, Arguments{"--sampling", "nearest"},
+          Arguments{"--view-filter", "nearest"}, Arguments{"--budget", "60000"}}) {
+        EXPECT_TRUE(samePicture(make(plain), quick));
+        EXPECT_EQ(settings(), "view") << plain.at(0);
+    }
+    make({"-k"});
+    EXPECT_EQ(settings(), "panel");
+    make({"--continuous"});
+    EXPECT_EQ(settings(), "view continuous");
+    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"--quick", "--best"} + studio.display() +
+                                            Arguments{"photo.png", "b.png"}),
+                      2, "--best and --quick exclude each other"));
+}
+
+// A quilt has views of its own size, filtered for it.
+TEST(Photo2Native, QuiltsAreMadeAtTheSizeOfTheirViews) {
+    SmallStudio studio;
+    const auto quilt = [&](const Arguments& options) {
+        EXPECT_TRUE(isDone(studio.run(
+            kTool, options + Arguments{"-y", "--save-quilt", "q.png"} + studio.display() +
+                       Arguments{"-d", "photo.png", "depth.png", "a.png"})));
+        return slurp(studio / "q_qs3x2a0.75.png");
+    };
+    const std::string usual = quilt({});
+    EXPECT_EQ(quilt({"--best"}), usual);
+    EXPECT_NE(quilt({"--quick"}), usual);
+    EXPECT_NE(quilt({"-k"}), usual);
 }
 
 TEST(Photo2Native, AutoSaysAndReportsWhatTheLibraryChooses) {
@@ -110,9 +172,9 @@ TEST(Photo2Native, AutoSaysAndReportsWhatTheLibraryChooses) {
     const cv::Mat depth16 = madeDepth(75, 55);
     writeImage(studio / "depth.png", depth16);
     const Outcome outcome = studio.run(
-        kTool,
-        Arguments{"--fit", "auto", "--focus", "auto", "--strength", "auto", "--report", "r.json"} +
-            studio.display() + Arguments{"-d", "photo.png", "depth.png", "native.png"});
+        kTool, Arguments{"--quick", "--fit", "auto", "--focus", "auto", "--strength", "auto",
+                         "--report", "r.json"} +
+                   studio.display() + Arguments{"-d", "photo.png", "depth.png", "native.png"});
     ASSERT_EQ(outcome.status, 0) << outcome.text();
     EXPECT_NE(outcome.text().find("auto: center "), std::string::npos) << outcome.text();
     const Json report = Json::parse(slurp(studio / "r.json"));
@@ -144,7 +206,7 @@ TEST(Photo2Native, BothPathsGiveTheSameNative) {
         studio.run("altiro3Dnative", Arguments{"--invert", "off", "-m", "off.map"} + table)));
     const Arguments photo{"-y", "--report", "r.json", "-d", "photo.png", "depth.png", "a.png"};
     const auto native = [&](const Arguments& arguments, const char* path) {
-        EXPECT_TRUE(isDone(studio.run(kTool, arguments + photo)));
+        EXPECT_TRUE(isDone(studio.run(kTool, arguments + Arguments{"--quick"} + photo)));
         const Json report = Json::parse(slurp(studio / "r.json"));
         EXPECT_EQ(report.at("settings").at("path"), path);
         EXPECT_FALSE(report.at("settings").at("continuous").get<bool>());
@@ -205,7 +267,7 @@ TEST(Photo2Native, ContinuousPositionsChangeTheNativeAlone) {
         EXPECT_TRUE(isDone(studio.run(kTool, options + studio.display() + call)));
         return readBack(studio / "a.png");
     };
-    const cv::Mat discrete = make({"--save-quilt", "discrete.png"});
+    const cv::Mat discrete = make({"--quick", "--save-quilt", "discrete.png"});
     const cv::Mat continuous =
         make({"--continuous", "--save-quilt", "continuous.png", "--report", "r.json"});
     const Difference difference = compare(continuous, discrete);
@@ -249,7 +311,8 @@ TEST(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
 
 TEST(Photo2Native, DepthIsEstimatedByTheFirstNetwork) {
     SmallStudio studio;
-    const Outcome outcome = studio.run(kTool, studio.display() + Arguments{"photo.png", "a.png"});
+    const Outcome outcome = studio.run(kTool, Arguments{"--quick"} + studio.display() +
+                                                  Arguments{"photo.png", "a.png"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_NE(outcome.out.find("depth: network tiny ("), std::string::npos) << outcome.out;
     LibraryPath path;
@@ -307,7 +370,7 @@ TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
         fails(studio.run(kTool, Arguments{"-n", "midas"} + photo), 1, "midas-small, midas-large"));
     // the one of the source tree, and none that is not the first
     spill(studio / "net/fastdepth_224_op10.onnx", "no network");
-    const Outcome outcome = studio.run(kTool, photo);
+    const Outcome outcome = studio.run(kTool, Arguments{"--quick"} + photo);
     EXPECT_TRUE(isDone(outcome));
     EXPECT_NE(outcome.out.find("depth: network altiro3d ("), std::string::npos) << outcome.out;
     LibraryPath path;
@@ -505,8 +568,8 @@ TEST(Photo2Native, TellsTheShapeThatViewsAreShownIn) {
 TEST(Photo2Native, WhatItSavesLeadsToTheSameNativeAgain) {
     SmallStudio studio;
     const Arguments photo = studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
-    for (const Arguments& keep :
-         {Arguments{}, Arguments{"-k", "--view-filter", "nearest"}, Arguments{"-k", "-g"}}) {
+    for (const Arguments& keep : {Arguments{"--quick"}, Arguments{"-k", "--view-filter", "nearest"},
+                                  Arguments{"-k", "-g"}}) {
         ASSERT_TRUE(isDone(studio.run(kTool, keep + Arguments{"-y"} + photo)));
         const std::string expected = slurp(studio / "a.png");
         const Outcome outcome =
@@ -625,7 +688,7 @@ Arguments callOf(const Json& settings) {
     for (const auto& [knob, value] : settings.at("knobs").items()) {
         if (!value.is_null()) call = call + Arguments{"--" + knob, textOf(value)};
     }
-    if (settings.at("keepResolution").get<bool>()) call.emplace_back("-k");
+    if (settings.at("detail") == "panel") call.emplace_back("-k");
     if (settings.at("continuous").get<bool>()) call.emplace_back("--continuous");
     return call;
 }
@@ -1095,7 +1158,7 @@ TEST(Photo2Native, SkipExistingCountsFailuresAndRefusesY) {
                       2, "is also an input"));
 }
 
-TEST(Photo2Native, BestStandsForKeepAndContinuous) {
+TEST(Photo2Native, BestNeedsTheDirectPath) {
     SmallStudio studio;
     studio.makeClip();
     const auto make = [&](const std::string& tool, const Arguments& more) {
@@ -1105,8 +1168,8 @@ TEST(Photo2Native, BestStandsForKeepAndContinuous) {
     };
     for (const char* tool : {"photo2native", "video2native"}) {
         const std::string best = make(tool, {"--best"});
-        EXPECT_EQ(best, make(tool, {"-k", "--continuous"}));
-        EXPECT_EQ(best, make(tool, {"--best", "-k"}));
+        EXPECT_EQ(best, make(tool, {"--best", "-k", "--continuous"}));
+        EXPECT_EQ(best == make(tool, {"-k", "--continuous"}), tool == std::string("video2native"));
         EXPECT_NE(best, make(tool, {"-k"}));
         EXPECT_NE(best, make(tool, {"--continuous"}));
         EXPECT_TRUE(fails(studio.run(tool, Arguments{"--best", "-g"} +

@@ -492,7 +492,7 @@ TEST_F(ViewerController, TheBestNativeIsThatOfTheTool) {
     controller_.turn(knobs, "best Native");
     ASSERT_TRUE(waitForFrame());
     EXPECT_EQ(exportTo(Product::Native, folder_ / "n.png"), "");
-    photo2native({"-k", "--continuous"}, "tool-n.png");
+    photo2native({"--best"}, "tool-n.png");
     EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png"));
     EXPECT_TRUE(samePicture(picture(), readPhoto(folder_ / "tool-n.png")));
     EXPECT_FALSE(samePicture(picture(), usual));

@@ -18,6 +18,14 @@ std::string sizeKey(cv::Size size) {
     return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
+// Without what NativeOptions::showAs() sets.
+NativeOptions plain(NativeOptions options) {
+    options.detail = Detail::View;
+    options.lensFilter = false;
+    options.positions = ViewPositions::Discrete;
+    return options;
+}
+
 bool isContinuous(const NativeOptions& options) {
     return options.positions == ViewPositions::Continuous;
 }
@@ -29,7 +37,13 @@ void addNativeOptions(CommandLine& commandLine) {
         {"continuous"},
         "Compute each sub-pixel for the exact direction in which its lens sends it, not for the "
         "nearest view. Not with -g, -m, --view-filter and --sampling.");
-    commandLine.add({"best"}, "Make the best picture: -k and --continuous.");
+    commandLine.add({"best"}, "Make the best picture; takes several times as long.");
+}
+
+void addQuickOption(CommandLine& commandLine) {
+    commandLine.add({"quick"},
+                    "Make the picture of the published method: views of a quilt, each px as it is. "
+                    "Detail that the lenses cannot show becomes coloured noise.");
 }
 
 void checkNativeOptions(const CommandLine& commandLine) {
@@ -56,9 +70,25 @@ NativeOptions nativeOptions(const CommandLine& commandLine) {
     options.fit = photoFitOption(commandLine);
     options.framing = framingOption(commandLine, options.fit);
     options.refine = refineOptions(commandLine);
-    options.keepResolution = commandLine.has("k") || commandLine.has("best");
+    if (commandLine.has("k") || commandLine.has("best")) options.detail = Detail::Panel;
     if (!continuousOption(commandLine).empty()) options.positions = ViewPositions::Continuous;
     options.sampling = samplingOption(commandLine);
+    return options;
+}
+
+NativeOptions photoNativeOptions(const CommandLine& commandLine) {
+    NativeOptions options = nativeOptions(commandLine);
+    if (commandLine.has("best")) {
+        if (commandLine.has("quick"))
+            throw UsageError("--best and --quick exclude each other, expected one of them");
+        options.showAs(Detail::Panel);
+        return options;
+    }
+    for (const char* other :
+         {"quick", "m", "g", "method", "view-filter", "sampling", "budget", "k", "continuous"}) {
+        if (commandLine.has(other)) return options;
+    }
+    options.showAs(Detail::Lens);
     return options;
 }
 
@@ -67,8 +97,11 @@ NativeMaker makeNativeMaker(const CommandLine& commandLine, const ChosenDisplay&
                             bool preferContinuous) {
     const std::string why =
         display.map ? "a map was given" : NativeMaker::obstacle(layout, options);
-    if (isContinuous(options) && !why.empty())
-        throw UsageError(continuousOption(commandLine) + ": " + why + ", expected fewer (-q)");
+    if (isContinuous(options) && !why.empty()) {
+        const std::string option = continuousOption(commandLine);
+        if (!option.empty()) throw UsageError(option + ": " + why + ", expected fewer (-q)");
+        options = plain(options);
+    }
     if (why.empty()) {
         if (preferContinuous) options.positions = ViewPositions::Continuous;
         messages.detail("path: direct, " + (isContinuous(options)

@@ -11,12 +11,18 @@ namespace altiro3D::tools {
 
 /// --continuous --best
 void addNativeOptions(CommandLine& commandLine);
+/// --quick
+void addQuickOption(CommandLine& commandLine);
 /// Refuses options of Natives that exclude each other; call it before any work.
 /// @throws UsageError
 void checkNativeOptions(const CommandLine& commandLine);
 /// Reads the options of views and sampling, --fit, -k, --best and --continuous.
 /// @throws UsageError
 NativeOptions nativeOptions(const CommandLine& commandLine);
+/// The same for photos, of which more is made: as NativeOptions::showAs(), unless --quick or an
+/// option that asks for something else is given.
+/// @throws UsageError
+NativeOptions photoNativeOptions(const CommandLine& commandLine);
 
 /// Makes the NativeMaker for a display. On the path over a quilt it uses lookUpTable().
 /// @param options from nativeOptions(); views and fit may be changed

@@ -36,6 +36,18 @@ Json knobsJson(const CommandLine& commandLine, const ViewOptions& views) {
             {"camera", given(commandLine, "camera")}};
 }
 
+std::string detailName(Detail detail) {
+    switch (detail) {
+    case Detail::View:
+        return "view";
+    case Detail::Lens:
+        return "lens";
+    case Detail::Panel:
+        break;
+    }
+    return "panel";
+}
+
 Json filesJson(const std::vector<fs::path>& files) {
     Json names = Json::array();
     for (const fs::path& file : files)
@@ -83,7 +95,8 @@ Json photoReport(const CommandLine& commandLine, const PhotoRun& run, const Mess
                           {"fit", run.choices.framing ? "auto" : fitName(options.fit)},
                           {"center", given(commandLine, "center")},
                           {"zoom", options.framing.zoom},
-                          {"keepResolution", options.keepResolution},
+                          {"detail", detailName(options.detail)},
+                          {"lensFilter", options.lensFilter},
                           {"path", pathName(run.maker)},
                           {"continuous", options.positions == ViewPositions::Continuous},
                           {"depth", run.depth.description()},

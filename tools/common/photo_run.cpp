@@ -128,6 +128,19 @@ NativeMaker makerOf(const PhotoRun& run, const ViewOptions& views) {
     return isUsual ? run.maker : run.maker.withViews(views);
 }
 
+// @param options the framing of this photo @param fitted the scene for the Native
+void makeQuilt(const NativeMaker& maker, const NativeOptions& options, const Scene& scene,
+               double aspect, const Scene& fitted, cv::Mat& quilt) {
+    if (maker.quiltSize() == maker.workSize()) return maker.makeQuilt(fitted, quilt);
+    const cv::Size size = scene.photo.size();
+    const PhotoFit fit =
+        withMargins(fitPhoto(size, aspect, maker.quiltSize(), options.fit, options.framing), size,
+                    options.views);
+    Scene tiles;
+    fitScene(scene, fit, options.views.focus, tiles, options.refine);
+    maker.makeQuilt(tiles, quilt);
+}
+
 // Pictures that were not named are converted only if they are photos.
 // @param isEstimated no depth came with the picture
 void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimated,
@@ -199,7 +212,7 @@ bool chooseByBudget(PhotoRun& run, const Scene& scene, const Scene& fitted, Mess
 
 PhotoSettings photoSettings(const CommandLine& commandLine, Messages& messages) {
     const Budget budget(commandLine);
-    const NativeOptions options = nativeOptions(commandLine);
+    const NativeOptions options = photoNativeOptions(commandLine);
     const SwayOptions sway = swayOptions(commandLine);
     const cv::Size swaySize = swaySizeOption(commandLine).value_or(cv::Size());
     requireSwayFile(commandLine);
@@ -249,15 +262,15 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
         fit = fitPicture(item, run, scene, aspect, options, fitted, messages);
         times.end("budget");
     }
-    if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
-        item.video.empty())
-        scene = {}; // large, and no longer needed
     const NativeMaker maker = makerOf(run, options.views);
     const ViewOptions& views = maker.options().views;
     if (maker.path() == NativePath::OverQuilt || !item.quilt.empty() || !item.views.empty()) {
-        maker.makeQuilt(fitted, run.quilt);
+        makeQuilt(maker, options, scene, aspect, fitted, run.quilt);
         times.end("views");
     }
+    if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
+        item.video.empty())
+        scene = {}; // large, and no longer needed
     maker.makeNative(fitted, run.quilt, run.native);
     times.end("native");
     const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;

@@ -230,7 +230,7 @@ void prepareVideo(const CommandLine& commandLine, VideoJob& job, Messages& messa
                 "--center, --zoom and auto apply to views that are made of frames, expected no ") +
             (plan.fromQuilt ? "--from-quilt" : "--rgbd-out") + " with them");
     }
-    if (job.profile.keep) native.keepResolution = true;
+    if (job.profile.keep) native.detail = Detail::Panel;
     if (plan.product != VideoProduct::Native) native.positions = ViewPositions::Discrete;
     if (!commandLine.has("method") && !commandLine.has("g"))
         native.views.method = job.profile.method;

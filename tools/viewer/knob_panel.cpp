@@ -178,9 +178,8 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
                                  {tr("Real"), int(ViewMethod::Real)}});
     best_ = new QCheckBox(tr("Best (slower)"));
     best_->setObjectName("best");
-    best_->setToolTip(tr("Renders the Native at the panel's resolution, with the exact camera "
-                         "position of each sub-pixel (photo2native -k --continuous). Not with "
-                         "method Real."));
+    best_->setToolTip(tr("Renders the Native at the panel's resolution (photo2native --best). Not "
+                         "with method Real."));
     strength_ = new KnobSlider(0, kMaxStrength, 1, standard.views.strengthPercent, tr(" %"));
     strength_->setObjectName("strength");
     autoStrength_ = autoBox("autoStrength", tr("As much depth as the display carries"));

@@ -35,8 +35,8 @@ inline bool operator!=(const Knobs& a, const Knobs& b) {
     return !(a == b);
 }
 
-/// True if the Native is rendered at the panel's resolution with continuous view positions, as by
-/// photo2native -k --continuous. Never with method Real, which makes whole views only.
+/// True if the Native is made as by photo2native --best. Never with method Real, which makes whole
+/// views only.
 inline bool makesBestNative(const Knobs& knobs) {
     return knobs.best && knobs.views.method != ViewMethod::Real;
 }

@@ -15,15 +15,23 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Options for the Native of a photo: as in photo2native, with -k --continuous if the settings say
-// best.
-NativeOptions nativeOptions(const Knobs& knobs) {
+// Options for the Native of a photo: as in photo2native, with --best if the settings say best.
+// Those of video frames are as in video2native.
+NativeOptions nativeOptions(const Setup& setup) {
+    const Knobs& knobs = setup.knobs;
     NativeOptions options;
     options.views = knobs.views;
     options.fit = knobs.fit;
-    options.keepResolution = makesBestNative(knobs);
-    if (makesBestNative(knobs)) options.positions = ViewPositions::Continuous;
+    if (makesBestNative(knobs)) {
+        options.showAs(Detail::Panel);
+    } else if (!setup.document->video && knobs.views.method == ViewMethod::Layered) {
+        options.showAs(Detail::Lens);
+    }
     return options;
+}
+
+NativeMaker nativeMaker(const Setup& setup) {
+    return {*setup.display, quiltLayout(setup), nativeOptions(setup)};
 }
 
 Scene fittedTiles(const Setup& setup) {
@@ -167,12 +175,12 @@ Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto) {
 cv::Mat makeQuilt(const Setup& setup, const Scene& fitted) {
     if (setup.document->kind == Kind::Quilt) return setup.document->picture;
     cv::Mat quilt;
-    Depth2Quilt(quiltLayout(setup), setup.knobs.views).render(fitted, quilt);
+    nativeMaker(setup).makeQuilt(fitted, quilt);
     return quilt;
 }
 
 cv::Size nativeFitSize(const Setup& setup) {
-    return makesBestNative(setup.knobs) ? setup.display->panelSize() : quiltLayout(setup).tileSize;
+    return nativeMaker(setup).workSize();
 }
 
 cv::Mat makeNative(const Setup& setup, const Scene& fitted) {
@@ -181,7 +189,7 @@ cv::Mat makeNative(const Setup& setup, const Scene& fitted) {
         return quiltConverter(setup.document->source.file, quiltLayout(setup),
                               *setup.display)(setup.document->picture);
     }
-    const NativeMaker maker(*setup.display, quiltLayout(setup), nativeOptions(setup.knobs));
+    const NativeMaker maker = nativeMaker(setup);
     cv::Mat quilt;
     cv::Mat native;
     if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);

@@ -49,8 +49,7 @@ Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto);
 /// @param fitted of a photo, from fitted() at the layout's tile size
 cv::Mat makeQuilt(const Setup& setup, const Scene& fitted);
 
-/// The size that a photo is fitted to for a Native: the tile's, or the panel's with
-/// makesBestNative().
+/// The size that a photo is fitted to for a Native, see NativeMaker::workSize().
 cv::Size nativeFitSize(const Setup& setup);
 
 /// Makes the Native exactly as photo2native and quilt2native do, or returns the document's Native.

@@ -162,7 +162,8 @@ struct Studio::State {
     // Of a photo for its Native; else nothing.
     Scene fittedNative(const Setup& setup) {
         if (setup.document->kind != Kind::Scene) return {};
-        return fit(makesBestNative(setup.knobs) ? panel : tiles, setup, nativeFitSize(setup));
+        const cv::Size size = nativeFitSize(setup);
+        return fit(size == quiltLayout(setup).tileSize ? tiles : panel, setup, size);
     }
 
     NativeKey keyOf(const Setup& setup) const {

@@ -76,20 +76,41 @@ class ALTIRO3D_EXPORT NativeRenderer {
     std::shared_ptr<const Impl> impl_;
 };
 
-/// How a photo with depth becomes a Native.
+/// The size to which a photo is fitted, and so the detail that its Native keeps.
+enum class Detail {
+    View, ///< px of a view of the quilt.
+    Lens, ///< All that the lenses show in one direction: about three px per lens period.
+    Panel ///< px of the panel.
+};
+
+/// How a photo with depth becomes a Native. The defaults make the published picture;
+/// showAs(Detail::Lens) is recommended for photos.
 struct NativeOptions {
     ViewOptions views;            ///< Method, strength, focus and the options of each method.
     FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel if their shapes differ.
     Framing framing;              ///< The part of a photo that is shown.
     DepthRefineOptions refine;    ///< How the depth of a fitted photo is refined.
-    /// The photo is fitted to the size of the panel instead of the size of a view. The direct path
-    /// then shows more detail. In a quilt this detail is lost, because views have fewer px.
-    bool keepResolution = false;
+    /// Detail above that of a view is shown by the direct path only, because views have fewer px.
+    /// In a quilt, Detail::Lens is Detail::View.
+    Detail detail = Detail::View;
+    /// Whether detail that the lenses cannot show in one direction is removed before the views are
+    /// made, docs/mathematics.md, (5.7). Otherwise it becomes coloured noise. Needs a display, not
+    /// a look-up table.
+    bool lensFilter = false;
     /// Whether each sub-pixel shows one of the views of the layout (Discrete) or the view exactly
     /// in its own direction (Continuous). Continuous positions require the direct path.
     ViewPositions positions = ViewPositions::Discrete;
     /// How a quilt is sampled. Linear sampling requires the path over a quilt.
     QuiltSampling sampling;
+
+    /// Sets detail, filter and positions so that the picture through the lenses is the most
+    /// accurate one.
+    /// @param most Panel: some 4 times the time of Lens, a little more accurate
+    void showAs(Detail most) {
+        detail = most;
+        lensFilter = true;
+        positions = ViewPositions::Continuous;
+    }
 };
 
 /// The path from a photo to its Native.
@@ -99,8 +120,8 @@ enum class NativePath {
 };
 
 /// Makes Natives of photos with depth for one display. It uses the direct path if the options allow
-/// it, else the path through a quilt. With discrete positions, nearest sampling and without
-/// keepResolution, both paths give the same bytes.
+/// it, else the path through a quilt. With discrete positions, nearest sampling and Detail::View,
+/// both paths give the same bytes.
 ///
 /// makeNative(scene, native) does all steps. To also get the quilt, do the steps one by one:
 ///
@@ -110,6 +131,8 @@ enum class NativePath {
 ///     fitScene(scene, maker.fit(scene.photo.size()), options.views.focus, fitted, options.refine);
 ///     maker.makeQuilt(fitted, quilt);          // not needed if path() is Direct
 ///     maker.makeNative(fitted, quilt, native);
+///
+/// With Detail::Lens, makeQuilt() needs a scene of another size, quiltSize().
 ///
 /// Cheap to copy. Immutable and thread-safe. Results are the same bytes for any number of threads.
 class ALTIRO3D_EXPORT NativeMaker {
@@ -155,9 +178,13 @@ class ALTIRO3D_EXPORT NativeMaker {
     [[nodiscard]] const QuiltLayout& layout() const;
     /// Size of the Native. @return columns x rows in px
     [[nodiscard]] cv::Size panelSize() const;
-    /// Size to which photos are fitted. @return the size of a view, or with keepResolution that of
-    ///         the panel; columns x rows in px
+    /// Size to which photos are fitted for a Native, as NativeOptions::detail says.
+    /// @return columns x rows in px
     [[nodiscard]] cv::Size workSize() const;
+    /// Size to which photos are fitted for a quilt.
+    /// @return the size of a view; the panel's with Detail::Panel and no filter; columns x rows in
+    /// px
+    [[nodiscard]] cv::Size quiltSize() const;
 
     /// Computes how a photo is fitted to workSize().
     /// @param photo size of the photo in px
@@ -167,9 +194,13 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// @return the fit, for fitScene()
     /// @throws Error as fitPhoto()
     [[nodiscard]] PhotoFit fit(cv::Size photo, double aspect = 0) const;
+    /// The same for quiltSize().
+    /// @param photo as for fit() @param aspect as for fit() @return the fit, for fitScene()
+    /// @throws Error as fitPhoto()
+    [[nodiscard]] PhotoFit quiltFit(cv::Size photo, double aspect = 0) const;
 
     /// Makes the quilt of a fitted photo, whatever path() is.
-    /// @param fitted photo and depth map of workSize(), from fitScene()
+    /// @param fitted photo and depth map of quiltSize(), from fitScene()
     /// @param quilt [layout().size(), CV_8UC3, BGR]; reused if it fits
     /// @throws Error Mismatch (another size), as Depth2Quilt::render()
     void makeQuilt(const Scene& fitted, cv::Mat& quilt) const;

@@ -3,10 +3,26 @@
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
+#include "native/lens_filter.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace altiro3D {
+
+namespace {
+
+// px per lens period that hold what LensFilter passes (docs/lab/views.md)
+constexpr double kPixelsPerLens = 3;
+
+cv::Size lensDetail(const LensGeometry& lens) {
+    const int times =
+        std::max(1, static_cast<int>(std::lround(lens.lensPeriodSubpixels / 3 / kPixelsPerLens)));
+    return {(lens.panelWidth + times - 1) / times, (lens.panelHeight + times - 1) / times};
+}
+
+} // namespace
 
 struct NativeMaker::Impl {
     NativeOptions options;
@@ -15,10 +31,30 @@ struct NativeMaker::Impl {
     Depth2Quilt quilter;
     std::optional<NativeRenderer> direct;
     std::optional<Quilt2Native> overQuilt;
-    std::optional<Display> display; // of the direct way
+    std::optional<Display> display; // of the direct way, and of the filter
+    cv::Size workSize;
+    cv::Size quiltSize;
+    std::shared_ptr<const LensFilter> filter; // of photos of the work size
 
     Impl(const NativeOptions& o, const QuiltLayout& l, cv::Size panel)
-        : options(o), layout(l), panelSize(panel), quilter(l, o.views) {}
+        : options(o), layout(l), panelSize(panel), quilter(l, o.views),
+          workSize(o.detail == Detail::Panel ? panel : l.tileSize),
+          quiltSize(o.lensFilter ? l.tileSize : workSize) {}
+
+    LensGeometry lens() const { return lensGeometry(display->calibration, display->invert); }
+
+    Scene filtered(const Scene& fitted) const {
+        if (!options.lensFilter) return fitted;
+        const cv::Size size(shownColumns(fitted).size(), fitted.photo.rows);
+        Scene scene = fitted;
+        scene.photo.release();
+        if (size == workSize) {
+            filter->apply(fitted.photo, scene.photo);
+        } else {
+            LensFilter(lens(), size).apply(fitted.photo, scene.photo);
+        }
+        return scene;
+    }
 
     void startDirect() {
         direct.emplace(display->calibration, layout.viewCount, options.views, options.positions,
@@ -64,14 +100,17 @@ NativeMaker::NativeMaker(const Display& display, const QuiltLayout& layout,
     const std::string why = obstacle(layout, options);
     requireDirect(options, why);
     const auto impl = std::make_shared<Impl>(options, layout, display.panelSize());
+    impl->display = display;
     if (why.empty()) {
-        impl->display = display;
+        if (options.detail == Detail::Lens) impl->workSize = lensDetail(impl->lens());
         impl->startDirect();
     } else if (blends(options.sampling)) {
         impl->overQuilt.emplace(display.calibration, layout, options.sampling, display.invert);
     } else {
         impl->overQuilt.emplace(NativeLut(display.calibration, layout, display.invert));
     }
+    if (options.lensFilter)
+        impl->filter = std::make_shared<const LensFilter>(impl->lens(), impl->workSize);
     impl_ = impl;
 }
 
@@ -79,6 +118,8 @@ NativeMaker::NativeMaker(NativeLut map, const NativeOptions& options) {
     check(!blends(options.sampling), "sampling",
           "is linear, but a look-up table holds single px, expected nearest");
     requireDirect(options, "a look-up table holds whole views");
+    check(!options.lensFilter, "lensFilter",
+          "is on, but a look-up table does not hold the lenses, expected a display");
     const auto impl = std::make_shared<Impl>(options, map.quilt(), map.panelSize());
     impl->overQuilt.emplace(std::move(map));
     impl_ = impl;
@@ -111,26 +152,41 @@ cv::Size NativeMaker::panelSize() const {
 }
 
 cv::Size NativeMaker::workSize() const {
-    return impl_->options.keepResolution ? impl_->panelSize : impl_->layout.tileSize;
+    return impl_->workSize;
 }
 
-PhotoFit NativeMaker::fit(cv::Size photo, double aspect) const {
-    const cv::Size panel = impl_->panelSize;
+cv::Size NativeMaker::quiltSize() const {
+    return impl_->quiltSize;
+}
+
+namespace {
+
+PhotoFit fitFor(cv::Size photo, double aspect, cv::Size panel, cv::Size size,
+                const NativeOptions& options) {
     const double shown = aspect == 0 ? static_cast<double>(panel.width) / panel.height : aspect;
-    return withMargins(
-        fitPhoto(photo, shown, workSize(), impl_->options.fit, impl_->options.framing), photo,
-        impl_->options.views);
+    return withMargins(fitPhoto(photo, shown, size, options.fit, options.framing), photo,
+                       options.views);
+}
+
+} // namespace
+
+PhotoFit NativeMaker::fit(cv::Size photo, double aspect) const {
+    return fitFor(photo, aspect, impl_->panelSize, workSize(), impl_->options);
+}
+
+PhotoFit NativeMaker::quiltFit(cv::Size photo, double aspect) const {
+    return fitFor(photo, aspect, impl_->panelSize, quiltSize(), impl_->options);
 }
 
 void NativeMaker::makeQuilt(const Scene& fitted, cv::Mat& quilt) const {
-    checkFitted(fitted, workSize());
-    impl_->quilter.render(fitted, quilt);
+    checkFitted(fitted, quiltSize());
+    impl_->quilter.render(impl_->filtered(fitted), quilt);
 }
 
 void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const {
     if (impl_->direct) {
         checkFitted(fitted, workSize());
-        impl_->direct->render(fitted, native);
+        impl_->direct->render(impl_->filtered(fitted), native);
     } else {
         impl_->overQuilt->render(quilt, native);
     }

@@ -85,7 +85,8 @@ Json numbersOf(const std::optional<DepthFlaws>& flaws) {
 
 Json numbersOf(const NativeOptions& native) {
     return {static_cast<int>(native.fit),
-            native.keepResolution,
+            static_cast<int>(native.detail),
+            native.lensFilter,
             static_cast<int>(native.positions),
             static_cast<int>(native.sampling.views),
             static_cast<int>(native.sampling.inTile),

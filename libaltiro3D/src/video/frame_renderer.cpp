@@ -88,7 +88,7 @@ class ViewsRenderer : public FrameRenderer {
     ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, DepthEdges edges)
         : options_(conversion.native), target_(target), edges_(edges),
           isGiven_(conversion.given.has_value()), wanted_(conversion.choices),
-          workSize_(options_.keepResolution ? target.panelSize : target.layout.tileSize) {
+          workSize_(options_.detail == Detail::Panel ? target.panelSize : target.layout.tileSize) {
         // Fast gains little by edges that fit, and estimated depth has no noise
         // (docs/lab/edges.md).
         const bool isFast = !isGiven_ && options_.views.method == ViewMethod::Fast;

@@ -28,7 +28,8 @@ altiro3D::Scene photoWithDepth() {
 // The steps one by one, over the quilt: the reference of every path.
 cv::Mat overQuilt(const Display& display, const altiro3D::Scene& scene,
                   const NativeOptions& options) {
-    const cv::Size work = options.keepResolution ? display.panelSize() : display.quilt.tileSize;
+    const cv::Size work =
+        options.detail == Detail::Panel ? display.panelSize() : display.quilt.tileSize;
     const PhotoFit fit = withMargins(
         fitPhoto(scene.photo.size(), display.aspect(), work, options.fit, options.framing),
         scene.photo.size(), options.views);
@@ -133,7 +134,7 @@ TEST(NativeMaker, KeepsThePanelsResolutionAndTakesContinuousPositions) {
     const Display display = smallDisplay();
     const altiro3D::Scene scene = photoWithDepth();
     NativeOptions options;
-    options.keepResolution = true;
+    options.detail = Detail::Panel;
     options.positions = ViewPositions::Continuous;
     const NativeMaker maker(display, options);
     EXPECT_EQ(maker.workSize(), display.panelSize());

@@ -130,7 +130,7 @@ class VideoConverterTest : public ::testing::Test {
 TEST_F(VideoConverterTest, FramesAreTheNativesOfThePhotosAndTheirDepth) {
     NativeOptions options[3];
     options[0].views.strengthPercent = 40;
-    options[1].keepResolution = true;
+    options[1].detail = Detail::Panel;
     options[1].positions = ViewPositions::Continuous;
     options[2].views.method = ViewMethod::Real;
     options[2].fit = FitMode::Contain;
@@ -409,7 +409,7 @@ TEST_F(VideoConverterTest, FramesKeepTheirOwnShape) {
         native.display = displayOf(stripePanel(300, 400), "large.json");
         native.native.views.strengthPercent = 0;
         native.native.fit = FitMode::Contain;
-        native.native.keepResolution = true;
+        native.native.detail = Detail::Panel;
         VideoConverter(std::move(native)).run();
         for (const char* const name : {"rgbd.mkv", "native.mkv"}) {
             const std::vector<cv::Mat> made = pictures(name);

@@ -1,0 +1,43 @@
+#pragma once
+
+#include "altiro3D/calibration.hpp"
+
+#include <array>
+#include <opencv2/core/mat.hpp>
+
+namespace altiro3D {
+
+/// Removes detail of a photo that the lenses of a display cannot show in one direction. There a
+/// lens shows one sub-pixel per row, of one colour; finer detail would come back as coloured noise.
+/// docs/mathematics.md, (5.4) to (5.7).
+///
+/// Immutable and thread-safe. Results are the same bytes for any number of threads and on any
+/// processor.
+class LensFilter {
+  public:
+    /// @param geometry of the display, from lensGeometry()
+    /// @param size px of a photo that fills the panel, each side at least 1
+    LensFilter(const LensGeometry& geometry, cv::Size size);
+
+    /// Filters a photo in linear light. Each colour is filtered to the place of its sub-pixels.
+    /// Results stay within the range of the px around them, so edges get no halo.
+    ///
+    /// @param photo [rows x cols, CV_8UC3, BGR]
+    /// @param part what is filtered, inside the photo; px outside (bars) stay and have no influence
+    /// @param filtered result [as the photo]; must not share memory with it
+    void apply(const cv::Mat& photo, cv::Mat& filtered) const;
+
+    /// The weights of the px around a place, for tests: [rows x cols, CV_32FC1], sum 1.
+    /// @param channel 0 red, 1 green, 2 blue
+    const cv::Mat& weights(int channel) const {
+        return weights_[static_cast<std::size_t>(channel)];
+    }
+
+  private:
+    void filterRows(const cv::Mat& photo, const cv::Range& rows, cv::Mat& filtered) const;
+
+    std::array<cv::Mat, 3> weights_; // red, green, blue
+    cv::Size near_;                  // px to each side whose range results stay in
+};
+
+} // namespace altiro3D

@@ -1,0 +1,198 @@
+#include "native/lens_filter.hpp"
+
+#include "support/compare.hpp"
+#include "support/processors.hpp"
+#include "support/random_pictures.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+namespace altiro3D::test {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+// 247 lenses across 1536 px, one per 6.22 px; lines of one phase move by 0.139 px per row.
+LensGeometry portrait() {
+    Calibration c;
+    c.pitch = 52.58;
+    c.slope = -7.17;
+    c.DPI = 324;
+    c.screenW = 1536;
+    c.screenH = 2048;
+    return lensGeometry(c);
+}
+
+double light(int code) {
+    const double s = code / 255.0;
+    return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+}
+
+double codeOf(double light) {
+    return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
+}
+
+cv::Mat filtered(const LensFilter& filter, const cv::Mat& photo) {
+    cv::Mat result;
+    filter.apply(photo, result);
+    return result;
+}
+
+// A wave of grey light, in cycles per px of the photo.
+cv::Mat wave(cv::Size size, double fx, double fy) {
+    cv::Mat photo(size, CV_8UC3);
+    for (int y = 0; y < size.height; ++y)
+        for (int x = 0; x < size.width; ++x)
+            photo.at<cv::Vec3b>(y, x) = cv::Vec3b::all(cv::saturate_cast<uchar>(
+                codeOf(0.4 + 0.3 * std::cos(2 * kPi * (fx * x + fy * y)))));
+    return photo;
+}
+
+// Amplitude of the wave in green light, away from the borders.
+double amplitude(const cv::Mat& photo, double fx, double fy) {
+    double cosine = 0;
+    double sine = 0;
+    int count = 0;
+    for (int y = 20; y < photo.rows - 20; ++y) {
+        for (int x = 20; x < photo.cols - 20; ++x) {
+            const double v = light(photo.at<cv::Vec3b>(y, x)[1]) - 0.4;
+            cosine += v * std::cos(2 * kPi * (fx * x + fy * y));
+            sine += v * std::sin(2 * kPi * (fx * x + fy * y));
+            ++count;
+        }
+    }
+    return 2 * std::hypot(cosine, sine) / count;
+}
+
+double passed(const LensFilter& filter, double fx, double fy) {
+    const cv::Mat photo = wave({240, 240}, fx, fy);
+    return amplitude(filtered(filter, photo), fx, fy) / amplitude(photo, fx, fy);
+}
+
+TEST(LensFilter, KeepsEveryColourThatFillsThePhoto) {
+    const LensFilter filter(portrait(), {768, 1024});
+    for (int code = 0; code < 256; ++code) {
+        const cv::Mat photo(9, 40, CV_8UC3, cv::Scalar(code, 255 - code, code / 2));
+        ASSERT_TRUE(samePicture(filtered(filter, photo), photo)) << code;
+    }
+}
+
+// In panel px: detail of three lens periods and more is shown; that of the order of the sub-pixels'
+// colours, which lenses turn into colour (6.2 - 6 px in x, 1 row of 7.2 in y), is not.
+TEST(LensFilter, PassesWhatTheLensesShowAndNothingElse) {
+    for (const int times : {1, 2}) {
+        const LensFilter filter(portrait(), {1536 / times, 2048 / times});
+        SCOPED_TRACE(times);
+        EXPECT_NEAR(passed(filter, times / 24.0, 0), 1, 0.15);
+        EXPECT_NEAR(passed(filter, 0, times / 24.0), 1, 0.15);
+        EXPECT_NEAR(passed(filter, times / 18.0, 0), 1, 0.15);
+        EXPECT_LT(passed(filter, times * 0.0356, times * 0.1395), 0.3);
+        EXPECT_LT(passed(filter, times / 6.2217, 0), 0.1) << "one lens period";
+        EXPECT_LT(passed(filter, 0, times / 5.0), 0.1);
+    }
+}
+
+TEST(LensFilter, EqualsItsFormula) {
+    LensGeometry geometry = portrait();
+    for (const cv::Size size : {cv::Size(1536, 2048), {768, 1024}, {420, 560}, {5000, 7000}}) {
+        const LensFilter filter(geometry, size);
+        const cv::Mat photo = randomPhoto({61, 43}, 5);
+        const cv::Mat result = filtered(filter, photo);
+        const double perPixel = std::max(1.0, 1536.0 / size.width);
+        const int near = std::max(1, static_cast<int>(std::lround(2 / perPixel)));
+        double worst = 0;
+        for (int c = 0; c < 3; ++c) {
+            const cv::Mat& weights = filter.weights(c);
+            EXPECT_NEAR(cv::sum(weights)[0], 1, 1e-5);
+            const auto lightAt = [&](int y, int x) {
+                return light(photo.at<cv::Vec3b>(std::clamp(y, 0, photo.rows - 1),
+                                                 std::clamp(x, 0, photo.cols - 1))[2 - c]);
+            };
+            for (int y = 0; y < photo.rows; ++y) {
+                for (int x = 0; x < photo.cols; ++x) {
+                    double sum = 0;
+                    for (int v = 0; v < weights.rows; ++v)
+                        for (int u = 0; u < weights.cols; ++u)
+                            sum += static_cast<double>(weights.at<float>(v, u)) *
+                                   lightAt(y + v - weights.rows / 2, x + u - weights.cols / 2);
+                    double least = 1;
+                    double most = 0;
+                    for (int v = -near; v <= near; ++v) {
+                        for (int u = -near; u <= near; ++u) {
+                            least = std::min(least, lightAt(y + v, x + u));
+                            most = std::max(most, lightAt(y + v, x + u));
+                        }
+                    }
+                    const double expected = codeOf(std::clamp(sum, least, most));
+                    worst = std::max(worst, std::abs(expected - result.at<cv::Vec3b>(y, x)[2 - c]));
+                }
+            }
+        }
+        EXPECT_LT(worst, 0.51 + 0.15) << size << ": steps of light are coarser than codes at black";
+    }
+}
+
+// Red and blue lie a third of a panel px to the left and right of green.
+TEST(LensFilter, FiltersEachColourToThePlaceOfItsSubpixels) {
+    const auto centre = [](const cv::Mat& weights) {
+        double sum = 0;
+        for (int v = 0; v < weights.rows; ++v)
+            for (int u = 0; u < weights.cols; ++u)
+                sum += static_cast<double>(weights.at<float>(v, u)) * (u - weights.cols / 2);
+        return sum;
+    };
+    LensGeometry geometry = portrait();
+    for (const bool reversed : {false, true}) {
+        geometry.blueFirst = reversed;
+        const LensFilter filter(geometry, {768, 1024});
+        const double sign = reversed ? -1 : 1;
+        EXPECT_NEAR(centre(filter.weights(0)), -sign / 6, 0.03);
+        EXPECT_NEAR(centre(filter.weights(1)), 0, 1e-4);
+        EXPECT_NEAR(centre(filter.weights(2)), sign / 6, 0.03);
+    }
+}
+
+TEST(LensFilter, ReverseLensesGiveReverseWeights) {
+    LensGeometry geometry = portrait();
+    const LensFilter filter(geometry, {768, 1024});
+    geometry.tilt = -geometry.tilt;
+    const LensFilter leaning(geometry, {768, 1024});
+    cv::Mat flipped;
+    cv::flip(leaning.weights(1), flipped, 0);
+    EXPECT_LT(cv::norm(filter.weights(1), flipped, cv::NORM_INF), 1e-6);
+    EXPECT_GT(cv::norm(filter.weights(1), leaning.weights(1), cv::NORM_INF), 1e-3);
+}
+
+TEST(LensFilter, GivesTheSameBytesOnEveryProcessor) {
+    const LensFilter filter(portrait(), {768, 1024});
+    const cv::Mat photo = randomPhoto({333, 70}, 8);
+    const cv::Mat expected = filtered(filter, photo);
+    const RestoredThreads restored;
+    forEachInstructionSet([&](const char* name) {
+        for (const int threads : {1, 2}) {
+            cv::setNumThreads(threads);
+            EXPECT_TRUE(samePicture(filtered(filter, photo), expected)) << name;
+        }
+    });
+}
+
+TEST(LensFilter, TakesDegenerateLensesAndPhotos) {
+    LensGeometry geometry = portrait();
+    for (const double period : {0.01, 1.0, 3.0, 300.0, 1e6}) { // sub-pixels
+        geometry.lensPeriodSubpixels = period;
+        for (const double tilt : {0.0, 1e-9, 500.0}) {
+            geometry.tilt = tilt;
+            for (const cv::Size size : {cv::Size(1, 1), {768, 1}, {1536, 2048}}) {
+                const LensFilter filter(geometry, size);
+                EXPECT_TRUE(cv::checkRange(filter.weights(0))) << period << " " << tilt;
+                const cv::Mat photo = randomPhoto({2, 3}, 8);
+                EXPECT_EQ(filtered(filter, photo).size(), photo.size());
+            }
+        }
+    }
+}
+
+} // namespace
+} // namespace altiro3D::test

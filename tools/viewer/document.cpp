@@ -302,7 +302,11 @@ Document readDocument(const Source& source, const Display& display) {
     Document document;
     {
         const tools::QuietStandardError quiet; // decoders print messages
-        document = documentOf(source, readImage(source.file, &notes), display);
+        const auto side = sideOf(source.reading);
+        document = documentOf(source,
+                              side ? readRgbdImage(source.file, *side, &notes)
+                                   : readImage(source.file, &notes),
+                              display);
         if (!source.depth.empty()) {
             document.rawDepth = readDepthSamples(source.depth, &notes);
         } else if (document.kind == Kind::Scene && document.rawDepth.empty() &&

@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/export.hpp"
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
@@ -85,6 +86,17 @@ enum class DepthSide { Right, Left, Top, Bottom };
 ///         depth fit two colour maps)
 ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo,
                                cv::Mat& rawDepth, Notes* notes = nullptr);
+
+/// Reads an RGB-D image: as readImage(), but the numbers of the depth half stay as in the file,
+/// while the colours of the photo are converted to sRGB.
+///
+/// @param path as for readImage()
+/// @param side position of the depth half
+/// @param notes as for readImage()
+/// @return [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
+/// @throws Error as readImage()
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readRgbdImage(const std::filesystem::path& path,
+                                                    DepthSide side, Notes* notes = nullptr);
 
 /// Joins photo and depth to a one-picture RGB-D, near = white.
 ///

@@ -199,6 +199,7 @@ depthFromNetworkFile(std::filesystem::path file, NetworkProfile profile,
 depthFromFile(std::filesystem::path file, DepthKind kind = DepthKind::NearWhite);
 
 /// Depth from an RGB-D image, which holds photo and depth side by side: splitRgbd().
+/// readImage() reads by readRgbdImage().
 /// @param side position of the depth half
 /// @param kind meaning of its numbers
 /// @return the source

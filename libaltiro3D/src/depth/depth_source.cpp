@@ -116,7 +116,7 @@ class RgbdSource : public DepthSource {
     DepthKind kind() const override { return kind_; }
     cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
         const auto readAndSplit = [this](const std::filesystem::path& path, Notes* own) {
-            cv::Mat image = altiro3D::readImage(path, own);
+            cv::Mat image = readRgbdImage(path, side_, own);
             cv::Mat photo;
             cv::Mat raw;
             try {

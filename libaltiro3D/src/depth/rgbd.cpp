@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "image/colour_maps.hpp"
+#include "image/image_read.hpp"
 #include "image/pixel_values.hpp"
 
 #include <algorithm>
@@ -112,6 +113,15 @@ void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo, cv::Mat& 
                            [](std::uint16_t value) { return toEightBits(value); });
         }
     }
+}
+
+cv::Mat readRgbdImage(const std::filesystem::path& path, DepthSide side, Notes* notes) {
+    const auto photoPart = [side](cv::Size whole) {
+        const cv::Size half(isBeside(side) ? whole.width / 2 : whole.width,
+                            isBeside(side) ? whole.height : whole.height / 2);
+        return halvesOf(side, half, whole).photo;
+    };
+    return readImageParts(path, photoPart, notes);
 }
 
 void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthSide side, cv::Mat& picture) {

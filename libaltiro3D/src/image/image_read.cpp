@@ -11,6 +11,7 @@
 #include "image/heif_file.hpp"
 #include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
+#include "image/image_read.hpp"
 #include "image/orientation.hpp"
 #include "image/pixel_values.hpp"
 #include "image/tiff_file.hpp"
@@ -19,6 +20,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <fstream>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <type_traits>
@@ -405,7 +407,18 @@ void addFloatNotes(const cv::Mat& picture, const ImageHeader& header, const Colo
     }
 }
 
-LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
+using PhotoPart = std::function<cv::Rect(cv::Size)>;
+
+void convertPart(cv::Mat& picture, cv::Rect area, const ColourFacts& facts, Notes* notes) {
+    cv::Mat part = picture(area).clone();
+    convertToSrgb(part, facts, notes);
+    if (part.channels() != picture.channels()) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
+    part.copyTo(picture(area));
+}
+
+// @param photoPart if given, the part whose colours are converted
+LoadedPicture load(const fs::path& path, Colours colours, Notes* notes,
+                   const PhotoPart& photoPart = {}) {
     const std::string extension = lowerExtension(path);
     std::string bytes = readFile(path, kMaxImageFileBytes);
     if (bytes.empty()) {
@@ -430,8 +443,9 @@ LoadedPicture load(const fs::path& path, Colours colours, Notes* notes) {
                         " channels, expected grey, RGB or either with alpha");
     }
     if (colours == Colours::ToSrgb) addFloatNotes(picture, header, facts, notes);
-    convertToSrgb(picture, facts, notes);
+    if (!photoPart) convertToSrgb(picture, facts, notes);
     loaded.picture = upright(picture, header.orientation);
+    if (photoPart) convertPart(loaded.picture, photoPart(loaded.picture.size()), facts, notes);
     addNotes(header, extension, notes);
     return loaded;
 }
@@ -474,8 +488,12 @@ std::string readableFormats() {
 }
 
 cv::Mat readImage(const fs::path& path, Notes* notes) {
+    return readImageParts(path, {}, notes);
+}
+
+cv::Mat readImageParts(const fs::path& path, const PhotoPart& photoPart, Notes* notes) {
     return reading(path, [&]() -> cv::Mat {
-        const LoadedPicture loaded = load(path, Colours::ToSrgb, notes);
+        const LoadedPicture loaded = load(path, Colours::ToSrgb, notes, photoPart);
         cv::Mat picture = loaded.picture;
         const int depth = picture.depth();
         if (loaded.header.isSigned || (depth != CV_8U && depth != CV_16U && depth != CV_32F)) {

@@ -2,6 +2,7 @@
 
 #include "image/colour.hpp"
 
+#include "altiro3D/depth_source.hpp"
 #include "altiro3D/image_io.hpp"
 #include "image/heif_file.hpp"
 #include "support/compare.hpp"
@@ -15,6 +16,7 @@
 #include <lcms2.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <tiffio.h>
 #include <turbojpeg.h>
 #include <zlib.h>
@@ -574,6 +576,44 @@ TEST_F(ColourFiles, ThreadsDoNotChangeTheResult) {
         cv::setNumThreads(threads);
         EXPECT_TRUE(samePicture(one, five));
     }
+}
+
+// The numbers of depth are not colours.
+TEST(Colour, OfAnRgbdImageOnlyThePhotoIsConverted) {
+    const TemporaryDirectory directory;
+    const std::string chunk = iccChunk(iccProfile(kSwapped, 1.4));
+    const cv::Mat photo = randomPhoto({40, 30}, 3);
+    cv::Mat depth(photo.size(), CV_8UC3);
+    for (int x = 0; x < depth.cols; ++x)
+        depth.col(x).setTo(cv::Scalar::all(6 * x));
+    spill(directory / "photo.png", withChunks(coded(".png", photo), chunk));
+    const cv::Mat converted = readImage(directory / "photo.png");
+    EXPECT_FALSE(samePicture(converted, photo));
+    for (const bool isFirst : {false, true}) {
+        cv::Mat both;
+        cv::hconcat(isFirst ? depth : photo, isFirst ? photo : depth, both);
+        spill(directory / "both.png", withChunks(coded(".png", both), chunk));
+        const DepthSide side = isFirst ? DepthSide::Left : DepthSide::Right;
+        const cv::Mat read = readRgbdImage(directory / "both.png", side);
+        const cv::Rect left(0, 0, 40, 30);
+        const cv::Rect right(40, 0, 40, 30);
+        EXPECT_TRUE(samePicture(read(isFirst ? right : left), converted));
+        EXPECT_TRUE(samePicture(read(isFirst ? left : right), depth));
+        Scene scene;
+        const auto source = depthFromRgbd(side);
+        source->readScene(source->readImage(directory / "both.png"), 0.5, scene);
+        EXPECT_TRUE(samePicture(scene.photo, converted));
+        EXPECT_NEAR(scene.depth.at<float>(15, 20), 20 / 39.0, 0.01);
+    }
+    // a grey picture becomes one with colours where its profile changes it
+    cv::Mat grey;
+    cv::cvtColor(depth, grey, cv::COLOR_BGR2GRAY);
+    cv::hconcat(grey, grey, grey);
+    spill(directory / "grey.png", withChunks(coded(".png", grey), gammaChunk(1)));
+    const cv::Mat read = readRgbdImage(directory / "grey.png", DepthSide::Right);
+    EXPECT_EQ(read.type(), CV_8UC3);
+    EXPECT_TRUE(samePicture(read.colRange(40, 80), depth));
+    EXPECT_GT(read.at<cv::Vec3b>(15, 20)[0], depth.at<cv::Vec3b>(15, 20)[0] + 40);
 }
 
 } // namespace

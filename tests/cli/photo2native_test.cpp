@@ -1419,6 +1419,38 @@ TEST(Photo2Native, AJpsHoldsBothEyesTheRightOneFirst) {
         "p.jps: holds the pictures of both eyes, which are read as one picture"));
 }
 
+TEST(Photo2Native, AMarkInTheFileGoesBeforeTheUsualOrderOfJps) {
+    SmallStudio studio;
+    const Eyes eyes = wallAndThing(6, 26);
+    cv::Mat both;
+    cv::hconcat(eyes.left, eyes.right, both);
+    writeImage(studio / "both.jpg", both);
+    const std::string marked = withSegments(slurp(studio / "both.jpg"), jpsSegment(2, 4));
+    fs::create_directory(studio / "photos");
+    for (const char* name : {"photos/a.jps", "photos/b.jpg"})
+        spill(studio / name, marked);
+    EXPECT_TRUE(isDone(studio.run(
+        kTool, studio.display() + Arguments{"--stereo", "left-right", "both.jpg", "a.png"})));
+    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos", "out"})));
+    for (const char* name : {"out/a_native.png", "out/b_native.png"})
+        EXPECT_EQ(slurp(studio / name), slurp(studio / "a.png")) << name;
+    EXPECT_TRUE(warns(
+        studio.run(kTool, studio.display() + Arguments{"-n", "tiny", "photos/b.jpg", "c.png"}),
+        "b.jpg: holds the pictures of both eyes, which are read as one picture; --stereo "
+        "left-right reads the left one"));
+
+    cv::hconcat(eyes.right, eyes.left, both);
+    writeImage(studio / "crossed.png", both);
+    fs::copy(studio / "crossed.png", studio / "p.pns");
+    EXPECT_TRUE(isDone(studio.run(
+        kTool, studio.display() + Arguments{"--stereo", "right-left", "crossed.png", "d.png"})));
+    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"p.pns", "e.png"})));
+    EXPECT_EQ(slurp(studio / "e.png"), slurp(studio / "d.png"));
+    spill(studio / "i.jpg", withSegments(slurp(studio / "both.jpg"), jpsSegment(1, 4)));
+    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"i.jpg", "f.png"}), 1,
+                      "i.jpg: is interleaved by its JPS header"));
+}
+
 TEST(Photo2Native, ThatHalfOfAFileIsShownIsSaid) {
     SmallStudio studio;
     const Eyes eyes = wallAndThing(6, 26);
@@ -1504,7 +1536,7 @@ TEST(Photo2Native, APairThatDoesNotMatchIsNamedAndItsDepthEstimated) {
     for (const char* wrong : {"sideways", "left-right:half", "files:full"}) {
         EXPECT_TRUE(fails(
             studio.run(kTool, studio.display() + Arguments{"--stereo", wrong, "l.png", "c.png"}), 2,
-            "expected left-right, right-left or top-bottom"))
+            "expected left-right, right-left, top-bottom or bottom-top"))
             << wrong;
     }
     EXPECT_TRUE(

@@ -1,8 +1,10 @@
-// Depth inside photos: segments, multi-picture index, XMP, trailers; pairs of 3D cameras.
+// Depth inside photos: segments, multi-picture index, XMP, trailers; pairs of 3D cameras; marks of
+// JPS and PNS.
 
 #include "altiro3D/image_io.hpp"
 #include "fuzz.hpp"
 #include "image/depth_parts.hpp"
+#include "image/eyes_mark.hpp"
 #include "image/image_header.hpp"
 
 #include <opencv2/core.hpp>
@@ -19,6 +21,18 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     fuzz::require(eye.empty() || (eye.data() >= bytes.data() &&
                                   eye.data() + eye.size() <= bytes.data() + bytes.size()),
                   "the second eye's picture is a part of the file");
+    const EyesMark mark = readEyesMark(bytes);
+    fuzz::require(!mark.eyes || (mark.damage.empty() && mark.unreadable.empty() && !mark.isOneEye),
+                  "a mark that is used is whole");
+    const ImageHeader whole = readImageHeader(bytes, "");
+    if (mark.eyes &&
+        static_cast<double>(whole.columns) * static_cast<double>(whole.rows) <= kMaxPixels) {
+        const std::filesystem::path marked = directory.file("a.pns", bytes);
+        fuzz::reads([&] {
+            const auto pair = readStereoPair(marked);
+            fuzz::require(pair && pair->left.size() == pair->right.size(), "eyes have one size");
+        });
+    }
     const auto part = findDepthPart(bytes);
     if (!part) return 0;
     if (part->raw.empty()) {

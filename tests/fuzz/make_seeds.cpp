@@ -240,6 +240,9 @@ void addEmbeddedDepth(const fs::path& root) {
     seeds.add(test::gDepthPhoto(photo, coded(".png", 8, 6), "RangeLinear", 1, 2, depth));
     seeds.add(test::appleJpeg(photo, {depth, test::appleAuxiliary(depth, "disparity")}));
     seeds.add(test::mpoFile(photo, photo));
+    seeds.add(test::withSegments(photo, test::jpsSegment(2, 4)));
+    seeds.add(test::withSegments(photo, test::jpsSegment(3, 1, 2)));
+    seeds.add(inserted(coded(".png", 16, 12), 33, pngChunk("sTER", "\1")));
     seeds.add(test::samsungPhoto(photo, raw, 8, 6));
     seeds.add(test::huaweiPhoto(photo, raw, 8, 6));
 }

@@ -168,6 +168,14 @@ inline std::string mpoFile(const std::string& left, const std::string& right) {
     return appleJpeg(left, {right}, 0x020002);
 }
 
+/// The header of JPS. @param flags 1 half height, 2 half width, 4 left eye first
+inline std::string jpsSegment(unsigned layout, unsigned flags, unsigned separation = 0,
+                              unsigned media = 1) {
+    return jpegSegment(0xe3, "_JPSJPS_" + heifNumber(4, 2) + heifNumber(separation, 1) +
+                                 heifNumber(flags, 1) + heifNumber(layout, 1) +
+                                 heifNumber(media, 1) + heifNumber(4, 2) + "test");
+}
+
 /// A portrait of a Samsung phone. @param version of the block with the size: 1, 3, 4, 5 or 6
 inline std::string samsungPhoto(const std::string& jpeg, const std::string& raw, unsigned columns,
                                 unsigned rows, unsigned version = 1) {

@@ -69,7 +69,7 @@ cv::Size scaledInput(const NetworkProfile& profile, double longerSide) {
     return {side(profile.inputWidth), side(profile.inputHeight)};
 }
 
-// left-right | right-left | top-bottom, with :full or :squeezed | files
+// left-right | right-left | top-bottom | bottom-top, with :full or :squeezed | files
 struct StereoChoice {
     bool fromFiles = false;
     StereoInput input;
@@ -85,17 +85,34 @@ std::optional<StereoChoice> stereoOption(const CommandLine& commandLine) {
     choice.fromFiles = *value == "files";
     if (layout == "right-left") choice.input.layout = StereoLayout::RightLeft;
     if (layout == "top-bottom") choice.input.layout = StereoLayout::TopBottom;
+    if (layout == "bottom-top") choice.input.layout = StereoLayout::BottomTop;
     if (halves == "full") choice.input.halves = StereoHalves::Full;
     if (halves == "squeezed") choice.input.halves = StereoHalves::Squeezed;
-    const bool isLayout =
-        layout == "left-right" || layout == "right-left" || layout == "top-bottom";
+    const bool isLayout = layout == "left-right" || layout == "right-left" ||
+                          layout == "top-bottom" || layout == "bottom-top";
     const bool areHalves = colon == std::string::npos || halves == "full" || halves == "squeezed";
     if (!choice.fromFiles && !(isLayout && areHalves)) {
-        throw UsageError("--stereo is " + *value +
-                         ", expected left-right, right-left or top-bottom, with :full or :squeezed "
-                         "if needed, or files");
+        throw UsageError(
+            "--stereo is " + *value +
+            ", expected left-right, right-left, top-bottom or bottom-top, with :full or :squeezed "
+            "if needed, or files");
     }
     return choice;
+}
+
+const char* nameOf(StereoLayout layout) {
+    constexpr const char* kNames[] = {"left-right", "right-left", "top-bottom", "bottom-top"};
+    return kNames[static_cast<int>(layout)];
+}
+
+// Warns that a picture with two halves is read as one.
+void warnOfHalves(const fs::path& photo, Messages& messages) {
+    if (const auto layout = readStereoLayout(photo)) {
+        messages.warn(
+            photo.string() +
+            ": holds the pictures of both eyes, which are read as one picture; --stereo " +
+            nameOf(*layout) + " reads the left one");
+    }
 }
 
 InferenceEngine engineOption(const CommandLine& commandLine) {
@@ -168,12 +185,12 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
     if (!video) {
         commandLine.add(
             {"stereo"},
-            "The photo holds the pictures of both eyes: left-right, right-left or top-bottom. "
-            "Depth is found by matching them. Halves of a 16:9 picture count as squeezed; "
-            ":full or :squeezed after the order says so (left-right:full). files: LEFT RIGHT "
-            "instead of PHOTO. MPO, JPS and spatial HEIC need no option. If both eyes do not "
-            "match, "
-            "the depth of the left picture is estimated, by -n if it is given.",
+            "The photo holds the pictures of both eyes: left-right, right-left, top-bottom or "
+            "bottom-top. Depth is found by matching them. Halves of a 16:9 picture count as "
+            "squeezed; :full or :squeezed after the order says so (left-right:full). files: LEFT "
+            "RIGHT instead of PHOTO. MPO, JPS, PNS and spatial HEIC need no "
+            "option. If both eyes do not match, the depth of the left picture is estimated, by -n "
+            "if it is given.",
             "ORDER|files");
         commandLine.addAdvanced(
             {"embedded-depth"},
@@ -409,11 +426,8 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
     const bool isNamed = fromFiles_ || rgbdSide_; // by an option
     if (!isEstimated() && !isNamed && (depthFile.empty() || isStereoFiles_))
         messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + used_);
-    if (isEstimated() && !photoDepth_.useDepth && !stereo_ && !isStereoFiles_ &&
-        lowerCase(photoFile.extension().string()) == ".jps")
-        messages.warn(photoFile.string() +
-                      ": holds the pictures of both eyes, which are read as one "
-                      "picture; --stereo right-left reads the left one");
+    if (isEstimated() && !photoDepth_.useDepth && !stereo_ && !isStereoFiles_)
+        warnOfHalves(photoFile, messages);
     times.end("read");
     try {
         const QuietStandardError quiet; // it may load the network

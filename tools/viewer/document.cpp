@@ -197,8 +197,9 @@ std::string Document::facts() const {
 
 const std::vector<std::string>& pictureEndings() {
     static const std::vector<std::string> endings = {
-        "jpg", "jpeg", "jpe", "mpo", "jps", "png", "tif", "tiff", "webp", "bmp",  "dib", "pnm",
-        "ppm", "pgm",  "pbm", "pfm", "exr", "hdr", "jp2", "j2k",  "heic", "heif", "hif", "avif"};
+        "jpg",  "jpeg", "jpe", "mpo",  "jps",  "pns", "png", "tif", "tiff",
+        "webp", "bmp",  "dib", "pnm",  "ppm",  "pgm", "pbm", "pfm", "exr",
+        "hdr",  "jp2",  "j2k", "heic", "heif", "hif", "avif"};
     return endings;
 }
 

@@ -249,14 +249,16 @@ ALTIRO3D_EXPORT void writePhotoWithDepth(const std::filesystem::path& path, cons
 enum class StereoLayout {
     LeftRight, ///< The left eye's picture is the left half.
     RightLeft, ///< The left eye's picture is the right half (for cross-eyed viewing).
-    TopBottom  ///< The left eye's picture is the upper half.
+    TopBottom, ///< The left eye's picture is the upper half.
+    BottomTop  ///< The left eye's picture is the lower half.
 };
 
-/// Shape of the halves.
+/// Shape of the halves of a picture that holds both eyes, or photo and depth.
 enum class StereoHalves {
     Automatic, ///< Squeezed if the whole picture is about 16:9 (1.70 to 1.85), else full.
     Full,      ///< Each half has the shape of the scene.
-    Squeezed   ///< Each half is squeezed to half its width (TopBottom: height), as for 3D TV.
+    Squeezed   ///< Each half is squeezed to half its width (above each other: height), as for 3D
+               ///< TV.
 };
 
 /// The pictures of the two eyes.
@@ -267,19 +269,31 @@ struct StereoPair {
 };
 
 /// Reads the two pictures of a file that is marked as a stereo pair: an MPO of a 3D camera (JPEG
-/// with MP type "multi-frame image, disparity", CIPA DC-007) or a spatial photo (HEIC or AVIF with
-/// a group `ster`). Both are upright and in sRGB.
+/// with MP type "multi-frame image, disparity", CIPA DC-007), a spatial photo (HEIC or AVIF with
+/// a group `ster`), a JPEG with the header of JPS (its layout, order, half width, half height and
+/// separation hold), a PNG with the chunk sTER, or a file named .jps or .pns, which holds the right
+/// eye's picture at the left if it states nothing else. Both are upright and in sRGB.
 ///
-/// The contents decide, not the name. Other multi-picture files (bursts, panoramas, portraits) are
-/// not pairs. A damaged second picture does not make the file unreadable: the function then returns
-/// no pair and adds a remark.
+/// Other multi-picture files (bursts, panoramas, portraits) are not pairs. A damaged second picture
+/// or header does not make the file unreadable: the function then returns no pair (.jps and .pns:
+/// that of their name) and adds a remark. So it does if the header says that the picture is of one
+/// eye.
 ///
 /// @param photo any picture; a pipe is not read, because it can be read only once
 /// @param notes if given, receives a remark if the file has a pair that is not used
 /// @return the pair; nothing for other files
-/// @throws Error as readPhoto(), for a file that is a pair
+/// @throws Error as readPhoto(), for a file that is a pair; Unsupported (interleaved or anaglyph
+///         JPS)
 [[nodiscard]] ALTIRO3D_EXPORT std::optional<StereoPair>
 readStereoPair(const std::filesystem::path& photo, Notes* notes = nullptr);
+
+/// The layout of a file of which readStereoPair() splits one picture: JPS and the like, not MPO.
+///
+/// @param photo as for readStereoPair()
+/// @return the layout; nothing for other files
+/// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), Unsupported (interleaved or anaglyph JPS)
+[[nodiscard]] ALTIRO3D_EXPORT std::optional<StereoLayout>
+readStereoLayout(const std::filesystem::path& photo);
 
 /// Splits a picture that holds both eyes, exactly in the middle (an odd row or column in the middle
 /// belongs to neither). Squeezed halves are stretched to their shape by linear interpolation.

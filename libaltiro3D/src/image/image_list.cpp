@@ -32,10 +32,10 @@ bool isNamelessPicture(const fs::path& file) {
 } // namespace
 
 bool hasImageExtension(const fs::path& file) {
-    constexpr std::array<const char*, 25> kExtensions = {
-        ".png",  ".jpg", ".jpeg", ".jpe",  ".jfif", ".mpo", ".jps", ".tif", ".tiff",
-        ".webp", ".bmp", ".dib",  ".pnm",  ".ppm",  ".pgm", ".pbm", ".pfm", ".exr",
-        ".hdr",  ".jp2", ".j2k",  ".heic", ".heif", ".hif", ".avif"};
+    constexpr std::array<const char*, 26> kExtensions = {
+        ".png",  ".jpg",  ".jpeg", ".jpe", ".jfif", ".mpo",  ".jps", ".pns", ".tif",
+        ".tiff", ".webp", ".bmp",  ".dib", ".pnm",  ".ppm",  ".pgm", ".pbm", ".pfm",
+        ".exr",  ".hdr",  ".jp2",  ".j2k", ".heic", ".heif", ".hif", ".avif"};
     return std::find(kExtensions.begin(), kExtensions.end(), lowerExtension(file)) !=
            kExtensions.end();
 }

@@ -8,10 +8,12 @@
 #include "base/text.hpp"
 #include "image/colour.hpp"
 #include "image/depth_parts.hpp"
+#include "image/eyes_mark.hpp"
 #include "image/heif_boxes.hpp"
 #include "image/heif_file.hpp"
 #include "image/image_header.hpp"
 #include "image/orientation.hpp"
+#include "image/picture_halves.hpp"
 #include "image/picture_part.hpp"
 #include "image/picture_shape.hpp"
 #include "image/pixel_values.hpp"
@@ -30,14 +32,27 @@ namespace {
 
 using std::string_view;
 
-// Files of other formats are not read as a whole.
-bool canHoldPair(const fs::path& path) {
-    std::string start(512, '\0');
-    std::ifstream file(path, std::ios::binary);
+// Both eyes in one picture, the right one's at the left.
+bool isPairName(const fs::path& photo) {
+    const std::string extension = lowerExtension(photo);
+    return extension == ".jps" || extension == ".pns";
+}
+
+// What can say that a file holds a pair; files of other formats are not read as a whole.
+std::string pairBytes(const fs::path& photo) {
+    constexpr std::size_t kMaxPngBytes = 1 << 20; // chunks precede the pixels
+    std::string start(kMaxPngBytes, '\0');
+    std::ifstream file(photo, std::ios::binary);
+    file.read(start.data(), 512);
+    const ImageFormat format =
+        imageFormat(string_view(start).substr(0, static_cast<std::size_t>(file.gcount())));
+    if (format == ImageFormat::Jpeg || isHeif(format)) return readFile(photo, kMaxImageFileBytes);
+    if (format != ImageFormat::Png) return {};
+    file.clear();
+    file.seekg(0);
     file.read(start.data(), static_cast<std::streamsize>(start.size()));
     start.resize(static_cast<std::size_t>(file.gcount()));
-    const ImageFormat format = imageFormat(start);
-    return format == ImageFormat::Jpeg || isHeif(format);
+    return start;
 }
 
 void addUnused(Notes* notes, const std::string& why) {
@@ -62,11 +77,63 @@ cv::Mat readFirst(const fs::path& photo, Notes* notes) {
     return picture;
 }
 
-// JPS: both eyes in one JPEG, the right one's picture at the left.
-StereoPair pairOfJps(const fs::path& photo, Notes* notes) {
-    StereoPair pair =
-        splitStereoPair(readPhoto(photo, notes), StereoLayout::RightLeft, StereoHalves::Automatic);
-    pair.origin = "JPS";
+StereoPair split(const cv::Mat& picture, const StatedEyes& eyes) {
+    const bool isBeside =
+        eyes.layout == StereoLayout::LeftRight || eyes.layout == StereoLayout::RightLeft;
+    const HalfPlaces places = halfPlaces(picture.size(), isBeside, eyes.gap);
+    check(!places.first.empty(), "picture", shapeText(picture) + ", expected two halves");
+    StereoPair pair;
+    pair.left = picture(places.first);
+    pair.right = picture(places.second);
+    if (eyes.layout == StereoLayout::RightLeft || eyes.layout == StereoLayout::BottomTop)
+        cv::swap(pair.left, pair.right);
+    for (cv::Mat* half : {&pair.left, &pair.right})
+        stretch(*half, eyes.squeeze, cv::INTER_LINEAR);
+    return pair;
+}
+
+// The eyes in one picture, as the file or its name states; nothing for other files.
+struct MarkedEyes {
+    std::optional<StatedEyes> eyes;
+    bool isByName = false; // their shape decides whether they are squeezed
+};
+MarkedEyes findMarkedEyes(const fs::path& photo, string_view bytes, Notes* notes) {
+    const EyesMark mark = readEyesMark(bytes);
+    const bool isJpeg = imageFormat(bytes) == ImageFormat::Jpeg;
+    const std::string name = isJpeg ? "JPS header" : "chunk sTER";
+    if (!mark.unreadable.empty()) {
+        throw Error(ErrorCode::Unsupported, photo.string(),
+                    "is " + mark.unreadable + " by its " + name +
+                        ", which is not read, expected the eyes beside or above each other");
+    }
+    if (mark.eyes) return {mark.eyes, false};
+    const auto note = [&](NoteCode code, const std::string& text) {
+        if (notes != nullptr) notes->push_back({code, "its " + name + text});
+    };
+    if (mark.isOneEye) {
+        note(NoteCode::AsItIs, " says that the picture is of one eye: it is read as a photo");
+        return {};
+    }
+    if (!isPairName(photo)) {
+        if (!mark.damage.empty())
+            note(NoteCode::LeftOut, " is not used, as " + mark.damage + ": it is read as a photo");
+        return {};
+    }
+    if (!mark.damage.empty()) {
+        note(NoteCode::LeftOut, " is not used, as " + mark.damage +
+                                    ": the right eye's picture is taken to be at the left");
+    }
+    return {StatedEyes{StereoLayout::RightLeft, Squeeze::None, 0}, true};
+}
+
+StereoPair pairOfMarked(const fs::path& photo, MarkedEyes marked, Notes* notes) {
+    const cv::Mat picture = readPhoto(photo, notes);
+    StatedEyes& eyes = *marked.eyes;
+    if (marked.isByName) eyes.squeeze = squeezeOf(picture.size(), true, StereoHalves::Automatic);
+    if (eyes.gap > 0 && eyes.gap >= std::min(picture.cols, picture.rows) / 2) eyes.gap = 0;
+    StereoPair pair = split(picture, eyes);
+    pair.origin = lowerExtension(photo) == ".pns" ? "PNS" : "JPS";
+    if (eyes.squeeze != Squeeze::None) pair.origin += ", squeezed";
     return pair;
 }
 
@@ -115,22 +182,15 @@ std::optional<StereoPair> pairOfHeif(string_view bytes, ImageFormat format, Note
     }
 }
 
-bool areSqueezed(cv::Size whole, StereoHalves halves) {
-    constexpr double kNarrowest = 1.70; // of 3D TV: 16:9 = 1.78
-    constexpr double kWidest = 1.85;    // of 3D cinema
-    if (halves != StereoHalves::Automatic) return halves == StereoHalves::Squeezed;
-    const double aspect = static_cast<double>(whole.width) / whole.height;
-    return aspect >= kNarrowest && aspect <= kWidest;
-}
-
 } // namespace
 
 std::optional<StereoPair> readStereoPair(const fs::path& photo, Notes* notes) {
-    if (givesBytesOnce(photo) || !canHoldPair(photo)) return std::nullopt;
+    if (givesBytesOnce(photo)) return std::nullopt;
     return orOutOfMemory(photo.string(), "does not fit into memory, expected a smaller picture",
                          [&]() -> std::optional<StereoPair> {
-                             if (lowerExtension(photo) == ".jps") return pairOfJps(photo, notes);
-                             const std::string bytes = readFile(photo, kMaxImageFileBytes);
+                             const std::string bytes = pairBytes(photo);
+                             const MarkedEyes marked = findMarkedEyes(photo, bytes, notes);
+                             if (marked.eyes) return pairOfMarked(photo, marked, notes);
                              const ImageFormat format = imageFormat(bytes);
                              if (format == ImageFormat::Jpeg)
                                  return pairOfJpeg(photo, bytes, notes);
@@ -139,27 +199,22 @@ std::optional<StereoPair> readStereoPair(const fs::path& photo, Notes* notes) {
                          });
 }
 
+std::optional<StereoLayout> readStereoLayout(const fs::path& photo) {
+    if (givesBytesOnce(photo)) return std::nullopt;
+    const MarkedEyes marked = findMarkedEyes(photo, pairBytes(photo), nullptr);
+    if (!marked.eyes) return std::nullopt;
+    return marked.eyes->layout;
+}
+
 StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHalves halves) {
     checkType(picture, {CV_8UC3}, "picture", "CV_8UC3 (8-bit BGR)");
-    const bool isTopBottom = layout == StereoLayout::TopBottom;
-    const cv::Size half(isTopBottom ? picture.cols : picture.cols / 2,
-                        isTopBottom ? picture.rows / 2 : picture.rows);
-    check(!half.empty(), "picture", shapeText(picture) + ", expected two halves");
-    const cv::Point second(isTopBottom ? 0 : picture.cols - half.width,
-                           isTopBottom ? picture.rows - half.height : 0);
-    StereoPair pair;
-    pair.left = picture(cv::Rect({0, 0}, half));
-    pair.right = picture(cv::Rect(second, half));
-    if (layout == StereoLayout::RightLeft) cv::swap(pair.left, pair.right);
-    pair.origin = isTopBottom ? "upper and lower half" : "left and right half";
-    if (layout == StereoLayout::RightLeft) pair.origin = "right and left half";
-    if (areSqueezed(picture.size(), halves)) {
-        const cv::Size size(isTopBottom ? half.width : 2 * half.width,
-                            isTopBottom ? 2 * half.height : half.height);
-        cv::resize(pair.left, pair.left, size, 0, 0, cv::INTER_LINEAR);
-        cv::resize(pair.right, pair.right, size, 0, 0, cv::INTER_LINEAR);
-        pair.origin += ", squeezed";
-    }
+    constexpr const char* kNames[] = {"left and right half", "right and left half",
+                                      "upper and lower half", "lower and upper half"};
+    const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
+    const StatedEyes eyes{layout, squeezeOf(picture.size(), isBeside, halves), 0};
+    StereoPair pair = split(picture, eyes);
+    pair.origin = kNames[static_cast<int>(layout)];
+    if (eyes.squeeze != Squeeze::None) pair.origin += ", squeezed";
     return pair;
 }
 

@@ -7,14 +7,18 @@
 #include "support/photo_files.hpp"
 #include "support/random_pictures.hpp"
 
+#include <filesystem>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace altiro3D::test {
 namespace {
+
+namespace fs = std::filesystem;
 
 std::string jpegOf(const cv::Mat& picture) {
     std::vector<unsigned char> bytes;
@@ -115,6 +119,150 @@ TEST(ReadStereoPair, ASpatialHeicNamesItsEyes) {
     EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
 }
 
+// Of a picture: where the left and the right eye's picture are, and their shape.
+struct JpsCase {
+    std::string header;
+    cv::Rect left;
+    cv::Rect right;
+    cv::Size shape;
+};
+
+TEST(ReadStereoPair, TheHeaderOfJpsSaysLayoutOrderAndShape) {
+    const TemporaryDirectory directory;
+    const std::string jpeg = jpegOf(randomPhoto({64, 48}, 1));
+    const cv::Mat picture = decodedJpeg(jpeg);
+    const cv::Rect left(0, 0, 32, 48);
+    const cv::Rect right(32, 0, 32, 48);
+    const cv::Rect upper(0, 0, 64, 24);
+    const cv::Rect lower(0, 24, 64, 24);
+    const std::string other = jpegSegment(0xe3, "Meta") + jpegSegment(0xe3, "_JPS");
+    const JpsCase cases[] = {
+        {jpsSegment(2, 4), left, right, {32, 48}},
+        {jpsSegment(2, 0), right, left, {32, 48}},
+        {jpsSegment(3, 4), upper, lower, {64, 24}},
+        {jpsSegment(3, 0), lower, upper, {64, 24}},
+        {jpsSegment(2, 6), left, right, {64, 48}},
+        {jpsSegment(3, 5), upper, lower, {64, 48}},
+        {jpsSegment(2, 5), left, right, {32, 96}},
+        {jpsSegment(2, 7), left, right, {32, 48}}, // half of both: the same shape
+        {jpsSegment(2, 4, 8), {0, 0, 28, 48}, {36, 0, 28, 48}, {28, 48}}, // a gap of 8 px
+        {jpsSegment(2, 4, 255), left, right, {32, 48}}, // as wide as no gap can be
+        {other + exifSegment(1) + jpsSegment(2, 4), left, right, {32, 48}},
+        {jpsSegment(2, 4) + jpsSegment(3, 0), left, right, {32, 48}}, // the first one holds
+    };
+    for (const JpsCase& given : cases) {
+        for (const char* name : {"a.jps", "a.JPG"}) {
+            spill(directory / name, withSegments(jpeg, given.header));
+            Notes notes;
+            const auto pair = readStereoPair(directory / name, &notes);
+            ASSERT_TRUE(pair) << &given - cases;
+            EXPECT_TRUE(notes.empty()) << notes.front().text;
+            EXPECT_EQ(pair->left.size(), given.shape) << &given - cases;
+            EXPECT_EQ(pair->right.size(), given.shape) << &given - cases;
+            if (given.shape != given.left.size()) {
+                // a mean is kept when a picture is stretched
+                EXPECT_LT(cv::norm(cv::mean(pair->left), cv::mean(picture(given.left))), 1);
+                EXPECT_EQ(pair->origin, "JPS, squeezed");
+                continue;
+            }
+            EXPECT_TRUE(samePicture(pair->left, picture(given.left))) << &given - cases;
+            EXPECT_TRUE(samePicture(pair->right, picture(given.right))) << &given - cases;
+            EXPECT_EQ(pair->origin, "JPS");
+        }
+    }
+    spill(directory / "a.jpg", withSegments(jpeg, jpsSegment(3, 0)));
+    EXPECT_EQ(readStereoLayout(directory / "a.jpg"), StereoLayout::BottomTop);
+    spill(directory / "a.jpg", jpeg);
+    EXPECT_FALSE(readStereoLayout(directory / "a.jpg"));
+}
+
+TEST(ReadStereoPair, JpsThatIsNoPairIsSaid) {
+    const TemporaryDirectory directory;
+    const std::string jpeg = jpegOf(randomPhoto({64, 48}, 1));
+    const auto tryHeader = [&](const char* name, const std::string& header, bool isPair) {
+        spill(directory / name, withSegments(jpeg, header));
+        Notes notes;
+        EXPECT_EQ(readStereoPair(directory / name, &notes).has_value(), isPair) << name;
+        return notes.size() == 1 ? notes[0].text : std::to_string(notes.size()) + " notes";
+    };
+    const std::string begin = std::string("_JPSJPS_\0\4", 10);
+    const std::pair<std::string, std::string> damaged[] = {
+        {jpsSegment(9, 4),
+         "its JPS header is not used, as it states the layout 9, which does not exist"},
+        {jpsSegment(0, 4),
+         "its JPS header is not used, as it states the layout 0, which does not exist"},
+        {jpsSegment(2, 4, 0, 7),
+         "its JPS header is not used, as it states the medium 7, which does not exist"},
+        {jpegSegment(0xe3, "_JPSJPS_"), "its JPS header is not used, as it is cut off"},
+        {jpegSegment(0xe3, begin), "its JPS header is not used, as it is cut off"},
+        {jpegSegment(0xe3, begin + std::string("\0\4\2", 3)),
+         "its JPS header is not used, as it is cut off"},
+        {jpegSegment(0xe3, std::string("_JPSJPS_\0\0\0\4\2\1", 14)),
+         "its JPS header is not used, as it is cut off"}};
+    for (const auto& [header, text] : damaged) {
+        EXPECT_EQ(tryHeader("a.jpg", header, false), text + ": it is read as a photo");
+        EXPECT_EQ(tryHeader("a.jps", header, true),
+                  text + ": the right eye's picture is taken to be at the left");
+    }
+    for (const char* name : {"a.jpg", "a.jps"}) {
+        EXPECT_EQ(tryHeader(name, jpsSegment(2, 4, 0, 0), false),
+                  "its JPS header says that the picture is of one eye: it is read as a photo");
+    }
+    for (const auto& [layout, word] : {std::pair(1U, "interleaved"), std::pair(4U, "anaglyph")}) {
+        const fs::path file = directory / "a.jpg";
+        spill(file, withSegments(jpeg, jpsSegment(layout, 4)));
+        EXPECT_EQ(errorOf([&] { static_cast<void>(readStereoPair(file)); }),
+                  file.string() + ": is " + word +
+                      " by its JPS header, which is not read, expected the eyes beside or above "
+                      "each other");
+    }
+}
+
+TEST(ReadStereoPair, APngNamedPnsIsCrossed) {
+    const TemporaryDirectory directory;
+    const cv::Mat picture = randomPhoto({64, 48}, 1);
+    writeImage(directory / "a.png", picture);
+    EXPECT_FALSE(readStereoPair(directory / "a.png"));
+    for (const char* name : {"a.pns", "A.PNS"}) {
+        fs::copy(directory / "a.png", directory / name, fs::copy_options::overwrite_existing);
+        const auto pair = readStereoPair(directory / name);
+        ASSERT_TRUE(pair);
+        EXPECT_TRUE(samePicture(pair->left, picture.colRange(32, 64)));
+        EXPECT_TRUE(samePicture(pair->right, picture.colRange(0, 32)));
+        EXPECT_EQ(pair->origin, "PNS");
+    }
+    EXPECT_EQ(listImages(directory.path()).size(), 3u);
+}
+
+// PNG's extension sTER: 0 crossed, 1 parallel; the right picture begins at a multiple of 8 px.
+TEST(ReadStereoPair, TheChunkOfAPngSaysTheOrder) {
+    const TemporaryDirectory directory;
+    const auto withMode = [&](const cv::Mat& picture, const std::string& mode) {
+        writeImage(directory / "plain.png", picture);
+        std::string file = slurp(directory / "plain.png"); // the checksum is not read
+        file.insert(33, heifNumber(mode.size(), 4) + "sTER" + mode + std::string(4, '\0'));
+        spill(directory / "a.png", file);
+    };
+    for (const int width : {20, 24}) { // of an eye's picture
+        const int second = (width + 7) / 8 * 8;
+        const cv::Mat picture = randomPhoto({second + width, 30}, 2);
+        for (const char mode : {'\0', '\1'}) {
+            withMode(picture, std::string(1, mode));
+            const auto pair = readStereoPair(directory / "a.png");
+            ASSERT_TRUE(pair);
+            const cv::Mat first = picture.colRange(0, width);
+            const cv::Mat last = picture.colRange(second, second + width);
+            EXPECT_TRUE(samePicture(pair->left, mode == 1 ? first : last)) << width;
+            EXPECT_TRUE(samePicture(pair->right, mode == 1 ? last : first)) << width;
+        }
+    }
+    withMode(randomPhoto({64, 30}, 2), "\7");
+    Notes notes;
+    EXPECT_FALSE(readStereoPair(directory / "a.png", &notes));
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_NE(notes[0].text.find("its chunk sTER is not used"), std::string::npos);
+}
+
 TEST(FindHeifEyes, ReadsTheGroupAndNothingElse) {
     const std::string file = spatialHeic(1, 2);
     const auto eyes = findHeifEyes(file);
@@ -141,6 +289,10 @@ TEST(SplitStereoPair, TakesTheHalvesInOrder) {
     const StereoPair stacked = splitStereoPair(picture, StereoLayout::TopBottom);
     EXPECT_TRUE(samePicture(stacked.left, picture(cv::Rect(0, 0, 101, 20))));
     EXPECT_TRUE(samePicture(stacked.right, picture(cv::Rect(0, 20, 101, 20))));
+    const StereoPair turned = splitStereoPair(picture, StereoLayout::BottomTop);
+    EXPECT_TRUE(samePicture(turned.left, stacked.right));
+    EXPECT_TRUE(samePicture(turned.right, stacked.left));
+    EXPECT_EQ(turned.origin, "lower and upper half");
 }
 
 TEST(SplitStereoPair, HalvesOf3dTvAreSqueezed) {

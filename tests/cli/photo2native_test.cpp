@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <set>
 
 namespace altiro3D::test {
@@ -1449,6 +1450,88 @@ TEST(Photo2Native, AMarkInTheFileGoesBeforeTheUsualOrderOfJps) {
     spill(studio / "i.jpg", withSegments(slurp(studio / "both.jpg"), jpsSegment(1, 4)));
     EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"i.jpg", "f.png"}), 1,
                       "i.jpg: is interleaved by its JPS header"));
+}
+
+TEST(Photo2Native, NamesSayWhatAPictureHoldsAloneAndInFolders) {
+    SmallStudio studio;
+    const Eyes eyes = wallAndThing(6, 26);
+    cv::Mat both;
+    cv::hconcat(eyes.left, eyes.right, both);
+    writeImage(studio / "both.png", both);
+    cv::Mat ramp(eyes.left.size(), CV_32FC1);
+    for (int x = 0; x < ramp.cols; ++x)
+        ramp.col(x).setTo(x / 399.0);
+    cv::Mat rgbd;
+    joinRgbd(eyes.left, ramp, DepthSide::Right, rgbd);
+    writeImage(studio / "depth.png", rgbd);
+    fs::create_directory(studio / "in");
+    fs::copy(studio / "both.png", studio / "in/a_LR.png");
+    fs::copy(studio / "both.png", studio / "in/b_360.png");
+    fs::copy(studio / "depth.png", studio / "in/c_rgbd.png");
+    writeImage(studio / "in/d_LR.png", randomPhoto({80, 60}, 4));
+    const auto make = [&](const Arguments& arguments) {
+        return studio.run(kTool, studio.display() + Arguments{"-y"} + arguments);
+    };
+    EXPECT_TRUE(isDone(make({"--stereo", "left-right", "both.png", "a.png"})));
+    EXPECT_TRUE(isDone(make({"--rgbd", "right", "depth.png", "c.png"})));
+    const Outcome folder = make({"in", "out"});
+    EXPECT_TRUE(warns(folder, "d_LR.png: its name (LR) may mean that it holds both eyes"));
+    EXPECT_NE(folder.out.find("b_360.png: is made for headsets (VR) by its name"),
+              std::string::npos);
+    EXPECT_NE(folder.out.find("3 photos made, 1 left out (1 VR file)"), std::string::npos)
+        << folder.out;
+    for (const auto& [name, same] :
+         {std::pair("a_LR", "a.png"), std::pair("c_rgbd", "c.png"), std::pair("d_LR", "")}) {
+        const std::string file = std::string("in/") + name + ".png";
+        EXPECT_EQ(make({file, "one.png"}).status, 0);
+        const std::string inFolder = slurp(studio / ("out/" + std::string(name) + "_native.png"));
+        EXPECT_EQ(slurp(studio / "one.png"), inFolder) << name;
+        if (*same == 0) continue;
+        EXPECT_EQ(inFolder, slurp(studio / same)) << name;
+    }
+    EXPECT_TRUE(fails(make({"in/b_360.png", "x.png"}), 1, "is made for headsets (VR)"));
+    EXPECT_TRUE(fails(make({"-n", "tiny", "in/b_360.png", "x.png"}), 1, "is made for headsets"));
+    EXPECT_EQ(make({"--embedded-depth", "off", "in/b_360.png", "x.png"}).status, 0);
+    EXPECT_EQ(make({"--stereo", "left-right", "in/b_360.png", "x.png"}).status, 0);
+    EXPECT_TRUE(warns(make({"-n", "tiny", "in/a_LR.png", "x.png"}),
+                      "may hold both eyes, as its name (LR) says, and is read as one picture; "
+                      "--stereo left-right takes it apart"));
+    EXPECT_TRUE(warns(make({"--embedded-depth", "off", "in/c_rgbd.png", "x.png"}),
+                      "may hold photo and depth, as its name (rgbd) says"));
+}
+
+TEST(Photo2Native, HalvesOfRgbdMayBeSqueezed) {
+    SmallStudio studio;
+    const cv::Mat photo = randomPhoto({160, 90}, 4);
+    cv::Mat narrow;
+    cv::resize(photo, narrow, {80, 90}, 0, 0, cv::INTER_AREA);
+    cv::Mat ramp(narrow.size(), CV_32FC1, cv::Scalar(0.2));
+    ramp.colRange(30, 50).setTo(0.9);
+    cv::Mat both;
+    joinRgbd(narrow, ramp, DepthSide::Right, both); // of 16:9
+    for (const char* name : {"a.png", "a_RGBD.png", "a_HRGBD.png"})
+        writeImage(studio / name, both);
+    const auto size = [&](const std::string& layout, const char* name) {
+        const Outcome outcome =
+            studio.run(kTool, studio.display() + Arguments{"-y", "--rgbd", layout, "--save-rgbd",
+                                                           "s.png", name, "o.png"});
+        EXPECT_TRUE(isDone(outcome));
+        return readImage(studio / "s.png").size();
+    };
+    EXPECT_EQ(size("right:squeezed", "a_RGBD.png"), cv::Size(320, 90));
+    EXPECT_EQ(size("right:full", "a_HRGBD.png"), cv::Size(160, 90));
+    EXPECT_EQ(size("right", "a.png"), cv::Size(320, 90));
+    EXPECT_EQ(size("right", "a_RGBD.png"), cv::Size(160, 90));
+    EXPECT_EQ(size("right", "a_HRGBD.png"), cv::Size(320, 90));
+    joinRgbd(narrow, ramp, DepthSide::Left, both);
+    writeImage(studio / "left.png", both);
+    EXPECT_EQ(size("left:squeezed", "left.png"), cv::Size(320, 90));
+    for (const char* wrong : {"right:half", "rigth", "right:", ":full", "right:full:full"}) {
+        EXPECT_TRUE(fails(
+            studio.run(kTool, studio.display() + Arguments{"--rgbd", wrong, "a.png", "w.png"}), 2,
+            "expected right, left, top or bottom, with :full or :squeezed if needed"))
+            << wrong;
+    }
 }
 
 TEST(Photo2Native, ThatHalfOfAFileIsShownIsSaid) {

@@ -5,6 +5,7 @@
 #include "support/onnx.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
+#include "support/stereo_scene.hpp"
 #include "support/video.hpp"
 
 #include <chrono>
@@ -1419,6 +1420,70 @@ TEST(Video2NativeFolder, VideosOfQuiltsWithoutANameAreLeftOut) {
     EXPECT_NE(outcome.out.find("1 video made, 1 left out (1 quilt video), in "), std::string::npos)
         << outcome.out;
     EXPECT_TRUE(fs::exists(studio / "out/flat_native.mkv"));
+}
+
+// A video of one picture.
+void writeStill(const fs::path& file, const cv::Mat& picture) {
+    VideoWriterOptions options;
+    options.size = picture.size();
+    options.codec = VideoCodec::Ffv1;
+    options.timeBase = {1, 100};
+    VideoWriter writer(file, options);
+    for (int i = 0; i < 3; ++i)
+        writer.write({picture, 10 * i, 10});
+    writer.finish();
+}
+
+TEST(Video2NativeFolder, VideosThatAreNotFlatAreLeftOutByName) {
+    const SmallStudio studio;
+    fs::create_directory(studio / "in");
+    const Eyes eyes = wallAndThing(6, 26);
+    cv::Mat both;
+    cv::hconcat(eyes.left, eyes.right, both);
+    cv::Mat rgbd;
+    joinRgbd(eyes.left, cv::Mat(eyes.left.size(), CV_32FC1, cv::Scalar(0.5)), DepthSide::Right,
+             rgbd);
+    writeStill(studio / "in/film_LR.mkv", both);
+    writeStill(studio / "in/clip_RGBD.mkv", rgbd);
+    writeStill(studio / "in/flat_LR.mkv", scenery({400, 300}, 7));
+    writeStill(studio / "in/far_180x180_LR.mkv", both);
+    const auto make = [&](const Arguments& arguments) {
+        return studio.run(kTool, studio.display() + Arguments{"--codec", "ffv1"} + arguments);
+    };
+    const Outcome outcome = make({"in", "out"});
+    EXPECT_TRUE(warns(outcome, "flat_LR.mkv: holds the pictures of both eyes by its name (LR), but "
+                               "its frames do not"));
+    for (const char* line :
+         {"film_LR.mkv: holds the pictures of both eyes by its name (LR)",
+          "clip_RGBD.mkv: holds photo and depth by its name (RGBD); video2native --rgbd right",
+          "far_180x180_LR.mkv: is made for headsets (VR) by its name",
+          "1 video made, 3 left out (1 VR file, 2 3D videos)"})
+        EXPECT_NE(outcome.out.find(line), std::string::npos) << line << outcome.out;
+    EXPECT_EQ(filesBelow(studio / "out"), std::vector<std::string>{"flat_LR_native.mkv"});
+
+    EXPECT_TRUE(fails(make({"in/clip_RGBD.mkv", "a.mkv"}), 2,
+                      "holds photo and depth by its name (RGBD), expected --rgbd with it"));
+    EXPECT_TRUE(isDone(make({"--rgbd", "right", "in/clip_RGBD.mkv", "a.mkv"})));
+    EXPECT_TRUE(warns(make({"in/film_LR.mkv", "b.mkv"}), "they would become one flat scene"));
+    EXPECT_TRUE(fails(make({"in/far_180x180_LR.mkv", "c.mkv"}), 1, "is made for headsets (VR)"));
+}
+
+TEST(Video2NativeTool, HalvesOfRgbdFramesMayBeSqueezed) {
+    const SmallStudio studio;
+    cv::Mat both; // of 16:9
+    joinRgbd(randomPhoto({80, 90}, 4), randomDepth({80, 90}), DepthSide::Right, both);
+    for (const char* name : {"a.mkv", "a_HRGBD.mkv"})
+        writeStill(studio / name, both);
+    const auto size = [&](const std::string& layout, const char* name) {
+        EXPECT_TRUE(isDone(
+            studio.run(kTool, studio.display() + Arguments{"-y", "--codec", "ffv1", "--rgbd-out",
+                                                           "--rgbd", layout, name, "o.mkv"})));
+        return VideoReader(studio / "o.mkv").facts().size;
+    };
+    EXPECT_EQ(size("right:squeezed", "a.mkv"), cv::Size(320, 90));
+    EXPECT_EQ(size("right", "a.mkv"), cv::Size(320, 90));
+    EXPECT_EQ(size("right", "a_HRGBD.mkv"), cv::Size(320, 90));
+    EXPECT_EQ(size("right:full", "a_HRGBD.mkv"), cv::Size(160, 90));
 }
 
 TEST(Video2NativeFolder, NothingIsLostSilently) {

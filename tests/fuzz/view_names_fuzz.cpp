@@ -1,4 +1,4 @@
-// Directories of views: names, one a line, and their natural order.
+// Names, one a line: directories of views and their natural order, and tags of 3D pictures.
 
 #include "altiro3D/image_io.hpp"
 #include "fuzz.hpp"
@@ -19,6 +19,11 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
             if (c == '/' || c == '\0') c = '_';
         }
         if (!name.empty() && name.size() < 200) directory.file(name, "");
+    }
+    for (const std::string& name : names) {
+        const auto scene = parseSceneName(directory.path() / name);
+        fuzz::require(!scene || (!scene->tag.empty() && name.find(scene->tag) != std::string::npos),
+                      "a tag is a word of the name");
     }
     // Checks the order: irreflexive, total and without cycles.
     for (const std::string& a : names) {

@@ -33,12 +33,49 @@ TEST(ViewerDocument, NameAndSizeTellWhatAPictureIs) {
     EXPECT_EQ(kindOf("anything.png", {48, 64}), Kind::Native);
     EXPECT_EQ(kindOf("camera.jpg", {48, 64}), Kind::Scene);
     EXPECT_EQ(kindOf("my_native.jpg", {48, 64}), Kind::Native);
-    const Document rgbd =
-        documentOf({"a_rgbd.png", {}, Reading::Automatic}, detailedPhoto({90, 60}), display);
+    const Document rgbd = // a video
+        documentOf({"a_rgbd.mp4", {}, Reading::Automatic}, detailedPhoto({90, 60}), display);
     EXPECT_EQ(rgbd.kind, Kind::Scene);
     EXPECT_EQ(rgbd.picture.size(), cv::Size(45, 60));
     EXPECT_FALSE(rgbd.rawDepth.empty());
     EXPECT_EQ(rgbd.facts(), "Photo, 45 x 60 px, with depth");
+}
+
+TEST(ViewerDocument, NamesOfHalvesCountIfTheHalvesAgree) {
+    const Display display = sampleDisplay({48, 64});
+    const TemporaryDirectory directory;
+    const auto opened = [&](const char* name, const cv::Mat& picture) {
+        writeImage(directory / name, picture);
+        return readDocument({directory / name, {}, Reading::Automatic}, display);
+    };
+    const Eyes eyes = wallAndThing(6, 26);
+    cv::Mat both;
+    cv::hconcat(eyes.left, eyes.right, both);
+    const Document pair = opened("a_LR.png", both);
+    EXPECT_TRUE(samePicture(pair.picture, eyes.left));
+    EXPECT_EQ(pair.origin, DepthOrigin::Matched);
+    EXPECT_FALSE(pair.hidden.photo.empty());
+    EXPECT_GT(pair.rawDepth.at<float>(150, 200), pair.rawDepth.at<float>(150, 350));
+    cv::Mat ramp(eyes.left.size(), CV_32FC1);
+    for (int x = 0; x < ramp.cols; ++x)
+        ramp.col(x).setTo(x / 399.0);
+    joinRgbd(eyes.left, ramp, DepthSide::Left, both);
+    const Document rgbd = opened("a_rgbd.png", both);
+    EXPECT_TRUE(samePicture(rgbd.picture, eyes.left));
+    EXPECT_EQ(rgbd.facts(), "Photo, 400 x 300 px, with depth (depth half of the picture (left, by "
+                            "its name, rgbd))");
+    for (const char* name : {"b_LR.png", "b_rgbd.png"}) {
+        const Document plain = opened(name, randomPhoto({90, 60}, 4));
+        EXPECT_EQ(plain.facts(), "Photo, 90 x 60 px") << name;
+        ASSERT_EQ(plain.notes.size(), 1U) << name;
+        EXPECT_NE(plain.notes[0].text.find("it is read as an ordinary photo"), std::string::npos);
+    }
+    EXPECT_NE(errorOf([&] {
+                  static_cast<void>(opened("c_180.png", randomPhoto({90, 60}, 4)));
+              }).find("c_180.png: is made for headsets (VR)"),
+              std::string::npos);
+    EXPECT_EQ(readDocument({directory / "c_180.png", {}, Reading::Photo}, display).facts(),
+              "Photo, 90 x 60 px");
 }
 
 TEST(ViewerDocument, ThePngFileOfANativeSaysSoWhateverItsName) {

@@ -69,34 +69,60 @@ cv::Size scaledInput(const NetworkProfile& profile, double longerSide) {
     return {side(profile.inputWidth), side(profile.inputHeight)};
 }
 
-// left-right | right-left | top-bottom | bottom-top, with :full or :squeezed | files
+// A place with the shape of the halves: "right", "left-right:full", "top:squeezed".
+struct LayoutChoice {
+    std::size_t place = 0; // of the names
+    StereoHalves halves = StereoHalves::Automatic;
+};
+
+// @param others what else the option accepts, for the message
+std::optional<LayoutChoice> layoutOption(const CommandLine& commandLine, const std::string& option,
+                                         const std::vector<std::string>& places,
+                                         const std::string& others = {}) {
+    const auto value = commandLine.value(option);
+    if (!value) return std::nullopt;
+    const std::size_t colon = value->find(':');
+    const std::string halves = colon == std::string::npos ? "" : value->substr(colon + 1);
+    const auto found = std::find(places.begin(), places.end(), value->substr(0, colon));
+    LayoutChoice choice;
+    choice.place = static_cast<std::size_t>(found - places.begin());
+    if (halves == "full") choice.halves = StereoHalves::Full;
+    if (halves == "squeezed") choice.halves = StereoHalves::Squeezed;
+    const bool areHalves = colon == std::string::npos || choice.halves != StereoHalves::Automatic;
+    if (found != places.end() && areHalves) return choice;
+    std::string names;
+    for (std::size_t i = 0; i < places.size(); ++i)
+        names += (i == 0 ? "" : i + 1 < places.size() ? ", " : " or ") + places[i];
+    throw UsageError("--" + option + " is \"" + *value + "\", expected " + names +
+                     ", with :full or :squeezed if needed" + others);
+}
+
+std::optional<RgbdLayout> rgbdOption(const CommandLine& commandLine) {
+    constexpr DepthSide kSides[] = {DepthSide::Right, DepthSide::Left, DepthSide::Top,
+                                    DepthSide::Bottom};
+    const auto choice = layoutOption(commandLine, "rgbd", {"right", "left", "top", "bottom"});
+    if (!choice) return std::nullopt;
+    return RgbdLayout(kSides[choice->place], choice->halves);
+}
+
+// left-right | right-left | top-bottom | bottom-top | files
 struct StereoChoice {
     bool fromFiles = false;
     StereoInput input;
 };
 
 std::optional<StereoChoice> stereoOption(const CommandLine& commandLine) {
-    const auto value = commandLine.value("stereo");
-    if (!value) return std::nullopt;
+    constexpr StereoLayout kLayouts[] = {StereoLayout::LeftRight, StereoLayout::RightLeft,
+                                         StereoLayout::TopBottom, StereoLayout::BottomTop};
     StereoChoice choice;
-    const std::size_t colon = value->find(':');
-    const std::string layout = value->substr(0, colon);
-    const std::string halves = colon == std::string::npos ? "" : value->substr(colon + 1);
-    choice.fromFiles = *value == "files";
-    if (layout == "right-left") choice.input.layout = StereoLayout::RightLeft;
-    if (layout == "top-bottom") choice.input.layout = StereoLayout::TopBottom;
-    if (layout == "bottom-top") choice.input.layout = StereoLayout::BottomTop;
-    if (halves == "full") choice.input.halves = StereoHalves::Full;
-    if (halves == "squeezed") choice.input.halves = StereoHalves::Squeezed;
-    const bool isLayout = layout == "left-right" || layout == "right-left" ||
-                          layout == "top-bottom" || layout == "bottom-top";
-    const bool areHalves = colon == std::string::npos || halves == "full" || halves == "squeezed";
-    if (!choice.fromFiles && !(isLayout && areHalves)) {
-        throw UsageError(
-            "--stereo is " + *value +
-            ", expected left-right, right-left, top-bottom or bottom-top, with :full or :squeezed "
-            "if needed, or files");
-    }
+    choice.fromFiles = commandLine.value("stereo") == "files";
+    if (choice.fromFiles) return choice;
+    const auto layout =
+        layoutOption(commandLine, "stereo",
+                     {"left-right", "right-left", "top-bottom", "bottom-top"}, ", or files");
+    if (!layout) return std::nullopt;
+    choice.input.layout = kLayouts[layout->place];
+    choice.input.halves = layout->halves;
     return choice;
 }
 
@@ -107,11 +133,19 @@ const char* nameOf(StereoLayout layout) {
 
 // Warns that a picture with two halves is read as one.
 void warnOfHalves(const fs::path& photo, Messages& messages) {
+    const std::string name = photo.string();
     if (const auto layout = readStereoLayout(photo)) {
+        messages.warn(name +
+                      ": holds the pictures of both eyes, which are read as one picture; "
+                      "--stereo " +
+                      nameOf(*layout) + " reads the left one");
+    } else if (const auto stated = parseSceneName(photo)) {
+        const bool isRgbd = stated->contents == SceneName::Contents::Rgbd;
         messages.warn(
-            photo.string() +
-            ": holds the pictures of both eyes, which are read as one picture; --stereo " +
-            nameOf(*layout) + " reads the left one");
+            name + ": may hold " + (isRgbd ? "photo and depth" : "both eyes") + ", as its name (" +
+            stated->tag + ") says, and is read as one picture; " +
+            (isRgbd ? "--rgbd right" : std::string("--stereo ") + nameOf(stated->layout)) +
+            " takes it apart");
     }
 }
 
@@ -180,25 +214,27 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
     }
     commandLine.add({"rgbd"},
                     std::string(video ? "Frame" : "Photo") +
-                        " and depth are one RGB-D image, with depth at this side.",
-                    "right|left|top|bottom");
+                        " and depth are one RGB-D image, with depth at this side: right, left, top "
+                        "or bottom. Halves of a 16:9 picture count as squeezed, unless the name "
+                        "says RGBD; :full or :squeezed after the side says so (right:squeezed).",
+                    "SIDE");
     if (!video) {
         commandLine.add(
             {"stereo"},
             "The photo holds the pictures of both eyes: left-right, right-left, top-bottom or "
             "bottom-top. Depth is found by matching them. Halves of a 16:9 picture count as "
             "squeezed; :full or :squeezed after the order says so (left-right:full). files: LEFT "
-            "RIGHT instead of PHOTO. MPO, JPS, PNS and spatial HEIC need no "
+            "RIGHT instead of PHOTO. MPO, JPS, PNS, spatial HEIC and names as a_LR.jpg need no "
             "option. If both eyes do not match, the depth of the left picture is estimated, by -n "
             "if it is given.",
             "ORDER|files");
         commandLine.addAdvanced(
             {"embedded-depth"},
             "auto (default) uses the depth that comes with a photo, in its file (portraits of "
-            "phones, MPO and spatial photos) or beside it (a.jpg and a-depth.png, a_depth.png, "
-            "a.disparity.png, ...); off ignores it. -d, --rgbd, -n and -l go before it; with -n "
-            "and auto together, -n is "
-            "for photos without depth.",
+            "phones, MPO and spatial photos, halves that the name states: a_LR.jpg, a_RGBD.jpg) or "
+            "beside it (a.jpg and a-depth.png, a_depth.png, a.disparity.png, ...); off ignores it. "
+            "-d, --rgbd, -n and -l go before it; with -n and auto together, -n is for photos "
+            "without depth.",
             "auto|off");
         commandLine.addAdvanced({"unblurred"},
                                 "Use the sharp original of a portrait where the file has one.");
@@ -228,11 +264,7 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
     if (named) commandLine.exclude("d", "depth");
     const char* const filesOption = named ? "depth" : "d";
     fromFiles_ = commandLine.has(filesOption);
-    constexpr DepthSide kSides[] = {DepthSide::Right, DepthSide::Left, DepthSide::Top,
-                                    DepthSide::Bottom};
-    if (const auto side = commandLine.choice("rgbd", {"right", "left", "top", "bottom"})) {
-        rgbdSide_ = kSides[*side];
-    }
+    rgbd_ = rgbdOption(commandLine);
     kind_ = kindOption(commandLine);
     commandLine.exclude(filesOption, "rgbd");
     commandLine.exclude("l", "net-profile"); // the profile itself describes the network
@@ -242,15 +274,15 @@ ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Med
     }
     if (fromFiles_) {
         description_ = medium == Medium::Video ? "given depth" : "depth image";
-    } else if (rgbdSide_) {
+    } else if (rgbd_) {
         description_ = "depth half of the picture (" + *commandLine.value("rgbd") + ")";
-        source_ = depthFromRgbd(*rgbdSide_, kind_);
+        source_ = depthFromRgbd(*rgbd_, kind_);
     } else if (commandLine.has("depth-kind")) {
         throw UsageError("--depth-kind describes given depth, expected -d or --rgbd with it");
     } else {
         chooseNetwork(commandLine, medium, messages);
     }
-    isDefault_ = !fromFiles_ && !rgbdSide_;
+    isDefault_ = !fromFiles_ && !rgbd_;
     for (const char* option : {"n", "l", "net-profile", "network-size", "engine"})
         isDefault_ = isDefault_ && !commandLine.has(option);
     if (medium == Medium::Photo) choosePhotoDepth(commandLine);
@@ -271,9 +303,10 @@ void ChosenDepth::choosePhotoDepth(const CommandLine& commandLine) {
         commandLine.exclude(given, "embedded-depth");
         commandLine.exclude(given, "unblurred");
     }
-    if (fromFiles_ || rgbdSide_) return;
+    if (fromFiles_ || rgbd_) return;
     const bool isNamed = commandLine.has("n") || commandLine.has("l");
     photoDepth_.useDepth = use ? *use == 0 : !isNamed;
+    refusesVr_ = !use || *use == 0;
     this->use(source_);
 }
 
@@ -384,6 +417,19 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Medium medium, M
     tellEngine(messages);
 }
 
+RgbdLayout rgbdOf(const fs::path& file, const RgbdLayout& stated, double aspect,
+                  Messages& messages) {
+    const RgbdLayout layout(stated.side, halvesOf(file, stated.halves, aspect));
+    if (layout.halves == StereoHalves::Squeezed &&
+        halvesOf(file, stated.halves) == StereoHalves::Automatic) {
+        messages.say(
+            (messages.hasSubject() ? "" : file.string() + ": ") +
+            "halves of a 16:9 picture count as squeezed and are stretched; :full after the "
+            "side of --rgbd keeps them");
+    }
+    return layout;
+}
+
 std::string invertedText(const fs::path& file, DepthKind kind, bool isNamed) {
     const std::string other = kind == DepthKind::NearWhite ? "far-white" : "near-white";
     return file.string() + ": near and far look exchanged; if near things look far, photo2native " +
@@ -395,6 +441,7 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
                         Messages& messages, StageTimes& times) {
     refuseNative(photoFile, "a photo");
     if (!depthFile.empty()) refuseNative(depthFile, "a depth picture");
+    if (refusesVr_) refuseVrName(photoFile);
     warnIfQuilt(photoFile, "quilt2native", messages);
     std::unique_ptr<DepthSource> given;
     if (isStereoFiles_) {
@@ -410,6 +457,10 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
         const QuietStandardError quiet;
         scene.photo = source.readImage(photoFile, &notes);
     }
+    if (rgbd_) {
+        rgbdOf(photoFile, *rgbd_, static_cast<double>(scene.photo.cols) / scene.photo.rows,
+               messages);
+    }
     isUnblurred_ = false;
     for (const Note& note : notes) {
         if (note.code == NoteCode::Chosen) {
@@ -423,7 +474,7 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
         messages.say(photoFile.string() + ": no sharp original in the file is used");
     origin_ = source.origin();
     used_ = fromFiles_ ? description_ : source.description();
-    const bool isNamed = fromFiles_ || rgbdSide_; // by an option
+    const bool isNamed = fromFiles_ || rgbd_; // by an option
     if (!isEstimated() && !isNamed && (depthFile.empty() || isStereoFiles_))
         messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + used_);
     if (isEstimated() && !photoDepth_.useDepth && !stereo_ && !isStereoFiles_)
@@ -433,7 +484,7 @@ Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, do
         const QuietStandardError quiet; // it may load the network
         source.readScene(scene.photo, flatDepth, scene);
     } catch (const Error& error) {
-        if (!rgbdSide_) throw;
+        if (!rgbd_) throw;
         throw Error(error.code(), photoFile.string(), error.what());
     }
     tellEngine(messages);

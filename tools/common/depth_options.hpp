@@ -21,6 +21,12 @@ void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 /// An engine's name for people. @return "OpenCV" or "ONNX Runtime"
 std::string engineName(InferenceEngine engine);
 
+/// The halves of an RGB-D image or video by option, name and shape. Says so if the shape decides
+/// that they are squeezed.
+/// @param stated by the option @param aspect width : height of the whole as it is seen
+RgbdLayout rgbdOf(const std::filesystem::path& file, const RgbdLayout& stated, double aspect,
+                  Messages& messages);
+
 /// The warning that near and far of given depth look exchanged, and what turns them round.
 /// @param file holds the depth
 /// @param kind what the numbers were taken for
@@ -37,8 +43,8 @@ class ChosenDepth {
 
     /// True if depth is read from a separate file (`-d`, `--depth`).
     bool fromFiles() const { return fromFiles_; }
-    /// The side of the depth if it is part of the picture (`--rgbd`).
-    std::optional<DepthSide> rgbdSide() const { return rgbdSide_; }
+    /// Where the depth is if it is part of the picture (`--rgbd`).
+    const std::optional<RgbdLayout>& rgbd() const { return rgbd_; }
     /// True if no option chooses where estimated depth comes from.
     bool isDefault() const { return isDefault_; }
     /// Estimates depth with another source; depth that comes with a photo still goes before it.
@@ -79,10 +85,11 @@ class ChosenDepth {
 
     bool fromFiles_ = false;
     bool isStereoFiles_ = false;
-    std::optional<DepthSide> rgbdSide_;
+    std::optional<RgbdLayout> rgbd_;
     DepthKind kind_ = DepthKind::NearWhite;
     bool isDefault_ = false;
     PhotoDepthOptions photoDepth_{false, false};
+    bool refusesVr_ = false; // no option says what the photo holds
     bool isEngineTold_ = false;
     std::optional<StereoInput> stereo_;   // one picture with both eyes
     std::shared_ptr<DepthSource> source_; // null with fromFiles_

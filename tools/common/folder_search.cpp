@@ -61,7 +61,7 @@ struct KindWords {
     const char* name;
     const char* why;
 };
-constexpr std::array<KindWords, 10> kWords = {{
+constexpr std::array<KindWords, 12> kWords = {{
     {FileKind::Photo, "photo", "is a picture; photo2native makes Natives of photos"},
     {FileKind::DepthImage, "depth image", "is a depth image by its name, but its photo is missing"},
     {FileKind::Native, "Native", "is a Native, which is finished; it is left out"},
@@ -72,14 +72,23 @@ constexpr std::array<KindWords, 10> kWords = {{
     {FileKind::QuiltVideo, "quilt video",
      "is a video of quilts by its name; quilt2native makes a Native of it if it is named itself"},
     {FileKind::NativeVideo, "Native video", "is a Native video, which is finished"},
+    {FileKind::HalvesVideo, "3D video", "holds both eyes, or photo and depth"},
+    {FileKind::Vr, "VR file",
+     "is made for headsets (VR) by its name, which is not read; if it is flat, rename it"},
     {FileKind::LiveClip, "Live Photo clip", "is the clip of the Live Photo "},
     {FileKind::Folder, "folder", "is a folder; --recursive also converts what it holds"},
 }};
+
+bool isVrName(const fs::path& file) {
+    const std::optional<SceneName> name = parseSceneName(file);
+    return name && name->contents == SceneName::Contents::Vr;
+}
 
 FileKind kindOfPicture(const fs::path& file, const FolderSearch& how) {
     if (isMarkedNative(file)) return FileKind::Native;
     if (isQuiltName(file)) return FileKind::Quilt;
     if (how.pairDepth && !photoOfDepthName(file).empty()) return FileKind::DepthImage;
+    if (how.leavesOutVr && isVrName(file)) return FileKind::Vr;
     return FileKind::Photo;
 }
 
@@ -95,6 +104,7 @@ bool isBrief(const fs::path& video) {
 
 FileKind kindOfVideo(const fs::path& file, const CameraPhotos& photos) {
     if (isQuiltName(file)) return FileKind::QuiltVideo;
+    if (isVrName(file)) return FileKind::Vr;
     if (photos.count(lowerCase(file.stem().string())) > 0 && isBrief(file))
         return FileKind::LiveClip;
     return photoOfDepthName(file).empty() ? FileKind::Video : FileKind::DepthVideo;

@@ -18,7 +18,9 @@ enum class FileKind {
     DepthVideo,
     NativeVideo, ///< Only its frames tell.
     QuiltVideo,
-    LiveClip, ///< The video of a Live Photo, beside the photo of the same name.
+    HalvesVideo, ///< Frames hold both eyes, or photo and depth; only they tell.
+    Vr,          ///< A picture or video for headsets, by its name.
+    LiveClip,    ///< The video of a Live Photo, beside the photo of the same name.
     Folder,
     Other
 };
@@ -48,6 +50,7 @@ struct FolderSearch {
     std::set<FileKind> wanted = {FileKind::Photo}; ///< What is converted.
     bool recursive = false;                        ///< Also its subfolders.
     bool pairDepth = true;                         ///< Find the depth images of photos.
+    bool leavesOutVr = true;                       ///< Pictures whose names say VR are left out.
     std::vector<std::filesystem::path> outputs;    ///< Subfolders that are not searched.
 };
 
@@ -56,8 +59,9 @@ const std::vector<std::string>& videoEndings();
 /// Whether a file name has one of them, in upper or lower case.
 bool isVideoFileName(const std::filesystem::path& file);
 
-/// Sorts the files of a folder. Natives are told by their mark, quilts and depth images by their
-/// names, clips of Live Photos by the photo of the same name, all others by their extension.
+/// Sorts the files of a folder. Natives are told by their mark, quilts, depth images and what is
+/// for headsets by their names, clips of Live Photos by the photo of the same name, all others by
+/// their extension.
 /// @throws Error as listImages()
 FolderContents searchFolder(const std::filesystem::path& folder, const FolderSearch& search);
 

@@ -70,6 +70,7 @@ std::vector<FolderFile> inputsOf(const CommandLine& commandLine, std::vector<Lef
     FolderSearch search;
     search.recursive = commandLine.has("recursive");
     search.pairDepth = !pairs && !commandLine.has("rgbd") && !commandLine.has("stereo");
+    search.leavesOutVr = search.pairDepth && commandLine.value("embedded-depth") != "off";
     search.outputs = {names.back()};
     if (const auto folder = commandLine.value("plan")) search.outputs.emplace_back(*folder);
     for (const char* option :

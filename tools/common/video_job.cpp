@@ -7,10 +7,9 @@
 #include "common/quilt_options.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
+#include <functional>
 #include <opencv2/core.hpp>
-#include <set>
 
 namespace altiro3D::tools {
 
@@ -79,25 +78,6 @@ void refuseNativeVideo(const VideoPlan& plan, const VideoFacts& facts, const Cho
     messages.warn("the video " + like + "; do not convert a Native again");
 }
 
-// Names as usual for films of both eyes: film_LR.mp4, film.3D.HSBS.mkv.
-void warnIfBothEyes(const VideoPlan& plan, Messages& messages) {
-    static const std::set<std::string> kTags = {"sbs", "hsbs", "fsbs", "hou", "htb"};
-    static const std::set<std::string> kShort = {"LR", "RL", "TB", "OU"};
-    std::string word;
-    for (const char letter : plan.input.stem().string() + ".") {
-        if (std::isalnum(static_cast<unsigned char>(letter)) != 0) {
-            word += letter;
-            continue;
-        }
-        if (kTags.count(lowerCase(word)) > 0 || kShort.count(word) > 0) {
-            messages.warn(plan.inputName() + ": holds the pictures of both eyes, as its name (" +
-                          word + ") says; they become one flat scene, expected those of one eye");
-            return;
-        }
-        word.clear();
-    }
-}
-
 DisplayUse useOf(VideoProduct product) {
     switch (product) {
     case VideoProduct::Native:
@@ -110,27 +90,75 @@ DisplayUse useOf(VideoProduct product) {
     return DisplayUse::Show;
 }
 
-// What is found in the first frames of a video of quilts: one of them may be dark, or a title. None
-// if the frames cannot be read twice.
-std::optional<FoundQuilt> searchFrames(const VideoPlan& plan, int lastFrame) {
+// Shows some of the first frames of a file (0, 1, 2, 4, 8, ...): one of them may be dark, or a
+// title. None if the frames cannot be read twice.
+// @param look false: it has seen enough
+void forEarlyFrames(const VideoPlan& plan, int lastFrame,
+                    const std::function<bool(const cv::Mat&)>& look) {
     std::error_code error;
-    if (!fs::is_regular_file(plan.input, error)) return std::nullopt;
+    if (!fs::is_regular_file(plan.input, error)) return;
     VideoReader reader(plan.input, plan.part);
-    std::optional<FoundQuilt> best;
     int wanted = 0;
     for (int number = 0; number <= lastFrame; ++number) {
         const auto frame = reader.next();
         if (!frame) break;
         if (number != wanted) continue;
-        wanted = std::max(1, 2 * wanted); // 0, 1, 2, 4, 8, ...
-        const FoundQuilt found = findQuiltLayout(frame->picture);
-        if (found.verdict == QuiltVerdict::Quilt) return found;
+        wanted = std::max(1, 2 * wanted);
+        if (!look(frame->picture)) break;
+    }
+}
+
+// What is found in the first frames of a video of quilts.
+std::optional<FoundQuilt> searchFrames(const VideoPlan& plan, int lastFrame) {
+    std::optional<FoundQuilt> best;
+    forEarlyFrames(plan, lastFrame, [&best](const cv::Mat& frame) {
+        const FoundQuilt found = findQuiltLayout(frame);
         const bool saysMore =
             found.verdict == QuiltVerdict::Unsure && best &&
             (best->verdict == QuiltVerdict::NoQuilt || best->confidence < found.confidence);
-        if (!best || saysMore) best = found;
-    }
+        const bool isQuilt = found.verdict == QuiltVerdict::Quilt;
+        if (isQuilt || !best || saysMore) best = found;
+        return !isQuilt;
+    });
     return best;
+}
+
+// Whether the halves of a frame are what the name says.
+bool areNamedHalves(const fs::path& video, const SceneName& name, const cv::Mat& frame) {
+    if (name.contents == SceneName::Contents::Eyes)
+        return readNamedHalves(video, frame).has_value();
+    return hasColours(frame) && findDepthHalf(frame, name.isStacked).has_value();
+}
+
+// Videos whose names say that frames hold both eyes or photo and depth, and which do.
+void refuseHalves(const VideoPlan& plan, Messages& messages) {
+    constexpr int kLastFrame = 64;
+    const std::optional<SceneName> name = parseSceneName(plan.input);
+    std::error_code error;
+    if (!name || !fs::is_regular_file(plan.input, error)) return;
+    refuseVrName(plan.input);
+    bool areHalves = false;
+    forEarlyFrames(plan, kLastFrame, [&](const cv::Mat& frame) {
+        areHalves = areNamedHalves(plan.input, *name, frame);
+        return !areHalves;
+    });
+    const std::string tag = "by its name (" + name->tag + ")";
+    const bool isRgbd = name->contents == SceneName::Contents::Rgbd;
+    const std::string what = isRgbd ? "holds photo and depth " : "holds the pictures of both eyes ";
+    if (!areHalves) {
+        messages.warn(plan.inputName() + ": " + what + tag +
+                      ", but its frames do not: " + "they are taken as ordinary ones");
+        return;
+    }
+    const std::string remedy = isRgbd ? "video2native --rgbd right makes a Native of it"
+                                      : "they would become one flat scene";
+    if (plan.isFromFolder)
+        throw NotTaken{{plan.input, FileKind::HalvesVideo, what + tag + "; " + remedy}};
+    if (isRgbd)
+        throw UsageError(plan.inputName() + ": " + what + tag +
+                         ", expected --rgbd with it, as --rgbd right");
+    messages.warn(plan.inputName() + ": " + what + tag + "; " + remedy +
+                  ", expected those of one eye");
 }
 
 // Videos of a folder that are not named as videos of quilts are searched for one.
@@ -151,16 +179,12 @@ void refuseQuiltVideo(const VideoPlan& plan, Messages& messages) {
 }
 
 // The path from frames with depth to Natives.
-// @param seenAspect width : height of a frame as it is shown
+// @param seenAspect width : height of the scene as it is shown
 void choosePath(const CommandLine& commandLine, VideoJob& job, double seenAspect,
                 Messages& messages) {
     NativeOptions& native = job.native;
     job.path = "quilt";
     if (job.plan.product == VideoProduct::Rgbd) return;
-    if (const auto side = job.depth->rgbdSide()) {
-        const bool isBeside = *side == DepthSide::Left || *side == DepthSide::Right;
-        seenAspect *= isBeside ? 0.5 : 2;
-    }
     tellCut(seenAspect, job.display.aspect(), native, messages);
     if (job.plan.product == VideoProduct::Quilt) return;
     const NativeMaker maker =
@@ -185,16 +209,21 @@ std::optional<DepthRange> depthRangeOption(const CommandLine& commandLine) {
     return range;
 }
 
-void takeDepth(const CommandLine& commandLine, VideoJob& job, VideoConversion& conversion) {
+double aspectOf(cv::Size size) {
+    return static_cast<double>(size.width) / size.height;
+}
+
+void takeDepth(const CommandLine& commandLine, VideoJob& job, const std::optional<RgbdLayout>& rgbd,
+               VideoConversion& conversion) {
     if (!job.depth) return;
     const std::optional<DepthRange> range = depthRangeOption(commandLine);
-    if (!job.depth->fromFiles() && !job.depth->rgbdSide()) {
+    if (!job.depth->fromFiles() && !rgbd) {
         conversion.depth = std::make_unique<EstimatedDepth>(*job.depth);
         return;
     }
     GivenVideoDepth& given = conversion.given.emplace();
     if (job.depth->fromFiles()) given.source = job.plan.depth;
-    given.side = job.depth->rgbdSide();
+    given.rgbd = rgbd;
     given.kind = job.depth->kind();
     given.range = range;
     given.read = [](const fs::path& file, Notes* notes) {
@@ -247,7 +276,7 @@ void openDepth(const CommandLine& commandLine, VideoJob& job, Messages& messages
     steps = job.profile.depthEvery;
     const auto every = commandLine.value("depth-every");
     if (every) steps = *every == "auto" ? 0 : *commandLine.wholeNumber("depth-every", 1, 1000);
-    if (!depth.fromFiles() && !depth.rgbdSide()) return;
+    if (!depth.fromFiles() && !depth.rgbd()) return;
     if (every) {
         throw UsageError("--depth-every says how often depth is estimated, but here it is given; "
                          "leave it out");
@@ -276,12 +305,14 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     messages.say((messages.hasSubject() ? "" : plan.inputName() + ": ") + factsText(facts));
     if (!plan.fromQuilt) {
         warnIfQuilt(plan.input, "--from-quilt", messages);
-        warnIfBothEyes(plan, messages);
+        if (!commandLine.has("rgbd") && !commandLine.has("depth") && !commandLine.has("d"))
+            refuseHalves(plan, messages);
     }
     if (plan.product == VideoProduct::Native) refuseNativeVideo(plan, facts, job.display, messages);
+    std::optional<RgbdLayout> rgbd;
     std::optional<FoundQuilt> found;
     if (plan.fromQuilt && !isLayoutStated(commandLine, plan.input)) found = searchFrames(plan, 64);
-    if (plan.isFromFolder && !plan.fromQuilt && !job.depth->rgbdSide())
+    if (plan.isFromFolder && !plan.fromQuilt && !job.depth->rgbd())
         refuseQuiltVideo(plan, messages);
     job.layout = plan.fromQuilt ? chooseQuilt(commandLine, job.display, messages, plan.input,
                                               facts.size, found)
@@ -300,8 +331,12 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
         if (plan.product == VideoProduct::Native)
             messages.say("quilt: " + quiltText(job.layout, job.display.aspect()));
         openDepth(commandLine, job, messages);
-        const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
-        choosePath(commandLine, job, aspect, messages);
+        if (job.depth->rgbd()) {
+            rgbd = rgbdOf(plan.input, *job.depth->rgbd(),
+                          facts.sampleAspect.value() * aspectOf(facts.size), messages);
+        }
+        const cv::Size photo = rgbd ? rgbd->photoSize(facts.size) : facts.size;
+        choosePath(commandLine, job, facts.sampleAspect.value() * aspectOf(photo), messages);
     }
     job.encoding = encodingOf(commandLine, job, messages);
 
@@ -315,7 +350,7 @@ VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Message
     conversion.native = native;
     conversion.choices = autoChoices(commandLine);
     conversion.fromQuilt = plan.fromQuilt;
-    takeDepth(commandLine, job, conversion);
+    takeDepth(commandLine, job, rgbd, conversion);
     conversion.depthOptions = job.depthOptions;
     conversion.encoding = job.encoding;
     conversion.settings = settingsOf(commandLine);

@@ -44,8 +44,11 @@ Reading guess(const fs::path& file, const cv::Mat& picture, const Display& displ
     const std::string stem = tools::lowerCase(file.stem().string());
     if (size == display.panelSize() && isMarkedNative(file)) return Reading::Native;
     if (parseQuiltName(file)) return Reading::Quilt;
-    if (contains(stem, "rgbd")) {
-        return contains(stem, "topbottom") ? Reading::RgbdBottom : Reading::RgbdRight;
+    if (const auto name = parseSceneName(file)) {
+        const bool isRgbd = name->contents == SceneName::Contents::Rgbd;
+        if (isRgbd && isVideoName(file)) // single frames may be dark
+            return name->isStacked ? Reading::RgbdBottom : Reading::RgbdRight;
+        return Reading::Photo; // addPhotoDepth() examines its halves
     }
     const bool lossy =
         isOneOf(tools::lowerCase(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
@@ -162,6 +165,14 @@ void addPhotoDepth(Document& document, Notes& notes) {
                                    [](const Note& note) { return note.code == NoteCode::LeftOut; }),
                     notes.end());
         addPair(document, *pair, notes);
+    } else if (document.source.reading != Reading::Automatic) {
+        return;
+    } else if (auto halves = readNamedHalves(document.source.file, document.picture, &notes)) {
+        document.picture = halves->photo;
+        document.rawDepth = halves->rawDepth;
+        document.hidden = std::move(halves->hidden);
+        document.origin = halves->origin;
+        document.depthOrigin = "(" + halves->text + ")";
     }
 }
 
@@ -239,12 +250,14 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
                                 ? guess(source.file, picture, display, found)
                                 : source.reading;
     if (const auto side = sideOf(reading)) {
-        splitRgbd(picture, *side, document.picture, document.rawDepth, &document.notes);
+        splitRgbd(picture, {*side, halvesOf(source.file)}, document.picture, document.rawDepth,
+                  &document.notes);
         return document;
     }
     document.picture = eightBit(picture);
     if (const auto eyes = eyesOf(reading)) {
-        addPair(document, splitStereoPair(document.picture, *eyes), document.notes);
+        addPair(document, splitStereoPair(document.picture, *eyes, halvesOf(source.file)),
+                document.notes);
     } else if (reading == Reading::Quilt) {
         QuiltRequest request;
         request.name = parseQuiltName(source.file);
@@ -282,6 +295,7 @@ Document readDocument(const Source& source, const Display& display) {
     std::error_code error;
     if (fs::is_directory(source.file, error)) return documentOfViews(source, display);
     if (isVideoName(source.file)) {
+        if (source.reading == Reading::Automatic) refuseVrName(source.file);
         VideoReader reader(source.file);
         const auto first = reader.next();
         if (!first)

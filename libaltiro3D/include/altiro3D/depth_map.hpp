@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/export.hpp"
+#include "altiro3D/image_io.hpp"
 
 #include <filesystem>
 #include <functional>
@@ -71,20 +72,34 @@ ALTIRO3D_EXPORT void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, cons
 /// Position of the depth half in a one-picture RGB-D.
 enum class DepthSide { Right, Left, Top, Bottom };
 
+/// Where the depth half is, and the shape of both halves. joinRgbd() makes full halves.
+struct RgbdLayout {
+    // NOLINTNEXTLINE(google-explicit-constructor): a side is a layout with full halves
+    RgbdLayout(DepthSide depthSide = DepthSide::Right, StereoHalves shape = StereoHalves::Full)
+        : side(depthSide), halves(shape) {}
+    DepthSide side;      ///< Position of the depth half.
+    StereoHalves halves; ///< Squeezed halves are stretched to the shape of the scene.
+
+    /// The size of the photo in a picture of a given size, without a gap.
+    /// @param whole size of the whole picture, px @return px
+    [[nodiscard]] ALTIRO3D_EXPORT cv::Size photoSize(cv::Size whole) const;
+};
+
 /// Splits a one-picture RGB-D into photo and raw depth, exactly in the middle (an odd row or column
 /// in the middle belongs to neither). A white gap between photo and depth side by side, of at least
 /// 8 px, belongs to neither. Depth that is drawn in colours is read as readDepthSamples() does.
+/// Squeezed halves are stretched as splitStereoPair() does; depth keeps its numbers.
 ///
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
-/// @param side position of the depth half
-/// @param photo [half size, CV_8UC3, BGR]; 16-bit values are divided by 257 and rounded; may be
-///        `picture` itself
-/// @param rawDepth [half size, CV_32FC1, grey value of the depth half: 0..255, or 0..65535 for
+/// @param layout position of the depth half, shape of the halves
+/// @param photo [size of a stretched half, CV_8UC3, BGR]; 16-bit values are divided by 257 and
+///        rounded; may be `picture` itself
+/// @param rawDepth [size of photo, CV_32FC1, grey value of the depth half: 0..255, or 0..65535 for
 ///        16-bit pictures]
 /// @param notes if given, receives remarks about a gap and about colours of the depth half
 /// @throws Error InvalidArgument (too small to split, wrong type), BadFormat (the colours of the
 ///         depth fit two colour maps)
-ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo,
+ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout, cv::Mat& photo,
                                cv::Mat& rawDepth, Notes* notes = nullptr);
 
 /// Reads an RGB-D image: as readImage(), but the numbers of the depth half stay as in the file,
@@ -97,6 +112,17 @@ ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& 
 /// @throws Error as readImage()
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readRgbdImage(const std::filesystem::path& path,
                                                     DepthSide side, Notes* notes = nullptr);
+
+/// Finds the depth half of a picture whose name says that it is an RGB-D image: the half that is
+/// grey or drawn in the colours of depth while the other one has colours, or of two grey halves the
+/// one that looksLikeDepthImage(), else the right (stacked: lower) one.
+///
+/// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
+/// @param isStacked the halves above each other are examined first
+/// @return its position; nothing if both halves have colours
+/// @throws Error InvalidArgument (empty, wrong type)
+[[nodiscard]] ALTIRO3D_EXPORT std::optional<DepthSide> findDepthHalf(const cv::Mat& picture,
+                                                                     bool isStacked = false);
 
 /// Joins photo and depth to a one-picture RGB-D, near = white.
 ///

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 
 namespace altiro3D {
@@ -200,11 +201,36 @@ depthFromFile(std::filesystem::path file, DepthKind kind = DepthKind::NearWhite)
 
 /// Depth from an RGB-D image, which holds photo and depth side by side: splitRgbd().
 /// readImage() reads by readRgbdImage().
-/// @param side position of the depth half
+/// @param layout position of the depth half, shape of the halves; Automatic: halvesOf() the file
 /// @param kind meaning of its numbers
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
-depthFromRgbd(DepthSide side, DepthKind kind = DepthKind::NearWhite);
+depthFromRgbd(const RgbdLayout& layout, DepthKind kind = DepthKind::NearWhite);
+
+/// Photo and depth of a picture with two halves.
+struct NamedHalves {
+    cv::Mat photo;      ///< [CV_8UC3, BGR]: the photo half, or the left eye's picture.
+    cv::Mat rawDepth;   ///< [CV_32FC1, near = bright], the depth half or disparities.
+    HiddenLayer hidden; ///< As of matchStereo(); empty for RGB-D.
+    DepthOrigin origin = DepthOrigin::Given; ///< Matched for both eyes.
+    std::string text; ///< For people: "depth half of the picture (right by its name, RGBD)".
+};
+
+/// Takes apart a picture whose name says that it holds both eyes or photo and depth
+/// (parseSceneName()), if its contents agree: both eyes match (matchStereo()), or a half is depth
+/// (findDepthHalf()). Otherwise it is an ordinary photo, and a remark says so.
+///
+/// @param file the picture's file; that of an RGB-D image is read again (readRgbdImage())
+/// @param picture [rows x cols, CV_8UC3, BGR], as read by readPhoto()
+/// @param notes if given, receives remarks, without the name of the file
+/// @return nothing for ordinary photos
+/// @throws Error Unsupported (a VR picture by its name), and as readRgbdImage()
+[[nodiscard]] ALTIRO3D_EXPORT std::optional<NamedHalves>
+readNamedHalves(const std::filesystem::path& file, const cv::Mat& picture, Notes* notes = nullptr);
+
+/// Refuses files whose names say that they are made for headsets (SceneName::Contents::Vr).
+/// @param file its name is examined @throws Error Unsupported
+ALTIRO3D_EXPORT void refuseVrName(const std::filesystem::path& file);
 
 /// What storedDepthOr() takes from a photo's file.
 struct PhotoDepthOptions {
@@ -214,12 +240,14 @@ struct PhotoDepthOptions {
 
 /// Depth that comes with the photo: first the depth image beside it (findDepthBeside()), then depth
 /// in its file (readEmbeddedDepth()), then that of a stereo pair in its file (readStereoPair(),
-/// matchStereo()), whose left picture is the photo. Photos without these, and pairs that do not
-/// match, take their depth from another source. With estimatedDepth() as that source, this is what
+/// matchStereo()), whose left picture is the photo, then that of the halves that its name states
+/// (readNamedHalves()). Photos without these, and pairs that do not match, take their depth from
+/// another source. With estimatedDepth() as that source, this is what
 /// the tools do. After readImage(), description() states what was found.
 /// @param fallback the source for all other photos
 /// @param options what to take
-/// @return the source
+/// @return the source; its readImage() also throws Error Unsupported (a VR picture by its name,
+///         interleaved or anaglyph JPS)
 /// @throws Error InvalidArgument (`fallback` is null)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 storedDepthOr(std::shared_ptr<DepthSource> fallback, const PhotoDepthOptions& options = {});
@@ -227,7 +255,8 @@ storedDepthOr(std::shared_ptr<DepthSource> fallback, const PhotoDepthOptions& op
 /// Where the pictures of both eyes are.
 struct StereoInput {
     StereoLayout layout = StereoLayout::LeftRight; ///< In one picture: order of the eyes.
-    StereoHalves halves = StereoHalves::Automatic; ///< In one picture: shape of the halves.
+    /// In one picture: shape of the halves; Automatic: halvesOf() the file.
+    StereoHalves halves = StereoHalves::Automatic;
     std::filesystem::path right; ///< The right eye's picture; empty: one picture holds both eyes.
 };
 

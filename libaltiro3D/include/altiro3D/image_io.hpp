@@ -261,6 +261,43 @@ enum class StereoHalves {
                ///< TV.
 };
 
+/// What the name of a picture or video says of its contents, by the tags that players of 3D files
+/// read. The contents must confirm it: `_LR` may mean Lightroom.
+struct SceneName {
+    /// Meaning of the tag.
+    enum class Contents {
+        Eyes, ///< Both eyes: `LR`, `SBS`, `2x1`, `TB`, `TAB`, `OU`, `RL`, ...
+        Rgbd, ///< Photo and depth: `RGBD`, `HRGBD`.
+        Vr ///< A picture for headsets, which no panel can show: `180x180`, `180`, `360`, `VR180`.
+    };
+    Contents contents = Contents::Eyes;
+    std::string tag;                               ///< As it is in the name: "LR".
+    StereoLayout layout = StereoLayout::LeftRight; ///< Of Eyes.
+    bool isStacked = false;                        ///< Of Rgbd: the halves lie above each other.
+    StereoHalves halves = StereoHalves::Automatic; ///< What the tag says of their shape.
+};
+
+/// Reads the tags of a file name: words between other characters than letters and digits, in upper
+/// or lower case, after the first word. The last tag of eyes counts; VR goes before RGB-D, and that
+/// before eyes. `180` and `360` are numbers, not tags, if the directory holds a file whose name
+/// differs only in that number.
+///
+/// @param file the file
+/// @return the tag; nothing without one
+[[nodiscard]] ALTIRO3D_EXPORT std::optional<SceneName>
+parseSceneName(const std::filesystem::path& file);
+
+/// Shape of the halves of a file: what is stated, else what the name says (HSBS and HRGBD are
+/// squeezed, RGBD and LRF full, ...), else Automatic, or what that means for a shape.
+///
+/// @param file its name is used, not its contents
+/// @param stated Automatic: nothing is stated
+/// @param aspect width : height of the whole picture as it is seen; 0: not known
+/// @return the shape; Automatic only if the aspect is 0
+[[nodiscard]] ALTIRO3D_EXPORT StereoHalves halvesOf(const std::filesystem::path& file,
+                                                    StereoHalves stated = StereoHalves::Automatic,
+                                                    double aspect = 0);
+
 /// The pictures of the two eyes.
 struct StereoPair {
     cv::Mat left;       ///< [rows x cols, CV_8UC3, BGR]

@@ -106,13 +106,14 @@ struct DepthRange {
     double high = 65535; ///< The number that becomes 1 (FarWhite: 0), low..65535.
 };
 
-/// Existing depth of a video. Exactly one of `source` and `side` must be set.
+/// Existing depth of a video. Exactly one of `source` and `rgbd` must be set.
 struct GivenVideoDepth {
     /// A depth video, or a directory with one depth image per frame, sorted by name as listImages()
     /// does.
     std::filesystem::path source;
-    /// Each frame is an RGB-D image; this is the position of its depth half.
-    std::optional<DepthSide> side;
+    /// Each frame is an RGB-D image; this is where its depth half is. Automatic halves follow the
+    /// shape of the frame in px.
+    std::optional<RgbdLayout> rgbd;
     DepthKind kind = DepthKind::NearWhite; ///< Meaning of the numbers.
     /// Range of depth of 16 bits that is not a distance. Default: the percentiles 0.5 and 99.5 of
     /// all pictures of `source`, which are read once before the run. Must be set if `source` can be

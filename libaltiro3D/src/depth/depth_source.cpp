@@ -110,17 +110,19 @@ class FileSource : public DepthSource {
 
 class RgbdSource : public DepthSource {
   public:
-    RgbdSource(DepthSide side, DepthKind kind) : side_(side), kind_(kind) {}
+    RgbdSource(const RgbdLayout& layout, DepthKind kind)
+        : layout_(layout), halves_(layout.halves), kind_(kind) {}
     std::string description() const override { return "depth half of the image"; }
     DepthOrigin origin() const override { return DepthOrigin::Given; }
     DepthKind kind() const override { return kind_; }
     cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
+        layout_.halves = halvesOf(file, halves_);
         const auto readAndSplit = [this](const std::filesystem::path& path, Notes* own) {
-            cv::Mat image = readRgbdImage(path, side_, own);
+            cv::Mat image = readRgbdImage(path, layout_.side, own);
             cv::Mat photo;
             cv::Mat raw;
             try {
-                splitRgbd(image, side_, photo, raw, own);
+                splitRgbd(image, layout_, photo, raw, own);
             } catch (const Error& error) {
                 throw Error(error.code(), path.string(), error.what());
             }
@@ -129,11 +131,12 @@ class RgbdSource : public DepthSource {
         return withNotes(readAndSplit, file, notes);
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        splitRgbd(image, side_, photo, raw);
+        splitRgbd(image, layout_, photo, raw);
     }
 
   private:
-    DepthSide side_;
+    RgbdLayout layout_;   // of the last image
+    StereoHalves halves_; // as given
     DepthKind kind_;
 };
 
@@ -197,8 +200,8 @@ std::unique_ptr<DepthSource> depthFromFile(std::filesystem::path file, DepthKind
     return std::make_unique<FileSource>(std::move(file), kind);
 }
 
-std::unique_ptr<DepthSource> depthFromRgbd(DepthSide side, DepthKind kind) {
-    return std::make_unique<RgbdSource>(side, kind);
+std::unique_ptr<DepthSource> depthFromRgbd(const RgbdLayout& layout, DepthKind kind) {
+    return std::make_unique<RgbdSource>(layout, kind);
 }
 
 } // namespace altiro3D

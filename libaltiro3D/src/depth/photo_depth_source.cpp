@@ -1,5 +1,5 @@
-// Depth that comes with a photo: beside it, in its file, or from the pictures of both eyes; and
-// another source for all other photos.
+// Depth that comes with a photo: beside it, in its file, from the pictures of both eyes, or in a
+// half of it; and another source for all other photos.
 
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/image_io.hpp"
@@ -162,12 +162,26 @@ class PhotoDepthSource : public FoundDepthSource {
             Found matched = matchPair(*pair, file);
             matched.notes.insert(matched.notes.begin(), found.notes.begin(), found.notes.end());
             found = std::move(matched);
+        } else if (options_.useDepth && found.raw.empty()) {
+            takeNamedHalves(file, photo, found);
         }
         keep(std::move(found), notes);
         return photo;
     }
 
   private:
+    static void takeNamedHalves(const fs::path& file, cv::Mat& photo, Found& found) {
+        Notes own;
+        std::optional<NamedHalves> halves = readNamedHalves(file, photo, &own);
+        putNameBefore(own, file);
+        found.notes.insert(found.notes.end(), own.begin(), own.end());
+        if (!halves) return;
+        photo = halves->photo;
+        found.raw = halves->rawDepth;
+        found.hidden = std::move(halves->hidden);
+        found.description = halves->text;
+        found.origin = halves->origin;
+    }
     cv::Mat readPhotoOf(const fs::path& file, Notes* notes) {
         if (options_.unblurred) {
             Notes own;
@@ -214,7 +228,7 @@ class StereoSource : public FoundDepthSource {
         if (input_.right.empty()) {
             const cv::Mat picture = otherwise().readImage(file, notes);
             try {
-                return splitStereoPair(picture, input_.layout, input_.halves);
+                return splitStereoPair(picture, input_.layout, halvesOf(file, input_.halves));
             } catch (const Error& error) {
                 throw Error(error.code(), file.string(), error.what());
             }

@@ -1,13 +1,15 @@
-// Photo and depth in one picture: splitRgbd() and joinRgbd() of depth_map.hpp.
+// Photo and depth in one picture: splitRgbd(), joinRgbd() and others of depth_map.hpp.
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "image/colour_maps.hpp"
 #include "image/image_read.hpp"
+#include "image/picture_halves.hpp"
 #include "image/pixel_values.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstdlib>
 #include <opencv2/core.hpp>
@@ -21,16 +23,15 @@ bool isBeside(DepthSide side) {
     return side == DepthSide::Right || side == DepthSide::Left;
 }
 
-// Rectangles of the halves, from the size of a half and of the whole.
+// The halves by what they hold.
 struct Halves {
     cv::Rect photo;
     cv::Rect depth;
 };
-Halves halvesOf(DepthSide side, cv::Size half, cv::Size whole) {
-    const cv::Rect first(cv::Point(0, 0), half);
-    const cv::Rect last(cv::Point(whole.width - half.width, whole.height - half.height), half);
+Halves halvesOf(DepthSide side, cv::Size whole, int gap = 0) {
+    const HalfPlaces places = halfPlaces(whole, isBeside(side), gap);
     const bool isDepthLast = side == DepthSide::Right || side == DepthSide::Bottom;
-    return isDepthLast ? Halves{first, last} : Halves{last, first};
+    return isDepthLast ? Halves{places.first, places.second} : Halves{places.second, places.first};
 }
 
 template <typename T>
@@ -70,23 +71,28 @@ int gapOf(const cv::Mat& picture) {
 
 } // namespace
 
-void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo, cv::Mat& rawDepth,
+cv::Size RgbdLayout::photoSize(cv::Size whole) const {
+    return stretchedSize(halfPlaces(whole, isBeside(side)).first.size(),
+                         squeezeOf(whole, isBeside(side), halves));
+}
+
+void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout, cv::Mat& photo, cv::Mat& rawDepth,
                Notes* notes) {
     checkType(picture, {CV_8UC3, CV_16UC3}, "RGB-D image", "three channels of 8 or 16 bits");
     const cv::Mat source = picture;
-    const int gap = isBeside(side) ? gapOf(source) : 0;
+    const bool beside = isBeside(layout.side);
+    const int gap = beside ? gapOf(source) : 0;
     if (notes != nullptr && gap > 0) {
         notes->push_back({NoteCode::LeftOut, "a white gap of " + std::to_string(gap) +
                                                  " px between photo and depth is left out"});
     }
-    const cv::Size half(isBeside(side) ? (source.cols - gap) / 2 : source.cols,
-                        isBeside(side) ? source.rows : source.rows / 2);
-    check(!half.empty(), "RGB-D image",
+    const Halves places = halvesOf(layout.side, source.size(), gap);
+    check(!places.photo.empty(), "RGB-D image",
           shapeText(source) + ", too small to split, expected at least 2 px " +
-              (isBeside(side) ? "across" : "down"));
-    const Halves halves = halvesOf(side, half, source.size());
-    const cv::Mat photoHalf = source(halves.photo);
-    const cv::Mat depthHalf = source(halves.depth);
+              (beside ? "across" : "down"));
+    const cv::Size half = places.photo.size();
+    const cv::Mat photoHalf = source(places.photo);
+    const cv::Mat depthHalf = source(places.depth);
     rawDepth.create(half, CV_32FC1);
     photo.create(half, CV_8UC3);
     const bool isEightBit = source.depth() == CV_8U;
@@ -113,15 +119,40 @@ void splitRgbd(const cv::Mat& picture, DepthSide side, cv::Mat& photo, cv::Mat& 
                            [](std::uint16_t value) { return toEightBits(value); });
         }
     }
+    const Squeeze squeeze = squeezeOf(source.size(), beside, layout.halves);
+    stretch(photo, squeeze, cv::INTER_LINEAR);
+    stretch(rawDepth, squeeze, cv::INTER_NEAREST); // numbers of depth are not mixed
 }
 
 cv::Mat readRgbdImage(const std::filesystem::path& path, DepthSide side, Notes* notes) {
-    const auto photoPart = [side](cv::Size whole) {
-        const cv::Size half(isBeside(side) ? whole.width / 2 : whole.width,
-                            isBeside(side) ? whole.height : whole.height / 2);
-        return halvesOf(side, half, whole).photo;
+    return readImageParts(
+        path, [side](cv::Size whole) { return halvesOf(side, whole).photo; }, notes);
+}
+
+std::optional<DepthSide> findDepthHalf(const cv::Mat& picture, bool isStacked) {
+    checkType(picture, {CV_8UC3, CV_16UC3}, "RGB-D image", "three channels of 8 or 16 bits");
+    std::array<DepthSide, 4> sides = {DepthSide::Right, DepthSide::Left, DepthSide::Bottom,
+                                      DepthSide::Top};
+    if (isStacked) std::rotate(sides.begin(), sides.begin() + 2, sides.end());
+    const auto halvesAt = [&](DepthSide side) {
+        return halvesOf(side, picture.size(), isBeside(side) ? gapOf(picture) : 0);
     };
-    return readImageParts(path, photoPart, notes);
+    const auto isGreyOrMap = [](const cv::Mat& half) {
+        return !hasColours(half) || !undoColourMap(half, "RGB-D image", nullptr).empty();
+    };
+    for (const DepthSide side : sides) {
+        const Halves places = halvesAt(side);
+        if (places.photo.empty()) continue;
+        if (hasColours(picture(places.photo)) && isGreyOrMap(picture(places.depth))) return side;
+    }
+    if (hasColours(picture)) return std::nullopt;
+    for (const DepthSide side : sides) {
+        const Halves places = halvesAt(side);
+        if (!places.photo.empty() && looksLikeDepthImage(picture(places.depth)) &&
+            !looksLikeDepthImage(picture(places.photo)))
+            return side;
+    }
+    return sides.front();
 }
 
 void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthSide side, cv::Mat& picture) {
@@ -133,7 +164,7 @@ void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthSide side, cv::Ma
     const cv::Size half = photo.size();
     const cv::Size whole(isBeside(side) ? 2 * half.width : half.width,
                          isBeside(side) ? half.height : 2 * half.height);
-    const Halves halves = halvesOf(side, half, whole);
+    const Halves halves = halvesOf(side, whole);
     const cv::Mat first = photo; // keeps the samples if photo and picture are the same object
     picture.create(whole, CV_8UC3);
     first.copyTo(picture(halves.photo));

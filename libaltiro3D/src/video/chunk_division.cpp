@@ -79,11 +79,11 @@ ChunkDependence dependenceOf(const VideoConversion& conversion) {
     if (!conversion.given) return on;
     const GivenVideoDepth& given = *conversion.given;
     std::error_code error;
-    on.side = given.side;
+    on.rgbd = given.rgbd;
     on.onFlaws = true;
     // Pictures of a directory may be distances or floats, which get a range that follows them.
     on.onScene = conversion.choices.any() || given.kind == DepthKind::Metric ||
-                 (!given.side && fs::is_directory(given.source, error));
+                 (!given.rgbd && fs::is_directory(given.source, error));
     return on;
 }
 
@@ -119,7 +119,7 @@ VideoSurvey surveyVideo(VideoReader& reader, int segmentFrames, const ChunkDepen
                           if (on.onScene) {
                               cv::Mat photo = source.picture;
                               cv::Mat depth;
-                              if (on.side) splitRgbd(source.picture, *on.side, photo, depth);
+                              if (on.rgbd) splitRgbd(source.picture, *on.rgbd, photo, depth);
                               if (tracker.next(photo).cut) survey.cuts.push_back(place);
                           }
                           ++survey.frames;

@@ -15,7 +15,7 @@ namespace altiro3D {
 struct ChunkDependence {
     bool onScene = false; ///< Depth or choices, which begin anew at a cut.
     bool onFlaws = false; ///< Flaws of given depth, measured every kFramesPerMeasurement frames.
-    std::optional<DepthSide> side; ///< Of RGB-D frames.
+    std::optional<RgbdLayout> rgbd; ///< Of RGB-D frames.
 };
 /// The dependence of a conversion.
 ChunkDependence dependenceOf(const VideoConversion& conversion);

@@ -42,8 +42,8 @@ void checkFields(const VideoConversion& conversion) {
     check(!needsDisplay || conversion.display || conversion.map, "display",
           "is not set, expected one for Natives and quilts");
     if (conversion.given) {
-        check(conversion.given->source.empty() == conversion.given->side.has_value(), "given",
-              "depth has a source and a side, or neither, expected one of them");
+        check(conversion.given->source.empty() == conversion.given->rgbd.has_value(), "given",
+              "depth has a source and an RGB-D layout, or neither, expected one of them");
     }
     check(!conversion.map || (conversion.native.sampling.views == ViewFilter::Nearest &&
                               conversion.native.sampling.inTile == TileSampling::Nearest),
@@ -79,7 +79,7 @@ VideoTarget targetOf(const VideoConversion& conversion) {
 // Sets the range of given depth: that of the interrupted run, or a new one. If the depth is of
 // another file now, the settings differ anyway.
 void setDepthRange(VideoConversion& conversion) {
-    if (!conversion.given || conversion.given->side) return;
+    if (!conversion.given || conversion.given->rgbd) return;
     if (conversion.unfinished == UnfinishedRun::Resume &&
         ResumableVideoWriter::isUnfinished(conversion.output)) {
         const Json run = readRunFile(ResumableVideoWriter::partsDirectory(conversion.output));
@@ -126,7 +126,7 @@ ConversionRun::ConversionRun(VideoConversion given, std::optional<ChunkRange> ra
         depth_ = std::make_unique<FrameDepth>(conversion, facts);
         const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
         renderer = makePhotoRenderer(conversion, target, depth_->photoSize(facts.size),
-                                     depth_->photoAspect(aspect), depth_->edges());
+                                     depth_->photoAspect(facts.size, aspect), depth_->edges());
     }
     encoding = encodingOf(conversion, facts, renderer->size());
     if (range_) {

@@ -134,9 +134,10 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
     stamp["video"] = stateOf(conversion.input);
     if (conversion.given) {
         const GivenVideoDepth& given = *conversion.given;
-        if (!given.side) stamp["depth video"] = stateOf(given.source);
+        if (!given.rgbd) stamp["depth video"] = stateOf(given.source);
         add("given depth",
-            {given.side ? static_cast<int>(*given.side) : -1, static_cast<int>(given.kind)});
+            {given.rgbd ? static_cast<int>(given.rgbd->side) : -1, static_cast<int>(given.kind)});
+        if (given.rgbd) add("shape of the halves", static_cast<int>(given.rgbd->halves));
         if (given.range) add(kDepthRange, {given.range->low, given.range->high});
     } else if (conversion.depth) {
         const DepthSource& depth = *conversion.depth;

@@ -21,10 +21,6 @@ std::string digest(const cv::Mat& picture) {
     return bytes;
 }
 
-bool isBeside(DepthSide side) {
-    return side == DepthSide::Left || side == DepthSide::Right;
-}
-
 // Frames mostly give the same remark.
 void addNew(const Note& note, Notes& notes) {
     for (const Note& known : notes)
@@ -39,12 +35,12 @@ FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
       unit_(facts.timeBase.value()) {
     if (conversion.given) {
         const GivenVideoDepth& given = *conversion.given;
-        side_ = given.side;
+        rgbd_ = given.rgbd;
         kind_ = given.kind;
         range_ = given.range.value_or(DepthRange());
         options_.every = 1;
         if (conversion.choices.any()) cuts_.emplace();
-        if (!side_) given_.emplace(given, conversion.part, facts);
+        if (!rgbd_) given_.emplace(given, conversion.part, facts);
     } else {
         source_ = std::move(conversion.depth);
         kind_ = source_->kind();
@@ -69,14 +65,13 @@ void FrameDepth::begin(VideoReader& video) {
 }
 
 cv::Size FrameDepth::photoSize(cv::Size frame) const {
-    if (!side_) return frame;
-    return isBeside(*side_) ? cv::Size(frame.width / 2, frame.height)
-                            : cv::Size(frame.width, frame.height / 2);
+    return rgbd_ ? rgbd_->photoSize(frame) : frame;
 }
 
-double FrameDepth::photoAspect(double frameAspect) const {
-    if (!side_) return frameAspect;
-    return isBeside(*side_) ? frameAspect / 2 : frameAspect * 2;
+double FrameDepth::photoAspect(cv::Size frame, double frameAspect) const {
+    const cv::Size photo = photoSize(frame);
+    const auto aspect = [](cv::Size size) { return static_cast<double>(size.width) / size.height; };
+    return frameAspect * aspect(photo) / aspect(frame);
 }
 
 SavedState FrameDepth::state() const {
@@ -104,7 +99,7 @@ void FrameDepth::work(PipelineFrame& frame) {
     } else {
         cv::Mat photo;
         Notes notes;
-        splitRgbd(frame.source.picture, *side_, photo, raw_, &notes);
+        splitRgbd(frame.source.picture, *rgbd_, photo, raw_, &notes);
         if (photo.size() != photoSize(frame.source.picture.size())) {
             throw Error(ErrorCode::Unsupported, "RGB-D frame",
                         "has a white gap between photo and depth, expected halves without a gap");

@@ -34,7 +34,7 @@ class FrameDepth {
     void setState(const SavedState& state);
     /// Size of the photos in frames of a given size, and the shape of the scene that they show.
     cv::Size photoSize(cv::Size frame) const;
-    double photoAspect(double frameAspect) const;
+    double photoAspect(cv::Size frame, double frameAspect) const;
     /// What is known of the edges of the depth.
     DepthEdges edges() const { return source_ ? source_->edges() : DepthEdges::Unknown; }
     /// Remarks, for people.
@@ -45,7 +45,7 @@ class FrameDepth {
     void useGiven(PipelineFrame& frame);
 
     std::unique_ptr<DepthSource> source_; // null: depth is given
-    std::optional<DepthSide> side_;
+    std::optional<RgbdLayout> rgbd_;
     DepthKind kind_;
     DepthRange range_; // of given depth of 16 bits
     double flatDepth_; // if the range is empty

@@ -6,9 +6,11 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"
+#include "support/random_pictures.hpp"
 #include "support/reference.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
@@ -556,6 +558,63 @@ TEST(DepthMap, TheHalvesLieWhereTheSideSays) {
     splitRgbd(picture, DepthSide::Bottom, photo, depth);
     EXPECT_EQ(photo.at<cv::Vec3b>(0, 0)[0], 0);
     EXPECT_EQ(depth.at<float>(0, 0), 100);
+}
+
+TEST(DepthMap, SqueezedHalvesOfRgbdAreStretched) {
+    const cv::Mat whole = randomPhoto({32, 18}, 4); // of 16:9
+    cv::Mat photo;
+    cv::Mat depth;
+    for (const DepthSide side :
+         {DepthSide::Right, DepthSide::Left, DepthSide::Top, DepthSide::Bottom}) {
+        cv::Mat narrowPhoto;
+        cv::Mat narrowDepth;
+        splitRgbd(whole, side, narrowPhoto, narrowDepth);
+        for (const StereoHalves halves : {StereoHalves::Squeezed, StereoHalves::Automatic}) {
+            splitRgbd(whole, {side, halves}, photo, depth);
+            EXPECT_EQ(photo.size(), whole.size());
+            ASSERT_EQ(depth.size(), whole.size());
+            EXPECT_EQ(RgbdLayout(side, halves).photoSize(whole.size()), whole.size());
+            const bool isBeside = photo.cols == 2 * narrowPhoto.cols;
+            for (int y = 0; y < depth.rows; ++y) {
+                for (int x = 0; x < depth.cols; ++x) { // a number of the file, not a mean of two
+                    ASSERT_EQ(depth.at<float>(y, x), isBeside ? narrowDepth.at<float>(y, x / 2)
+                                                              : narrowDepth.at<float>(y / 2, x));
+                }
+            }
+            EXPECT_LT(cv::norm(cv::mean(photo), cv::mean(narrowPhoto)), 1);
+        }
+        splitRgbd(whole, {side, StereoHalves::Full}, photo, depth);
+        EXPECT_TRUE(samePicture(photo, narrowPhoto));
+        EXPECT_EQ(RgbdLayout(side).photoSize(whole.size()), narrowPhoto.size());
+    }
+    splitRgbd(randomPhoto({32, 30}, 4), {DepthSide::Right, StereoHalves::Automatic}, photo, depth);
+    EXPECT_EQ(photo.size(), cv::Size(16, 30));
+}
+
+TEST(DepthMap, TheGreyHalfOfAnRgbdImageIsFound) {
+    const cv::Mat photo = randomPhoto({60, 40});
+    cv::Mat ramp(photo.size(), CV_32FC1);
+    for (int x = 0; x < ramp.cols; ++x)
+        ramp.col(x).setTo(x / 59.0);
+    const std::array<DepthSide, 4> sides = {DepthSide::Right, DepthSide::Left, DepthSide::Top,
+                                            DepthSide::Bottom};
+    cv::Mat black;
+    cv::cvtColor(photo, black, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(black, black, cv::COLOR_GRAY2BGR);
+    for (const DepthSide side : sides) {
+        cv::Mat picture;
+        joinRgbd(photo, ramp, side, picture);
+        EXPECT_EQ(findDepthHalf(picture), side);
+        EXPECT_EQ(findDepthHalf(picture, true), side);
+        picture.convertTo(picture, CV_16U, 257);
+        EXPECT_EQ(findDepthHalf(picture), side);
+        joinRgbd(black, ramp, side, picture); // a photo in black and white
+        EXPECT_EQ(findDepthHalf(picture), side);
+    }
+    EXPECT_FALSE(findDepthHalf(randomPhoto({120, 40}))); // a photo
+    EXPECT_EQ(findDepthHalf(cv::Mat(40, 120, CV_8UC3, cv::Scalar::all(0))), DepthSide::Right);
+    EXPECT_EQ(findDepthHalf(cv::Mat(40, 120, CV_8UC3, cv::Scalar::all(0)), true),
+              DepthSide::Bottom);
 }
 
 TEST(DepthMap, SixteenBitRgbdKeepsItsDepthValues) {

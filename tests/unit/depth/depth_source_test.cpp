@@ -13,6 +13,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace altiro3D::test {
@@ -332,6 +333,93 @@ TEST(DepthSource, APairBringsWhatOnlyTheRightEyeSees) {
     ownSource()->readScene(eyes.left, 0.5, scene);
     EXPECT_TRUE(scene.hidden.photo.empty());
     EXPECT_EQ(scene.edges, DepthEdges::Decided);
+}
+
+TEST(DepthSource, NamesOfBothEyesCountIfTheHalvesResembleEachOther) {
+    const TemporaryDirectory directory;
+    const Eyes eyes = wallAndThing(6, 26);
+    cv::Mat beside;
+    cv::Mat stacked;
+    cv::hconcat(eyes.left, eyes.right, beside);
+    cv::vconcat(eyes.left, eyes.right, stacked);
+    const auto source = storedDepthOr(ownSource());
+    for (const char* name : {"cat_LR.png", "cat_lr_2.png", "a_2x1.png", "x_TAB.png", "x_tb.png"}) {
+        const bool isStacked = name[0] == 'x';
+        writeImage(directory / name, isStacked ? stacked : beside);
+        Notes notes;
+        const cv::Mat photo = source->readImage(directory / name, &notes);
+        EXPECT_TRUE(samePicture(photo, eyes.left)) << name;
+        EXPECT_TRUE(notes.empty()) << notes.front().text;
+        EXPECT_EQ(source->origin(), DepthOrigin::Matched) << name;
+        EXPECT_EQ(source->description().find("stereo pair ("), 0U) << source->description();
+        altiro3D::Scene scene;
+        source->readScene(photo, 0.5, scene);
+        EXPECT_GT(scene.depth.at<float>(150, 200), scene.depth.at<float>(150, 350) + 0.5F) << name;
+        EXPECT_FALSE(scene.hidden.photo.empty());
+    }
+    const cv::Mat plain = randomPhoto({400, 300}, 8);
+    for (const auto& [name, end] :
+         {std::pair("p_LR.png", " (LR may mean Lightroom)"), std::pair("p_tab.png", "")}) {
+        writeImage(directory / name, plain);
+        Notes notes;
+        EXPECT_TRUE(samePicture(source->readImage(directory / name, &notes), plain)) << name;
+        EXPECT_EQ(source->origin(), DepthOrigin::Estimated);
+        ASSERT_EQ(notes.size(), 1U) << name;
+        const std::string tag = std::string(name).substr(2, std::string(name).size() - 6);
+        EXPECT_EQ(notes[0].text, (directory / name).string() + ": its name (" + tag +
+                                     ") may mean that it holds both eyes, but its halves do not "
+                                     "resemble each other: it is read as an ordinary photo" +
+                                     end);
+    }
+}
+
+TEST(DepthSource, NamesOfRgbdCountIfAHalfIsDepth) {
+    const TemporaryDirectory directory;
+    const cv::Mat photo = randomPhoto({64, 72}, 3); // 16:9 side by side
+    cv::Mat ramp(photo.size(), CV_32FC1);
+    for (int x = 0; x < ramp.cols; ++x)
+        ramp.col(x).setTo(x / 63.0);
+    const auto source = storedDepthOr(ownSource());
+    for (const DepthSide side : {DepthSide::Right, DepthSide::Left, DepthSide::Bottom}) {
+        cv::Mat both;
+        joinRgbd(photo, ramp, side, both);
+        for (const char* name : {"a_rgbd.png", "a_HRGBD_2.png"}) {
+            writeImage(directory / name, both);
+            Notes notes;
+            const cv::Mat read = source->readImage(directory / name, &notes);
+            EXPECT_TRUE(notes.empty()) << notes.front().text;
+            EXPECT_EQ(source->origin(), DepthOrigin::Given);
+            if (std::string(name) == "a_rgbd.png") {
+                EXPECT_TRUE(samePicture(read, photo));
+            } else {
+                EXPECT_EQ(read.size(),
+                          side == DepthSide::Bottom ? cv::Size(64, 144) : cv::Size(128, 72));
+            }
+            altiro3D::Scene scene;
+            source->readScene(read, 0.5, scene);
+            EXPECT_EQ(scene.depth.size(), read.size());
+            EXPECT_GT(scene.depth.at<float>(30, read.cols - 5), 0.9F) << name;
+            EXPECT_LT(scene.depth.at<float>(30, 5), 0.1F) << name;
+        }
+    }
+    const cv::Mat plain = randomPhoto({64, 48}, 8);
+    writeImage(directory / "b_RGBD.png", plain);
+    Notes notes;
+    EXPECT_TRUE(samePicture(source->readImage(directory / "b_RGBD.png", &notes), plain));
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_EQ(notes[0].text, (directory / "b_RGBD.png").string() +
+                                 ": its name (RGBD) says that it holds depth, but no half of it is "
+                                 "grey: it is read as an ordinary photo");
+}
+
+TEST(DepthSource, PicturesForHeadsetsAreRefusedByName) {
+    const TemporaryDirectory directory;
+    const auto file = directory / "a_180x180_LR.png";
+    writeImage(file, randomPhoto({64, 48}, 8));
+    EXPECT_EQ(errorOf([&] { storedDepthOr(ownSource())->readImage(file); }),
+              file.string() + ": is made for headsets (VR) by its name (180x180), which is not "
+                              "read, expected a flat picture; if it is one, rename it");
+    EXPECT_EQ(storedDepthOr(ownSource(), {false, false})->readImage(file).cols, 64);
 }
 
 TEST(DepthSource, APairThatDoesNotMatchTakesItsDepthElsewhere) {

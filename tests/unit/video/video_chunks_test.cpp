@@ -225,7 +225,7 @@ TEST_F(VideoChunksTest, GivenDepthIsDividedAlike) {
             expectSameBytes({13});
         }
     }
-    change = [](VideoConversion& all) { all.given.emplace().side = DepthSide::Right; };
+    change = [](VideoConversion& all) { all.given.emplace().rgbd = DepthSide::Right; };
     expectSameBytes({13});
 }
 

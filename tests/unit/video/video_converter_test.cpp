@@ -259,7 +259,7 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
     VideoConversion again = conversion("again.mkv");
     again.input = directory / "rgbd.mkv";
     again.given = GivenVideoDepth();
-    again.given->side = DepthSide::Right;
+    again.given->rgbd = DepthSide::Right;
     again.native.refine.flaws = DepthFlaws();
     VideoConverter(std::move(again)).run();
     altiro3D::Scene scene;
@@ -449,7 +449,7 @@ TEST_F(VideoConverterTest, DepthDrawnInColoursIsUndone) {
         if (isRgbd) {
             made.input = directory / "rgbd.mkv";
             made.given = GivenVideoDepth();
-            made.given->side = DepthSide::Right;
+            made.given->rgbd = DepthSide::Right;
         }
         const VideoConversionResult result = VideoConverter(std::move(made)).run();
         ASSERT_EQ(result.notes.size(), 1U) << isRgbd;
@@ -472,7 +472,7 @@ TEST_F(VideoConverterTest, RgbdFramesWithAGapAreRefused) {
     writeClip(directory / "clip.mkv", {frame});
     VideoConversion made = conversion("made.mkv");
     made.given = GivenVideoDepth();
-    made.given->side = DepthSide::Right;
+    made.given->rgbd = DepthSide::Right;
     EXPECT_EQ(codeOf([&] { VideoConverter(std::move(made)).run(); }), ErrorCode::Unsupported);
 }
 
@@ -746,7 +746,7 @@ TEST_F(VideoConverterTest, PartsWithoutFramesAndFieldsThatDoNotGoTogetherAreErro
         {[](VideoConversion& c) { c.show = [](const cv::Mat&) { return true; }; },
          "output: is set"},
         {[](VideoConversion& c) { c.display.reset(); }, "display: is not set"},
-        {[](VideoConversion& c) { c.given->side = DepthSide::Left; }, "given: depth has"},
+        {[](VideoConversion& c) { c.given->rgbd = DepthSide::Left; }, "given: depth has"},
         {[](VideoConversion& c) { c.given->source.clear(); }, "given: depth has"},
         {[](VideoConversion& c) { c.fromQuilt = true; }, "depth: is set"},
         {[](VideoConversion& c) {

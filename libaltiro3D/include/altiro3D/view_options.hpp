@@ -120,9 +120,11 @@ struct AutoChoices {
     bool framing = false;  ///< Centre of the part that is shown; needs FitMode::Cover.
     bool focus = false;    ///< The depth of the subject.
     bool strength = false; ///< As much parallax as the display shows without double edges.
+    /// The given strength, but of estimated depth at most strengthLimit().
+    bool limit = false;
 
     /// Whether something is chosen. @return true if a field is
-    [[nodiscard]] bool any() const { return framing || focus || strength; }
+    [[nodiscard]] bool any() const { return framing || focus || strength || limit; }
 };
 
 /// Limit of the result of chooseStrength(), %.
@@ -133,6 +135,10 @@ constexpr double kMaxAutoParallax = 5;
 /// With chooseStrength(), at most this part of an outermost view shows what the photo does not, or
 /// stretched px, %. Much depth on few px, and depth that is in doubt, thus get less strength.
 constexpr double kMaxAutoHidden = 5;
+/// Width of the border of a scan that withoutScanBorder() may cut at a side, % of the photo's.
+constexpr double kMaxScanBorder = 3;
+/// insideViews() enlarges a photo by at most this for what views show beside it, %.
+constexpr double kMaxSideZoom = 5;
 
 /// How likely each place of a scene belongs to its subject: places that are sharp, near, nearer
 /// than others in their row, and close to the middle have large weights; (7.1).
@@ -176,8 +182,15 @@ ALTIRO3D_EXPORT void subjectWeights(const cv::Mat& photo, const cv::Mat& depth, 
 [[nodiscard]] ALTIRO3D_EXPORT double chooseStrength(double focus, const QuiltLayout& quilt,
                                                     cv::Vec2d depthRange);
 
-/// The same for the depth of a picture, and at most so much that kMaxAutoHidden of an outermost
-/// view was hidden or is stretched; (7.4). Arguments are not checked.
+/// The strength at which kMaxAutoHidden of an outermost view was hidden or is stretched; (7.4).
+/// Arguments are not checked.
+///
+/// @param depth of what is shown [rows x cols, CV_32FC1, 0..1]
+/// @return strength in %; infinite if the depth is level
+[[nodiscard]] ALTIRO3D_EXPORT double strengthLimit(const cv::Mat& depth);
+
+/// The same as for a depth range, for the depth of a picture, and at most strengthLimit().
+/// Arguments are not checked.
 ///
 /// @param focus depth on the panel's surface, 0..1
 /// @param quilt layout: view count and view size
@@ -198,5 +211,27 @@ ALTIRO3D_EXPORT void subjectWeights(const cv::Mat& photo, const cv::Mat& depth, 
 ///         Cover)
 ALTIRO3D_EXPORT void chooseFromScene(const Scene& scene, double panelAspect, FitMode fit,
                                      const AutoChoices& choices, Framing& framing, double& focus);
+
+/// Finds the border of a scan: rows and columns at the rim that have nearly one colour and end in a
+/// step all along. What goes on beyond kMaxScanBorder is a part of the photo, such as a night sky.
+///
+/// @param photo [rows x cols, CV_8UC3, BGR]
+/// @return the part of the photo inside; all of it if there is no border
+/// @throws Error InvalidArgument (empty or wrong type)
+[[nodiscard]] ALTIRO3D_EXPORT cv::Rect withoutScanBorder(const cv::Mat& photo);
+
+/// Moves and enlarges what is shown so that no view looks beyond the photo, as far as kMaxSideZoom
+/// allows; (7.5). The depth at the sides determines how far views look.
+///
+/// @param scene photo and depth, before the fit
+/// @param inside the part of the photo that may be seen, from withoutScanBorder()
+/// @param panelAspect width : height of what fills the panel, in px of the photo, 0.01..100
+/// @param framing the part that is shown, for FitMode::Cover
+/// @param options strength and focus
+/// @return the framing; as it was if fewer than kMinFramedPixels would be left
+/// @throws Error as fitPhoto(), InvalidArgument (type, part)
+[[nodiscard]] ALTIRO3D_EXPORT Framing insideViews(const Scene& scene, const cv::Rect& inside,
+                                                  double panelAspect, const Framing& framing,
+                                                  const ViewOptions& options);
 
 } // namespace altiro3D

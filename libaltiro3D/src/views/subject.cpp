@@ -207,11 +207,14 @@ double chooseStrength(double focus, const QuiltLayout& quilt, cv::Vec2d depthRan
     return strength < kMaxAutoStrength ? strength : kMaxAutoStrength;
 }
 
+double strengthLimit(const cv::Mat& depth) {
+    return 2 * kMaxAutoHidden / fallOfRows(depth);
+}
+
 double chooseStrength(double focus, const QuiltLayout& quilt, const cv::Mat& depth) {
     cv::Vec2d range;
     cv::minMaxLoc(depth, &range[0], &range[1]);
-    const double hidden = 2 * kMaxAutoHidden / fallOfRows(depth); // infinite for level rows
-    return std::min(chooseStrength(focus, quilt, range), hidden);
+    return std::min(chooseStrength(focus, quilt, range), strengthLimit(depth));
 }
 
 void chooseFromScene(const Scene& scene, double panelAspect, FitMode fit,

@@ -128,6 +128,7 @@ TEST(Subject, StrengthGivesWayWhereMuchWasHidden) {
         const double strength = chooseStrength(0.5, layout, depth);
         // each bar of height 0.75 uncovers 0.75 * strength / 2 percent of an outermost view
         const double hidden = bars * 0.75 * strength / 2;
+        EXPECT_NEAR(strengthLimit(depth) * hidden / strength, kMaxAutoHidden, 1e-9) << bars;
         EXPECT_LE(hidden, kMaxAutoHidden * (1 + 1e-12)) << bars;
         EXPECT_TRUE(hidden > kMaxAutoHidden * 0.999999 || bars == 1) << bars;
         cv::Mat soft;

@@ -484,7 +484,7 @@ int main(int argc, char** argv) {
     commandLine.add({"y"}, "Replace outputs that exist.");
     addDepthOptions(commandLine);
     commandLine.addSection("Views");
-    addSceneOptions(commandLine);
+    addSceneOptions(commandLine, AutoUse::None);
     addRefineOption(commandLine);
     commandLine.addNote(
         "Without a true view the most accurate setting is the reference: the numbers "

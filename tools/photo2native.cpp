@@ -68,6 +68,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     setup.end("plan");
     PhotoRun photoRun = openPhotoRun(commandLine, settings, setup, messages);
     messages.detail("ready: " + setup.text());
+    const std::string fixedWay = fixedWayText(commandLine, photoRun.choices);
+    if (!fixedWay.empty()) messages.say(fixedWay);
     outputs.makeDirectories();
 
     Json pictures = Json::array();
@@ -96,12 +98,12 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addUsage("--chunk K PLAN");
     commandLine.addUsage("--join PLAN");
     addDepthOptions(commandLine);
-    addViewOptions(commandLine);
+    addViewOptions(commandLine, AutoUse::Default);
     addNativeOptions(commandLine);
     addQuickOption(commandLine);
     CameraOptions::add(commandLine);
     Budget::add(commandLine);
-    addPhotoFitOptions(commandLine);
+    addPhotoFitOptions(commandLine, AutoUse::Default);
     commandLine.addSection("Output");
     commandLine.add({"save-quilt"}, "Also write the quilt (named ..._qs<columns>x<rows>a<aspect>).",
                     "FILE");

@@ -42,9 +42,9 @@ void addOptions(CommandLine& commandLine) {
         "Numbers of 16-bit depth (--depth) that become the two ends; default: the percentiles 0.5 "
         "and 99.5 of all its pictures. Needed for depth from a pipe.",
         "LOW:HIGH");
-    addViewOptions(commandLine);
+    addViewOptions(commandLine, AutoUse::Named);
     addNativeOptions(commandLine);
-    addPhotoFitOptions(commandLine);
+    addPhotoFitOptions(commandLine, AutoUse::Named);
     commandLine.addSection("Input");
     commandLine.addAdvanced({"from-quilt"}, "The frames of IN are quilts.");
     addVideoInputOptions(commandLine);

@@ -108,7 +108,7 @@ TEST(Data, UprightPhotosAreEqualInEveryOrientation) {
         const std::string photo = dataPath("photos/exif_orientation").string() + "/Landscape_" +
                                   std::to_string(i) + ".jpg";
         ASSERT_TRUE(
-            isDone(studio.run("photo2native", Arguments{"-y", "--strength", "0"} +
+            isDone(studio.run("photo2native", fixedWay({"-y", "--strength", "0"}) +
                                                   studio.display() + Arguments{photo, "a.png"})));
         const cv::Mat native = readBack(studio / "a.png");
         if (first.empty()) first = native;
@@ -296,7 +296,7 @@ TEST(Data, ANetworkGivesTheNativeOfTheLibrary) {
          {network.string(), std::string("fastdepth"), std::string("fastdepth_224_op10.onnx")}) {
         for (const char* threads : {"1", "2"}) {
             const Outcome outcome = studio.run(
-                "photo2native", Arguments{"-y", "-j", threads, "-n", name, "--report", "r.json"} +
+                "photo2native", fixedWay({"-y", "-j", threads, "-n", name, "--report", "r.json"}) +
                                     studio.display() + Arguments{photo.string(), "a.png"});
             EXPECT_TRUE(isDone(outcome));
             EXPECT_NE(outcome.out.find("network fastdepth"), std::string::npos) << outcome.out;
@@ -315,7 +315,7 @@ TEST(Data, ANetworkGivesTheNativeOfTheLibrary) {
     fs::copy(network, studio / "mine.onnx");
     spill(studio / "mine.json", R"({"name": "mine", "inputWidth": 224, "inputHeight": 224,
           "resizeKernel": "linear", "output": "metricDepth"})");
-    const Arguments mine = studio.display() + Arguments{"-y", "-n", "mine.onnx"};
+    const Arguments mine = fixedWay(studio.display() + Arguments{"-y", "-n", "mine.onnx"});
     EXPECT_TRUE(fails(studio.run("photo2native", mine + Arguments{photo.string(), "a.png"}), 1,
                       "--net-profile"));
     EXPECT_TRUE(isDone(studio.run(

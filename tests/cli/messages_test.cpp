@@ -62,7 +62,7 @@ class BatchStudio : public SmallStudio {
             }
         }
     }
-    Arguments call() const { return display() + Arguments{"in", "out"}; }
+    Arguments call() const { return fixedWay() + display() + Arguments{"in", "out"}; }
 };
 
 // The command line of a tool for a shell.
@@ -144,11 +144,16 @@ TEST(Messages, ABatchHasOneLineForEachPhoto) {
         studio.run("photo2native", studio.display() + Arguments{"--save-quilt", "q", "--save-depth",
                                                                 "d", "in", "out"});
     EXPECT_TRUE(isDone(outcome));
+    const std::string chosen = "; center 0.[0-9]+,0.[0-9]+(, zoom 1.[0-9]+)?, focus 0.[0-9]+"
+                               "(, strength [0-9.]+ %)?\n";
     const std::regex expected("display: [^\n]*\nquilt: [^\n]*\ndepth: [^\n]*\n"
-                              "a.png: out/a_native.png: Native, 96 x 128 px, quilt, depth\n"
+                              "auto: framing and focus by the photo; --fit cover --focus 0.5 "
+                              "chooses nothing\n"
+                              "a.png: out/a_native.png: Native, 96 x 128 px, quilt, depth" +
+                              chosen +
                               "wide.png: out/wide_native.png: Native, 96 x 128 px, quilt, depth; "
-                              "75 % of the width is cut off\n"
-                              "2 photos made, in [0-9.]+ s\n");
+                              "75 % of the width is cut off" +
+                              chosen + "2 photos made, in [0-9.]+ s\n");
     EXPECT_TRUE(std::regex_match(outcome.out, expected)) << outcome.text();
     const Outcome verbose = studio.run("photo2native", Arguments{"-v", "-y"} + studio.display() +
                                                            Arguments{"in", "out"});
@@ -160,9 +165,9 @@ TEST(Messages, TheParallaxIsSaidNearItsLimitAndWarnedOfAboveIt) {
     SmallStudio studio;
     // S/2 = 60 % of 120 px, 6 views, half of the range before the focus: 72 * 0.5 * 2 / 5 px
     const auto make = [&](const char* strength) {
-        return studio.run("photo2native",
-                          {"-c", "small.json", "-q", "2x3", "-r", "160x120", "-y", "--strength",
-                           strength, "-d", "photo.png", "depth.png", "a.png"});
+        return studio.run("photo2native", fixedWay({"-c", "small.json", "-q", "2x3", "-r",
+                                                    "160x120", "-y", "--strength", strength, "-d",
+                                                    "photo.png", "depth.png", "a.png"}));
     };
     const Outcome far = make("30"); // 3.6 px
     EXPECT_TRUE(isDone(far));

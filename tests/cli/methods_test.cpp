@@ -26,7 +26,7 @@ constexpr const char* kTool = "photo2native";
 class Methods : public ::testing::Test {
   protected:
     Outcome make(const Arguments& options, const std::string& output = "a.png") const {
-        return studio_.run(kTool, options + Arguments{"-y"} + studio_.display() +
+        return studio_.run(kTool, fixedWay(options) + Arguments{"-y"} + studio_.display() +
                                       Arguments{"-d", "photo.png", "depth.png", output});
     }
     cv::Mat native(const Arguments& options) const {
@@ -380,7 +380,7 @@ TEST_F(Methods, CostsAreThoseOfThePathThatIsTaken) {
             EXPECT_EQ(cachedBudgets().size(), measured) << outcome.call;
         }
     }
-    EXPECT_TRUE(isDone(studio_.run(kTool, small + photo))); // choosing changes nothing
+    EXPECT_TRUE(isDone(studio_.run(kTool, fixedWay(small) + photo))); // choosing changes nothing
     EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative({})));
 }
 

@@ -96,7 +96,7 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
     cases[13].path.quilt = false;
     for (const auto& [arguments, path] : cases) {
         const Outcome outcome =
-            studio.run(kTool, arguments + Arguments{"--quick", "-y"} + studio.display() +
+            studio.run(kTool, fixedWay(arguments) + Arguments{"--quick", "-y"} + studio.display() +
                                   Arguments{"-d", "photo.png", "depth.png", "native.png"});
         ASSERT_EQ(outcome.status, 0) << outcome.text();
         EXPECT_TRUE(samePicture(readBack(studio / "native.png"), libraryNative(studio, path)))
@@ -189,12 +189,57 @@ TEST(Photo2Native, AutoSaysAndReportsWhatTheLibraryChooses) {
                     path.views.focus);
     const Json& picture = report.at("pictures").at(0);
     EXPECT_NEAR(picture.at("focus").get<double>(), path.views.focus, 1e-6);
-    EXPECT_NEAR(picture.at("center").at(0).get<double>(), path.framing.centre.x, 1e-9);
     path.views.focus = picture.at("focus");
     path.views.strengthPercent = picture.at("strengthPercent");
+    path.framing =
+        insideViews({photo, depth}, cv::Rect({}, photo.size()), 0.75, path.framing, path.views);
+    EXPECT_NEAR(picture.at("center").at(0).get<double>(), path.framing.centre.x, 1e-9);
     EXPECT_GT(path.views.strengthPercent, 0);
     EXPECT_LE(path.views.strengthPercent, kMaxAutoStrength);
     EXPECT_TRUE(samePicture(readBack(studio / "native.png"), libraryNative(studio, path)));
+}
+
+TEST(Photo2Native, WithoutOptionsFramingFocusAndALimitOfTheStrengthFollowFromThePhoto) {
+    SmallStudio studio;
+    cv::Mat photo(200, 280, CV_8UC3, cv::Scalar::all(99)); // a scan with 3 px around it
+    for (int y = 3; y < 197; ++y) // stripes, of which the bright ones are near to the network
+        for (int x = 3; x < 277; ++x)
+            photo.at<cv::Vec3b>(y, x) = cv::Vec3b::all(x / 20 % 2 == 0 ? 240 : 10);
+    writeImage(studio / "photo.png", photo);
+    const auto make = [&](const Arguments& options, const Arguments& files) {
+        const Outcome outcome = studio.run(kTool, Arguments{"-y", "--report", "r.json"} + options +
+                                                      studio.display() + files);
+        EXPECT_TRUE(isDone(outcome));
+        return outcome.out;
+    };
+    const auto picture = [&] { return Json::parse(slurp(studio / "r.json")).at("pictures").at(0); };
+    const Arguments estimated{"photo.png", "a.png"};
+    const std::string said = make({"--save-depth", "depth.png"}, estimated);
+    EXPECT_NE(said.find("--fit cover --focus 0.5 chooses nothing\n"), std::string::npos) << said;
+    for (const char* part : {"; border of the scan cut: 4 px top", " px bottom", ", strength "})
+        EXPECT_NE(said.find(part), std::string::npos) << said;
+    const Json chosen = picture();
+    EXPECT_LT(chosen.at("strengthPercent"), 8); // H of (7.4) is some 3 stripes of the part shown
+    EXPECT_GT(chosen.at("strengthPercent"), 2);
+    const std::string native = slurp(studio / "a.png");
+    const std::string same = make({"--fit", "auto", "--focus", "auto"}, estimated);
+    EXPECT_EQ(slurp(studio / "a.png"), native);
+    EXPECT_EQ(same.find("chooses nothing"), std::string::npos) << same;
+    // each option is obeyed
+    make({"--strength", "10"}, estimated);
+    EXPECT_EQ(picture().at("strengthPercent"), 10);
+    make({"--focus", "0.25"}, estimated);
+    EXPECT_EQ(picture().at("focus"), 0.25);
+    for (const Arguments& framed :
+         {Arguments{"--fit", "cover"}, Arguments{"--center", "0.5,0.5"}}) {
+        make(framed, estimated);
+        EXPECT_EQ(picture().at("center"), Json({0.5, 0.5}));
+        EXPECT_EQ(picture().at("crop").at(3), 200);
+    }
+    // given depth bears the strength that is usual
+    make({}, {"-d", "photo.png", "depth.png", "a.png"});
+    EXPECT_EQ(picture().at("strengthPercent"), 10);
+    EXPECT_LT(picture().at("crop").at(3), 195);
 }
 
 TEST(Photo2Native, BothPathsGiveTheSameNative) {
@@ -312,8 +357,8 @@ TEST(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
 
 TEST(Photo2Native, DepthIsEstimatedByTheFirstNetwork) {
     SmallStudio studio;
-    const Outcome outcome = studio.run(kTool, Arguments{"--quick"} + studio.display() +
-                                                  Arguments{"photo.png", "a.png"});
+    const Outcome outcome =
+        studio.run(kTool, Arguments{"--quick"} + fixedWay() + studio.display() + Arguments{"photo.png", "a.png"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_NE(outcome.out.find("depth: network tiny ("), std::string::npos) << outcome.out;
     LibraryPath path;
@@ -371,7 +416,7 @@ TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
         fails(studio.run(kTool, Arguments{"-n", "midas"} + photo), 1, "midas-small, midas-large"));
     // the one of the source tree, and none that is not the first
     spill(studio / "net/fastdepth_224_op10.onnx", "no network");
-    const Outcome outcome = studio.run(kTool, Arguments{"--quick"} + photo);
+    const Outcome outcome = studio.run(kTool, Arguments{"--quick"} + fixedWay() + photo);
     EXPECT_TRUE(isDone(outcome));
     EXPECT_NE(outcome.out.find("depth: network altiro3d ("), std::string::npos) << outcome.out;
     LibraryPath path;
@@ -506,11 +551,12 @@ TEST(Photo2Native, NearerThingsMoveLeftFromViewToView) {
     depth(cv::Rect(35, 50, 50, 60)) = 230; // wider than the white bar: Fast is exact inside
     writeImage(studio / "photo.png", photo);
     writeImage(studio / "depth.png", depth);
-    ASSERT_EQ(studio
-                  .run(kTool, {"-c", "small.json", "-q", "2x3", "-r", "160x120", "--save-views",
-                               "v", "-d", "photo.png", "depth.png", "a.png"})
-                  .status,
-              0);
+    ASSERT_EQ(
+        studio
+            .run(kTool, fixedWay({"-c", "small.json", "-q", "2x3", "-r", "160x120", "--save-views",
+                                  "v", "-d", "photo.png", "depth.png", "a.png"}))
+            .status,
+        0);
     // S = 12 px between the outermost views for a whole depth range, half of it before the focus;
     // 0.1: resampling in steps of 1/32 px and rounding of colours
     std::vector<double> columns;

@@ -250,6 +250,18 @@ void SmallStudio::makeClip() const {
     EXPECT_TRUE(isDone(run("quilt2video", goodCall("quilt2video", "clip.mp4"))));
 }
 
+Arguments fixedWay(Arguments given) {
+    const std::pair<const char*, const char*> options[] = {
+        {"--fit", "cover"}, {"--focus", "0.5"}, {"--strength", "10"}};
+    for (const auto& [option, value] : options) {
+        const bool isThere = std::find(given.begin(), given.end(), option) != given.end() ||
+                             (option == std::string("--strength") &&
+                              std::find(given.begin(), given.end(), "--camera") != given.end());
+        if (!isThere) given = given + Arguments{option, value};
+    }
+    return given;
+}
+
 Arguments SmallStudio::goodCall(const std::string& tool, const std::string& output) const {
     if (tool == "altiro3Dnative") return {"-m", output, "-q", "2x3", "-r", "40x30", "small.json"};
     if (tool == "photo2native")

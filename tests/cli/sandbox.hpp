@@ -109,6 +109,10 @@ class SmallStudio : public Sandbox {
     Arguments goodCall(const std::string& tool, const std::string& output) const;
 };
 
+/// Options that leave no framing, focus or strength to the photo, as LibraryPath; the given ones
+/// stay.
+Arguments fixedWay(Arguments given = {});
+
 /// The path of one of our tools.
 std::filesystem::path toolPath(const std::string& tool);
 

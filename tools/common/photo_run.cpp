@@ -51,7 +51,7 @@ AdjacentParallax tellParallax(const CommandLine& commandLine, const NativeMaker&
 cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
                    const Scene& scene, const cv::Rect& shown, Messages& messages) {
     const cv::Size photoSize = scene.photo.size();
-    const bool isFramed = run.choices.framing || options.framing != Framing();
+    const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
     const PhotoFit fit = withMargins(isFramed ? photoSwayFit(shown, options.fit, run.swaySize)
                                               : photoSwayFit(photoSize, options.fit, run.swaySize),
                                      photoSize, options.views);
@@ -99,25 +99,54 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
     return !item.quilt.empty() || needsWholeDepth || !item.views.empty();
 }
 
-// Fits a photo. @param options the framing, focus and strength of this photo
-PhotoFit fitPicture(const PhotoItem& item, const PhotoRun& run, const Scene& scene, double aspect,
-                    NativeOptions& options, Scene& fitted, Messages& messages) {
-    options = run.maker.options();
-    chooseFromScene(scene, aspect, options.fit, run.choices, options.framing, options.views.focus);
-    const cv::Size size = scene.photo.size();
-    const PhotoFit plain =
-        fitPhoto(size, aspect, run.maker.workSize(), options.fit, options.framing);
-    PhotoFit fit = withMargins(plain, size, options.views);
-    fitScene(scene, fit, options.views.focus, fitted, options.refine);
-    if (run.choices.strength) {
-        options.views.strengthPercent =
-            chooseStrength(options.views.focus, run.maker.layout(), shownDepth(fitted));
+// "4 px left, 3 px top": where a scan's border was cut.
+std::string borderText(cv::Size photo, const cv::Rect& inside) {
+    const std::pair<const char*, int> sides[] = {{"left", inside.x},
+                                                 {"right", photo.width - inside.br().x},
+                                                 {"top", inside.y},
+                                                 {"bottom", photo.height - inside.br().y}};
+    std::string text;
+    for (const auto& [side, pixels] : sides) {
+        if (pixels == 0) continue;
+        text += (text.empty() ? "" : ", ") + std::to_string(pixels) + " px " + side;
     }
-    options.views = run.camera.apply(options.views, item.photo, size, fit, messages);
-    const PhotoFit needed = withMargins(plain, size, options.views); // of the strength now
-    if (needed.fittedSize() == fit.fittedSize()) return fit;
-    fitScene(scene, needed, options.views.focus, fitted, options.refine);
-    return needed;
+    return text;
+}
+
+// Fits a photo.
+// @param options the framing, focus and strength of this photo @param chosen tells them
+PhotoFit fitPicture(const PhotoItem& item, const PhotoRun& run, const Scene& scene, double aspect,
+                    NativeOptions& options, Scene& fitted, std::string& chosen,
+                    Messages& messages) {
+    options = run.maker.options();
+    ViewOptions& views = options.views;
+    const cv::Size size = scene.photo.size();
+    const auto fitNow = [&] {
+        return withMargins(
+            fitPhoto(size, aspect, run.maker.workSize(), options.fit, options.framing), size,
+            views);
+    };
+    chooseFromScene(scene, aspect, options.fit, run.choices, options.framing, views.focus);
+    const bool isLimited = run.choices.limit && run.depth.isEstimated();
+    if (run.choices.strength || isLimited) {
+        fitScene(scene, fitNow(), views.focus, fitted, options.refine);
+        const cv::Mat depth = shownDepth(fitted);
+        views.strengthPercent = run.choices.strength
+                                    ? chooseStrength(views.focus, run.maker.layout(), depth)
+                                    : std::min(views.strengthPercent, strengthLimit(depth));
+    }
+    std::string border;
+    if (run.choices.framing) {
+        const cv::Rect inside = withoutScanBorder(scene.photo);
+        border = borderText(size, inside);
+        options.framing = insideViews(scene, inside, aspect, options.framing, views);
+    }
+    chosen = autoText(run.choices, options.framing, views);
+    if (!border.empty()) chosen += "; border of the scan cut: " + border;
+    views = run.camera.apply(views, item.photo, size, fitNow(), messages);
+    const PhotoFit fit = fitNow();
+    fitScene(scene, fit, views.focus, fitted, options.refine);
+    return fit;
 }
 
 // The maker for one photo; with --camera or auto each photo has its own strength and focus.
@@ -230,7 +259,7 @@ PhotoRun openPhotoRun(const CommandLine& commandLine, const PhotoSettings& setti
         settings.display,
         CameraOptions(commandLine),
         makeNativeMaker(commandLine, settings.display, settings.layout, settings.options, messages),
-        autoChoices(commandLine),
+        photoChoices(commandLine),
         settings.budget,
         std::move(depth),
         settings.sway,
@@ -252,14 +281,15 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     const cv::Size photoSize = scene.photo.size();
     NativeOptions options;
     Scene fitted;
-    PhotoFit fit = fitPicture(item, run, scene, aspect, options, fitted, messages);
+    std::string chosen;
+    PhotoFit fit = fitPicture(item, run, scene, aspect, options, fitted, chosen, messages);
     times.end("fit");
     if (run.budget.mustChoose()) {
         if (chooseByBudget(run, scene, fitted, messages)) {
             run.depth.estimateScene(scene.photo, focus, scene);
         }
         // the views are others now
-        fit = fitPicture(item, run, scene, aspect, options, fitted, messages);
+        fit = fitPicture(item, run, scene, aspect, options, fitted, chosen, messages);
         times.end("budget");
     }
     const NativeMaker maker = makerOf(run, options.views);
@@ -275,8 +305,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     times.end("native");
     const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;
     const FitMode fitMode = maker.options().fit;
-    if (!messages.hasSubject()) tellCut(photoAspect, aspect, options, messages);
-    const std::string chosen = autoText(run.choices, options.framing, views);
+    if (!messages.hasSubject()) tellCut(photoAspect, aspect, run.maker.options(), messages);
     if (!messages.hasSubject() && !chosen.empty()) messages.say("auto: " + chosen);
     const AdjacentParallax parallax =
         tellParallax(commandLine, maker, shownDepth(fitted), messages);

@@ -24,23 +24,29 @@ bool hasExtension(const std::filesystem::path& file, Extensions extensions) {
 
 } // namespace
 
-void addSceneOptions(CommandLine& commandLine, bool automatic) {
-    const std::string strengthAuto = automatic ? "; auto: as much as the display shows without "
-                                                 "double edges and the scene bears, at most 12."
-                                               : ".";
-    const std::string focusAuto = automatic ? "; auto: the depth of the subject." : ".";
+void addSceneOptions(CommandLine& commandLine, AutoUse use) {
+    std::string strength = "10)";
+    std::string focus = "0.5).";
+    if (use == AutoUse::Default) {
+        strength = "10, of estimated depth less where views would show much that the photo does "
+                   "not)";
+        focus = "auto, the depth of the subject).";
+    } else if (use == AutoUse::Named) {
+        focus = "0.5); auto: the depth of the subject.";
+    }
+    strength += use == AutoUse::None ? "."
+                                     : "; auto: as much as the display shows without double "
+                                       "edges and the scene bears, at most 12.";
     commandLine.add(
         {"strength"},
-        std::string("Parallax of the whole depth range between the outermost views, in % of the "
-                    "picture's width, 0..100 (default 10)") +
-            strengthAuto,
+        "Parallax of the whole depth range between the outermost views, in % of the picture's "
+        "width, 0..100 (default " +
+            strength,
         "PERCENT");
-    commandLine.add(
-        {"focus"},
-        std::string("Depth that appears on the panel's surface, 0 farthest .. 1 nearest (default "
-                    "0.5)") +
-            focusAuto,
-        "DEPTH");
+    commandLine.add({"focus"},
+                    "Depth that appears on the panel's surface, 0 farthest .. 1 nearest (default " +
+                        focus,
+                    "DEPTH");
 }
 
 void addRefineOption(CommandLine& commandLine) {
@@ -57,7 +63,7 @@ DepthRefineOptions refineOptions(const CommandLine& commandLine) {
     return options;
 }
 
-void addViewOptions(CommandLine& commandLine) {
+void addViewOptions(CommandLine& commandLine, AutoUse use) {
     commandLine.addSection("Views");
     commandLine.add(
         {"method"},
@@ -65,7 +71,7 @@ void addViewOptions(CommandLine& commandLine) {
         "method, soft at edges; real, the published geometric method, slow.",
         "layered|fast|real");
     commandLine.addAdvanced({"g", "geometric"}, "The same as --method real.");
-    addSceneOptions(commandLine, true);
+    addSceneOptions(commandLine, use);
     addRefineOption(commandLine);
     commandLine.addAdvanced(
         {"k", "keep"},
@@ -99,13 +105,32 @@ AutoChoices autoChoices(const CommandLine& commandLine) {
     return {isAuto("fit"), isAuto("focus"), isAuto("strength")};
 }
 
+AutoChoices photoChoices(const CommandLine& commandLine) {
+    AutoChoices choices = autoChoices(commandLine);
+    choices.framing = choices.framing || !(commandLine.has("fit") || commandLine.has("center"));
+    choices.focus = choices.focus || !commandLine.has("focus");
+    choices.limit = !commandLine.has("strength") && !commandLine.has("camera");
+    return choices;
+}
+
+std::string fixedWayText(const CommandLine& commandLine, const AutoChoices& choices) {
+    const bool framing = choices.framing && !commandLine.has("fit");
+    const bool focus = choices.focus && !commandLine.has("focus");
+    if (!framing && !focus) return {};
+    return std::string("auto: ") + (framing ? "framing" : "") + (framing && focus ? " and " : "") +
+           (focus ? "focus" : "") + " by the photo;" + (framing ? " --fit cover" : "") +
+           (focus ? " --focus 0.5" : "") + " chooses nothing";
+}
+
 std::string autoText(const AutoChoices& choices, const Framing& framing, const ViewOptions& views) {
     std::string text;
     const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
     if (choices.framing)
         add("center " + fixed(framing.centre.x, 2) + "," + fixed(framing.centre.y, 2));
+    if (choices.framing && framing.zoom > 1) add("zoom " + fixed(framing.zoom, 2));
     if (choices.focus) add("focus " + fixed(views.focus, 2));
-    if (choices.strength) add("strength " + fixed(views.strengthPercent, 1) + " %");
+    const bool isLimited = choices.limit && views.strengthPercent < ViewOptions().strengthPercent;
+    if (choices.strength || isLimited) add("strength " + fixed(views.strengthPercent, 1) + " %");
     return text;
 }
 
@@ -228,11 +253,15 @@ void addFitOption(CommandLine& commandLine, const std::string& standard) {
         "cover|contain|stretch");
 }
 
-void addPhotoFitOptions(CommandLine& commandLine) {
+void addPhotoFitOptions(CommandLine& commandLine, AutoUse use) {
+    const bool isDefault = use == AutoUse::Default;
     commandLine.add(
         {"fit"},
-        "Pictures of another shape than the panel's: cover (default), contain, stretch, "
-        "or auto: cover that keeps what is near and sharp.",
+        std::string("Pictures of another shape than the panel's: cover") +
+            (isDefault ? "" : " (default)") + ", contain, stretch, or auto" +
+            (isDefault ? " (default): cover that keeps what is near and sharp, and enlarges by up "
+                         "to 5 % so that no view looks beyond the photo."
+                       : ": cover that keeps what is near and sharp."),
         "cover|contain|stretch|auto");
     addFramingOptions(commandLine);
 }

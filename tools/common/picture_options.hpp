@@ -13,16 +13,27 @@
 
 namespace altiro3D::tools {
 
+/// Whether --fit, --focus and --strength take "auto".
+enum class AutoUse {
+    None,
+    Named,  ///< see autoChoices()
+    Default ///< also without the options, see photoChoices()
+};
+
 /// --strength --focus
-/// @param automatic both take "auto", see autoChoices()
-void addSceneOptions(CommandLine& commandLine, bool automatic = false);
+void addSceneOptions(CommandLine& commandLine, AutoUse use);
 /// --exact-depth
 void addRefineOption(CommandLine& commandLine);
 DepthRefineOptions refineOptions(const CommandLine& commandLine);
 /// --method -g --strength --focus --exact-depth -k, and the options of the methods
-void addViewOptions(CommandLine& commandLine);
+void addViewOptions(CommandLine& commandLine, AutoUse use);
 /// Which of --fit, --focus and --strength are "auto".
 AutoChoices autoChoices(const CommandLine& commandLine);
+/// The same for AutoUse::Default: without the options, framing and focus are chosen and the
+/// strength is limited.
+AutoChoices photoChoices(const CommandLine& commandLine);
+/// What the choices that are not asked for are, and the options that make none; empty without them.
+std::string fixedWayText(const CommandLine& commandLine, const AutoChoices& choices);
 /// "focus 0.72, strength 8.4 %": what was chosen
 std::string autoText(const AutoChoices& choices, const Framing& framing, const ViewOptions& views);
 /// What is "auto" has its default value. @throws UsageError
@@ -63,7 +74,7 @@ FitMode fitOption(const CommandLine& commandLine, FitMode standard);
 /// --center --zoom
 void addFramingOptions(CommandLine& commandLine);
 /// --fit with auto, --center and --zoom
-void addPhotoFitOptions(CommandLine& commandLine);
+void addPhotoFitOptions(CommandLine& commandLine, AutoUse use);
 /// The fit of addPhotoFitOptions(); auto is Cover. @throws UsageError
 FitMode photoFitOption(const CommandLine& commandLine);
 /// @throws UsageError (also if --center has no effect with this fit)

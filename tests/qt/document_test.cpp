@@ -509,10 +509,10 @@ TEST(ViewerKnobs, AnyDifferenceCounts) {
     b = a;
     b.best = true;
     EXPECT_NE(a, b);
-    for (bool AutoChoices::*choice :
-         {&AutoChoices::framing, &AutoChoices::focus, &AutoChoices::strength}) {
+    for (bool AutoChoices::*choice : {&AutoChoices::framing, &AutoChoices::focus,
+                                      &AutoChoices::strength, &AutoChoices::limit}) {
         b = a;
-        b.automatic.*choice = true;
+        b.automatic.*choice = !(a.automatic.*choice);
         EXPECT_NE(a, b);
     }
 }

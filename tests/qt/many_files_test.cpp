@@ -201,6 +201,7 @@ class ViewerManyFiles : public ::testing::Test {
         Knobs knobs = controller.knobs();
         knobs.views.strengthPercent = strength;
         knobs.views.focus = focus;
+        knobs.automatic = {};
         controller.turn(knobs, "both");
     }
     static BatchReport exportAll(Controller& controller, const fs::path& folder) {
@@ -262,11 +263,31 @@ TEST_F(ViewerManyFiles, EachHasItsSettingsAlsoInTheNextRun) {
     EXPECT_EQ(controller.knobs(), Knobs());
 }
 
+TEST_F(ViewerManyFiles, PhotosAreChosenForVideosAreNotUnlessAsked) {
+    writeGreys(folder_ / "v.mkv", {64, 48}, 2, 25);
+    Controller controller(display_);
+    openFolder(controller);
+    EXPECT_EQ(controller.knobs(), Knobs());
+    EXPECT_TRUE(controller.knobs().automatic.framing);
+    controller.open(std::vector<fs::path>{folder_ / "v.mkv"});
+    ASSERT_TRUE(waitFor([&] { return !controller.isBusy(); }));
+    EXPECT_FALSE(controller.knobs().automatic.any());
+    controller.resetKnobs();
+    EXPECT_FALSE(controller.knobs().automatic.any());
+    Knobs knobs = controller.knobs();
+    knobs.automatic.focus = true;
+    controller.turn(knobs, "focus");
+    select(controller, 0);
+    select(controller, static_cast<int>(controller.sources().size()) - 1);
+    EXPECT_TRUE(controller.knobs().automatic.focus);
+}
+
 TEST_F(ViewerManyFiles, SettingsAreCopiedToAllButNotTheFrame) {
     Controller controller(display_);
     openFolder(controller);
     select(controller, 1);
     controller.zoomFrame({0.5, 0.5}, 2, 0);
+    const double zoom = controller.knobs().framing.zoom; // 2 times what the photo had
     select(controller, 0);
     turnTo(controller, 15, 0.4);
     controller.zoomFrame({0.5, 0.5}, 1.25, 0);
@@ -274,7 +295,8 @@ TEST_F(ViewerManyFiles, SettingsAreCopiedToAllButNotTheFrame) {
     EXPECT_EQ(controller.knobs().framing.zoom, 1.25);
     select(controller, 1);
     EXPECT_EQ(controller.knobs().views.strengthPercent, 15);
-    EXPECT_EQ(controller.knobs().framing.zoom, 2);
+    EXPECT_EQ(controller.knobs().framing.zoom, zoom);
+    EXPECT_FALSE(controller.knobs().automatic.any());
     EXPECT_EQ(controller.standardKnobs().views.strengthPercent, 15);
     EXPECT_EQ(controller.standardKnobs().framing, Framing());
 }
@@ -286,7 +308,6 @@ TEST_F(ViewerManyFiles, ExportsOfAllAreWhatIsSeenAndWhatTheToolMakes) {
     select(controller, 1);
     Knobs knobs = controller.knobs();
     knobs.depth = "tiny";
-    knobs.automatic.focus = true;
     knobs.best = true;
     controller.turn(knobs, "all");
     const BatchReport report = exportAll(controller, folder_ / "natives");
@@ -297,10 +318,10 @@ TEST_F(ViewerManyFiles, ExportsOfAllAreWhatIsSeenAndWhatTheToolMakes) {
         << report.problems[0];
     EXPECT_FALSE(fs::exists(native("broken_native.png")));
 
-    photo2native({"-d", "--strength", "7.5", "--focus", "0.25"},
+    photo2native({"-d", "--fit", "cover", "--strength", "7.5", "--focus", "0.25"},
                  {at("photos/a.png"), at("photos/a-depth.png"), at("tool-a.png")});
     EXPECT_EQ(slurp(native("a_native.png")), slurp(folder_ / "tool-a.png"));
-    photo2native({"--focus", "auto", "--best"}, {at("photos/b.jpg"), at("tool-b.png")});
+    photo2native({"--best"}, {at("photos/b.jpg"), at("tool-b.png")});
     EXPECT_EQ(slurp(native("b_native.png")), slurp(folder_ / "tool-b.png"));
 
     for (const int index : {0, 1}) { // what the window shows

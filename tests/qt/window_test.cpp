@@ -195,6 +195,9 @@ TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {
 TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
     openPhoto();
     auto* const box = panel().findChild<QCheckBox*>("autoFocus");
+    EXPECT_TRUE(box->isChecked());
+    box->click();
+    EXPECT_FALSE(knobs().automatic.focus);
     box->click();
     EXPECT_TRUE(knobs().automatic.focus);
     const auto chosen = [this] { return window_->controller().frame().setup.knobs.views.focus; };

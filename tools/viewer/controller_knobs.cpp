@@ -7,6 +7,14 @@
 
 namespace altiro3D::viewer {
 
+namespace {
+
+Knobs standardKnobsOf(const std::filesystem::path& file, const Knobs& knobs) {
+    return isVideoName(file) ? ofVideo(knobs) : knobs;
+}
+
+} // namespace
+
 // A change of settings that can be undone.
 class Controller::Turn : public QUndoCommand {
   public:
@@ -34,7 +42,7 @@ void Controller::turn(const Knobs& knobs, const QString& what, int gesture) {
 }
 
 void Controller::resetKnobs() {
-    turn(Knobs(), tr("reset of all settings"));
+    turn(standardKnobsOf(knobsFile_, Knobs()), tr("reset of all settings"));
 }
 
 void Controller::restoreKnobs(const Knobs& knobs) {
@@ -55,7 +63,7 @@ void Controller::copyKnobsToAll() {
 
 Knobs Controller::knobsOf(const std::filesystem::path& file) const {
     if (file == knobsFile_) return knobs_;
-    return store_.find(file).value_or(standardKnobs_);
+    return store_.find(file).value_or(standardKnobsOf(file, standardKnobs_));
 }
 
 void Controller::changeKnobs() {
@@ -125,6 +133,16 @@ Knobs Controller::withFrame() const {
     Knobs knobs = knobs_;
     if (knobs.automatic.framing) knobs.framing = frame_.setup.knobs.framing;
     knobs.automatic.framing = false;
+    return knobs;
+}
+
+Knobs Controller::withChosen() const {
+    const AutoChoices choices = knobs_.automatic;
+    const ViewOptions& chosen = frame_.setup.knobs.views;
+    Knobs knobs = withFrame();
+    if (choices.focus) knobs.views.focus = chosen.focus;
+    if (choices.strength || choices.limit) knobs.views.strengthPercent = chosen.strengthPercent;
+    knobs.automatic = {};
     return knobs;
 }
 

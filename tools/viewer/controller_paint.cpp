@@ -132,6 +132,7 @@ bool Controller::beginStroke(const Paint& paint, cv::Point2d at) {
         if (frame_.request.painted.revision != paintedNow().revision) return false;
         canvas_ = std::make_unique<DepthCanvas>(document_->picture, frame_.setup.depth);
         canvasKey_ = key;
+        if (knobs_.automatic.any()) setKnobs(withChosen()); // strokes must not move the picture
     }
     tool_ = paint.tool;
     canvas_->begin(paint, inPhoto(at));

@@ -74,6 +74,10 @@ QLabel* faintLabel(const QString& name) {
     return label;
 }
 
+bool choosesStrength(const Knobs& knobs) {
+    return knobs.automatic.strength || knobs.automatic.limit;
+}
+
 QFormLayout* formOf(QWidget* widget) {
     auto* form = new QFormLayout(widget);
     form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
@@ -224,11 +228,13 @@ void KnobPanel::connectKnobs() {
         });
     }
     const auto onSlider = [this](KnobSlider* slider, QCheckBox* automatic, const QString& what) {
-        connect(slider, &KnobSlider::turned, this, [this, automatic, what](double, int gesture) {
-            const QSignalBlocker blocker(automatic);
-            automatic->setChecked(false);
-            turn(what, gesture);
-        });
+        connect(slider, &KnobSlider::turned, this,
+                [this, slider, automatic, what](double, int gesture) {
+                    const QSignalBlocker blocker(automatic);
+                    automatic->setChecked(false);
+                    if (slider == strength_) shown_.automatic.limit = false;
+                    turn(what, gesture);
+                });
         connect(automatic, &QCheckBox::toggled, this, [this, what] { turn(what); });
     };
     onSlider(strength_, autoStrength_, tr("strength"));
@@ -336,9 +342,9 @@ Knobs KnobPanel::read() const {
     ViewOptions& views = knobs.views;
     views.method = static_cast<ViewMethod>(method_->currentData().toInt());
     knobs.automatic = {fit_->currentData().toInt() == kAutoFit, autoFocus_->isChecked(),
-                       autoStrength_->isChecked()};
+                       autoStrength_->isChecked(), shown_.automatic.limit};
     // sliders show what was chosen
-    if (!knobs.automatic.strength) views.strengthPercent = strength_->value();
+    if (!choosesStrength(knobs)) views.strengthPercent = strength_->value();
     if (!knobs.automatic.focus) views.focus = focus_->value();
     views.refinement = refinement_->value();
     views.layered.fill = static_cast<LayeredFill>(fill_->currentData().toInt());
@@ -376,7 +382,7 @@ void KnobPanel::show(const Knobs& knobs) {
 }
 
 void KnobPanel::showChosen(const Knobs& chosen) {
-    if (shown_.automatic.strength) strength_->setValue(chosen.views.strengthPercent);
+    if (choosesStrength(shown_)) strength_->setValue(chosen.views.strengthPercent);
     if (shown_.automatic.focus) focus_->setValue(chosen.views.focus);
 }
 

@@ -50,7 +50,9 @@ Json jsonOf(const Knobs& knobs) {
             {"fit", int(knobs.fit)},
             {"center", {knobs.framing.centre.x, knobs.framing.centre.y}},
             {"zoom", knobs.framing.zoom},
-            {"auto", {knobs.automatic.framing, knobs.automatic.focus, knobs.automatic.strength}},
+            {"auto",
+             {knobs.automatic.framing, knobs.automatic.focus, knobs.automatic.strength,
+              knobs.automatic.limit}},
             {"depth", knobs.depth},
             {"best", knobs.best},
             {"views", {knobs.columns, knobs.rows}}};
@@ -86,7 +88,8 @@ Knobs knobsOf(const Json& json) {
     knobs.framing.zoom = numberOf(json.at("zoom"), 1, 100);
     const Json& automatic = json.at("auto");
     knobs.automatic = {automatic.at(0).get<bool>(), automatic.at(1).get<bool>(),
-                       automatic.at(2).get<bool>()};
+                       automatic.at(2).get<bool>(),
+                       automatic.size() > 3 && automatic.at(3).get<bool>()}; // since 4 numbers
     if (knobs.fit != FitMode::Cover) knobs.automatic.framing = false;
     knobs.depth = json.at("depth").get<std::string>();
     if (knobs.depth.size() > kMaxName) throw Error(ErrorCode::BadFormat, "depth", "is too long");

@@ -17,10 +17,12 @@ constexpr const char* kGivenDepth = "given";
 
 /// All settings that the user can change while viewing; they apply to all pictures.
 struct Knobs {
-    ViewOptions views;              ///< Method, strength, focus and the method's options.
-    FitMode fit = FitMode::Cover;   ///< How a photo is fitted to the panel's shape.
-    Framing framing;                ///< The part of a photo that is shown, if it allows that.
-    AutoChoices automatic;          ///< What is chosen by the photo instead, see chooseAutomatic().
+    ViewOptions views;            ///< Method, strength, focus and the method's options.
+    FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel's shape.
+    Framing framing;              ///< The part of a photo that is shown, if it allows that.
+    /// What is chosen by the photo instead, see chooseAutomatic(). A video has nothing of it unless
+    /// the user asks for it, see ofVideo().
+    AutoChoices automatic{true, true, false, true};
     std::string depth = kBestDepth; ///< One of the two names above, or a network's name.
     bool best = false;              ///< See makesBestNative().
     int columns = 0;                ///< Columns of the quilt; 0: the display's default.
@@ -29,6 +31,12 @@ struct Knobs {
 
 /// A new number for changes that are undone together.
 int nextGesture();
+
+/// Settings for a video that has none of its own: those of video2native.
+inline Knobs ofVideo(Knobs knobs) {
+    knobs.automatic = {};
+    return knobs;
+}
 
 bool operator==(const Knobs& a, const Knobs& b);
 inline bool operator!=(const Knobs& a, const Knobs& b) {

@@ -67,9 +67,12 @@ void MainWindow::readSettings() {
     views.focus = settings.value("focus", views.focus).toDouble();
     knobs.fit = knownOr(knobs.fit, settings.value("fit"),
                         {FitMode::Cover, FitMode::Contain, FitMode::Stretch});
-    knobs.automatic = {settings.value("autoFit", false).toBool() && knobs.fit == FitMode::Cover,
-                       settings.value("autoFocus", false).toBool(),
-                       settings.value("autoStrength", false).toBool()};
+    const AutoChoices standard = knobs.automatic;
+    knobs.automatic = {settings.value("autoFit", standard.framing).toBool() &&
+                           knobs.fit == FitMode::Cover,
+                       settings.value("autoFocus", standard.focus).toBool(),
+                       settings.value("autoStrength", standard.strength).toBool(),
+                       settings.value("limitStrength", standard.limit).toBool()};
     knobs.best = settings.value("best", knobs.best).toBool();
     knobs.depth =
         settings.value("depth", QString::fromStdString(knobs.depth)).toString().toStdString();
@@ -103,6 +106,7 @@ void MainWindow::writeSettings() const {
     settings.setValue("autoFit", knobs.automatic.framing);
     settings.setValue("autoFocus", knobs.automatic.focus);
     settings.setValue("autoStrength", knobs.automatic.strength);
+    settings.setValue("limitStrength", knobs.automatic.limit);
     settings.setValue("best", knobs.best);
     settings.setValue("depth", QString::fromStdString(knobs.depth));
     settings.setValue("mode", int(controller_.mode()));

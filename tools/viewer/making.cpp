@@ -87,7 +87,7 @@ PhotoFit swayFitOf(const Setup& setup) {
     const cv::Size photo = setup.document->picture.size();
     const FitMode mode = setup.knobs.fit;
     const Framing framing = framingOf(setup);
-    const bool isFramed = setup.knobs.automatic.framing || framing != Framing();
+    const bool isFramed = !setup.knobs.automatic.framing && framing != Framing(); // by the user
     if (!isFramed) return withMargins(photoSwayFit(photo, mode), photo, setup.knobs.views);
     const PhotoFit panel =
         fitPhoto(photo, setup.display->aspect(), quiltLayout(setup).tileSize, mode, framing);
@@ -229,9 +229,17 @@ void chooseAutomatic(Setup& setup, const std::function<Scene(const Setup&)>& fit
     knobs.framing = framingOf(setup);
     chooseFromScene({setup.document->picture, setup.depth}, setup.display->aspect(), knobs.fit,
                     choices, knobs.framing, knobs.views.focus);
-    if (!choices.strength) return;
-    knobs.views.strengthPercent =
-        chooseStrength(knobs.views.focus, quiltLayout(setup), shownDepth(fitToNative(setup)));
+    const bool isLimited = choices.limit && setup.edges == DepthEdges::Decided;
+    if (choices.strength || isLimited) {
+        const cv::Mat depth = shownDepth(fitToNative(setup));
+        knobs.views.strengthPercent =
+            choices.strength ? chooseStrength(knobs.views.focus, quiltLayout(setup), depth)
+                             : std::min(knobs.views.strengthPercent, strengthLimit(depth));
+    }
+    if (!choices.framing || setup.document->video) return;
+    const cv::Mat& photo = setup.document->picture;
+    knobs.framing = insideViews({photo, setup.depth}, withoutScanBorder(photo),
+                                setup.display->aspect(), knobs.framing, knobs.views);
 }
 
 std::vector<Product> productsOf(Kind kind) {

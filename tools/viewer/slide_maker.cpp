@@ -87,6 +87,7 @@ Slide SlideMaker::make(const Source& source) {
 cv::Mat SlideMaker::nativeOf(const std::shared_ptr<const Document>& document) {
     Request request;
     request.document = document;
+    if (document->video) request.knobs = ofVideo(request.knobs);
     request.display = display_;
     request.mode = Mode::Native;
     request.area = display_->panelSize();

@@ -57,7 +57,7 @@ root=$PWD
 tools=$root/build/package/tools
 output=$root/quickstart-output
 absolute() { (cd "$caller" && realpath -- "$1"); }
-photo=$root/docs/examples/sample.jpg
+photo=$output/sample.jpg
 [[ ${#names[@]} -lt 1 ]] || photo=$(absolute "${names[0]}")
 calibration=()
 [[ ${#names[@]} -lt 2 ]] || calibration=(-c "$(absolute "${names[1]}")")
@@ -66,6 +66,8 @@ calibration=()
 . scripts/log.sh
 rm -f "$output/log.txt"
 log_to "$output/log.txt"
+# its own depth, which lies beside it, shows less of what your photos become
+cp -f "$root/docs/examples/sample.jpg" "$output/"
 export ALTIRO3D_LOG=$log
 echo "This installs the packages that are missing and builds the tools. The first time it takes about ten"
 echo "minutes. Details go to $log"

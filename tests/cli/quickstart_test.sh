@@ -11,7 +11,7 @@ clone=$root/the\ clone
 here=$root/here
 mkdir -p "$clone/scripts" "$clone/build/package/tools" "$clone/docs/examples" "$root/bin" "$here"
 cp "$source"/scripts/{quickstart,install-dependencies,log}.sh "$clone/scripts/"
-touch "$clone/docs/examples/sample.jpg" "$here/photo.jpg" "$here/visual.json"
+touch "$clone/docs/examples/sample.jpg" "$clone/docs/examples/sample-depth.png" "$here/photo.jpg" "$here/visual.json"
 stand_in() { # file, its shell commands
     printf '#!/usr/bin/env bash\n%s\n' "$2" >"$1"
     chmod +x "$1"
@@ -69,7 +69,8 @@ expect "the long output is kept away" says_not "line 1 of"
 expect "the log has it" grep -q "line 100 of cmake" "$log"
 expect "the log is named" says "$log"
 expect "native.png is there" [ -s "$clone/native.png" ]
-expect "the sample is used" called "-- $clone/docs/examples/sample.jpg $clone/quickstart-output/native.png"
+expect "the sample is used" called "-- $clone/quickstart-output/sample.jpg $clone/quickstart-output/native.png"
+expect "its depth is estimated, not read" [ ! -e "$clone/quickstart-output/sample-depth.png" ]
 expect "the tools look where the caller stands" called "from $here: "
 expect "it ends in few lines" [ "$(sed '1,/^$/d' <<<"$output" | wc -l)" -le 6 ]
 expect "what native.png is" says "picture for your display. On any other screen it looks like a blur."

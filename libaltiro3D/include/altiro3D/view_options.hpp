@@ -137,7 +137,8 @@ constexpr double kMaxAutoParallax = 5;
 constexpr double kMaxAutoHidden = 5;
 /// Width of the border of a scan that withoutScanBorder() may cut at a side, % of the photo's.
 constexpr double kMaxScanBorder = 3;
-/// insideViews() enlarges a photo by at most this for what views show beside it, %.
+/// insideViews() enlarges a photo by at most this for what views show beside it, %; by twice as
+/// much if that is the border of a scan, which stands out.
 constexpr double kMaxSideZoom = 5;
 
 /// How likely each place of a scene belongs to its subject: places that are sharp, near, nearer
@@ -220,8 +221,8 @@ ALTIRO3D_EXPORT void chooseFromScene(const Scene& scene, double panelAspect, Fit
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Rect withoutScanBorder(const cv::Mat& photo);
 
-/// Moves and enlarges what is shown so that no view looks beyond the photo, as far as kMaxSideZoom
-/// allows; (7.5). The depth at the sides determines how far views look.
+/// Moves and enlarges what is shown so that no view looks beyond a part of the photo, as far as
+/// kMaxSideZoom allows; (7.5). The depth at the sides determines how far views look.
 ///
 /// @param scene photo and depth, before the fit
 /// @param inside the part of the photo that may be seen, from withoutScanBorder()

@@ -96,7 +96,8 @@ Framing insideViews(const Scene& scene, const cv::Rect& inside, double panelAspe
     const double border = std::max({1.0, static_cast<double>(shown.width) / inside.width,
                                     static_cast<double>(shown.height) / inside.height});
     const double wanted = std::max(border, shown.width * (1 + left + right) / inside.width);
-    const double more = std::min(wanted, border * (1 + kMaxSideZoom / 100));
+    const double most = inside.width < size.width ? 2 * kMaxSideZoom : kMaxSideZoom;
+    const double more = std::min(wanted, border * (1 + most / 100));
     const cv::Size2d window(shown.width / more, shown.height / more);
     if (std::min(window.width, window.height) < kMinFramedPixels) return framing;
     // as near to where it was as the sides allow; in their middle if they are too near

@@ -156,7 +156,14 @@ TEST(PhotoSides, TheZoomIsLimitedAndWhatHasRoomStays) {
     options.strengthPercent = 30;
     const Framing limited = insideViews(scene, all, 1.5, middle, options);
     EXPECT_DOUBLE_EQ(limited.zoom, 1 + kMaxSideZoom / 100);
-    // a border of a scan is left out on all sides, whatever the strength
+    // a border of a scan stands out: what strength 10 needs with any depth and focus
+    options.strengthPercent = 10;
+    options.focus = 1;
+    const cv::Rect scan(6, 0, kPhoto.width - 12, kPhoto.height);
+    const Framing kept = insideViews(scene, scan, 1.5, middle, options);
+    EXPECT_GT(kept.zoom, 1 + kMaxSideZoom / 100);
+    EXPECT_LT(beyond(scene, kept, options, 1.5), -0.0099); // the border is 1 % of the photo
+    // it is left out on all sides, whatever the strength
     options.strengthPercent = 0;
     const cv::Rect inside(6, 4, 591, 390);
     const Framing cut = insideViews(scene, inside, 1.5, middle, options);

@@ -2,8 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "common/folder_run.hpp"
-#include "common/photo_chunk_run.hpp"
-#include "common/photo_run.hpp"
+#include "common/photo_chunks.hpp"
 #include "common/run_tool.hpp"
 
 #include <algorithm>
@@ -13,26 +12,31 @@
 using namespace altiro3D;
 using namespace altiro3D::tools;
 
-using Json = nlohmann::ordered_json;
-
 namespace {
 
 // A run of one photo.
-int makeOnly(const CommandLine& commandLine, const PhotoPlan& plan, PhotoRun& run, Json& pictures,
-             Messages& messages) {
+PhotosMade makeOnly(const CommandLine& commandLine, const PhotoPlan& plan, PhotoRun& run,
+                    Messages& messages) {
+    PhotosMade made;
     const PhotoItem& item = plan.items.front();
     if (item.isMade) {
         messages.say(item.photo.string() + ": skipped, as " + item.native.string() + " exists");
-        pictures.push_back({{"photo", item.photo.string()}, {"skipped", true}});
+        made.pictures.push_back({{"photo", item.photo.string()}, {"skipped", true}});
     } else {
-        pictures.push_back(makePicture(commandLine, item, run, messages));
+        made.pictures.push_back(makePicture(commandLine, item, run, messages));
     }
-    return kExitDone;
+    return made;
+}
+
+void addOutputs(const PhotoItem& item, const PhotoRun& run, PhotosMade& made) {
+    for (const std::filesystem::path& file : outputsOf(item, run.maker.layout().viewCount))
+        made.outputs.push_back(file);
 }
 
 // A run of many photos.
-int makePictures(const CommandLine& commandLine, const PhotoPlan& plan, PhotoRun& run,
-                 Json& pictures, Messages& messages) {
+PhotosMade makePictures(const CommandLine& commandLine, const PhotoPlan& plan, PhotoRun& run,
+                        Messages& messages) {
+    PhotosMade made;
     const auto toMake = std::count_if(plan.items.begin(), plan.items.end(),
                                       [](const PhotoItem& item) { return !item.isMade; });
     FolderRun folder("photo", static_cast<std::size_t>(toMake), plan.leftOut, messages);
@@ -40,52 +44,59 @@ int makePictures(const CommandLine& commandLine, const PhotoPlan& plan, PhotoRun
         const std::string photo = item.photo.string();
         if (item.isMade) {
             folder.skip(item.photo, item.native);
-            pictures.push_back({{"photo", photo}, {"skipped", true}});
+            addOutputs(item, run, made);
+            made.pictures.push_back({{"photo", photo}, {"skipped", true}});
             continue;
         }
         const FolderRun::Outcome outcome = folder.convert(item.photo, [&] {
-            pictures.push_back(makePicture(commandLine, item, run, messages));
+            made.pictures.push_back(makePicture(commandLine, item, run, messages));
+            addOutputs(item, run, made);
             return kExitDone;
         });
         if (!outcome.leftOut.empty())
-            pictures.push_back({{"photo", photo}, {"leftOut", outcome.leftOut}});
+            made.pictures.push_back({{"photo", photo}, {"leftOut", outcome.leftOut}});
         if (!outcome.error.empty())
-            pictures.push_back({{"photo", photo}, {"error", outcome.error}});
+            made.pictures.push_back({{"photo", photo}, {"error", outcome.error}});
     }
-    return folder.end();
+    made.mayRecover = folder.mayRecover();
+    made.status = folder.end();
+    return made;
 }
 
-int run(const CommandLine& commandLine, Messages& messages) {
+// Makes the photos of a command line, or a part of those of a plan.
+PhotosMade makePhotos(const CommandLine& commandLine, const PhotoPart* part, Messages& messages) {
     StageTimes
         setup; // "start" is the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
     const PhotoSettings settings = photoSettings(commandLine, messages);
-    const PhotoInputs inputs = listPhotos(commandLine, messages);
+    const PhotoInputs inputs = part == nullptr ? listPhotos(commandLine, messages)
+                                               : PhotoInputs{part->plan.photos, {}, true};
     PhotoPlan plan = planPhotos(commandLine, settings.display, settings.layout, inputs);
+    if (part != nullptr) part->choose(plan);
     const Outputs outputs =
         checkedOutputs(commandLine, plan, settings.display, settings.layout.viewCount);
     messages.say("quilt: " + quiltText(settings.layout, settings.display.aspect()));
     setup.end("plan");
     PhotoRun photoRun = openPhotoRun(commandLine, settings, setup, messages);
+    if (part != nullptr) part->requireSame(photoRun);
     messages.detail("ready: " + setup.text());
     const std::string fixedWay = fixedWayText(commandLine, photoRun.choices);
     if (!fixedWay.empty()) messages.say(fixedWay);
     outputs.makeDirectories();
 
-    Json pictures = Json::array();
-    const int status = plan.batch ? makePictures(commandLine, plan, photoRun, pictures, messages)
-                                  : makeOnly(commandLine, plan, photoRun, pictures, messages);
+    PhotosMade made = plan.batch ? makePictures(commandLine, plan, photoRun, messages)
+                                 : makeOnly(commandLine, plan, photoRun, messages);
     const double peak = peakMegabytes();
     if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
     if (!plan.report.empty()) {
-        Json report = photoReport(commandLine, photoRun, messages);
+        nlohmann::ordered_json report = photoReport(commandLine, photoRun, messages);
         for (const auto& [stage, milliseconds] : setup.milliseconds())
             report["setupMilliseconds"][stage] = milliseconds;
         report["peakMegabytes"] = peak;
-        report["pictures"] = std::move(pictures);
+        report["pictures"] = made.pictures;
         writeFile(plan.report, reportText(report));
     }
-    return status;
+    return made;
 }
 
 void addOptions(CommandLine& commandLine) {
@@ -162,7 +173,12 @@ int main(int argc, char** argv) {
     addOptions(commandLine);
     return runTool(argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
         if (isForPhotoChunks(given))
-            return runPhotoChunks(given, {argv, argv + argc}, addOptions, messages);
-        return run(given, messages);
+            return runPhotoChunks(
+                given, {argv, argv + argc}, addOptions,
+                [&](const CommandLine& planned, const PhotoPart& part) {
+                    return makePhotos(planned, &part, messages);
+                },
+                messages);
+        return makePhotos(given, nullptr, messages).status;
     });
 }

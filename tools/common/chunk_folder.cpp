@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* kArguments = "arguments";
 constexpr const char* kCalibration = "visual.json";
-constexpr std::uintmax_t kMaxArguments = std::uintmax_t{1} << 22;
+constexpr std::uintmax_t kMaxWords = std::uintmax_t{256} << 20;
 constexpr std::uintmax_t kMaxCalibration = std::uintmax_t{1} << 24;
 
 // An error of a task names the machine, because others make other chunks.
@@ -59,25 +59,31 @@ void requireNoOthers(const CommandLine& commandLine, const std::string& option) 
     }
 }
 
-// The working directory and the words of a plan's command line.
-std::vector<std::string> readWords(const fs::path& folder) {
-    const fs::path file = folder / kArguments;
-    const std::string text = readFile(file, kMaxArguments);
+} // namespace
+
+void failDamaged(const fs::path& file) {
+    throw Error(ErrorCode::BadFormat, file.string(),
+                "is damaged, expected the file as it was written; make the plan again");
+}
+
+void writeWords(const fs::path& file, const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words)
+        text += word + '\0';
+    writeFile(file, text);
+}
+
+std::vector<std::string> readWords(const fs::path& file) {
+    const std::string text = readFile(file, kMaxWords);
     std::vector<std::string> words;
     for (std::size_t at = 0; at < text.size();) {
         const std::size_t end = text.find('\0', at);
-        if (end == std::string::npos) break;
+        if (end == std::string::npos) failDamaged(file);
         words.push_back(text.substr(at, end - at));
         at = end + 1;
     }
-    if (words.size() < 2 || text.back() != '\0') {
-        throw Error(ErrorCode::BadFormat, file.string(),
-                    "is damaged, expected the command line of the plan; make the plan again");
-    }
     return words;
 }
-
-} // namespace
 
 std::string hostName() {
     std::array<char, 256> name{};
@@ -134,17 +140,16 @@ void keepCommandLine(const fs::path& folder, std::vector<std::string> words,
         writeFile(copy, readFile(display.files.front(), kMaxCalibration));
         words.insert(words.begin() + 1, {"-c", copy.string()});
     }
-    std::string text = fs::current_path().string() + '\0';
-    for (const std::string& word : words)
-        text += word + '\0';
-    writeFile(folder / kArguments, text);
+    words.insert(words.begin(), fs::current_path().string());
+    writeWords(folder / kArguments, words);
 }
 
 std::unique_ptr<CommandLine> openCommandLine(const fs::path& folder, const std::string& tool,
                                              int threads,
                                              const std::function<void(CommandLine&)>& addOptions,
                                              const std::function<void(const CommandLine&)>& open) {
-    std::vector<std::string> words = readWords(folder);
+    std::vector<std::string> words = readWords(folder / kArguments);
+    if (words.size() < 2) failDamaged(folder / kArguments);
     const std::string place = words.front();
     std::error_code error;
     fs::current_path(place, error);

@@ -75,4 +75,11 @@ int runLogged(const ChunkCall& call, const std::function<int()>& work);
 /// The name of this machine.
 std::string hostName();
 
+/// Texts in a file, each followed by a zero byte. @throws Error WriteFailed
+void writeWords(const std::filesystem::path& file, const std::vector<std::string>& words);
+/// Reads them. @throws Error NotFound, ReadFailed, BadFormat
+std::vector<std::string> readWords(const std::filesystem::path& file);
+/// @throws Error BadFormat
+[[noreturn]] void failDamaged(const std::filesystem::path& file);
+
 } // namespace altiro3D::tools

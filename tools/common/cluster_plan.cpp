@@ -1,7 +1,7 @@
 #include "common/cluster_plan.hpp"
 
 #include "altiro3D/video_chunks.hpp"
-#include "common/photo_chunk_plan.hpp"
+#include "common/photo_chunks.hpp"
 
 #include <QCoreApplication>
 #include <algorithm>
@@ -23,12 +23,12 @@ std::string ClusterPlan::program() const {
 ClusterPlan readClusterPlan(const fs::path& folder) {
     ClusterPlan plan;
     plan.folder = fs::absolute(folder);
-    if (isPhotoPlan(plan.folder)) {
-        const PhotoChunkPlan photos = readPhotoChunks(plan.folder);
+    if (holdsPhotoChunks(plan.folder)) {
+        const PhotoChunks photos = readPhotoChunks(plan.folder);
         plan.tool = "photo2native";
         plan.unit = "photo";
         plan.threads = photos.threads;
-        for (int number = 1; number <= photos.chunks(); ++number) {
+        for (int number = 1; number <= photos.count(); ++number) {
             const auto [first, end] = photos.photosOf(number);
             plan.units.push_back(static_cast<std::int64_t>(end - first));
         }
@@ -47,14 +47,9 @@ ClusterPlan readClusterPlan(const fs::path& folder) {
 
 std::vector<bool> madeChunks(const ClusterPlan& plan) {
     std::vector<bool> made;
-    if (plan.tool == "photo2native") {
-        const PhotoChunkPlan photos = readPhotoChunks(plan.folder);
-        for (int number = 1; number <= plan.chunks(); ++number)
-            made.push_back(isPhotoChunkMade(photos, plan.folder, number));
-    } else {
-        for (int number = 1; number <= plan.chunks(); ++number)
-            made.push_back(isVideoChunkMade(plan.folder, number));
-    }
+    const auto isMade = plan.tool == "photo2native" ? isPhotoChunkMade : isVideoChunkMade;
+    for (int number = 1; number <= plan.chunks(); ++number)
+        made.push_back(isMade(plan.folder, number));
     return made;
 }
 

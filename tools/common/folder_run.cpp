@@ -4,11 +4,29 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
 
+#include <new>
+#include <opencv2/core.hpp>
+#include <system_error>
 #include <utility>
 
 namespace altiro3D::tools {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+bool isFailureOfMachine(const std::exception& error) {
+    if (const auto* ours = dynamic_cast<const Error*>(&error)) {
+        return ours->code() == ErrorCode::WriteFailed || ours->code() == ErrorCode::OutOfMemory ||
+               ours->code() == ErrorCode::NetworkFailed;
+    }
+    if (const auto* fromOpenCv = dynamic_cast<const cv::Exception*>(&error))
+        return fromOpenCv->code == cv::Error::StsNoMem;
+    return dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
+           dynamic_cast<const std::system_error*>(&error) != nullptr;
+}
+
+} // namespace
 
 void addRecursiveOption(CommandLine& commandLine, const std::string& things) {
     commandLine.addAdvanced({"recursive"},
@@ -74,6 +92,7 @@ FolderRun::Outcome FolderRun::convert(const fs::path& file, const std::function<
         messages_.dropWarnings();
         messages_.fail(outcome.error);
         ++failed_;
+        mayRecover_ = mayRecover_ || isFailureOfMachine(error);
     }
     messages_.setSubject({});
     return outcome;
@@ -88,7 +107,7 @@ std::string FolderRun::place() const {
     return "[" + std::to_string(begun_) + "/" + std::to_string(files_) + "]";
 }
 
-int FolderRun::end(const std::string& time) {
+int FolderRun::end() {
     progress_.clear();
     std::string text = counted(made_, thing_) + " made";
     if (skipped_ > 0) text += ", " + std::to_string(skipped_) + " skipped as the outputs exist";
@@ -98,8 +117,7 @@ int FolderRun::end(const std::string& time) {
     if (!leftOut_.empty())
         text += ", " + std::to_string(leftOut_.size()) + " left out (" + kindsText(leftOut_) + ")";
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
-    messages_.say(text + ", in " +
-                  (time.empty() ? fixed(spent.count(), spent.count() < 10 ? 1 : 0) + " s" : time));
+    messages_.say(text + ", in " + fixed(spent.count(), spent.count() < 10 ? 1 : 0) + " s");
     if (stopped_ > 0) return kExitStopped;
     return failed_ == 0 ? kExitDone : kExitFailed;
 }

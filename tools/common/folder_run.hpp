@@ -59,15 +59,16 @@ class FolderRun {
     /// Converts a file.
     /// @param work returns an exit status, or throws NotTaken or an exception that means failure
     Outcome convert(const std::filesystem::path& file, const std::function<int()>& work);
+    /// Whether a file failed for a reason that another run may not have: a full disk, no memory.
+    bool mayRecover() const { return mayRecover_; }
     /// Counts a file whose outputs exist.
     void skip(const std::filesystem::path& file, const std::filesystem::path& output);
 
     /// Number of files that were begun, from 1, and of all: "[2/7]".
     std::string place() const;
     /// Says what was made, skipped, stopped, not begun, left out and failed.
-    /// @param time "9.5 s"; empty: that since the construction
     /// @return the exit status: that of the user's stop, failure, or success
-    int end(const std::string& time = {});
+    int end();
 
   private:
     std::string thing_;
@@ -80,6 +81,7 @@ class FolderRun {
     std::size_t skipped_ = 0;
     std::size_t failed_ = 0;
     std::size_t stopped_ = 0;
+    bool mayRecover_ = false;
     Progress progress_;
 };
 

@@ -205,15 +205,15 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
         }
         plan.items.push_back(item);
     }
+    plan.skipExisting = commandLine.has("skip-existing");
     plan.report = commandLine.value("report").value_or("");
     return plan;
 }
 
 Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
-                       const ChosenDisplay& display, int views, bool replace) {
-    const bool skip = commandLine.has("skip-existing");
+                       const ChosenDisplay& display, int views) {
     // incomplete sets of outputs and the report are made again
-    Outputs outputs(commandLine.has("y") || skip || replace);
+    Outputs outputs(commandLine.has("y") || plan.skipExisting);
     for (const fs::path& file : display.files)
         outputs.addInput(file);
     for (const char* option : {"n", "net-profile", "camera"}) {
@@ -245,7 +245,8 @@ Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
                 outputs.addOutput(file);
             }
         }
-        item.isMade = skip && std::all_of(files.begin(), files.end(), isFileWithContents);
+        item.isMade =
+            plan.skipExisting && std::all_of(files.begin(), files.end(), isFileWithContents);
     }
     if (!plan.report.empty()) outputs.addOutput(plan.report);
     outputs.check();

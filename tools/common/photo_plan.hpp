@@ -29,6 +29,7 @@ struct PhotoItem {
 struct PhotoPlan {
     std::vector<PhotoItem> items;
     bool batch = false; ///< outputs are directories; a photo that fails does not stop the run
+    bool skipExisting = false; ///< photos whose outputs all exist are not made again
     std::filesystem::path report;
     std::vector<LeftOutFile> leftOut; ///< Of folders: what is not converted.
 };
@@ -51,12 +52,11 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
                      const QuiltLayout& layout, const PhotoInputs& inputs);
 
 /// Checks every name before any work, see Outputs::check(). The result creates the directories.
-/// With `--skip-existing`, marks the photos whose outputs all exist.
+/// With PhotoPlan::skipExisting, marks the photos whose outputs all exist.
 /// @param views number of views that `--save-views` writes
-/// @param replace existing files may be replaced, also without `-y`
 /// @throws UsageError, Error
 Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
-                       const ChosenDisplay& display, int views, bool replace = false);
+                       const ChosenDisplay& display, int views);
 
 /// All files that are made of a photo. @param views as for checkedOutputs()
 std::vector<std::filesystem::path> outputsOf(const PhotoItem& item, int views);

@@ -115,10 +115,6 @@ Json photoReport(const CommandLine& commandLine, const PhotoRun& run, const Mess
     return report;
 }
 
-Json depthReport(const CommandLine& commandLine, const ChosenDepth& depth) {
-    return {{"depth", depth.description()}, {"network", networkJson(commandLine, depth)}};
-}
-
 std::string reportText(const Json& report) {
     return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -60,10 +60,6 @@ nlohmann::ordered_json makePicture(const CommandLine& commandLine, const PhotoIt
 nlohmann::ordered_json photoReport(const CommandLine& commandLine, const PhotoRun& run,
                                    const Messages& messages);
 
-/// The parts of the report's settings that are known only after the photos: the description of the
-/// depth and its network, which is loaded when a photo needs it.
-nlohmann::ordered_json depthReport(const CommandLine& commandLine, const ChosenDepth& depth);
-
 /// The text of a report's file.
 std::string reportText(const nlohmann::ordered_json& report);
 

@@ -1,11 +1,9 @@
 #pragma once
 
 #include "altiro3D/export.hpp"
-#include "altiro3D/view_options.hpp"
 
 #include <filesystem>
 #include <limits>
-#include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
 
@@ -16,7 +14,7 @@ namespace altiro3D {
 //
 //     u = fx X / Z + cx,   v = fy Y / Z + cy            px; (0, 0) is the upper left pixel's centre
 //
-// Lengths (Z, zNear, zFar, baseline, T) may have any unit, the same for all.
+// Lengths (Z, zNear, zFar, baseline) may have any unit, the same for all.
 
 /// The intrinsic matrix K of a camera, in px of one picture.
 struct CameraIntrinsics {
@@ -105,33 +103,6 @@ ALTIRO3D_EXPORT void validate(const Camera& camera);
 [[nodiscard]] ALTIRO3D_EXPORT CameraIntrinsics fitted(const CameraIntrinsics& intrinsics,
                                                       const cv::Rect2d& part, cv::Size size);
 
-/// Distance from relative inverse depth: 1/Z = d (1/zNear - 1/zFar) + 1/zFar; infinite at d = 0 if
-/// zFar is infinite (docs/mathematics.md, (3.4)).
-///
-/// @param depth d, 0..1; clamped, NaN counts as 0
-/// @param zNear distance at depth 1, > 0; not checked
-/// @param zFar distance at depth 0, more than zNear, may be +inf; not checked
-/// @return Z in the unit of zNear
-[[nodiscard]] ALTIRO3D_EXPORT double metricDistance(double depth, double zNear, double zFar);
-
-/// @overload
-/// @param depth [rows x cols, CV_32FC1, 0..1, 1 = nearest]
-/// @param zNear distance at depth 1, 1e-6..1e9
-/// @param zFar distance at depth 0, more than zNear, may be +inf
-/// @param distance [as depth, CV_32FC1, in the unit of zNear, may be +inf]; may be `depth` itself
-/// @throws Error InvalidArgument (type, zNear, zFar)
-ALTIRO3D_EXPORT void metricDistance(const cv::Mat& depth, double zNear, double zFar,
-                                    cv::Mat& distance);
-
-/// Relative inverse depth of a distance: the inverse of metricDistance(), docs/mathematics.md,
-/// (3.4).
-///
-/// @param distance Z, in the unit of zNear, may be +inf
-/// @param zNear distance at depth 1, > 0; not checked
-/// @param zFar distance at depth 0, more than zNear, may be +inf; not checked
-/// @return d, clamped to 0..1; 0 for NaN and for Z <= 0, which is not in front of the camera
-[[nodiscard]] ALTIRO3D_EXPORT double relativeDepth(double distance, double zNear, double zFar);
-
 /// Parallax S between the outermost views for a depth difference of 1: 2 fx baseline (1/zNear -
 /// 1/zFar), docs/mathematics.md, (3.5). It replaces strength % of the width.
 ///
@@ -147,61 +118,5 @@ ALTIRO3D_EXPORT void metricDistance(const cv::Mat& depth, double zNear, double z
 /// @return baseline in the unit of zNear
 /// @throws Error InvalidArgument (camera, parallax)
 [[nodiscard]] ALTIRO3D_EXPORT double baselineFor(const Camera& camera, double parallaxPixels);
-
-/// Position and orientation of a camera: a point X in the coordinates of the photo's camera is R X
-/// + T in those of this one. A camera at C has T = -R C; one that is moved to the right by b and
-/// not rotated has T = (-b, 0, 0).
-struct CameraPose {
-    cv::Matx33d rotation = cv::Matx33d::eye(); ///< R, orthonormal to 1e-6, determinant 1.
-    cv::Vec3d translation{0, 0, 0};            ///< T, in the unit of the distances, -1e9..1e9 each.
-};
-
-/// Checks a pose.
-/// @param pose the pose to check
-/// @throws Error InvalidArgument (rows of R not orthonormal, a reflection, T out of its range)
-ALTIRO3D_EXPORT void validate(const CameraPose& pose);
-
-/// A virtual camera.
-struct ViewCamera {
-    CameraIntrinsics intrinsics; ///< K_v.
-    CameraPose pose;             ///< [R|T].
-};
-
-/// The camera of the view at a position: p baseline to the right of the photo's. Its principal
-/// point is shifted so that content at the focus does not move; the displacement is then
-/// docs/mathematics.md, (3.2).
-///
-/// @param camera camera of the photo
-/// @param focus depth of zero parallax, 0..1
-/// @param position p, camera position, -1 leftmost .. +1 rightmost; any finite number
-/// @return K_v and [R|T] with R the identity and T = (-p baseline, 0, 0)
-/// @throws Error InvalidArgument (camera, focus, position)
-[[nodiscard]] ALTIRO3D_EXPORT ViewCamera viewCamera(const Camera& camera, double focus,
-                                                    double position);
-
-/// Renders a photo as another camera sees it (method Real, any pose). Each pixel is back-projected
-/// with its distance, transformed, projected and spread over the pixels around its position. Where
-/// several pixels meet, the nearest wins. Cracks are filled by a median, disocclusions are
-/// inpainted. The view is black if no pixel of the photo falls into it.
-///
-/// Positions are computed in double precision and then rounded to 1/256 px. The warp runs on one
-/// thread; any number of threads may call the function at once. For cameras side by side,
-/// Depth2Quilt gives the same views without matrices. The projection is K_v (R X + T),
-/// docs/mathematics.md, 3.
-///
-/// @param photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px
-/// @param distance [as photo, CV_32FC1, Z; +inf = infinitely far; NaN or Z <= 0 = unknown, the
-///        pixel is left out]
-/// @param photoCamera K_o, intrinsics of the photo
-/// @param viewCamera K_v, intrinsics of the view, which has the photo's size
-/// @param pose [R|T] of the view's camera, T in the unit of the distances
-/// @param options how holes are filled
-/// @param view [as photo, CV_8UC3, BGR]; may be the photo itself
-/// @throws Error InvalidArgument (types, cameras, pose, options), TooLarge, Mismatch (photo and
-///         distance differ in size)
-ALTIRO3D_EXPORT void renderReal(const cv::Mat& photo, const cv::Mat& distance,
-                                const CameraIntrinsics& photoCamera,
-                                const CameraIntrinsics& viewCamera, const CameraPose& pose,
-                                const RealOptions& options, cv::Mat& view);
 
 } // namespace altiro3D

@@ -18,7 +18,6 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kLargest = 1e9; // limit of lengths and px; products stay far inside double
 constexpr double kMinDistance = 1e-6;
 constexpr double kMinFocalLength = 1e-3; // px
-constexpr double kOrthonormal = 1e-6;    // tolerance of R's rows; printed matrices have 6 digits
 
 const char* const kExpectedFocalLength = "a focal length of 0.001..1e9 px";
 const char* const kExpectedPrincipalPoint = "a principal point of -1e9..1e9 px";
@@ -56,10 +55,6 @@ double inverseRange(double zNear, double zFar) {
     return 1 / zNear - 1 / zFar;
 }
 
-double clampedDepth(double depth) {
-    return depth > 0 ? (depth < 1 ? depth : 1) : 0; // NaN compares false: 0
-}
-
 } // namespace
 
 void validate(const CameraIntrinsics& intrinsics) {
@@ -68,26 +63,6 @@ void validate(const CameraIntrinsics& intrinsics) {
 
 void validate(const Camera& camera) {
     check(camera, checkNumber);
-}
-
-void validate(const CameraPose& pose) {
-    for (int i = 0; i < 3; ++i) {
-        checkNumber(std::abs(pose.translation[i]) <= kLargest,
-                    std::string("translation ") + "xyz"[i], pose.translation[i], "-1e9..1e9");
-    }
-    const cv::Matx33d product = pose.rotation * pose.rotation.t();
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) {
-            const double error = std::abs(product(i, j) - (i == j ? 1 : 0));
-            checkNumber(error <= kOrthonormal,
-                        "rotation: row " + std::to_string(i + 1) + " times row " +
-                            std::to_string(j + 1),
-                        product(i, j), i == j ? "1 (orthonormal rows)" : "0 (orthonormal rows)");
-        }
-    }
-    const double determinant = cv::determinant(pose.rotation);
-    checkNumber(determinant > 0, "rotation: determinant", determinant,
-                "1 (a mirror is not a rotation)");
 }
 
 Camera parseCamera(const std::string& text, const std::string& source) {
@@ -161,32 +136,6 @@ CameraIntrinsics fitted(const CameraIntrinsics& k, const cv::Rect2d& part, cv::S
     return {k.fx * x, k.fy * y, (k.cx + 0.5 - part.x) * x - 0.5, (k.cy + 0.5 - part.y) * y - 0.5};
 }
 
-double metricDistance(double depth, double zNear, double zFar) {
-    return 1 / (clampedDepth(depth) * inverseRange(zNear, zFar) + 1 / zFar);
-}
-
-void metricDistance(const cv::Mat& depth, double zNear, double zFar, cv::Mat& distance) {
-    checkDistances(zNear, zFar, checkNumber);
-    if (depth.type() != CV_32FC1) {
-        throw Error(ErrorCode::InvalidArgument, "depth",
-                    "is of type " + cv::typeToString(depth.type()) + ", expected CV_32FC1 of 0..1");
-    }
-    const cv::Mat source = depth; // depth and distance may be the same object
-    distance.create(source.size(), CV_32FC1);
-    for (int y = 0; y < source.rows; ++y) {
-        const float* from = source.ptr<float>(y);
-        float* to = distance.ptr<float>(y);
-        for (int x = 0; x < source.cols; ++x) {
-            to[x] = static_cast<float>(metricDistance(static_cast<double>(from[x]), zNear, zFar));
-        }
-    }
-}
-
-double relativeDepth(double distance, double zNear, double zFar) {
-    if (!(distance > 0)) return 0;
-    return clampedDepth((1 / distance - 1 / zFar) / inverseRange(zNear, zFar));
-}
-
 double parallaxOf(const Camera& camera) {
     validate(camera);
     return 2 * camera.intrinsics.fx * camera.baseline * inverseRange(camera.zNear, camera.zFar);
@@ -199,19 +148,6 @@ double baselineFor(const Camera& camera, double parallaxPixels) {
     checkNumber(parallaxPixels >= 0 && parallaxPixels <= kLargest, "parallax", parallaxPixels,
                 "0..1e9 px");
     return parallaxPixels / (2 * camera.intrinsics.fx * inverseRange(camera.zNear, camera.zFar));
-}
-
-ViewCamera viewCamera(const Camera& camera, double focus, double position) {
-    validate(camera);
-    checkNumber(focus >= 0 && focus <= 1, "focus", focus, "a depth of 0 (farthest) .. 1 (nearest)");
-    checkNumber(std::isfinite(position), "position", position, "a finite number");
-    const double right = position * camera.baseline;
-    ViewCamera view;
-    view.intrinsics = camera.intrinsics;
-    view.intrinsics.cx +=
-        camera.intrinsics.fx * right / metricDistance(focus, camera.zNear, camera.zFar);
-    view.pose.translation = {-right, 0, 0};
-    return view;
 }
 
 } // namespace altiro3D

@@ -5,9 +5,8 @@
 //     photo   . . . N N N . . .        N near, . far; the camera moves to the right
 //     view    N N N x x x . . .        x disocclusion: painted from the far side
 //
-// Places are whole numbers of 1/256 px, so sums do not depend on their order. This file handles
-// cameras side by side (rows only, no matrices). They give the same picture as the general case in
-// views_real_camera.cpp.
+// Places are whole numbers of 1/256 px, so sums do not depend on their order. The cameras are side
+// by side, so each row is on its own.
 
 #include "views/view_methods.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/camera.hpp"
+#include "altiro3D/view_options.hpp"
 
 #include <opencv2/core/mat.hpp>
 

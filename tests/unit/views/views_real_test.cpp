@@ -1,6 +1,7 @@
 #include "views/view_methods.hpp"
 #include "views/views_real_holes.hpp"
 
+#include "altiro3D/camera.hpp"
 #include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
@@ -276,141 +277,6 @@ TEST(ViewsReal, InpaintingIsAChoice) {
               "inpaintingRadius: is 0.5, expected 1..20 px");
 }
 
-// --- Any two cameras -------------------------------------------------------------------------
-
-constexpr double kFocal = 150;
-
-cv::Matx33d matrixOf(const CameraIntrinsics& k) {
-    return {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
-}
-
-cv::Matx33d rotation(double aboutX, double aboutY, double aboutZ) {
-    const auto turn = [](int a, int b, double angle) {
-        cv::Matx33d r = cv::Matx33d::eye();
-        r(a, a) = r(b, b) = std::cos(angle);
-        r(a, b) = -std::sin(angle);
-        r(b, a) = std::sin(angle);
-        return r;
-    };
-    return turn(1, 2, aboutX) * turn(2, 0, aboutY) * turn(0, 1, aboutZ);
-}
-
-TEST(ViewsReal, BothPathsGiveTheSameViewsOfCamerasSideBySide) {
-    for (const cv::Size size : {cv::Size(163, 127), cv::Size(64, 48), cv::Size(31, 1)}) {
-        const cv::Mat photo = randomPhoto(size);
-        for (const cv::Mat& depth : {boardDepth(size), randomDepth(size), flat(size, 0)}) {
-            for (double zFar : {20.0, std::numeric_limits<double>::infinity()}) {
-                Camera camera{centredIntrinsics(size, kFocal), 2, zFar, 0};
-                camera.baseline = baselineFor(camera, 0.2 * size.width);
-                cv::Mat distance;
-                metricDistance(depth, camera.zNear, camera.zFar, distance);
-                for (double position : {-1.0, 0.3, 1.0}) {
-                    const ViewCamera other = viewCamera(camera, 0.4, position);
-                    cv::Mat view;
-                    renderReal(photo, distance, camera.intrinsics, other.intrinsics, other.pose, {},
-                               view);
-                    const cv::Mat expected =
-                        real(photo, depth, position * parallaxOf(camera) / 2, 0.4);
-                    // Distances were rounded to float (1e-7): a place that lies halfway between two
-                    // steps of 1/256 px may take the other, and rarely a surface the other side.
-                    const Difference difference = compare(view, expected, 2);
-                    EXPECT_LE(static_cast<double>(difference.count),
-                              0.001 * static_cast<double>(difference.samples))
-                        << size << " " << position << " " << difference.report;
-                }
-            }
-        }
-    }
-}
-
-TEST(ViewsReal, SameCameraGivesThePhotoBitForBit) {
-    for (const cv::Size size : kSizes) {
-        const cv::Mat photo = randomPhoto(size, 1, 0);
-        const CameraIntrinsics k = centredIntrinsics(size, 77.7);
-        cv::Mat view;
-        renderReal(photo, randomDepth(size) + 0.5, k, k, {}, {}, view);
-        EXPECT_TRUE(samePicture(view, photo)) << size;
-        cv::Mat same = photo.clone();
-        renderReal(same, randomDepth(size) + 0.5, k, k, {}, {}, same);
-        EXPECT_TRUE(samePicture(same, photo)) << "in place";
-    }
-}
-
-TEST(ViewsReal, TurningTheCameraIsAHomography) {
-    const cv::Size size(161, 121);
-    const cv::Mat photo = randomPhoto(size, 3, 3);
-    const CameraIntrinsics k = centredIntrinsics(size, kFocal);
-    CameraPose pose;
-    pose.rotation = rotation(0.03, -0.05, 0.04);
-    cv::Mat view;
-    renderReal(photo, randomDepth(size) * 5 + 1, k, k, pose, {}, view); // depth must not matter
-    const cv::Matx33d homography = matrixOf(k) * pose.rotation * matrixOf(k).inv();
-    cv::Mat expected;
-    cv::warpPerspective(photo, expected, cv::Mat(homography), size, cv::INTER_LINEAR,
-                        cv::BORDER_REPLICATE);
-    const cv::Rect inside(20, 20, size.width - 40, size.height - 40);
-    // Splats are means of places up to a pixel away, the yardstick is linear: curvature.
-    EXPECT_TRUE(samePicture(view(inside), expected(inside), 5));
-    EXPECT_GT(psnr(view(inside), expected(inside)), 44);
-}
-
-TEST(ViewsReal, RaisingTheCameraMovesRowsByTheirDistance) {
-    const cv::Size size(90, 70);
-    const cv::Mat photo = randomPhoto(size, 1, 0);
-    const CameraIntrinsics k = centredIntrinsics(size, kFocal);
-    CameraPose pose;
-    pose.translation = {0, 0.1, 0}; // the camera goes up, content down by 150 * 0.1 / 3 = 5 px
-    cv::Mat view;
-    renderReal(photo, flat(size, 3), k, k, pose, {}, view);
-    EXPECT_TRUE(samePicture(view.rowRange(5, 70), photo.rowRange(0, 65)));
-    // A board at 1.5 goes 10 px down and uncovers 5 px of the wall above itself.
-    cv::Mat scene(size, CV_8UC3, cv::Scalar(40, 90, 160));
-    cv::Mat distance = flat(size, 3);
-    scene(cv::Rect(30, 20, 30, 20)).setTo(cv::Scalar(250, 10, 30));
-    distance(cv::Rect(30, 20, 30, 20)).setTo(1.5);
-    cv::Mat expected(size, CV_8UC3, cv::Scalar(40, 90, 160));
-    expected(cv::Rect(30, 30, 30, 20)).setTo(cv::Scalar(250, 10, 30));
-    renderReal(scene, distance, k, k, pose, fromBehind(), view);
-    EXPECT_TRUE(samePicture(view, expected, colourNoise(Inpainting::Telea)));
-}
-
-TEST(ViewsReal, GoingForwardEnlargesByTheDistancesRatio) {
-    const cv::Size size(161, 121);
-    const cv::Mat photo = randomPhoto(size, 3, 4);
-    const CameraIntrinsics k = centredIntrinsics(size, kFocal);
-    for (double forward : {0.5, -0.5}) {
-        CameraPose pose;
-        pose.translation = {0, 0, -forward};
-        cv::Mat view;
-        renderReal(photo, flat(size, 5), k, k, pose, {}, view);
-        const double scale = 5 / (5 - forward);
-        const cv::Matx23d affine(scale, 0, k.cx * (1 - scale), 0, scale, k.cy * (1 - scale));
-        cv::Mat expected;
-        cv::warpAffine(photo, expected, affine, size, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-        const cv::Rect inside(20, 20, size.width - 40, size.height - 40);
-        EXPECT_TRUE(samePicture(view(inside), expected(inside), 6)) << forward;
-        EXPECT_GT(psnr(view(inside), expected(inside)), 44) << forward;
-    }
-}
-
-TEST(ViewsReal, IntrinsicsOfBothCamerasAreUsed) {
-    const cv::Size size(80, 60);
-    const cv::Mat photo = randomPhoto(size, 1, 0);
-    CameraIntrinsics k = centredIntrinsics(size, kFocal);
-    CameraIntrinsics moved = k;
-    moved.cx += 4;
-    moved.cy -= 3;
-    cv::Mat view;
-    renderReal(photo, randomDepth(size) + 1, k, moved, {}, {}, view);
-    EXPECT_TRUE(samePicture(view(cv::Rect(4, 0, 76, 57)), photo(cv::Rect(0, 3, 76, 57))));
-    CameraIntrinsics twice = k; // twice the focal length: every other row is a crack
-    twice.fx *= 2;
-    twice.fy *= 2;
-    const cv::Mat one(size, CV_8UC3, cv::Scalar(1, 128, 254));
-    renderReal(one, flat(size, 1), k, twice, {}, {}, view);
-    EXPECT_TRUE(samePicture(view, one));
-}
-
 TEST(ViewsReal, ViewsOfAnExactSceneAreThoseOfItsOtherCameras) {
     const Scene scene = sampleScene();
     const cv::Size size(90, 120);
@@ -419,12 +285,14 @@ TEST(ViewsReal, ViewsOfAnExactSceneAreThoseOfItsOtherCameras) {
     const Rendering truth = render(scene, size, cameraX, 9);
     CameraIntrinsics k = centredIntrinsics(size, scene.focalWidths * size.width);
     k.cy = scene.horizon * size.height - 0.5;
-    CameraIntrinsics other = k;
-    other.cx += k.fx * cameraX / scene.focusDistance;
-    CameraPose pose;
-    pose.translation = {-cameraX, 0, 0};
-    cv::Mat view;
-    renderReal(middle.photo, middle.metric, k, other, pose, {}, view);
+    const Camera camera{k, scene.nearDistance, scene.farDistance, cameraX};
+    const double inverseFar = 1 / scene.farDistance;
+    const double focus =
+        (1 / scene.focusDistance - inverseFar) / (1 / scene.nearDistance - inverseFar);
+    const auto viewOf = [&](double factor) {
+        return real(middle.photo, middle.depth, factor * parallaxOf(camera) / 2, focus);
+    };
+    const cv::Mat view = viewOf(1);
     // Seen from both places, away from every step: the true view's distance stands in the photo,
     // and nothing within 2 px has another.
     cv::Mat mask(size, CV_8UC1, cv::Scalar::all(0));
@@ -454,67 +322,9 @@ TEST(ViewsReal, ViewsOfAnExactSceneAreThoseOfItsOtherCameras) {
     };
     EXPECT_GT(quality(view), 35.5); // 36.3; what is left are reflections and the splat's softness
     EXPECT_GT(quality(view), quality(middle.photo) + 8);
-    // Half a pixel beside it is clearly worse.
-    for (double beside : {-0.5, 0.5}) {
-        CameraIntrinsics wrong = other;
-        wrong.cx += beside;
-        cv::Mat besideView;
-        renderReal(middle.photo, middle.metric, k, wrong, pose, {}, besideView);
-        EXPECT_GT(quality(view), quality(besideView) + 1) << beside;
-    }
-    // The relative depth and the short path also give it.
-    const Camera camera{k, scene.nearDistance, scene.farDistance, cameraX};
-    const cv::Mat shortPath =
-        real(middle.photo, middle.depth, parallaxOf(camera) / 2,
-             relativeDepth(scene.focusDistance, scene.nearDistance, scene.farDistance));
-    EXPECT_GT(quality(shortPath), 35.5);
-}
-
-TEST(ViewsReal, NothingInSightIsBlackAndOddDistancesAreLeftOut) {
-    const cv::Size size(31, 17);
-    const cv::Mat photo = randomPhoto(size);
-    const CameraIntrinsics k = centredIntrinsics(size, kFocal);
-    const cv::Mat black(size, CV_8UC3, cv::Scalar::all(0));
-    cv::Mat view;
-    for (float z : {0.0F, -1.0F, std::nanf("")}) {
-        renderReal(photo, cv::Mat(size, CV_32FC1, cv::Scalar::all(static_cast<double>(z))), k, k,
-                   {}, {}, view);
-        EXPECT_TRUE(samePicture(view, black)) << z;
-    }
-    CameraPose behind;
-    behind.rotation = rotation(0, std::acos(-1), 0);
-    renderReal(photo, flat(size, 1), k, k, behind, {}, view);
-    EXPECT_TRUE(samePicture(view, black));
-    CameraPose far;
-    far.translation = {1e9, -1e9, 1e9};
-    for (double z : {1e-44, 1e-3, 1.0, 1e38, std::numeric_limits<double>::infinity()}) {
-        renderReal(photo, flat(size, z), k, k, far, {}, view);
-        EXPECT_EQ(view.size(), size) << z;
-    }
-    renderReal(photo, flat(size, std::numeric_limits<double>::infinity()), k, k, far, {}, view);
-    EXPECT_TRUE(samePicture(view, photo)) << "what is infinitely far does not move";
-}
-
-TEST(ViewsReal, WrongInputsAreRefusedByName) {
-    const CameraIntrinsics k = centredIntrinsics({8, 6}, 10);
-    const cv::Mat photo(6, 8, CV_8UC3);
-    const cv::Mat distance(6, 8, CV_32FC1, cv::Scalar::all(1));
-    cv::Mat view;
-    const auto error = [&](const cv::Mat& p, const cv::Mat& z, const CameraIntrinsics& a,
-                           const CameraIntrinsics& b, const CameraPose& pose = {}) {
-        return errorOf([&] { renderReal(p, z, a, b, pose, {}, view); });
-    };
-    EXPECT_EQ(error(cv::Mat(), distance, k, k).find("photo: "), 0U);
-    EXPECT_EQ(error(photo, cv::Mat(6, 8, CV_64FC1), k, k).find("distance: is 8 x 6 px of CV_64FC1"),
-              0U);
-    EXPECT_EQ(error(photo, cv::Mat(6, 9, CV_32FC1), k, k),
-              "distance: has 9 x 6 px, expected the photo's 8 x 6 px");
-    EXPECT_EQ(error(photo, distance, {0, 1, 0, 0}, k).find("fx: is 0"), 0U);
-    EXPECT_EQ(error(photo, distance, k, {1, std::nan(""), 0, 0}).find("fy: is nan"), 0U);
-    CameraPose pose;
-    pose.rotation *= 2;
-    EXPECT_EQ(error(photo, distance, k, k, pose).find("rotation: "), 0U);
-    EXPECT_TRUE(view.empty()) << "nothing is written";
+    // A parallax that is half wrong is clearly worse.
+    for (const double wrong : {0.5, 1.5})
+        EXPECT_GT(quality(view), quality(viewOf(wrong)) + 1) << wrong;
 }
 
 // --- Accuracy --------------------------------------------------------------------------------

@@ -103,7 +103,7 @@ void refine(const CommandLine& commandLine, Scene& scene, Messages& messages) {
                        fixed(flaws.softnessPixels, 1) + " px, too large by " +
                        fixed(flaws.growthPixels, 1) + " px, shifted by (" +
                        std::to_string(flaws.shiftPixels.x) + ", " +
-                       std::to_string(flaws.shiftPixels.y) + ") px; noise " + fixed(flaws.noise, 3);
+                       std::to_string(flaws.shiftPixels.y) + ") px";
     if (flaws.mixedPixels > 0)
         said +=
             "; soft photo: near things extended by " + std::to_string(flaws.mixedPixels) + " px";

@@ -56,20 +56,6 @@ cv::Mat grown(const cv::Mat& depth, int pixels) {
     return result;
 }
 
-// Smooth noise with a standard deviation of `pixels` of disparity.
-cv::Mat noisy(const StereoScene& scene, double pixels, double sigma) {
-    cv::RNG random(12345);
-    cv::Mat noise(scene.depth.size(), CV_32FC1);
-    random.fill(noise, cv::RNG::NORMAL, 0, 1);
-    cv::GaussianBlur(noise, noise, {}, sigma);
-    cv::Scalar mean;
-    cv::Scalar deviation;
-    cv::meanStdDev(noise, mean, deviation);
-    cv::Mat result =
-        scene.depth + (noise - mean[0]) * (pixels / deviation[0] / scene.largestDisparity);
-    return cv::min(cv::max(result, 0), 1);
-}
-
 // What a source makes of the photo, with the edges of the source and the values of the truth: the
 // best a + b x around each px (He et al. 2010).
 Flaw estimated(const std::string& name, const std::shared_ptr<DepthSource>& source) {
@@ -143,10 +129,6 @@ std::vector<Flaw> flaws() {
                  cv::copyMakeBorder(scene.depth, result, 0, 0, pixels, 0, cv::BORDER_REPLICATE);
                  return result.colRange(0, scene.depth.cols).clone();
              }});
-    }
-    for (const int sigma : {3, 8}) {
-        list.push_back({"noise of 1 px, sigma " + std::to_string(sigma) + " px",
-                        [sigma](const StereoScene& scene) { return noisy(scene, 1, sigma); }});
     }
     list.push_back(estimatedFlaw());
     return list;

@@ -1,7 +1,5 @@
 #include "support/reference.hpp"
 
-#include "depth/depth_noise.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -280,218 +278,9 @@ cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const std::array<double, 6>&
 
 namespace {
 
-// Binomial coefficients of 8.
-double binomial(int distance) {
-    constexpr double kWeights[] = {70, 56, 28, 8, 1};
-    return std::abs(distance) <= 4 ? kWeights[std::abs(distance)] / 256 : 0;
-}
-
-} // namespace
-
-cv::Mat referenceSmoothSurfaces(double noise, const cv::Mat& depth) {
-    const int side = std::max(8, std::max(depth.cols, depth.rows) / 64);
-    const int levels = std::clamp(static_cast<int>(1 / (1.5 * noise)), 1, 192);
-    const cv::Vec3i counts((depth.cols - 1) / side + 1, (depth.rows - 1) / side + 1, levels);
-    const auto levelOf = [&](float value) {
-        return std::min(static_cast<int>(value * static_cast<float>(levels)), levels - 1);
-    };
-    // the blurred sum and number of a cell
-    const auto cell = [&](const cv::Vec3i& at) {
-        cv::Vec2d sums;
-        for (int y = 0; y < depth.rows; ++y) {
-            for (int x = 0; x < depth.cols; ++x) {
-                const float value = depth.at<float>(y, x);
-                const double weight = binomial(x / side - at[0]) * binomial(y / side - at[1]) *
-                                      binomial(levelOf(value) - at[2]);
-                sums += weight * cv::Vec2d(static_cast<double>(value), 1);
-            }
-        }
-        return sums;
-    };
-    std::vector<cv::Vec2d> cells;
-    for (int row = 0; row < counts[1]; ++row)
-        for (int column = 0; column < counts[0]; ++column)
-            for (int level = 0; level < levels; ++level)
-                cells.push_back(cell({column, row, level}));
-    cv::Mat result(depth.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y) {
-        for (int x = 0; x < depth.cols; ++x) {
-            const cv::Vec3d place((x + 0.5) / side - 0.5, (y + 0.5) / side - 0.5,
-                                  static_cast<double>(depth.at<float>(y, x)) * levels - 0.5);
-            cv::Vec2d sums;
-            for (int corner = 0; corner < 8; ++corner) {
-                double weight = 1;
-                std::size_t index = 0;
-                for (const int axis : {1, 0, 2}) {
-                    const double at = std::clamp(place[axis], 0.0, counts[axis] - 1.0);
-                    const int first = static_cast<int>(at);
-                    const bool isSecond = (corner >> axis & 1) != 0;
-                    weight *= isSecond ? at - first : 1 - (at - first);
-                    const int used = std::min(first + (isSecond ? 1 : 0), counts[axis] - 1);
-                    index = index * static_cast<std::size_t>(counts[axis]) +
-                            static_cast<std::size_t>(used);
-                }
-                sums += weight * cells[index];
-            }
-            result.at<float>(y, x) =
-                static_cast<float>(sums[1] > 0 ? sums[0] / sums[1] : depth.at<float>(y, x));
-        }
-    }
-    return result;
-}
-
-namespace {
-
-// What a knot knows: its place, its mean of measured depth, its guide and plane, its colour.
-struct PlaneKnot {
-    cv::Vec2d place;
-    double measured;
-    double guide;
-    cv::Vec2d slope;
-    cv::Vec3d color;
-};
-
-double planeWeight(double place, double depth, double color) {
-    return std::pow(std::max(0.0, 1 - (place + depth + color) / 8), 8);
-}
-
-double ratio(const cv::Vec2d& difference, double sigma) {
-    return difference.dot(difference) / (2 * sigma * sigma);
-}
-
-double colorRatio(const cv::Vec3d& difference, double most) {
-    return std::min(most, difference.dot(difference) / (2 * 20 * 20));
-}
-
-// (4.4a) around each knot; the values become the guides.
-void referencePlanes(double deviation, int side, cv::Size count, std::vector<PlaneKnot>& knots) {
-    const std::vector<PlaneKnot> old = knots;
-    const auto at = [&](int x, int y) { return static_cast<std::size_t>(y * count.width + x); };
-    for (int row = 0; row < count.height; ++row) {
-        for (int column = 0; column < count.width; ++column) {
-            PlaneKnot& knot = knots[at(column, row)];
-            // normal equations of z - mean(z) = slope (place - mean(place))
-            double sum = 0;
-            cv::Vec3d mean;
-            cv::Matx33d moments = cv::Matx33d::zeros();
-            for (int y = row - 12; y <= row + 12; y += 2) {
-                for (int x = column - 12; x <= column + 12; x += 2) {
-                    if (x < 0 || y < 0 || x >= count.width || y >= count.height) continue;
-                    const PlaneKnot& other = old[at(x, y)];
-                    const double weight =
-                        planeWeight(ratio(other.place - knot.place, 6.0 * side),
-                                    ratio({other.guide - old[at(column, row)].guide, 0}, deviation),
-                                    colorRatio(other.color - knot.color, 2));
-                    const cv::Vec3d value(other.place[0] - knot.place[0],
-                                          other.place[1] - knot.place[1], other.measured);
-                    sum += weight;
-                    mean += weight * value;
-                    moments += weight * value * value.t();
-                }
-            }
-            mean /= sum;
-            const cv::Matx33d spread = moments * (1 / sum) - mean * mean.t();
-            const cv::Matx22d places(spread(0, 0) + 3 * side * side, spread(0, 1), spread(0, 1),
-                                     spread(1, 1) + 3 * side * side);
-            knot.slope = places.inv() * cv::Vec2d(spread(0, 2), spread(1, 2));
-            knot.guide = mean[2] - knot.slope.dot({mean[0], mean[1]});
-        }
-    }
-}
-
 double clampedAt(const cv::Mat& values, int x, int y) {
     return values.at<double>(std::clamp(y, 0, values.rows - 1), std::clamp(x, 0, values.cols - 1));
 }
-
-} // namespace
-
-cv::Mat referenceReturnDetail(const cv::Mat& measured, const cv::Mat& smooth) {
-    constexpr double kKernel[] = {1 / 16.0, 4 / 16.0, 6 / 16.0, 4 / 16.0, 1 / 16.0};
-    cv::Mat before;
-    cv::Mat result;
-    measured.convertTo(before, CV_64F);
-    smooth.convertTo(result, CV_64F);
-    const cv::Mat taken = before - result;
-    cv::Mat detail = taken.clone();
-    std::vector<double> sizes;
-    for (int y = 0; y < detail.rows; ++y) {
-        for (int x = 0; x < detail.cols; ++x) {
-            for (int j = -2; j <= 2; ++j)
-                for (int i = -2; i <= 2; ++i)
-                    detail.at<double>(y, x) -=
-                        kKernel[j + 2] * kKernel[i + 2] * clampedAt(taken, x + i, y + j);
-            if (y % 4 == 0 && x % 4 == 0) sizes.push_back(std::abs(detail.at<double>(y, x)));
-        }
-    }
-    std::sort(sizes.begin(), sizes.end());
-    const double limit = 2 * 1.4826 * sizes[sizes.size() / 2];
-    for (int y = 0; y < detail.rows; ++y) {
-        for (int x = 0; x < detail.cols; ++x) {
-            const double h = detail.at<double>(y, x);
-            if (std::abs(h) <= limit) continue;
-            double& to = result.at<double>(y, x);
-            to = std::clamp(to + h * (1 - limit * limit / (h * h)), 0.0, 1.0);
-        }
-    }
-    result.convertTo(result, CV_32F);
-    return result;
-}
-
-cv::Mat referenceFitPlanes(const cv::Mat& photo, double noise, const cv::Mat& depth) {
-    cv::Mat smooth = depth.clone();
-    smoothSurfaces(noise, smooth);
-    smooth = referenceReturnDetail(depth, smooth);
-    const int side = std::max(8, std::max(depth.cols, depth.rows) / 64) / 2;
-    const cv::Size count((depth.cols - 1) / side + 1, (depth.rows - 1) / side + 1);
-    cv::Mat colors;
-    cv::blur(photo, colors, {3, 3}, {-1, -1}, cv::BORDER_REPLICATE | cv::BORDER_ISOLATED);
-    const auto smoothAt = [&](int x, int y) { return static_cast<double>(smooth.at<float>(y, x)); };
-    std::vector<PlaneKnot> knots;
-    for (int y = 0; y < depth.rows; y += side) {
-        for (int x = 0; x < depth.cols; x += side) {
-            const cv::Point middle(std::min(x + side / 2, depth.cols - 1),
-                                   std::min(y + side / 2, depth.rows - 1));
-            const double guide = smoothAt(middle.x, middle.y);
-            cv::Vec2d sums;
-            for (int j = y; j < std::min(y + side, depth.rows); ++j) {
-                for (int i = x; i < std::min(x + side, depth.cols); ++i) {
-                    const double away = (smoothAt(i, j) - guide) / (2 * noise);
-                    sums += std::max(0.0, 1 - away * away) *
-                            cv::Vec2d(static_cast<double>(depth.at<float>(j, i)), 1);
-                }
-            }
-            knots.push_back({{x + (side - 1) / 2.0, y + (side - 1) / 2.0},
-                             sums[0] / sums[1],
-                             guide,
-                             {},
-                             cv::Vec3d(colors.at<cv::Vec3b>(middle))});
-        }
-    }
-    referencePlanes(2.5 * noise, side, count, knots);
-    referencePlanes(1.5 * noise, side, count, knots);
-    cv::Mat result(depth.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y) {
-        for (int x = 0; x < depth.cols; ++x) {
-            cv::Vec2d sums = 0.05 * cv::Vec2d(smoothAt(x, y), 1); // (4.4b)
-            for (std::size_t i = 0; i < knots.size(); ++i) {
-                const int row = static_cast<int>(i) / count.width;
-                const int column = static_cast<int>(i) % count.width;
-                if (std::abs(row - y / side) > 2 || std::abs(column - x / side) > 2) continue;
-                const cv::Vec2d away = cv::Vec2d(x, y) - knots[i].place;
-                const double value = knots[i].guide + knots[i].slope.dot(away);
-                const cv::Vec3d color = cv::Vec3d(colors.at<cv::Vec3b>(y, x)) - knots[i].color;
-                sums += planeWeight(ratio(away, 1.5 * side),
-                                    ratio({value - smoothAt(x, y), 0}, 1.2 * noise),
-                                    colorRatio(color, 3)) *
-                        cv::Vec2d(value, 1);
-            }
-            result.at<float>(y, x) = static_cast<float>(std::clamp(sums[0] / sums[1], 0.0, 1.0));
-        }
-    }
-    return referenceReturnDetail(depth, result);
-}
-
-namespace {
 
 // (4.7)
 cv::Mat deblurred(const cv::Mat& given, double sigma) {
@@ -566,7 +355,7 @@ struct SideSums {
     double color = 0;
 };
 
-// r and m of 4a.4, and the part of px that are decided.
+// r and m of 4a.3, and the part of px that are decided.
 struct StepRule {
     double width;
     int r;

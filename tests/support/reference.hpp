@@ -57,34 +57,17 @@ cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const std::array<double, 6>&
 /// @return [rows x cols of guide, CV_32FC1]
 cv::Mat referenceFit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide);
 
-/// smoothSurfaces(): each cell as one weighted sum over all px, in double, from the formulas of
-/// docs/mathematics.md, 4a.1.
-/// @param noise > 0 @param depth [CV_32FC1, 0..1]
-/// @return [as depth, CV_32FC1]
-cv::Mat referenceSmoothSurfaces(double noise, const cv::Mat& depth);
-
-/// fitPlanes(): per px and in double, from the formulas of docs/mathematics.md, 4a.1. The grid is
-/// that of smoothSurfaces().
-/// @param photo [CV_8UC3] @param noise > 0 @param depth [as photo, CV_32FC1, 0..1]
-/// @return [as photo, CV_32FC1]
-cv::Mat referenceFitPlanes(const cv::Mat& photo, double noise, const cv::Mat& depth);
-
-/// returnDetail(): per px and in double, from the formulas of docs/mathematics.md, 4a.1.
-/// @param measured [CV_32FC1, 0..1] @param smooth [as measured]
-/// @return [as measured, CV_32FC1]
-cv::Mat referenceReturnDetail(const cv::Mat& measured, const cv::Mat& smooth);
-
-/// sharpenSteps(): per px and in double, from the formulas of docs/mathematics.md, 4a.4.
+/// sharpenSteps(): per px and in double, from the formulas of docs/mathematics.md, 4a.3.
 /// @param photo [CV_8UC3] @param flaws of even steps @param depth [as photo, CV_32FC1, 0..1]
 /// @return [as photo, CV_32FC1]
 cv::Mat referenceSharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, const cv::Mat& depth);
 
-/// decideContours(): per px and in double, from the formulas of docs/mathematics.md, 4a.5.
+/// decideContours(): per px and in double, from the formulas of docs/mathematics.md, 4a.4.
 /// @param photo [CV_8UC3] @param depth [as photo, CV_32FC1]
 /// @return [as photo, CV_32FC1]
 cv::Mat referenceDecideContours(const cv::Mat& photo, const cv::Mat& depth);
 
-/// straightenLines(): in double, from the formulas of docs/mathematics.md, 4a.6.
+/// straightenLines(): in double, from the formulas of docs/mathematics.md, 4a.5.
 /// @param lines ends in px, x and y @param depth [CV_32FC1]
 /// @param passes of the relaxation; the membrane comes to rest after some thousand
 /// @return [as depth, CV_32FC1]

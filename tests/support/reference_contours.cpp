@@ -1,4 +1,4 @@
-// Contours of depth, px by px from docs/mathematics.md, 4a.5.
+// Contours of depth, px by px from docs/mathematics.md, 4a.4.
 
 #include "support/reference.hpp"
 

@@ -1,4 +1,4 @@
-// Straight lines of depth, from docs/mathematics.md, 4a.6.
+// Straight lines of depth, from docs/mathematics.md, 4a.5.
 
 #include "support/reference.hpp"
 

@@ -53,7 +53,7 @@ void addRefineOption(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"exact-depth"},
         "Use the depth as it is. By default its edges are moved to the edges of the photo, soft "
-        "steps are sharpened and noise is smoothed; exact depth hardly changes. Videos with "
+        "steps are sharpened; exact depth hardly changes. Videos with "
         "estimated depth and method fast always use it as it is.");
 }
 

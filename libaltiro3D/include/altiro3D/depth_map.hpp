@@ -151,8 +151,6 @@ struct DepthFlaws {
     double growthPixels = 0;
     /// The depth map lies this far to the right of the photo and below it, px, each -7..7.
     cv::Point shiftPixels;
-    /// Standard deviation of the noise on surfaces, in units of depth, 0..1.
-    double noise = 0;
     /// The steps differ in softness, as those of depth networks do; blurred or enlarged depth has
     /// equally soft steps. Without effect on hard steps.
     bool isUneven = false;
@@ -166,7 +164,7 @@ struct DepthFlaws {
     /// Whether there is any flaw. @return true if a number is not 0
     [[nodiscard]] bool any() const {
         return softnessPixels != 0 || growthPixels != 0 || shiftPixels != cv::Point() ||
-               noise != 0 || mixedPixels != 0;
+               mixedPixels != 0;
     }
 };
 
@@ -192,7 +190,7 @@ struct DepthRefineOptions {
 [[nodiscard]] ALTIRO3D_EXPORT DepthFlaws measureDepthFlaws(const cv::Mat& photo,
                                                            const cv::Mat& depth);
 
-/// Corrects the flaws of a depth map: smooths noise on surfaces, moves edges to the edges of the
+/// Corrects the flaws of a depth map: moves edges to the edges of the
 /// photo, turns soft steps into hard ones where the photo has an edge, and extends near things over
 /// their mixed px. A depth map without flaws stays as it is.
 ///

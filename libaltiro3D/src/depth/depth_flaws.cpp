@@ -1,10 +1,9 @@
 // Measures how a depth map differs from its photo. Everything is counted in whole numbers, so the
 // order of the threads does not matter.
 
-#include "depth/depth_flaws.hpp"
+#include "altiro3D/depth_map.hpp"
 
 #include "base/checks.hpp"
-#include "depth/depth_noise.hpp"
 #include "depth/depth_values.hpp"
 
 #include <algorithm>
@@ -321,77 +320,17 @@ void findDisplacement(const Steps& steps, DepthFlaws& flaws) {
     flaws.shiftPixels = found.shift;
 }
 
-// Standard deviation of noise that would give the median, and the first decile, of the second
-// differences over some px. They are 0 on planes and seldom meet steps.
-struct NoiseQuantiles {
-    double median;
-    double decile;
-};
-
-NoiseQuantiles noiseOf(const cv::Mat& depth, int lag) {
-    Histogram<8000> differences(0, 2.5e-5);
-    for (int y = 0; y < depth.rows; y += 3) {
-        const float* const row = depth.ptr<float>(y);
-        for (int x = lag; x + lag < depth.cols; x += 3)
-            differences.add(std::abs(row[x - lag] - 2.0 * row[x] + row[x + lag]), 1);
-    }
-    for (int y = lag; y + lag < depth.rows; y += 3) {
-        const float* const above = depth.ptr<float>(y - lag);
-        const float* const row = depth.ptr<float>(y);
-        const float* const below = depth.ptr<float>(y + lag);
-        for (int x = 0; x < depth.cols; x += 3)
-            differences.add(std::abs(above[x] - 2.0 * row[x] + below[x]), 1);
-    }
-    const double scale = 1 / std::sqrt(6.0);
-    return {differences.quantile(0.5) / 0.6745 * scale, differences.quantile(0.1) / 0.1257 * scale};
-}
-
-// @return the standard deviation of the noise; 0 without noise
-double findNoise(const cv::Mat& depth) {
-    const NoiseQuantiles far = noiseOf(depth, 8);
-    const NoiseQuantiles close = noiseOf(depth, 4);
-    // Exact depth in few levels also has differences: noise is stronger, or grows with the
-    // distance.
-    constexpr double kMinNoise = 0.005;
-    constexpr double kStrongNoise = 0.0085;
-    const bool isStrong = far.median >= kMinNoise && close.median >= 0.0017 &&
-                          (far.median >= kStrongNoise || far.median >= 2.5 * close.median);
-    // Weaker noise has the distribution of noise: no surface is smooth, and none is evenly curved.
-    const double normality = far.decile / std::max(far.median, 1e-9);
-    const bool isEverywhere =
-        far.decile >= 0.0015 && close.decile >= 0.0005 && normality >= 0.82 && normality <= 1.15;
-    if (!isStrong && !isEverywhere) return 0;
-    // Px that are 8 px apart have nearly the same noise if it is smooth; then more is there.
-    const double smoothness = far.decile / std::max(close.decile, 1e-9); // 2 for sigma 3 px
-    // Weak noise that is as wide as things is hardly told from them.
-    constexpr double kMostFactor = 2.5;
-    const double most = std::clamp(far.median / 0.0025, 1.0, kMostFactor);
-    return far.median * std::clamp(1 + 2 * (smoothness - 2.25), 1.0, most);
-}
-
 } // namespace
 
-DepthFlaws measureFlaws(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& smooth) {
+DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
+    checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
     DepthFlaws flaws;
-    flaws.noise = findNoise(depth);
-    smooth = depth;
-    if (flaws.noise > 0) { // so that it is not taken for steps
-        smooth = depth.clone();
-        smoothSurfaces(flaws.noise, smooth);
-    }
-    const Steps steps =
-        findSteps(photo, smooth, std::max(kMinHeight, static_cast<float>(4 * flaws.noise)));
+    const Steps steps = findSteps(photo, withinRange(depth), kMinHeight);
     if (steps.count < kMinSteps) return flaws;
     measureSoftness(steps, std::max(depth.cols, depth.rows), flaws);
     findDisplacement(steps, flaws);
     measureMixedPixels(steps, flaws);
     return flaws;
-}
-
-DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
-    checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
-    cv::Mat smooth;
-    return measureFlaws(photo, withinRange(depth), smooth);
 }
 
 } // namespace altiro3D

@@ -4,9 +4,6 @@
 
 #include "base/checks.hpp"
 #include "depth/depth_contours.hpp"
-#include "depth/depth_flaws.hpp"
-#include "depth/depth_noise.hpp"
-#include "depth/depth_planes.hpp"
 #include "depth/depth_steps.hpp"
 #include "depth/depth_values.hpp"
 
@@ -28,7 +25,6 @@ void validate(const DepthFlaws& flaws) {
                 "-7..7 px");
     for (const int shift : {flaws.shiftPixels.x, flaws.shiftPixels.y})
         checkNumber(shift >= -7 && shift <= 7, "shift", shift, "-7..7 px");
-    checkNumber(flaws.noise >= 0 && flaws.noise <= 1, "noise", flaws.noise, "0..1");
     checkNumber(flaws.mixedPixels >= 0 && flaws.mixedPixels <= 7, "mixed px", flaws.mixedPixels,
                 "0..7 px");
 }
@@ -61,17 +57,8 @@ DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refi
         return {};
     }
     cv::Mat result = withinRange(depth);
-    cv::Mat smooth;
-    const DepthFlaws flaws = options.flaws ? *options.flaws : measureFlaws(photo, result, smooth);
+    const DepthFlaws flaws = options.flaws ? *options.flaws : measureDepthFlaws(photo, result);
     validate(flaws);
-    if (flaws.noise > 0) {
-        if (options.flaws) {
-            smooth = result.clone();
-            smoothSurfaces(flaws.noise, smooth);
-        }
-        fitPlanes(photo, flaws.noise, result, smooth);
-        result = smooth;
-    }
     if (flaws.shiftPixels != cv::Point()) result = unshifted(result, flaws.shiftPixels);
     int growth = static_cast<int>(std::lround(flaws.growthPixels));
     if (flaws.softnessPixels > 0) {

@@ -80,7 +80,7 @@ Json numbersOf(const ViewOptions& views) {
 Json numbersOf(const std::optional<DepthFlaws>& flaws) {
     if (!flaws) return nullptr; // they are measured
     return {flaws->softnessPixels, flaws->isBlurred, flaws->growthPixels, flaws->shiftPixels.x,
-            flaws->shiftPixels.y,  flaws->noise,     flaws->isUneven,     flaws->mixedPixels};
+            flaws->shiftPixels.y,  flaws->isUneven,  flaws->mixedPixels};
 }
 
 Json numbersOf(const NativeOptions& native) {

@@ -21,9 +21,9 @@ namespace {
 const DepthRefineOptions kAsItIs{DepthFlaws()};
 
 // DepthFlaws as numbers in the order of saved states, and their range.
-using FlawValues = std::array<double, 8>;
-constexpr FlawValues kMinFlaws = {0, 0, -7, -7, -7, 0, 0, 0};
-constexpr FlawValues kMaxFlaws = {64, 1, 7, 7, 7, 1, 1, 7};
+using FlawValues = std::array<double, 7>;
+constexpr FlawValues kMinFlaws = {0, 0, -7, -7, -7, 0, 0};
+constexpr FlawValues kMaxFlaws = {64, 1, 7, 7, 7, 1, 7};
 
 // Position of the part that is shown, focus and strength, and their range.
 using ChoiceValues = std::array<double, 4>;
@@ -36,7 +36,6 @@ FlawValues valuesOf(const DepthFlaws& flaws) {
             flaws.growthPixels,
             static_cast<double>(flaws.shiftPixels.x),
             static_cast<double>(flaws.shiftPixels.y),
-            flaws.noise,
             flaws.isUneven ? 1.0 : 0.0,
             static_cast<double>(flaws.mixedPixels)};
 }
@@ -45,10 +44,9 @@ DepthFlaws flawsOf(const FlawValues& values) {
     return {values[0],
             values[2],
             cv::Point(static_cast<int>(values[3]), static_cast<int>(values[4])),
-            values[5],
-            values[6] > 0.5,
+            values[5] > 0.5,
             values[1] > 0.5,
-            static_cast<int>(values[7])};
+            static_cast<int>(values[6])};
 }
 
 // Appends whether numbers are known, and the numbers.
@@ -89,7 +87,7 @@ class ViewsRenderer : public FrameRenderer {
         : options_(conversion.native), target_(target), edges_(edges),
           isGiven_(conversion.given.has_value()), wanted_(conversion.choices),
           workSize_(options_.detail == Detail::Panel ? target.panelSize : target.layout.tileSize) {
-        // Fast gains little by edges that fit, and estimated depth has no noise
+        // Fast gains little by edges that fit
         // (docs/lab/edges.md).
         const bool isFast = !isGiven_ && options_.views.method == ViewMethod::Fast;
         if (isFast && !options_.refine.flaws) options_.refine = kAsItIs;

@@ -4,9 +4,6 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/trade.hpp"
-#include "depth/depth_detail.hpp"
-#include "depth/depth_noise.hpp"
-#include "depth/depth_planes.hpp"
 #include "depth/depth_steps.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
@@ -77,14 +74,6 @@ cv::Mat refined(const cv::Mat& photo, const cv::Mat& depth,
     return result;
 }
 
-// Noise of a standard deviation that is blurred by sigma px.
-cv::Mat smoothNoise(cv::Size size, double sigma, double deviation) {
-    cv::Mat noise(size, CV_32FC1);
-    cv::RNG(3).fill(noise, cv::RNG::NORMAL, 0, 1);
-    cv::GaussianBlur(noise, noise, {}, sigma);
-    return noise * (deviation / cv::norm(noise) * std::sqrt(static_cast<double>(noise.total())));
-}
-
 // Part of the px whose depth is wrong by more than 0.03.
 double wrongPart(const cv::Mat& depth, const cv::Mat& truth) {
     return cv::countNonZero(cv::abs(depth - truth) > 0.03) / static_cast<double>(truth.total());
@@ -96,7 +85,6 @@ TEST(DepthRefine, DepthThatFitsThePhotoStaysAsItIs) {
     EXPECT_EQ(flaws.softnessPixels, 0);
     EXPECT_EQ(flaws.growthPixels, 0);
     EXPECT_EQ(flaws.shiftPixels, cv::Point());
-    EXPECT_EQ(flaws.noise, 0);
     EXPECT_TRUE(samePicture(refined(made.photo, made.depth), made.depth));
 }
 
@@ -286,155 +274,6 @@ double differingPart(const cv::Mat& a, const cv::Mat& b, double tolerance) {
     return cv::countNonZero(difference > tolerance) / static_cast<double>(a.total());
 }
 
-cv::Mat smoothSurface(double noise, const cv::Mat& depth) {
-    cv::Mat smooth = depth.clone();
-    smoothSurfaces(noise, smooth);
-    return smooth;
-}
-
-cv::Mat planesOf(const cv::Mat& photo, double noise, const cv::Mat& depth) {
-    cv::Mat planes = smoothSurface(noise, depth);
-    fitPlanes(photo, noise, depth, planes);
-    return planes;
-}
-
-TEST(DepthRefine, SmoothingIsThatOfTheFormulas) {
-    for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 5), cv::Size(61, 47)}) {
-        cv::Mat depth = world(size).depth;
-        cv::Mat noise(size, CV_32FC1);
-        cv::RNG(11).fill(noise, cv::RNG::NORMAL, 0, 0.03);
-        depth = cv::min(cv::max(depth + noise, 0), 1);
-        for (const double deviation : {0.005, 0.03, 0.2, 1.0}) {
-            const cv::Mat result = smoothSurface(deviation, depth);
-            // sums of floats against sums of doubles
-            EXPECT_TRUE(samePicture(result, referenceSmoothSurfaces(deviation, depth), 1e-5))
-                << size << " " << deviation;
-        }
-    }
-}
-
-TEST(DepthRefine, PlanesAreThoseOfTheFormulas) {
-    for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 5), cv::Size(61, 47), {5, 700}}) {
-        const World made = world(size);
-        cv::Mat noise(size, CV_32FC1);
-        cv::RNG(11).fill(noise, cv::RNG::NORMAL, 0, 0.03);
-        const cv::Mat depth = cv::min(cv::max(made.depth + noise, 0), 1);
-        for (const cv::Mat& photo : {made.photo, randomPhoto(size)}) {
-            for (const double deviation : {0.005, 0.03, 0.2, 1.0}) {
-                const cv::Mat result = planesOf(photo, deviation, depth);
-                // float against double
-                EXPECT_TRUE(samePicture(result, referenceFitPlanes(photo, deviation, depth), 2e-5))
-                    << size << " " << deviation;
-            }
-        }
-    }
-}
-
-// A plane with noise, and a small step that only the photo shows well.
-TEST(DepthRefine, PlanesSmoothMoreThanMeansAndKeepSmallSteps) {
-    const cv::Size size(240, 200);
-    cv::Mat photo(size, CV_8UC3, cv::Scalar(90, 130, 60));
-    cv::Mat depth(size, CV_32FC1);
-    for (int x = 0; x < size.width; ++x)
-        depth.col(x).setTo(cv::Scalar(0.2 + x / 1000.0));
-    const cv::Rect thing(80, 60, 70, 80);
-    photo(thing).setTo(cv::Scalar(30, 60, 190));
-    depth(thing) += 0.06;
-    const cv::Mat noise = smoothNoise(size, 3, 0.02);
-    const cv::Mat means = smoothSurface(0.02, depth + noise);
-    const cv::Mat planes = planesOf(photo, 0.02, depth + noise);
-    // measured: 0.52
-    EXPECT_LT(cv::norm(planes, depth), 0.6 * cv::norm(means, depth));
-}
-
-TEST(DepthRefine, PlanesAreTheSameOnAllProcessors) {
-    const World made = world({131, 97});
-    cv::Mat noise(made.depth.size(), CV_32FC1);
-    cv::RNG(5).fill(noise, cv::RNG::UNIFORM, -0.05, 0.05);
-    cv::Mat first;
-    forEachInstructionSet([&](const char* name) {
-        const cv::Mat result =
-            planesOf(made.photo, 0.03, cv::min(cv::max(made.depth + noise, 0), 1));
-        if (first.empty()) first = result;
-        EXPECT_TRUE(samePicture(result, first)) << name;
-    });
-}
-
-TEST(DepthRefine, ReturnedDetailIsThatOfTheFormulas) {
-    for (const cv::Size size :
-         {cv::Size(1, 1), cv::Size(2, 5), cv::Size(1, 40), cv::Size(61, 47), {5, 700}}) {
-        const World made = world(size);
-        cv::Mat noise(size, CV_32FC1);
-        cv::RNG(11).fill(noise, cv::RNG::NORMAL, 0, 0.03);
-        const cv::Mat noisy = cv::min(cv::max(made.depth + noise, 0), 1);
-        const cv::Mat flat(size, CV_32FC1, cv::Scalar(0.5));
-        for (const cv::Mat& measured : {made.depth, noisy, flat}) {
-            for (const cv::Mat& smooth : {blurred(measured, 3), made.depth, flat}) {
-                cv::Mat result = smooth.clone();
-                returnDetail(measured, result);
-                // float against double
-                EXPECT_TRUE(samePicture(result, referenceReturnDetail(measured, smooth), 2e-5))
-                    << size;
-            }
-        }
-    }
-}
-
-// Smoothing leaves traces far below the smallest squares on an empty background.
-TEST(DepthRefine, AnEmptyBackgroundStaysEmptyInNoise) {
-    const cv::Size size(400, 400);
-    cv::Mat photo(size, CV_8UC3, cv::Scalar(90, 120, 60));
-    cv::Mat depth(size, CV_32FC1, cv::Scalar(0));
-    cv::circle(photo, {200, 200}, 80, cv::Scalar(20, 40, 200), cv::FILLED);
-    cv::circle(depth, {200, 200}, 80, cv::Scalar(0.7), cv::FILLED);
-    DepthRefineOptions known;
-    known.flaws = DepthFlaws();
-    known.flaws->noise = 0.02;
-    // NaN has no difference, so the values are compared with bounds
-    EXPECT_TRUE(cv::checkRange(refined(photo, depth, known), true, nullptr, 0, 1.0001));
-    EXPECT_LT(cv::norm(refined(photo, depth, known), depth, cv::NORM_INF), 0.01);
-}
-
-TEST(DepthRefine, DetailIsReturnedTheSameOnAllProcessorsAndThreads) {
-    const World made = world({131, 97});
-    const cv::Mat smooth = blurred(made.depth, 3);
-    cv::Mat first;
-    const int threads = cv::getNumThreads();
-    forEachInstructionSet([&](const char* name) {
-        for (const int count : {1, 4}) {
-            cv::setNumThreads(count);
-            cv::Mat result = smooth.clone();
-            returnDetail(made.depth, result);
-            if (first.empty()) first = result;
-            EXPECT_TRUE(samePicture(result, first)) << name << " " << count;
-        }
-    });
-    cv::setNumThreads(threads);
-}
-
-// Steps of three deviations of the noise become soft by smoothing.
-TEST(DepthRefine, SmallStepsStayHardInNoise) {
-    const cv::Size size(240, 200);
-    const cv::Mat photo(size, CV_8UC3, cv::Scalar(90, 130, 60));
-    cv::Mat depth(size, CV_32FC1, cv::Scalar(0.3));
-    depth.colRange(120, 240) += 0.06;
-    const cv::Mat noise = smoothNoise(size, 3, 0.02);
-    DepthRefineOptions known;
-    known.flaws = DepthFlaws();
-    known.flaws->noise = 0.02;
-    const cv::Mat smooth = smoothSurface(0.02, depth + noise);
-    const cv::Mat result = refined(photo, depth + noise, known);
-    const auto step = [](const cv::Mat& map) {
-        return cv::mean(map.col(120))[0] - cv::mean(map.col(119))[0];
-    };
-    const auto surface = [](const cv::Mat& map) { return map.colRange(20, 100); };
-    // measured: 0.46 and 0.65 of the step
-    EXPECT_LT(step(smooth), 0.5 * 0.06);
-    EXPECT_GT(step(result), 0.6 * 0.06);
-    EXPECT_LT(cv::norm(surface(result), surface(depth)),
-              1.05 * cv::norm(surface(smooth), surface(depth)));
-}
-
 TEST(DepthRefine, SharpeningIsThatOfTheFormulas) {
     for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 5), cv::Size(61, 47)}) {
         const World made = world(size);
@@ -485,58 +324,6 @@ TEST(DepthRefine, StepsOfDifferingSoftnessAreRecognizedAndBecomeHard) {
               0.75 * wrongPart(wrong, made.depth));
 }
 
-TEST(DepthRefine, NoiseIsSmoothedAndStepsStay) {
-    const World made = world();
-    const cv::Mat noise = smoothNoise(made.depth.size(), 3, 0.016);
-    const cv::Mat wrong = made.depth + noise;
-    EXPECT_NEAR(measureDepthFlaws(made.photo, wrong).noise, 0.016, 0.005);
-    const cv::Mat result = refined(made.photo, wrong);
-    EXPECT_LT(cv::norm(result, made.depth), 0.6 * cv::norm(wrong, made.depth));
-    EXPECT_EQ(wrongPart(result, made.depth), 0);
-}
-
-// In a scene of a large range, weak and smooth noise is told from surfaces by its distribution.
-TEST(DepthRefine, SmoothNoiseIsFoundAndItsStrengthIsNotMuchTooSmall) {
-    const World made = world();
-    const cv::Mat noise = smoothNoise(made.depth.size(), 8, 0.016);
-    const cv::Mat wrong = made.depth + noise;
-    EXPECT_GT(measureDepthFlaws(made.photo, wrong).noise, 0.006);
-    EXPECT_LT(measureDepthFlaws(made.photo, wrong).noise, 0.02);
-    EXPECT_LT(cv::norm(refined(made.photo, wrong), made.depth), 0.9 * cv::norm(wrong, made.depth));
-    // a weakly curved surface has no flat part either
-    cv::Mat bowl(made.depth.size(), CV_32FC1);
-    for (int y = 0; y < bowl.rows; ++y)
-        for (int x = 0; x < bowl.cols; ++x)
-            bowl.at<float>(y, x) =
-                static_cast<float>(0.1 + 7e-5 * ((x - 60) * (x - 60) + 0.5 * y * y));
-    EXPECT_EQ(measureDepthFlaws(made.photo, cv::min(bowl, 1)).noise, 0);
-}
-
-// Noise of 0.006 is 1 px where the nearest and the farthest px are 160 px apart.
-TEST(DepthRefine, WeakNoiseIsFound) {
-    const World made = world();
-    for (const double sigma : {3.0, 8.0}) {
-        const cv::Mat wrong = made.depth + smoothNoise(made.depth.size(), sigma, 0.006);
-        const double noise = measureDepthFlaws(made.photo, wrong).noise;
-        EXPECT_GT(noise, 0.0015) << sigma;
-        EXPECT_LT(noise, 0.008) << sigma;
-        EXPECT_LT(cv::norm(refined(made.photo, wrong), made.depth),
-                  0.8 * cv::norm(wrong, made.depth))
-            << sigma;
-    }
-}
-
-TEST(DepthRefine, CloseSurfacesStayApartInWeakNoise) {
-    const cv::Size size(240, 200);
-    const cv::Mat photo(size, CV_8UC3, cv::Scalar(90, 130, 60));
-    cv::Mat depth(size, CV_32FC1, cv::Scalar(0.3));
-    for (int x = 0; x < size.width; x += 60)
-        depth.colRange(x, x + 30) += 0.03;
-    const cv::Mat wrong = depth + smoothNoise(size, 3, 0.004);
-    // measured: 0.23
-    EXPECT_LT(cv::norm(refined(photo, wrong), depth), 0.4 * cv::norm(wrong, depth));
-}
-
 TEST(DepthRefine, ThinThingsKeepTheirDepth) {
     World made = world();
     const cv::Rect bar(10, 0, 3, 100); // beside the other things
@@ -585,8 +372,7 @@ TEST(DepthRefine, ExtremesAreDefined) {
             DepthRefineOptions extreme;
             for (const bool isUneven : {false, true}) {
                 for (const bool isBlurred : {false, true}) {
-                    extreme.flaws.emplace(
-                        DepthFlaws{softness, 7, {-7, 7}, 1, isUneven, isBlurred, 7});
+                    extreme.flaws.emplace(DepthFlaws{softness, 7, {-7, 7}, isUneven, isBlurred, 7});
                     const cv::Mat result = refined(made.photo, made.depth, extreme);
                     EXPECT_TRUE(cv::checkRange(result, true, nullptr, 0, 1.001)) << softness;
                 }
@@ -600,9 +386,9 @@ TEST(DepthRefine, ItDoesNotDependOnTheNumberOfThreads) {
     cv::Mat noise(made.depth.size(), CV_32FC1);
     cv::RNG(5).fill(noise, cv::RNG::UNIFORM, -0.05, 0.05);
     DepthRefineOptions all;
-    all.flaws.emplace(DepthFlaws{5, 1, {1, -1}, 0.02, false, true});
+    all.flaws.emplace(DepthFlaws{5, 1, {1, -1}, false, true});
     DepthRefineOptions uneven;
-    uneven.flaws.emplace(DepthFlaws{7, 0, {}, 0, true});
+    uneven.flaws.emplace(DepthFlaws{7, 0, {}, true});
     const int threads = cv::getNumThreads();
     for (const cv::Mat& depth : {cv::Mat(made.depth + noise), blurred(made.depth, 2)}) {
         for (const DepthRefineOptions& options : {DepthRefineOptions(), all, uneven}) {
@@ -644,11 +430,10 @@ TEST(DepthRefine, WrongArgumentsAreNamed) {
         options.flaws = flaws;
         return errorOf([&] { refineDepth(made.photo, made.depth, out, options); });
     };
-    EXPECT_EQ(error({65, 0, {}, 0}), "softness: is 65, expected 0..64 px");
-    EXPECT_EQ(error({0, -8, {}, 0}), "growth: is -8, expected -7..7 px");
-    EXPECT_EQ(error({0, 0, {0, 8}, 0}), "shift: is 8, expected -7..7 px");
-    EXPECT_EQ(error({0, 0, {}, std::nan("")}), "noise: is nan, expected 0..1");
-    EXPECT_EQ(error({0, 0, {}, 0, false, false, -1}), "mixed px: is -1, expected 0..7 px");
+    EXPECT_EQ(error({65, 0, {}}), "softness: is 65, expected 0..64 px");
+    EXPECT_EQ(error({0, -8, {}}), "growth: is -8, expected -7..7 px");
+    EXPECT_EQ(error({0, 0, {0, 8}}), "shift: is 8, expected -7..7 px");
+    EXPECT_EQ(error({0, 0, {}, false, false, -1}), "mixed px: is -1, expected 0..7 px");
     EXPECT_NE(errorOf([&] { refineDepth(made.photo, made.depth.rowRange(0, 9), out); }),
               "(no error)");
     EXPECT_NE(errorOf([&] { refineDepth(made.depth, made.depth, out); }), "(no error)");

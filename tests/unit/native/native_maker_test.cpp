@@ -145,7 +145,7 @@ TEST(NativeMaker, KeepsThePanelsResolutionAndTakesContinuousPositions) {
              options.views.focus, fitted);
     cv::Mat expected;
     NativeRenderer(display.calibration, 6, options.views, ViewPositions::Continuous)
-        .render(fitted.photo, fitted.depth, expected);
+        .render(fitted, expected);
     EXPECT_TRUE(samePicture(native, expected));
 }
 

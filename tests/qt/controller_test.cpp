@@ -28,7 +28,6 @@ namespace {
 namespace fs = std::filesystem;
 using namespace viewer;
 
-// A controller with room for a picture and a folder of files.
 // Whether the first frames of two videos are equal.
 bool beginAlike(const fs::path& one, const fs::path& other) {
     VideoReader ours(one);

@@ -69,9 +69,9 @@ class ChosenDepth {
 
     /// Meaning of the numbers of given depth, or of source().
     DepthKind kind() const;
-    /// True if the depth of the last photo was estimated, not given.
     /// Whether the last photo was the sharp original of a portrait (--unblurred).
     bool isUnblurred() const { return isUnblurred_; }
+    /// True if the depth of the last photo was estimated, not given.
     bool isEstimated() const { return origin_ == DepthOrigin::Estimated; }
     /// The source that estimates depth; only if depth is not given by files.
     DepthSource& source() { return *source_; }

@@ -69,8 +69,7 @@ struct ALTIRO3D_EXPORT StereoMatch {
 /// @param disparity of the photo, from matchStereo()
 /// @param depth [as disparity, CV_32FC1, 0..1], from normalizeDepth()
 /// @param hidden its disparities are replaced by depth, NaN stays; it becomes empty if the depth
-/// has
-///        no range
+///        has no range
 /// @throws Error Mismatch (disparity and depth differ in size), InvalidArgument (types)
 ALTIRO3D_EXPORT void scaleHiddenDepth(const cv::Mat& disparity, const cv::Mat& depth,
                                       HiddenLayer& hidden);

@@ -57,9 +57,8 @@ class ALTIRO3D_EXPORT NativeRenderer {
     /// Renders one Native. Sub-pixels read the photo's px under the centre of their panel px.
     ///
     /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px, which fills the
-    /// panel
-    ///        at any size; depth [as the photo, CV_32FC1, 0..1, 1 = nearest], NaN counts as 0;
-    ///        hidden layer of the photo's size or empty
+    ///        panel at any size; depth [as the photo, CV_32FC1, 0..1, 1 = nearest], NaN counts as
+    ///        0; hidden layer of the photo's size or empty
     /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits; must not share
     ///        memory with the scene
     /// @throws Error InvalidArgument (empty or wrong type, shared memory), TooLarge, Mismatch
@@ -189,8 +188,7 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// Computes how a photo is fitted to workSize().
     /// @param photo size of the photo in px
     /// @param aspect width : height of the part of the photo that fills the panel, measured in px
-    /// of
-    ///        the photo; 0: the shape of the panel, right for photos with square px
+    ///        of the photo; 0: the shape of the panel, right for photos with square px
     /// @return the fit, for fitScene()
     /// @throws Error as fitPhoto()
     [[nodiscard]] PhotoFit fit(cv::Size photo, double aspect = 0) const;
@@ -210,7 +208,7 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// @param quilt from makeQuilt(); used if path() is OverQuilt, else ignored and may be empty
     /// @param native [panelSize(), CV_8UC3, BGR]; reused if it fits
     /// @throws Error Mismatch (another size), as NativeRenderer::render() and
-    /// Quilt2Native::render()
+    ///         Quilt2Native::render()
     void makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const;
 
     /// Fits a photo and makes its Native.

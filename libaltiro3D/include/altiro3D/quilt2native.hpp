@@ -190,8 +190,7 @@ struct FoundQuilt {
 ///
 /// @param picture [rows x cols, CV_8UC3, BGR]
 /// @return verdict, layout and confidence; Unsure, with confidence 0, for pictures of one colour,
-/// or
-///         with a side below 128 px
+///         or with a side below 128 px
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT FoundQuilt findQuiltLayout(const cv::Mat& picture);
 

@@ -114,8 +114,8 @@ constexpr double kParallaxBudgetPixels = 5;
                                                                 cv::Size panelSize,
                                                                 cv::Vec2d depthRange = {0, 1});
 
-/// Framing, focus and strength that follow from the scene: docs/mathematics.md, section 7.
-/// The settings that chooseFromScene() and chooseStrength() choose; the others stay.
+/// The settings that chooseFromScene() and chooseStrength() choose; the others stay
+/// (docs/mathematics.md, 7).
 struct AutoChoices {
     bool framing = false;  ///< Centre of the part that is shown; needs FitMode::Cover.
     bool focus = false;    ///< The depth of the subject.

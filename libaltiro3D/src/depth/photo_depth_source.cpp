@@ -91,34 +91,34 @@ Found matchPair(const StereoPair& pair, const fs::path& photo) {
 // What readImage() found for the next read(); if nothing, another source.
 class FoundDepthSource : public DepthSource {
   public:
-    explicit FoundDepthSource(std::shared_ptr<DepthSource> otherwise)
-        : otherwise_(std::move(otherwise)) {}
+    explicit FoundDepthSource(std::shared_ptr<DepthSource> fallback)
+        : fallback_(std::move(fallback)) {}
 
     std::string description() const override {
-        return found_.description.empty() ? otherwise_->description() : found_.description;
+        return found_.description.empty() ? fallback_->description() : found_.description;
     }
     DepthOrigin origin() const override {
-        return found_.description.empty() ? otherwise_->origin() : found_.origin;
+        return found_.description.empty() ? fallback_->origin() : found_.origin;
     }
     DepthEdges edges() const override {
-        return found_.description.empty() ? otherwise_->edges() : DepthSource::edges();
+        return found_.description.empty() ? fallback_->edges() : DepthSource::edges();
     }
     DepthKind kind() const override {
-        return found_.description.empty() ? otherwise_->kind() : DepthKind::NearWhite;
+        return found_.description.empty() ? fallback_->kind() : DepthKind::NearWhite;
     }
-    const DepthNetwork* network() const override { return otherwise_->network(); }
-    void load() override { otherwise_->load(); }
+    const DepthNetwork* network() const override { return fallback_->network(); }
+    void load() override { fallback_->load(); }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        if (found_.raw.empty()) return otherwise_->read(image, photo, raw);
+        if (found_.raw.empty()) return fallback_->read(image, photo, raw);
         found_.raw.copyTo(raw); // may be read again
         photo = image;
     }
     void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        if (found_.raw.empty()) return otherwise_->readFrame(image, photo, raw);
+        if (found_.raw.empty()) return fallback_->readFrame(image, photo, raw);
         read(image, photo, raw);
     }
     void readScene(const cv::Mat& image, double flatDepth, Scene& scene) override {
-        if (found_.raw.empty()) return otherwise_->readScene(image, flatDepth, scene);
+        if (found_.raw.empty()) return fallback_->readScene(image, flatDepth, scene);
         DepthSource::readScene(image, flatDepth, scene);
         if (found_.hidden.photo.empty()) return;
         scene.hidden = {found_.hidden.photo, found_.hidden.depth};
@@ -126,21 +126,21 @@ class FoundDepthSource : public DepthSource {
     }
 
   protected:
-    DepthSource& otherwise() { return *otherwise_; }
+    DepthSource& fallback() { return *fallback_; }
     void keep(Found found, Notes* notes) {
         found_ = std::move(found);
         if (notes != nullptr) notes->insert(notes->end(), found_.notes.begin(), found_.notes.end());
     }
 
   private:
-    std::shared_ptr<DepthSource> otherwise_;
+    std::shared_ptr<DepthSource> fallback_;
     Found found_;
 };
 
 class PhotoDepthSource : public FoundDepthSource {
   public:
-    PhotoDepthSource(std::shared_ptr<DepthSource> otherwise, const PhotoDepthOptions& options)
-        : FoundDepthSource(std::move(otherwise)), options_(options) {}
+    PhotoDepthSource(std::shared_ptr<DepthSource> fallback, const PhotoDepthOptions& options)
+        : FoundDepthSource(std::move(fallback)), options_(options) {}
 
     cv::Mat readImage(const fs::path& file, Notes* notes) override {
         keep({}, nullptr);
@@ -196,7 +196,7 @@ class PhotoDepthSource : public FoundDepthSource {
                 return original;
             }
         }
-        return otherwise().readImage(file, notes);
+        return fallback().readImage(file, notes);
     }
 
     PhotoDepthOptions options_;
@@ -204,8 +204,8 @@ class PhotoDepthSource : public FoundDepthSource {
 
 class StereoSource : public FoundDepthSource {
   public:
-    StereoSource(StereoInput input, std::shared_ptr<DepthSource> otherwise)
-        : FoundDepthSource(std::move(otherwise)), input_(std::move(input)) {}
+    StereoSource(StereoInput input, std::shared_ptr<DepthSource> fallback)
+        : FoundDepthSource(std::move(fallback)), input_(std::move(input)) {}
 
     cv::Mat readImage(const fs::path& file, Notes* notes) override {
         keep({}, nullptr);
@@ -226,7 +226,7 @@ class StereoSource : public FoundDepthSource {
   private:
     StereoPair readPair(const fs::path& file, Notes* notes) {
         if (input_.right.empty()) {
-            const cv::Mat picture = otherwise().readImage(file, notes);
+            const cv::Mat picture = fallback().readImage(file, notes);
             try {
                 return splitStereoPair(picture, input_.layout, halvesOf(file, input_.halves));
             } catch (const Error& error) {
@@ -239,7 +239,7 @@ class StereoSource : public FoundDepthSource {
         std::future<cv::Mat> right =
             std::async(when, [&] { return readPhoto(input_.right, &rightNotes); });
         StereoPair pair;
-        pair.left = otherwise().readImage(file, notes);
+        pair.left = fallback().readImage(file, notes);
         pair.right = right.get();
         pair.origin = "two files";
         putNameBefore(rightNotes, input_.right);
@@ -252,20 +252,20 @@ class StereoSource : public FoundDepthSource {
 
 } // namespace
 
-std::unique_ptr<DepthSource> storedDepthOr(std::shared_ptr<DepthSource> otherwise,
+std::unique_ptr<DepthSource> storedDepthOr(std::shared_ptr<DepthSource> fallback,
                                            const PhotoDepthOptions& options) {
-    if (!otherwise) {
-        throw Error(ErrorCode::InvalidArgument, "otherwise", "is null, expected a source");
+    if (!fallback) {
+        throw Error(ErrorCode::InvalidArgument, "fallback", "is null, expected a source");
     }
-    return std::make_unique<PhotoDepthSource>(std::move(otherwise), options);
+    return std::make_unique<PhotoDepthSource>(std::move(fallback), options);
 }
 
 std::unique_ptr<DepthSource> depthFromStereo(StereoInput input,
-                                             std::shared_ptr<DepthSource> otherwise) {
-    if (!otherwise) {
-        throw Error(ErrorCode::InvalidArgument, "otherwise", "is null, expected a source");
+                                             std::shared_ptr<DepthSource> fallback) {
+    if (!fallback) {
+        throw Error(ErrorCode::InvalidArgument, "fallback", "is null, expected a source");
     }
-    return std::make_unique<StereoSource>(std::move(input), std::move(otherwise));
+    return std::make_unique<StereoSource>(std::move(input), std::move(fallback));
 }
 
 } // namespace altiro3D

@@ -446,7 +446,7 @@ TEST(DepthSource, APairThatDoesNotMatchTakesItsDepthElsewhere) {
     const std::string error =
         errorOf([&] { depthFromStereo(input, ownSource())->readImage(directory / "left.png"); });
     EXPECT_EQ(error.rfind((directory / "tall.png").string() + ": ", 0), 0U) << error;
-    EXPECT_NE(errorOf([&] { depthFromStereo(input, nullptr); }).find("otherwise: "),
+    EXPECT_NE(errorOf([&] { depthFromStereo(input, nullptr); }).find("fallback: "),
               std::string::npos);
 }
 

@@ -392,7 +392,7 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Medium medium, M
         return;
     }
     networkFile_ = networkFile;
-    const InferenceTarget target = chooseInferenceTarget(availableBackends());
+    const InferenceTarget target = bestInferenceTarget();
     if (wantedSize && *wantedSize % profile->multipleOf != 0) {
         throw UsageError("--network-size is " + std::to_string(*wantedSize) +
                          ", expected a multiple of " + std::to_string(profile->multipleOf) +

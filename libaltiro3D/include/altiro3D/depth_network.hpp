@@ -107,15 +107,8 @@ findProfile(const std::vector<NetworkProfile>& catalog, const std::filesystem::p
 /// The processor a network runs on.
 enum class InferenceTarget { Cpu, Cuda };
 
-/// Chooses the processor.
-/// @param backends pairs of OpenCV's numbers (back-end, target), from availableBackends()
-/// @return CUDA if `backends` contains it, else the CPU
-[[nodiscard]] ALTIRO3D_EXPORT InferenceTarget
-chooseInferenceTarget(const std::vector<std::pair<int, int>>& backends);
-
-/// The back-ends and targets that this OpenCV build offers for networks.
-/// @return pairs of OpenCV's numbers (cv::dnn::Backend, cv::dnn::Target)
-[[nodiscard]] ALTIRO3D_EXPORT std::vector<std::pair<int, int>> availableBackends();
+/// The processor on which networks run here: CUDA if this OpenCV offers it, else the CPU.
+[[nodiscard]] ALTIRO3D_EXPORT InferenceTarget bestInferenceTarget();
 
 /// A loaded depth network. Move-only; one thread at a time per object.
 ///

@@ -302,8 +302,7 @@ DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, Inferen
     impl_->profile = std::move(profile);
     impl_->target = target;
     impl_->engine = engine;
-    if (target == InferenceTarget::Cuda &&
-        chooseInferenceTarget(availableBackends()) != InferenceTarget::Cuda) {
+    if (target == InferenceTarget::Cuda && bestInferenceTarget() != InferenceTarget::Cuda) {
         throw Error(ErrorCode::Unsupported, file.string(),
                     "cannot run on CUDA, which this OpenCV does not offer, expected the CPU");
     }
@@ -363,17 +362,11 @@ void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth, int longerSide
     normalizeDepth(raw, depth, options);
 }
 
-InferenceTarget chooseInferenceTarget(const std::vector<std::pair<int, int>>& backends) {
-    const std::pair<int, int> cuda(cv::dnn::DNN_BACKEND_CUDA, cv::dnn::DNN_TARGET_CUDA);
-    const bool offered = std::find(backends.begin(), backends.end(), cuda) != backends.end();
-    return offered ? InferenceTarget::Cuda : InferenceTarget::Cpu;
-}
-
-std::vector<std::pair<int, int>> availableBackends() {
-    std::vector<std::pair<int, int>> backends;
-    for (const auto& entry : cv::dnn::getAvailableBackends())
-        backends.emplace_back(entry.first, entry.second);
-    return backends;
+InferenceTarget bestInferenceTarget() {
+    const std::pair cuda(cv::dnn::DNN_BACKEND_CUDA, cv::dnn::DNN_TARGET_CUDA);
+    const auto offered = cv::dnn::getAvailableBackends();
+    const bool isOffered = std::find(offered.begin(), offered.end(), cuda) != offered.end();
+    return isOffered ? InferenceTarget::Cuda : InferenceTarget::Cpu;
 }
 
 } // namespace altiro3D

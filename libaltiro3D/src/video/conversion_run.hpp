@@ -1,8 +1,8 @@
 #pragma once
 
-#include "altiro3D/video_conversion.hpp"
 #include "video/frame_depth.hpp"
 #include "video/frame_renderer.hpp"
+#include "video/video_pipeline.hpp"
 #include "video/video_sink.hpp"
 
 #include <atomic>

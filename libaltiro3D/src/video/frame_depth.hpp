@@ -1,10 +1,10 @@
 #pragma once
 
 #include "altiro3D/depth_source.hpp"
-#include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "video/given_depth.hpp"
 #include "video/picture_tracker.hpp"
+#include "video/video_pipeline.hpp"
 
 #include <memory>
 #include <opencv2/core/mat.hpp>

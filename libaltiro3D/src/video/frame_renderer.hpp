@@ -3,7 +3,7 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/native_maker.hpp"
 #include "altiro3D/quilt2native.hpp"
-#include "altiro3D/video_conversion.hpp"
+#include "video/video_pipeline.hpp"
 
 #include <memory>
 #include <opencv2/core/mat.hpp>

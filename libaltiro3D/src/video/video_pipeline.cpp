@@ -1,4 +1,4 @@
-#include "altiro3D/video_conversion.hpp"
+#include "video/video_pipeline.hpp"
 
 #include "base/checks.hpp"
 #include "base/mat_memory.hpp"

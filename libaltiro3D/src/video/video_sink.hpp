@@ -1,7 +1,7 @@
 #pragma once
 
-#include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_io.hpp"
+#include "video/video_pipeline.hpp"
 #include "video/video_segments.hpp"
 
 #include <cstdint>

@@ -525,22 +525,6 @@ TEST(ModelSearchPath, FindsTheFirstFileOfTheName) {
     EXPECT_EQ(findModelFile("m.onnx", {}), fs::path());
 }
 
-TEST(InferenceTarget, IsCudaOnlyWhereTheListHasIt) {
-    using namespace cv::dnn;
-    EXPECT_EQ(chooseInferenceTarget({}), InferenceTarget::Cpu);
-    EXPECT_EQ(chooseInferenceTarget({{DNN_BACKEND_OPENCV, DNN_TARGET_CPU}}), InferenceTarget::Cpu);
-    EXPECT_EQ(chooseInferenceTarget(
-                  {{DNN_BACKEND_OPENCV, DNN_TARGET_CPU}, {DNN_BACKEND_CUDA, DNN_TARGET_CUDA_FP16}}),
-              InferenceTarget::Cpu);
-    EXPECT_EQ(chooseInferenceTarget(
-                  {{DNN_BACKEND_OPENCV, DNN_TARGET_CPU}, {DNN_BACKEND_CUDA, DNN_TARGET_CUDA}}),
-              InferenceTarget::Cuda);
-    const auto backends = availableBackends();
-    EXPECT_NE(std::find(backends.begin(), backends.end(),
-                        std::pair<int, int>(DNN_BACKEND_OPENCV, DNN_TARGET_CPU)),
-              backends.end());
-}
-
 // --- Input ---------------------------------------------------------------------------------------
 
 TEST_F(DepthNetworkFile, EachChannelArrivesInTheProfilesOrderScaleMeanAndStd) {
@@ -1207,7 +1191,7 @@ TEST_F(DepthNetworkFile, OnlyEightBitColourPhotosAreTaken) {
 }
 
 TEST_F(DepthNetworkFile, CudaIsRefusedWhereOpenCvHasNone) {
-    if (chooseInferenceTarget(availableBackends()) == InferenceTarget::Cuda) {
+    if (bestInferenceTarget() == InferenceTarget::Cuda) {
         GTEST_SKIP() << "this OpenCV offers CUDA";
     }
     const fs::path file = write(mixModel({1, 0, 0}, cv::Size(8, 6)));

@@ -1,4 +1,4 @@
-#include "altiro3D/video_conversion.hpp"
+#include "video/video_pipeline.hpp"
 
 #include "altiro3D/error.hpp"
 

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "altiro3D/video_conversion.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+namespace altiro3D {
+
+/// A frame in a pipeline. Frames and their memory are reused. If a stage keeps a reference to a
+/// picture, stages that write this picture must allocate new memory, see ownMemory().
+struct PipelineFrame {
+    std::int64_t number = 0; ///< Number of the frame, from 0, in the order of display.
+    VideoFrame source;       ///< The frame as read.
+    cv::Mat depth;           ///< Depth of `source` [any size, CV_32FC1, 0..1, 1 = nearest]
+    VideoDepthStep step;     ///< How the depth was made.
+    VideoFrame result;       ///< The frame to write.
+    SavedState state;        ///< State that a later run needs to resume after this frame; usually
+                             ///< empty.
+};
+
+/// One processing step, applied to every frame.
+struct PipelineStage {
+    std::string name; ///< For reports: "decode", "depth", "render", "encode".
+    /// Processes a frame. It is called for all frames in order, in one thread. Returning false ends
+    /// the run: the frame is dropped, earlier stages stop, and later stages finish their frames.
+    std::function<bool(PipelineFrame&)> work;
+};
+
+/// Options of a pipeline.
+struct PipelineOptions {
+    int queueFrames = 3; ///< Frames that may wait between two stages, 1..64.
+    bool threads = true; ///< true: one thread per stage; false: all stages in one thread.
+    /// For live input: the first stage never waits. If queueFrames frames already wait behind it,
+    /// the oldest one is dropped. With queueFrames = 1 the second stage always gets the newest
+    /// frame.
+    bool dropLate = false;
+};
+
+/// Prepares a picture for writing: if its memory is shared, the reference is released, and
+/// `create()` then allocates new memory.
+///
+/// @param picture [any size and type]; empty afterwards if its memory is shared, else unchanged
+void ownMemory(cv::Mat& picture);
+
+/// Runs frames through stages, each in its own thread, with short queues between them. Memory does
+/// not grow with the length of the video, and results do not depend on the speed of the stages.
+///
+/// The last stage runs in the calling thread. The function returns when the last frame has passed
+/// the last stage. If a stage throws, all stages stop and the exception is rethrown here.
+///
+/// @param stages one or more, in processing order
+/// @param options queue length, threads and live input
+/// @return statistics of each stage
+/// @throws Error InvalidArgument (no stage, queueFrames); exceptions of the stages pass through
+PipelineReport runPipeline(const std::vector<PipelineStage>& stages,
+                           const PipelineOptions& options = {});
+
+} // namespace altiro3D

@@ -3,13 +3,13 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 
+#include <QSysInfo>
 #include <array>
 #include <chrono>
 #include <ctime>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <system_error>
-#include <unistd.h>
 
 namespace altiro3D::tools {
 
@@ -86,9 +86,7 @@ std::vector<std::string> readWords(const fs::path& file) {
 }
 
 std::string hostName() {
-    std::array<char, 256> name{};
-    if (gethostname(name.data(), name.size() - 1) != 0) return "an unknown host";
-    return name.data();
+    return QSysInfo::machineHostName().toStdString();
 }
 
 std::string ChunkCall::logName() const {

@@ -126,19 +126,11 @@ int makeChunk(const ChunkCall& call, PlannedRun& run, bool json, Messages& messa
     return kExitDone;
 }
 
-// The size and the time of a file as text; empty if there is none.
-std::string stampOf(const fs::path& file) {
-    std::error_code error;
-    const std::uintmax_t bytes = fs::file_size(file, error);
-    const auto time = fs::last_write_time(file, error).time_since_epoch().count();
-    return error ? std::string() : std::to_string(bytes) + " " + std::to_string(time);
-}
-
 int join(const ChunkCall& call, PlannedRun& run, bool replace, bool json, Messages& messages) {
     const fs::path output = run.conversion.output;
     std::error_code error;
     const fs::path mark = call.folder / kJoined;
-    const std::string there = stampOf(output);
+    const std::string there = fileStamp(output);
     if (!there.empty() && fs::exists(mark, error) && readFile(mark, 1000) == there) {
         messages.say(output.string() + " is made already");
         return kExitDone;
@@ -160,7 +152,7 @@ int join(const ChunkCall& call, PlannedRun& run, bool replace, bool json, Messag
         return kExitStopped;
     }
     messages.warn(result.notes);
-    writeFile(mark, stampOf(output));
+    writeFile(mark, fileStamp(output));
     const std::string line = output.string() + ": " + counted(result.frames, "frame") + ", " +
                              clockText(result.end) + "; joined in " +
                              fixed(result.finishSeconds, 1) + " s";

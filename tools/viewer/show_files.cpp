@@ -1,6 +1,7 @@
 #include "viewer/show_files.hpp"
 
 #include "altiro3D/error.hpp"
+#include "common/folder_run.hpp"
 #include "common/folder_search.hpp"
 
 #include <algorithm>
@@ -21,23 +22,13 @@ tools::FolderContents contentsOf(const fs::path& folder) {
     return tools::searchFolder(folder, how);
 }
 
-// Of a file that has just gone: empty.
-std::string stampOf(const fs::path& file) {
-    std::error_code error;
-    const auto size = fs::file_size(file, error);
-    if (error) return {};
-    const auto time = fs::last_write_time(file, error);
-    if (error) return {};
-    return std::to_string(size) + " " + std::to_string(time.time_since_epoch().count());
-}
-
 FileStamps stampsOf(const std::vector<fs::path>& folders) {
     FileStamps stamps;
     for (const fs::path& folder : folders) {
         std::error_code error;
         fs::directory_iterator entry(folder, error);
         while (!error && entry != fs::directory_iterator()) {
-            stamps[entry->path()] = stampOf(entry->path());
+            stamps[entry->path()] = tools::fileStamp(entry->path());
             entry.increment(error);
         }
     }

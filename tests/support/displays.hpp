@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/calibration.hpp"
+#include "altiro3D/display.hpp"
 
 #include <vector>
 
@@ -17,6 +17,16 @@ inline Calibration stripePanel(int width, int height) {
     c.screenW = width;
     c.screenH = height;
     return c;
+}
+
+/// A stripe panel with 3 columns and 2 rows of views of that size.
+inline Display sixViewDisplay(int width, int height, cv::Size view) {
+    Display display = displayOf(stripePanel(width, height), "small.json");
+    display.quilt.columns = 3;
+    display.quilt.rows = 2;
+    display.quilt.viewCount = 6;
+    display.quilt.tileSize = view;
+    return display;
 }
 
 /// Two cells, red and green beside each other above or below blue.

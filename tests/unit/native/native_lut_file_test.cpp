@@ -1,6 +1,7 @@
 #include "altiro3D/native_lut.hpp"
 
 #include "support/compare.hpp"
+#include "support/displays.hpp"
 #include "support/files.hpp"
 
 #include <cstring>
@@ -10,14 +11,8 @@ namespace altiro3D::test {
 namespace {
 
 Calibration panel() {
-    Calibration c;
+    Calibration c = stripePanel(31, 23);
     c.serial = "LKG-PORT-00001";
-    c.pitch = 52.58;
-    c.slope = -7.18;
-    c.center = 0.46;
-    c.DPI = 324;
-    c.screenW = 31;
-    c.screenH = 23;
     return c;
 }
 

@@ -13,12 +13,7 @@ namespace altiro3D::test {
 namespace {
 
 Display smallDisplay() {
-    Display display = displayOf(stripePanel(150, 97), "small.json");
-    display.quilt.columns = 3;
-    display.quilt.rows = 2;
-    display.quilt.viewCount = 6;
-    display.quilt.tileSize = {50, 32};
-    return display;
+    return sixViewDisplay(150, 97, {50, 32});
 }
 
 altiro3D::Scene photoWithDepth() {

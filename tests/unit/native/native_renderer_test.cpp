@@ -6,6 +6,7 @@
 #include "altiro3D/trade.hpp"
 #include "native/shift_kernels.hpp"
 #include "support/compare.hpp"
+#include "support/displays.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
@@ -21,31 +22,20 @@
 namespace altiro3D::test {
 namespace {
 
-Calibration stripes(int width, int height) {
-    Calibration c;
-    c.pitch = 52.58;
-    c.slope = -7.17;
-    c.center = 0.37;
-    c.DPI = 324;
-    c.screenW = width;
-    c.screenH = height;
-    return c;
-}
-
 // A display of each kind that the mapping distinguishes.
 std::vector<Calibration> displays() {
     std::vector<Calibration> all;
-    all.push_back(stripes(150, 97));
-    Calibration flipped = stripes(131, 88);
+    all.push_back(stripePanel(150, 97));
+    Calibration flipped = stripePanel(131, 88);
     flipped.flipImageX = 1;
     flipped.flipImageY = 1;
     flipped.flipSubp = 1;
     all.push_back(flipped);
-    Calibration notInverted = stripes(64, 200);
+    Calibration notInverted = stripePanel(64, 200);
     notInverted.invView = 0;
     notInverted.slope = 5.2;
     all.push_back(notInverted);
-    Calibration cells = stripes(140, 90);
+    Calibration cells = stripePanel(140, 90);
     cells.CellPatternMode = 3;
     for (int i = 0; i < 4; ++i) {
         SubpixelCell cell;
@@ -56,7 +46,7 @@ std::vector<Calibration> displays() {
         cells.subpixelCells.push_back(cell);
     }
     all.push_back(cells);
-    Calibration borders = stripes(96, 64); // cell borders are hit exactly
+    Calibration borders = stripePanel(96, 64); // cell borders are hit exactly
     borders.pitch = 81;
     borders.DPI = 324;
     borders.slope = -4;
@@ -130,7 +120,7 @@ TEST(NativeRenderer, GivesTheNativeOfTheQuiltBitForBit) {
 // Places of Fast are computed in whole numbers up to S/2 = 64 px, and read from registers where the
 // columns of the photo are near enough to each other.
 TEST(NativeRenderer, FastGivesTheNativeOfTheQuiltForAnyWidthAndParallax) {
-    const Calibration calibration = stripes(150, 20);
+    const Calibration calibration = stripePanel(150, 20);
     for (const int width : {1, 2, 33, 150, 640, 5000}) {
         const cv::Size tile(width, 7);
         const cv::Mat photo = randomPhoto(tile);
@@ -214,7 +204,7 @@ TEST(NativeRenderer, ContinuousPositionsAreThoseOfThePhase) {
 
 // The centre of each view's cell is exactly that view.
 TEST(NativeRenderer, ManyViewsComeNearToContinuousPositions) {
-    const Calibration calibration = stripes(300, 200);
+    const Calibration calibration = stripePanel(300, 200);
     const cv::Mat depth = stepsAndSlopes({150, 100});
     cv::Mat photo = randomPhoto(depth.size());
     cv::GaussianBlur(photo, photo, {9, 9}, 2.5);
@@ -232,7 +222,7 @@ TEST(NativeRenderer, ManyViewsComeNearToContinuousPositions) {
 }
 
 TEST(NativeRenderer, APhotoOfThePanelsSizeIsSampledPixelByPixel) {
-    const Calibration calibration = stripes(160, 120);
+    const Calibration calibration = stripePanel(160, 120);
     const cv::Mat photo = randomPhoto({160, 120});
     const cv::Mat flat(photo.size(), CV_32FC1, cv::Scalar(0.5));
     for (const ViewMethod method : {ViewMethod::Fast, ViewMethod::Layered}) {
@@ -267,7 +257,7 @@ cv::Mat trueNative(const Scene& scene, const Calibration& calibration, int views
 }
 
 TEST(NativeRenderer, ThePanelsResolutionAndContinuousPositionsComeNearerToTheTruth) {
-    const Calibration calibration = stripes(90, 120);
+    const Calibration calibration = stripePanel(90, 120);
     const Scene scene = sampleScene();
     constexpr int kViews = 6; // few for a small panel: as far apart as 48 are on a large one
     ViewOptions options;
@@ -338,7 +328,7 @@ TEST(NativeRenderer, MarginsOfThePhotoBringTheSidesOfViewsNearerToTheTruth) {
 }
 
 TEST(NativeRenderer, ThreadsReuseAndSubMatricesDoNotMatter) {
-    const Calibration calibration = stripes(150, 97);
+    const Calibration calibration = stripePanel(150, 97);
     const cv::Rect part(7, 5, 61, 37);
     const cv::Mat largePhoto = randomPhoto({90, 60});
     const cv::Mat largeDepth = stepsAndSlopes({90, 60});
@@ -362,7 +352,7 @@ TEST(NativeRenderer, ThreadsReuseAndSubMatricesDoNotMatter) {
 // The tile is so small that vectors of AVX-512 find all they need in registers, or so large and
 // strong that they do not.
 TEST(NativeRenderer, AllInstructionSetsGiveTheSameBytes) {
-    const Calibration calibration = stripes(331, 65);
+    const Calibration calibration = stripePanel(331, 65);
     for (const cv::Size tile : {cv::Size(90, 31), cv::Size(331, 65)}) {
         const cv::Mat photo = randomPhoto(tile);
         const cv::Mat depth = stepsAndSlopes(tile);
@@ -467,7 +457,7 @@ TEST(NativeRenderer, WholeShiftsOfPhasesAreNearTheShiftsOfFloats) {
 }
 
 TEST(NativeRenderer, DepthAtItsLimitsIsDefined) {
-    const Calibration calibration = stripes(64, 48);
+    const Calibration calibration = stripePanel(64, 48);
     using Limits = std::numeric_limits<float>;
     for (const cv::Size size :
          {cv::Size(1, 1), cv::Size(1, 9), cv::Size(31, 1), cv::Size(101, 77)}) {
@@ -491,7 +481,7 @@ TEST(NativeRenderer, DepthAtItsLimitsIsDefined) {
 TEST(NativeRenderer, TellsWhatItWasMadeWith) {
     ViewOptions options = optionsOf(ViewMethod::Fast, 12, 0.25);
     options.refinement = 3;
-    const NativeRenderer renderer(stripes(64, 48), 33, options);
+    const NativeRenderer renderer(stripePanel(64, 48), 33, options);
     EXPECT_EQ(renderer.panelSize(), cv::Size(64, 48));
     EXPECT_EQ(renderer.viewCount(), 33);
     EXPECT_EQ(renderer.options().method, ViewMethod::Fast);
@@ -501,7 +491,7 @@ TEST(NativeRenderer, TellsWhatItWasMadeWith) {
 }
 
 TEST(NativeRenderer, WrongInputsAreRefusedByName) {
-    const Calibration calibration = stripes(64, 48);
+    const Calibration calibration = stripePanel(64, 48);
     EXPECT_NE(errorOf([&] {
                   NativeRenderer(calibration, 48, optionsOf(ViewMethod::Real, 10, 0.5));
               }).find("method: is real"),
@@ -528,7 +518,7 @@ TEST(NativeRenderer, WrongInputsAreRefusedByName) {
 }
 
 TEST(NativeRenderer, PhotoAndNativeMayBePartsOfOneCanvas) {
-    const NativeRenderer renderer(stripes(64, 48), 48);
+    const NativeRenderer renderer(stripePanel(64, 48), 48);
     const cv::Mat depth = stepsAndSlopes({61, 37});
     cv::Mat canvas(100, 200, CV_8UC3, cv::Scalar::all(7));
     cv::Mat photo = canvas(cv::Rect(64, 5, 61, 37));

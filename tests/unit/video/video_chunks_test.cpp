@@ -76,12 +76,7 @@ void writeClip(const fs::path& file, const Clip& clip) {
 }
 
 Display smallDisplay() {
-    Display display = displayOf(stripePanel(48, 64), "small.json");
-    display.quilt.columns = 3;
-    display.quilt.rows = 2;
-    display.quilt.viewCount = 6;
-    display.quilt.tileSize = {24, 32};
-    return display;
+    return sixViewDisplay(48, 64, {24, 32});
 }
 
 class VideoChunksTest : public ::testing::Test {

@@ -31,12 +31,7 @@ constexpr int kFrames = 30;
 constexpr int kSegmentFrames = 12; // of a clip of 2 frames a second
 
 Display smallDisplay() {
-    Display display = displayOf(stripePanel(150, 98), "small.json");
-    display.quilt.columns = 3;
-    display.quilt.rows = 2;
-    display.quilt.viewCount = 6;
-    display.quilt.tileSize = {50, 32};
-    return display;
+    return sixViewDisplay(150, 98, {50, 32});
 }
 
 ErrorCode codeOf(const std::function<void()>& call) {

@@ -277,7 +277,7 @@ int main(int argc, char** argv) {
                             "FILE.json");
     addDisplayOptions(commandLine);
     addFitOption(commandLine, "contain if the file's name states another shape, else stretch");
-    addSamplingOptions(commandLine);
+    addSamplingOptions(commandLine, "linear");
     commandLine.addHidden("tell-kind"); // for altiro3Dimage
     commandLine.addNote(
         "A file name that ends in _qs<columns>x<rows>a<aspect>, such as "

@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
                     "FILE");
     commandLine.add({"y"}, "Replace outputs that exist.");
     addDisplayOptions(commandLine);
-    addSamplingOptions(commandLine);
+    addSamplingOptions(commandLine, "linear");
     commandLine.addNote(
         "Numbers in names are sorted by value: view9.png comes before view10.png. If "
         "there are more or fewer pictures than views, each view takes the picture "

@@ -52,7 +52,7 @@ void addQuiltOptions(CommandLine& commandLine) {
         "HxW");
 }
 
-void addSamplingOptions(CommandLine& commandLine) {
+void addSamplingOptions(CommandLine& commandLine, const std::string& standard) {
     commandLine.addAdvanced(
         {"view-filter"},
         "Views that a sub-pixel shows: nearest (default) or linear, a blend of two; "
@@ -60,8 +60,8 @@ void addSamplingOptions(CommandLine& commandLine) {
         "nearest|linear");
     commandLine.addAdvanced(
         {"sampling"},
-        "Pixels inside a view: nearest (default) or linear, a blend of four; not with "
-        "-m.",
+        "Pixels inside a view: nearest, or linear, a blend of four (default " + standard +
+            "; nearest with -m).",
         "nearest|linear");
 }
 
@@ -209,7 +209,9 @@ NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, M
 
 Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const ChosenDisplay& display,
                               const QuiltLayout& layout, Messages& messages) {
-    const QuiltSampling sampling = samplingOption(commandLine);
+    QuiltSampling sampling = samplingOption(commandLine);
+    // px of a view are larger than those of the panel; repeated ones become coloured noise
+    if (!commandLine.has("sampling") && !display.map) sampling.inTile = TileSampling::Linear;
     if (blends(sampling)) return {display.calibration, layout, sampling, display.invert};
     return Quilt2Native(lookUpTable(display, layout, messages));
 }

@@ -14,7 +14,7 @@ namespace altiro3D::tools {
 /// -q -r alone, for the tool that makes maps
 void addQuiltOptions(CommandLine& commandLine);
 /// --view-filter --sampling
-void addSamplingOptions(CommandLine& commandLine);
+void addSamplingOptions(CommandLine& commandLine, const std::string& standard = "nearest");
 /// @throws UsageError
 QuiltSampling samplingOption(const CommandLine& commandLine);
 /// True if sub-pixels blend views or px of views.
@@ -69,8 +69,8 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& dis
 /// a new table is kept.
 NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, Messages& messages);
 
-/// The renderer for a display: it uses lookUpTable(), or blends if `--view-filter` or `--sampling`
-/// ask for it.
+/// The renderer of quilts that come as pictures: it blends px inside a view, unless `--sampling
+/// nearest` or `-m` is given, and uses lookUpTable() if it blends nothing.
 Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const ChosenDisplay& display,
                               const QuiltLayout& layout, Messages& messages);
 

@@ -203,8 +203,10 @@ quiltConverter(const fs::path& file, const QuiltLayout& layout, const Display& d
     std::error_code error;
     std::optional<QuiltShape> shape;
     if (!fs::is_directory(file, error)) shape.emplace(file, layout, display);
-    const auto converter = std::make_shared<const Quilt2Native>(
-        NativeLut(display.calibration, layout, display.invert));
+    QuiltSampling sampling; // as in quilt2native
+    sampling.inTile = TileSampling::Linear;
+    const auto converter = std::make_shared<const Quilt2Native>(display.calibration, layout,
+                                                                sampling, display.invert);
     return [shape, converter, layout](const cv::Mat& picture) {
         const cv::Mat quilt = fitQuilt(picture, layout);
         cv::Mat native;

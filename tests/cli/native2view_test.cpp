@@ -43,6 +43,20 @@ TEST(Native2ViewTool, GivesTheViewOfTheLibrary) {
     EXPECT_TRUE(samePicture(readBack(studio / "four.png"), studio.seen(eyeAtView(4, 6))));
 }
 
+TEST(Native2ViewTool, ShowsWhatAnEyeSeesAtADistance) {
+    const ViewStudio studio;
+    const double pixels = 3 * studio.calibration().DPI / 324; // at 50 cm
+    EXPECT_TRUE(isDone(studio.see({"--eye", "native.png", "eye.png"})));
+    EXPECT_TRUE(samePicture(readBack(studio / "eye.png"), studio.seen({0.5, 0, pixels})));
+    EXPECT_TRUE(
+        isDone(studio.see({"--eye", "--distance", "25", "--view", "4", "native.png", "near.png"})));
+    EXPECT_TRUE(
+        samePicture(readBack(studio / "near.png"), studio.seen({4.5 / 6, 1.0 / 6, pixels / 2})));
+    EXPECT_TRUE(fails(studio.see({"--distance", "25", "native.png", "a.png"}), 2, "--eye"));
+    EXPECT_TRUE(
+        fails(studio.see({"--eye", "--distance", "9", "native.png", "a.png"}), 2, "10..1000"));
+}
+
 TEST(Native2ViewTool, PutsSeveralViewsIntoADirectory) {
     const ViewStudio studio;
     const Outcome some = studio.see({"--view", "5,0", "-r", "64x48", "native.png", "views2"});

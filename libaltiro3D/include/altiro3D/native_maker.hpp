@@ -93,7 +93,7 @@ struct NativeOptions {
     /// In a quilt, Detail::Lens is Detail::View.
     Detail detail = Detail::View;
     /// Whether detail that the lenses cannot show in one direction is removed before the views are
-    /// made, docs/mathematics.md, (5.7). Otherwise it becomes coloured noise. Needs a display, not
+    /// made, docs/mathematics.md, (2.10). Otherwise it becomes coloured noise. Needs a display, not
     /// a look-up table.
     bool lensFilter = false;
     /// Whether each sub-pixel shows one of the views of the layout (Discrete) or the view exactly

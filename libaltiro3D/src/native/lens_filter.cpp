@@ -70,7 +70,7 @@ class LensSpectrum {
         }
     }
 
-    // The filter's best gain for a frequency, in cycles per panel px: (5.7).
+    // The filter's best gain for a frequency, in cycles per panel px: (2.10).
     double gain(double fx, double fy) const {
         const double pass = sinc(fx / 3) * sinc(period_ * fx);
         const double wanted = blur(fx, fy, kEyeLuminance);
@@ -84,7 +84,7 @@ class LensSpectrum {
         return std::exp(-squared(2 * kPi * sigmaPeriods * period_) * (fx * fx + fy * fy));
     }
 
-    // Power of what detail of a frequency becomes at other frequencies: (5.6).
+    // Power of what detail of a frequency becomes at other frequencies: (2.8).
     double noise(double fx, double fy) const {
         double sum = 0;
         for (int k = -kHarmonics; k <= kHarmonics; ++k) {

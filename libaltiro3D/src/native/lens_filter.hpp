@@ -9,7 +9,7 @@ namespace altiro3D {
 
 /// Removes detail of a photo that the lenses of a display cannot show in one direction. There a
 /// lens shows one sub-pixel per row, of one colour; finer detail would come back as coloured noise.
-/// docs/mathematics.md, (5.4) to (5.7).
+/// docs/mathematics.md, (2.7) to (2.10).
 ///
 /// Immutable and thread-safe. Results are the same bytes for any number of threads and on any
 /// processor.

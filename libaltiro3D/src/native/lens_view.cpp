@@ -6,9 +6,11 @@
 #include "base/mat_memory.hpp"
 #include "base/text.hpp"
 #include "display/lens_phase.hpp"
+#include "native/eye_blur.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <vector>
@@ -19,6 +21,7 @@ namespace {
 
 constexpr double kUsualConeDegrees = 40;
 constexpr double kMinSpot = 1.0 / 4096;
+constexpr double kMaxBlur = 64;
 constexpr std::uint16_t kNone = 0x7fff; // no column: panels have at most 16384
 
 // The lit phases: first, first + 1, ... first + count - 1 modulo 2^32, in 2^-32 lens periods.
@@ -142,6 +145,13 @@ LensEye eyeAtView(int view, int viewCount) {
     return {(view + 0.5) / viewCount, 1.0 / viewCount};
 }
 
+double eyeBlur(const Calibration& calibration, double distanceCentimetres) {
+    constexpr double kPixels = 3; // of a Portrait at 50 cm
+    check(distanceCentimetres >= 10 && distanceCentimetres <= 1000, "distanceCentimetres",
+          "is " + numberText(distanceCentimetres) + ", expected 10..1000");
+    return std::min(kPixels * calibration.DPI / 324 * distanceCentimetres / 50, kMaxBlur);
+}
+
 void simulateView(const cv::Mat& native, const Calibration& calibration, const LensEye& eye,
                   cv::Mat& seen, InvertViews invert) {
     const LensPhases phases(lensGeometry(calibration, invert));
@@ -151,6 +161,8 @@ void simulateView(const cv::Mat& native, const Calibration& calibration, const L
           "is " + numberText(eye.phase) + ", expected a finite number");
     check(eye.spot == 0 || (eye.spot >= kMinSpot && eye.spot <= 1), "spot",
           "is " + numberText(eye.spot) + ", expected 0 or 1/4096..1");
+    check(eye.blur >= 0 && eye.blur <= kMaxBlur, "blur",
+          "is " + numberText(eye.blur) + ", expected 0..64");
     if (native.size() != cv::Size(g.panelWidth, g.panelHeight)) {
         throw Error(ErrorCode::Mismatch, "native",
                     "has " + sizeText(native.size()) + " px, expected the panel's " +
@@ -158,9 +170,13 @@ void simulateView(const cv::Mat& native, const Calibration& calibration, const L
     }
     const cv::Mat source = shareMemory(native, seen) ? native.clone() : native;
     seen.create(source.size(), source.type());
-    const LitPhases lit = litPhases(eye, phases);
-    for (int channel = 0; channel < 3; ++channel)
-        lightChannel(source, phases, lit, channel, seen);
+    if (eye.blur > 0) {
+        seeBlurred(source, phases, eye.phase, eye.blur, seen);
+    } else {
+        const LitPhases lit = litPhases(eye, phases);
+        for (int channel = 0; channel < 3; ++channel)
+            lightChannel(source, phases, lit, channel, seen);
+    }
     if (g.mirrorX || g.mirrorY) cv::flip(seen, seen, g.mirrorX ? (g.mirrorY ? -1 : 1) : 0);
 }
 

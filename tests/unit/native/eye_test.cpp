@@ -1,12 +1,16 @@
 #include "support/eye.hpp"
 
+#include "altiro3D/lens_view.hpp"
+#include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
+#include "support/processors.hpp"
+#include "support/random_pictures.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 
-// The measure itself, before anything is measured by it.
 namespace altiro3D::test {
 namespace {
 
@@ -26,6 +30,7 @@ cv::Mat grey(cv::Size size, int value) {
     return lightOf(cv::Mat(size, CV_8UC3, cv::Scalar::all(value)));
 }
 
+// The measure itself, before anything is measured by it.
 TEST(EyeTwin, AUniformColourKeepsItsColourOnEveryKindOfPanel) {
     for (const Calibration& c : panels()) {
         const cv::Mat light(c.screenH, c.screenW, CV_32FC3, cv::Scalar(0.1, 0.5, 0.3));
@@ -119,6 +124,89 @@ TEST(EyeTwin, TheCurveOfSrgbGoesThereAndBack) {
     for (int i = 0; i < 256; ++i)
         EXPECT_NEAR(255 * srgbCode(light.at<cv::Vec3f>(i)[0]), i, 0.001);
     EXPECT_NEAR(light.at<cv::Vec3f>(188)[1], 0.5, 0.004); // half the light
+}
+
+// The picture of LensEye::blur: colour of one blur, luminance of another.
+cv::Mat referenceBlurred(const cv::Mat& native, const Calibration& c, const LensEye& eye) {
+    const cv::Mat light = LensTwin(lensGeometry(c)).seen(lightOf(native), eye.phase);
+    const cv::Matx13f weights(0.0722F, 0.7152F, 0.2126F);
+    cv::Mat colour;
+    cv::Mat luminance;
+    cv::GaussianBlur(light, colour, {}, 2 * eye.blur, 0, cv::BORDER_REFLECT);
+    cv::transform(light, luminance, weights);
+    cv::GaussianBlur(luminance, luminance, {}, eye.blur, 0, cv::BORDER_REFLECT);
+    cv::Mat seen(native.size(), CV_8UC3);
+    seen.forEach<cv::Vec3b>([&](cv::Vec3b& to, const int* at) {
+        const cv::Vec3f& own = colour.at<cv::Vec3f>(at[0], at[1]);
+        const float scale = luminance.at<float>(at[0], at[1]) /
+                            (weights(0) * own[0] + weights(1) * own[1] + weights(2) * own[2]);
+        for (int i = 0; i < 3; ++i) {
+            to[i] = cv::saturate_cast<uchar>(
+                255 * srgbCode(std::min(1.0, static_cast<double>(scale * own[i]))));
+        }
+    });
+    return seen;
+}
+
+TEST(EyeBlur, IsThePictureOfTheTwinOnEveryKindOfPanel) {
+    for (Calibration c : panels()) {
+        c.flipImageX = 0; // the twin's pictures stay mirrored
+        const cv::Mat native = randomPhoto({c.screenW, c.screenH}, 1, 0);
+        for (const LensEye& eye :
+             {LensEye{0.5, 0, 3}, LensEye{-3.2, 0.3, 1.25}, LensEye{0.98, 0, 9}}) {
+            cv::Mat seen;
+            simulateView(native, c, eye, seen);
+            // 1: weights in float and light by a table of 4096 steps, rounded to codes.
+            EXPECT_TRUE(samePicture(seen, referenceBlurred(native, c, eye), 1));
+        }
+    }
+}
+
+TEST(EyeBlur, MirroredPanelsAreSeenUnmirrored) {
+    Calibration c = panels().back();
+    ASSERT_EQ(c.flipImageX, 1);
+    const cv::Mat native = randomPhoto({c.screenW, c.screenH}, 1, 0);
+    const LensEye eye{0.5, 0, 3};
+    cv::Mat seen;
+    simulateView(native, c, eye, seen);
+    cv::flip(seen, seen, 1);
+    EXPECT_TRUE(samePicture(seen, referenceBlurred(native, c, eye), 1)); // as above
+}
+
+TEST(EyeBlur, SmallPanelsThreadsAndWorkingInPlaceChangeNothing) {
+    const Calibration c = stripePanel(31, 147); // reflected more than once
+    const cv::Mat native = randomPhoto({31, 147}, 1, 0);
+    const LensEye eye{0.4, 0, 12};
+    const RestoredThreads restored;
+    cv::setNumThreads(1);
+    cv::Mat expected;
+    simulateView(native, c, eye, expected);
+    for (const int count : {2, 3, 5}) {
+        cv::setNumThreads(count);
+        cv::Mat seen = native.clone();
+        simulateView(seen, c, eye, seen);
+        EXPECT_TRUE(samePicture(seen, expected)) << count;
+    }
+}
+
+TEST(EyeBlur, IsThreePixelsOfAPortraitAtHalfAMetre) {
+    Calibration c = stripePanel(64, 48);
+    EXPECT_DOUBLE_EQ(eyeBlur(c), 3);
+    EXPECT_DOUBLE_EQ(eyeBlur(c, 25), 1.5);
+    // 1.6 arc minutes
+    EXPECT_NEAR(std::atan(3 * 25.4 / 324 / 500) * 180 * 60 / CV_PI, 1.6, 0.02);
+    c.DPI = 162;
+    EXPECT_DOUBLE_EQ(eyeBlur(c), 1.5);
+    EXPECT_EQ(errorOf([&] { (void)eyeBlur(c, 9); }),
+              "distanceCentimetres: is 9, expected 10..1000");
+    cv::Mat seen;
+    const cv::Mat native = randomPhoto({64, 48}, 1, 0);
+    for (const double blur : {-1.0, 64.5, std::nan("")}) {
+        EXPECT_NE(errorOf([&] {
+                      simulateView(native, c, {0.5, 0, blur}, seen);
+                  }).find("expected 0..64"),
+                  std::string::npos);
+    }
 }
 
 } // namespace

@@ -1,383 +1,381 @@
-// altiro3D_native_accuracy: the accuracy of Natives of a scene that is known exactly.
+// altiro3D_native_accuracy: what an eye sees of Natives through the lenses, beside the truth.
 //
-// Usage: altiro3D_native_accuracy [picture.png]
+// Usage: altiro3D_native_accuracy [calibration.json] [photo or folder of photos]...
 //
-// The true colour of each sub-pixel of a Portrait is computed by rays into the sample scene: it
-// shows the panel px, seen from the camera position that belongs to its phase under the lens.
-// Prints a Markdown table for each strength: PSNR and mean absolute error over the sub-pixels of
-// every 19th row, for all and for those near a depth step of the true view, and the offset of the
-// Native from the truth. The picture shows one row as an eye sees it that moves from left to right:
-// 48 views, continuous view positions, and the truth.
+// Prints Markdown tables, a row for each way to make a Native: luminance PSNR in dB at a blur of 3
+// px / mean CIELAB chroma difference (support/eye.hpp), means of directions over the whole cone,
+// for the middle rows of the panel (of the sample Portrait unless a calibration is given).
+//
+// - The sample scene, with its exact depth: the truth is the view of a camera in that direction.
+// - Photos at strength 0: the truth is the photo fitted to the panel.
+// - Light fields of the test data: each view is the truth in its own direction. If the data is
+//   missing, a line says so.
+//
+// The last columns are means of the row: PSNR at a blur of 2 and 4 px, and SSIM of the luminance at
+// 3 px.
 
-#include "altiro3D/calibration.hpp"
-#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/display.hpp"
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/native_maker.hpp"
-#include "altiro3D/quilt2native.hpp"
+#include "altiro3D/trade.hpp"
+#include "support/eye.hpp"
 #include "support/files.hpp"
 #include "support/scene.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <iostream>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
 
-using altiro3D::ViewMethod;
-using altiro3D::ViewPositions;
-using altiro3D::test::RayCaster;
-using altiro3D::test::Scene;
+namespace fs = std::filesystem;
+using namespace altiro3D;
+using test::EyeDifference;
+using test::EyePicture;
 
-constexpr int kViews = 48;
-constexpr int kRowStep = 19;     // has no factor in common with tiles, lenses or quilts
-constexpr int kFirstRow = 3;     // first panel row that is compared
-constexpr int kGradientStep = 4; // every fourth of them is used for the offset
-constexpr int kEdgeReach = 6;    // panel px to both sides
-constexpr double kEdgeStep = 0.03;
+constexpr int kDirections = 3; // in the middle of equal parts of the cone
+constexpr int kRows = 512;     // in the middle of the panel
 
-// Focal length and depth range relate the cameras' positions to parallax in px:
-// focal (1/focus distance - 1/z) cameraX = -p (d - f) S/2.
+// A way to make a Native.
+struct Way {
+    std::string name;
+    NativeOptions options;
+    bool overQuilt = false; // also where the direct path gives the same
+};
+
+template <class Set>
+NativeOptions with(Set set) {
+    NativeOptions options;
+    set(options);
+    return options;
+}
+
+std::vector<Way> ways() {
+    using O = NativeOptions;
+    const auto quilt = [](bool keep, TileSampling inTile, ViewFilter views) {
+        return with([&](O& o) { o.keepResolution = keep, o.sampling = {views, inTile}; });
+    };
+    const auto best = with([](O& o) {
+        o.keepResolution = true;
+        o.positions = ViewPositions::Continuous;
+    });
+    return {
+        {"default", {}},
+        {"-k", with([](O& o) { o.keepResolution = true; })},
+        {"--best", best},
+        {"fast", with([](O& o) { o.views.method = ViewMethod::Fast; })},
+        {"quilt of -k, nearest", with([](O& o) { o.keepResolution = true; }), true},
+        {"quilt, linear", quilt(false, TileSampling::Linear, ViewFilter::Nearest)},
+        {"quilt of -k, linear", quilt(true, TileSampling::Linear, ViewFilter::Nearest)},
+        {"quilt of -k, linear, blended", quilt(true, TileSampling::Linear, ViewFilter::Linear)},
+    };
+}
+
+// Something that Natives are made of, and what is true.
+struct Subject {
+    std::string name;
+    Scene scene;                            // photo and depth
+    ViewOptions views;                      // strength and focus
+    std::function<cv::Mat(double)> truth{}; // by phase [panel, CV_8UC3, BGR]
+};
+
+cv::Mat nativeOf(const Display& display, const Way& way, const Subject& subject) {
+    NativeOptions options = way.options;
+    options.views.strengthPercent = subject.views.strengthPercent;
+    options.views.focus = subject.views.focus;
+    const NativeMaker maker =
+        way.overQuilt
+            ? NativeMaker(NativeLut(display.calibration, display.quilt, display.invert), options)
+            : NativeMaker(display, options);
+    cv::Mat native;
+    maker.makeNative(subject.scene, native);
+    return native;
+}
+
+struct Figures {
+    std::array<double, 3> psnr{}; // EyePicture::kSigmas
+    double chroma = 0;
+    double ssim = 0;
+
+    void add(const Figures& o, double share) {
+        for (std::size_t i = 0; i < psnr.size(); ++i)
+            psnr[i] += share * o.psnr[i];
+        chroma += share * o.chroma;
+        ssim += share * o.ssim;
+    }
+};
+
+cv::Mat middle(const cv::Mat& panel) {
+    const int rows = std::min(kRows, panel.rows);
+    return panel.rowRange((panel.rows - rows) / 2, (panel.rows + rows) / 2);
+}
+
+Figures compare(const EyePicture& picture, const EyePicture& truth) {
+    const EyeDifference difference = eyeDifference(picture, truth);
+    cv::Mat grey[2];
+    picture.luminance[1].convertTo(grey[0], CV_8U, 255);
+    truth.luminance[1].convertTo(grey[1], CV_8U, 255);
+    return {difference.luminancePsnr, difference.chroma, ssim(grey[0], grey[1])};
+}
+
+// The figures of each Native, means of the directions.
+std::vector<Figures> look(const test::LensTwin& lens, const std::vector<cv::Mat>& natives,
+                          const std::vector<double>& phases,
+                          const std::function<cv::Mat(double)>& truthOf) {
+    std::vector<Figures> figures(natives.size());
+    for (const double phase : phases) {
+        const EyePicture truth = test::blurredByEye(test::lightOf(middle(truthOf(phase))));
+        for (std::size_t i = 0; i < natives.size(); ++i) {
+            const cv::Mat seen = lens.seen(test::lightOf(natives[i]), phase);
+            figures[i].add(compare(test::blurredByEye(middle(seen)), truth),
+                           1.0 / static_cast<double>(phases.size()));
+        }
+    }
+    return figures;
+}
+
+// The middles of equal parts of the cone.
+std::vector<double> phasesOf(int count) {
+    std::vector<double> phases;
+    for (int i = 0; i < count; ++i)
+        phases.push_back((i + 0.5) / count);
+    return phases;
+}
+
+using Column = std::pair<std::string, std::vector<Figures>>; // its name and a figure per row
+
+void print(const std::string& title, const std::vector<std::string>& rows,
+           const std::vector<Column>& columns) {
+    std::printf("%s\n\n| Native |", title.c_str());
+    for (const Column& column : columns)
+        std::printf(" %s |", column.first.c_str());
+    std::printf(" mean | 2 px | 4 px | SSIM |\n|---|");
+    for (std::size_t i = 0; i < columns.size() + 4; ++i)
+        std::printf("---:|");
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        Figures mean;
+        std::printf("\n| %s |", rows[row].c_str());
+        for (const Column& column : columns) {
+            const Figures& f = column.second[row];
+            std::printf(" %.2f / %.2f |", f.psnr[1], f.chroma);
+            mean.add(f, 1.0 / static_cast<double>(columns.size()));
+        }
+        std::printf(" %.2f / %.2f | %.2f | %.2f | %.4f |", mean.psnr[1], mean.chroma, mean.psnr[0],
+                    mean.psnr[2], mean.ssim);
+    }
+    std::printf("\n\n");
+    std::fflush(stdout);
+}
+
+void printSubjects(const std::string& title, const Display& display, const test::LensTwin& lens,
+                   const std::vector<Subject>& subjects) {
+    std::vector<std::string> rows;
+    for (const Way& way : ways())
+        rows.push_back(way.name);
+    std::vector<Column> columns;
+    for (const Subject& subject : subjects) {
+        std::vector<cv::Mat> natives;
+        for (const Way& way : ways())
+            natives.push_back(nativeOf(display, way, subject));
+        columns.emplace_back(subject.name,
+                             look(lens, natives, phasesOf(kDirections), subject.truth));
+    }
+    print(title, rows, columns);
+}
+
+// A photo that stays where it is in all directions.
+Subject photoSubject(const Display& display, const fs::path& file) {
+    Subject subject{file.stem().string(), {}, {}};
+    subject.views.strengthPercent = 0;
+    subject.scene.photo = readPhoto(file);
+    subject.scene.depth = cv::Mat(subject.scene.photo.size(), CV_32FC1, cv::Scalar(0.5));
+    cv::Mat fitted;
+    applyFit(subject.scene.photo,
+             fitPhoto(subject.scene.photo.size(),
+                      static_cast<double>(display.panelSize().width) / display.panelSize().height,
+                      display.panelSize()),
+             fitted);
+    subject.truth = [fitted](double) { return fitted; };
+    return subject;
+}
+
+// The sample scene on a panel.
 struct World {
-    Scene scene;
-    double focus = 0;
+    test::Scene scene = test::sampleScene();
     cv::Size panel;
+    double focus = 0;
 
+    explicit World(cv::Size size) : panel(size) {
+        scene.farDistance = 1e9; // nothing is clamped
+        focus = relativeInverseDepth(scene, scene.focusDistance);
+        // Checks that content moves as the library's conventions say.
+        for (const double z : {2.1, 4.2, 50.0}) {
+            const double moved = project(scene, panel, cameraX(20, 0.7), {0.3, 1, z}).x -
+                                 project(scene, panel, 0, {0.3, 1, z}).x;
+            const double d = relativeInverseDepth(scene, z);
+            if (std::abs(moved + 0.7 * (d - focus) * 0.2 * panel.width / 2) > 1e-6)
+                throw std::logic_error("the scene's parallax is not that of the views");
+        }
+    }
+
+    // Focal length and depth range relate the cameras' positions to parallax in px:
+    // focal (1/focus distance - 1/z) cameraX = -p (d - f) S/2.
     double cameraX(double strengthPercent, double position) const {
         const double range = 1 / scene.nearDistance - 1 / scene.farDistance;
         return position * strengthPercent / 200 / (scene.focalWidths * range);
     }
-};
 
-World makeWorld(cv::Size panel) {
-    World world;
-    world.scene = altiro3D::test::sampleScene();
-    world.scene.farDistance = 1e9; // nothing is clamped
-    world.focus = relativeInverseDepth(world.scene, world.scene.focusDistance);
-    world.panel = panel;
-    // Checks that content moves as the library's conventions say.
-    for (const double z : {2.1, 4.2, 50.0}) {
-        const double x = world.cameraX(20, 0.7);
-        const double moved = project(world.scene, panel, x, {0.3, 1, z}).x -
-                             project(world.scene, panel, 0, {0.3, 1, z}).x;
-        const double d = relativeInverseDepth(world.scene, z);
-        if (std::abs(moved + 0.7 * (d - world.focus) * 0.2 * panel.width / 2) > 1e-6)
-            throw std::logic_error("the scene's parallax is not that of the views");
+    // Calls set(x, y) for all px of some rows.
+    template <class Set>
+    void forPixels(const cv::Range& rows, const Set& set) const {
+        cv::parallel_for_(rows, [&](const cv::Range& part) {
+            for (int y = part.start; y < part.end; ++y) {
+                for (int x = 0; x < panel.width; ++x)
+                    set(x, y);
+            }
+        });
     }
-    return world;
-}
-
-// Photo and exact depth.
-struct Picture {
-    cv::Mat photo; // [rows x cols, CV_8UC3, BGR]
-    cv::Mat depth; // [rows x cols, CV_32FC1, 0..1]
 };
 
-cv::Mat castDepth(const World& world, const RayCaster& caster, cv::Size size) {
-    cv::Mat depth(size, CV_32FC1);
-    cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y) {
-            for (int x = 0; x < size.width; ++x) {
-                const cv::Point2d at((x + 0.5) / size.width * world.panel.width,
-                                     (y + 0.5) / size.height * world.panel.height);
-                depth.at<float>(y, x) = static_cast<float>(caster.depth(world.panel, 0, at));
-            }
-        }
-    });
-    return depth;
-}
-
-cv::Mat castPhoto(const World& world, const RayCaster& caster) {
-    cv::Mat photo(world.panel, CV_8UC3);
-    cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y) {
-            for (int x = 0; x < photo.cols; ++x)
-                photo.at<cv::Vec3b>(y, x) = caster.colour(world.panel, 0, cv::Rect(x, y, 1, 1));
-        }
-    });
-    return photo;
-}
-
-// The position of a phase, as ViewPositions::Continuous has it.
-double continuousPosition(double phase) {
-    return std::clamp((2 * phase * kViews - kViews) / (kViews - 1), -1.0, 1.0);
-}
-
-double discretePosition(double phase) {
-    return altiro3D::viewPosition(altiro3D::LensGeometry::viewOfPhase(phase, kViews), kViews);
-}
-
-// True pictures of the compared rows, [compared rows x panel columns, CV_8UC3, BGR].
-struct Truth {
-    cv::Mat native; // each sub-pixel from its own place
-    cv::Mat views;  // each from the nearest of 48 places
-    cv::Mat tiles;  // and averaged over the px of its tile
-    cv::Mat edges;  // 255 near depth steps
-    cv::Mat slopes; // CV_32FC3: change per px to the right; NaN where it is not known
-};
-
-Truth castTruth(const World& world, const RayCaster& caster, const altiro3D::LensGeometry& lens,
-                cv::Size tile, double strength) {
-    const int lookedAt = (world.panel.height - kFirstRow + kRowStep - 1) / kRowStep;
-    const cv::Size size(world.panel.width, lookedAt);
-    Truth truth;
-    truth.native.create(size, CV_8UC3);
-    truth.views.create(size, CV_8UC3);
-    truth.tiles.create(size, CV_8UC3);
-    truth.edges = cv::Mat(size, CV_8UC3, cv::Scalar::all(0));
-    truth.slopes = cv::Mat(size, CV_32FC3, cv::Scalar::all(NAN));
-    const cv::Size2d tilePixel(1.0 * world.panel.width / tile.width,
-                               1.0 * world.panel.height / tile.height);
-    cv::parallel_for_(cv::Range(0, lookedAt), [&](const cv::Range& rows) {
-        for (int i = rows.start; i < rows.end; ++i) {
-            const int y = kFirstRow + i * kRowStep;
-            const auto tileY = std::floor((y + 0.5) / tilePixel.height);
-            for (int x = 0; x < size.width; ++x) {
-                const auto tileX = std::floor((x + 0.5) / tilePixel.width);
-                const cv::Rect2d own(x, y, 1, 1);
-                const cv::Rect2d inTile(tileX * tilePixel.width, tileY * tilePixel.height,
-                                        tilePixel.width, tilePixel.height);
-                for (int colour = 0; colour < 3; ++colour) {
-                    const int channel = 2 - colour;
-                    const double phase = lens.phase(x, y, colour);
-                    const double place = world.cameraX(strength, continuousPosition(phase));
-                    const double step = world.cameraX(strength, discretePosition(phase));
-                    const auto cast = [&](double cameraX, const cv::Rect2d& part) {
-                        return caster.colour(world.panel, cameraX, part)[channel];
-                    };
-                    truth.native.at<cv::Vec3b>(i, x)[channel] = cast(place, own);
-                    truth.views.at<cv::Vec3b>(i, x)[channel] = cast(step, own);
-                    double sum = 0; // of quarters: a px of a tile is large
-                    for (const auto& [right, down] : {std::pair(0, 0), {1, 0}, {0, 1}, {1, 1}}) {
-                        sum += cast(step, {inTile.x + right * inTile.width / 2,
-                                           inTile.y + down * inTile.height / 2, inTile.width / 2,
-                                           inTile.height / 2});
-                    }
-                    truth.tiles.at<cv::Vec3b>(i, x)[channel] = cv::saturate_cast<uchar>(sum / 4);
-                    const cv::Point2d centre(x + 0.5, y + 0.5);
-                    const double depth = caster.depth(world.panel, place, centre);
-                    for (const int side : {-kEdgeReach, kEdgeReach}) {
-                        const cv::Point2d beside(centre.x + side, centre.y);
-                        if (std::abs(caster.depth(world.panel, place, beside) - depth) > kEdgeStep)
-                            truth.edges.at<cv::Vec3b>(i, x)[channel] = 255;
-                    }
-                    if (i % kGradientStep != 0) continue;
-                    const double right = cast(place, own + cv::Point2d(2, 0));
-                    const double left = cast(place, own - cv::Point2d(2, 0));
-                    truth.slopes.at<cv::Vec3f>(i, x)[channel] =
-                        static_cast<float>((right - left) / 4);
-                }
-            }
-        }
-    });
-    return truth;
-}
-
-cv::Mat lookedAtRows(const cv::Mat& native) {
-    cv::Mat rows;
-    for (int y = kFirstRow; y < native.rows; y += kRowStep)
-        rows.push_back(native.row(y));
-    return rows;
-}
-
-struct Error {
-    double squares = 0;
-    double absolute = 0;
-    double count = 0;
-
-    double psnr() const { return 10 * std::log10(255.0 * 255.0 * count / squares); }
-    double mean() const { return absolute / count; }
-};
-
-// One line of the table.
-void printLine(const std::string& path, const std::string& photo, const std::string& views,
-               const cv::Mat& picture, const Truth& truth) {
-    Error whole;
-    Error edges;
-    double along = 0; // of the difference on the slope, away from edges
-    double slopes = 0;
-    for (int y = 0; y < picture.rows; ++y) {
-        const auto* have = picture.ptr<uchar>(y);
-        const auto* want = truth.native.ptr<uchar>(y);
-        const auto* edge = truth.edges.ptr<uchar>(y);
-        const auto* slope = truth.slopes.ptr<float>(y);
-        for (int i = 0; i < 3 * picture.cols; ++i) {
-            const double difference = 1.0 * have[i] - want[i];
-            for (Error* error : {&whole, &edges}) {
-                if (error == &edges && edge[i] == 0) continue;
-                error->squares += difference * difference;
-                error->absolute += std::abs(difference);
-                error->count += 1;
-            }
-            if (edge[i] != 0 || std::isnan(slope[i])) continue;
-            along -= difference * static_cast<double>(slope[i]);
-            slopes += static_cast<double>(slope[i] * slope[i]);
-        }
-    }
-    std::printf("| %s | %s | %s | %.2f | %.2f | %.2f | %.2f | %+.2f |\n", path.c_str(),
-                photo.c_str(), views.c_str(), whole.psnr(), whole.mean(), edges.psnr(),
-                edges.mean(), along / slopes);
-    std::fflush(stdout);
-}
-
-struct Paths {
-    altiro3D::Calibration calibration;
-    altiro3D::QuiltLayout layout;
-    altiro3D::ViewOptions options; // strength and focus
-    Picture inTile;
-    Picture onPanel;
-};
-
-void printDirect(const Paths& paths, const Truth& truth) {
-    struct Method {
-        std::string name;
-        ViewMethod method;
-        int refinement;
+std::vector<Subject> sceneSubjects(const Display& display, const World& world,
+                                   const test::RayCaster& caster) {
+    const auto photo = [&](double cameraX, const cv::Range& rows) {
+        cv::Mat picture(world.panel, CV_8UC3, cv::Scalar::all(0));
+        world.forPixels(rows, [&](int x, int y) {
+            picture.at<cv::Vec3b>(y, x) = caster.colour(world.panel, cameraX, cv::Rect(x, y, 1, 1));
+        });
+        return picture;
     };
-    const Method methods[] = {{"fast", ViewMethod::Fast, 0},
-                              {"fast, refinement 2", ViewMethod::Fast, 2},
-                              {"layered", ViewMethod::Layered, 0}};
-    for (const Method& method : methods) {
-        altiro3D::ViewOptions options = paths.options;
-        options.method = method.method;
-        options.refinement = method.refinement;
-        for (const Picture* picture : {&paths.inTile, &paths.onPanel}) {
-            for (const auto positions : {ViewPositions::Discrete, ViewPositions::Continuous}) {
-                cv::Mat native;
-                altiro3D::NativeRenderer(paths.calibration, kViews, options, positions)
-                    .render(picture->photo, picture->depth, native);
-                printLine("direct: " + method.name, picture == &paths.inTile ? "view" : "panel",
-                          positions == ViewPositions::Discrete ? "48" : "continuous",
-                          lookedAtRows(native), truth);
-            }
-        }
-    }
-}
-
-void printQuilts(const Paths& paths, const Truth& truth) {
-    using altiro3D::TileSampling;
-    using altiro3D::ViewFilter;
-    const altiro3D::QuiltSampling nearest;
-    const altiro3D::QuiltSampling views{ViewFilter::Linear, TileSampling::Nearest};
-    const altiro3D::QuiltSampling inTile{ViewFilter::Nearest, TileSampling::Linear};
-    const altiro3D::QuiltSampling both{ViewFilter::Linear, TileSampling::Linear};
-    const auto print = [&](const std::string& name, const cv::Mat& quilt, const std::string& photo,
-                           const altiro3D::QuiltSampling& sampling) {
-        const bool blended = sampling.views == ViewFilter::Linear;
-        const bool linear = sampling.inTile == TileSampling::Linear;
-        cv::Mat native;
-        altiro3D::Quilt2Native(paths.calibration, paths.layout, sampling).render(quilt, native);
-        printLine("quilt: " + name + (linear ? ", linear in tiles" : ""), photo,
-                  blended ? "48, blended" : "48", lookedAtRows(native), truth);
-    };
-    for (const auto& [name, method] : {std::pair("fast", ViewMethod::Fast),
-                                       {"real", ViewMethod::Real},
-                                       {"layered", ViewMethod::Layered}}) {
-        altiro3D::ViewOptions options = paths.options;
-        options.method = method;
-        const altiro3D::Depth2Quilt maker(paths.layout, options);
-        cv::Mat quilt;
-        maker.render(paths.inTile.photo, paths.inTile.depth, quilt);
-        print(name, quilt, "view", nearest);
-        if (method == ViewMethod::Layered) print(name, quilt, "view", both);
-        maker.render(paths.onPanel.photo, paths.onPanel.depth, quilt);
-        print(name, quilt, "panel", nearest);
-        if (method != ViewMethod::Layered) continue;
-        print(name, quilt, "panel", views);
-        print(name, quilt, "panel", inTile);
-        print(name, quilt, "panel", both);
-    }
-}
-
-// One row of the panel, seen from the leftmost eye (top) to the rightmost one, for a part of the
-// width and of the eye positions: in 48 views, continuous, true.
-cv::Mat stepsPicture(const World& world, const RayCaster& caster, const Picture& picture) {
-    constexpr int kStrength = 20;
-    constexpr int kRow = 1008;
-    constexpr int kScale = 2;
-    constexpr int kAround = 12; // rows that may fill in what is hidden
-    constexpr int kPlaces = 400;
-    const cv::Range columns(1000, 1146);
-    const cv::Range places(20, 220); // of 400
-    const cv::Range rows(kRow - kAround, kRow + kAround + 1);
-    const cv::Mat photo = picture.photo.rowRange(rows).clone();
-    const cv::Mat depth = picture.depth.rowRange(rows).clone();
-    altiro3D::ViewOptions options;
-    options.strengthPercent = kStrength;
-    options.focus = world.focus;
-    const altiro3D::Depth2Quilt maker({}, options);
-    cv::Mat strips[3]; // 48 views, continuous, true
-    for (cv::Mat& strip : strips)
-        strip.create(places.size(), columns.size(), CV_8UC3);
-    cv::parallel_for_(places, [&](const cv::Range& part) {
-        for (int i = part.start; i < part.end; ++i) {
-            const double phase = (i + 0.5) / kPlaces;
-            const double positions[] = {discretePosition(phase), continuousPosition(phase)};
-            for (int k = 0; k < 2; ++k) {
-                cv::Mat view;
-                maker.renderView(photo, depth, positions[k], view);
-                view.row(kAround).colRange(columns).copyTo(strips[k].row(i - places.start));
-            }
-            const double cameraX = world.cameraX(kStrength, positions[1]);
-            for (int x = columns.start; x < columns.end; ++x) {
-                strips[2].at<cv::Vec3b>(i - places.start, x - columns.start) =
-                    caster.colour(world.panel, cameraX, cv::Rect(x, kRow, 1, 1));
-            }
-        }
+    Subject subject;
+    subject.views.focus = world.focus;
+    subject.scene.photo = photo(0, {0, world.panel.height});
+    subject.scene.depth.create(world.panel, CV_32FC1);
+    world.forPixels({0, world.panel.height}, [&](int x, int y) {
+        subject.scene.depth.at<float>(y, x) =
+            static_cast<float>(caster.depth(world.panel, 0, {x + 0.5, y + 0.5}));
     });
-    constexpr int kGap = 6; // px
-    cv::Mat all;
-    for (const cv::Mat& strip : strips) {
-        cv::Mat large;
-        cv::resize(strip, large, {}, kScale, kScale, cv::INTER_NEAREST);
-        if (all.empty()) {
-            all = large;
+    std::vector<Subject> subjects;
+    for (const double strength : {10.0, 20.0}) {
+        subject.name = "strength " + std::to_string(static_cast<int>(strength)) + " %";
+        subject.views.strengthPercent = strength;
+        subject.truth = [&, strength, photo](double phase) {
+            const int count = display.quilt.viewCount; // as ViewPositions::Continuous has it
+            const double position =
+                std::clamp((2 * phase * count - count) / (count - 1), -1.0, 1.0);
+            const int rows = std::min(kRows, world.panel.height);
+            return photo(world.cameraX(strength, position),
+                         {(world.panel.height - rows) / 2, (world.panel.height + rows) / 2});
+        };
+        subjects.push_back(subject);
+    }
+    return subjects;
+}
+
+// Views of a row of cameras that are made into a quilt of the display's tiles.
+void printLightFields(const Display& display, const test::LensTwin& lens) {
+    struct Field {
+        std::string folder;
+        std::string names; // begin of the names of the views
+        int columns;
+        int rows;
+    };
+    const Field fields[] = {{"greenbuddha_33", "GreenBuddha", 11, 3},
+                            {"stanford_cards", "r08_", 3, 3}};
+    const std::pair<std::string, QuiltSampling> samplings[] = {
+        {"nearest", {}},
+        {"linear in views", {ViewFilter::Nearest, TileSampling::Linear}},
+        {"linear in and between views", {ViewFilter::Linear, TileSampling::Linear}}};
+    std::vector<std::string> rows;
+    for (const auto& sampling : samplings)
+        rows.push_back(sampling.first);
+    std::vector<Column> columns;
+    for (const Field& field : fields) {
+        const fs::path folder = test::dataPath("lightfields/" + field.folder);
+        if (folder.empty()) {
+            std::printf("Light field %s: left out, it is not in the test data.\n\n",
+                        field.folder.c_str());
             continue;
         }
-        cv::hconcat(
-            std::vector<cv::Mat>{all, cv::Mat(large.rows, kGap, CV_8UC3, {255, 255, 255}), large},
-            all);
+        QuiltLayout layout{field.columns, field.rows, display.quilt.tileSize,
+                           field.columns * field.rows};
+        cv::Mat quilt(layout.size(), CV_8UC3);
+        std::vector<cv::Mat> views;
+        for (const fs::path& file : listImages(folder)) {
+            if (file.filename().string().rfind(field.names, 0) != 0) continue;
+            views.push_back(readPhoto(file));
+            const auto fitted = [&](cv::Size size) {
+                cv::Mat result;
+                applyFit(views.back(),
+                         fitPhoto(views.back().size(),
+                                  static_cast<double>(display.panelSize().width) /
+                                      display.panelSize().height,
+                                  size),
+                         result);
+                return result;
+            };
+            fitted(layout.tileSize).copyTo(quilt(layout.tile(static_cast<int>(views.size()) - 1)));
+            views.back() = fitted(display.panelSize());
+        }
+        if (static_cast<int>(views.size()) != layout.viewCount)
+            throw std::runtime_error(folder.string() + ": has " + std::to_string(views.size()) +
+                                     " views, expected " + std::to_string(layout.viewCount));
+        std::vector<cv::Mat> natives;
+        for (const auto& sampling : samplings) {
+            Quilt2Native(display.calibration, layout, sampling.second, display.invert)
+                .render(quilt, natives.emplace_back());
+        }
+        std::vector<double> phases; // the middles of views
+        for (const double phase : phasesOf(kDirections)) {
+            phases.push_back((LensGeometry::viewOfPhase(phase, layout.viewCount) + 0.5) /
+                             layout.viewCount);
+        }
+        columns.emplace_back(field.folder, look(lens, natives, phases, [&](double phase) {
+                                 return views[static_cast<std::size_t>(
+                                     LensGeometry::viewOfPhase(phase, layout.viewCount))];
+                             }));
     }
-    return all;
+    if (!columns.empty()) print("Light fields, quilts of their views:", rows, columns);
 }
 
 void run(int argc, char** argv) {
-    Paths paths;
-    paths.calibration =
-        altiro3D::readCalibration(altiro3D::test::sourcePath("calibration/portrait-sample.json"));
-    const altiro3D::LensGeometry lens = lensGeometry(paths.calibration);
-    const World world = makeWorld({lens.panelWidth, lens.panelHeight});
-    const RayCaster caster(world.scene);
-    paths.onPanel = {castPhoto(world, caster), castDepth(world, caster, world.panel)};
-    cv::resize(paths.onPanel.photo, paths.inTile.photo, paths.layout.tileSize, 0, 0,
-               cv::INTER_AREA);
-    paths.inTile.depth = castDepth(world, caster, paths.layout.tileSize);
-    if (argc > 1) {
-        cv::imwrite(argv[1], stepsPicture(world, caster, paths.onPanel),
-                    {cv::IMWRITE_PNG_COMPRESSION, 9});
+    fs::path calibration = test::sourcePath("calibration/portrait-sample.json");
+    std::vector<fs::path> photos;
+    for (int i = 1; i < argc; ++i) {
+        const fs::path name = argv[i];
+        if (name.extension() == ".json") {
+            calibration = name;
+        } else if (fs::is_directory(name)) {
+            for (const fs::path& file : listImages(name))
+                photos.push_back(file);
+        } else {
+            photos.push_back(name);
+        }
     }
-    paths.options.focus = world.focus;
-    for (const double strength : {10.0, 20.0}) {
-        paths.options.strengthPercent = strength;
-        const Truth truth = castTruth(world, caster, lens, paths.layout.tileSize, strength);
-        std::printf("Strength %.0f %%; %.1f %% of the sub-pixels are near a depth step.\n\n"
-                    "| path | photo | views | PSNR | error | at steps: PSNR | error | offset, px "
-                    "|\n|---|---|---|---:|---:|---:|---:|---:|\n",
-                    strength, 100 * cv::mean(truth.edges.reshape(1))[0] / 255);
-        printLine("the photo, flat", "panel", "1", lookedAtRows(paths.onPanel.photo), truth);
-        printDirect(paths, truth);
-        printQuilts(paths, truth);
-        printLine("true views", "panel", "48", truth.views, truth);
-        printLine("true views in tiles", "view", "48", truth.tiles, truth);
-        std::printf("\n");
-    }
+    const Display display = readDisplay(calibration);
+    const test::LensTwin lens(lensGeometry(display.calibration, display.invert));
+    const cv::Mat grey(display.panelSize(), CV_8UC3, cv::Scalar::all(128));
+    const Figures mosaic =
+        look(lens, {grey}, phasesOf(kDirections), [&](double) { return grey; }).front();
+    std::printf("%d directions, %d rows. Plain grey, which is the mosaic alone: %.2f / %.2f.\n\n",
+                kDirections, std::min(kRows, grey.rows), mosaic.psnr[1], mosaic.chroma);
+    std::vector<Subject> subjects;
+    for (const fs::path& photo : photos)
+        subjects.push_back(photoSubject(display, photo));
+    if (!subjects.empty()) printSubjects("Photos at strength 0:", display, lens, subjects);
+    printLightFields(display, lens);
+    const World world(display.panelSize());
+    const test::RayCaster caster(world.scene);
+    printSubjects("The sample scene:", display, lens, sceneSubjects(display, world, caster));
 }
 
 } // namespace

@@ -184,6 +184,13 @@ TEST_F(ViewerController, EveryModeShowsItsPicture) {
     simulateView(native, calibration, eyeAtAngle(calibration, 0), seen);
     cv::resize(seen, seen, {300, 400}, 0, 0, cv::INTER_LINEAR);
     EXPECT_TRUE(samePicture(picture(), seen));
+    controller_.setArea({75, 100}); // zoomed out: light is averaged, as an eye does
+    ASSERT_TRUE(waitFor([this] { return picture().size() == cv::Size(75, 100); }));
+    LensEye eye = eyeAtAngle(calibration, 0);
+    eye.blur = eyeBlur(calibration);
+    simulateView(native, calibration, eye, seen);
+    cv::resize(seen, seen, {75, 100}, 0, 0, cv::INTER_AREA);
+    EXPECT_TRUE(samePicture(picture(), seen));
 }
 
 TEST_F(ViewerController, ANativeInASmallWindowIsPanned) {

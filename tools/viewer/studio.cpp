@@ -327,9 +327,12 @@ Frame Studio::render(const Request& request) {
     case Mode::Lens: {
         const Calibration& calibration = request.display->calibration;
         const double angle = request.position * viewConeDegrees(calibration) / 2;
+        LensEye eye = eyeAtAngle(calibration, angle);
+        const double panelPixels = static_cast<double>(calibration.screenW) / size.width;
+        if (panelPixels > 1) // the eye averages light; scaling averages codes
+            eye.blur = std::min(std::max(eyeBlur(calibration), panelPixels / 2), 64.0);
         cv::Mat seen;
-        simulateView(state_->nativeOf(setup), calibration, eyeAtAngle(calibration, angle), seen,
-                     request.display->invert);
+        simulateView(state_->nativeOf(setup), calibration, eye, seen, request.display->invert);
         frame.picture = sized(seen, size);
         break;
     }

@@ -100,6 +100,7 @@ compare views2native "${display[@]}" --save-quilt out/quilt.png ../inputs/views 
 compare views2native -m ../inputs/portrait.map --reverse ../inputs/views out/native.png
 compare views2native "${small[@]}" --fit contain ../inputs/views out/native.png
 compare native2view "${display[@]}" --angle 10 ../inputs/native.png out/seen.png
+compare native2view "${display[@]}" --eye ../inputs/native.png out/seen.png
 
 compare quilt2video "${sway[@]}" ../inputs/quilt_qs8x6a0.75.png out/clip.mp4
 keep clip.mp4 clip.mp4

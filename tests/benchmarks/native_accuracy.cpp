@@ -44,7 +44,7 @@ using test::EyeDifference;
 using test::EyePicture;
 
 constexpr int kDirections = 3; // in the middle of equal parts of the cone
-constexpr int kRows = 512;     // in the middle of the panel
+constexpr int kRows = 384;     // in the middle of the panel
 
 // A way to make a Native.
 struct Way {
@@ -268,10 +268,12 @@ std::vector<Subject> sceneSubjects(const Display& display, const World& world,
     for (const double strength : {10.0, 20.0}) {
         subject.name = "strength " + std::to_string(static_cast<int>(strength)) + " %";
         subject.views.strengthPercent = strength;
-        subject.truth = [&, strength, photo](double phase) {
+        subject.truth = [&display, &world, ahead = subject.scene.photo, strength,
+                         photo](double phase) {
             const int count = display.quilt.viewCount; // as ViewPositions::Continuous has it
             const double position =
                 std::clamp((2 * phase * count - count) / (count - 1), -1.0, 1.0);
+            if (position == 0) return ahead;
             const int rows = std::min(kRows, world.panel.height);
             return photo(world.cameraX(strength, position),
                          {(world.panel.height - rows) / 2, (world.panel.height + rows) / 2});

@@ -62,22 +62,23 @@ NativeOptions with(Set set) {
 
 std::vector<Way> ways() {
     using O = NativeOptions;
-    const auto quilt = [](bool keep, TileSampling inTile, ViewFilter views) {
-        return with([&](O& o) { o.keepResolution = keep, o.sampling = {views, inTile}; });
+    const auto shown = [](Detail detail) { return with([=](O& o) { o.showAs(detail); }); };
+    const auto quilt = [](bool isFiltered, TileSampling inTile) {
+        return with([=](O& o) { o.lensFilter = isFiltered, o.sampling.inTile = inTile; });
     };
-    const auto best = with([](O& o) {
-        o.keepResolution = true;
-        o.positions = ViewPositions::Continuous;
-    });
+    const auto detailed = [](ViewPositions positions) {
+        return with([=](O& o) { o.detail = Detail::Panel, o.positions = positions; });
+    };
     return {
-        {"default", {}},
-        {"-k", with([](O& o) { o.keepResolution = true; })},
-        {"--best", best},
-        {"fast", with([](O& o) { o.views.method = ViewMethod::Fast; })},
-        {"quilt of -k, nearest", with([](O& o) { o.keepResolution = true; }), true},
-        {"quilt, linear", quilt(false, TileSampling::Linear, ViewFilter::Nearest)},
-        {"quilt of -k, linear", quilt(true, TileSampling::Linear, ViewFilter::Nearest)},
-        {"quilt of -k, linear, blended", quilt(true, TileSampling::Linear, ViewFilter::Linear)},
+        {"default", shown(Detail::Lens)},
+        {"--best", shown(Detail::Panel)},
+        {"--quick", {}},
+        {"-k", detailed(ViewPositions::Discrete)},
+        {"-k --continuous", detailed(ViewPositions::Continuous)},
+        {"--method fast", with([](O& o) { o.views.method = ViewMethod::Fast; })},
+        {"quilt of --quick, nearest", {}, true},
+        {"quilt of --quick, linear", quilt(false, TileSampling::Linear)},
+        {"quilt, linear", quilt(true, TileSampling::Linear)},
     };
 }
 

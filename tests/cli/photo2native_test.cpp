@@ -357,8 +357,8 @@ TEST(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
 
 TEST(Photo2Native, DepthIsEstimatedByTheFirstNetwork) {
     SmallStudio studio;
-    const Outcome outcome =
-        studio.run(kTool, Arguments{"--quick"} + fixedWay() + studio.display() + Arguments{"photo.png", "a.png"});
+    const Outcome outcome = studio.run(kTool, Arguments{"--quick"} + fixedWay() + studio.display() +
+                                                  Arguments{"photo.png", "a.png"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_NE(outcome.out.find("depth: network tiny ("), std::string::npos) << outcome.out;
     LibraryPath path;

@@ -58,11 +58,10 @@ void addSamplingOptions(CommandLine& commandLine, const std::string& standard) {
         "Views that a sub-pixel shows: nearest (default) or linear, a blend of two; "
         "not with -m.",
         "nearest|linear");
-    commandLine.addAdvanced(
-        {"sampling"},
-        "Pixels inside a view: nearest, or linear, a blend of four (default " + standard +
-            "; nearest with -m).",
-        "nearest|linear");
+    commandLine.addAdvanced({"sampling"},
+                            "Pixels inside a view: nearest, or linear, a blend of four (default " +
+                                standard + "; nearest with -m).",
+                            "nearest|linear");
 }
 
 QuiltSampling samplingOption(const CommandLine& commandLine) {

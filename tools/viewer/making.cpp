@@ -205,8 +205,8 @@ quiltConverter(const fs::path& file, const QuiltLayout& layout, const Display& d
     if (!fs::is_directory(file, error)) shape.emplace(file, layout, display);
     QuiltSampling sampling; // as in quilt2native
     sampling.inTile = TileSampling::Linear;
-    const auto converter = std::make_shared<const Quilt2Native>(display.calibration, layout,
-                                                                sampling, display.invert);
+    const auto converter =
+        std::make_shared<const Quilt2Native>(display.calibration, layout, sampling, display.invert);
     return [shape, converter, layout](const cv::Mat& picture) {
         const cv::Mat quilt = fitQuilt(picture, layout);
         cv::Mat native;

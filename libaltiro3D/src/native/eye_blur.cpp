@@ -1,5 +1,7 @@
 #include "native/eye_blur.hpp"
 
+#include "base/srgb_light.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,31 +13,6 @@
 namespace altiro3D {
 
 namespace {
-
-// Linear light and codes by the curve of sRGB, BGR.
-struct SrgbTables {
-    static constexpr int kRoots = 4096; // codes are nearly even in the root of light
-    std::array<float, 256> light{};
-    std::array<uchar, kRoots + 1> codes{};
-
-    SrgbTables() {
-        for (int i = 0; i < 256; ++i) {
-            const double v = i / 255.0;
-            light[static_cast<std::size_t>(i)] =
-                static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-        }
-        for (int i = 0; i <= kRoots; ++i) {
-            const double root = static_cast<double>(i) / kRoots;
-            const double v = root * root;
-            codes[static_cast<std::size_t>(i)] = cv::saturate_cast<uchar>(
-                255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055));
-        }
-    }
-    uchar code(float v) const {
-        const float root = std::sqrt(std::min(v, 1.0F));
-        return codes[static_cast<std::size_t>(root * kRoots + 0.5F)];
-    }
-};
 
 constexpr std::array<float, 3> kLuminance{0.0722F, 0.7152F, 0.2126F}; // BT.709, BGR
 constexpr double kColourBlur = 2;                                     // times that of luminance
@@ -81,11 +58,11 @@ class LensLight {
             const int lit = lenses[static_cast<std::size_t>(lens - first)].index;
             const int colour = lit % 3;
             light[i - i % 3 + colour] +=
-                gains_[static_cast<std::size_t>(colour)] * srgb_.light[row[lit]];
+                gains_[static_cast<std::size_t>(colour)] * srgb_.ofCode(row[lit]);
         }
     }
 
-    const SrgbTables& srgb() const { return srgb_; }
+    const SrgbLight& srgb() const { return srgb_; }
 
   private:
     static constexpr double kOne = 4294967296.0;
@@ -132,7 +109,7 @@ class LensLight {
     std::int64_t eye_;
     std::vector<std::int64_t> expected_;  // place of each px from the first, within half a lens
     std::array<float, 3> gains_{1, 1, 1}; // BGR
-    SrgbTables srgb_;
+    const SrgbLight& srgb_ = SrgbLight::instance();
 };
 
 // Weights of a Gaussian from the middle on, 4 standard deviations.

@@ -1,6 +1,7 @@
 #include "native/lens_filter.hpp"
 
 #include "base/pixel_rows.hpp"
+#include "base/srgb_light.hpp"
 #include "native/lens_filter_kernels.hpp"
 #include "views/view_renderer.hpp"
 
@@ -155,35 +156,6 @@ cv::Mat weightsOf(const cv::Mat& gains, cv::Size2d perPixel, double offset) {
     return result;
 }
 
-// Codes of linear light, at 1/16384 steps.
-constexpr int kLightSteps = 16384;
-
-const std::vector<std::uint8_t>& codesOfLight() {
-    static const std::vector<std::uint8_t> codes = [] {
-        std::vector<std::uint8_t> table(kLightSteps + 1);
-        for (int i = 0; i <= kLightSteps; ++i) {
-            const double v = static_cast<double>(i) / kLightSteps;
-            const double s = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
-            table[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(std::lround(255 * s));
-        }
-        return table;
-    }();
-    return codes;
-}
-
-const std::array<float, 256>& lightOfCodes() {
-    static const std::array<float, 256> light = [] {
-        std::array<float, 256> table{};
-        for (int i = 0; i < 256; ++i) {
-            const double s = i / 255.0;
-            table[static_cast<std::size_t>(i)] =
-                static_cast<float>(s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
-        }
-        return table;
-    }();
-    return light;
-}
-
 // Rows of one colour as linear light, with the px at the borders repeated.
 class LightRows {
   public:
@@ -195,13 +167,14 @@ class LightRows {
 
     // Reads rows [from - above, to + above) of a channel.
     void read(const cv::Mat& bgr, int channel, int from, int to) {
+        const SrgbLight& srgb = SrgbLight::instance();
         for (int y = from - above_; y < to + above_; ++y) {
             const auto* const pixels =
                 bgr.ptr<std::uint8_t>(std::clamp(y, 0, bgr.rows - 1)) + channel;
             float* const out =
                 light_.data() + stride_ * static_cast<std::size_t>(y - from + above_);
             for (int x = 0; x < columns_; ++x)
-                out[beside_ + x] = lightOfCodes()[pixels[static_cast<std::ptrdiff_t>(3) * x]];
+                out[beside_ + x] = srgb.ofCode(pixels[static_cast<std::ptrdiff_t>(3) * x]);
             std::fill_n(out, beside_, out[beside_]);
             std::fill_n(out + beside_ + columns_, beside_, out[beside_ + columns_ - 1]);
         }
@@ -296,7 +269,7 @@ void LensFilter::filterRows(const cv::Mat& photo, const cv::Range& rows, cv::Mat
     Ranges ranges(near_, photo.cols);
     std::vector<const float*> taps(static_cast<std::size_t>(weights_[0].rows));
     std::vector<float> sums = paddedRow<float>(static_cast<std::size_t>(photo.cols) + kRowPadding);
-    const std::vector<std::uint8_t>& codes = codesOfLight();
+    const SrgbLight& srgb = SrgbLight::instance();
     for (int from = rows.start; from < rows.end; from += kBand) {
         const int to = std::min(from + kBand, rows.end);
         for (int channel = 0; channel < 3; ++channel) {
@@ -311,8 +284,7 @@ void LensFilter::filterRows(const cv::Mat& photo, const cv::Range& rows, cv::Mat
                 for (int x = 0; x < photo.cols; ++x) {
                     const float sum = ranges.clamp(sums[static_cast<std::size_t>(x)],
                                                    static_cast<std::size_t>(x));
-                    out[static_cast<std::ptrdiff_t>(3) * x] =
-                        codes[static_cast<std::size_t>(sum * kLightSteps + 0.5F)];
+                    out[static_cast<std::ptrdiff_t>(3) * x] = srgb.code(sum);
                 }
             }
         }

@@ -296,8 +296,9 @@ TEST(Data, ANetworkGivesTheNativeOfTheLibrary) {
          {network.string(), std::string("fastdepth"), std::string("fastdepth_224_op10.onnx")}) {
         for (const char* threads : {"1", "2"}) {
             const Outcome outcome = studio.run(
-                "photo2native", fixedWay({"-y", "-j", threads, "-n", name, "--report", "r.json"}) +
-                                    studio.display() + Arguments{photo.string(), "a.png"});
+                "photo2native",
+                fixedWay({"--quick", "-y", "-j", threads, "-n", name, "--report", "r.json"}) +
+                    studio.display() + Arguments{photo.string(), "a.png"});
             EXPECT_TRUE(isDone(outcome));
             EXPECT_NE(outcome.out.find("network fastdepth"), std::string::npos) << outcome.out;
             // the network's sums depend on the number of threads in the last digits
@@ -315,7 +316,8 @@ TEST(Data, ANetworkGivesTheNativeOfTheLibrary) {
     fs::copy(network, studio / "mine.onnx");
     spill(studio / "mine.json", R"({"name": "mine", "inputWidth": 224, "inputHeight": 224,
           "resizeKernel": "linear", "output": "metricDepth"})");
-    const Arguments mine = fixedWay(studio.display() + Arguments{"-y", "-n", "mine.onnx"});
+    const Arguments mine =
+        fixedWay(studio.display() + Arguments{"--quick", "-y", "-n", "mine.onnx"});
     EXPECT_TRUE(fails(studio.run("photo2native", mine + Arguments{photo.string(), "a.png"}), 1,
                       "--net-profile"));
     EXPECT_TRUE(isDone(studio.run(

@@ -32,8 +32,9 @@ fs::path onlyCacheFile(const fs::path& directory) {
 }
 
 Outcome verboseViews(const Sandbox& sandbox) {
-    return sandbox.run("views2native", Arguments{"-v", "-y", "-c", "small.json"} + kQuilt +
-                                           Arguments{"views", "native.png"});
+    return sandbox.run("views2native",
+                       Arguments{"-v", "--sampling", "nearest", "-y", "-c", "small.json"} + kQuilt +
+                           Arguments{"views", "native.png"});
 }
 
 } // namespace
@@ -189,7 +190,7 @@ TEST(DisplayChoice, MapAndCalibrationGiveTheSameNative) {
     SmallStudio studio;
     ASSERT_TRUE(isDone(
         studio.run("altiro3Dnative", Arguments{"-m", "a.map"} + kQuilt + Arguments{"small.json"})));
-    const Arguments inputs{"-d", "photo.png", "depth.png"};
+    const Arguments inputs{"--quick", "-d", "photo.png", "depth.png"};
     EXPECT_TRUE(isDone(studio.run("photo2native", studio.display() + inputs + Arguments{"c.png"})));
     EXPECT_TRUE(
         isDone(studio.run("photo2native", Arguments{"-m", "a.map"} + inputs + Arguments{"m.png"})));
@@ -306,8 +307,9 @@ TEST(LutCache, DisplaysAndOrdersOfViewsDoNotMix) {
     SmallStudio studio;
     writeCalibration(studio / "other.json", {96, 128}, 50);
     const auto native = [&](const Arguments& arguments) {
-        EXPECT_TRUE(isDone(studio.run(
-            "quilt2native", arguments + Arguments{"-y", "-q", "2x3", "quilt.png", "native.png"})));
+        EXPECT_TRUE(isDone(
+            studio.run("quilt2native", arguments + Arguments{"-y", "--sampling", "nearest", "-q",
+                                                             "2x3", "quilt.png", "native.png"})));
         return slurp(studio / "native.png");
     };
     const std::string plain = native({"-c", "small.json"});

@@ -107,9 +107,9 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
 TEST(Photo2Native, ShowsWhatTheLensesCanShowUnlessSomethingElseIsAskedFor) {
     SmallStudio studio;
     const auto make = [&](const Arguments& options) {
-        EXPECT_TRUE(isDone(
-            studio.run(kTool, options + Arguments{"-y", "--report", "r.json"} + studio.display() +
-                                  Arguments{"-d", "photo.png", "depth.png", "a.png"})));
+        EXPECT_TRUE(isDone(studio.run(
+            kTool, fixedWay(options) + Arguments{"-y", "--report", "r.json"} + studio.display() +
+                       Arguments{"-d", "photo.png", "depth.png", "a.png"})));
         return readBack(studio / "a.png");
     };
     const auto settings = [&] {
@@ -627,13 +627,15 @@ TEST(Photo2Native, WhatItSavesLeadsToTheSameNativeAgain) {
         ASSERT_TRUE(isDone(outcome));
         EXPECT_NE(outcome.out.find("q_qs3x2a0.75.png"), std::string::npos) << outcome.out;
         EXPECT_EQ(slurp(studio / "a.png"), expected); // whatever else is saved
-        EXPECT_TRUE(isDone(studio.run(
-            "quilt2native", {"-y", "-c", "small.json", "q_qs3x2a0.75.png", "fromQuilt.png"})));
+        EXPECT_TRUE(
+            isDone(studio.run("quilt2native", {"-y", "--sampling", "nearest", "-c", "small.json",
+                                               "q_qs3x2a0.75.png", "fromQuilt.png"})));
         // sampled at the panel's resolution, the Native shows more than any quilt
         const bool ofQuilt = keep.size() != 3;
         EXPECT_EQ(slurp(studio / "fromQuilt.png") == expected, ofQuilt);
         EXPECT_EQ(names(studio / "v").size(), 6U);
-        EXPECT_TRUE(isDone(studio.run("views2native", Arguments{"-y"} + studio.display() +
+        EXPECT_TRUE(isDone(studio.run("views2native", Arguments{"-y", "--sampling", "nearest"} +
+                                                          studio.display() +
                                                           Arguments{"v", "fromViews.png"})));
         EXPECT_EQ(slurp(studio / "fromViews.png"), slurp(studio / "fromQuilt.png"));
         EXPECT_EQ(readBack(studio / "d.png").type(), CV_16UC1);

@@ -63,8 +63,10 @@ TEST(Quilt2NativeTool, GivesTheNativeOfTheLibrary) {
     SmallStudio studio;
     const cv::Mat quilt = readBack(studio / "quilt.png");
     const std::pair<Arguments, QuiltSampling> cases[] = {
-        {{}, {}},
-        {{"--view-filter", "linear"}, {ViewFilter::Linear, TileSampling::Nearest}},
+        {{}, {ViewFilter::Nearest, TileSampling::Linear}},
+        {{"--sampling", "nearest"}, {}},
+        {{"--sampling", "nearest", "--view-filter", "linear"},
+         {ViewFilter::Linear, TileSampling::Nearest}},
         {{"--sampling", "linear"}, {ViewFilter::Nearest, TileSampling::Linear}},
         {{"--sampling", "linear", "--view-filter", "linear", "-j", "1"},
          {ViewFilter::Linear, TileSampling::Linear}}};
@@ -125,7 +127,7 @@ TEST(Quilt2NativeTool, ViewsOfFractionalSizeAreSampledWhereTheyLie) {
     EXPECT_TRUE(warns(studio.run(kTool, {"-m", "a.map", "--fit", "stretch", "rest.png", "m.png"}),
                       "44 x 50"));
     EXPECT_TRUE(samePicture(readBack(studio / "m.png"),
-                            libraryNative(studio, quilt(cv::Rect(0, 5, 40, 45)), 5, 9)));
+                            libraryNative(studio, quilt(cv::Rect(0, 5, 40, 45)), 5, 9, {})));
     EXPECT_TRUE(isDone(studio.run(
         kTool, {"-c", "small.json", "--fit", "stretch", "-q", "9x5", "rest.png", "a.png"})));
     EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, quilt, 5, 9)));

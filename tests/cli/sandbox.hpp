@@ -169,8 +169,9 @@ cv::Mat libraryNative(const Calibration& calibration, const cv::Mat& photo, cons
                       const LibraryPath& path);
 /// The same of small.json, photo.png and depth.png in a sandbox.
 cv::Mat libraryNative(const Sandbox& sandbox, const LibraryPath& path);
-/// The Native that the library makes of a quilt for a sandbox's small.json.
+/// The Native that the library makes of a quilt for a sandbox's small.json, sampled as by
+/// quilt2native.
 cv::Mat libraryNative(const Sandbox& sandbox, const cv::Mat& quilt, int columns, int rows,
-                      const QuiltSampling& sampling = {});
+                      const QuiltSampling& sampling = {ViewFilter::Nearest, TileSampling::Linear});
 
 } // namespace altiro3D::test

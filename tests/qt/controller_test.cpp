@@ -326,7 +326,8 @@ TEST_F(ViewerController, ViewsOfAQuiltKeepTheShapeThatItsNameTells) {
     applyFitToViews(quilt, layout, 1.5, 0.75, FitMode::Contain, withBars);
     cv::Mat native;
     const Display display = sampleDisplay({150, 200});
-    Quilt2Native(NativeLut(display.calibration, layout)).render(withBars, native);
+    Quilt2Native(display.calibration, layout, {ViewFilter::Nearest, TileSampling::Linear})
+        .render(withBars, native);
     EXPECT_TRUE(samePicture(picture(), native));
 }
 

@@ -622,6 +622,32 @@ void BM_NativeLayeredPanelPixels(benchmark::State& state, const BenchDisplay& di
                   {methodOf(ViewMethod::Layered), ViewPositions::Continuous, false, true});
 }
 
+// A Native of the sample photo and its depth, from the fit on.
+void makeNatives(benchmark::State& state, const BenchDisplay& display,
+                 const NativeOptions& options) {
+    Scene scene;
+    busyScene(display, scene.photo, scene.depth);
+    const NativeMaker maker(displayOf(display.calibration), display.layout, options);
+    cv::Mat native;
+    for (auto _ : state) {
+        maker.makeNative(scene, native);
+        benchmark::DoNotOptimize(native.data);
+    }
+}
+void BM_NativeOfPhotoQuick(benchmark::State& state, const BenchDisplay& display) {
+    makeNatives(state, display, {});
+}
+void BM_NativeOfPhoto(benchmark::State& state, const BenchDisplay& display) {
+    NativeOptions options;
+    options.showAs(Detail::Lens);
+    makeNatives(state, display, options);
+}
+void BM_NativeOfPhotoBest(benchmark::State& state, const BenchDisplay& display) {
+    NativeOptions options;
+    options.showAs(Detail::Panel);
+    makeNatives(state, display, options);
+}
+
 // ---- colours of videos
 
 // The planes of a Native as an encoder takes them (4:4:4).
@@ -744,6 +770,9 @@ void registerAll(const BenchDisplay& display) {
     registerStage("BM_NativeLayeredBusy", BM_NativeLayeredBusy, display);
     registerStage("BM_NativeLayeredContinuous", BM_NativeLayeredContinuous, display);
     registerStage("BM_NativeLayeredPanelPixels", BM_NativeLayeredPanelPixels, display);
+    registerStage("BM_NativeOfPhotoQuick", BM_NativeOfPhotoQuick, display);
+    registerStage("BM_NativeOfPhoto", BM_NativeOfPhoto, display);
+    registerStage("BM_NativeOfPhotoBest", BM_NativeOfPhotoBest, display);
     registerStage("BM_NativeToYuv", BM_NativeToYuv, display);
     registerStage("BM_YuvToPicture", BM_YuvToPicture, display);
 }

@@ -831,7 +831,7 @@ TEST(Video2NativeTool, QuiltVideosGoInAndOut) {
     int count = 0;
     while (const auto frame = quilts.next()) {
         EXPECT_TRUE(
-            samePicture(natives.next()->picture, libraryNative(studio, frame->picture, 3, 2)));
+            samePicture(natives.next()->picture, libraryNative(studio, frame->picture, 3, 2, {})));
         ++count;
     }
     EXPECT_EQ(count, 30);

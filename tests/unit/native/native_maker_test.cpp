@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "support/compare.hpp"
 #include "support/displays.hpp"
+#include "support/eye.hpp"
 #include "support/random_pictures.hpp"
 
 #include <cmath>
@@ -142,6 +143,41 @@ TEST(NativeMaker, KeepsThePanelsResolutionAndTakesContinuousPositions) {
     NativeRenderer(display.calibration, 6, options.views, ViewPositions::Continuous)
         .render(fitted, expected);
     EXPECT_TRUE(samePicture(native, expected));
+}
+
+// A Portrait's lenses, 6.2 px wide, seen as an eye sees them, for photos with detail of all sizes.
+TEST(NativeMaker, WhatIsShownForTheLensesIsNearerToThePhotoForAnEye) {
+    Display display;
+    display.calibration.pitch = 52.58;
+    display.calibration.slope = -7.17;
+    display.calibration.DPI = 324;
+    display.calibration.screenW = 240;
+    display.calibration.screenH = 320;
+    display.quilt = {8, 6, {66, 88}, 48};
+    const LensTwin lens(lensGeometry(display.calibration, display.invert));
+    for (const int seed : {1, 2}) {
+        const cv::Mat photo = randomPhoto({480, 640}, seed);
+        const altiro3D::Scene scene{photo, cv::Mat(photo.size(), CV_32FC1, 0.5F)};
+        cv::Mat truth;
+        applyFit(photo, fitPhoto(photo.size(), display.aspect(), display.panelSize()), truth);
+        const EyePicture wanted = blurredByEye(lightOf(truth));
+        const auto difference = [&](const NativeOptions& options) {
+            cv::Mat native;
+            NativeMaker(display, options).makeNative(scene, native);
+            return eyeDifference(blurredByEye(lens.seen(lightOf(native), 0.4)), wanted);
+        };
+        NativeOptions shown;
+        shown.showAs(Detail::Lens);
+        NativeOptions panel;
+        panel.detail = Detail::Panel;
+        panel.positions = ViewPositions::Continuous;
+        const EyeDifference best = difference(shown);
+        for (const NativeOptions& other : {NativeOptions(), panel}) {
+            const EyeDifference plain = difference(other);
+            EXPECT_GT(best.luminancePsnr[1], plain.luminancePsnr[1] + 1);
+            EXPECT_LT(best.chroma, 0.9 * plain.chroma);
+        }
+    }
 }
 
 TEST(NativeMaker, AMapGivesWhatItsCalibrationGives) {

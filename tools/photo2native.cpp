@@ -75,6 +75,7 @@ PhotosMade makePhotos(const CommandLine& commandLine, const PhotoPart* part, Mes
     if (part != nullptr) part->choose(plan);
     const Outputs outputs =
         checkedOutputs(commandLine, plan, settings.display, settings.layout.viewCount);
+    if (part != nullptr) part->remake(plan);
     messages.say("quilt: " + quiltText(settings.layout, settings.display.aspect()));
     setup.end("plan");
     PhotoRun photoRun = openPhotoRun(commandLine, settings, setup, messages);

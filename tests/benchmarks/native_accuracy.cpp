@@ -368,7 +368,7 @@ void run(int argc, char** argv) {
     const test::LensTwin lens(lensGeometry(display.calibration, display.invert));
     const cv::Mat grey(display.panelSize(), CV_8UC3, cv::Scalar::all(128));
     const Figures mosaic =
-        look(lens, {grey}, phasesOf(kDirections), [&](double) { return grey; }).front();
+        look(lens, {grey}, phasesOf(kDirections), [&](double) { return grey.clone(); }).front();
     std::printf("%d directions, %d rows. Plain grey, which is the mosaic alone: %.2f / %.2f.\n\n",
                 kDirections, std::min(kRows, grey.rows), mosaic.psnr[1], mosaic.chroma);
     std::vector<Subject> subjects;

@@ -244,6 +244,20 @@ TEST(PhotoChunks, ExistingOutputsAreReplacedOnlyWithConsent) {
     EXPECT_TRUE(studio.outputs() == outputsOfOneRun());
 }
 
+TEST(PhotoChunks, AJoinThatReplacesFilesDoesNotTakeOldOnesForMade) {
+    const PhotoStudio studio;
+    ASSERT_TRUE(isDone(studio.plan()));
+    studio.makeAll();
+    EXPECT_EQ(studio.join().status, 1);           // b.png is broken
+    spill(studio / "in/c.png", "broken as well"); // and its Native is there
+    ASSERT_TRUE(isDone(studio.plan({"-y"})));
+    studio.makeAll();
+    const Outcome joined = studio.join();
+    EXPECT_EQ(joined.status, 1);
+    EXPECT_NE(joined.text().find("c.png"), std::string::npos) << joined.text();
+    EXPECT_NE(joined.text().find("2 failed"), std::string::npos) << joined.text();
+}
+
 TEST(PhotoChunks, WrongCallsAreRefused) {
     const PhotoStudio studio;
     const auto call = [&](const Arguments& arguments) { return studio.run(kTool, arguments); };

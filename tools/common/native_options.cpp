@@ -42,8 +42,9 @@ void addNativeOptions(CommandLine& commandLine) {
 
 void addQuickOption(CommandLine& commandLine) {
     commandLine.add({"quick"},
-                    "Make the picture of the published method: views of a quilt, each px as it is. "
-                    "Detail that the lenses cannot show becomes coloured noise.");
+                    "Make views of a quilt's size, each px as it is: detail that the lenses cannot "
+                    "show becomes coloured noise. So do --method, -k, --continuous, --sampling, "
+                    "--view-filter, --budget and -m.");
 }
 
 void checkNativeOptions(const CommandLine& commandLine) {
@@ -122,6 +123,7 @@ std::string costKey(const NativeMaker& maker, cv::Size photo) {
     const QuiltLayout& layout = maker.layout();
     std::string key = pathName(maker) + "-" + sizeKey(photo) + "-" + sizeKey(maker.panelSize());
     if (isContinuous(maker.options())) key += "-continuous";
+    if (maker.options().lensFilter) key += "-filtered";
     if (maker.options().refine.keepsDepth()) key += "-exact";
     if (blends(maker.options().sampling)) key += "-blended";
     if (maker.path() == NativePath::OverQuilt)

@@ -143,6 +143,15 @@ int makeChunk(const ChunkCall& call, const std::function<PhotosMade()>& make, Me
     return made.mayRecover ? kExitFailed : kExitDone;
 }
 
+std::set<std::string> outputsOfChunks(const fs::path& folder, int count) {
+    std::set<std::string> outputs;
+    for (int number = 1; number <= count; ++number) {
+        const Words words = readWords(recordFile(folder, number));
+        outputs.insert(words.begin(), words.end());
+    }
+    return outputs;
+}
+
 void requireChunks(const fs::path& folder, int count) {
     std::vector<int> missing;
     for (int number = 1; number <= count; ++number)
@@ -216,6 +225,12 @@ void PhotoPart::choose(PhotoPlan& photos) const {
     photos.report = report;
 }
 
+void PhotoPart::remake(PhotoPlan& photos) const {
+    if (!made) return;
+    for (PhotoItem& item : photos.items)
+        item.isMade = item.isMade && made->count(fs::absolute(item.native).string()) != 0;
+}
+
 void PhotoPart::requireSame(const PhotoRun& run) const {
     const std::string now = madeWith(run);
     if (now == plan.madeWith) return;
@@ -256,6 +271,7 @@ int runPhotoChunks(const CommandLine& commandLine, const Words& arguments,
             const auto report = planned.value("report");
             if (isJoin) {
                 part.report = report.value_or("");
+                if (planned.has("y")) part.made = outputsOfChunks(call.folder, part.plan.count());
                 const PhotosMade made = make(planned, part);
                 logPictures(call, made.pictures);
                 logLine(call, "joined " + counted(part.plan.count(), "chunk"));

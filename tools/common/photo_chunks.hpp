@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,10 +47,15 @@ struct PhotoPart {
     std::size_t first = 0;
     std::size_t end = 0;
     bool skipExisting = true;
+    /// Of the join of a run that replaces files: the outputs that its chunks made. Others are
+    /// older.
+    std::optional<std::set<std::string>> made;
     std::filesystem::path report; ///< Empty: none.
 
     /// Reduces a plan of all photos to this part.
     void choose(PhotoPlan& photos) const;
+    /// Marks the photos to be made again whose outputs are older than the plan.
+    void remake(PhotoPlan& photos) const;
     /// Requires what the plan was made with. @throws Error Mismatch
     void requireSame(const PhotoRun& run) const;
 };

@@ -158,9 +158,11 @@ NativeMaker makerOf(const PhotoRun& run, const ViewOptions& views) {
 }
 
 // @param options the framing of this photo @param fitted the scene for the Native
+// @param aspect of the quilt's views @param nativeAspect of `fitted`
 void makeQuilt(const NativeMaker& maker, const NativeOptions& options, const Scene& scene,
-               double aspect, const Scene& fitted, cv::Mat& quilt) {
-    if (maker.quiltSize() == maker.workSize()) return maker.makeQuilt(fitted, quilt);
+               double aspect, double nativeAspect, const Scene& fitted, cv::Mat& quilt) {
+    const bool isSame = maker.quiltSize() == maker.workSize() && aspect == nativeAspect;
+    if (isSame || maker.path() == NativePath::OverQuilt) return maker.makeQuilt(fitted, quilt);
     const cv::Size size = scene.photo.size();
     const PhotoFit fit =
         withMargins(fitPhoto(size, aspect, maker.quiltSize(), options.fit, options.framing), size,
@@ -276,8 +278,10 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     const double focus = run.maker.options().views.focus;
     Scene scene = run.depth.read(item.photo, item.depth, focus, messages, times);
     requirePhoto(item, scene.photo, run.depth.isEstimated(), messages);
-    double aspect = run.display.aspect();
-    if (!item.quilt.empty()) aspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
+    double aspect = run.display.aspect(); // of the Native
+    double quiltAspect = aspect;
+    if (!item.quilt.empty()) quiltAspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
+    if (run.maker.path() == NativePath::OverQuilt) aspect = quiltAspect;
     const cv::Size photoSize = scene.photo.size();
     NativeOptions options;
     Scene fitted;
@@ -295,7 +299,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     const NativeMaker maker = makerOf(run, options.views);
     const ViewOptions& views = maker.options().views;
     if (maker.path() == NativePath::OverQuilt || !item.quilt.empty() || !item.views.empty()) {
-        makeQuilt(maker, options, scene, aspect, fitted, run.quilt);
+        makeQuilt(maker, options, scene, quiltAspect, aspect, fitted, run.quilt);
         times.end("views");
     }
     if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&

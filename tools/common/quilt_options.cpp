@@ -58,10 +58,11 @@ void addSamplingOptions(CommandLine& commandLine, const std::string& standard) {
         "Views that a sub-pixel shows: nearest (default) or linear, a blend of two; "
         "not with -m.",
         "nearest|linear");
-    commandLine.addAdvanced({"sampling"},
-                            "Pixels inside a view: nearest, or linear, a blend of four (default " +
-                                standard + "; nearest with -m).",
-                            "nearest|linear");
+    commandLine.addAdvanced(
+        {"sampling"},
+        "Pixels inside a view: nearest, or linear, a blend of four (default " + standard +
+            (standard == "linear" ? ", but nearest in videos and with -m)." : "; not with -m)."),
+        "nearest|linear");
 }
 
 QuiltSampling samplingOption(const CommandLine& commandLine) {

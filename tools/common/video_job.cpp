@@ -156,7 +156,7 @@ void refuseHalves(const VideoPlan& plan, Messages& messages) {
         throw NotTaken{{plan.input, FileKind::HalvesVideo, what + tag + "; " + remedy}};
     if (isRgbd)
         throw UsageError(plan.inputName() + ": " + what + tag +
-                         ", expected --rgbd with it, as --rgbd right");
+                         ", expected --rgbd with the side of the depth, as --rgbd right");
     messages.warn(plan.inputName() + ": " + what + tag + "; " + remedy +
                   ", expected those of one eye");
 }

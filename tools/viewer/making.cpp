@@ -186,8 +186,8 @@ cv::Size nativeFitSize(const Setup& setup) {
 cv::Mat makeNative(const Setup& setup, const Scene& fitted) {
     if (setup.document->kind == Kind::Native) return setup.document->picture;
     if (setup.document->kind == Kind::Quilt) {
-        return quiltConverter(setup.document->source.file, quiltLayout(setup),
-                              *setup.display)(setup.document->picture);
+        return quiltConverter(setup.document->source.file, quiltLayout(setup), *setup.display,
+                              static_cast<bool>(setup.document->video))(setup.document->picture);
     }
     const NativeMaker maker = nativeMaker(setup);
     cv::Mat quilt;
@@ -198,13 +198,14 @@ cv::Mat makeNative(const Setup& setup, const Scene& fitted) {
 }
 
 // The views get the panel's shape as in quilt2native. Those of a directory have it.
-std::function<cv::Mat(const cv::Mat&)>
-quiltConverter(const fs::path& file, const QuiltLayout& layout, const Display& display) {
+std::function<cv::Mat(const cv::Mat&)> quiltConverter(const fs::path& file,
+                                                      const QuiltLayout& layout,
+                                                      const Display& display, bool isVideo) {
     std::error_code error;
     std::optional<QuiltShape> shape;
     if (!fs::is_directory(file, error)) shape.emplace(file, layout, display);
     QuiltSampling sampling; // as in quilt2native
-    sampling.inTile = TileSampling::Linear;
+    if (!isVideo) sampling.inTile = TileSampling::Linear;
     const auto converter =
         std::make_shared<const Quilt2Native>(display.calibration, layout, sampling, display.invert);
     return [shape, converter, layout](const cv::Mat& picture) {

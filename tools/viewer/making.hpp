@@ -58,10 +58,11 @@ cv::Mat makeNative(const Setup& setup, const Scene& fitted);
 
 /// Makes Natives of quilts that have one layout, such as the pictures of a video: each as
 /// makeNative() makes it of a quilt of that file.
+/// @param isVideo px of views are then not blended, as in quilt2native
 /// @return a function of a quilt [CV_8UC3, BGR]; it may be called by one thread at a time
 std::function<cv::Mat(const cv::Mat&)> quiltConverter(const std::filesystem::path& file,
                                                       const QuiltLayout& layout,
-                                                      const Display& display);
+                                                      const Display& display, bool isVideo);
 
 /// A result that can be exported.
 enum class Product { Native, Quilt, Views, Depth, SwayVideo };

@@ -73,7 +73,7 @@ Slide SlideMaker::make(const Source& source) {
         if (isVideo && document->kind == Kind::Native)
             slide.nativeOfFrame = [](const cv::Mat& frame) { return frame; };
         if (isVideo && document->kind == Kind::Quilt)
-            slide.nativeOfFrame = quiltConverter(source.file, document->layout, *display_);
+            slide.nativeOfFrame = quiltConverter(source.file, document->layout, *display_, true);
         if (isVideo && document->kind == Kind::Scene)
             slide.nativeOfFrame = sceneConverter(*document, *display_, depthMaker_);
     } catch (const std::exception& error) {

@@ -131,7 +131,7 @@ enum class NativePath {
 ///     maker.makeQuilt(fitted, quilt);          // not needed if path() is Direct
 ///     maker.makeNative(fitted, quilt, native);
 ///
-/// With Detail::Lens, makeQuilt() needs a scene of another size, quiltSize().
+/// If quiltSize() differs from workSize(), makeQuilt() needs a scene of its own, by quiltFit().
 ///
 /// Cheap to copy. Immutable and thread-safe. Results are the same bytes for any number of threads.
 class ALTIRO3D_EXPORT NativeMaker {

@@ -77,11 +77,11 @@ cv::Mat readFirst(const fs::path& photo, Notes* notes) {
     return picture;
 }
 
-StereoPair split(const cv::Mat& picture, const StatedEyes& eyes) {
+StereoPair split(const cv::Mat& picture, const StatedEyes& eyes, const std::string& name) {
     const bool isBeside =
         eyes.layout == StereoLayout::LeftRight || eyes.layout == StereoLayout::RightLeft;
     const HalfPlaces places = halfPlaces(picture.size(), isBeside, eyes.gap);
-    check(!places.first.empty(), "picture", shapeText(picture) + ", expected two halves");
+    check(!places.first.empty(), name.c_str(), shapeText(picture) + ", expected two halves");
     StereoPair pair;
     pair.left = picture(places.first);
     pair.right = picture(places.second);
@@ -131,7 +131,7 @@ StereoPair pairOfMarked(const fs::path& photo, MarkedEyes marked, Notes* notes) 
     StatedEyes& eyes = *marked.eyes;
     if (marked.isByName) eyes.squeeze = squeezeOf(picture.size(), true, StereoHalves::Automatic);
     if (eyes.gap > 0 && eyes.gap >= std::min(picture.cols, picture.rows) / 2) eyes.gap = 0;
-    StereoPair pair = split(picture, eyes);
+    StereoPair pair = split(picture, eyes, photo.string());
     pair.origin = lowerExtension(photo) == ".pns" ? "PNS" : "JPS";
     if (eyes.squeeze != Squeeze::None) pair.origin += ", squeezed";
     return pair;
@@ -212,7 +212,7 @@ StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHa
                                       "upper and lower half", "lower and upper half"};
     const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
     const StatedEyes eyes{layout, squeezeOf(picture.size(), isBeside, halves), 0};
-    StereoPair pair = split(picture, eyes);
+    StereoPair pair = split(picture, eyes, "picture");
     pair.origin = kNames[static_cast<int>(layout)];
     if (eyes.squeeze != Squeeze::None) pair.origin += ", squeezed";
     return pair;

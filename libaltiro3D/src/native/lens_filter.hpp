@@ -23,7 +23,6 @@ class LensFilter {
     /// Results stay within the range of the px around them, so edges get no halo.
     ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
-    /// @param part what is filtered, inside the photo; px outside (bars) stay and have no influence
     /// @param filtered result [as the photo]; must not share memory with it
     void apply(const cv::Mat& photo, cv::Mat& filtered) const;
 

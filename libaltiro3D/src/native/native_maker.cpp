@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core.hpp>
 #include <optional>
 
 namespace altiro3D {
@@ -46,12 +47,18 @@ struct NativeMaker::Impl {
     Scene filtered(const Scene& fitted) const {
         if (!options.lensFilter) return fitted;
         const cv::Size size(shownColumns(fitted).size(), fitted.photo.rows);
+        const LensFilter& use = size == workSize ? *filter : LensFilter(lens(), size);
         Scene scene = fitted;
         scene.photo.release();
-        if (size == workSize) {
-            filter->apply(fitted.photo, scene.photo);
-        } else {
-            LensFilter(lens(), size).apply(fitted.photo, scene.photo);
+        use.apply(fitted.photo, scene.photo);
+        if (!fitted.hidden.photo.empty()) {
+            // what is unknown counts as the photo, so that it does not darken its surroundings
+            cv::Mat known;
+            cv::compare(fitted.hidden.depth, fitted.hidden.depth, known, cv::CMP_EQ);
+            cv::Mat whole = fitted.photo.clone();
+            fitted.hidden.photo.copyTo(whole, known);
+            scene.hidden.photo.release();
+            use.apply(whole, scene.hidden.photo);
         }
         return scene;
     }
@@ -73,7 +80,7 @@ void checkFitted(const Scene& fitted, cv::Size expected) {
     if (photo == expected) return;
     throw Error(ErrorCode::Mismatch, "fitted photo",
                 "has " + sizeText(photo) + " px, expected " + sizeText(expected) +
-                    " px, the size that fitScene() with fit() gives it");
+                    " px, the size that fitScene() with fit() or quiltFit() gives it");
 }
 
 void requireDirect(const NativeOptions& options, const std::string& obstacle) {
@@ -195,7 +202,9 @@ void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat&
 void NativeMaker::makeNative(const Scene& scene, cv::Mat& native) const {
     Scene fitted;
     const NativeOptions& options = impl_->options;
-    fitScene(scene, fit(scene.photo.size()), options.views.focus, fitted, options.refine);
+    const cv::Size size = scene.photo.size();
+    fitScene(scene, impl_->direct ? fit(size) : quiltFit(size), options.views.focus, fitted,
+             options.refine);
     cv::Mat quilt;
     if (!impl_->direct) makeQuilt(fitted, quilt);
     makeNative(fitted, quilt, native);

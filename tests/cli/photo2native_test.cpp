@@ -1307,7 +1307,12 @@ TEST(Photo2Native, TheAspectOfTheQuiltsNameCounts) {
     EXPECT_TRUE(isDone(studio.run(
         kTool, Arguments{"--save-quilt", "q_qs3x2a1.5.png", "--report", "r.json"} + call)));
     EXPECT_TRUE(fs::exists(studio / "q_qs3x2a1.5.png"));
-    EXPECT_EQ(Json::parse(slurp(studio / "r.json")).at("pictures").at(0).at("aspect"), 1.5);
+    const Json report = Json::parse(slurp(studio / "r.json"));
+    EXPECT_EQ(report.at("pictures").at(0).at("quiltAspect"), 1.5);
+    EXPECT_EQ(report.at("pictures").at(0).at("aspect"), 0.75);
+    const std::string native = slurp(studio / "a.png"); // keeps the panel's shape
+    EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"-y"} + call)));
+    EXPECT_EQ(slurp(studio / "a.png"), native);
     EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-y", "--save-quilt", "q_qs5x9.png"} + call), 1,
                       "q_qs5x9.png"));
 }

@@ -1461,8 +1461,9 @@ TEST(Video2NativeFolder, VideosThatAreNotFlatAreLeftOutByName) {
         EXPECT_NE(outcome.out.find(line), std::string::npos) << line << outcome.out;
     EXPECT_EQ(filesBelow(studio / "out"), std::vector<std::string>{"flat_LR_native.mkv"});
 
-    EXPECT_TRUE(fails(make({"in/clip_RGBD.mkv", "a.mkv"}), 2,
-                      "holds photo and depth by its name (RGBD), expected --rgbd with it"));
+    EXPECT_TRUE(fails(
+        make({"in/clip_RGBD.mkv", "a.mkv"}), 2,
+        "holds photo and depth by its name (RGBD), expected --rgbd with the side of the depth"));
     EXPECT_TRUE(isDone(make({"--rgbd", "right", "in/clip_RGBD.mkv", "a.mkv"})));
     EXPECT_TRUE(warns(make({"in/film_LR.mkv", "b.mkv"}), "they would become one flat scene"));
     EXPECT_TRUE(fails(make({"in/far_180x180_LR.mkv", "c.mkv"}), 1, "is made for headsets (VR)"));

@@ -353,6 +353,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
                            {"frames", framesPerTurn(run.sway) * run.sway.turns}};
     }
     report["aspect"] = aspect;
+    if (!item.quilt.empty()) report["quiltAspect"] = quiltAspect;
     report["crop"] = {fit.source.x, fit.source.y, fit.source.width, fit.source.height};
     report["center"] = {options.framing.centre.x, options.framing.centre.y};
     report["strengthPercent"] = views.strengthPercent;

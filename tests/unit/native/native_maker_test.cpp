@@ -145,8 +145,8 @@ TEST(NativeMaker, KeepsThePanelsResolutionAndTakesContinuousPositions) {
     EXPECT_TRUE(samePicture(native, expected));
 }
 
-// A Portrait's lenses, 6.2 px wide, seen as an eye sees them, for photos with detail of all sizes.
-TEST(NativeMaker, WhatIsShownForTheLensesIsNearerToThePhotoForAnEye) {
+// With a Portrait's lenses, 6.2 px wide.
+Display portraitOf240Pixels() {
     Display display;
     display.calibration.pitch = 52.58;
     display.calibration.slope = -7.17;
@@ -154,6 +154,12 @@ TEST(NativeMaker, WhatIsShownForTheLensesIsNearerToThePhotoForAnEye) {
     display.calibration.screenW = 240;
     display.calibration.screenH = 320;
     display.quilt = {8, 6, {66, 88}, 48};
+    return display;
+}
+
+// Seen as an eye sees them, for photos with detail of all sizes.
+TEST(NativeMaker, WhatIsShownForTheLensesIsNearerToThePhotoForAnEye) {
+    const Display display = portraitOf240Pixels();
     const LensTwin lens(lensGeometry(display.calibration, display.invert));
     for (const int seed : {1, 2}) {
         const cv::Mat photo = randomPhoto({480, 640}, seed);
@@ -178,6 +184,48 @@ TEST(NativeMaker, WhatIsShownForTheLensesIsNearerToThePhotoForAnEye) {
             EXPECT_LT(best.chroma, 0.9 * plain.chroma);
         }
     }
+}
+
+// Stripes of one px, which no lens shows, stand behind a near bar.
+TEST(NativeMaker, WhatIsHiddenIsFilteredAsWell) {
+    const Display display = portraitOf240Pixels();
+    NativeOptions options;
+    options.views.strengthPercent = 60;
+    options.showAs(Detail::Lens);
+    const cv::Size size = NativeMaker(display, options).workSize();
+    altiro3D::Scene scene{cv::Mat(size, CV_8UC3, cv::Scalar::all(128)),
+                          cv::Mat(size, CV_32FC1, 0.2F)};
+    scene.depth(cv::Rect(50, 0, 20, size.height)).setTo(0.9F);
+    scene.hidden = {cv::Mat(size, CV_8UC3, cv::Scalar::all(0)), cv::Mat(size, CV_32FC1, 0.2F)};
+    for (int x = 0; x < size.width; x += 2)
+        scene.hidden.photo.col(x).setTo(cv::Scalar::all(255));
+    const auto range = [&] {
+        cv::Mat native;
+        NativeMaker(display, options).makeNative(scene, native);
+        double least = 0;
+        double most = 0;
+        cv::minMaxLoc(native.reshape(1), &least, &most);
+        return most - least;
+    };
+    EXPECT_LT(range(), 130);
+    options.lensFilter = false;
+    EXPECT_GT(range(), 200);
+}
+
+TEST(NativeMaker, FiltersOverAQuiltAtTheSizeOfItsViews) {
+    const Display display = portraitOf240Pixels();
+    const altiro3D::Scene scene = photoWithDepth();
+    NativeOptions options;
+    options.lensFilter = true;
+    options.sampling.inTile = TileSampling::Linear;
+    cv::Mat ofViews;
+    NativeMaker(display, options).makeNative(scene, ofViews);
+    options.detail = Detail::Panel;
+    const NativeMaker maker(display, options);
+    EXPECT_EQ(maker.quiltSize(), display.quilt.tileSize);
+    cv::Mat native;
+    maker.makeNative(scene, native);
+    EXPECT_TRUE(samePicture(native, ofViews));
 }
 
 TEST(NativeMaker, AMapGivesWhatItsCalibrationGives) {

@@ -1,6 +1,7 @@
 #include "native/lens_filter.hpp"
 
 #include "support/compare.hpp"
+#include "support/eye.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 
@@ -26,12 +27,17 @@ LensGeometry portrait() {
 }
 
 double light(int code) {
-    const double s = code / 255.0;
-    return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+    static const cv::Mat lights = [] {
+        cv::Mat codes(1, 256, CV_8UC3);
+        for (int i = 0; i < 256; ++i)
+            codes.at<cv::Vec3b>(i) = cv::Vec3b::all(static_cast<uchar>(i));
+        return lightOf(codes);
+    }();
+    return static_cast<double>(lights.at<cv::Vec3f>(code)[0]);
 }
 
 double codeOf(double light) {
-    return 255 * (light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055);
+    return 255 * srgbCode(light);
 }
 
 cv::Mat filtered(const LensFilter& filter, const cv::Mat& photo) {

@@ -74,7 +74,9 @@ enum class DepthSide { Right, Left, Top, Bottom };
 
 /// Where the depth half is, and the shape of both halves. joinRgbd() makes full halves.
 struct RgbdLayout {
-    // NOLINTNEXTLINE(google-explicit-constructor): a side is a layout with full halves
+    /// A side is a layout with full halves.
+    /// @param depthSide position of the depth half @param shape shape of both halves
+    // NOLINTNEXTLINE(google-explicit-constructor)
     RgbdLayout(DepthSide depthSide = DepthSide::Right, StereoHalves shape = StereoHalves::Full)
         : side(depthSide), halves(shape) {}
     DepthSide side;      ///< Position of the depth half.

@@ -107,7 +107,8 @@ findProfile(const std::vector<NetworkProfile>& catalog, const std::filesystem::p
 /// The processor a network runs on.
 enum class InferenceTarget { Cpu, Cuda };
 
-/// The processor on which networks run here: CUDA if this OpenCV offers it, else the CPU.
+/// The processor on which networks run here.
+/// @return CUDA if this OpenCV offers it, else the CPU
 [[nodiscard]] ALTIRO3D_EXPORT InferenceTarget bestInferenceTarget();
 
 /// A loaded depth network. Move-only; one thread at a time per object.

@@ -270,7 +270,7 @@ struct SceneName {
         Rgbd, ///< Photo and depth: `RGBD`, `HRGBD`.
         Vr ///< A picture for headsets, which no panel can show: `180x180`, `180`, `360`, `VR180`.
     };
-    Contents contents = Contents::Eyes;
+    Contents contents = Contents::Eyes;            ///< What the picture holds.
     std::string tag;                               ///< As it is in the name: "LR".
     StereoLayout layout = StereoLayout::LeftRight; ///< Of Eyes.
     bool isStacked = false;                        ///< Of Rgbd: the halves lie above each other.

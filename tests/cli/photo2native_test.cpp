@@ -185,14 +185,13 @@ TEST(Photo2Native, AutoSaysAndReportsWhatTheLibraryChooses) {
     depth16.convertTo(depth, CV_32F);
     normalizeDepth(cv::Mat(depth), depth);
     LibraryPath path;
-    chooseFromScene({photo, depth}, 0.75, FitMode::Cover, {true, true, false}, path.framing,
-                    path.views.focus);
+    const PlacementOptions chosen =
+        chooseFromScene({photo, depth}, 0.75, smallLayout(), {}, {true, true, true}).options;
+    path.views = chosen.views;
+    path.framing = chosen.framing;
     const Json& picture = report.at("pictures").at(0);
     EXPECT_NEAR(picture.at("focus").get<double>(), path.views.focus, 1e-6);
-    path.views.focus = picture.at("focus");
-    path.views.strengthPercent = picture.at("strengthPercent");
-    path.framing =
-        insideViews({photo, depth}, cv::Rect({}, photo.size()), 0.75, path.framing, path.views);
+    EXPECT_NEAR(picture.at("strengthPercent").get<double>(), path.views.strengthPercent, 1e-6);
     EXPECT_NEAR(picture.at("center").at(0).get<double>(), path.framing.centre.x, 1e-9);
     EXPECT_GT(path.views.strengthPercent, 0);
     EXPECT_LE(path.views.strengthPercent, kMaxAutoStrength);

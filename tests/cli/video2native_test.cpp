@@ -316,16 +316,17 @@ TEST(Video2NativeTool, AutoChoosesOnceForEachSceneWhatTheLibraryChooses) {
         depth.convertTo(depth, CV_32F, 1 / 255.0);
         if (i == 0 || i == TwoScenes::kCut) {
             const Json& choice = choices[i == 0 ? 0 : 1];
-            path.framing = {};
-            chooseFromScene({frame->picture, depth}, 0.75, FitMode::Cover, {true, true, true},
-                            path.framing, path.views.focus);
+            // later frames of the scene may hold any depth
+            PlacementOptions chosen;
+            chosen.views = path.views;
+            chosen = chooseFromScene({frame->picture, depth}, 0.75, smallLayout(), chosen,
+                                     {true, true, true, false, true})
+                         .options;
+            path.framing = chosen.framing;
+            path.views = chosen.views;
             EXPECT_EQ(choice.at("focus"), path.views.focus);
             EXPECT_EQ(choice.at("center").at(0), path.framing.centre.x);
             EXPECT_EQ(path.framing.centre.x < 0.5, i == 0); // where the thing is
-            // later frames of the scene may hold any depth
-            path.views.strengthPercent =
-                std::min(chooseStrength(path.views.focus, smallLayout(), {0, 1}),
-                         chooseStrength(path.views.focus, smallLayout(), depth));
             EXPECT_EQ(choice.at("strengthPercent"), path.views.strengthPercent);
         }
         EXPECT_TRUE(

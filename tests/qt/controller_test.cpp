@@ -432,10 +432,11 @@ TEST(ViewerStudio, AVideoKeepsWhatWasChosenForItsFirstPicture) {
     const auto framesOf = [&](bool video) {
         Studio studio(std::make_shared<DepthMaker>());
         std::vector<double> centres;
-        for (const int left : {40, 430}) { // the subject moves
+        for (const int left : {40, 430, 430}) { // the subject moves, and a scene begins
             const auto document = std::make_shared<Document>();
             document->source.file = "v.mp4";
             document->video = video;
+            document->scene = centres.size() < 2 ? 4 : 5;
             document->picture = detailedPhoto({640, 400});
             document->depth = cv::Mat(400, 640, CV_32FC1, cv::Scalar(0.1));
             document->depth(cv::Rect(left, 120, 120, 260)) = 0.9;
@@ -454,6 +455,64 @@ TEST(ViewerStudio, AVideoKeepsWhatWasChosenForItsFirstPicture) {
     EXPECT_GT(photos[1], 0.6);
     EXPECT_NEAR(video[0], photos[0], 0.02); // the photo's frame keeps away from the sides
     EXPECT_EQ(video[1], video[0]);
+    EXPECT_NEAR(video[2], photos[2], 0.02);
+}
+
+TEST(ViewerStudio, APhotoAFrameAndTheViewerGiveOneNative) {
+    const auto display = std::make_shared<const Display>(sampleDisplay({150, 200}));
+    const cv::Size size(120, 160);
+    TemporaryDirectory folder;
+    std::vector<altiro3D::Scene> scenes;
+    VideoWriterOptions lossless;
+    lossless.size = size;
+    lossless.codec = VideoCodec::Ffv1;
+    VideoWriter clip(folder / "clip.mkv", lossless);
+    VideoWriter depths(folder / "depth.mkv", lossless);
+    for (int i = 0; i < 3; ++i) {
+        cv::Mat depth = boxDepth(size);
+        if (i == 0) cv::GaussianBlur(depth, depth, {0, 0}, 4); // only its flaws are measured
+        cv::Mat photo(size, CV_8UC3, cv::Scalar(60 * i, 90, 150));
+        detailedPhoto(size).copyTo(photo, boxDepth(size));
+        cv::Mat grey;
+        cv::cvtColor(depth, grey, cv::COLOR_GRAY2BGR);
+        clip.write({photo, 40 * i, 40});
+        depths.write({grey, 40 * i, 40});
+        scenes.push_back({photo, {}});
+        depth.convertTo(scenes.back().depth, CV_32F, 1 / 255.0);
+    }
+    clip.finish();
+    depths.finish();
+    std::vector<cv::Mat> written;
+    VideoConversion conversion;
+    conversion.input = folder / "clip.mkv";
+    conversion.given.emplace().source = folder / "depth.mkv";
+    conversion.display = *display;
+    conversion.show = [&](const cv::Mat& native) {
+        written.push_back(native.clone());
+        return true;
+    };
+    VideoConverter(std::move(conversion)).run();
+    ASSERT_EQ(written.size(), scenes.size());
+    cv::Mat native;
+    NativeMaker(*display).makeNative(scenes.front(), native);
+    EXPECT_TRUE(samePicture(written.front(), native));
+    NativeMaker(*display).makeNative(scenes.back(), native); // which has no flaws
+    EXPECT_FALSE(samePicture(written.back(), native));
+    Studio studio(std::make_shared<DepthMaker>());
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+        const auto document = std::make_shared<Document>();
+        document->source.file = folder / "clip.mkv";
+        document->video = true;
+        document->picture = scenes[i].photo;
+        document->rawDepth = document->depth = scenes[i].depth;
+        Request request;
+        request.document = document;
+        request.display = display;
+        request.mode = Mode::Native;
+        request.area = display->panelSize();
+        request.knobs = ofVideo({});
+        EXPECT_TRUE(samePicture(studio.render(request).picture, written[i])) << i;
+    }
 }
 
 TEST_F(ViewerController, ContentFollowsTheMouse) {

@@ -113,40 +113,23 @@ std::string borderText(cv::Size photo, const cv::Rect& inside) {
     return text;
 }
 
-// Fits a photo.
+// Places a photo.
 // @param options the framing, focus and strength of this photo @param chosen tells them
-PhotoFit fitPicture(const PhotoItem& item, const PhotoRun& run, const Scene& scene, double aspect,
-                    NativeOptions& options, Scene& fitted, std::string& chosen,
-                    Messages& messages) {
+Placement place(const PhotoItem& item, const PhotoRun& run, const Scene& scene, double aspect,
+                NativeOptions& options, std::string& chosen, Messages& messages) {
     options = run.maker.options();
-    ViewOptions& views = options.views;
+    PlacementOptions& placement = options;
     const cv::Size size = scene.photo.size();
-    const auto fitNow = [&] {
-        return withMargins(
-            fitPhoto(size, aspect, run.maker.workSize(), options.fit, options.framing), size,
-            views);
-    };
-    chooseFromScene(scene, aspect, options.fit, run.choices, options.framing, views.focus);
-    const bool isLimited = run.choices.limit && run.depth.isEstimated();
-    if (run.choices.strength || isLimited) {
-        fitScene(scene, fitNow(), views.focus, fitted, options.refine);
-        const cv::Mat depth = shownDepth(fitted);
-        views.strengthPercent = run.choices.strength
-                                    ? chooseStrength(views.focus, run.maker.layout(), depth)
-                                    : std::min(views.strengthPercent, strengthLimit(depth));
-    }
-    std::string border;
-    if (run.choices.framing) {
-        const cv::Rect inside = withoutScanBorder(scene.photo);
-        border = borderText(size, inside);
-        options.framing = insideViews(scene, inside, aspect, options.framing, views);
-    }
-    chosen = autoText(run.choices, options.framing, views);
+    const ChosenOptions choice =
+        chooseFromScene(scene, aspect, run.maker.layout(), placement, run.choices);
+    placement = choice.options;
+    chosen = autoText(run.choices, options.framing, options.views);
+    const std::string border = borderText(size, choice.inside);
     if (!border.empty()) chosen += "; border of the scan cut: " + border;
-    views = run.camera.apply(views, item.photo, size, fitNow(), messages);
-    const PhotoFit fit = fitNow();
-    fitScene(scene, fit, views.focus, fitted, options.refine);
-    return fit;
+    const cv::Size result = run.maker.workSize();
+    options.views = run.camera.apply(options.views, item.photo, size,
+                                     fitPhoto(size, aspect, result, placement), messages);
+    return placeScene(scene, aspect, result, placement);
 }
 
 // The maker for one photo; with --camera or auto each photo has its own strength and focus.
@@ -163,13 +146,7 @@ void makeQuilt(const NativeMaker& maker, const NativeOptions& options, const Sce
                double aspect, double nativeAspect, const Scene& fitted, cv::Mat& quilt) {
     const bool isSame = maker.quiltSize() == maker.workSize() && aspect == nativeAspect;
     if (isSame || maker.path() == NativePath::OverQuilt) return maker.makeQuilt(fitted, quilt);
-    const cv::Size size = scene.photo.size();
-    const PhotoFit fit =
-        withMargins(fitPhoto(size, aspect, maker.quiltSize(), options.fit, options.framing), size,
-                    options.views);
-    Scene tiles;
-    fitScene(scene, fit, options.views.focus, tiles, options.refine);
-    maker.makeQuilt(tiles, quilt);
+    maker.makeQuilt(placeScene(scene, aspect, maker.quiltSize(), options).scene, quilt);
 }
 
 // Pictures that were not named are converted only if they are photos.
@@ -284,40 +261,39 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     if (run.maker.path() == NativePath::OverQuilt) aspect = quiltAspect;
     const cv::Size photoSize = scene.photo.size();
     NativeOptions options;
-    Scene fitted;
     std::string chosen;
-    PhotoFit fit = fitPicture(item, run, scene, aspect, options, fitted, chosen, messages);
+    Placement placed = place(item, run, scene, aspect, options, chosen, messages);
     times.end("fit");
     if (run.budget.mustChoose()) {
-        if (chooseByBudget(run, scene, fitted, messages)) {
+        if (chooseByBudget(run, scene, placed.scene, messages)) {
             run.depth.estimateScene(scene.photo, focus, scene);
         }
         // the views are others now
-        fit = fitPicture(item, run, scene, aspect, options, fitted, chosen, messages);
+        placed = place(item, run, scene, aspect, options, chosen, messages);
         times.end("budget");
     }
     const NativeMaker maker = makerOf(run, options.views);
     const ViewOptions& views = maker.options().views;
     if (maker.path() == NativePath::OverQuilt || !item.quilt.empty() || !item.views.empty()) {
-        makeQuilt(maker, options, scene, quiltAspect, aspect, fitted, run.quilt);
+        makeQuilt(maker, options, scene, quiltAspect, aspect, placed.scene, run.quilt);
         times.end("views");
     }
     if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
         item.video.empty())
         scene = {}; // large, and no longer needed
-    maker.makeNative(fitted, run.quilt, run.native);
+    maker.makeNative(placed.scene, run.quilt, run.native);
     times.end("native");
     const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;
     const FitMode fitMode = maker.options().fit;
     if (!messages.hasSubject()) tellCut(photoAspect, aspect, run.maker.options(), messages);
     if (!messages.hasSubject() && !chosen.empty()) messages.say("auto: " + chosen);
     const AdjacentParallax parallax =
-        tellParallax(commandLine, maker, shownDepth(fitted), messages);
+        tellParallax(commandLine, maker, shownDepth(placed.scene), messages);
 
     warnAboutNativeFormat(item.native, messages);
     cv::Size videoSize;
     if (!item.video.empty()) {
-        videoSize = saveVideo(item, run, options, scene, fit.source, messages);
+        videoSize = saveVideo(item, run, options, scene, placed.fit.source, messages);
         times.end("video");
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");
@@ -354,7 +330,8 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     }
     report["aspect"] = aspect;
     if (!item.quilt.empty()) report["quiltAspect"] = quiltAspect;
-    report["crop"] = {fit.source.x, fit.source.y, fit.source.width, fit.source.height};
+    report["crop"] = {placed.fit.source.x, placed.fit.source.y, placed.fit.source.width,
+                      placed.fit.source.height};
     report["center"] = {options.framing.centre.x, options.framing.centre.y};
     report["strengthPercent"] = views.strengthPercent;
     report["focus"] = views.focus;

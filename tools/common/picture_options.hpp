@@ -3,9 +3,8 @@
 #include "altiro3D/camera.hpp"
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/native_maker.hpp"
-#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/placement.hpp"
 #include "altiro3D/quilt2native.hpp"
-#include "altiro3D/view_options.hpp"
 #include "common/run_tool.hpp"
 
 #include <optional>

@@ -54,7 +54,10 @@ struct Document {
     QuiltLayout layout;              ///< Layout of a quilt.
     std::optional<double> certainty; ///< Of the layout, 0..1, if it was found in the picture.
     bool video = false;              ///< The picture belongs to a video.
-    Notes notes;                     ///< Remarks about the files.
+    /// Of a video that is played: pictures with one number share settings that are chosen by the
+    /// scene, and the flaws of its depth (PlayedDepth).
+    int scene = 0;
+    Notes notes; ///< Remarks about the files.
 
     /// "Photo, 900 x 1200 px, with depth in the file (GDepth, 768 x 1024 px)"
     std::string facts() const;

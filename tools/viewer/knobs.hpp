@@ -1,8 +1,7 @@
 #pragma once
 
 #include "altiro3D/depth2quilt.hpp"
-#include "altiro3D/photo_fit.hpp"
-#include "altiro3D/view_options.hpp"
+#include "altiro3D/placement.hpp"
 #include "common/display_options.hpp"
 
 #include <string>

@@ -15,6 +15,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
+PlacementOptions placementOptions(const Setup& setup) {
+    return {setup.knobs.views, setup.knobs.fit, framingOf(setup), {setup.flaws}};
+}
+
+Scene sceneOf(const Setup& setup) {
+    return {setup.document->picture, setup.depth, setup.hidden, {}, setup.edges};
+}
+
 // Options for the Native of a photo: as in photo2native, with --best if the settings say best.
 // Those of video frames are as in video2native.
 NativeOptions nativeOptions(const Setup& setup) {
@@ -35,7 +43,7 @@ NativeMaker nativeMaker(const Setup& setup) {
 }
 
 Scene fittedTiles(const Setup& setup) {
-    return fitted(setup, quiltLayout(setup).tileSize);
+    return placed(setup, quiltLayout(setup).tileSize).scene;
 }
 
 // Views of two pictures in one directory would be taken for one picture.
@@ -101,11 +109,9 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
                         static_cast<double>(*video.framesInAll));
     };
     if (setup.document->kind == Kind::Scene) {
-        const cv::Mat& photo = setup.document->picture;
         const PhotoFit fit = swayFitOf(setup);
         Scene scene;
-        fitScene({photo, setup.depth, setup.hidden, {}, setup.edges}, fit, setup.knobs.views.focus,
-                 scene);
+        fitScene(sceneOf(setup), fit, setup.knobs.views.focus, scene);
         return writeSway(file, fit.size, {}, photoViews(scene, setup.knobs.views), tell);
     }
     const QuiltLayout layout = quiltLayout(setup);
@@ -143,18 +149,13 @@ Framing framingOf(const Setup& setup) {
 }
 
 PhotoFit fitOf(const Setup& setup, cv::Size size) {
-    const cv::Size photo = setup.document->picture.size();
-    return withMargins(
-        fitPhoto(photo, setup.display->aspect(), size, setup.knobs.fit, framingOf(setup)), photo,
-        setup.knobs.views);
+    return fitPhoto(setup.document->picture.size(), setup.display->aspect(), size,
+                    placementOptions(setup));
 }
 
-Scene fitted(const Setup& setup, cv::Size size) {
-    Scene scene;
-    if (setup.document->kind != Kind::Scene) return scene; // quilts and Natives need none
-    fitScene({setup.document->picture, setup.depth, setup.hidden, {}, setup.edges},
-             fitOf(setup, size), setup.knobs.views.focus, scene);
-    return scene;
+Placement placed(const Setup& setup, cv::Size size) {
+    if (setup.document->kind != Kind::Scene) return {}; // quilts and Natives need none
+    return placeScene(sceneOf(setup), setup.display->aspect(), size, placementOptions(setup));
 }
 
 cv::Mat fittedPhoto(const Setup& setup, cv::Size size) {
@@ -189,11 +190,8 @@ cv::Mat makeNative(const Setup& setup, const Scene& fitted) {
         return quiltConverter(setup.document->source.file, quiltLayout(setup), *setup.display,
                               static_cast<bool>(setup.document->video))(setup.document->picture);
     }
-    const NativeMaker maker = nativeMaker(setup);
-    cv::Mat quilt;
     cv::Mat native;
-    if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);
-    maker.makeNative(fitted, quilt, native);
+    nativeMaker(setup).makeNative(Placement{fitted, {}, {}}, native);
     return native;
 }
 
@@ -217,32 +215,21 @@ std::function<cv::Mat(const cv::Mat&)> quiltConverter(const fs::path& file,
 }
 
 void chooseAutomatic(Setup& setup) {
-    chooseAutomatic(setup, [](const Setup& now) { return fitted(now, nativeFitSize(now)); });
-}
-
-void chooseAutomatic(Setup& setup, const std::function<Scene(const Setup&)>& fitToNative) {
     Knobs& knobs = setup.knobs;
     if (setup.isChosen || setup.document->kind != Kind::Scene || !knobs.automatic.any()) return;
     setup.isChosen = true;
     AutoChoices choices = knobs.automatic;
     choices.framing = choices.framing && knobs.fit == FitMode::Cover;
+    choices.isVideo = setup.document->video;
     if (choices.focus) knobs.views.focus = ViewOptions().focus; // of depth without a range
     if (choices.strength) knobs.views.strengthPercent = ViewOptions().strengthPercent;
     layFlatDepth(setup);
-    knobs.framing = framingOf(setup);
-    chooseFromScene({setup.document->picture, setup.depth}, setup.display->aspect(), knobs.fit,
-                    choices, knobs.framing, knobs.views.focus);
-    const bool isLimited = choices.limit && setup.edges == DepthEdges::Decided;
-    if (choices.strength || isLimited) {
-        const cv::Mat depth = shownDepth(fitToNative(setup));
-        knobs.views.strengthPercent =
-            choices.strength ? chooseStrength(knobs.views.focus, quiltLayout(setup), depth)
-                             : std::min(knobs.views.strengthPercent, strengthLimit(depth));
-    }
-    if (!choices.framing || setup.document->video) return;
-    const cv::Mat& photo = setup.document->picture;
-    knobs.framing = insideViews({photo, setup.depth}, withoutScanBorder(photo),
-                                setup.display->aspect(), knobs.framing, knobs.views);
+    const PlacementOptions chosen =
+        chooseFromScene(sceneOf(setup), setup.display->aspect(), quiltLayout(setup),
+                        placementOptions(setup), choices)
+            .options;
+    knobs.views = chosen.views;
+    knobs.framing = chosen.framing;
 }
 
 std::vector<Product> productsOf(Kind kind) {
@@ -286,7 +273,7 @@ std::string writeProduct(const Setup& setup, Product product, const fs::path& ta
     const fs::path file = productFile(setup, product, target);
     switch (product) {
     case Product::Native: {
-        const cv::Mat native = makeNative(setup, fitted(setup, nativeFitSize(setup)));
+        const cv::Mat native = makeNative(setup, placed(setup, nativeFitSize(setup)).scene);
         if (!progress(0.5)) return {};
         // a picture that was opened as a Native may be a photo of that size
         const bool made =

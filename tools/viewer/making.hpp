@@ -1,11 +1,12 @@
 #pragma once
 
-#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/placement.hpp"
 #include "viewer/document.hpp"
 #include "viewer/knobs.hpp"
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 namespace altiro3D::viewer {
 
@@ -21,6 +22,7 @@ struct Setup {
     Knobs knobs;
     std::shared_ptr<const Display> display;
     DepthEdges edges = DepthEdges::Unknown; ///< Scene::edges, also of depth that was painted on.
+    std::optional<DepthFlaws> flaws{};      ///< Of the depth, if an earlier picture gave them.
     bool isChosen = false;                  ///< `knobs` holds what chooseAutomatic() has chosen.
 };
 
@@ -36,17 +38,17 @@ Framing framingOf(const Setup& setup);
 /// How a photo is fitted, with the margins that its views show. @param size of the views
 PhotoFit fitOf(const Setup& setup, cv::Size size);
 
-/// Photo and depth fitted to the panel's shape; empty for quilts and Natives.
-Scene fitted(const Setup& setup, cv::Size size);
+/// Photo and depth on the panel; empty for quilts and Natives. @param size of the views
+Placement placed(const Setup& setup, cv::Size size);
 
 /// The photo alone, fitted in this way.
 cv::Mat fittedPhoto(const Setup& setup, cv::Size size);
 
-/// As fitted(), faster, with a photo from fittedPhoto() of the same size.
+/// The scene of placed(), faster, with a photo from fittedPhoto() of the same size.
 Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto);
 
 /// Makes the quilt of a photo, or returns the document's quilt.
-/// @param fitted of a photo, from fitted() at the layout's tile size
+/// @param fitted of a photo, from placed() at the layout's tile size
 cv::Mat makeQuilt(const Setup& setup, const Scene& fitted);
 
 /// The size that a photo is fitted to for a Native, see NativeMaker::workSize().
@@ -81,9 +83,6 @@ std::vector<std::string> lossesOf(Product product, const std::filesystem::path& 
 /// Sets the framing, focus and strength that Knobs::automatic leaves to the photo, as photo2native
 /// does. No effect on quilts and Natives, and the second time.
 void chooseAutomatic(Setup& setup);
-/// As above.
-/// @param fitToNative fits a photo at nativeFitSize(); called if the strength is to be chosen
-void chooseAutomatic(Setup& setup, const std::function<Scene(const Setup&)>& fitToNative);
 
 /// Makes a product and writes it.
 /// @param target a file, which is replaced if it exists; for views a directory without views

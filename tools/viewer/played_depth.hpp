@@ -16,13 +16,16 @@ class PlayedDepth {
   public:
     explicit PlayedDepth(std::shared_ptr<DepthMaker> maker);
 
-    /// Sets the depth of the next picture, if it is to be estimated.
+    /// Sets the depth of the next picture, if it is to be estimated, and its scene. As in
+    /// video2native, given depth has no scenes; its flaws are measured now and then.
     /// @param wish Knobs::depth
     void next(Document& document, const std::string& wish);
 
   private:
     std::shared_ptr<DepthMaker> maker_;
     std::string chosen_;
+    int scene_ = 0;
+    int pictures_ = 0; // with given depth
     std::optional<VideoDepth> depth_;
 };
 

@@ -30,17 +30,22 @@ std::function<cv::Mat(const cv::Mat&)> sceneConverter(const Document& first, con
     NativeOptions options;
     options.views = knobs.views;
     options.fit = knobs.fit;
-    const auto toNative =
-        std::make_shared<const NativeMaker>(display, layoutOf(knobs, display), options);
+    const NativeMaker toNative(display, layoutOf(knobs, display), options);
     const auto depth = std::make_shared<PlayedDepth>(maker);
+    const DepthEdges edges = first.rawDepth.empty() ? DepthEdges::Decided : DepthEdges::Unknown;
     Source source = first.source;
     if (first.rawDepth.empty()) source.reading = Reading::Photo; // no search for a quilt in each
-    return [=](const cv::Mat& frame) {
+    return [=, aspect = display.aspect(), scene = 0](const cv::Mat& frame) mutable {
         Document document = documentOf(source, frame, display);
         depth->next(document, knobs.depth);
         if (document.depth.empty()) normalizeDepth(document.rawDepth, document.depth);
+        if (document.scene != scene) options.refine.flaws.reset();
+        scene = document.scene;
+        const Placement placed = placeScene({document.picture, document.depth, {}, {}, edges},
+                                            aspect, toNative.workSize(), options);
+        options.refine.flaws = placed.flaws; // until the next scene
         cv::Mat native;
-        toNative->makeNative(Scene{document.picture, document.depth}, native);
+        toNative.makeNative(placed, native);
         return native;
     };
 }

@@ -82,10 +82,16 @@ struct Studio::State {
     std::string how; // depth of the picture that is being made
     using FitKey = std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, Framing, int,
                               int, int, double>;
-    Kept<FitKey, Scene> preview;
+    // A fitted scene, and the flaws of its depth, which a video keeps for a scene.
+    struct Fitted {
+        Kept<FitKey, Scene> scene;
+        std::tuple<std::string, int, std::string, int, int> flawsOf;
+        std::optional<DepthFlaws> flaws;
+    };
+    Fitted preview;
     Kept<FitKey, cv::Mat> photo; // of the preview
-    Kept<FitKey, Scene> tiles;
-    Kept<FitKey, Scene> panel; // for the best Native
+    Fitted tiles;
+    Fitted panel; // for the best Native
     struct NativeKey {
         DocumentPointer document;
         std::string how;
@@ -140,13 +146,25 @@ struct Studio::State {
                 atFocus ? setup.knobs.views.focus : 0};
     }
 
-    const Scene& fit(Kept<FitKey, Scene>& kept, const Setup& setup, cv::Size size) {
-        return kept.get(fitKey(how, setup, size), [&] { return fitted(setup, size); });
+    const Scene& fit(Fitted& kept, const Setup& setup, cv::Size size) {
+        return kept.scene.get(fitKey(how, setup, size), [&] {
+            const Document& document = *setup.document;
+            if (!document.video) return placed(setup, size).scene;
+            const std::tuple now(document.source.file.string(), document.scene, how, size.width,
+                                 size.height);
+            if (now != kept.flawsOf) kept.flaws.reset();
+            Setup known = setup;
+            known.flaws = kept.flaws;
+            const Placement placement = placed(known, size);
+            kept.flaws = placement.flaws;
+            kept.flawsOf = now;
+            return placement.scene;
+        });
     }
 
     // For the window, with painted depth: only the depth changes from stroke to stroke.
     const Scene& fitPainted(const Setup& setup, cv::Size size) {
-        return preview.get(fitKey(how, setup, size), [&] {
+        return preview.scene.get(fitKey(how, setup, size), [&] {
             return fitted(setup, size, photo.get(fitKey({}, setup, size), [&] {
                 return fittedPhoto(setup, size);
             }));
@@ -171,19 +189,20 @@ struct Studio::State {
         return {setup.document, how, setup.display, knobs};
     }
 
-    // What is automatic. A video keeps the choice of the picture that came first with these
-    // settings, so that it stays steady.
+    // What is automatic. A video keeps the choice of the picture of a scene that came first with
+    // these settings, so that it stays steady.
     void choose(Setup& setup) {
         if (!setup.knobs.automatic.any()) return;
         NativeKey key{setup.document, how, setup.display, setup.knobs};
         std::string video;
         if (setup.document->video) {
-            video = setup.document->source.file.string();
+            video =
+                setup.document->source.file.string() + ' ' + std::to_string(setup.document->scene);
             key.document.reset();
         }
         setup.knobs = chosen.get({video, key}, [&] {
             Setup now = setup;
-            chooseAutomatic(now, [this](const Setup& framed) { return fittedNative(framed); });
+            chooseAutomatic(now);
             return now.knobs;
         });
         setup.isChosen = true;
@@ -245,7 +264,9 @@ Frame Studio::render(const Request& request) {
     frame.request = request;
     state_->how.clear();
     Setup& setup = frame.setup;
-    setup = {request.document, {}, {}, false, request.knobs, request.display};
+    setup.document = request.document;
+    setup.knobs = request.knobs;
+    setup.display = request.display;
     const Kind kind = request.document->kind;
     const double aspect = request.display->aspect();
     if (kind == Kind::Scene) {

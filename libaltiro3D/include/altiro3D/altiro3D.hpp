@@ -10,7 +10,7 @@
 ///                  └─ depth network | depth image | RGB-D | photo's file | stereo pair
 ///
 ///     NativeMaker:
-///     Scene ─► PhotoFit ─┬─► NativeRenderer ────────────────────────────────────┬─► Native
+///     Scene ─► Placement ┬─► NativeRenderer ────────────────────────────────────┬─► Native
 ///                        └─► Depth2Quilt ─► quilt ─► Quilt2Native (NativeLut) ──┘
 ///
 /// Words:
@@ -64,8 +64,10 @@
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/native_maker.hpp"
 #include "altiro3D/photo_fit.hpp"
+#include "altiro3D/placement.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/scene.hpp"
 #include "altiro3D/sway.hpp"
 #include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"

@@ -5,7 +5,7 @@
 #include "altiro3D/display.hpp"
 #include "altiro3D/export.hpp"
 #include "altiro3D/native_lut.hpp"
-#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/placement.hpp"
 #include "altiro3D/quilt2native.hpp"
 
 #include <memory>
@@ -84,11 +84,7 @@ enum class Detail {
 
 /// How a photo with depth becomes a Native. The defaults make the published picture;
 /// showAs(Detail::Lens) is recommended for photos.
-struct NativeOptions {
-    ViewOptions views;            ///< Method, strength, focus and the options of each method.
-    FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel if their shapes differ.
-    Framing framing;              ///< The part of a photo that is shown.
-    DepthRefineOptions refine;    ///< How the depth of a fitted photo is refined.
+struct NativeOptions : PlacementOptions {
     /// Detail above that of a view is shown by the direct path only, because views have fewer px.
     /// In a quilt, Detail::Lens is Detail::View.
     Detail detail = Detail::View;
@@ -124,14 +120,13 @@ enum class NativePath {
 ///
 /// makeNative(scene, native) does all steps. To also get the quilt, do the steps one by one:
 ///
+///     const double aspect = display.aspect();
+///     const Placement placed = placeScene(scene, aspect, maker.workSize(), maker.options());
 ///     cv::Mat quilt;
-///     Scene fitted;
-///     const NativeOptions& options = maker.options();
-///     fitScene(scene, maker.fit(scene.photo.size()), options.views.focus, fitted, options.refine);
-///     maker.makeQuilt(fitted, quilt);          // not needed if path() is Direct
-///     maker.makeNative(fitted, quilt, native);
+///     maker.makeQuilt(placed.scene, quilt);          // not needed if path() is Direct
+///     maker.makeNative(placed.scene, quilt, native);
 ///
-/// If quiltSize() differs from workSize(), makeQuilt() needs a scene of its own, by quiltFit().
+/// If quiltSize() differs from workSize(), makeQuilt() needs a scene of that size.
 ///
 /// Cheap to copy. Immutable and thread-safe. Results are the same bytes for any number of threads.
 class ALTIRO3D_EXPORT NativeMaker {
@@ -185,20 +180,8 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// px
     [[nodiscard]] cv::Size quiltSize() const;
 
-    /// Computes how a photo is fitted to workSize().
-    /// @param photo size of the photo in px
-    /// @param aspect width : height of the part of the photo that fills the panel, measured in px
-    ///        of the photo; 0: the shape of the panel, right for photos with square px
-    /// @return the fit, for fitScene()
-    /// @throws Error as fitPhoto()
-    [[nodiscard]] PhotoFit fit(cv::Size photo, double aspect = 0) const;
-    /// The same for quiltSize().
-    /// @param photo as for fit() @param aspect as for fit() @return the fit, for fitScene()
-    /// @throws Error as fitPhoto()
-    [[nodiscard]] PhotoFit quiltFit(cv::Size photo, double aspect = 0) const;
-
     /// Makes the quilt of a fitted photo, whatever path() is.
-    /// @param fitted photo and depth map of quiltSize(), from fitScene()
+    /// @param fitted photo and depth map of quiltSize(), from placeScene()
     /// @param quilt [layout().size(), CV_8UC3, BGR]; reused if it fits
     /// @throws Error Mismatch (another size), as Depth2Quilt::render()
     void makeQuilt(const Scene& fitted, cv::Mat& quilt) const;
@@ -211,11 +194,17 @@ class ALTIRO3D_EXPORT NativeMaker {
     ///         Quilt2Native::render()
     void makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const;
 
+    /// Makes the Native of a placed photo, over a quilt if path() is OverQuilt.
+    /// @param placed from placeScene() for workSize(), or for quiltSize() if path() is OverQuilt
+    /// @param native [panelSize(), CV_8UC3, BGR]; reused if it fits
+    /// @throws Error as makeQuilt() and the function above
+    void makeNative(const Placement& placed, cv::Mat& native) const;
+
     /// Fits a photo and makes its Native.
     /// @param scene a photo of any size and its depth map of any size; see
     ///        DepthSource::readScene()
     /// @param native [panelSize(), CV_8UC3, BGR]; reused if it fits
-    /// @throws Error as fitPhoto(), fitScene(), makeQuilt() and makeNative()
+    /// @throws Error as placeScene(), makeQuilt() and makeNative()
     void makeNative(const Scene& scene, cv::Mat& native) const;
 
   private:

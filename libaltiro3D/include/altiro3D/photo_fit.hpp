@@ -3,6 +3,7 @@
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/export.hpp"
 #include "altiro3D/quilt.hpp"
+#include "altiro3D/scene.hpp"
 
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
@@ -112,43 +113,6 @@ ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::M
 ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
                                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted);
 
-/// What is known of what nearer things hide in a photo, for example from another eye's picture. It
-/// shows all of the photo.
-struct HiddenLayer {
-    cv::Mat photo; ///< [any size, CV_8UC3, BGR]; empty: nothing is known
-    cv::Mat depth; ///< [as HiddenLayer::photo, CV_32FC1, 0..1, 1 = nearest, NaN = unknown]
-};
-
-/// What is known of the edges of a depth map: what its refinement may correct.
-enum class DepthEdges {
-    Unknown, ///< Refinement measures their flaws and corrects them.
-    Matched, ///< Found by matching two pictures: they are not moved.
-    Decided  ///< Decided by the photo when the depth was estimated: they stay.
-};
-
-/// A photo and its depth map.
-struct Scene {
-    cv::Mat photo;        ///< [rows x cols, CV_8UC3, BGR]
-    cv::Mat depth;        ///< [CV_32FC1, 0..1, 1 = nearest], shows all of the photo
-    HiddenLayer hidden{}; ///< Method Layered shows it instead of a painted background.
-    /// Columns that the panel shows, inside the photo; empty: all. Views have these columns only.
-    /// The other columns are margins, which views from the side show at the edges of the panel.
-    cv::Range shown{};
-    DepthEdges edges = DepthEdges::Unknown; ///< Of the depth.
-    /// Px by which refinement has extended near things over the band in which a soft photo is mixed
-    /// (DepthFlaws::mixedPixels), 0..7. Method Layered splits the colours there.
-    int mixedPixels = 0;
-};
-
-/// The columns that the panel shows. @param scene a scene @return scene.shown, or all columns
-[[nodiscard]] inline cv::Range shownColumns(const Scene& scene) {
-    return scene.shown.empty() ? cv::Range(0, scene.photo.cols) : scene.shown;
-}
-/// The depth that the panel shows. @param scene a scene @return its depth without margins
-[[nodiscard]] inline cv::Mat shownDepth(const Scene& scene) {
-    return scene.depth.colRange(shownColumns(scene));
-}
-
 /// Measures how the depth of a scene differs from its photo. Growth and shift of
 /// DepthEdges::Matched are 0; DepthEdges::Decided have mixed px only.
 ///
@@ -177,9 +141,10 @@ ALTIRO3D_EXPORT DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& o
 /// @param fitted result: all of fit.fittedSize(), with the margins outside of Scene::shown; may be
 ///        `scene`, and stays as it is if an error is thrown
 /// @param refine how the depth is refined; its flaws, if set, are used instead of measured ones
+/// @return the flaws that were corrected
 /// @throws Error as applyFit(), applyFitToDepth() and refineDepth()
-ALTIRO3D_EXPORT void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
-                              const DepthRefineOptions& refine = {});
+ALTIRO3D_EXPORT DepthFlaws fitScene(const Scene& scene, const PhotoFit& fit, double focus,
+                                    Scene& fitted, const DepthRefineOptions& refine = {});
 
 /// Fits every view of a quilt to the panel's shape as fitPhoto() and applyFit() do for one picture.
 /// The layout does not change.

@@ -306,8 +306,8 @@ DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options, const cv
     return flaws;
 }
 
-void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
-              const DepthRefineOptions& refine) {
+DepthFlaws fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
+                    const DepthRefineOptions& refine) {
     const cv::Size photoSize = scene.photo.size();
     Scene result;
     if (!scene.hidden.photo.empty()) fitHidden(scene.hidden, photoSize, fit, result.hidden);
@@ -315,8 +315,9 @@ void fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitt
     applyFitToDepth(scene.depth, photoSize, fit, result.photo, focus, result.depth);
     result.shown = fit.shown();
     result.edges = scene.edges;
-    refineScene(result, refine, fit.filled());
+    const DepthFlaws flaws = refineScene(result, refine, fit.filled());
     fitted = result;
+    return flaws;
 }
 
 void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,

@@ -80,7 +80,7 @@ void checkFitted(const Scene& fitted, cv::Size expected) {
     if (photo == expected) return;
     throw Error(ErrorCode::Mismatch, "fitted photo",
                 "has " + sizeText(photo) + " px, expected " + sizeText(expected) +
-                    " px, the size that fitScene() with fit() or quiltFit() gives it");
+                    " px, workSize() or quiltSize() for placeScene()");
 }
 
 void requireDirect(const NativeOptions& options, const std::string& obstacle) {
@@ -166,25 +166,6 @@ cv::Size NativeMaker::quiltSize() const {
     return impl_->quiltSize;
 }
 
-namespace {
-
-PhotoFit fitFor(cv::Size photo, double aspect, cv::Size panel, cv::Size size,
-                const NativeOptions& options) {
-    const double shown = aspect == 0 ? static_cast<double>(panel.width) / panel.height : aspect;
-    return withMargins(fitPhoto(photo, shown, size, options.fit, options.framing), photo,
-                       options.views);
-}
-
-} // namespace
-
-PhotoFit NativeMaker::fit(cv::Size photo, double aspect) const {
-    return fitFor(photo, aspect, impl_->panelSize, workSize(), impl_->options);
-}
-
-PhotoFit NativeMaker::quiltFit(cv::Size photo, double aspect) const {
-    return fitFor(photo, aspect, impl_->panelSize, quiltSize(), impl_->options);
-}
-
 void NativeMaker::makeQuilt(const Scene& fitted, cv::Mat& quilt) const {
     checkFitted(fitted, quiltSize());
     impl_->quilter.render(impl_->filtered(fitted), quilt);
@@ -200,14 +181,15 @@ void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat&
 }
 
 void NativeMaker::makeNative(const Scene& scene, cv::Mat& native) const {
-    Scene fitted;
-    const NativeOptions& options = impl_->options;
-    const cv::Size size = scene.photo.size();
-    fitScene(scene, impl_->direct ? fit(size) : quiltFit(size), options.views.focus, fitted,
-             options.refine);
+    const double aspect = static_cast<double>(panelSize().width) / panelSize().height;
+    const cv::Size size = impl_->direct ? workSize() : quiltSize();
+    makeNative(placeScene(scene, aspect, size, options()), native);
+}
+
+void NativeMaker::makeNative(const Placement& placed, cv::Mat& native) const {
     cv::Mat quilt;
-    if (!impl_->direct) makeQuilt(fitted, quilt);
-    makeNative(fitted, quilt, native);
+    if (!impl_->direct) makeQuilt(placed.scene, quilt);
+    makeNative(placed.scene, quilt, native);
 }
 
 } // namespace altiro3D

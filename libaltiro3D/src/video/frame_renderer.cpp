@@ -20,12 +20,11 @@ namespace {
 
 const DepthRefineOptions kAsItIs{DepthFlaws()};
 
-// DepthFlaws as numbers in the order of saved states, and their range.
+// Numbers of saved states, and their range: DepthFlaws,
 using FlawValues = std::array<double, 7>;
 constexpr FlawValues kMinFlaws = {0, 0, -7, -7, -7, 0, 0};
 constexpr FlawValues kMaxFlaws = {64, 1, 7, 7, 7, 1, 7};
-
-// Position of the part that is shown, focus and strength, and their range.
+// and the position of the part that is shown, focus and strength.
 using ChoiceValues = std::array<double, 4>;
 constexpr ChoiceValues kMinChoices = {0, 0, 0, 0};
 constexpr ChoiceValues kMaxChoices = {1, 1, 1, 10000};
@@ -85,19 +84,22 @@ class ViewsRenderer : public FrameRenderer {
   public:
     ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, DepthEdges edges)
         : options_(conversion.native), target_(target), edges_(edges),
-          isGiven_(conversion.given.has_value()), wanted_(conversion.choices),
-          workSize_(options_.detail == Detail::Panel ? target.panelSize : target.layout.tileSize) {
-        // Fast gains little by edges that fit
-        // (docs/lab/edges.md).
-        const bool isFast = !isGiven_ && options_.views.method == ViewMethod::Fast;
-        if (isFast && !options_.refine.flaws) options_.refine = kAsItIs;
-        isPlain_ = isFast && options_.refine.keepsDepth();
+          isGiven_(conversion.given.has_value()), isMeasuring_(!options_.refine.flaws),
+          wanted_(conversion.choices) {
+        wanted_.isVideo = true;
         if (conversion.product == VideoProduct::Quilt) {
             quilter_.emplace(target.layout, options_.views);
         } else if (conversion.map) {
             maker_.emplace(*conversion.map, options_);
         } else {
             maker_.emplace(*conversion.display, target.layout, options_);
+        }
+        if (maker_) {
+            const bool isDirect = maker_->path() == NativePath::Direct;
+            workSize_ = isDirect ? maker_->workSize() : maker_->quiltSize();
+        } else {
+            workSize_ =
+                options_.detail == Detail::Panel ? target.panelSize : target.layout.tileSize;
         }
     }
 
@@ -113,28 +115,25 @@ class ViewsRenderer : public FrameRenderer {
         }
         lastPixelAspect_ = pixelAspect;
         ownMemory(result);
-        const PhotoFit fit = fitted(frame);
-        refine(frame, fit.filled());
+        const Scene fitted = placed(frame);
         if (quilter_) {
-            quilter_->render(fitted_, result);
+            quilter_->render(fitted, result);
         } else {
-            if (maker_->path() == NativePath::OverQuilt) maker_->makeQuilt(fitted_, quilt_);
-            maker_->makeNative(fitted_, quilt_, result);
+            if (maker_->path() == NativePath::OverQuilt) maker_->makeQuilt(fitted, quilt_);
+            maker_->makeNative(fitted, quilt_, result);
         }
         last_ = result;
     }
 
     void pass(PipelineFrame& frame) override {
-        const bool isChosen = wanted_.any() && (!isChosen_ || frame.step.cut);
-        if (!isChosen && !isMeasured(frame)) return;
-        const PhotoFit fit = fitted(frame);
-        measure(frame, fit.filled());
+        if (isChosenBy(frame) || isMeasured(frame)) static_cast<void>(placed(frame));
     }
 
     std::vector<SceneChoice> choices() const override { return choices_; }
 
     void keepState(SavedState& state) const override {
-        keepNumbers(state, flaws_.has_value(), valuesOf(flaws_.value_or(DepthFlaws())));
+        const std::optional<DepthFlaws>& flaws = options_.refine.flaws;
+        keepNumbers(state, isMeasuring_ && flaws, valuesOf(flaws.value_or(DepthFlaws())));
         if (wanted_.any()) keepNumbers(state, isChosen_, chosenValues());
     }
 
@@ -150,8 +149,10 @@ class ViewsRenderer : public FrameRenderer {
             }
         }
         FlawValues values{};
-        flaws_.reset();
-        if (takeNumbers(state, kMinFlaws, kMaxFlaws, values)) flaws_ = flawsOf(values);
+        const bool areKnown = takeNumbers(state, kMinFlaws, kMaxFlaws, values);
+        if (!isMeasuring_) return;
+        options_.refine.flaws.reset();
+        if (areKnown) options_.refine.flaws = flawsOf(values);
     }
 
   private:
@@ -160,82 +161,53 @@ class ViewsRenderer : public FrameRenderer {
                 options_.views.strengthPercent};
     }
 
-    void choose(const Scene& scene, double aspect) {
-        chooseFromScene(scene, aspect, options_.fit, wanted_, options_.framing,
-                        options_.views.focus);
-        if (wanted_.strength) {
-            // later frames of the scene may hold any depth
-            options_.views.strengthPercent =
-                std::min(chooseStrength(options_.views.focus, target_.layout, {0, 1}),
-                         chooseStrength(options_.views.focus, target_.layout, scene.depth));
-        }
-        useChosen();
-        isChosen_ = true;
-    }
-
     void useChosen() {
         if (maker_) maker_ = maker_->withViews(options_.views);
         if (quilter_) quilter_.emplace(target_.layout, options_.views);
     }
 
-    // Makes the choices for a new scene and fits the frame to the panel.
-    PhotoFit fitted(const PipelineFrame& frame) {
-        const Scene scene{frame.source.picture, frame.depth};
+    // Makes the choices for a new scene and places the frame.
+    Scene placed(const PipelineFrame& frame) {
+        Scene scene{frame.source.picture, frame.depth};
+        scene.edges = edges_;
         // the shape as displayed, because px of the frame need not be square
         const double aspect = target_.aspect() / frame.source.sampleAspect.value();
-        if (wanted_.any() && (!isChosen_ || frame.step.cut)) {
-            choose(scene, aspect);
-            choices_.push_back({static_cast<double>(frame.source.pts), options_.framing,
-                                options_.views.focus, options_.views.strengthPercent});
+        PlacementOptions& options = options_;
+        if (isChosenBy(frame)) {
+            options = chooseFromScene(scene, aspect, target_.layout, options, wanted_).options;
+            useChosen();
+            isChosen_ = true;
+            choices_.push_back({static_cast<double>(frame.source.pts), options.framing,
+                                options.views.focus, options.views.strengthPercent});
         }
-        const PhotoFit fit = withMargins(
-            fitPhoto(scene.photo.size(), aspect, workSize_, options_.fit, options_.framing),
-            scene.photo.size(), options_.views);
-        if (isPlain_) {
-            applyFit(scene.photo, fit, fitted_.photo);
-            applyFitToDepth(scene.depth, scene.photo.size(), fit, {}, options_.views.focus,
-                            fitted_.depth);
-            fitted_.shown = fit.shown();
-        } else {
-            fitScene(scene, fit, options_.views.focus, fitted_, kAsItIs);
-        }
-        return fit;
+        if (isMeasured(frame)) options.refine.flaws.reset();
+        const Placement result = placeScene(scene, aspect, workSize_, options);
+        options.refine.flaws = result.flaws;
+        return result.scene;
+    }
+
+    bool isChosenBy(const PipelineFrame& frame) const {
+        return wanted_.any() && (!isChosen_ || frame.step.cut);
     }
 
     // What is wrong with the depth belongs to its source. It is measured at the start of a scene,
     // so edges do not waver from frame to frame; as given depth has no scenes, now and then.
     bool isMeasured(const PipelineFrame& frame) const {
-        if (options_.refine.flaws) return false;
         const bool isDue = isGiven_ && frame.number % kFramesPerMeasurement == 0;
-        return !flaws_ || frame.step.cut || isDue;
+        return isMeasuring_ && (!options_.refine.flaws || frame.step.cut || isDue);
     }
 
-    void measure(const PipelineFrame& frame, const cv::Rect& part) {
-        if (!isMeasured(frame)) return;
-        flaws_ = measureDepthFlaws(Scene{fitted_.photo(part), fitted_.depth(part), {}, {}, edges_});
-    }
-
-    void refine(const PipelineFrame& frame, const cv::Rect& part) {
-        if (options_.refine.keepsDepth()) return;
-        measure(frame, part);
-        DepthRefineOptions options = options_.refine;
-        if (!options.flaws) options.flaws = flaws_;
-        refineScene(fitted_, options, part);
-    }
-
-    NativeOptions options_;
+    NativeOptions options_; // with the choices for the scene, and its flaws
     VideoTarget target_;
     DepthEdges edges_;
     bool isGiven_;
-    bool isPlain_ = false; // depth is fitted without regard to edges
+    bool isMeasuring_; // the flaws of the depth were not given
     AutoChoices wanted_;
     bool isChosen_ = false; // options_ hold the choices for the scene
     std::vector<SceneChoice> choices_;
-    std::optional<DepthFlaws> flaws_;
     cv::Size workSize_;
     std::optional<NativeMaker> maker_;
     std::optional<Depth2Quilt> quilter_; // used instead of the maker
-    Scene fitted_;
     cv::Mat quilt_;
     cv::Mat last_;
     double lastPixelAspect_ = 0; // of the frame of last_

@@ -1,6 +1,7 @@
 #include "altiro3D/depth2quilt.hpp"
 
 #include "altiro3D/depth_source.hpp"
+#include "altiro3D/placement.hpp"
 
 namespace altiro3D {
 
@@ -13,16 +14,12 @@ Network2Quilt::Network2Quilt(DepthNetwork network, const QuiltLayout& layout,
 }
 
 void Network2Quilt::render(const cv::Mat& photo, cv::Mat& quilt) {
-    const PhotoFit fit =
-        withMargins(fitPhoto(photo.size(), panelAspect_, depth2quilt_.layout().tileSize, fit_),
-                    photo.size(), depth2quilt_.options());
-    const double focus = depth2quilt_.options().focus;
+    const ViewOptions& views = depth2quilt_.options();
     Scene scene;
-    source_->readScene(photo, focus, scene);
+    source_->readScene(photo, views.focus, scene);
     depth_ = scene.depth;
-    Scene fitted;
-    fitScene(scene, fit, focus, fitted);
-    depth2quilt_.render(fitted, quilt);
+    const cv::Size tile = depth2quilt_.layout().tileSize;
+    depth2quilt_.render(placeScene(scene, panelAspect_, tile, {views, fit_, {}, {}}).scene, quilt);
 }
 
 } // namespace altiro3D

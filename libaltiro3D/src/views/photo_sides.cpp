@@ -1,6 +1,7 @@
 // The sides of a photo: the border of a scan, and how far views look beyond what the panel shows.
 
-#include "altiro3D/view_options.hpp"
+#include "views/photo_sides.hpp"
+
 #include "base/checks.hpp"
 #include "depth/depth_values.hpp"
 #include "image/pixel_values.hpp"

@@ -1,4 +1,4 @@
-#include "altiro3D/view_options.hpp"
+#include "views/subject.hpp"
 
 #include "base/checks.hpp"
 #include "depth/depth_values.hpp"
@@ -77,20 +77,6 @@ float lowerQuarter(const cv::Mat& depth, int y, std::vector<float>& row) {
 
 void checkWeights(const cv::Mat& weights) {
     checkType(weights, {CV_32SC1}, "weights", "CV_32SC1, from subjectWeights()");
-}
-
-// How much depth falls along a row, from one side or the other; mean of the rows.
-double fallOfRows(const cv::Mat& depth) {
-    double right = 0;
-    double left = 0;
-    for (int y = 0; y < depth.rows; ++y) {
-        const float* const row = depth.ptr<float>(y);
-        for (int x = 1; x < depth.cols; ++x) {
-            const double step = static_cast<double>(row[x]) - static_cast<double>(row[x - 1]);
-            (step < 0 ? right : left) += std::abs(step);
-        }
-    }
-    return std::max(right, left) / depth.rows;
 }
 
 cv::Rect middleHalf(const cv::Rect& part) {
@@ -194,46 +180,6 @@ double subjectDepth(const cv::Mat& weights, const cv::Mat& depth, const cv::Rect
         if (2 * sum >= all) return static_cast<double>(d);
     }
     return 0.5; // not reached: weights are positive
-}
-
-double chooseStrength(double focus, const QuiltLayout& quilt, cv::Vec2d depthRange) {
-    const double reach = std::max(std::abs(depthRange[0] - focus), std::abs(depthRange[1] - focus));
-    double widths = kMaxAutoParallax / 100; // of content at `reach`
-    if (quilt.viewCount > 1) {
-        const double pixels = kParallaxBudgetPixels * (quilt.viewCount - 1);
-        widths = std::min(widths, pixels / quilt.tileSize.width);
-    }
-    const double strength = 100 * widths / reach; // infinite for a flat picture in focus
-    return strength < kMaxAutoStrength ? strength : kMaxAutoStrength;
-}
-
-double strengthLimit(const cv::Mat& depth) {
-    return 2 * kMaxAutoHidden / fallOfRows(depth);
-}
-
-double chooseStrength(double focus, const QuiltLayout& quilt, const cv::Mat& depth) {
-    cv::Vec2d range;
-    cv::minMaxLoc(depth, &range[0], &range[1]);
-    return std::min(chooseStrength(focus, quilt, range), strengthLimit(depth));
-}
-
-void chooseFromScene(const Scene& scene, double panelAspect, FitMode fit,
-                     const AutoChoices& choices, Framing& framing, double& focus) {
-    if (!choices.framing && !choices.focus) return;
-    check(!choices.framing || fit == FitMode::Cover, "framing",
-          "cannot be chosen automatically with this fit, expected cover");
-    cv::Mat weights;
-    subjectWeights(scene.photo, scene.depth, weights);
-    const cv::Size size = scene.photo.size();
-    if (choices.framing)
-        framing.centre = frameSubject(weights, size, panelAspect, framing.zoom).centre;
-    if (!choices.focus) return;
-    const cv::Rect part = fitPhoto(size, panelAspect, {1, 1}, fit, framing).source;
-    const cv::Rect2d share(static_cast<double>(part.x) / size.width,
-                           static_cast<double>(part.y) / size.height,
-                           static_cast<double>(part.width) / size.width,
-                           static_cast<double>(part.height) / size.height);
-    focus = subjectDepth(weights, scene.depth, share);
 }
 
 } // namespace altiro3D

@@ -110,12 +110,13 @@ class VideoConverterTest : public ::testing::Test {
     // In a video the flaws of the depth are those of the first frame.
     NativeOptions withFlaws(NativeOptions options) const {
         const altiro3D::Scene first = scenes().front();
-        const PhotoFit fit = NativeMaker(smallDisplay(), options).fit(first.photo.size());
-        const DepthRefineOptions asItIs{DepthFlaws()};
-        altiro3D::Scene fitted;
-        fitScene(first, fit, options.views.focus, fitted, asItIs);
+        const cv::Size size = NativeMaker(smallDisplay(), options).workSize();
+        NativeOptions asItIs = options;
+        asItIs.refine.flaws = DepthFlaws();
+        const Placement placed = placeScene(first, smallDisplay().aspect(), size, asItIs);
+        const cv::Rect part = placed.fit.filled();
         options.refine.flaws =
-            measureDepthFlaws(fitted.photo(fit.filled()), fitted.depth(fit.filled()));
+            measureDepthFlaws(placed.scene.photo(part), placed.scene.depth(part));
         return options;
     }
 
@@ -187,11 +188,12 @@ TEST_F(VideoConverterTest, ChoicesAreThoseOfTheFirstFrameAndSurviveAnInterruptio
     const altiro3D::Scene first = scenes().front();
     const Display display = smallDisplay();
     NativeOptions options;
-    chooseFromScene(first, display.aspect(), FitMode::Cover, {true, true, false}, options.framing,
-                    options.views.focus);
-    options.views.strengthPercent =
-        std::min(chooseStrength(options.views.focus, display.quilt, {0, 1}),
-                 chooseStrength(options.views.focus, display.quilt, first.depth));
+    PlacementOptions& placement = options;
+    placement = chooseFromScene(first, display.aspect(), display.quilt, options,
+                                {true, true, true, false, true})
+                    .options;
+    EXPECT_LE(options.views.strengthPercent, // for any depth of a later frame
+              kMaxAutoParallax / std::max(options.views.focus, 1 - options.views.focus) + 1e-9);
     EXPECT_EQ(result.choices.front().framing, options.framing);
     EXPECT_EQ(result.choices.front().focus, options.views.focus);
     EXPECT_EQ(result.choices.front().strengthPercent, options.views.strengthPercent);
@@ -234,12 +236,11 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
     EXPECT_EQ(VideoConverter(std::move(quilts)).run().frames, kFrames);
     const std::vector<cv::Mat> made = pictures("quilt.mkv");
     const NativeMaker maker(display);
-    const DepthRefineOptions known = withFlaws({}).refine;
+    const NativeOptions known = withFlaws({});
     for (const std::size_t i : {std::size_t{0}, made.size() - 1}) {
-        altiro3D::Scene fitted;
         cv::Mat quilt;
-        fitScene(expected[i], maker.fit({64, 48}), 0.5, fitted, known);
-        maker.makeQuilt(fitted, quilt);
+        maker.makeQuilt(placeScene(expected[i], display.aspect(), maker.quiltSize(), known).scene,
+                        quilt);
         EXPECT_TRUE(samePicture(made[i], quilt));
     }
     VideoConversion rgbd = conversion("rgbd.mkv");

@@ -1,5 +1,6 @@
+#include "views/photo_sides.hpp"
+
 #include "altiro3D/sway.hpp"
-#include "altiro3D/view_options.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
 

@@ -1,5 +1,6 @@
-#include "altiro3D/view_options.hpp"
+#include "views/subject.hpp"
 
+#include "altiro3D/placement.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
@@ -31,6 +32,19 @@ cv::Mat weightsOf(const altiro3D::Scene& scene) {
     cv::Mat weights;
     subjectWeights(scene.photo, scene.depth, weights);
     return weights;
+}
+
+double chosenStrength(double focus, const QuiltLayout& layout, const cv::Mat& depth,
+                      bool isLimitAlone = false) {
+    altiro3D::Scene scene{cv::Mat(depth.size(), CV_8UC3, cv::Scalar::all(90)), depth};
+    scene.edges = DepthEdges::Decided;
+    PlacementOptions options;
+    options.views.focus = focus;
+    options.views.strengthPercent = 10000;
+    AutoChoices choices;
+    (isLimitAlone ? choices.limit : choices.strength) = true;
+    const double aspect = static_cast<double>(depth.cols) / depth.rows;
+    return chooseFromScene(scene, aspect, layout, options, choices).options.views.strengthPercent;
 }
 
 TEST(Subject, TheWindowFollowsTheSubjectAndStaysInside) {
@@ -100,7 +114,7 @@ TEST(Subject, StrengthKeepsTheWarningSilentAndUsesWhatIsThere) {
                 options.focus = focus;
                 cv::Mat depth(4, 100, CV_32FC1, cv::Scalar(range[0])); // falls little per row
                 depth.at<float>(0, 0) = static_cast<float>(range[1]);
-                options.strengthPercent = chooseStrength(focus, layout, depth);
+                options.strengthPercent = chosenStrength(focus, layout, depth);
                 const double reach =
                     std::max(std::abs(range[0] - focus), std::abs(range[1] - focus));
                 const double pixels = adjacentParallax(options, layout, panel, range).viewPixels;
@@ -125,15 +139,17 @@ TEST(Subject, StrengthGivesWayWhereMuchWasHidden) {
         cv::Mat depth = cv::Mat::zeros(30, 400, CV_32FC1);
         for (int i = 0; i < bars; ++i)
             depth.colRange(20 * i + 5, 20 * i + 10).setTo(0.75);
-        const double strength = chooseStrength(0.5, layout, depth);
+        const double strength = chosenStrength(0.5, layout, depth);
         // each bar of height 0.75 uncovers 0.75 * strength / 2 percent of an outermost view
         const double hidden = bars * 0.75 * strength / 2;
-        EXPECT_NEAR(strengthLimit(depth) * hidden / strength, kMaxAutoHidden, 1e-9) << bars;
+        EXPECT_NEAR(chosenStrength(0.5, layout, depth, true) * hidden / strength, kMaxAutoHidden,
+                    1e-9)
+            << bars;
         EXPECT_LE(hidden, kMaxAutoHidden * (1 + 1e-12)) << bars;
         EXPECT_TRUE(hidden > kMaxAutoHidden * 0.999999 || bars == 1) << bars;
         cv::Mat soft;
         cv::blur(depth, soft, {3, 1}); // in doubt: stretched instead
-        EXPECT_NEAR(chooseStrength(0.5, layout, soft), strength, 1e-4 * strength) << bars;
+        EXPECT_NEAR(chosenStrength(0.5, layout, soft), strength, 1e-4 * strength) << bars;
     }
 }
 
@@ -144,11 +160,13 @@ TEST(Subject, WrongInputsAreNamed) {
                   static_cast<void>(frameSubject({}, {4, 4}, 1));
               }).find("weights"),
               std::string::npos);
-    const altiro3D::Scene scene = sceneWithSubject(200);
-    Framing framing;
-    double focus = 0.5;
+    PlacementOptions options;
+    options.fit = FitMode::Contain;
+    AutoChoices choices;
+    choices.framing = true;
     EXPECT_NE(errorOf([&] {
-                  chooseFromScene(scene, 1, FitMode::Contain, {true, false, false}, framing, focus);
+                  static_cast<void>(
+                      chooseFromScene(sceneWithSubject(200), 1, QuiltLayout(), options, choices));
               }).find("expected cover"),
               std::string::npos);
 }

@@ -1,0 +1,102 @@
+#pragma once
+
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/export.hpp"
+#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/quilt.hpp"
+#include "altiro3D/scene.hpp"
+#include "altiro3D/view_options.hpp"
+
+#include <opencv2/core/types.hpp>
+
+namespace altiro3D {
+
+/// How a scene is placed on a display.
+struct PlacementOptions {
+    ViewOptions views;            ///< Method, strength, focus and the options of each method.
+    FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel if their shapes differ.
+    Framing framing;              ///< The part of a photo that is shown.
+    DepthRefineOptions refine;    ///< How the depth of a fitted photo is refined.
+};
+
+/// A scene on a display.
+struct Placement {
+    Scene scene;      ///< Photo and refined depth, fitted; for NativeMaker or Depth2Quilt.
+    PhotoFit fit;     ///< How it was fitted.
+    DepthFlaws flaws; ///< Flaws of the depth that were corrected.
+};
+
+/// Computes the fit of a photo, with the margins that views from the side show.
+///
+/// @param photo size of the photo in px
+/// @param aspect width : height of what fills the panel, in px of the photo, 0.01..100: the shape
+///        of the panel if the px of the photo are square
+/// @param size of the result in px
+/// @param options fit, framing, strength and focus
+/// @return the fit, for fitScene()
+/// @throws Error as fitPhoto(), InvalidArgument (options)
+[[nodiscard]] ALTIRO3D_EXPORT PhotoFit fitPhoto(cv::Size photo, double aspect, cv::Size size,
+                                                const PlacementOptions& options);
+
+/// Fits a scene to a panel and refines its depth: fitPhoto(), fitScene(). Estimated depth
+/// (DepthEdges::Decided) stays as it is with method Fast, which gains little by exact edges.
+///
+/// @param scene a photo of any size and its depth of any size; see DepthSource::readScene()
+/// @param aspect as for fitPhoto()
+/// @param size of the fitted photo in px: NativeMaker::workSize() or NativeMaker::quiltSize()
+/// @param options how. Frames of a video should keep the flaws of the first one of their scene, so
+///        that edges do not waver.
+/// @return the fitted scene
+/// @throws Error as fitPhoto() and fitScene()
+[[nodiscard]] ALTIRO3D_EXPORT Placement placeScene(const Scene& scene, double aspect, cv::Size size,
+                                                   const PlacementOptions& options);
+
+/// The settings that chooseFromScene() chooses; the others stay (docs/mathematics.md, 7).
+struct AutoChoices {
+    /// Centre of the part that is shown; needs FitMode::Cover. For photos also its size, so that
+    /// views do not look beyond the photo or at the border of a scan.
+    bool framing = false;
+    bool focus = false;    ///< The depth of the subject.
+    bool strength = false; ///< As much parallax as the display shows without double edges.
+    /// The given strength, but of estimated depth at most what the depth bears; (7.4).
+    bool limit = false;
+    /// The scene is the first frame of a scene of a video, of which others may hold any depth.
+    bool isVideo = false;
+
+    /// Whether something is chosen. @return true if a field is
+    [[nodiscard]] bool any() const { return framing || focus || strength || limit; }
+};
+
+/// Limit of a strength that is chosen, %.
+constexpr double kMaxAutoStrength = 12;
+/// With a chosen strength, content moves by at most this part of the width between the outermost
+/// views, %: as with strength 10 and focus 0.5.
+constexpr double kMaxAutoParallax = 5;
+/// With a chosen or limited strength, at most this part of an outermost view shows what the photo
+/// does not, or stretched px, %. Much depth on few px, and depth in doubt, thus get less strength.
+constexpr double kMaxAutoHidden = 5;
+
+/// What chooseFromScene() has chosen.
+struct ChosenOptions {
+    PlacementOptions options; ///< With the framing, focus and strength that were chosen.
+    /// The part of the photo without the border of a scan; all of it if there is none, or if the
+    /// framing was not to be chosen.
+    cv::Rect inside;
+};
+
+/// Chooses framing, focus and strength of a scene, as far as `choices` requests them.
+///
+/// @param scene photo and depth, before the fit
+/// @param aspect as for fitPhoto()
+/// @param quilt layout: view count and view size limit the strength
+/// @param options what is not chosen
+/// @param choices what to choose
+/// @return the options for placeScene()
+/// @throws Error as fitPhoto(), InvalidArgument (type of photo or depth; framing is to be chosen,
+///         but the fit is not Cover)
+[[nodiscard]] ALTIRO3D_EXPORT ChosenOptions chooseFromScene(const Scene& scene, double aspect,
+                                                            const QuiltLayout& quilt,
+                                                            const PlacementOptions& options,
+                                                            const AutoChoices& choices);
+
+} // namespace altiro3D

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+
+namespace altiro3D {
+
+/// What is known of what nearer things hide in a photo, for example from another eye's picture. It
+/// shows all of the photo.
+struct HiddenLayer {
+    cv::Mat photo; ///< [any size, CV_8UC3, BGR]; empty: nothing is known
+    cv::Mat depth; ///< [as HiddenLayer::photo, CV_32FC1, 0..1, 1 = nearest, NaN = unknown]
+};
+
+/// What is known of the edges of a depth map: what its refinement may correct.
+enum class DepthEdges {
+    Unknown, ///< Refinement measures their flaws and corrects them.
+    Matched, ///< Found by matching two pictures: they are not moved.
+    Decided  ///< Decided by the photo when the depth was estimated: they stay.
+};
+
+/// A photo and its depth map.
+struct Scene {
+    cv::Mat photo;        ///< [rows x cols, CV_8UC3, BGR]
+    cv::Mat depth;        ///< [CV_32FC1, 0..1, 1 = nearest], shows all of the photo
+    HiddenLayer hidden{}; ///< Method Layered shows it instead of a painted background.
+    /// Columns that the panel shows, inside the photo; empty: all. Views have these columns only.
+    /// The other columns are margins, which views from the side show at the edges of the panel.
+    cv::Range shown{};
+    DepthEdges edges = DepthEdges::Unknown; ///< Of the depth.
+    /// Px by which refinement has extended near things over the band in which a soft photo is mixed
+    /// (DepthFlaws::mixedPixels), 0..7. Method Layered splits the colours there.
+    int mixedPixels = 0;
+};
+
+/// The columns that the panel shows. @param scene a scene @return scene.shown, or all columns
+[[nodiscard]] inline cv::Range shownColumns(const Scene& scene) {
+    return scene.shown.empty() ? cv::Range(0, scene.photo.cols) : scene.shown;
+}
+/// The depth that the panel shows. @param scene a scene @return its depth without margins
+[[nodiscard]] inline cv::Mat shownDepth(const Scene& scene) {
+    return scene.depth.colRange(shownColumns(scene));
+}
+
+} // namespace altiro3D

@@ -2,7 +2,9 @@
 # Runs the checks for a release: those of .ci/run and the slow ones.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+export ALTIRO3D_LONGEST_TEST=1000 # seconds
 scripts/test.sh
+ctest --preset dev -j "$(nproc)" -L slow
 scripts/check-format.sh
 scripts/check-docs.sh
 scripts/check-tidy.sh --all

@@ -13,11 +13,13 @@ REASON = re.compile(r"^.*: Skipped\n(.+)|^skipped: (.+)", re.MULTILINE | re.IGNO
 TEST_DATA = re.compile(r"needs \S+ of (the test data)")
 
 
+def reason_in(found):
+    return TEST_DATA.sub(r"needs \1, which is not in the repository", found[1] or found[2]).strip()
+
+
 def reason_of(test):
     found = REASON.search(test.findtext("system-out") or "")
-    if not found:
-        return "no reason given"
-    return TEST_DATA.sub(r"needs \1, which is not in the repository", found[1] or found[2]).strip()
+    return reason_in(found) if found else "no reason given"
 
 
 def main():
@@ -31,10 +33,14 @@ def main():
         return 1
     names = {}
     for test in tests:
+        name = test.get("name")
         if test.get("status") in ("notrun", "disabled"):
-            names.setdefault(reason_of(test), []).append(test.get("name"))
+            names.setdefault(reason_of(test), []).append(name)
+        elif test.get("status") == "run":  # one program with many tests
+            for found in REASON.finditer(test.findtext("system-out") or ""):
+                names.setdefault(reason_in(found), []).append(f"one of {name}")
     count = sum(map(len, names.values()))
-    print(f"{count} of {len(tests)} tests were skipped{':' if count else '.'}")
+    print(f"{count} tests were skipped{':' if count else '.'}")
     for reason, of_reason in sorted(names.items(), key=lambda item: -len(item[1])):
         few = f" ({', '.join(of_reason)})" if len(of_reason) <= 3 else ""
         print(f"  {len(of_reason)}: {reason}{few}")

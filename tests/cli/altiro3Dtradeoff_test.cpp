@@ -3,6 +3,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/onnx.hpp"
+#include "support/slow.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -321,6 +322,7 @@ TEST_F(Tradeoff, APhotoAloneIsComparedWithTheMostAccurateSetting) {
 }
 
 TEST_F(Tradeoff, TheDepthOfAPhotoMayBeGiven) {
+    ALTIRO3D_TAKES(23);
     // a flat depth at the focus leaves every view the photo, whatever the strength
     writeImage(sandbox_ / "flat.png", cv::Mat(40, 60, CV_8UC1, cv::Scalar::all(9)));
     EXPECT_TRUE(isDone(run({"--strength", "4", "--report", "t.json", "-d", "L.png", "flat.png"})));

@@ -2,6 +2,7 @@
 
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
+#include "support/slow.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -103,6 +104,7 @@ TEST_P(EveryTool, OldNamesKeepTheirMeaningAndAreNotShown) {
 }
 
 TEST(CommandLine, OldNamesOfSingleToolsKeepTheirMeaning) {
+    ALTIRO3D_TAKES(33);
     SmallStudio studio;
     const Arguments seen{"-y", "-c", "small.json", "-q", "2x3"};
     const auto see = [&](const char* option) {

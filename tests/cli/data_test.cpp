@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/slow.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -71,6 +72,7 @@ std::size_t walkPhotos(const std::string& folder) {
 } // namespace
 
 TEST(Data, PhotosBecomeNatives) {
+    ALTIRO3D_TAKES(9);
     for (const char* folder : {"photos/skimage", "photos/derived", "photos/exif_orientation"}) {
         ALTIRO3D_REQUIRE_DATA(folder);
         EXPECT_EQ(walkPhotos(folder), 0U) << folder;

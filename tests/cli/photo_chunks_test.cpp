@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/photo_files.hpp"
+#include "support/slow.hpp"
 
 #include <csignal>
 #include <map>
@@ -139,6 +140,7 @@ TEST(PhotoChunks, ChunksTakeTheFolderAndTheCalibrationOfThePlan) {
 }
 
 TEST(PhotoChunks, AKilledChunkContinues) {
+    ALTIRO3D_TAKES(10);
     const PhotoStudio studio;
     for (int i = 0; i < 20; ++i)
         writeImage(studio / ("in/m" + std::to_string(i) + ".png"), madePhoto(600, 800));

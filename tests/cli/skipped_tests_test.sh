@@ -29,20 +29,22 @@ data="of the test data: set ALTIRO3D_TEST_DATA to its folder"
     add shell "echo 'SKIPPED: needs xdotool'; exit 77"
     add silent "exit 77"
     add fails "exit 1"
+    echo "add_test(many bash -c [==[$(gtest_skips "needs /dev/full"); $(gtest_skips "needs a tea")]==])"
 } >CTestTestfile.cmake
 ctest --output-junit junit.xml >"$work/said" 2>&1 || true
 "$script" junit.xml >"$work/found"
 diff - "$work/found" <<'TEXT'
-7 of 9 tests were skipped:
+9 tests were skipped:
   4: needs the test data, which is not in the repository: set ALTIRO3D_TEST_DATA to its folder
-  1: needs /dev/full (full)
+  2: needs /dev/full (full, one of many)
   1: needs xdotool (shell)
   1: no reason given (silent)
+  1: needs a tea (one of many)
 TEXT
 
 add passes "echo fine" >CTestTestfile.cmake
 ctest --output-junit junit.xml >"$work/said" 2>&1
-diff <("$script" junit.xml) - <<<"0 of 1 tests were skipped."
+diff <("$script" junit.xml) - <<<"0 tests were skipped."
 
 status=0
 "$script" none.xml 2>"$work/message" || status=$?

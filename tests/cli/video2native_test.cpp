@@ -5,6 +5,7 @@
 #include "support/onnx.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
+#include "support/slow.hpp"
 #include "support/stereo_scene.hpp"
 #include "support/video.hpp"
 
@@ -945,6 +946,7 @@ TEST(Video2NativeTool, ConvertsTheReadablePartOfACutOffVideo) {
 // --- long runs -------------------------------------------------------------------------------
 
 TEST(Video2NativeTool, AKilledRunContinuesToTheSameBytes) {
+    ALTIRO3D_TAKES(7);
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(27);
     const Outcome whole =
@@ -995,6 +997,7 @@ TEST(Video2NativeTool, WhatMovesInGivenDepthAloneIsSeenAfterAResume) {
 }
 
 TEST(Video2NativeTool, APartThatWasMadeButNotJoinedGetsNoFurtherFrames) {
+    ALTIRO3D_TAKES(9);
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(1);
     ffmpeg("-f lavfi -i testsrc2=size=120x160:rate=24:duration=10 -f lavfi -i sine=duration=10 "
@@ -1161,6 +1164,7 @@ TEST(Video2NativeTool, ARunContinuesOnlyWithTheSameDisplayDepthAndThreads) {
 }
 
 TEST(Video2NativeTool, ARunContinuesOnlyWithTheSameNetworkAndProfile) {
+    ALTIRO3D_TAKES(8);
     ALTIRO3D_REQUIRE_FFMPEG();
     SmallStudio studio;
     ffmpeg("-f lavfi -i testsrc2=size=120x160:rate=2:duration=100 -c:v libx264 -g 7 " +
@@ -1233,6 +1237,7 @@ TEST(Video2NativeTool, AnInterruptEndsTheFileProperly) {
 }
 
 TEST(Video2NativeTool, MemoryDoesNotGrowWithTheLength) {
+    ALTIRO3D_TAKES(23);
     ALTIRO3D_REQUIRE_FFMPEG();
 #ifdef ALTIRO3D_TOOLS_ARE_SANITIZED
     GTEST_SKIP() << "AddressSanitizer keeps what was freed";

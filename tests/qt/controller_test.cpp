@@ -4,6 +4,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/slow.hpp"
 #include "viewer/depth_maker.hpp"
 #include "viewer_scenes.hpp"
 
@@ -332,6 +333,7 @@ TEST_F(ViewerController, ViewsOfAQuiltKeepTheShapeThatItsNameTells) {
 }
 
 TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
+    ALTIRO3D_TAKES(7);
     openPhoto();
     Knobs knobs = controller_.knobs();
     knobs.views.strengthPercent = 7.5;
@@ -352,6 +354,7 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
 }
 
 TEST_F(ViewerController, ExportsThePartThatTheToolShows) {
+    ALTIRO3D_TAKES(9);
     writeImage(folder_ / "photo.png", detailedPhoto({640, 400}));
     writeImage(folder_ / "photo-depth.png", boxDepth({640, 400}));
     openPhoto();
@@ -377,6 +380,7 @@ TEST_F(ViewerController, ExportsThePartThatTheToolShows) {
 }
 
 TEST_F(ViewerController, AutomaticSettingsAreThoseOfTheTool) {
+    ALTIRO3D_TAKES(9);
     cv::Mat photo = detailedPhoto({640, 400});
     cv::GaussianBlur(photo, photo, {15, 15}, 6); // sharp is only the subject, on the right
     const cv::Rect subject(430, 120, 120, 260);

@@ -2,6 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "support/compare.hpp"
+#include "support/slow.hpp"
 #include "viewer/show_files.hpp"
 #include "viewer/slide_maker.hpp"
 #include "viewer/slide_presenter.hpp"
@@ -147,6 +148,7 @@ TEST(SlideMaker, MakesNativesOfFlatVideos) {
 
 // All kinds of files in a window, with the keys of a show.
 TEST(SlidePresenter, GoesThroughAMixedFolderByItsKeys) {
+    ALTIRO3D_TAKES(7);
     const TemporaryDirectory folder;
     const auto display = smallDisplay(folder / "small.json", {96, 128});
     fs::create_directory(folder / "in");

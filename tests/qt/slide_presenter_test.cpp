@@ -3,6 +3,7 @@
 #include "viewer/slide_presenter.hpp"
 
 #include "altiro3D/qt/image.hpp"
+#include "support/slow.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QGuiApplication>
@@ -87,6 +88,7 @@ TEST_F(SlidePresenterTest, APhotoIsShownAsPhoto2nativeMakesIt) {
 }
 
 TEST_F(SlidePresenterTest, FilesJoinAndLeaveWhileItRuns) {
+    ALTIRO3D_TAKES(10);
     addNative("a.png", 50);
     addNative("c.png", 100);
     spill(folder_ / "show/broken.png", "no picture");

@@ -3,6 +3,7 @@
 #include "viewer/test_picture.hpp"
 
 #include "altiro3D/altiro3D.hpp"
+#include "support/slow.hpp"
 #include "viewer_scenes.hpp"
 
 #include <array>
@@ -67,6 +68,7 @@ double bandsOf(const cv::Mat& part) {
 }
 
 TEST(ViewerTestPicture, IsRedGreenAndBlueFromTheThreeSides) {
+    ALTIRO3D_TAKES(7);
     std::vector<fs::path> files = {sourcePath("calibration/portrait-sample.json")};
     if (fs::is_directory(dataPath("calibrations"))) {
         for (const char* const name :

@@ -1,6 +1,7 @@
 // Videos with sound in the window and in a show: the bar, the keys, and pictures in step.
 
 #include "recorded_sound.hpp"
+#include "support/slow.hpp"
 #include "viewer/main_window.hpp"
 #include "viewer/slide_presenter.hpp"
 #include "viewer/video_bar.hpp"
@@ -87,6 +88,7 @@ class ViewerVideoBar : public ::testing::Test {
 };
 
 TEST_F(ViewerVideoBar, ShowsAndSetsHowTheVideoPlays) {
+    ALTIRO3D_TAKES(8);
     open(clicks(30));
     ASSERT_TRUE(waitFor([&] { return state().position > 0.3; }));
     ASSERT_TRUE(waitFor([&] { return part<QLabel>("videoTime").text() == "0:01 / 0:30"; }));

@@ -1,6 +1,7 @@
 // Videos with sound: what is recorded of the sound, and when pictures are shown.
 
 #include "recorded_sound.hpp"
+#include "support/slow.hpp"
 #include "viewer/video_player.hpp"
 #include "viewer_scenes.hpp"
 
@@ -142,6 +143,7 @@ TEST_F(VideoSound, LoopsStayInStep) {
 }
 
 TEST_F(VideoSound, SeeksPausesAndGoesOnInStep) {
+    ALTIRO3D_TAKES(7);
     const fs::path file = makeClicks(folder_ / "c.mkv", 20);
     Recording recording(folder_ / "played.raw");
     std::vector<Clock::time_point> whites;
@@ -186,6 +188,7 @@ TEST_F(VideoSound, APausedPlayerShowsWhereItWasSent) {
 }
 
 TEST_F(VideoSound, OtherSpeedsStayInStep) {
+    ALTIRO3D_TAKES(16);
     const fs::path file = makeClicks(folder_ / "c.mkv", 6);
     for (const double speed : {0.5, 2.0}) {
         Recording recording(folder_ / "played.raw");
@@ -209,6 +212,7 @@ TEST_F(VideoSound, OtherSpeedsStayInStep) {
 }
 
 TEST_F(VideoSound, VolumeAndMuteChangeTheAmplitude) {
+    ALTIRO3D_TAKES(7);
     const fs::path file = makeClicks(folder_ / "c.mkv", 2);
     const auto loudest = [&](int volume, bool muted) {
         Recording recording(folder_ / "played.raw");

@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
+#include "support/slow.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -159,6 +160,7 @@ TEST(DepthDirection, KnowsTheTruthOfMiddlebury) {
 }
 
 TEST(DepthDirection, RaisesNoFalseAlarmOnMeasuredDepth) {
+    ALTIRO3D_TAKES(3);
     ALTIRO3D_REQUIRE_DATA("rgbd/slambook2");
     ALTIRO3D_REQUIRE_DATA("rgbd/moon_3dphoto/depth/moon.png");
     Count counts;

@@ -11,6 +11,7 @@
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
+#include "support/slow.hpp"
 
 #include <cmath>
 #include <functional>
@@ -488,6 +489,7 @@ TEST(DepthRefine, ViewsOfWrongDepthComeNearerToTrueOnes) {
 }
 
 TEST(DepthRefine, ViewsOfSoftPhotosComeNearerToTrueOnes) {
+    ALTIRO3D_TAKES(3);
     ALTIRO3D_REQUIRE_DATA("middlebury/Teddy");
     const StereoScene scene = middleburyScene("Teddy");
     for (const double sigma : {1.5, 2.0, 3.0}) {

@@ -6,6 +6,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/slow.hpp"
 #include "support/stereo_scene.hpp"
 
 #include <filesystem>
@@ -132,6 +133,7 @@ TEST(DepthSource, TheStandardDepthIsDefinedForEveryPhoto) {
 }
 
 TEST(DepthSource, AMirroredPhotoHasTheMirroredDepthWithinATolerance) {
+    ALTIRO3D_TAKES(4);
     const auto source = ownSource();
     std::vector<std::filesystem::path> files{sourcePath("docs/examples/sample.jpg")};
     for (const char* name : {"04", "05", "08", "13", "15", "19", "22", "23"}) {

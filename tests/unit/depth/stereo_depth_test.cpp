@@ -5,6 +5,7 @@
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
 #include "support/random_pictures.hpp"
+#include "support/slow.hpp"
 #include "support/stereo_scene.hpp"
 
 #include <algorithm>
@@ -174,6 +175,7 @@ TEST(MatchStereo, SwappedEyesAreNoticed) {
 }
 
 TEST(MatchStereo, UnrelatedPicturesDoNotMatch) {
+    ALTIRO3D_TAKES(5);
     const std::vector<cv::Mat> pictures = {randomPhoto(kSize, 1, 0),
                                            randomPhoto(kSize, 77, 0),
                                            randomPhoto(kSize, 3, 3),
@@ -307,6 +309,7 @@ TEST(FitRows, UprightStripesSayNothingAboutRows) {
 }
 
 TEST(MatchStereo, RealPairsComeCloseToTheTruth) {
+    ALTIRO3D_TAKES(3);
     ALTIRO3D_REQUIRE_DATA("middlebury/scenes.csv");
     int scenes = 0;
     for (const MiddleburyFiles& files : listMiddlebury(dataPath("middlebury"))) {

@@ -2,6 +2,7 @@
 
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/slow.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -132,6 +133,7 @@ double rankCorrelation(const cv::Mat& one, const cv::Mat& other) {
 } // namespace
 
 TEST(ColourMaps, AreUndoneInBothDirections) {
+    ALTIRO3D_TAKES(3);
     const cv::Mat truth = trueDepth();
     for (const Map& map : allMaps()) {
         for (const bool isTurned : {false, true}) {
@@ -152,6 +154,7 @@ TEST(ColourMaps, AreUndoneInBothDirections) {
 }
 
 TEST(ColourMaps, AreUndoneAfterJpegCompression) {
+    ALTIRO3D_TAKES(3);
     const cv::Mat truth = trueDepth();
     for (const Map& map : allMaps()) {
         for (const int quality : {75, 95}) {

@@ -9,6 +9,7 @@
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
+#include "support/slow.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -132,6 +133,7 @@ TEST(LensView, MirroredPanelsAreSeenUnmirrored) {
 
 // Where each view has one colour the eye sees that colour alone: not one px of another view.
 TEST(LensView, AViewIsSeenWithoutAnyOtherOnEveryDisplay) {
+    ALTIRO3D_TAKES(4);
     for (const auto& file : allCalibrations()) {
         SCOPED_TRACE(file.filename());
         const Calibration whole = readCalibration(file);
@@ -156,6 +158,7 @@ TEST(LensView, AViewIsSeenWithoutAnyOtherOnEveryDisplay) {
 // 0.5). r follows from the display: a view owns one N-th of the sub-pixels of each colour, and r is
 // at most that of places at random, sqrt(N / pi), as lenses sample evenly.
 TEST(LensView, AViewIsAsGoodAsTheLensSamplesItOnEveryDisplay) {
+    ALTIRO3D_TAKES(5);
     for (const auto& file : allCalibrations()) {
         SCOPED_TRACE(file.filename());
         const Calibration whole = readCalibration(file);

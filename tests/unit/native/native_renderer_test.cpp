@@ -11,6 +11,7 @@
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/scene.hpp"
+#include "support/slow.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -141,6 +142,7 @@ TEST(NativeRenderer, FastGivesTheNativeOfTheQuiltForAnyWidthAndParallax) {
 }
 
 TEST(NativeRenderer, GivesTheNativeOfTheQuiltOnRealDisplays) {
+    ALTIRO3D_TAKES(6);
     ALTIRO3D_REQUIRE_DATA("calibrations");
     const QuiltLayout layout{8, 6, {84, 112}, 48};
     const cv::Mat photo = randomPhoto(layout.tileSize);
@@ -257,6 +259,7 @@ cv::Mat trueNative(const Scene& scene, const Calibration& calibration, int views
 }
 
 TEST(NativeRenderer, ThePanelsResolutionAndContinuousPositionsComeNearerToTheTruth) {
+    ALTIRO3D_TAKES(5);
     const Calibration calibration = stripePanel(90, 120);
     const Scene scene = sampleScene();
     constexpr int kViews = 6; // few for a small panel: as far apart as 48 are on a large one
@@ -288,6 +291,7 @@ TEST(NativeRenderer, ThePanelsResolutionAndContinuousPositionsComeNearerToTheTru
 
 // The sides of the outermost views of a wide photo are cut to the panel's shape.
 TEST(NativeRenderer, MarginsOfThePhotoBringTheSidesOfViewsNearerToTheTruth) {
+    ALTIRO3D_TAKES(4);
     const Scene narrow = sampleScene();
     Scene wide = narrow; // the same camera with a picture twice as wide
     wide.focalWidths /= 2;

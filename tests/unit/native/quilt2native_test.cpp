@@ -7,6 +7,7 @@
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
+#include "support/slow.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -67,6 +68,7 @@ TEST(Quilt2Native, EverySubPixelShowsItsOwnChannelOfThePredictedView) {
 }
 
 TEST(Quilt2Native, ThePredictionHoldsForEveryRealCalibration) {
+    ALTIRO3D_TAKES(8);
     ALTIRO3D_REQUIRE_DATA("calibrations");
     for (const std::filesystem::path& file : realCalibrations()) {
         SCOPED_TRACE(file);

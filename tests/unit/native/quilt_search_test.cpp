@@ -5,6 +5,7 @@
 #include "altiro3D/image_io.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/slow.hpp"
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -120,6 +121,7 @@ cv::Mat fromTop(const cv::Mat& quilt, const QuiltLayout& layout) {
 }
 
 TEST(FindQuiltLayout, IsNotSureOfRowsFromTheTop) {
+    ALTIRO3D_TAKES(5);
     int seed = 8;
     for (const QuiltLayout& layout :
          {layoutOf(5, 4, {150, 120}), layoutOf(8, 6, {105, 140}), layoutOf(4, 8, {160, 90})}) {
@@ -197,6 +199,7 @@ TEST(FindQuiltLayout, AContactSheetOfDifferentPhotosIsNoQuilt) {
 }
 
 TEST(FindQuiltLayout, IsNeverSureOfARegularPattern) {
+    ALTIRO3D_TAKES(3);
     for (const int period : {20, 37, 50, 64, 100, 150, 200}) {
         EXPECT_NE(findQuiltLayout(grid({1000, 1000}, period)).verdict, QuiltVerdict::Quilt)
             << period;

@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "support/files.hpp"
+#include "support/slow.hpp"
 #include "support/video.hpp"
 
 #include <algorithm>
@@ -135,6 +136,7 @@ TEST(AudioReader, ResamplesAndMixes) {
 
 // Sound that begins after the picture, and sound with a gap.
 TEST(AudioReader, ReplacesMissingSoundBySilence) {
+    ALTIRO3D_TAKES(3);
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     const fs::path tone = makeSines(directory, "s.wav", "-c:a pcm_s16le");

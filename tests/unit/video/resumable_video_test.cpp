@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "support/file_limit.hpp"
 #include "support/files.hpp"
+#include "support/slow.hpp"
 #include "support/video.hpp"
 
 #include <gtest/gtest.h>
@@ -80,6 +81,7 @@ std::string times(const fs::path& file) {
 }
 
 TEST(ResumableVideo, TimesSoundAndChaptersAreTheSources) {
+    ALTIRO3D_TAKES(7);
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     const fs::path clip = directory / "clip.mp4";

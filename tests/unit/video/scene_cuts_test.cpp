@@ -5,6 +5,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/slow.hpp"
 #include "video/motion_field.hpp"
 #include "video/motion_metrics.hpp"
 #include "video/motion_search.hpp"
@@ -200,6 +201,7 @@ TEST(SceneCuts, FindsThoseOfARealFilmAndNoOthers) {
 }
 
 TEST(SceneCuts, FindsNoneWhereThereIsNone) {
+    ALTIRO3D_TAKES(4);
     ALTIRO3D_REQUIRE_DATA("videos/bikes.mp4");
     for (const char* clip : {"bigbuckbunny.mp4", "flower.mp4", "carphone_pristine.mp4",
                              "realshort.mp4", "car-detection.mp4"}) {

@@ -4,6 +4,7 @@
 #include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
+#include "support/slow.hpp"
 #include "support/video.hpp"
 
 #include <algorithm>
@@ -157,11 +158,13 @@ class VideoChunksTest : public ::testing::Test {
 const Clip kFewScenes = {{20, 31, 9, 44, 17}};
 
 TEST_F(VideoChunksTest, TheJoinedFileHasTheBytesOfOneRun) {
+    ALTIRO3D_TAKES(9);
     writeClip(directory / "clip.mkv", kFewScenes);
     expectSameBytes({1, 13, 30, 1000});
 }
 
 TEST_F(VideoChunksTest, ASceneMayBeLongerThanManyChunks) {
+    ALTIRO3D_TAKES(6);
     Clip clip{{7, 130, 10}};
     clip.hasStills = true;
     writeClip(directory / "clip.mkv", clip);
@@ -169,6 +172,7 @@ TEST_F(VideoChunksTest, ASceneMayBeLongerThanManyChunks) {
 }
 
 TEST_F(VideoChunksTest, FramesMayHaveDifferentLengths) {
+    ALTIRO3D_TAKES(4);
     Clip clip = kFewScenes;
     clip.variableRate = true;
     writeClip(directory / "clip.mkv", clip);
@@ -176,12 +180,14 @@ TEST_F(VideoChunksTest, FramesMayHaveDifferentLengths) {
 }
 
 TEST_F(VideoChunksTest, ChoicesHoldForTheirScene) {
+    ALTIRO3D_TAKES(7);
     writeClip(directory / "clip.mkv", kFewScenes);
     change = [](VideoConversion& all) { all.choices = {true, true, true}; };
     expectSameBytes({1, 13});
 }
 
 TEST_F(VideoChunksTest, APartOfAVideoIsDividedAlike) {
+    ALTIRO3D_TAKES(5);
     writeClip(directory / "clip.mkv", kFewScenes);
     change = [](VideoConversion& all) {
         all.part.from = 7.3;
@@ -191,6 +197,7 @@ TEST_F(VideoChunksTest, APartOfAVideoIsDividedAlike) {
 }
 
 TEST_F(VideoChunksTest, OtherCodecsAndProductsAreDividedAlike) {
+    ALTIRO3D_TAKES(9);
     writeClip(directory / "clip.mkv", kFewScenes);
     change = [](VideoConversion& all) {
         all.product = VideoProduct::Rgbd;
@@ -206,6 +213,7 @@ TEST_F(VideoChunksTest, OtherCodecsAndProductsAreDividedAlike) {
 }
 
 TEST_F(VideoChunksTest, GivenDepthIsDividedAlike) {
+    ALTIRO3D_TAKES(35);
     Clip clip{{60, 190}}; // its flaws are measured on every 100th frame
     clip.hasStills = true;
     writeClip(directory / "clip.mkv", clip);
@@ -299,6 +307,7 @@ TEST_F(VideoChunksTest, ChunksAreTheVideoAndBeginSoonAfterCuts) {
 }
 
 TEST_F(VideoChunksTest, OneChunkMakesTheDepthOfALongScene) {
+    ALTIRO3D_TAKES(3);
     writeClip(directory / "clip.mkv", {{100}});
     const VideoChunkPlan made = plan(6);
     ASSERT_GT(made.chunks.size(), 6u);
@@ -325,6 +334,7 @@ TEST_F(VideoChunksTest, OneChunkMakesTheDepthOfALongScene) {
 }
 
 TEST_F(VideoChunksTest, DamagedStatesAreNotUsed) {
+    ALTIRO3D_TAKES(4);
     writeClip(directory / "clip.mkv", {{100}});
     const std::size_t count = plan(6).chunks.size();
     make(1);
@@ -353,6 +363,7 @@ TEST_F(VideoChunksTest, AChunkThatIsMadeIsNotMadeAgain) {
 }
 
 TEST_F(VideoChunksTest, JoiningNamesChunksThatAreNotMade) {
+    ALTIRO3D_TAKES(3);
     writeClip(directory / "clip.mkv", kFewScenes);
     const std::size_t count = plan(12).chunks.size();
     ASSERT_GT(count, 3u);
@@ -370,6 +381,7 @@ TEST_F(VideoChunksTest, JoiningNamesChunksThatAreNotMade) {
 }
 
 TEST_F(VideoChunksTest, ADamagedChunkIsNamedAndCanBeMadeAgain) {
+    ALTIRO3D_TAKES(4);
     writeClip(directory / "clip.mkv", kFewScenes);
     const std::size_t count = plan(30).chunks.size();
     for (int number = 1; number <= static_cast<int>(count); ++number)
@@ -469,6 +481,7 @@ TEST_F(VideoChunksTest, PlansAreKeptAndOtherFoldersAreLeftAlone) {
 }
 
 TEST_F(VideoChunksTest, CancellingLeavesNothing) {
+    ALTIRO3D_TAKES(3);
     writeClip(directory / "clip.mkv", kFewScenes);
     const auto stop = [](const VideoProgress& progress) { return progress.frames < 3; };
     VideoChunkOptions options;

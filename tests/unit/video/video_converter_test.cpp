@@ -6,6 +6,7 @@
 #include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
+#include "support/slow.hpp"
 #include "support/video.hpp"
 
 #include <algorithm>
@@ -704,6 +705,7 @@ TEST(LiveVideo, PicturesThatAreLateAreDroppedNotQueued) {
 
 // Their times are made up: 25 per second, so 4 s.
 TEST(LiveVideo, PicturesInAPipeSetTheirOwnPaceAndAFileIsPacedByItsTimes) {
+    ALTIRO3D_TAKES(5);
     const TemporaryDirectory directory;
     std::string pictures;
     for (int k = 0; k < kGreySteps; ++k)

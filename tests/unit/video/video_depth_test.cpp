@@ -6,6 +6,7 @@
 #include "support/files.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
+#include "support/slow.hpp"
 #include "video/state_bytes.hpp"
 
 #include <algorithm>
@@ -226,6 +227,7 @@ TEST(VideoDepth, TakesMostOfTheFlickerOfAStillPictureAway) {
 }
 
 TEST(VideoDepth, TakesMostOfTheFlickerOfARealNetworkAway) {
+    ALTIRO3D_TAKES(3);
     ALTIRO3D_REQUIRE_DATA("models/fastdepth/fastdepth_224_op10.onnx");
     ALTIRO3D_REQUIRE_DATA("videos/car-detection.mp4");
     const fs::path model = dataPath("models/fastdepth/fastdepth_224_op10.onnx");
@@ -435,6 +437,7 @@ TEST(VideoDepth, AcceptsAnyPicturesAndNumbers) {
 }
 
 TEST(VideoDepth, StaysBetween0And1HoweverSeldomAndFlatInferencesAre) {
+    ALTIRO3D_TAKES(3);
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     constexpr float kLargest = std::numeric_limits<float>::max();

@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "support/files.hpp"
+#include "support/slow.hpp"
 #include "support/video.hpp"
 #include "video/video_input.hpp"
 #include "video/video_picture.hpp"
@@ -365,6 +366,7 @@ TEST(VideoReader, ColourNumbersThatFFmpegDoesNotKnowCountAsUnstated) {
 constexpr double kSmallFrames = 8;
 
 TEST(VideoReader, PixelFormatsAndSizesOfAllKinds) {
+    ALTIRO3D_TAKES(11);
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     const struct {
@@ -543,6 +545,7 @@ TEST(VideoReader, OpensDevicesByTheirFormat) {
 
 // The device gives eight pictures per second, and none earlier.
 TEST(VideoReader, PicturesOfADeviceAreDeliveredBeforeTheNextOne) {
+    ALTIRO3D_TAKES(4);
     ALTIRO3D_REQUIRE_FFMPEG();
     const auto now = [] { // us
         const auto since = std::chrono::system_clock::now().time_since_epoch();
@@ -652,6 +655,7 @@ TEST(VideoReader, CharacterDevicesAreCamerasWhateverTheirNames) {
 }
 
 TEST(VideoReader, FramesBeforeAPartAreCounted) {
+    ALTIRO3D_TAKES(6);
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     const std::string varying = "-vf 'settb=1/1000,setpts=if(lt(N\\,20)\\,N*100\\,2000+(N-20)*33)' "

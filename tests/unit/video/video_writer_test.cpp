@@ -6,6 +6,7 @@
 #include "support/file_limit.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/slow.hpp"
 #include "support/video.hpp"
 #include "video/other_streams.hpp"
 #include "video/video_container.hpp"
@@ -255,6 +256,7 @@ std::vector<cv::Mat> movingNatives(int count) {
 
 // What each sub-pixel shows counts, not a texture that looks alike, and colours as much as grey.
 TEST(VideoWriter, NativesAreMoreAccurateThanOtherPicturesOfTheirSizeInTheFile) {
+    ALTIRO3D_TAKES(15);
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     const std::vector<cv::Mat> natives = movingNatives(12);
@@ -311,6 +313,7 @@ TEST(VideoWriter, OddSizesAreKept) {
 }
 
 TEST(VideoWriter, KnownColoursSurviveInEveryMatrixAndRange) {
+    ALTIRO3D_TAKES(3);
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     // Fields of 16 px: black, white, grey and strong colours.
@@ -412,6 +415,7 @@ TEST(VideoWriter, TimesOfAnyBaseAreExactInMp4AndTo1msInMkv) {
 }
 
 TEST(VideoWriter, EverythingBesideThePicturesIsKept) {
+    ALTIRO3D_TAKES(4);
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     const fs::path film = makeFilm(directory, "film.mkv");
@@ -457,6 +461,7 @@ TEST(VideoWriter, Mp4GetsTextSubtitlesAsMovText) {
 }
 
 TEST(VideoWriter, SoundThatBeginsBeforeThePicturesDoesNotMoveThem) {
+    ALTIRO3D_TAKES(3);
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     const fs::path film = makeFilm(directory, "film.mp4", "-c:a aac -c:s mov_text");
@@ -797,6 +802,7 @@ TEST(VideoWriter, AttachmentsGoIntoMatroskaOnly) {
 }
 
 TEST(VideoWriter, RealClipsKeepTheirSoundAndTimes) {
+    ALTIRO3D_TAKES(5);
     ALTIRO3D_REQUIRE_FFMPEG();
     for (const char* const name : {"flower.mp4", "realshort.mp4", "bigbuckbunny.mp4"}) {
         ALTIRO3D_REQUIRE_DATA(std::string("videos/") + name);

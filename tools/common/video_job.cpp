@@ -127,7 +127,7 @@ std::optional<FoundQuilt> searchFrames(const VideoPlan& plan, int lastFrame) {
 bool areNamedHalves(const fs::path& video, const SceneName& name, const cv::Mat& frame) {
     if (name.contents == SceneName::Contents::Eyes)
         return readNamedHalves(video, frame).has_value();
-    return hasColours(frame) && findDepthHalf(frame, name.isStacked).has_value();
+    return findDepthHalf(frame, name.isStacked).has_value();
 }
 
 // Videos whose names say that frames hold both eyes or photo and depth, and which do.

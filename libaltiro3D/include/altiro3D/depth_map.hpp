@@ -116,12 +116,12 @@ ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout,
                                                     DepthSide side, Notes* notes = nullptr);
 
 /// Finds the depth half of a picture whose name says that it is an RGB-D image: the half that is
-/// grey or drawn in the colours of depth while the other one has colours, or of two grey halves the
-/// one that looksLikeDepthImage(), else the right (stacked: lower) one.
+/// drawn in the colours of depth, or is grey while the other one has colours. Of a grey picture it
+/// is the half that looksLikeDepthImage() while the other does not, if the edges of both meet.
 ///
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
 /// @param isStacked the halves above each other are examined first
-/// @return its position; nothing if both halves have colours
+/// @return its position; nothing if neither half is depth
 /// @throws Error InvalidArgument (empty, wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT std::optional<DepthSide> findDepthHalf(const cv::Mat& picture,
                                                                      bool isStacked = false);

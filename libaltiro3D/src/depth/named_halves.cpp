@@ -50,7 +50,7 @@ std::optional<NamedHalves> readRgbd(const fs::path& file, const SceneName& name,
     constexpr const char* kSides[] = {"right", "left", "upper", "lower"};
     const std::optional<DepthSide> side = findDepthHalf(picture, name.isStacked);
     if (!side) {
-        addPlain(notes, name, "says that it holds depth, but no half of it is grey");
+        addPlain(notes, name, "says that it holds depth, but no half of it is clearly depth");
         return std::nullopt;
     }
     NamedHalves halves;

@@ -1,6 +1,7 @@
 // Depth images in files of their own: which photo one is for, which one lies beside a photo, and
 // which pictures look like one.
 
+#include "image/depth_images.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
@@ -31,28 +32,6 @@ bool endsWithAnyCase(std::string_view text, std::string_view smallEnding) {
         if (lowerCase(text[i]) != smallEnding[i]) return false;
     }
     return true;
-}
-
-// A colour picture as grey of at most 256 px per side; values without a number count as 0.
-// [CV_32FC1]
-cv::Mat smallGrey(const cv::Mat& picture) {
-    constexpr double kMaxSide = 256;
-    cv::Mat grey;
-    cv::extractChannel(picture, grey, 1);
-    grey.convertTo(grey, CV_32F);
-    for (int y = 0; y < grey.rows; ++y) {
-        float* const row = grey.ptr<float>(y);
-        for (int x = 0; x < grey.cols; ++x) {
-            if (!std::isfinite(row[x])) row[x] = 0;
-        }
-    }
-    const double scale = kMaxSide / std::max(grey.cols, grey.rows);
-    if (scale >= 1) return grey;
-    const cv::Size size(std::max(1, static_cast<int>(std::lround(grey.cols * scale))),
-                        std::max(1, static_cast<int>(std::lround(grey.rows * scale))));
-    cv::Mat small;
-    cv::resize(grey, small, size, 0, 0, cv::INTER_AREA);
-    return small;
 }
 
 // The second difference that a share of the px does not exceed, in standard deviations.
@@ -96,6 +75,26 @@ int wideLevels(const cv::Mat& grey) {
 }
 
 } // namespace
+
+cv::Mat smallGrey(const cv::Mat& picture) {
+    constexpr double kMaxSide = 256;
+    cv::Mat grey;
+    cv::extractChannel(picture, grey, 1);
+    grey.convertTo(grey, CV_32F);
+    for (int y = 0; y < grey.rows; ++y) {
+        float* const row = grey.ptr<float>(y);
+        for (int x = 0; x < grey.cols; ++x) {
+            if (!std::isfinite(row[x])) row[x] = 0;
+        }
+    }
+    const double scale = kMaxSide / std::max(grey.cols, grey.rows);
+    if (scale >= 1) return grey;
+    const cv::Size size(std::max(1, static_cast<int>(std::lround(grey.cols * scale))),
+                        std::max(1, static_cast<int>(std::lround(grey.rows * scale))));
+    cv::Mat small;
+    cv::resize(grey, small, size, 0, 0, cv::INTER_AREA);
+    return small;
+}
 
 bool looksLikeDepthImage(const cv::Mat& picture) {
     constexpr int kMinSide = 16;      // px

@@ -48,6 +48,13 @@ cv::Mat randomPicture(cv::Size size, int type, double low, double high, int seed
     return picture;
 }
 
+cv::Mat inGrey(const cv::Mat& photo) {
+    cv::Mat grey;
+    cv::cvtColor(photo, grey, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(grey, grey, cv::COLOR_GRAY2BGR);
+    return grey;
+}
+
 // The slow twin: doubles, a full sort, searches in all directions.
 cv::Mat slowNormalize(const cv::Mat& raw, const DepthNormalization& options) {
     cv::Mat numbers;
@@ -598,9 +605,9 @@ TEST(DepthMap, TheGreyHalfOfAnRgbdImageIsFound) {
         ramp.col(x).setTo(x / 59.0);
     const std::array<DepthSide, 4> sides = {DepthSide::Right, DepthSide::Left, DepthSide::Top,
                                             DepthSide::Bottom};
-    cv::Mat black;
-    cv::cvtColor(photo, black, cv::COLOR_BGR2GRAY);
-    cv::cvtColor(black, black, cv::COLOR_GRAY2BGR);
+    cv::Mat map;
+    ramp.convertTo(map, CV_8U, 255);
+    cv::applyColorMap(map, map, cv::COLORMAP_TURBO);
     for (const DepthSide side : sides) {
         cv::Mat picture;
         joinRgbd(photo, ramp, side, picture);
@@ -608,13 +615,61 @@ TEST(DepthMap, TheGreyHalfOfAnRgbdImageIsFound) {
         EXPECT_EQ(findDepthHalf(picture, true), side);
         picture.convertTo(picture, CV_16U, 257);
         EXPECT_EQ(findDepthHalf(picture), side);
-        joinRgbd(black, ramp, side, picture); // a photo in black and white
+        joinRgbd(inGrey(photo), ramp, side, picture);
+        const bool isBeside = side == DepthSide::Right || side == DepthSide::Left;
+        const bool isLast = side == DepthSide::Right || side == DepthSide::Bottom;
+        const cv::Point at(isBeside && isLast ? 60 : 0, !isBeside && isLast ? 40 : 0);
+        map.copyTo(picture(cv::Rect(at, photo.size()))); // in colours beside a grey photo
         EXPECT_EQ(findDepthHalf(picture), side);
     }
     EXPECT_FALSE(findDepthHalf(randomPhoto({120, 40}))); // a photo
-    EXPECT_EQ(findDepthHalf(cv::Mat(40, 120, CV_8UC3, cv::Scalar::all(0))), DepthSide::Right);
-    EXPECT_EQ(findDepthHalf(cv::Mat(40, 120, CV_8UC3, cv::Scalar::all(0)), true),
-              DepthSide::Bottom);
+}
+
+// A box and a ball before a wall, as wide as high.
+struct GreyScene {
+    cv::Mat photo;
+    cv::Mat depth;
+};
+GreyScene greyScene(int side) {
+    GreyScene scene = {inGrey(randomPhoto({side, side}, 6)), cv::Mat(side, side, CV_32FC1)};
+    for (int y = 0; y < side; ++y)
+        scene.depth.row(y).setTo(0.5 * y / side);
+    const cv::Rect box(side / 6, side / 3, side / 4, side / 2);
+    scene.depth(box).setTo(0.9);
+    scene.photo(box) += cv::Scalar::all(120);
+    const cv::Point centre(side * 2 / 3, side / 2);
+    cv::circle(scene.depth, centre, side / 5, 0.7, cv::FILLED);
+    cv::circle(scene.photo, centre, side / 5, cv::Scalar::all(30), cv::FILLED);
+    return scene;
+}
+
+TEST(DepthMap, TheDepthHalfBesideAGreyPhotoIsFoundByItsEdges) {
+    for (const int side : {80, 400}) {
+        const GreyScene scene = greyScene(side);
+        for (const DepthSide at :
+             {DepthSide::Right, DepthSide::Left, DepthSide::Top, DepthSide::Bottom}) {
+            cv::Mat picture;
+            joinRgbd(scene.photo, scene.depth, at, picture);
+            EXPECT_EQ(findDepthHalf(picture), at);
+            cv::Mat other; // smooth, but of another scene
+            cv::flip(scene.depth, other, -1);
+            joinRgbd(scene.photo, other, at, picture);
+            EXPECT_FALSE(findDepthHalf(picture));
+        }
+        EXPECT_FALSE(findDepthHalf(scene.photo)); // grey photos
+        cv::Mat sky(side, side, CV_32FC1);
+        for (int y = 0; y < side; ++y)
+            sky.row(y).setTo(0.3 + 0.6 * y / side);
+        for (const DepthSide at : {DepthSide::Right, DepthSide::Top}) {
+            cv::Mat picture;
+            joinRgbd(scene.photo, sky, at, picture);
+            EXPECT_FALSE(findDepthHalf(picture));
+            picture.row(0) = cv::Scalar(0, 0, 200); // a little colour
+            EXPECT_FALSE(findDepthHalf(picture));
+        }
+    }
+    for (const bool isStacked : {false, true})
+        EXPECT_FALSE(findDepthHalf(cv::Mat(80, 120, CV_8UC3, cv::Scalar::all(0)), isStacked));
 }
 
 TEST(DepthMap, SixteenBitRgbdKeepsItsDepthValues) {

@@ -411,7 +411,7 @@ TEST(DepthSource, NamesOfRgbdCountIfAHalfIsDepth) {
     ASSERT_EQ(notes.size(), 1U);
     EXPECT_EQ(notes[0].text, (directory / "b_RGBD.png").string() +
                                  ": its name (RGBD) says that it holds depth, but no half of it is "
-                                 "grey: it is read as an ordinary photo");
+                                 "clearly depth: it is read as an ordinary photo");
 }
 
 TEST(DepthSource, PicturesForHeadsetsAreRefusedByName) {

@@ -161,6 +161,21 @@ TEST_F(Methods, TheCameraIsCroppedWithThePhoto) {
     EXPECT_NEAR(picture.at("strengthPercent").get<double>(), 32, 1e-9);
 }
 
+TEST_F(Methods, TheStrengthOfTheCameraDecidesHowFarThePhotoIsEnlarged) {
+    writeImage(studio_ / "photo.png", madePhoto(900, 1200));
+    writeCamera(); // 28.8 px of 900 are 3.2 %
+    const auto picture = [&](const Arguments& options) {
+        const Arguments automatic{"-g", "--fit", "auto", "--focus", "0.5"};
+        return report(automatic + options).at("pictures").at(0);
+    };
+    const Json expected = picture({"--strength", "3.2"});
+    const Json made = picture({"--camera", "camera.json"});
+    EXPECT_EQ(made.at("crop"), expected.at("crop"));
+    EXPECT_NE(made.at("crop"), picture({"--strength", "10"}).at("crop"));
+    const double shown = made.at("crop").at(2);
+    EXPECT_NEAR(made.at("strengthPercent").get<double>(), 3.2 * 900 / shown, 1e-9);
+}
+
 TEST_F(Methods, BadCamerasAreOneErrorLine) {
     const auto with = [&] { return make({"-g", "--camera", "camera.json"}); };
     EXPECT_TRUE(fails(with(), 1, "camera.json"));

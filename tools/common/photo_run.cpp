@@ -120,13 +120,20 @@ Placement place(const PhotoItem& item, const PhotoRun& run, const Scene& scene, 
     options = run.maker.options();
     PlacementOptions& placement = options;
     const cv::Size size = scene.photo.size();
+    AutoChoices choices = run.choices;
+    const cv::Size result = run.maker.workSize();
+    const auto strength =
+        run.camera.strength(options.views, fitPhoto(size, aspect, result, placement));
+    if (strength) {
+        options.views.strengthPercent = *strength;
+        choices.strength = choices.limit = false;
+    }
     const ChosenOptions choice =
-        chooseFromScene(scene, aspect, run.maker.layout(), placement, run.choices);
+        chooseFromScene(scene, aspect, run.maker.layout(), placement, choices);
     placement = choice.options;
-    chosen = autoText(run.choices, options.framing, options.views);
+    chosen = autoText(choices, options.framing, options.views);
     const std::string border = borderText(size, choice.inside);
     if (!border.empty()) chosen += "; border of the scan cut: " + border;
-    const cv::Size result = run.maker.workSize();
     options.views = run.camera.apply(options.views, item.photo, size,
                                      fitPhoto(size, aspect, result, placement), messages);
     return placeScene(scene, aspect, result, placement);

@@ -213,18 +213,27 @@ CameraOptions::CameraOptions(const CommandLine& commandLine) {
         throw UsageError("--camera is an option of method real, expected -g with it");
 }
 
+Camera CameraOptions::fittedCamera(const PhotoFit& fit) const {
+    Camera camera = *camera_;
+    camera.intrinsics = fitted(camera.intrinsics, fit.source, fit.target.size());
+    return camera;
+}
+
+std::optional<double> CameraOptions::strength(const ViewOptions& options,
+                                              const PhotoFit& fit) const {
+    if (!camera_ || options.method != ViewMethod::Real) return {};
+    return 100 * parallaxOf(fittedCamera(fit)) / fit.size.width;
+}
+
 ViewOptions CameraOptions::apply(const ViewOptions& options, const std::filesystem::path& photoFile,
                                  cv::Size photoSize, const PhotoFit& fit,
                                  Messages& messages) const {
     if (options.method != ViewMethod::Real) return options;
     ViewOptions result = options;
-    const double width = fit.size.width;
     if (camera_) {
-        Camera camera = *camera_;
-        camera.intrinsics = fitted(camera.intrinsics, fit.source, fit.target.size());
-        result.strengthPercent = 100 * parallaxOf(camera) / width;
-        messages.detail("camera: " + source_ + ", " + std::to_string(camera.intrinsics.fx) +
-                        " px in the view");
+        result.strengthPercent = *strength(options, fit);
+        messages.detail("camera: " + source_ + ", " +
+                        std::to_string(fittedCamera(fit).intrinsics.fx) + " px in the view");
         return result;
     }
     // Distances are relative: the nearest is 1, the farthest infinity; the baseline follows.
@@ -238,7 +247,7 @@ ViewOptions CameraOptions::apply(const ViewOptions& options, const std::filesyst
     Camera camera;
     camera.intrinsics =
         fitted(centredIntrinsics(photoSize, focalLength), fit.source, fit.target.size());
-    camera.baseline = baselineFor(camera, options.strengthPercent / 100 * width);
+    camera.baseline = baselineFor(camera, options.strengthPercent / 100 * fit.size.width);
     messages.detail("camera: focal length " + std::to_string(focalLength) + " px (" + source +
                     "), baseline " + std::to_string(camera.baseline) +
                     " of the nearest distance to either side");

@@ -58,8 +58,12 @@ class CameraOptions {
     /// @param fit how the photo is fitted
     ViewOptions apply(const ViewOptions& options, const std::filesystem::path& photoFile,
                       cv::Size photoSize, const PhotoFit& fit, Messages& messages) const;
+    /// The strength that the camera file states.
+    std::optional<double> strength(const ViewOptions& options, const PhotoFit& fit) const;
 
   private:
+    Camera fittedCamera(const PhotoFit& fit) const;
+
     std::optional<Camera> camera_;
     std::string source_;
 };

@@ -241,6 +241,31 @@ TEST(Photo2Native, WithoutOptionsFramingFocusAndALimitOfTheStrengthFollowFromThe
     EXPECT_LT(picture().at("crop").at(3), 195);
 }
 
+TEST(Photo2Native, OnlyTheBorderOfAScanThatWouldBeSeenIsSaidToBeCut) {
+    SmallStudio studio;
+    const auto saidOf = [&](int cols, int rows, const cv::Rect& inside) {
+        cv::Mat photo(rows, cols, CV_8UC3, cv::Scalar::all(250));
+        cv::Mat part = photo(inside); // neither rows nor columns of it have one colour
+        for (int y = 0; y < part.rows; ++y)
+            for (int x = 0; x < part.cols; ++x)
+                part.at<cv::Vec3b>(y, x) = cv::Vec3b::all((x / 9 + y / 9) % 2 == 0 ? 20 : 130);
+        writeImage(studio / "photo.png", photo);
+        writeImage(studio / "depth.png", madeDepth(cols / 4, rows / 4));
+        const Outcome outcome =
+            studio.run(kTool, Arguments{"-y"} + studio.display() +
+                                  Arguments{"-d", "photo.png", "depth.png", "a.png"});
+        EXPECT_TRUE(isDone(outcome));
+        const std::size_t at = outcome.out.find("; border of the scan cut: ");
+        return at == std::string::npos ? ""
+                                       : outcome.out.substr(at, outcome.out.find('\n', at) - at);
+    };
+    // the panel is 3 : 4: of a wide photo it shows the middle
+    EXPECT_EQ(saidOf(400, 200, {5, 0, 390, 200}), "");
+    EXPECT_EQ(saidOf(400, 200, {5, 3, 390, 194}),
+              "; border of the scan cut: 4 px top, 4 px bottom");
+    EXPECT_EQ(saidOf(300, 400, {5, 0, 295, 400}), "; border of the scan cut: 6 px left");
+}
+
 TEST(Photo2Native, BothPathsGiveTheSameNative) {
     SmallStudio studio;
     writeImage(studio / "photo.png", madePhoto(150, 110)); // not of the panel's shape

@@ -79,8 +79,8 @@ constexpr double kMaxAutoHidden = 5;
 /// What chooseFromScene() has chosen.
 struct ChosenOptions {
     PlacementOptions options; ///< With the framing, focus and strength that were chosen.
-    /// The part of the photo without the border of a scan; all of it if there is none, or if the
-    /// framing was not to be chosen.
+    /// The part of the photo without the border of a scan, at sides where it would be seen; all of
+    /// the photo if the framing was not to be chosen.
     cv::Rect inside;
 };
 

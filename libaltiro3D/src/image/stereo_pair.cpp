@@ -96,6 +96,7 @@ StereoPair split(const cv::Mat& picture, const StatedEyes& eyes, const std::stri
 struct MarkedEyes {
     std::optional<StatedEyes> eyes;
     bool isByName = false; // their shape decides whether they are squeezed
+    std::string origin;    // as of StereoPair
 };
 MarkedEyes findMarkedEyes(const fs::path& photo, string_view bytes, Notes* notes) {
     const EyesMark mark = readEyesMark(bytes);
@@ -106,7 +107,8 @@ MarkedEyes findMarkedEyes(const fs::path& photo, string_view bytes, Notes* notes
                     "is " + mark.unreadable + " by its " + name +
                         ", which is not read, expected the eyes beside or above each other");
     }
-    if (mark.eyes) return {mark.eyes, false};
+    const bool isPns = lowerExtension(photo) == ".pns";
+    if (mark.eyes) return {mark.eyes, false, isJpeg ? "JPS" : isPns ? "PNS" : "PNG with sTER"};
     const auto note = [&](NoteCode code, const std::string& text) {
         if (notes != nullptr) notes->push_back({code, "its " + name + text});
     };
@@ -123,7 +125,7 @@ MarkedEyes findMarkedEyes(const fs::path& photo, string_view bytes, Notes* notes
         note(NoteCode::LeftOut, " is not used, as " + mark.damage +
                                     ": the right eye's picture is taken to be at the left");
     }
-    return {StatedEyes{StereoLayout::RightLeft, Squeeze::None, 0}, true};
+    return {StatedEyes{StereoLayout::RightLeft, Squeeze::None, 0}, true, isPns ? "PNS" : "JPS"};
 }
 
 StereoPair pairOfMarked(const fs::path& photo, MarkedEyes marked, Notes* notes) {
@@ -132,7 +134,7 @@ StereoPair pairOfMarked(const fs::path& photo, MarkedEyes marked, Notes* notes) 
     if (marked.isByName) eyes.squeeze = squeezeOf(picture.size(), true, StereoHalves::Automatic);
     if (eyes.gap > 0 && eyes.gap >= std::min(picture.cols, picture.rows) / 2) eyes.gap = 0;
     StereoPair pair = split(picture, eyes, photo.string());
-    pair.origin = lowerExtension(photo) == ".pns" ? "PNS" : "JPS";
+    pair.origin = marked.origin;
     if (eyes.squeeze != Squeeze::None) pair.origin += ", squeezed";
     return pair;
 }

@@ -74,6 +74,19 @@ double strengthOf(const Scene& scene, double aspect, const QuiltLayout& quilt,
     return std::min(strengthOfRange(options.views.focus, quilt, range), limit);
 }
 
+// Leaves out the sides of a border that views would show.
+// @param inside the photo without its border @param uncut fit of the photo with it
+cv::Rect withoutSeenBorder(cv::Size photo, const cv::Rect& inside, const PhotoFit& uncut) {
+    const double scale = static_cast<double>(uncut.source.width) / uncut.target.width;
+    const cv::Point end = uncut.source.br();
+    const int left = uncut.source.x - uncut.leftMargin * scale < inside.x ? inside.x : 0;
+    const int top = uncut.source.y < inside.y ? inside.y : 0;
+    const int right =
+        end.x + uncut.rightMargin * scale > inside.br().x ? inside.br().x : photo.width;
+    const int bottom = end.y > inside.br().y ? inside.br().y : photo.height;
+    return {left, top, right - left, bottom - top};
+}
+
 // Framing and focus, if they are requested.
 void chooseSubject(const Scene& scene, double aspect, const AutoChoices& choices,
                    PlacementOptions& options) {
@@ -129,8 +142,15 @@ ChosenOptions chooseFromScene(const Scene& scene, double aspect, const QuiltLayo
     if (choices.strength || isLimited)
         now.views.strengthPercent = strengthOf(scene, aspect, quilt, now, choices);
     if (choices.framing && !choices.isVideo) {
-        chosen.inside = withoutScanBorder(scene.photo);
-        now.framing = insideViews(scene, chosen.inside, aspect, now.framing, now.views);
+        const cv::Rect inside = withoutScanBorder(scene.photo);
+        PlacementOptions uncut = now;
+        uncut.framing = insideViews(scene, chosen.inside, aspect, now.framing, now.views);
+        now.framing = insideViews(scene, inside, aspect, now.framing, now.views);
+        if (now.framing != uncut.framing) {
+            const cv::Size photo = scene.photo.size();
+            chosen.inside =
+                withoutSeenBorder(photo, inside, fitPhoto(photo, aspect, quilt.tileSize, uncut));
+        }
     }
     return chosen;
 }

@@ -250,6 +250,7 @@ TEST(ReadStereoPair, TheChunkOfAPngSaysTheOrder) {
             withMode(picture, std::string(1, mode));
             const auto pair = readStereoPair(directory / "a.png");
             ASSERT_TRUE(pair);
+            EXPECT_EQ(pair->origin, "PNG with sTER");
             const cv::Mat first = picture.colRange(0, width);
             const cv::Mat last = picture.colRange(second, second + width);
             EXPECT_TRUE(samePicture(pair->left, mode == 1 ? first : last)) << width;

@@ -509,6 +509,9 @@ TEST(ViewerKnobs, AnyDifferenceCounts) {
     b = a;
     b.best = true;
     EXPECT_NE(a, b);
+    b = a;
+    b.isFramingChosen = true;
+    EXPECT_NE(a, b);
     for (bool AutoChoices::*choice : {&AutoChoices::framing, &AutoChoices::focus,
                                       &AutoChoices::strength, &AutoChoices::limit}) {
         b = a;

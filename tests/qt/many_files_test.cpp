@@ -37,6 +37,7 @@ Knobs otherKnobs() {
     knobs.views.refinement = 3;
     knobs.views.layered.fill = LayeredFill::Continue;
     knobs.framing = {{0.4, 0.6}, 1.5};
+    knobs.isFramingChosen = true;
     knobs.automatic = {true, false, true};
     knobs.depth = "tiny";
     knobs.best = true;

@@ -240,6 +240,26 @@ TEST_F(ViewerPaintController, OnlyPhotosFromTheMiddleArePainted) {
     EXPECT_EQ(controller_.undoStack().count(), 0);
 }
 
+TEST_F(ViewerPaintController, StrokesLeaveTheSwayVideoTheWholePhoto) {
+    controller_.restoreKnobs(Knobs());
+    ASSERT_TRUE(settle());
+    ASSERT_GT(controller_.frame().setup.knobs.framing.zoom, 1); // no view looks beyond the sides
+    const auto videoSize = [&] {
+        QSignalSpy ended(&controller_, &Controller::exportEnded);
+        EXPECT_TRUE(controller_.startExport(Product::SwayVideo, file("sway.mkv")));
+        EXPECT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
+        return VideoReader(file("sway.mkv")).facts().size;
+    };
+    const cv::Size whole = videoSize();
+    stroke({}, {{0.5, 0.5}});
+    ASSERT_TRUE(settle());
+    EXPECT_FALSE(controller_.knobs().automatic.any());
+    EXPECT_EQ(videoSize(), whole);
+    controller_.zoomFrame({0.5, 0.5}, 1.5, 0); // by the user
+    ASSERT_TRUE(settle());
+    EXPECT_LT(videoSize().area(), whole.area());
+}
+
 TEST(ViewerDepthCanvas, LargePhotosArePaintedSmaller) {
     const cv::Mat photo(3000, 4000, CV_8UC3, cv::Scalar::all(90));
     DepthCanvas canvas(photo, cv::Mat(10, 10, CV_32FC1, cv::Scalar(0.25)));
@@ -341,7 +361,8 @@ TEST_F(ViewerPaintWindow, TheMousePaintsAndCtrlZUndoes) {
     beginToPaint();
     press("Farther");
     ASSERT_TRUE(controller().knobs().automatic.any());
-    const Knobs chosen = ofVideo(controller().frame().setup.knobs);
+    Knobs chosen = ofVideo(controller().frame().setup.knobs);
+    chosen.isFramingChosen = true;
     const QPoint middle = picture().rect().center();
     drag(middle, middle + QPoint(40, 30));
     EXPECT_EQ(controller().knobs(), chosen); // stays as it is; no click, no drag

@@ -53,9 +53,12 @@ void Controller::restoreKnobs(const Knobs& knobs) {
 void Controller::copyKnobsToAll() {
     standardKnobs_ = knobs_;
     standardKnobs_.framing = {};
+    standardKnobs_.isFramingChosen = false;
     for (const Source& source : sources_) {
         Knobs knobs = knobs_;
-        knobs.framing = knobsOf(source.file).framing;
+        const Knobs own = knobsOf(source.file);
+        knobs.framing = own.framing;
+        knobs.isFramingChosen = own.isFramingChosen;
         store_.set(source.file, knobs);
     }
     storeTimer_.start();
@@ -133,6 +136,7 @@ Knobs Controller::withFrame() const {
     Knobs knobs = knobs_;
     if (knobs.automatic.framing) knobs.framing = frame_.setup.knobs.framing;
     knobs.automatic.framing = false;
+    knobs.isFramingChosen = false;
     return knobs;
 }
 
@@ -140,6 +144,7 @@ Knobs Controller::withChosen() const {
     const AutoChoices choices = knobs_.automatic;
     const ViewOptions& chosen = frame_.setup.knobs.views;
     Knobs knobs = withFrame();
+    knobs.isFramingChosen = choices.framing || knobs_.isFramingChosen;
     if (choices.focus) knobs.views.focus = chosen.focus;
     if (choices.strength || choices.limit) knobs.views.strengthPercent = chosen.strengthPercent;
     knobs.automatic = {};

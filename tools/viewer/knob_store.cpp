@@ -50,6 +50,7 @@ Json jsonOf(const Knobs& knobs) {
             {"fit", int(knobs.fit)},
             {"center", {knobs.framing.centre.x, knobs.framing.centre.y}},
             {"zoom", knobs.framing.zoom},
+            {"framingChosen", knobs.isFramingChosen},
             {"auto",
              {knobs.automatic.framing, knobs.automatic.focus, knobs.automatic.strength,
               knobs.automatic.limit}},
@@ -86,6 +87,7 @@ Knobs knobsOf(const Json& json) {
     knobs.framing.centre.x = numberOf(json.at("center").at(0), 0, 1);
     knobs.framing.centre.y = numberOf(json.at("center").at(1), 0, 1);
     knobs.framing.zoom = numberOf(json.at("zoom"), 1, 100);
+    knobs.isFramingChosen = json.value("framingChosen", false); // later than the others
     const Json& automatic = json.at("auto");
     knobs.automatic = {automatic.at(0).get<bool>(), automatic.at(1).get<bool>(),
                        automatic.at(2).get<bool>(),

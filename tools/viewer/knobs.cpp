@@ -11,9 +11,9 @@ auto parts(const Knobs& k) {
     return std::make_tuple(v.method, v.strengthPercent, v.focus, v.refinement,
                            v.layered.edgeDilationPixels, v.layered.fill, v.layered.softBorders,
                            v.real.inpainting, v.real.backgroundOnly, k.fit, k.framing.centre.x,
-                           k.framing.centre.y, k.framing.zoom, k.automatic.framing,
-                           k.automatic.focus, k.automatic.strength, k.automatic.limit, k.depth,
-                           k.best, k.columns, k.rows);
+                           k.framing.centre.y, k.framing.zoom, k.isFramingChosen,
+                           k.automatic.framing, k.automatic.focus, k.automatic.strength,
+                           k.automatic.limit, k.depth, k.best, k.columns, k.rows);
 }
 
 } // namespace

@@ -19,6 +19,9 @@ struct Knobs {
     ViewOptions views;            ///< Method, strength, focus and the method's options.
     FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel's shape.
     Framing framing;              ///< The part of a photo that is shown, if it allows that.
+    /// The framing was chosen by the photo, before strokes of a brush fixed it: the sway video
+    /// shows the whole photo.
+    bool isFramingChosen = false;
     /// What is chosen by the photo instead, see chooseAutomatic(). A video has nothing of it unless
     /// the user asks for it, see ofVideo().
     AutoChoices automatic{true, true, false, true};

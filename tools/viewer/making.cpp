@@ -95,7 +95,8 @@ PhotoFit swayFitOf(const Setup& setup) {
     const cv::Size photo = setup.document->picture.size();
     const FitMode mode = setup.knobs.fit;
     const Framing framing = framingOf(setup);
-    const bool isFramed = !setup.knobs.automatic.framing && framing != Framing(); // by the user
+    const bool isFramed = !setup.knobs.automatic.framing && !setup.knobs.isFramingChosen &&
+                          framing != Framing(); // by the user
     if (!isFramed) return withMargins(photoSwayFit(photo, mode), photo, setup.knobs.views);
     const PhotoFit panel =
         fitPhoto(photo, setup.display->aspect(), quiltLayout(setup).tileSize, mode, framing);

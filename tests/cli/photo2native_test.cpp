@@ -1129,6 +1129,29 @@ TEST(Photo2Native, NothingInAFolderIsLostSilently) {
               std::string::npos);
 }
 
+TEST(Photo2Native, APhotoSavedWithDepthIsAPhotoUnlessItsOriginalIsThere) {
+    SmallStudio studio;
+    fs::create_directory(studio / "in");
+    writeImage(studio / "in/a.png", scenery({60, 80}, 3));
+    fs::copy(studio / "depth.png", studio / "in/a-depth.png");
+    const auto make = [&](const Arguments& options) {
+        const Outcome outcome =
+            studio.run(kTool, studio.display() + options + Arguments{"-y", "in", "out"});
+        EXPECT_TRUE(isDone(outcome));
+        return outcome.out;
+    };
+    make({"--save-photo-with-depth", "in"}); // in/a_with_depth.jpg
+    const std::string both = make({});
+    EXPECT_NE(both.find("\nin/a_with_depth.jpg: is a photo that was saved with its depth: a.png is "
+                        "taken\n"),
+              std::string::npos)
+        << both;
+    EXPECT_EQ(names(studio / "out"), (std::vector<std::string>{"a_native.png"}));
+    fs::remove(studio / "in/a.png");
+    EXPECT_NE(make({}).find("\na_with_depth.jpg: out/a_with_depth_native.png: Native"),
+              std::string::npos);
+}
+
 class SkipExisting : public SmallStudio {
   public:
     SkipExisting() {

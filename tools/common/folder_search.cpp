@@ -11,6 +11,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <utility>
 
 namespace altiro3D::tools {
@@ -61,7 +62,7 @@ struct KindWords {
     const char* name;
     const char* why;
 };
-constexpr std::array<KindWords, 12> kWords = {{
+constexpr std::array<KindWords, 13> kWords = {{
     {FileKind::Photo, "photo", "is a picture; photo2native makes Natives of photos"},
     {FileKind::DepthImage, "depth image", "is a depth image by its name, but its photo is missing"},
     {FileKind::Native, "Native", "is a Native, which is finished; it is left out"},
@@ -75,6 +76,7 @@ constexpr std::array<KindWords, 12> kWords = {{
     {FileKind::HalvesVideo, "3D video", "holds both eyes, or photo and depth"},
     {FileKind::Vr, "VR file",
      "is made for headsets (VR) by its name, which is not read; if it is flat, rename it"},
+    {FileKind::WithDepth, "photo saved with depth", "is a photo that was saved with its depth: "},
     {FileKind::LiveClip, "Live Photo clip", "is the clip of the Live Photo "},
     {FileKind::Folder, "folder", "is a folder; --recursive also converts what it holds"},
 }};
@@ -84,11 +86,27 @@ bool isVrName(const fs::path& file) {
     return name && name->contents == SceneName::Contents::Vr;
 }
 
-FileKind kindOfPicture(const fs::path& file, const FolderSearch& how) {
+// The photo that a_with_depth.jpg was made of; empty if it is not there.
+// @param pictures of the same folder
+fs::path originalOf(const fs::path& file, const std::vector<fs::path>& pictures) {
+    constexpr std::string_view kEnding = "_with_depth"; // as --save-photo-with-depth names it
+    const std::string stem = file.stem().string();
+    if (stem.size() <= kEnding.size() ||
+        stem.compare(stem.size() - kEnding.size(), kEnding.size(), kEnding) != 0)
+        return {};
+    const auto found = std::find_if(pictures.begin(), pictures.end(), [&](const fs::path& picture) {
+        return picture.stem().string() == stem.substr(0, stem.size() - kEnding.size());
+    });
+    return found == pictures.end() ? fs::path() : *found;
+}
+
+FileKind kindOfPicture(const fs::path& file, const std::vector<fs::path>& pictures,
+                       const FolderSearch& how) {
     if (isMarkedNative(file)) return FileKind::Native;
     if (isQuiltName(file)) return FileKind::Quilt;
     if (how.pairDepth && !photoOfDepthName(file).empty()) return FileKind::DepthImage;
     if (how.leavesOutVr && isVrName(file)) return FileKind::Vr;
+    if (how.pairDepth && !originalOf(file, pictures).empty()) return FileKind::WithDepth;
     return FileKind::Photo;
 }
 
@@ -158,7 +176,7 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
             continue;
         }
         if (readable.count(entry) > 0) {
-            kind = kindOfPicture(entry, how);
+            kind = kindOfPicture(entry, pictures, how);
         } else if (isVideoFileName(entry)) {
             kind = kindOfVideo(entry, photos);
         }
@@ -171,6 +189,9 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
             if (kind == FileKind::LiveClip)
                 found.leftOut.back().why +=
                     photos.at(lowerCase(entry.stem().string())).filename().string();
+            if (kind == FileKind::WithDepth)
+                found.leftOut.back().why +=
+                    originalOf(entry, pictures).filename().string() + " is taken";
         }
     }
     for (const SpareDepth& depth : pairDepthImages(depths, files)) {

@@ -20,6 +20,7 @@ enum class FileKind {
     QuiltVideo,
     HalvesVideo, ///< Frames hold both eyes, or photo and depth; only they tell.
     Vr,          ///< A picture or video for headsets, by its name.
+    WithDepth,   ///< A photo that photo2native saved with its depth, beside the photo itself.
     LiveClip,    ///< The video of a Live Photo, beside the photo of the same name.
     Folder,
     Other

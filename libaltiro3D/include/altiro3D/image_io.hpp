@@ -194,7 +194,8 @@ readEmbeddedDepth(const std::filesystem::path& photo, Notes* notes = nullptr);
 
 /// The photo that a depth image is for, by its name: "d/a" of d/a-depth.png. The end of the name,
 /// before the extension, is one of '-', '_', '.' and ' ', and then `depth`, `depthmap`, `depth_map`
-/// or `disparity`, in upper or lower case.
+/// or `disparity`, in upper or lower case. a_with_depth.jpg is not one, but a photo that holds its
+/// depth.
 ///
 /// @param depth the depth image; the file is not accessed
 /// @return the photo's path without extension; empty if the name is not that of a depth image

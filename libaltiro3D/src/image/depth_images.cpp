@@ -24,6 +24,7 @@ namespace {
 
 constexpr std::string_view kSeparators = "-_. ";
 constexpr std::array<std::string_view, 4> kWords = {"depth", "depthmap", "depth_map", "disparity"};
+constexpr std::string_view kWith = "with"; // a_with_depth.jpg is a photo that holds its depth
 
 bool endsWithAnyCase(std::string_view text, std::string_view smallEnding) {
     if (text.size() < smallEnding.size()) return false;
@@ -32,6 +33,12 @@ bool endsWithAnyCase(std::string_view text, std::string_view smallEnding) {
         if (lowerCase(text[i]) != smallEnding[i]) return false;
     }
     return true;
+}
+
+// Whether it ends with a separator and the word.
+bool endsWithWord(std::string_view text, std::string_view smallWord) {
+    if (!endsWithAnyCase(text, smallWord) || text.size() == smallWord.size()) return false;
+    return kSeparators.find(text[text.size() - smallWord.size() - 1]) != std::string_view::npos;
 }
 
 // The second difference that a share of the px does not exceed, in standard deviations.
@@ -112,10 +119,9 @@ bool looksLikeDepthImage(const cv::Mat& picture) {
 fs::path photoOfDepthName(const fs::path& depth) {
     const std::string stem = depth.stem().string();
     for (const std::string_view word : kWords) {
-        if (!endsWithAnyCase(stem, word) || stem.size() < word.size() + 2) continue;
-        const std::size_t separator = stem.size() - word.size() - 1;
-        if (kSeparators.find(stem[separator]) != std::string_view::npos)
-            return depth.parent_path() / stem.substr(0, separator);
+        if (!endsWithWord(stem, word) || stem.size() < word.size() + 2) continue;
+        const std::string photo = stem.substr(0, stem.size() - word.size() - 1);
+        return endsWithWord(photo, kWith) ? fs::path() : depth.parent_path() / photo;
     }
     return {};
 }

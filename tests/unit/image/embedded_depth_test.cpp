@@ -408,9 +408,12 @@ TEST(DepthNames, TellThePhotoThatADepthImageIsFor) {
         }
     }
     EXPECT_EQ(photoOfDepthName("a.b-depth.tif"), "a.b");
+    EXPECT_EQ(photoOfDepthName("herewith_depth.png"), "herewith");
+    EXPECT_EQ(photoOfDepthName("with_depth.png"), "with");
     EXPECT_EQ(photoOfDepthName("/d.e/My photo 1-depth-depth.pfm"), "/d.e/My photo 1-depth");
-    for (const char* name : {"a.png", "depth.png", "-depth.png", "_depth_map.png", "adepth.png",
-                             "a-depths.png", "a-depth1.png", "a-depth/b.png", "", "depth"})
+    for (const char* name :
+         {"a.png", "depth.png", "-depth.png", "_depth_map.png", "adepth.png", "a-depths.png",
+          "a-depth1.png", "a-depth/b.png", "", "depth", "a_with_depth.jpg", "a-With-Depth.jpg"})
         EXPECT_EQ(photoOfDepthName(name), "") << name;
 }
 

@@ -105,6 +105,10 @@ class ALTIRO3D_EXPORT DepthSource {
     /// of the image of the last readImage(). @return Estimated, unless a source says otherwise
     [[nodiscard]] virtual DepthOrigin origin() const;
 
+    /// The file besides the photo's that the depth of the image of the last readImage() is in.
+    /// @return the depth image that storedDepthOr() has found; empty for other sources and images
+    [[nodiscard]] virtual std::filesystem::path separateFile() const;
+
     /// What is known of the edges of the depth that read() gives. @return Matched for origin()
     ///         Matched, otherwise Unknown, unless a source says otherwise
     [[nodiscard]] virtual DepthEdges edges() const;

@@ -148,6 +148,10 @@ DepthOrigin DepthSource::origin() const {
     return DepthOrigin::Estimated;
 }
 
+std::filesystem::path DepthSource::separateFile() const {
+    return {};
+}
+
 DepthEdges DepthSource::edges() const {
     return origin() == DepthOrigin::Matched ? DepthEdges::Matched : DepthEdges::Unknown;
 }

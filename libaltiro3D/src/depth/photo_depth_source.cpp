@@ -20,7 +20,7 @@ struct Found {
     HiddenLayer hidden;      // of a stereo pair, with disparities as depth
     std::string description; // empty: nothing was found
     DepthOrigin origin = DepthOrigin::Given;
-    bool isBeside = false; // in a file of its own
+    fs::path beside; // the file, if it has one of its own
     Notes notes;
 };
 
@@ -37,7 +37,7 @@ Found findBeside(const fs::path& photo) {
     try {
         found.raw = readDepthSamples(beside, &found.notes);
         putNameBefore(found.notes, beside);
-        found.isBeside = true;
+        found.beside = beside;
         found.description = "depth image beside the photo (" + beside.string() + ")";
     } catch (const Error& error) {
         if (error.code() == ErrorCode::OutOfMemory) throw;
@@ -65,11 +65,11 @@ Found findDepth(const fs::path& photo) {
 
 // The same, if a depth image beside the photo does not fit it.
 void replaceUnfit(Found& found, const fs::path& photo, cv::Size size) {
-    if (!found.isBeside) return;
+    if (found.beside.empty()) return;
     const std::string reason = reasonAgainstDepth(found.raw, size);
     if (reason.empty()) return;
-    const std::string beside = findDepthBeside(photo).string();
-    found.notes.push_back({NoteCode::LeftOut, beside + ": is not used as depth: " + reason});
+    found.notes.push_back(
+        {NoteCode::LeftOut, found.beside.string() + ": is not used as depth: " + reason});
     found = findInFile(photo, found.notes);
 }
 
@@ -100,6 +100,7 @@ class FoundDepthSource : public DepthSource {
     DepthOrigin origin() const override {
         return found_.description.empty() ? fallback_->origin() : found_.origin;
     }
+    fs::path separateFile() const override { return found_.beside; }
     DepthEdges edges() const override {
         return found_.description.empty() ? fallback_->edges() : DepthSource::edges();
     }

@@ -291,6 +291,7 @@ TEST(DepthSource, DepthBesideAPhotoIsUsedOrReported) {
     Notes notes;
     const cv::Mat image = source->readImage(directory / "photo.png", &notes);
     EXPECT_TRUE(notes.empty());
+    EXPECT_EQ(source->separateFile(), directory / "photo_depth.png");
     for (int i = 0; i < 2; ++i) { // it may be read again
         Scene scene;
         source->readScene(image, 0.5, scene);
@@ -305,6 +306,7 @@ TEST(DepthSource, DepthBesideAPhotoIsUsedOrReported) {
         Scene scene;
         source->readScene(source->readImage(directory / "photo.png", &notes), 0.5, scene);
         EXPECT_EQ(source->description(), ownSource()->description());
+        EXPECT_TRUE(source->separateFile().empty());
         EXPECT_TRUE(samePicture(scene.photo, photo));
         ASSERT_EQ(notes.size(), 1U);
         EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
